@@ -1,0 +1,1 @@
+"""The hardware-in-the-loop bench: it replaces hardware, nothing else."""

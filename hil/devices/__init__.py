@@ -1,0 +1,1 @@
+"""Twins of the rover's devices: what onboard talks to, emulated byte by byte."""

@@ -1,0 +1,1 @@
+"""The wheel-soil kernel (an extension of its own)."""

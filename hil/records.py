@@ -1,0 +1,45 @@
+"""The bench's own records: the truth that onboard never sees, and what the emulated nodes exchange with the plant."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+class WheelTruth(NamedTuple):
+    """One wheel as it really is. torque_nm: drive torque at the wheel; sinkage and load where the wheel meets soil."""
+
+    steer_rad: float
+    position_rad: float
+    rate_radps: float
+    torque_nm: float
+    load_n: float = 0.0
+
+
+class WheelDrive(NamedTuple):
+    """What a wheel node's motor drivers ask of the plant: targets after the node's own ramps and timeouts."""
+
+    steer_rad: float
+    rate_radps: float
+
+
+@dataclass(frozen=True, slots=True)
+class PlantState:
+    """The rover as it really is at `now_ns`.
+
+    position_m (3,), quaternion_xyzw (4,): base_link in the map frame, float64. velocity_mps (3,): of base_link, map axes.
+    angular_radps (3,): base axes. specific_force_mps2 (3,): what an ideal accelerometer at base_link feels, base axes, mean
+    over the last tick. contact: '' or what touched ("body", "wheel 2 on a rock of 0.12 m").
+    """
+
+    now_ns: int
+    position_m: NDArray[np.float64]
+    quaternion_xyzw: NDArray[np.float64]
+    velocity_mps: NDArray[np.float64]
+    angular_radps: NDArray[np.float64]
+    specific_force_mps2: NDArray[np.float64]
+    wheels: tuple[WheelTruth, ...]
+    contact: str = ""

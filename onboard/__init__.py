@@ -1,0 +1,1 @@
+"""The flight program of a four-wheel-steered rover."""

@@ -1,0 +1,312 @@
+"""The configuration: one frozen tree with units and ranges, read from TOML, handed down in parts.
+
+Each value is declared once, by `value(...)`: default, range, unit, meaning. An unknown key, a wrong type or a value out of
+range is a ConfigError that names the file, the key, the value, what is allowed and what was probably meant.
+`rover.toml` beside this file is `onboard run --print-config`.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import difflib
+import math
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, TypeVar, get_type_hints
+
+T = TypeVar("T")
+RAD = math.pi / 180.0
+
+
+class ConfigError(ValueError):
+    """The start is refused; the text is one helpful line."""
+
+
+def value(
+    default: Any, meaning: str, *, low: float | None = None, high: float | None = None, one_of: tuple[str, ...] = ()
+) -> Any:
+    """A field of the configuration with its default, meaning and range (the unit is in the field's name)."""
+    return field(default=default, metadata={"meaning": meaning, "low": low, "high": high, "one_of": one_of})
+
+
+@dataclass(frozen=True, slots=True)
+class Rover:
+    """Geometry and limits of the vehicle (`10-navigation`, section 2)."""
+
+    half_wheelbase_m: float = value(0.375, "half the distance of the axles (l)", low=0.05, high=3)
+    half_track_m: float = value(0.23, "half the distance of left and right wheels (d)", low=0.05, high=3)
+    wheel_radius_m: float = value(0.10, "rolling radius", low=0.02, high=1)
+    wheel_width_m: float = value(0.10, "width of a wheel", low=0.01, high=1)
+    body_length_m: float = value(0.95, "length of all that must not touch: wheels included", low=0.1, high=6)
+    body_width_m: float = value(0.56, "outer width", low=0.1, high=6)
+    belly_m: float = value(0.15, "clearance under the body above the wheel plane", low=0.02, high=2)
+    steer_limit_rad: float = value(105 * RAD, "range of a steering unit to each side", low=0.1, high=math.pi)
+    steer_rate_radps: float = value(0.5, "fastest steering", low=0.01, high=10)
+    wheel_rate_limit_radps: float = value(4.0, "fastest wheel without load", low=0.1, high=100)
+    lidar_x_m: float = value(0.30, "scanner's centre ahead of base_link, on the tilt axis", low=-3, high=3)
+    lidar_z_m: float = value(0.70, "scanner's centre above the wheel plane", low=0.1, high=5)
+
+
+@dataclass(frozen=True, slots=True)
+class Can:
+    """The bus between computer and hardware."""
+
+    uri: str = value("socketcan:can0", "socketcan:IF, socketcand:HOST:PORT/BUS or virtual:NAME")
+    stale_ns: int = value(30_000_000, "wheel feedback older than this stops the rover", low=1e7, high=1e9)
+    silent_ns: int = value(200_000_000, "wheel feedback older than this goes to SAFE", low=5e7, high=1e10)
+
+
+@dataclass(frozen=True, slots=True)
+class Lidar:
+    """The scanner's port and model."""
+
+    address: str = value("tcp:192.168.0.10:10940", "tcp:HOST:PORT or tty:PATH")
+    reference_step: int = value(0, "step whose time the stamp names (see docs)", low=-540, high=1440)
+    range_noise_m: float = value(0.02, "1 sigma of a range", low=0, high=0.5)
+    silent_ns: int = value(150_000_000, "no valid frame while streaming: LIDAR_SILENT", low=1e7, high=1e10)
+    reply_timeout_ns: int = value(1_000_000_000, "a command is sent again after this", low=1e7, high=1e11)
+
+
+@dataclass(frozen=True, slots=True)
+class Link:
+    """The space link: zenoh endpoint, keys, rate."""
+
+    endpoint: str = value("tcp/127.0.0.1:7447", "zenoh locator of the link's rover side")
+    rate_bps: float = value(256_000.0, "line rate of the downlink", low=1000, high=1e9)
+    command_keys: str = value("", "file with the operator stations' keys (mode 0600)")
+    downlink_key: str = value("", "file with the rover's key (mode 0600)")
+    bench_seed: int = value(-1, "where no key files are named: keys from this seed; bench only, -1 = not a bench",
+                            low=-1, high=2**31)
+    boot_count: int = value(1, "boot id of this start on a bench", low=1, high=2**31)
+
+
+@dataclass(frozen=True, slots=True)
+class Clock:
+    """Who owns time."""
+
+    mode: str = value("wall", "wall, or lockstep: the bench owns time", one_of=("wall", "lockstep"))
+    barrier: str = value("", "tcp:HOST:PORT of the bench's barrier (lockstep only)")
+
+
+@dataclass(frozen=True, slots=True)
+class Scanning:
+    """The sweep of a stop (`10-navigation`, section 3). Angles in the body frame, positive down."""
+
+    start_rad: float = value(60 * RAD, "first tilt", low=-1.6, high=1.6)
+    end_rad: float = value(-20 * RAD, "last tilt", low=-1.6, high=1.6)
+    spacing_m: float = value(0.05, "distance of the lines on flat ground", low=0.01, high=1)
+    floor_rad: float = value(0.04 * RAD, "smallest step from line to line", low=1e-4, high=0.1)
+    cap_rad: float = value(0.5 * RAD, "largest step from line to line", low=1e-3, high=0.2)
+    range_m: float = value(8.0, "mapping range", low=1, high=30)
+    sector_rad: float = value(65 * RAD, "usable half sector of a nodding scanner", low=0.2, high=math.pi)
+
+
+@dataclass(frozen=True, slots=True)
+class Mapping_:
+    """The LDEM and what is read from it."""
+
+    cell_m: float = value(0.1, "cell of the LDEM", low=0.02, high=1)
+    size_m: float = value(20.0, "side of the LDEM, centred on the rover at each stop", low=4, high=100)
+    near_m: float = value(5.0, "a cell with 3 hits from nearer takes the newest scan alone (R3)", low=0, high=30)
+    assumed_m: float = value(0.9, "radius of the assumed disc at the start (R1)", low=0, high=3)
+    fill_cells: int = value(2, "most missing cells that are filled between hits", low=0, high=10)
+
+
+@dataclass(frozen=True, slots=True)
+class Planning:
+    """Pose freedom and the planners."""
+
+    step_m: float = value(0.08, "highest step under a wheel", low=0.01, high=1)
+    under_belly_m: float = value(0.10, "highest thing under the body above the wheel plane", low=0.01, high=1)
+    tilt_limit_rad: float = value(25 * RAD, "steepest roll or pitch from the four wheels", low=0.05, high=1)
+    slope_limit_rad: float = value(20 * RAD, "steepest ground", low=0.05, high=1)
+    turn_cost_m: float = value(0.08, "price of a turn of 22.5 degrees", low=0, high=5)
+    closeness_weight: float = value(0.5, "soft cost near what is not free", low=0, high=20)
+    planner: str = value("pose-field", "row of planning.PLANNERS", one_of=("pose-field", "distance-transform"))
+    weight_roughness: float = value(1.0, "W_B of Eq. 25", low=0, high=100)
+    weight_length: float = value(1.0, "W_L of Eq. 25", low=0, high=100)
+    weight_roll: float = value(0.5, "W_theta_x of Eq. 25", low=0, high=100)
+    weight_pitch: float = value(0.5, "W_theta_y of Eq. 25", low=0, high=100)
+
+
+@dataclass(frozen=True, slots=True)
+class Mission:
+    """The mission rule."""
+
+    strategy: str = value("optimistic", "how the next stop is chosen", one_of=("optimistic", "visibility"))
+    goal_tolerance_m: float = value(0.3, "arrived when the estimate is this near", low=0.05, high=10)
+    stop_limit: int = value(40, "most sensing stops of one mission", low=1, high=10_000)
+    weight_occlusion: float = value(1.0, "W_occ of Eq. 28", low=0, high=100)
+    weight_distance: float = value(0.5, "W_L of Eq. 28", low=0, high=100)
+    candidate_stride: int = value(4, "every n-th free cell is a candidate of the next sensing position", low=1, high=50)
+    ground: str = value("smooth", "smooth, or pitted: holes are possible", one_of=("smooth",))
+    gdem: str = value("", "the orbiter's map, an .npz of heights_m, x0_m, y0_m, cell_m; empty: flat, unknown")
+
+
+@dataclass(frozen=True, slots=True)
+class Motion:
+    """Following a path."""
+
+    cruise_mps: float = value(0.11, "speed on a path", low=0.005, high=2)
+    look_ahead_m: float = value(0.35, "distance of the carrot", low=0.05, high=5)
+    heading_gain_hz: float = value(0.8, "K_p: yaw rate for an error of heading", low=0.01, high=10)
+    yaw_rate_limit_radps: float = value(0.25, "fastest turn", low=0.01, high=2)
+    point_turn_start_rad: float = value(45 * RAD, "error of heading at which the rover stops and turns", low=0.1, high=3)
+    point_turn_end_rad: float = value(5 * RAD, "error of heading at which it goes on", low=0.01, high=1)
+    arrive_m: float = value(0.05, "end of a path: this near to its last station", low=0.005, high=1)
+    arrive_yaw_rad: float = value(2 * RAD, "end of a turn: this near to its heading", low=0.002, high=0.5)
+    steer_hold_rad: float = value(15 * RAD, "steering error that holds the drive", low=0.02, high=1.5)
+    steer_release_rad: float = value(5 * RAD, "steering error that releases it", low=0.01, high=1.5)
+    law: str = value("pose-carrot", "row of motion.follower.LAWS", one_of=("pose-carrot", "carrot"))
+
+
+@dataclass(frozen=True, slots=True)
+class Localisation:
+    """The filter and its gate."""
+
+    odometry_noise_ratio: float = value(0.08, "1 sigma of the way, of the way driven", low=0, high=1)
+    gyro_noise_radps: float = value(0.002, "1 sigma of the yaw rate", low=0, high=1)
+    registration_sigma_m: float = value(0.01, "1 sigma of a registration", low=0.001, high=1)
+    registration_sigma_rad: float = value(0.002, "1 sigma of its heading", low=1e-4, high=1)
+    gate_m: float = value(0.5, "a registration that moves the pose by more is refused", low=0.01, high=10)
+    gate_rad: float = value(8 * RAD, "likewise its heading", low=0.01, high=1)
+
+
+@dataclass(frozen=True, slots=True)
+class Safety:
+    """Monitors of this rover; detection times are in protocol.faults."""
+
+    command_lost_ns: int = value(300_000_000_000, "no authenticated contact: finish the leg, then STANDBY",
+                                 low=1e9, high=1e14)
+    tilt_limit_rad: float = value(28 * RAD, "roll or pitch that stops the rover", low=0.1, high=1)
+
+
+@dataclass(frozen=True, slots=True)
+class Jobs:
+    """Budgets of the long work, in ticks of 10 ms."""
+
+    map_ticks: int = value(100, "registration and map", low=1, high=100_000)
+    plan_ticks: int = value(200, "sets, fields, decision, path", low=1, high=100_000)
+
+
+@dataclass(frozen=True, slots=True)
+class Record:
+    """The record of the run."""
+
+    path: str = value("", "MCAP file; empty: no record")
+
+
+@dataclass(frozen=True, slots=True)
+class Config:
+    """The whole tree."""
+
+    rover: Rover = field(default_factory=Rover)
+    can: Can = field(default_factory=Can)
+    lidar: Lidar = field(default_factory=Lidar)
+    link: Link = field(default_factory=Link)
+    clock: Clock = field(default_factory=Clock)
+    scanning: Scanning = field(default_factory=Scanning)
+    mapping: Mapping_ = field(default_factory=Mapping_)
+    planning: Planning = field(default_factory=Planning)
+    mission: Mission = field(default_factory=Mission)
+    motion: Motion = field(default_factory=Motion)
+    localisation: Localisation = field(default_factory=Localisation)
+    safety: Safety = field(default_factory=Safety)
+    jobs: Jobs = field(default_factory=Jobs)
+    record: Record = field(default_factory=Record)
+
+
+def load(path: Path | None = None, overrides: Mapping[str, Any] | None = None) -> Config:
+    """The defaults, changed by a TOML file, changed by dotted overrides ({"can.uri": "virtual:a"}).
+
+    Raises FileNotFoundError for a missing file, ConfigError for everything wrong in it.
+    """
+    tree: dict[str, Any] = {}
+    if path is not None:
+        try:
+            tree = tomllib.loads(path.read_text())
+        except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+            raise ConfigError(f"{path}: not valid TOML: {error}") from error
+    for dotted, item in (overrides or {}).items():
+        section, _, key = dotted.rpartition(".")
+        table = tree.setdefault(section, {}) if section else tree
+        table[key] = item
+    return from_tree(Config, tree, str(path or "command line"))
+
+
+def parse_override(text: str) -> tuple[str, Any]:
+    """`can.uri=virtual:a` as (key, value); the value is TOML where it parses as such, else text."""
+    key, sign, raw = text.partition("=")
+    if not sign:
+        raise ConfigError(f"command line: `{text}` should be section.key=value")
+    try:
+        return key.strip(), tomllib.loads(f"v = {raw}")["v"]
+    except tomllib.TOMLDecodeError:
+        return key.strip(), raw
+
+
+def from_tree(kind: type[T], tree: Mapping[str, Any], where: str, prefix: str = "") -> T:
+    """A frozen dataclass declared with `value(...)` from a parsed TOML table."""
+    hints, known = get_type_hints(kind), {f.name: f for f in dataclasses.fields(kind)}  # type: ignore[arg-type]
+    made: dict[str, Any] = {}
+    for key, item in tree.items():
+        name = f"{prefix}{key}"
+        if key not in known:
+            raise ConfigError(f"{where}: unknown key `{name}`{_suggestion(key, known, prefix)}")
+        if dataclasses.is_dataclass(hints[key]):
+            if not isinstance(item, Mapping):
+                raise ConfigError(f"{where}: `{name}` should be a table, found {item!r}")
+            made[key] = from_tree(hints[key], item, where, f"{name}.")
+        else:
+            made[key] = _checked(item, hints[key], known[key], f"{where}: `{name}`")
+    return kind(**made)
+
+
+def _suggestion(key: str, known: Mapping[str, Any], prefix: str) -> str:
+    near = difflib.get_close_matches(key, known, n=1)
+    if near:
+        return f"; did you mean `{prefix}{near[0]}`?"
+    return f"; known here: {', '.join(sorted(known))}"
+
+
+def _checked(item: Any, kind: type, row: dataclasses.Field[Any], what: str) -> Any:
+    if kind is float and isinstance(item, int) and not isinstance(item, bool):
+        item = float(item)
+    if not isinstance(item, kind) or (isinstance(item, bool) and kind is not bool):
+        raise ConfigError(f"{what} should be {kind.__name__}, found {item!r}")
+    low, high, one_of = (row.metadata.get(k) for k in ("low", "high", "one_of"))
+    if one_of and item not in one_of:
+        near = difflib.get_close_matches(str(item), one_of, n=1)
+        raise ConfigError(f"{what} = {item!r} should be one of {', '.join(one_of)}"
+                          + (f"; did you mean {near[0]!r}?" if near else ""))
+    if isinstance(item, (int, float)) and not isinstance(item, bool):
+        too_low, too_high = low is not None and item < low, high is not None and item > high
+        if too_low or too_high or item != item:
+            raise ConfigError(f"{what} = {item!r} is out of range {low} to {high}")
+    return item
+
+
+def to_toml(config: Any) -> str:
+    """The tree as TOML with the meaning and range of each value as comments; `load` reads it back unchanged."""
+    lines: list[str] = []
+    for section in dataclasses.fields(config):
+        lines += ["", f"[{section.name}]"]
+        part = getattr(config, section.name)
+        for row in dataclasses.fields(part):
+            low, high, one_of = (row.metadata[k] for k in ("low", "high", "one_of"))
+            allowed = f" ({' | '.join(one_of)})" if one_of else f" ({low:g} to {high:g})" if low is not None else ""
+            lines.append(f"{row.name} = {_toml(getattr(part, row.name))}  # {row.metadata['meaning']}{allowed}")
+    return "\n".join(lines).strip() + "\n"
+
+
+def _toml(item: Any) -> str:
+    if isinstance(item, bool):
+        return "true" if item else "false"
+    if isinstance(item, str):
+        return '"' + item.replace("\\", "\\\\").replace('"', '\\"') + '"'
+    return repr(item)
+
+
+

@@ -1,0 +1,1 @@
+"""From beams to a map that knows what it does not know."""

@@ -1,0 +1,1 @@
+"""Record of every input and output of the core, and its replay."""

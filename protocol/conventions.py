@@ -1,0 +1,25 @@
+"""Frames, axes, wheel numbers and the few helpers of angle that every part shares.
+
+REP-103: x forward, y left, z up; map frame east, north, up. `base_link` is the centre of the rectangle of the
+four wheel contact points, on the ground. Positive tilt is down (rotation about +y). Angles wrap to (-pi, pi].
+
+        x (forward)
+    1 ----+---- 4        wheel 1 front left  (+l, +d)
+      |   |   |          wheel 2 rear left   (-l, +d)
+   y--+---o   |          wheel 3 rear right  (-l, -d)
+      |       |          wheel 4 front right (+l, -d)
+    2 --------- 3
+"""
+
+import math
+
+WHEELS = (1, 2, 3, 4)
+WHEEL_SIGNS = ((+1, +1), (-1, +1), (-1, -1), (+1, -1))  # of (l, d), wheels 1 to 4 (Eq. 31, 32)
+
+TICK_NS = 10_000_000  # the fixed-rate scheduler: 100 Hz
+
+
+def wrap_rad(angle_rad: float) -> float:
+    """The same angle in (-pi, pi]."""
+    wrapped = math.remainder(angle_rad, math.tau)
+    return math.pi if wrapped == -math.pi else wrapped
