@@ -2,7 +2,7 @@
 
 A request is one line; a reply is lines that end in one LF each and closes with an empty line, so frames end at LF LF:
 
-    request   MD 0000 1080 01 0 00 LF            code, first step, last step, cluster, skip, number of scans (00 endless)
+    request   MD 0000 1080 01 0 00 LF            code, first, last step, cluster, skip, number of scans (00 endless)
 
     reply     MD0000108001000 LF                 echo of the request (no sum)
               00P LF                             status (2), its sum
@@ -35,6 +35,7 @@ BLOCK = 64
 STAMP_MODULUS = 1 << 24  # milliseconds: 4 h 39 min 37 s
 FRAME_LIMIT = 16_384  # the longest reply of a UTM-30LX (ME, 1081 beams) has 6,717 bytes
 _WIDTH = {"MD": (3, 1), "MS": (2, 1), "ME": (3, 2), "GD": (3, 1), "GS": (2, 1), "GE": (3, 2)}  # characters, values
+_FIELDS = ((0, 4, "01"), (4, 8, "02"), (8, 10, "03"), (10, 11, "06"), (11, 13, "07"))  # of a scan request
 _STRING = frozenset(b"abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789 ._+@")
 
 
@@ -174,14 +175,16 @@ def parse_scan_request(asked: Request, last_step: int) -> ScanRequest | str:
     size = 13 if stream else 10
     if len(text) != size:
         return "0C" if len(text) < size else "0D"
-    cuts = ((0, 4, "01"), (4, 8, "02"), (8, 10, "03"), *(((10, 11, "06"), (11, 13, "07")) if stream else ()))
-    for start, end, refusal in cuts:
+    for start, end, refusal in _FIELDS[: 5 if stream else 3]:
         if not (text[start:end].isascii() and text[start:end].isdigit()):
             return refusal
-    made = ScanRequest(asked.code, *(int(text[start:end]) for start, end, _ in cuts))
+    skip, scans = (int(text[10]), int(text[11:13])) if stream else (0, 0)
+    made = ScanRequest(asked.code, int(text[:4]), int(text[4:8]), int(text[8:10]), skip, scans)
     if made.last > last_step:
         return "04"
-    return "05" if made.last < made.first else made
+    if made.last < made.first:
+        return "05"
+    return made
 
 
 # -- replies ---------------------------------------------------------------------------------------------------
@@ -248,7 +251,7 @@ def parse_stamp(line: bytes) -> int:
 
 
 def parse_scan(answer: Reply, asked: ScanRequest) -> ScanReply:
-    """The scan in a reply to `asked`, every check made. Raises WireError: see parse_stamp, decode_blocks, "echo", "status"."""
+    """The scan in a reply to `asked`, all checked. Raises WireError like its parts, or "echo", "status"."""
     expected = asked.line()
     remaining = 0
     if asked.streams:
@@ -287,7 +290,7 @@ def parse_text(answer: Reply) -> dict[str, str]:
 class Splitter:
     """Bytes of the stream in, whole frames out, however they were cut on the way.
 
-    A frame comes with the arrival time of its first byte: the sensor pauses inside a frame, so its last byte says little.
+    A frame comes with the arrival time of its first byte: the sensor pauses inside a frame, its last byte says little.
     `echo`, if set, begins the frames of a running stream: where it stands inside a frame whose end was lost, the frame
     is cut there, so that one bad byte costs one scan. `overflows` counts what grew beyond FRAME_LIMIT and was dropped.
     """
