@@ -10,8 +10,8 @@ Rule 1: checks run in the order length, tag (constant time), epoch, boot id, cou
         have passed, so nothing forged can lock the genuine sender out.
 Rule 2: each direction has keys of its own and the direction enters the derivation: what was sealed for one direction
         never opens in the other, even where somebody gave both the same secret.
-Rule 3: the rover opens only what names its present boot id, so its window may start empty at each boot. The ground takes
-        the newest boot id it has heard and starts a new window with it.
+Rule 3: the rover opens only what names its present boot id, so its window may start empty at each boot. The ground
+        takes the newest boot id it has heard and starts a new window with it.
 
 Not here: stop and safe counting with any boot id under a counter of their own (design of the link, section 4) needs a
 high-water mark on disk; the flag byte is reserved for it and must be 0.
@@ -116,7 +116,9 @@ def parse_keys(text: str) -> Keyring:
 
     Raises ValueError with the line's number; the text of a secret is never part of a message.
     """
-    direction, secrets, epochs = "", {}, (0,)
+    direction = ""
+    secrets: dict[int, bytes] = {}
+    epochs: tuple[int, ...] = (0,)
     for number, raw in enumerate(text.splitlines(), 1):
         words = raw.split("#", 1)[0].split()
         if not words:

@@ -1,4 +1,4 @@
-"""Telecommand transactions, both ends: every request is executed once and its outcome is known, over any loss and delay.
+"""Telecommand transactions, both ends: every request is executed once and its outcome is known, over any loss.
 
     ground: Requester                                  rover: Executor
       |  telecommand, every max(0.5 s, RTT/2) --------->  |  first: checked, RECEIVED and ACCEPTED or REFUSED
