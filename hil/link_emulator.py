@@ -30,6 +30,7 @@ import zenoh
 from hil.impairment import PROFILES, Impairment, Profile, both_directions, load_profile
 from onboard.config import ConfigError
 from protocol import WireError, barrier, carrier
+from protocol.link import KEY_DOWN, KEY_UP
 
 NEVER = 2**62
 _RELIABLE: dict[str, Any] = {
@@ -136,8 +137,8 @@ class LinkEmulator:
 
     def __init__(self, profile: Profile, seed: int, rover_endpoint: str, ground_endpoint: str) -> None:
         self.down, self.up = both_directions(profile, seed)
-        self.rover = Side(carrier.ROVER, rover_endpoint, carrier.KEY_DOWN, carrier.KEY_UP)
-        self.ground = Side(carrier.GROUND, ground_endpoint, carrier.KEY_UP, carrier.KEY_DOWN)
+        self.rover = Side(carrier.ROVER, rover_endpoint, KEY_DOWN, KEY_UP)
+        self.ground = Side(carrier.GROUND, ground_endpoint, KEY_UP, KEY_DOWN)
         self.limit_s = 30.0  # wall time: how long a counted datagram may take over the loopback
         self._stack = ExitStack()
 

@@ -14,9 +14,7 @@ from __future__ import annotations
 
 import json
 
-KEY_DOWN = "er2/d"  # rover to ground
-KEY_UP = "er2/u"  # ground to rover
-ROVER, GROUND = "rover", "ground"
+ROVER, GROUND = "rover", "ground"  # the sides
 READY = b"ready"
 PROBE_PERIOD_NS = 20_000_000
 QUEUE_SAMPLES = 65_536

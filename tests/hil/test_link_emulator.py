@@ -13,6 +13,7 @@ from hil.impairment import both_directions, load_profile
 from hil.link_emulator import NEVER, LinkEmulator, LinkError, Side, parse_barrier, run_lockstep
 from onboard.config import ConfigError
 from protocol import barrier, carrier
+from protocol.link import KEY_DOWN, KEY_UP
 
 TICK_NS = 10_000_000
 LIMIT_S = 20.0
@@ -32,7 +33,7 @@ class End:
         for key, text in carrier.settings(connect=endpoint):
             config.insert_json5(key, text)
         self.session = stack.enter_context(zenoh.open(config))
-        keys = carrier.KEY_UP, carrier.KEY_DOWN
+        keys = KEY_UP, KEY_DOWN
         self._key_in, self._key_out = keys if side == carrier.ROVER else keys[::-1]
         self._in = self.session.declare_subscriber(self._key_in, zenoh.handlers.FifoChannel(10_000))
         self._answers = self.session.declare_subscriber(carrier.answer_key(side), zenoh.handlers.FifoChannel(100))
@@ -172,16 +173,16 @@ def test_a_restarted_sender_counts_from_zero_in_a_new_epoch():
 
 
 def test_a_datagram_that_never_comes_ends_the_run_with_its_side():
-    with Side(carrier.ROVER, free_endpoint(), carrier.KEY_DOWN, carrier.KEY_UP) as side, \
+    with Side(carrier.ROVER, free_endpoint(), KEY_DOWN, KEY_UP) as side, \
          pytest.raises(LinkError, match="rover side: 0 of 1 datagrams"):
         side.take(barrier.Channel("down_in", 1), 0.0)
 
 
 def test_an_endpoint_in_use_is_named():
     endpoint = free_endpoint()
-    with Side(carrier.ROVER, endpoint, carrier.KEY_DOWN, carrier.KEY_UP), \
+    with Side(carrier.ROVER, endpoint, KEY_DOWN, KEY_UP), \
          pytest.raises(LinkError, match="ground side: cannot listen"), \
-         Side(carrier.GROUND, endpoint, carrier.KEY_UP, carrier.KEY_DOWN):
+         Side(carrier.GROUND, endpoint, KEY_UP, KEY_DOWN):
         pass
 
 
