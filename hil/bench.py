@@ -34,6 +34,7 @@ from protocol.barrier import CLOSED, OPEN, Channel
 from protocol.conventions import TICK_NS
 
 NS = 1_000_000_000
+WIRE_LIMIT_S = 30.0  # wall time for bytes that onboard says it has sent
 
 
 class Stream:
@@ -89,6 +90,7 @@ class Bench:
         self.streams = {name: Stream() for name in ("can_to_onboard", "can_to_nodes", "lidar_to_onboard", "lidar_to_sensor")}
         self.progress = Progress()
         self.tick = 0
+        self.ground_code: int | None = None  # exit code of the operator's script once it has ended
         self.state: PlantState = self.plant.reset(world.start)
         self._frames: list[Frame] = []
         self._lidar_out: list[tuple[int, bytes]] = []
@@ -177,20 +179,18 @@ class Bench:
         return Channel("lidar", self._lidar_count, OPEN, self._lidar_epoch, tuple(stamps))
 
     def _drain(self, sent: dict[str, int], connect: bool, now_ns: int) -> None:
-        frames: list[Frame] = []
-        while self.streams["can_to_nodes"].pieces + len(frames) < sent.get("can", 0):
-            frames += self.hub.read()
-            self.hub.wait()
+        stamp_ns = now_ns + TICK_NS  # the plant has gone on by a tick meanwhile
+        frames = self.hub.read_upto(0, sent.get("can", 0), WIRE_LIMIT_S, stamp_ns)
         self.streams["can_to_nodes"].add(b"".join(pack_frame(f) for f in frames), len(frames))
         for frame in frames:
-            self.nodes.receive(frame, now_ns + TICK_NS)
+            self.nodes.receive(frame, stamp_ns)
         data = b""
         while self._lidar_open and self._lidar_taken + len(data) < sent.get("lidar", 0):
             data += self.lidar_server.poll()
         if data:
             self._lidar_taken += len(data)
             self.streams["lidar_to_sensor"].add(data)
-            self.lidar.receive(data, now_ns + TICK_NS)
+            self.lidar.receive(data, stamp_ns)
         if connect and self.wires.lidar_plugged:
             self._plug_in()
 
@@ -213,7 +213,9 @@ class Bench:
         if ground and (down_out != counts.get("ground_knows") or self.tick >= ground.wake_tick):
             counts["ground_knows"] = down_out
             ground.begin(self.tick, now_ns, (Channel("down_out", down_out),))
-            counts["up_in"] = ground.finish(self._alive).sent.get("up_in", 0)
+            sent = ground.finish(self._alive).sent
+            counts["up_in"] = sent.get("up_in", 0)
+            self.ground_code = sent["finished"] - 1 if "finished" in sent else None
             self._call_link(now_ns)
 
     def _call_link(self, now_ns: int) -> None:

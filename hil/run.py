@@ -86,7 +86,7 @@ def run(
         folder, accepted, bench.tick * TICK_NS / 1e9, wall_s, (float(state.position_m[0]), float(state.position_m[1])),
         bench.progress.distance_to_goal_m, tuple(truth.contacts), bench.progress.sweeps,
         {name: stream.report() for name, stream in bench.streams.items()}, truth.states, truth.sha256(),
-        json.loads(report.read_text()) if report.exists() else {}, codes.get("ground"), tuple(injector.log),
+        json.loads(report.read_text()) if report.exists() else {}, bench.ground_code, tuple(injector.log),
         bench.progress.way_m, rss_bytes, bench.progress.overruns, error,
     )
 
@@ -162,7 +162,7 @@ def _ended(scenario: Scenario, bench: Bench) -> bool:
     now_s = bench.tick * TICK_NS / 1e9
     if scenario.end_s:
         return now_s >= scenario.end_s
-    return bench.ground_finished or now_s >= scenario.limit_s
+    return bench.ground_code is not None or now_s >= scenario.limit_s
 
 
 def _why(lost: Exception, processes: Processes) -> str:

@@ -14,7 +14,7 @@ from onboard.core.tick import Rover, tick
 from onboard.drivers.can_bus import CanBus, open_bus
 from onboard.drivers.clock import LockStepClock, WallClock
 from onboard.drivers.lidar_port import LidarPort, open_port
-from onboard.drivers.link_port import LinkPort
+from onboard.drivers.link_port import LinkPort, link_keys
 from onboard.drivers.workers import Workers
 from onboard.gdem import from_npz
 from onboard.record.writer import Recorder
@@ -94,13 +94,19 @@ class LockStepPorts:
             if state is not PortState.OPEN:
                 self.lidar.close()
             return state, ()
-        chunks = self.lidar.read_exactly(channel.count, channel.stamps_us, WAIT_S)
-        return state, chunks
+        if self.lidar.wait_open(WAIT_S) is not PortState.OPEN:
+            raise ConnectionError(f"{self.lidar.address}: the bench says open, the port is not")
+        data, at, chunks = self.lidar.read_exactly(channel.count, WAIT_S), 0, []
+        for size, stamp_us in zip(channel.stamps_us[::2], channel.stamps_us[1::2]):
+            chunks.append(Chunk(stamp_us * 1000, data[at : at + size]))
+            at += size
+        return state, tuple(chunks)
 
     def write(self, outputs: Outputs) -> None:
         """Everything is on its way before the barrier hears of it."""
         if outputs.lidar_connect:
             self.lidar.connect()
+            self.lidar.wait_open(WAIT_S)
         self.can.write(outputs.can_frames)
         self.lidar.write(outputs.lidar_bytes)
         self.link.write(outputs.link_payloads)
@@ -121,7 +127,7 @@ def run(config: Config) -> int:
         stack.callback(can.close)
         lidar = open_port(config.lidar.address)
         stack.callback(lidar.close)
-        link = stack.enter_context(LinkPort(config))
+        link = stack.enter_context(LinkPort(config.link.endpoint, link_keys(config), config.link.boot_count))
         workers = Workers(wait=lockstep)
         stack.callback(workers.close)
         recorder = stack.enter_context(Recorder(config, gdem))
@@ -129,6 +135,7 @@ def run(config: Config) -> int:
             signal.signal(number, lambda *_: setattr(clock, "stopping", True))
         if isinstance(clock, LockStepClock):
             ports: LockStepPorts | WallPorts = LockStepPorts(can, lidar, link)
+            link.wait_open(WAIT_S)
             clock.start()
         else:
             ports = WallPorts(can, lidar, link, clock)

@@ -16,7 +16,7 @@ from onboard.core.jobs import JobBook
 from onboard.core.sensing import Sensing, Sweep
 from onboard.devices.lidar import LidarSession
 from onboard.devices.nodes import Nodes
-from onboard.motion.follower import Follower, PointTurn
+from onboard.motion.follower import Follower
 from onboard.perception import ldem
 from onboard.perception.localisation import Localisation
 from onboard.perception.stop_map import Look, StopMap, look, remember
@@ -69,8 +69,8 @@ class Mission:
         self._rule = MissionState()
         self._behind_wanted = memory is None
         self._sensing: Sensing | None = None
-        self._follower: Follower | None = None
-        self._turn: PointTurn | None = None
+        self._follower = Follower(config.rover, config.motion)
+        self._turn_to_rad = 0.0
         self._trail: list[tuple[float, float, float]] = []
         self._since_look_m = 0.0
         self._last_xy: tuple[float, float] | None = None
@@ -92,7 +92,7 @@ class Mission:
         """Progress within the present phase, 0..1."""
         if self.phase is Phase.SCANNING and self._sensing:
             return self._sensing.progress_ratio
-        if self.phase is Phase.DRIVING and self._follower:
+        if self.phase is Phase.DRIVING:
             return self._follower.progress_ratio
         return 0.0
 
@@ -183,16 +183,15 @@ class Mission:
         elif decision.kind == "unreachable":
             self._end(Phase.FAILED, False, decision.reason)
         else:
-            self._follower = Follower(decision.path, self._config.motion, self._config.rover)
             self.phase = Phase.DRIVING
         return Twist()
 
     def _driving(self, ctx: Context) -> Twist:
-        assert self._follower and self.decision
+        assert self.decision
         pose = ctx.localisation.estimate.pose
         if ctx.held:
             return Twist()
-        twist = self._follower.twist(pose, ctx.now_ns)
+        twist = self._follower.twist(self.decision.path, pose, ctx.now_ns)
         if not self._follower.done:
             return twist
         if self.decision.kind == "drive":
@@ -207,14 +206,12 @@ class Mission:
         return math.dist(self.goal, (pose.x_m, pose.y_m)) <= self._config.mission.goal_tolerance_m
 
     def _turn_to(self, yaw_rad: float) -> None:
-        self._turn, self.phase = PointTurn(yaw_rad, self._config.motion), Phase.TURNING
+        self._turn_to_rad, self.phase = yaw_rad, Phase.TURNING
 
     def _turning(self, ctx: Context) -> Twist:
-        assert self._turn
         if ctx.held:
             return Twist()
-        twist = self._turn.twist(ctx.localisation.estimate.pose)
-        if self._turn.done:
+        twist = self._follower.turn(self._turn_to_rad, ctx.localisation.estimate.pose)
+        if self._follower.done:
             self._scan()
-            return Twist()
         return twist
