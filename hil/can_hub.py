@@ -127,7 +127,7 @@ class CanHub:
         self._spread(frames, None)
 
     def write_error(self, flags: int, stamp_ns: int = 0) -> None:
-        """An error frame of the controller with SocketCAN's flags (0x40 bus-off, 0x100 restarted); counts as a frame."""
+        """An error frame with SocketCAN's flags (0x40 bus-off, 0x100 restarted) to every client; counts as a frame."""
         text = f"< error {0x20000000 | flags:08X} {_seconds(stamp_ns)} >".encode()
         for client in self._clients:
             if client.live:

@@ -122,3 +122,25 @@ class Guard:
     def total(self) -> Counts:
         """The sums over all ids."""
         return Counts(*map(sum, zip(*(self.counts(can_id) for can_id in self._watches), strict=True)))
+
+
+class Every:
+    """The releases of a cyclic frame."""
+
+    __slots__ = ("_due_ns", "_period_ns")
+
+    def __init__(self, period_ns: int, first_ns: int = 0) -> None:
+        self._period_ns, self._due_ns = period_ns, first_ns
+
+    def due(self, now_ns: int) -> bool:
+        """Whether it is time; missed releases are left out, not made up for."""
+        if now_ns < self._due_ns:
+            return False
+        self._due_ns += self._period_ns
+        if self._due_ns <= now_ns:
+            self._due_ns = now_ns + self._period_ns
+        return True
+
+    def now(self) -> None:
+        """The next question is answered with yes."""
+        self._due_ns = 0

@@ -4,9 +4,10 @@
     socketcand:127.0.0.1:29536/rover       a socketcand server or the bench's hub, where the kernel has no AF_CAN
     virtual:name                           inside one process
 
-What python-can 4.6.1 does, and what is done about it here: its socketcand client sees an end of file as "no message" for
-ever and would spin on it (the socket is peeked when nothing came); its `send` blocks whatever its timeout says (the socket
-is asked first, and a tick's frames leave in one piece); its connect spins for 10 s when nobody listens (asked first).
+What python-can 4.6.1 does, and what is done about it here: its socketcand client sees an end of file as "no message"
+for ever and would spin on it (the socket is peeked when nothing came); its `send` blocks whatever its timeout says (the
+socket is asked first, and a tick's frames leave in one piece); its connect spins for 10 s when nobody listens (asked
+first).
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ import select
 import socket
 import time
 from collections.abc import Sequence
+from typing import Any
 
 import can
 from can.interfaces.socketcan import SocketcanBus
@@ -71,10 +73,10 @@ class CanBus:
         return frames
 
     def read_upto(self, total: int, stamps_us: Sequence[int], limit_s: float) -> list[Frame]:
-        """Lock-step: waits until `total` frames were received since the opening; `stamps_us` are those of the new ones.
+        """Lock-step: waits until `total` frames were received since the opening; `stamps_us`: one for each new frame.
 
-        Returns fewer when the bus closes (see `state`). Raises TimeoutError with both counts after `limit_s`, ValueError
-        when the stamps are not as many as the new frames.
+        Returns fewer when the bus closes (see `state`). Raises TimeoutError with both counts after `limit_s`,
+        ValueError when the stamps are not as many as the new frames.
         """
         if len(stamps_us) != max(0, total - self.received):
             raise ValueError(f"{len(stamps_us)} stamps for frames {self.received} to {total}")
@@ -153,7 +155,7 @@ class _SocketcanBus(CanBus):
 class _SocketcandBus(CanBus):
     """python-can's socketcand client and its socket, which it gives no door to."""
 
-    def __init__(self, bus: SocketCanDaemonBus) -> None:
+    def __init__(self, bus: Any) -> None:
         super().__init__(bus)
         self._socket: socket.socket = bus._SocketCanDaemonBus__socket
         self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
@@ -207,9 +209,9 @@ def _open_socketcan(interface: str) -> CanBus:
         return _SocketcanBus(SocketcanBus(interface))
     except (can.CanError, OSError) as error:
         raise OSError(
-            f"socketcan:{interface} cannot be opened ({error}). For a virtual interface: `modprobe vcan; ip link add dev "
-            f"{interface} type vcan; ip link set {interface} up`. A kernel without AF_CAN: run a socketcand server (the "
-            "bench has one) and use socketcand:HOST:PORT/BUS"
+            f"socketcan:{interface} cannot be opened ({error}). For a virtual interface: `modprobe vcan; ip link add "
+            f"dev {interface} type vcan; ip link set {interface} up`. A kernel without AF_CAN: run a socketcand server "
+            "(the bench has one) and use socketcand:HOST:PORT/BUS"
         ) from error
 
 
@@ -218,6 +220,7 @@ def _open_socketcand(host: str, port: int, bus: str) -> CanBus:
     where = f"socketcand:{host}:{port}/{bus}"
     try:
         socket.create_connection((host, port), _CONNECT_LIMIT_S).close()
-        return _SocketcandBus(SocketCanDaemonBus(bus, host, port))
+        client: Any = SocketCanDaemonBus
+        return _SocketcandBus(client(bus, host, port))
     except (can.CanError, OSError) as error:
         raise OSError(f"{where} cannot be opened ({error}); is the bench or a socketcand server running?") from error

@@ -280,5 +280,5 @@ def test_second_client_waits_and_slow_reader_loses_whole_writes():
 
 @pytest.mark.parametrize("address", ["tcp:host", "udp:host:1", "tty:ttyACM0", "tcp:h:99999", ""])
 def test_bad_address_names_the_two_forms(address):
-    with pytest.raises(ConfigError, match="tcp:HOST:PORT.*or tty:PATH"):
+    with pytest.raises(ConfigError, match=r"tcp:HOST:PORT.*or tty:PATH"):
         open_port(address)

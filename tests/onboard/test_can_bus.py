@@ -224,7 +224,7 @@ def test_noise_from_a_client_is_counted_and_the_next_frame_read(hub):
 # -- opening ---------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("uri", ["", "can0", "socketcan:", "socketcand:host/can0", "socketcand:host:1", "virtual:", "x:y"])
+@pytest.mark.parametrize("uri", ["", "can0", "socketcan:", "socketcand:h/can0", "socketcand:h:1", "virtual:", "x:y"])
 def test_a_uri_of_another_form_is_refused_naming_the_three_forms(uri):
     with pytest.raises(ConfigError, match="socketcan:INTERFACE, socketcand:HOST:PORT/BUS or virtual:NAME"):
         open_bus(uri)
