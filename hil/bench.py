@@ -31,6 +31,7 @@ from hil.truth import Truth
 from onboard.config import Rover
 from onboard.records import Frame
 from protocol.barrier import CLOSED, OPEN, Channel
+from protocol.can_codec import TiltState
 from protocol.conventions import TICK_NS
 
 NS = 1_000_000_000
@@ -234,7 +235,7 @@ class Bench:
         p.distance_to_goal_m = float(np.hypot(goal[0] - x_m, goal[1] - y_m))
         p.way_m += float(np.hypot(self.state.velocity_mps[0], self.state.velocity_mps[1])) * TICK_NS / NS
         p.driving = max(abs(w.rate_radps) for w in self.state.wheels) > 0.3
-        sweeping = self.nodes.tilt.sweeping
+        sweeping = self.nodes.tilt.state in (TiltState.SWEEPING, TiltState.GAP)
         p.sweeps += sweeping and not p.sweeping
         p.sweeping = sweeping
         p.link = {"sent": self._link_counts.get("down_in", 0), "received": self._link_counts.get("down_out", 0)}

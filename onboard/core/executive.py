@@ -12,6 +12,7 @@ from onboard.core.downlink import Downlink, Order
 from onboard.core.mission import Context, Mission
 from onboard.perception.stop_map import StopMap
 from onboard.records import Event, Gdem, Twist
+from protocol.can_codec import StopReason
 from protocol.faults import BY_NAME, Step
 from protocol.modes import EVENTS, Mode, Phase, next_mode
 from protocol.transactions import State
@@ -149,7 +150,7 @@ class Executive:
         self._downlink.report(order.request_id, State.COMPLETED, f"ldem of {len(product)} bytes on its way")
 
     def _emergency_stop(self, order: Order, ctx: Context) -> None:
-        ctx.nodes.emergency_stop(1)
+        ctx.nodes.emergency_stop(StopReason.OPERATOR)
         self._cancel(ctx, "emergency stop by the operator")
         self._change("emergency_stop", ctx, "operator")
         self._downlink.report(order.request_id, State.COMPLETED, "ESTOP")

@@ -53,7 +53,7 @@ def _can_lost(w: Watched) -> bool:
 
 def _node_lost(w: Watched) -> bool:
     return w.now_ns > 2 * _HEARTBEAT_NS and any(
-        w.nodes.heartbeat_age_ns(node, w.now_ns) > _HEARTBEAT_NS for node in ("tilt", "imu", "power")
+        w.nodes.heartbeat_age_ns(node, w.now_ns) > _HEARTBEAT_NS for node in ("TILT", "IMU", "POWER")
     )
 
 
@@ -75,7 +75,7 @@ def _job_late(w: Watched) -> bool:
 
 
 def _estop_pressed(w: Watched) -> bool:
-    return w.nodes.estop_seen
+    return w.nodes.emergency is not None
 
 
 MONITORS: Mapping[str, Callable[[Watched], bool]] = {

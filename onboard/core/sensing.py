@@ -77,7 +77,8 @@ class Sensing:
         lidar.stream(True)
         first_rad = self._config.scanning.start_rad
         nodes.park_tilt(first_rad)
-        parked = not nodes.tilt_moving and abs(nodes.tilt_angle_rad - first_rad) < _PARKED_RAD
+        angle_rad = nodes.tilt_angle_rad
+        parked = angle_rad is not None and not nodes.tilt_moving and abs(angle_rad - first_rad) < _PARKED_RAD
         if parked and scans:
             self._start_ns = now_ns + _LEAD_NS
             nodes.sweep(self._segments, self._start_ns)

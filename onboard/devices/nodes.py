@@ -68,6 +68,7 @@ class Nodes:
         self._status: list[WheelStatus | None] = [None] * 4
         self._gyro: Any = None
         self._imu: list[ImuSample] = []
+        self._imu_ns = 0
         self._power: tuple[Any, int] | None = None
         self._heard_ns: dict[str, int] = {}
         self._states: dict[str, NodeState] = {}
@@ -147,6 +148,10 @@ class Nodes:
         """Time since the last feedback of wheel 1 to 4; since the start of the run when none came."""
         told = self._wheels[n - 1].values
         return now_ns - (told[1] if told else 0)
+
+    def imu_age_ns(self, now_ns: int) -> int:
+        """Time since the last pair of IMU frames; since the start of the run when none came."""
+        return now_ns - self._imu_ns
 
     def heartbeat_age_ns(self, node: str, now_ns: int) -> int:
         """Time since the last heartbeat of a node (a name of NODES); since the start of the run when none came."""
@@ -293,6 +298,7 @@ class Nodes:
     def _on_accel(self, values: Any, stamp_ns: int) -> None:
         if self._gyro is not None:
             self._imu.append(ImuSample(stamp_ns, self._gyro[:3], values[:3]))
+            self._imu_ns = stamp_ns
             self._gyro = None
 
     def _on_power(self, values: Any, stamp_ns: int) -> None:
