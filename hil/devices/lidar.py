@@ -5,79 +5,32 @@ It turns for ever, 25 ms a turn of its own clock; a turn is 1440 steps, of which
     turn k       |beam 0 ............ beam 1080|  blind  |beam 0 ...            17.36 us from beam to beam
     wire                                        ^ + latency: first byte of the scan of turn k
 
-All that can differ between sensors and links is in `Profile`. The state machine follows C-42-03320B and the logs of
-real sensors, as far as public drivers use it; nothing here was tried against a physical sensor.
+All that can differ between sensors and links is in `lidar_profile.Profile`. The state machine follows C-42-03320B and
+the logs of real sensors, as far as public drivers use it; nothing here was tried against a physical sensor.
 """
 
 from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from hil.devices.lidar_profile import IDEAL, PARAMETERS, VERSION, Profile
 from protocol import scip
 
 BEAMS, STEPS_A_TURN, FRONT_STEP = 1081, 1440, 540
 NO_RETURN, TOO_NEAR = 1, 2
 Cast = Callable[[NDArray[np.int64]], NDArray[np.float64]]
-Bursts = tuple[tuple[float, int], ...]
-
-_VERSION = (
-    ("VEND", "Hokuyo Automatic Co.,Ltd."), ("PROD", "SOKUIKI Sensor TOP-URG UTM-30LX"),
-    ("FIRM", "P.1.05(17/Apr./2009)"), ("PROT", "SCIP 2.0"), ("SERI", "00903971"),
-)  # fmt: skip
-_PARAMETERS = (
-    ("MODL", "UTM-30LX(Hokuyo Automatic Co.,Ltd.)"), ("DMIN", "23"), ("DMAX", "60000"), ("ARES", "1440"), ("AMIN", "0"),
-    ("AMAX", "1080"), ("AFRT", "540"), ("SCAN", "2400"),
-)  # fmt: skip
-
-
-@dataclass(frozen=True, slots=True)
-class Profile:
-    """How a sensor and its link behave in time. Ratios of 1; times in ns of bench time.
-
-    reply_tick_ns: replies leave at the next multiple of it (0: at once). latency_ns: from the end of the sweep to the
-    first byte of its scan; jitter_ns: sigma of a half-normal added to it; spike_ratio of the scans wait spike_ns more
-    (mean, exponential). bursts: (share of the frame's bytes, time after its first byte). usb: the stream outlives its
-    client.
-    """
-
-    rate_error: float = 0.0
-    start_ms: float = 0.0
-    turn_ns: float = 25e6
-    reply_tick_ns: int = 0
-    time_reply_ns: int = 0
-    latency_ns: int = 1_000_000
-    jitter_ns: float = 0.0
-    spike_ratio: float = 0.0
-    spike_ns: float = 0.0
-    bursts: Bursts = ((1.0, 0),)
-    usb: bool = False
-    near_m: float = 0.1
-    far_m: float = 30.0
-    noise_near_m: float = 0.020
-    noise_far_m: float = 0.030
-    dropout_ratio: float = 0.0
-
-
-IDEAL = Profile()
-# From the logs: one answer a turn, TM1 within 1 ms, the first byte 23.7 ms after the stamp, a frame in three bursts
-# (the logged pauses are those of a frame of two turns; here they are scaled so that a frame fits its turn).
-UTM30LX = Profile(
-    reply_tick_ns=25_000_000, time_reply_ns=950_000, latency_ns=4_950_000, jitter_ns=300_000.0,
-    bursts=((0.36, 0), (0.35, 9_400_000), (0.29, 15_800_000)), usb=True,
-)  # fmt: skip
-PROFILES = {"ideal": IDEAL, "utm30lx": UTM30LX}
 
 
 class Lidar:
     """One sensor. `cast(times_ns)` gives the 1081 ranges (m, inf = nothing there) of beams fired at these times.
 
-    The bench calls receive, step and send in this order each tick. `garble_ratio` of the scans leave with one byte
-    changed; while `stalled` no byte leaves: an injection may set both at any time. `scans` counts the turns cast.
+    The bench calls receive, step and send in this order each tick. `scans` counts the turns that were cast.
+    For injections, at any time: `garble_ratio` of the scans leave with one byte changed, `dropout_ratio` of the beams
+    return nothing, replies and scans leave `slow_ns` later, while `stalled` no byte leaves; reboot() and jump_clock().
     """
 
     def __init__(self, seed: int, cast: Cast, profile: Profile = IDEAL) -> None:
@@ -85,6 +38,8 @@ class Lidar:
         self.connected = False
         self.laser_on = False
         self.garble_ratio = 0.0
+        self.dropout_ratio = profile.dropout_ratio
+        self.slow_ns = 0
         self.stalled = False
         self.scans = 0
         self._cast = cast
@@ -150,6 +105,17 @@ class Lidar:
                 out.append(piece)
         return out
 
+    def reboot(self) -> None:
+        """Power off and on: standby, laser off, timer at zero, all that was on its way lost."""
+        self._stop()
+        self._input.clear()
+        self._output.clear()
+        self._zero_ms = self._now_ns * (1.0 + self.profile.rate_error) * 1e-6
+
+    def jump_clock(self, by_ms: float) -> None:
+        """The sensor's counter jumps."""
+        self._zero_ms -= by_ms
+
     # -- time --------------------------------------------------------------------------------------------------
 
     def clock_ms(self, at_ns: float) -> int:
@@ -166,7 +132,7 @@ class Lidar:
             at_ns += self.profile.time_reply_ns
         elif tick_ns:
             at_ns = (at_ns // tick_ns + 1) * tick_ns
-        self._queue(at_ns, scip.reply(asked.echo, status, lines))
+        self._queue(at_ns + self.slow_ns, scip.reply(asked.echo, status, lines))
 
     # -- commands ----------------------------------------------------------------------------------------------
 
@@ -186,12 +152,12 @@ class Lidar:
             row(asked)
 
     def _version(self, asked: scip.Request) -> None:
-        table = _VERSION if asked.code == "VV" else _PARAMETERS
+        table = VERSION if asked.code == "VV" else PARAMETERS
         self._reply(asked, "00", b"".join(scip.text_line(*pair) for pair in table))
 
     def _state(self, asked: scip.Request) -> None:
         rows = (
-            ("MODL", _PARAMETERS[0][1]), ("LASR", "ON" if self.laser_on else "OFF"),
+            ("MODL", PARAMETERS[0][1]), ("LASR", "ON" if self.laser_on else "OFF"),
             ("SCSP", "Initial(2400[rpm])<-Default setting by user"),
             ("MESM", "CLASSIC" if self._wanted else "IDLE"), ("SBPS", "USB Full Speed"),
             ("TIME", f"{self.clock_ms(self._now_ns):06X}"), ("STAT", "Sensor works well."),
@@ -265,7 +231,7 @@ class Lidar:
         if self.garble_ratio and self._rng.random() < self.garble_ratio:
             at = int(self._rng.integers(len(frame)))
             frame = frame[:at] + bytes((frame[at] ^ int(self._rng.integers(1, 256)),)) + frame[at + 1 :]
-        self._emit(frame, start_ns + self._sweep_ns + self.profile.latency_ns)
+        self._emit(frame, start_ns + self._sweep_ns + self.profile.latency_ns + self.slow_ns)
 
     def _emit(self, frame: bytes, first_ns: float) -> None:
         profile = self.profile
@@ -287,8 +253,8 @@ class Lidar:
         sigma_m = np.where(ranges_m > 10.0, profile.noise_far_m, profile.noise_near_m)
         noisy_m = ranges_m + self._rng.standard_normal(BEAMS) * sigma_m
         seen = ranges_m <= profile.far_m
-        if profile.dropout_ratio:
-            seen &= self._rng.random(BEAMS) >= profile.dropout_ratio
+        if self.dropout_ratio:
+            seen &= self._rng.random(BEAMS) >= self.dropout_ratio
         values = np.full(BEAMS, NO_RETURN, np.int32)
         values[seen] = np.rint(noisy_m[seen] * 1e3).astype(np.int32)
         values[ranges_m < profile.near_m] = TOO_NEAR

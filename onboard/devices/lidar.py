@@ -217,7 +217,7 @@ class LidarSession:
             )
         except (KeyError, ValueError) as error:
             raise WireError("text", f"PP: {error}") from error
-        if not (0 <= low < high < 10_000 and steps > 0 and rpm > 0 and 0 < near < 1000):
+        if not (0 <= low < high < 10_000 > abs(front) and 0 < steps < 100_000 > rpm > 0 and 0 < near < 1000):
             raise WireError("text", f"PP: {dict(pairs)}")
         self.info = {**self.info, **pairs}
         self._request = scip.ScanRequest("MD", low, high)
@@ -225,7 +225,7 @@ class LidarSession:
         self._step_rad = math.tau / steps
         self._beam_ns = 60e9 / rpm / steps
         self._status_of = _status_table(near)
-        self._clock = LidarClock(self._config.latency_ns, 60e3 / rpm)
+        self._clock.restart(60e3 / rpm)
         self._backoff_ns = _FIRST_BACKOFF_NS
 
     def _scan(self, got: scip.ScanReply, rx_ns: int) -> Scan | None:

@@ -36,11 +36,12 @@ class LidarClock:
         self.jumps = 0
         self.repeated = 0
         self._latency_ns = latency_ns
-        self._nominal_ms = turn_ms
-        self.restart()
+        self.restart(turn_ms)
 
-    def restart(self) -> None:
-        """Forget all: after a pause, a jump, a new connection."""
+    def restart(self, turn_ms: float | None = None) -> None:
+        """Forget all but the counts: after a pause, a jump, a new connection (then with the sensor's nominal turn)."""
+        if turn_ms is not None:
+            self._nominal_ms = turn_ms
         self._frames: deque[tuple[float, float, float]] = deque(maxlen=WINDOW)  # turn, stamp ms, arrival ns; all from 0
         self._turn_ms = self._nominal_ms
         self._stamp_ms = -1

@@ -92,7 +92,8 @@ def _inside(points_m: F64, boxes: F64) -> Bool:
     """Whether each point (k, 3) lies in any box: a quick look at the outer bounds, then the few that are left."""
     low, high = boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)
     inside: Bool = ((points_m >= low) & (points_m <= high)).all(axis=1)
-    for k in np.flatnonzero(inside):
-        point = points_m[k]
-        inside[k] = bool(((point >= boxes[:, 0]) & (point <= boxes[:, 1])).all(axis=1).any())
+    near = np.flatnonzero(inside)
+    few_m = points_m[near, None, :]
+    within = np.logical_and(few_m >= boxes[:, 0], few_m <= boxes[:, 1]).all(axis=2)
+    inside[near] = np.logical_or.reduce(within, axis=1)
     return inside

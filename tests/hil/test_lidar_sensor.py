@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from hil.devices import lidar as sensor
+from hil.devices import lidar_profile as profiles
 from hil.lidar_server import LidarServer, LidarTerminal
 from onboard.config import ConfigError
 from onboard.config import Lidar as LidarConfig
@@ -22,7 +23,7 @@ def flat(times_ns):
     return np.full(len(times_ns), 5.0)
 
 
-def twin(profile=sensor.IDEAL, cast=flat, seed=7):
+def twin(profile=profiles.IDEAL, cast=flat, seed=7):
     made = sensor.Lidar(seed, cast, profile)
     made.connect()
     return made
@@ -145,7 +146,7 @@ def test_codes_noise_and_millimetre_steps():
 
 
 def test_dropouts_take_their_share():
-    device = twin(dataclasses.replace(sensor.IDEAL, dropout_ratio=0.1))
+    device = twin(dataclasses.replace(profiles.IDEAL, dropout_ratio=0.1))
     ask(device, b"MD0000108001000\n")
     asked = scip.ScanRequest("MD", 0, 1080)
     rows = np.array([scip.parse_scan(scip.parse_reply(f), asked).values for f in scans_of(device, 1_000_000_000)])
@@ -161,13 +162,13 @@ def test_clusters_keep_the_smallest_and_one_shot_scans_need_the_laser():
 
 
 def test_own_clock_runs_fast_and_wraps():
-    device = twin(dataclasses.replace(sensor.IDEAL, rate_error=1e-3, start_ms=2**24 - 1000.0))
+    device = twin(dataclasses.replace(profiles.IDEAL, rate_error=1e-3, start_ms=2**24 - 1000.0))
     assert device.clock_ms(0) == 2**24 - 1000
     assert device.clock_ms(2_000_000_000) == 1002
 
 
 def test_utm_30lx_answers_once_a_turn_and_sends_a_frame_in_three_bursts():
-    device = twin(sensor.UTM30LX)
+    device = twin(profiles.UTM30LX)
     device.receive(b"VV\nTM0\n", 3_000_000)
     device.step(60_000_000)
     assert [t for t, _ in device.send()] == [25_000_000, 25_000_000]
@@ -181,7 +182,7 @@ def test_utm_30lx_answers_once_a_turn_and_sends_a_frame_in_three_bursts():
     assert 75_000_000 + 23_700_000 <= pieces[0][0] <= 75_000_000 + 25_500_000
 
 
-@pytest.mark.parametrize("profile", [sensor.IDEAL, sensor.UTM30LX])
+@pytest.mark.parametrize("profile", [profiles.IDEAL, profiles.UTM30LX])
 def test_same_seed_same_bytes(profile):
     def record(seed):
         device = twin(profile, seed=seed)
@@ -196,7 +197,7 @@ def test_same_seed_same_bytes(profile):
 
 
 def test_tcp_stream_dies_with_its_client_and_the_usb_stream_does_not():
-    for profile, on in ((sensor.IDEAL, False), (sensor.UTM30LX, True)):
+    for profile, on in ((profiles.IDEAL, False), (profiles.UTM30LX, True)):
         device = twin(profile)
         ask(device, b"MD0000108001000\n")
         device.disconnect()
@@ -207,35 +208,30 @@ def test_tcp_stream_dies_with_its_client_and_the_usb_stream_does_not():
 # -- real cables -----------------------------------------------------------------------------------------------
 
 
-def fly(server, port, session, ticks):
-    """The lock-step in small: the bench counts bytes, the port waits for as many."""
+def fly(server, port, session, first_tick, ticks):
+    """The lock-step in small: each side counts its bytes, the other waits for as many."""
     device = sensor.Lidar(1, flat)
-    scans, sent, epoch = [], 0, 0
-    for tick in range(1, ticks):
+    scans, epoch = [], server.epoch
+    for tick in range(first_tick, first_tick + ticks):
         now_ns = tick * 10_000_000
-        received = server.poll()
-        if server.connected != device.connected:
-            (device.connect if server.connected else device.disconnect)()
-            sent = 0
+        received = server.poll_exactly(port.sent, 5.0) if server.connected else b""
+        if server.epoch != epoch:
+            epoch = server.epoch
+            device.connect()
         device.receive(received, now_ns)
         device.step(now_ns)
-        stamps = []
-        for stamp_ns, data in device.send():
-            sent += server.write(data)
-            stamps.append((stamp_ns, len(data)))
-        if port.epoch == epoch + 1:
-            epoch += 1
-        data = port.read_exactly(sent, 5.0)
+        stamps = [(stamp_ns, server.write(data)) for stamp_ns, data in device.send()]
+        data = port.read_exactly(server.sent, 5.0) if server.connected else b""
+        assert len(data) == sum(size for _, size in stamps)
         chunks, at = [], 0
         for stamp_ns, size in stamps:
             chunks.append(Chunk(stamp_ns, data[at : at + size]))
             at += size
-        assert at == len(data)
         scans += session.receive(chunks, port.state, now_ns)
         port.write(session.send(now_ns))
         if session.wants_connect(now_ns):
             port.connect()
-            port.wait_open(5.0)
+            assert port.wait_open(5.0) is PortState.OPEN and server.wait_client(5.0)
     return scans
 
 
@@ -245,14 +241,33 @@ def test_whole_round_trip_over_a_real_cable(make):
     port, session = open_port(server.address), LidarSession(LidarConfig())
     session.stream(True)
     try:
-        scans = fly(server, port, session, 100)
+        scans = fly(server, port, session, 1, 100)
         assert len(scans) >= 30 and session.bad == 0 and session.counts["timeouts"] == 0
         server.disconnect()
-        assert port.read(0) == () and port.state is PortState.ERROR
+        assert port.read_exactly(server.sent + 1, 5.0) == b"" and port.state is PortState.ERROR
         assert session.receive((), port.state, 10**9) == []
+        server.poll()
+        again = fly(server, port, session, 200, 300)
+        assert len(again) > 30 and (server.epoch, port.epoch, session.counts["reconnects"]) == (2, 2, 1)
     finally:
         port.close()
         server.close()
+
+
+def test_announced_bytes_that_never_come_are_a_timeout_that_says_so():
+    server = LidarServer()
+    port = open_port(server.address)
+    port.connect()
+    assert port.wait_open(5.0) is PortState.OPEN and server.wait_client(5.0)
+    server.write(b"12345")
+    assert port.read_exactly(3, 5.0) == b"123"
+    with pytest.raises(TimeoutError, match=r"6 bytes were announced .* 5 came"):
+        port.read_exactly(6, 0.0)
+    assert port.read_exactly(5, 5.0) == b"45"
+    with pytest.raises(TimeoutError, match="1 bytes were announced, 0 came"):
+        server.poll_exactly(1, 0.0)
+    port.close()
+    server.close()
 
 
 def test_refused_and_absent_ports_are_states_not_exceptions():

@@ -7,8 +7,11 @@ import math
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from hil.devices import lidar as sensor
+from hil.devices import lidar_profile as profiles
 from onboard.config import Lidar as LidarConfig
 from onboard.devices.lidar import LidarSession
 from onboard.devices.lidar_clock import LidarClock
@@ -29,7 +32,7 @@ def room(times_ns):
 class Rig:
     """Sensor and session joined by a wire, one tick at a time."""
 
-    def __init__(self, profile=sensor.IDEAL, cut=wire.whole, latency_ns=IDEAL_LATENCY_NS):
+    def __init__(self, profile=profiles.IDEAL, cut=wire.whole, latency_ns=IDEAL_LATENCY_NS):
         self.session = LidarSession(LidarConfig(latency_ns=latency_ns))
         self.twin = sensor.Lidar(1, room, profile)
         self.cut, self.tick, self.refusing = cut, 0, False
@@ -91,7 +94,7 @@ def other_stream(twin):
 
 
 @pytest.mark.parametrize("before", [half_request, stray_stream, time_adjustment, other_stream])
-@pytest.mark.parametrize("profile", [sensor.IDEAL, sensor.UTM30LX])
+@pytest.mark.parametrize("profile", [profiles.IDEAL, profiles.UTM30LX])
 def test_session_connects_to_a_sensor_in_any_state_within_0_5_s(before, profile):
     rig = Rig(dataclasses.replace(profile, usb=True))
     before(rig.twin)
@@ -200,18 +203,51 @@ def test_quiet_again_switches_the_laser_off_and_later_on():
     assert len(rig.scans) > count + 5
 
 
-def test_reset_sensor_in_mid_stream_is_counted_as_a_jump_and_recovers():
-    rig = Rig(dataclasses.replace(sensor.IDEAL, start_ms=1e6))
+def test_clock_jump_in_mid_stream_is_counted_and_the_times_recover():
+    rig = Rig(dataclasses.replace(profiles.IDEAL, start_ms=1e6))
     rig.session.stream(True)
     rig.run(60)
-    rig.twin.receive(b"RS\nMD0000108001000\n", rig.now_ns)
+    rig.twin.jump_clock(-5e5)
     rig.run(60)
     assert rig.session.counts["clock_jump"] == 1
     assert np.abs((rig.scans[-1].start_ns + 12_500_000) % 25_000_000 - 12_500_000) < 10_000
 
 
+def test_rebooted_sensor_streams_again_by_itself():
+    rig = Rig()
+    rig.session.stream(True)
+    rig.run(60)
+    rig.twin.reboot()
+    rig.scans.clear()
+    assert rig.run(130, lambda: len(rig.scans) > 5)
+
+
+def test_slow_sensor_keeps_its_beam_times_to_the_delay_it_hides():
+    rig = Rig()
+    rig.session.stream(True)
+    rig.run(1000)
+    rig.twin.slow_ns = 8_000_000
+    rig.run(200)
+    errors_ns = [(s.start_ns + 12_500_000) % 25_000_000 - 12_500_000 for s in rig.scans[-70:]]
+    assert np.abs(errors_ns).max() < 1_000_000
+
+
+@settings(max_examples=30, deadline=None, derandomize=True)
+@given(st.lists(st.binary(max_size=80), max_size=20), st.booleans())
+def test_arbitrary_bytes_never_raise_in_session_or_sensor(pieces, framed):
+    rig = Rig()
+    rig.session.stream(True)
+    rig.run(10)
+    for piece in pieces:
+        data = b"\n\nPP\n00P\n" + piece + b"\n\n" if framed else piece
+        rig.session.receive([Chunk(rig.now_ns, data)], PortState.OPEN, rig.now_ns)
+        rig.twin.receive((b"MD" if framed else b"") + piece, rig.now_ns)
+        rig.run(1)
+    assert rig.run(400, lambda: len(rig.scans) > 3)
+
+
 def test_stamp_wraps_after_4_h_40_min_without_a_jump():
-    rig = Rig(dataclasses.replace(sensor.IDEAL, start_ms=2**24 - 700.0))
+    rig = Rig(dataclasses.replace(profiles.IDEAL, start_ms=2**24 - 700.0))
     rig.session.stream(True)
     rig.run(150)
     gaps = np.diff([s.start_ns for s in rig.scans])
@@ -221,7 +257,7 @@ def test_stamp_wraps_after_4_h_40_min_without_a_jump():
 def test_same_bytes_give_the_same_state():
     digests = []
     for _ in range(2):
-        rig = Rig(sensor.UTM30LX)
+        rig = Rig(profiles.UTM30LX)
         rig.session.stream(True)
         rig.run(120)
         digests.append((rig.session.digest_items(), [s.start_ns for s in rig.scans]))
@@ -249,7 +285,7 @@ def test_clock_error_is_under_0_25_ms_at_99_percent(turn_ns):
 
 
 def test_clock_error_through_the_whole_chain_with_the_utm_30lx_profile():
-    profile = dataclasses.replace(sensor.UTM30LX, rate_error=60e-6, start_ms=777.7, spike_ratio=0.02, spike_ns=5e6)
+    profile = dataclasses.replace(profiles.UTM30LX, rate_error=60e-6, start_ms=777.7, spike_ratio=0.02, spike_ns=5e6)
     rig = Rig(profile, latency_ns=23_700_000)
     rig.session.stream(True)
     rig.run(1500)
