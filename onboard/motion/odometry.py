@@ -26,13 +26,14 @@ from onboard.records import Twist, WheelState
 WINDOW_NS = 200_000_000  # twist and residual are means over this
 STANDING_MPS = 0.001  # mean of the window below which the rover stands (encoders may flicker by a step)
 STANDING_STEP_M = 0.0002  # and in the newest tick
+STANDING_STEER_RAD = 0.02  # steering of all wheels in the window: wheels that steer may shift the rover
 WRAP_GUARD_RAD = math.pi  # a jump of the encoder larger than this in one tick is not motion
 
 
 class Step(NamedTuple):
     """What the wheels did since the last call, in base_link axes, and the window's twist and residual.
 
-    wheels: how many were used (below 2 the increments are 0 and tell nothing).
+    wheels: how many were used (below 2 the increments are 0 and tell nothing). standing: neither driving nor steering.
     """
 
     dx_m: float
@@ -57,6 +58,7 @@ class Odometry:
         self._twist = Twist()
         self._residual_mps = 0.0
         self._slow = False
+        self._steered_rad = 0.0
 
     def update(self, wheels: Sequence[WheelState | None], now_ns: int) -> Step:
         """Takes the wheels' newest states and returns the motion since the last call."""
@@ -76,6 +78,7 @@ class Odometry:
             sum_a += a
             sum_b += b
             sum_q += a * a + b * b
+            self._steered_rad += abs(state.steer_rad - last.steer_rad)
             turned = state.position_rad - last.position_rad
             if turned == 0.0:
                 continue
@@ -104,8 +107,9 @@ class Odometry:
             found = body_twist(hubs, self._places)
             self._twist, self._residual_mps = found if found is not None else (Twist(), 0.0)
             vx, vy, yaw = self._twist
-            self._slow = found is not None and abs(vx) + abs(vy) + abs(yaw) < STANDING_MPS
-        self._window_ns = now_ns
+            slow = abs(vx) + abs(vy) + abs(yaw) < STANDING_MPS
+            self._slow = found is not None and slow and self._steered_rad < STANDING_STEER_RAD
+        self._window_ns, self._steered_rad = now_ns, 0.0
         self._hubs = [None if last is None else [0.0, 0.0] for last in self._last]
 
 

@@ -132,3 +132,12 @@ def test_wheels_that_stand_are_standing_with_nothing_moved():
     *moved, step = drive(Odometry(ROVER), Twist(), 50)
     assert moved == [0.0, 0.0, 0.0]
     assert step.standing
+
+
+def test_wheels_that_steer_on_the_spot_are_not_standing():
+    def steer(k, wheels):
+        return [wheel._replace(steer_rad=0.001 * k) for wheel in wheels]
+
+    *moved, step = drive(Odometry(ROVER), Twist(), 50, steer)
+    assert moved == [0.0, 0.0, 0.0]
+    assert not step.standing
