@@ -16,11 +16,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from onboard.planning.poses import Freedom
+from onboard.planning.poses import ORIENTATIONS, Freedom, orientation
 from onboard.records import F64, I32, U8, Grid, Path
 from protocol.conventions import wrap_rad
 
-ORIENTATIONS = 8
 STEP_RAD = math.pi / ORIENTATIONS
 SPACING_M = 0.05
 TURN_STEP_RAD = math.radians(11.25)
@@ -47,14 +46,9 @@ class Ground(NamedTuple):
         grid = self.grid
         i = np.rint((stations[:, 0] - grid.x0_m) / grid.cell_m).astype(np.int64)
         j = np.rint((stations[:, 1] - grid.y0_m) / grid.cell_m).astype(np.int64)
-        o = np.floor(stations[:, 2] / STEP_RAD + 0.5).astype(np.int64) % ORIENTATIONS
+        o = np.rint(stations[:, 2] / STEP_RAD).astype(np.int64) % ORIENTATIONS
         inside = (i >= 0) & (i < grid.columns) & (j >= 0) & (j < grid.rows)
         return bool(inside.all() and self.free[o, j, i].all())
-
-
-def orientation(yaw_rad: float) -> int:
-    """The nearest of the eight orientations."""
-    return math.floor(yaw_rad / STEP_RAD + 0.5) % ORIENTATIONS
 
 
 def ground_of(freedom: U8, grid: Grid) -> Ground:
@@ -67,11 +61,13 @@ def is_free(stations: F64, freedom: U8, grid: Grid) -> bool:
     return ground_of(freedom, grid).allows(np.asarray(stations, dtype=np.float64))
 
 
-def drivable(states: I32, start: tuple[float, float, float], ground: Ground, end: tuple[float, float] | None = None) -> Path:
+def drivable(
+    states: I32, start: tuple[float, float, float], ground: Ground, end: tuple[float, float] | None = None
+) -> Path:
     """The path from the pose `start` (x, y, yaw) along a chain of free lattice poses (k, 3) that begins in its cell.
 
-    `end`: a point in the last pose's cell to stop at instead of its centre. Raises ValueError where the chain is empty or
-    a turn between two of its poses is not free: the chain must come from a field over the same free poses.
+    `end`: a point in the last pose's cell to stop at instead of its centre. Raises ValueError where the chain is empty
+    or leaves the free poses: it must come from a field over the same ones.
     """
     if len(states) == 0:
         raise ValueError("an empty chain of poses has no path; check that the goal is reachable first")

@@ -5,8 +5,8 @@
          |     /\\        --   (it starts at -inf), so flat ground is seen whole: Vis = 1.000.
     -----+----/  \\----------
 
-The offsets (dx, dy) of step k of beam t are the same for every observer: one table, `Beams`. Near the observer many beams
-sample one cell, so each sample weighs 1 / (samples with that offset) and sums count distinct cells.
+The offsets (dx, dy) of step k of beam t are the same for every observer: one table, `Beams`. Near the observer many
+beams sample one cell, so each sample weighs 1 / (samples with that offset) and sums count distinct cells.
 """
 
 from __future__ import annotations
@@ -124,7 +124,7 @@ def look(ground: Scene, table: Beams, cells: NDArray[np.integer], height_m: floa
 def best_heading(new: F64, sector_rad: float) -> tuple[F64, F64]:
     """For each observer the heading whose sector (half width `sector_rad`) holds most newly seen cells.
 
-    new: (n, beams). Returns headings (n,) in (-pi, pi] and the cells in the sector (n,); ties take the smallest azimuth.
+    new: (n, beams). Returns headings (n,) in (-pi, pi] and the sectors' cells (n,); ties take the smallest azimuth.
     """
     count = new.shape[1]
     half = min(int(sector_rad / (math.tau / count)), (count - 1) // 2)

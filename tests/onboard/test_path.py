@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from onboard.config import Planning
 from onboard.planning import path
 from onboard.planning.pose_field import cost_to_go, descend
-from onboard.planning.poses import Freedom
+from onboard.planning.poses import Freedom, orientation
 from onboard.records import Grid
 
 GRID = Grid(0.05, 0.05, 0.1, 40, 40)
@@ -24,7 +24,7 @@ def solved(freedom, start_cell, goal_cell, start_yaw=0.0):
     seeds = np.full(freedom.shape, np.inf, dtype=np.float32)
     seeds[:, goal_cell[0], goal_cell[1]] = 0.0
     cost = cost_to_go(freedom, seeds, Planning(), GRID.cell_m, False)
-    chain = descend(cost, (*start_cell, path.orientation(start_yaw)))
+    chain = descend(cost, (*start_cell, orientation(start_yaw)))
     x, y = GRID.centre(*start_cell)
     return chain, (x + 0.02, y - 0.03, start_yaw)
 
@@ -98,7 +98,7 @@ def test_a_station_outside_the_grid_or_on_an_unknown_pose_is_not_free():
 def test_every_path_over_random_ground_stays_on_free_poses(seed, yaw):
     rng = np.random.default_rng(seed)
     freedom = np.where(rng.random((8, 40, 40)) < 0.12, Freedom.BLOCKED, Freedom.FREE).astype(np.uint8)
-    freedom[path.orientation(yaw), 4, 4] = Freedom.FREE
+    freedom[orientation(yaw), 4, 4] = Freedom.FREE
     chain, start = solved(freedom, (4, 4), (33, 35), yaw)
     if len(chain) == 0:
         return
