@@ -1,0 +1,133 @@
+// Beams of one stop to statistics of map cells. No Python types, no exceptions, no heap: the caller owns every array.
+//
+// Grid units: u = (x - x0) / cell + 1/2, so cell i covers [i, i + 1). A beam is walked cell by cell (Amanatides and Woo 1987);
+// the number of border crossings is the integer distance of its end cells, so rounding can never lead it off the grid.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+
+namespace eldorado {
+
+struct RasterGrid {
+    double x0_m, y0_m, cell_m;
+    std::int64_t rows, columns;
+};
+
+// All (rows, columns). On entry: 0 in n and the sums, NaN in z_hi and z_lo, +inf in z_ray and view_m.
+struct RasterCells {
+    std::int32_t* n;
+    double* sum_z;
+    double* sum_z2;
+    float* z_hi;
+    float* z_lo;
+    float* sum_sigma;
+    float* z_ray;
+    float* view_m;
+};
+
+struct Beams {
+    const double* origin_m;     // (3,)
+    const float* ends_m;        // (count, 3)
+    const std::uint8_t* hit;    // (count,) 0 or 1
+    std::int64_t count;
+    double sigma_range_m;
+};
+
+namespace detail {
+
+// Narrows [t0, t1] to where a + t * d lies in [0, size]; false if nowhere.
+inline bool clip(double a, double d, double size, double& t0, double& t1) {
+    if (d == 0.0) return a >= 0.0 && a < size;
+    double enter = (0.0 - a) / d, leave = (size - a) / d;
+    if (enter > leave) std::swap(enter, leave);
+    t0 = std::max(t0, enter);
+    t1 = std::min(t1, leave);
+    return t0 < t1;
+}
+
+inline std::int64_t cell_of(double u, std::int64_t size) {
+    return std::clamp(static_cast<std::int64_t>(std::floor(u)), std::int64_t{0}, size - 1);
+}
+
+// One axis of the walk: parameter of the next border, its step, cells still to be crossed.
+struct Axis {
+    double next, step;
+    std::int64_t left, stride;
+};
+
+inline Axis axis(double a, double d, std::int64_t from, std::int64_t to, std::int64_t stride) {
+    constexpr double never = std::numeric_limits<double>::infinity();
+    if (from == to) return {never, never, 0, 0};
+    const std::int64_t way = to > from ? 1 : -1;
+    const double border = static_cast<double>(way > 0 ? from + 1 : from);
+    return {(border - a) / d, 1.0 / std::abs(d), way * (to - from), way * stride};
+}
+
+// Lowers z_ray along the crossed cells. `keep_last`: the last cell was crossed as well, up to t1.
+inline void lower_rays(float* z_ray, std::int64_t at, Axis x, Axis y, double z, double dz, double t0, double t1,
+                       bool keep_last) {
+    const double enters = dz < 0.0 ? 0.0 : 1.0;  // lowest where it leaves if it falls, where it enters if it rises
+    double entry = t0;
+    for (std::int64_t crossings = x.left + y.left; crossings > 0; --crossings) {
+        Axis& a = x.next <= y.next ? x : y;
+        const double exit = std::clamp(a.next, entry, t1);
+        const float low = static_cast<float>(z + dz * (enters != 0.0 ? entry : exit));
+        if (low < z_ray[at]) z_ray[at] = low;
+        at += a.stride;
+        a.next = --a.left > 0 ? a.next + a.step : std::numeric_limits<double>::infinity();
+        entry = exit;
+    }
+    if (!keep_last) return;
+    const float low = static_cast<float>(z + dz * (enters != 0.0 ? entry : t1));
+    if (low < z_ray[at]) z_ray[at] = low;
+}
+
+inline void count_hit(const RasterCells& c, std::int64_t at, double z, double sigma, double distance) {
+    const float height = static_cast<float>(z), view = static_cast<float>(distance);
+    c.sum_z[at] += z;
+    c.sum_z2[at] += z * z;
+    c.sum_sigma[at] += static_cast<float>(sigma);
+    if (c.n[at]++ == 0) {
+        c.z_hi[at] = c.z_lo[at] = height;
+        c.view_m[at] = view;
+        return;
+    }
+    c.z_hi[at] = std::max(c.z_hi[at], height);
+    c.z_lo[at] = std::min(c.z_lo[at], height);
+    c.view_m[at] = std::min(c.view_m[at], view);
+}
+
+}  // namespace detail
+
+// Adds every beam to `cells`. Beams whose end is not finite are left out; cells outside the grid are not written.
+// sigma_z of a hit = sigma_range * |sin(elevation)|; view_m = least horizontal distance of a hit from the origin.
+inline void rasterise(const RasterGrid& grid, const Beams& beams, const RasterCells& cells) {
+    const double per_m = 1.0 / grid.cell_m, z = beams.origin_m[2];
+    const double u0 = (beams.origin_m[0] - grid.x0_m) * per_m + 0.5, v0 = (beams.origin_m[1] - grid.y0_m) * per_m + 0.5;
+    for (std::int64_t k = 0; k < beams.count; ++k) {
+        const float* end = beams.ends_m + 3 * k;
+        const double dx = end[0] - beams.origin_m[0], dy = end[1] - beams.origin_m[1], dz = end[2] - z;
+        if (!std::isfinite(dx + dy + dz)) continue;
+        const double du = dx * per_m, dv = dy * per_m;
+        double t0 = 0.0, t1 = 1.0;
+        if (!detail::clip(u0, du, static_cast<double>(grid.columns), t0, t1)) continue;
+        if (!detail::clip(v0, dv, static_cast<double>(grid.rows), t0, t1)) continue;
+        const std::int64_t i0 = detail::cell_of(u0 + t0 * du, grid.columns), j0 = detail::cell_of(v0 + t0 * dv, grid.rows);
+        const std::int64_t i1 = detail::cell_of(u0 + t1 * du, grid.columns), j1 = detail::cell_of(v0 + t1 * dv, grid.rows);
+        const double u_end = std::floor(u0 + du), v_end = std::floor(v0 + dv);
+        const bool inside = u_end == static_cast<double>(i1) && v_end == static_cast<double>(j1);
+        const bool counts = beams.hit[k] != 0 && inside;
+        const detail::Axis x = detail::axis(u0, du, i0, i1, 1), y = detail::axis(v0, dv, j0, j1, grid.columns);
+        detail::lower_rays(cells.z_ray, j0 * grid.columns + i0, x, y, z, dz, t0, t1, !counts);
+        if (!counts) continue;
+        const double flat = std::sqrt(dx * dx + dy * dy), length = std::sqrt(flat * flat + dz * dz);
+        const double sigma = length > 0.0 ? beams.sigma_range_m * std::abs(dz) / length : 0.0;
+        detail::count_hit(cells, j1 * grid.columns + i1, end[2], sigma, flat);
+    }
+}
+
+}  // namespace eldorado

@@ -1,0 +1,134 @@
+"""The local digital elevation map: beams go in, it grows with the way, the planner looks through a window of it.
+
+`10-navigation` section 3. Every function returns a new Ldem; cells never move against the map frame, so nothing is
+resampled.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import DTypeLike
+
+from onboard import native
+from onboard.records import Bool, Cloud, Grid, Ldem, Pose
+
+BLOCK_M = 5.0  # the map grows by whole blocks of this side
+REPLACING_HITS = 3  # R3: with as many near hits the newest scan speaks alone
+
+_LAYERS: tuple[tuple[str, DTypeLike, float], ...] = (
+    ("n", np.int32, 0),
+    ("sum_z", np.float64, 0.0),
+    ("sum_z2", np.float64, 0.0),
+    ("z_hi", np.float32, np.nan),
+    ("z_lo", np.float32, np.nan),
+    ("sum_sigma", np.float32, 0.0),
+    ("z_ray", np.float32, np.inf),
+    ("view_m", np.float32, np.inf),
+    ("stop", np.int16, -1),
+    ("assumed_z", np.float32, np.nan),
+)  # name, dtype, value of a cell nobody saw
+
+
+def grid_around(x_m: float, y_m: float, size_m: float, cell_m: float) -> Grid:
+    """The square grid of `size_m` whose cell (rows // 2, columns // 2) holds the point."""
+    count = max(1, round(size_m / cell_m))
+    first_i, first_j = math.floor(x_m / cell_m) - count // 2, math.floor(y_m / cell_m) - count // 2
+    return _grid(first_j, first_i, count, count, cell_m)
+
+
+def empty(grid: Grid) -> Ldem:
+    """A map nobody has seen anything of."""
+    shape = (grid.rows, grid.columns)
+    layers: dict[str, Any] = {name: np.full(shape, unseen, dtype) for name, dtype, unseen in _LAYERS}
+    return Ldem(grid=grid, **layers)
+
+
+def insert(ldem: Ldem, cloud: Cloud, stop: int, near_m: float) -> Ldem:
+    """The map with the beams of one scan in it, merged by rule R3.
+
+    A cell with at least 3 hits from nearer than `near_m` (horizontal, m) in this scan takes this scan's values alone,
+    z_ray too; elsewhere counts and sums add up and bounds widen. Beams are cut at the border of the grid: `grow` it
+    first.
+    """
+    new = native.rasterise(ldem.grid, cloud)
+    alone: Bool = (new.n >= REPLACING_HITS) & (new.view_m < near_m)
+    nearer: Bool = alone | (new.view_m < ldem.view_m)
+    return Ldem(
+        grid=ldem.grid,
+        n=np.where(alone, new.n, ldem.n + new.n),
+        sum_z=np.where(alone, new.sum_z, ldem.sum_z + new.sum_z),
+        sum_z2=np.where(alone, new.sum_z2, ldem.sum_z2 + new.sum_z2),
+        z_hi=np.where(alone, new.z_hi, np.fmax(ldem.z_hi, new.z_hi)),
+        z_lo=np.where(alone, new.z_lo, np.fmin(ldem.z_lo, new.z_lo)),
+        sum_sigma=np.where(alone, new.sum_sigma, ldem.sum_sigma + new.sum_sigma),
+        z_ray=np.where(alone, new.z_ray, np.minimum(ldem.z_ray, new.z_ray)),
+        view_m=np.where(nearer, new.view_m, ldem.view_m),
+        stop=np.where(nearer, np.int16(stop), ldem.stop),
+        assumed_z=ldem.assumed_z,
+    )
+
+
+def grow(ldem: Ldem, x_m: float, y_m: float, half_size_m: float) -> Ldem:
+    """The map, larger by whole blocks of 5 m where less than `half_size_m` and a cell lie around the point.
+
+    Returned unchanged where it is large enough.
+    """
+    grid = ldem.grid
+    block = max(1, round(BLOCK_M / grid.cell_m))
+    j, i = grid.cell(x_m, y_m)
+    around = math.ceil(half_size_m / grid.cell_m) + 1
+    below, above = _blocks(around - j, block), _blocks(j + around + 1 - grid.rows, block)
+    left, right = _blocks(around - i, block), _blocks(i + around + 1 - grid.columns, block)
+    if not (below or above or left or right):
+        return ldem
+    first_j, first_i = _first(grid)
+    return _crop(
+        ldem,
+        _grid(first_j - below, first_i - left, grid.rows + below + above, grid.columns + left + right, grid.cell_m),
+    )
+
+
+def window(ldem: Ldem, x_m: float, y_m: float, size_m: float) -> Ldem:
+    """The square of `size_m` whose cell (rows // 2, columns // 2) holds the point; unseen beyond the map (Eq. 1)."""
+    return _crop(ldem, grid_around(x_m, y_m, size_m, ldem.grid.cell_m))
+
+
+def assume_disc(ldem: Ldem, pose: Pose, radius_m: float) -> Ldem:
+    """The map with the plane under the wheels assumed within `radius_m` (R1); only cells without hits use it."""
+    grid, (nx, ny, nz) = ldem.grid, pose.matrix()[:3, 2]
+    dx = grid.x0_m + np.arange(grid.columns) * grid.cell_m - pose.x_m
+    dy = (grid.y0_m + np.arange(grid.rows) * grid.cell_m - pose.y_m)[:, None]
+    plane = pose.z_m - (nx * dx + ny * dy) / nz
+    assumed = np.where(dx * dx + dy * dy <= radius_m * radius_m, plane, ldem.assumed_z).astype(np.float32)
+    layers = {name: getattr(ldem, name) for name, _, _ in _LAYERS}
+    return Ldem(grid=grid, **{**layers, "assumed_z": assumed})
+
+
+def _blocks(missing: int, block: int) -> int:
+    return block * -(-max(0, missing) // block)
+
+
+def _first(grid: Grid) -> tuple[int, int]:
+    """(j, i) of cell (0, 0) counted from the origin of the map frame: its centre is at (k + 1/2) * cell."""
+    return round(grid.y0_m / grid.cell_m - 0.5), round(grid.x0_m / grid.cell_m - 0.5)
+
+
+def _grid(first_j: int, first_i: int, rows: int, columns: int, cell_m: float) -> Grid:
+    return Grid((first_i + 0.5) * cell_m, (first_j + 0.5) * cell_m, cell_m, rows, columns)
+
+
+def _crop(ldem: Ldem, grid: Grid) -> Ldem:
+    """What `ldem` holds of `grid`, a copy; unseen where it holds nothing. Both have the same cells."""
+    (old_j, old_i), (new_j, new_i) = _first(ldem.grid), _first(grid)
+    low_j, high_j = max(old_j, new_j), min(old_j + ldem.grid.rows, new_j + grid.rows)
+    low_i, high_i = max(old_i, new_i), min(old_i + ldem.grid.columns, new_i + grid.columns)
+    made = empty(grid)
+    if low_j < high_j and low_i < high_i:
+        for name, _, _ in _LAYERS:
+            getattr(made, name)[low_j - new_j : high_j - new_j, low_i - new_i : high_i - new_i] = getattr(ldem, name)[
+                low_j - old_j : high_j - old_j, low_i - old_i : high_i - old_i
+            ]
+    return made
