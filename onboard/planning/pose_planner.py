@@ -20,7 +20,7 @@ class PoseFieldPlanner:
         j, i, o = pose_index(problem.grid, *problem.start)
         if not problem.grid.contains(j, i) or problem.freedom[o, j, i] != Freedom.FREE:
             return Plan(None, math.inf, "the start is not a free pose")
-        seeds = np.where(problem.goals, np.float32(0.0), np.float32(np.inf))
+        seeds = np.argwhere(problem.goals)[:, [1, 2, 0]]
         cell_m, near = problem.grid.cell_m, problem.closeness
         cost = cost_to_go(problem.freedom, seeds, problem.planning, cell_m, False, near)
         if not np.isfinite(cost[o, j, i]):

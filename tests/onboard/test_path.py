@@ -21,10 +21,11 @@ def everywhere_free(rows=40, columns=40):
 
 
 def solved(freedom, start_cell, goal_cell, start_yaw=0.0):
-    seeds = np.full(freedom.shape, np.inf, dtype=np.float32)
-    seeds[:, goal_cell[0], goal_cell[1]] = 0.0
+    seeds = np.array([[*goal_cell, -1]])
     cost = cost_to_go(freedom, seeds, Planning(), GRID.cell_m, False)
-    chain = descend(cost, (*start_cell, orientation(start_yaw)))
+    start = (*start_cell, orientation(start_yaw))
+    reached = np.isfinite(cost[start[2], start[0], start[1]])
+    chain = descend(cost, start, Planning(), GRID.cell_m) if reached else np.empty((0, 3), np.int32)
     x, y = GRID.centre(*start_cell)
     return chain, (x + 0.02, y - 0.03, start_yaw)
 
