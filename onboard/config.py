@@ -127,7 +127,7 @@ class Planning:
     closeness_weight: float = value(0.5, "soft cost near what is not free", low=0, high=20)
     planner: str = value("pose-field", "row of planning.PLANNERS", one_of=("pose-field", "distance-transform"))
     weight_roughness: float = value(1.0, "W_B of Eq. 25", low=0, high=100)
-    weight_length: float = value(1.0, "W_L of Eq. 25", low=0, high=100)
+    weight_length: float = value(1.0, "W_L of Eq. 25; the unit of the others", low=0.01, high=100)
     weight_roll: float = value(0.5, "W_theta_x of Eq. 25", low=0, high=100)
     weight_pitch: float = value(0.5, "W_theta_y of Eq. 25", low=0, high=100)
 

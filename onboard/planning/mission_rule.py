@@ -1,0 +1,216 @@
+"""The mission rule: what to do at each stop, why, and why it ends. Pure, over plain data (`10-navigation` section 5).
+
+    R1 start     two scans at the first stop, ahead and behind; one at every other
+    R2 trail     poses driven over stay free (done by the caller)
+    R4 terminal  a goal pose is reachable over free poses: drive to the one nearest to the goal
+    R10 choice   the strategy's own stop, while the record distance fell by 0.5 m within the last 2 stops
+    R5 commit    follow the optimistic path to its last free pose, look at the first that is not free
+    R6 failed    a commit that would repeat a stop and heading: another viewpoint, twice per 0.5 m block; then mark the block
+    R9 give up   no way is left: unreachable, with the nearest reachable pose
+
+Every stop is new, or uses up a try of a block, or lowers the record; marks only grow; `stop_limit` bounds what is left.
+R7 (confirm obstacles seen from afar) and R8 (clear the marks once) are not in this version: they only widen what is tried
+before R9.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field, replace
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from onboard.config import Mission
+from onboard.records import Decision, Path
+from protocol.conventions import wrap_rad
+
+REPEAT_M = 0.1
+REPEAT_RAD = math.radians(10)
+RECORD_STEP_M = 0.5
+RECORD_STOPS = 2
+BLOCK_M = 0.5
+TRIES = 2
+
+
+class Stop(NamedTuple):
+    """A place and heading from which a scan was taken."""
+
+    x_m: float
+    y_m: float
+    heading_rad: float
+
+
+class Tried(NamedTuple):
+    """How often a block of targets (BLOCK_M squares of the map, row and column) was looked at from elsewhere."""
+
+    row: int
+    column: int
+    tries: int
+
+
+@dataclass(frozen=True, slots=True)
+class Option:
+    """A stop that can be driven to. target_m: the first pose that is not free (R5), where there is one.
+
+    data: numbers for the report.
+    """
+
+    stop: Stop
+    path: Path
+    cost_m: float
+    target_m: tuple[float, float] | None = None
+    data: dict[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True)
+class Mark:
+    """Count what is unknown within BLOCK_M of this point as an obstacle, and ask again."""
+
+    x_m: float
+    y_m: float
+
+
+@dataclass(frozen=True, slots=True)
+class Nearest:
+    """For R9: the reachable pose nearest to the goal, its distance from it, and the cells around the reachable ground."""
+
+    x_m: float
+    y_m: float
+    distance_m: float
+    blocking_cells: int
+
+
+@dataclass(frozen=True, slots=True)
+class MissionState:
+    """What the rule remembers of one mission. stops: places scanned from, newest last. marked: points counted blocked.
+
+    record_m: smallest optimistic cost-to-go so far; since_record: stops since it last fell by 0.5 m.
+    """
+
+    number: int = 0
+    stops: tuple[Stop, ...] = ()
+    marked: tuple[tuple[float, float], ...] = ()
+    tried: tuple[Tried, ...] = ()
+    record_m: float = math.inf
+    since_record: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class Situation:
+    """What planning found at this stop. best_cost_m: least optimistic cost-to-go over the reachable free poses.
+
+    Options are None where there is none; `viewpoint` is looked for only where `repeats` holds for the commit.
+    """
+
+    pose: Stop
+    goal_m: tuple[float, float]
+    nearest: Nearest
+    terminal: Option | None = None
+    commit: Option | None = None
+    choice: Option | None = None
+    viewpoint: Option | None = None
+    best_cost_m: float = math.inf
+
+
+def scan_headings(state: MissionState) -> tuple[float, ...]:
+    """R1: the yaws relative to the rover's at which to scan at this stop."""
+    return (0.0, math.pi) if state.number == 0 else (0.0,)
+
+
+def arrive(state: MissionState, pose: Stop, best_cost_m: float = math.inf) -> MissionState:
+    """The state once the stop's scans are taken: counted, its headings kept, the record brought up to date.
+
+    Call it once at each stop, before `decide` (which may be asked several times at one stop).
+    """
+    scanned = tuple(pose._replace(heading_rad=wrap_rad(pose.heading_rad + turn)) for turn in scan_headings(state))
+    lower = best_cost_m <= state.record_m - RECORD_STEP_M
+    return replace(
+        state,
+        number=state.number + 1,
+        stops=state.stops + scanned,
+        record_m=best_cost_m if lower else state.record_m,
+        since_record=0 if lower else state.since_record + 1,
+    )
+
+
+def repeats(state: MissionState, stop: Stop) -> bool:
+    """Whether a scan was taken at this place (0.1 m) and heading (10 degrees) before."""
+    return any(
+        math.dist(stop[:2], earlier[:2]) <= REPEAT_M
+        and abs(wrap_rad(stop.heading_rad - earlier.heading_rad)) <= REPEAT_RAD
+        for earlier in state.stops
+    )
+
+
+def tries_left(state: MissionState, target_m: tuple[float, float]) -> int:
+    """How many more viewpoints a target's block may have (R6)."""
+    row, column = _block(target_m)
+    return TRIES - sum(t.tries for t in state.tried if (t.row, t.column) == (row, column))
+
+
+def decide(state: MissionState, situation: Situation, mission: Mission) -> tuple[Decision | Mark, MissionState]:
+    """The decision at this stop, or a Mark after which the caller plans again with the state returned."""
+    away = math.dist(situation.pose[:2], situation.goal_m)
+    if situation.terminal is not None or away <= mission.goal_tolerance_m:
+        return _terminal(situation, away, mission), state
+    if state.number > mission.stop_limit:
+        return _give_up(situation, f"{mission.stop_limit} stops are the limit (mission.stop_limit)"), state
+    choice = situation.choice
+    if choice is not None and state.since_record < RECORD_STOPS and not repeats(state, choice.stop):
+        return _drive(choice, "R10", "the strategy's best stop; the way left still shrinks"), state
+    commit = situation.commit
+    if commit is None:
+        return _give_up(situation, "no way is left over free or unknown ground"), state
+    if not repeats(state, commit.stop):
+        return _drive(commit, "R5", _commit_text(commit)), state
+    return _failed_try(state, situation, commit)
+
+
+def _terminal(situation: Situation, away_m: float, mission: Mission) -> Decision:
+    option = situation.terminal
+    here = option is None or option.path.length_m <= 0.05
+    if here and away_m <= mission.goal_tolerance_m:
+        text = f"{away_m:.2f} m from the goal, no nearer pose is free"
+        return Decision("arrived", "R4", text, _stay(situation.pose), situation.pose.heading_rad)
+    assert option is not None
+    left = math.dist(option.stop[:2], situation.goal_m)
+    text = f"the goal is reached over free poses: {option.path.length_m:.2f} m to {left:.2f} m from it"
+    return Decision("goal", "R4", text, option.path, option.stop.heading_rad, {"cost_m": option.cost_m, **option.data})
+
+
+def _failed_try(state: MissionState, situation: Situation, commit: Option) -> tuple[Decision | Mark, MissionState]:
+    """R6: the commit would repeat a scan that showed nothing of its target."""
+    if commit.target_m is None:
+        return _give_up(situation, "the scan at the end of the free way was taken before"), state
+    view = situation.viewpoint
+    if view is not None and tries_left(state, commit.target_m) > 0 and not repeats(state, view.stop):
+        tried = (*state.tried, Tried(*_block(commit.target_m), 1))
+        text = f"({commit.target_m[0]:.1f}, {commit.target_m[1]:.1f}) stayed unknown; it is looked at from elsewhere"
+        return _drive(view, "R6", text), replace(state, tried=tried)
+    return Mark(*commit.target_m), replace(state, marked=(*state.marked, commit.target_m))
+
+
+def _drive(option: Option, rule: str, reason: str) -> Decision:
+    data = {"cost_m": option.cost_m, "target_m": option.target_m, **option.data}
+    return Decision("drive", rule, reason, option.path, option.stop.heading_rad, data)
+
+
+def _commit_text(option: Option) -> str:
+    ahead = "the map's border" if option.target_m is None else f"({option.target_m[0]:.1f}, {option.target_m[1]:.1f})"
+    return f"{option.path.length_m:.2f} m to the last free pose, then look at {ahead}; {option.cost_m:.1f} m are left"
+
+
+def _give_up(situation: Situation, why: str) -> Decision:
+    near = situation.nearest
+    text = f"{why}; nearest reachable pose ({near.x_m:.2f}, {near.y_m:.2f}), {near.distance_m:.2f} m from the goal"
+    data = {"nearest_m": (near.x_m, near.y_m), "distance_m": near.distance_m, "blocking_cells": near.blocking_cells}
+    return Decision("unreachable", "R9", text, _stay(situation.pose), situation.pose.heading_rad, data)
+
+
+def _stay(pose: Stop) -> Path:
+    return Path(np.array([pose], dtype=np.float64))
+
+
+def _block(point_m: tuple[float, float]) -> tuple[int, int]:
+    return math.floor(point_m[1] / BLOCK_M), math.floor(point_m[0] / BLOCK_M)

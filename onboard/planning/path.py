@@ -1,0 +1,197 @@
+"""From a chain of lattice poses to a path that is driven: lines of sight, real yaws, stations.
+
+A lattice pose is (j, i, o), the body's axis at o * 22.5 degrees modulo 180: the rover is symmetric, so a free pose is free
+with either end ahead. Three steps, all deterministic:
+
+1. `shorten`: from each point straight to the farthest pose of the chain that can be seen over free poses, the body along
+   the line; where no line is seen, one step of the chain as it is (crab: the body keeps its axis).
+2. `lead`: which end leads. The scanner's end, unless the way back is a short retreat or there is no room to turn round.
+3. stations at most 0.05 m and 11.25 degrees apart; each one's pose is free by the same test that `is_free` repeats.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from onboard.planning.poses import ORIENTATIONS, Freedom, orientation
+from onboard.records import F64, I32, U8, Grid, Path
+from protocol.conventions import wrap_rad
+
+STEP_RAD = math.pi / ORIENTATIONS
+SPACING_M = 0.05
+TURN_STEP_RAD = math.radians(11.25)
+RETREAT_M = 1.0
+HORIZON = 150  # poses of the chain that a line of sight may skip
+
+
+class Leg(NamedTuple):
+    """A straight piece: from the last point to (x_m, y_m), the body's axis at `axis_rad` (modulo 180 degrees)."""
+
+    x_m: float
+    y_m: float
+    axis_rad: float
+
+
+class Ground(NamedTuple):
+    """Free poses on their grid. free: (8, rows, columns) bool."""
+
+    free: np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
+    grid: Grid
+
+    def allows(self, stations: F64) -> bool:
+        """Whether the pose of every station (k, 3) is free: nearest cell, nearest orientation."""
+        grid = self.grid
+        i = np.rint((stations[:, 0] - grid.x0_m) / grid.cell_m).astype(np.int64)
+        j = np.rint((stations[:, 1] - grid.y0_m) / grid.cell_m).astype(np.int64)
+        o = np.rint(stations[:, 2] / STEP_RAD).astype(np.int64) % ORIENTATIONS
+        inside = (i >= 0) & (i < grid.columns) & (j >= 0) & (j < grid.rows)
+        return bool(inside.all() and self.free[o, j, i].all())
+
+
+def ground_of(freedom: U8, grid: Grid) -> Ground:
+    """Ground from (8, rows, columns) uint8 of Freedom."""
+    return Ground(freedom == Freedom.FREE, grid)
+
+
+def is_free(stations: F64, freedom: U8, grid: Grid) -> bool:
+    """Whether every station (k, 3) of x, y, yaw stands on a free pose."""
+    return ground_of(freedom, grid).allows(np.asarray(stations, dtype=np.float64))
+
+
+def drivable(
+    states: I32, start: tuple[float, float, float], ground: Ground, end: tuple[float, float] | None = None
+) -> Path:
+    """The path from the pose `start` (x, y, yaw) along a chain of free lattice poses (k, 3) that begins in its cell.
+
+    `end`: a point in the last pose's cell to stop at instead of its centre. Raises ValueError where the chain is empty
+    or leaves the free poses: it must come from a field over the same ones.
+    """
+    if len(states) == 0:
+        raise ValueError("an empty chain of poses has no path; check that the goal is reachable first")
+    points = [(start[0], start[1])] + [ground.grid.centre(int(j), int(i)) for j, i, _ in states]
+    axes = [orientation(start[2])] + [int(o) for _, _, o in states]
+    if end is not None:
+        points[-1] = end
+    return Path(lead(shorten(points, axes, start[2], ground), start, ground))
+
+
+def shorten(points: list[tuple[float, float]], axes: list[int], yaw_rad: float, ground: Ground) -> list[Leg]:
+    """Legs along the points with the chain's orientations `axes`; every leg and the turns between are free."""
+    legs: list[Leg] = []
+    at, axis = 0, yaw_rad
+    last = len(points) - 1
+    while at < last:
+        for to in range(min(last, at + HORIZON), at, -1):
+            seen = _sight(points[at], points[to], axis, ground)
+            if seen is not None and (to == last or _turn(points[to], seen, axes[to] * STEP_RAD, ground) is not None):
+                break
+        else:
+            to = at + 1
+            seen = _step(points[at], points[to], axes[to] * STEP_RAD, axis, ground)
+            if seen is None:  # first back to the chain's own orientation here
+                legs.append(Leg(*points[at], axes[at] * STEP_RAD))
+                seen = _step(points[at], points[to], axes[to] * STEP_RAD, axes[at] * STEP_RAD, ground)
+            if seen is None:
+                raise ValueError(f"the chain is not free between {points[at]} and {points[to]}")
+        legs.append(Leg(*points[to], seen))
+        at, axis = to, seen
+    return legs
+
+
+def _sight(a: tuple[float, float], b: tuple[float, float], axis_rad: float, ground: Ground) -> float | None:
+    """The axis of the straight way from a to b along the body, or None where a pose or the turn to it is not free."""
+    if math.dist(a, b) < 1e-9:
+        return None
+    heading = math.atan2(b[1] - a[1], b[0] - a[0])
+    if not ground.allows(_line(a, b, heading)) or _turn(a, axis_rad, heading, ground) is None:
+        return None
+    return heading
+
+
+def _step(
+    a: tuple[float, float], b: tuple[float, float], axis_rad: float, before_rad: float, ground: Ground
+) -> float | None:
+    """A step of the chain as it is: turn at a from `before_rad`, then to b with a fixed axis; None where not free."""
+    free = ground.allows(_line(a, b, axis_rad)) and _turn(a, before_rad, axis_rad, ground) is not None
+    return axis_rad if free else None
+
+
+def _line(a: tuple[float, float], b: tuple[float, float], yaw_rad: float) -> F64:
+    """Stations from a to b, both included, at most SPACING_M apart."""
+    pieces = max(1, math.ceil(math.dist(a, b) / SPACING_M - 1e-9))
+    out = np.empty((pieces + 1, 3))
+    out[:, 0], out[:, 1] = np.linspace(a[0], b[0], pieces + 1), np.linspace(a[1], b[1], pieces + 1)
+    out[:, 2] = yaw_rad
+    return out
+
+
+def _turn(at: tuple[float, float], from_rad: float, to_rad: float, ground: Ground) -> F64 | None:
+    """Stations of a free turn on the spot from one axis to another (modulo 180 degrees): the shorter way if free."""
+    delta = math.remainder(to_rad - from_rad, math.pi)
+    for angle in (delta, delta - math.copysign(math.pi, delta)):
+        stations = _spin(at, from_rad, angle)
+        if ground.allows(stations):
+            return stations
+    return None
+
+
+def turn_to(at: tuple[float, float], from_rad: float, to_rad: float, ground: Ground) -> F64 | None:
+    """Stations of a free turn on the spot from one yaw to another, both included; None where neither way is free."""
+    delta = wrap_rad(to_rad - from_rad)
+    for angle in (delta, delta - math.copysign(math.tau, delta)):
+        stations = _spin(at, from_rad, angle)
+        if ground.allows(stations):
+            return stations
+    return None
+
+
+def _spin(at: tuple[float, float], from_rad: float, angle_rad: float) -> F64:
+    pieces = max(1, math.ceil(abs(angle_rad) / TURN_STEP_RAD - 1e-9))
+    out = np.empty((pieces + 1, 3))
+    out[:, 0], out[:, 1] = at
+    out[:, 2] = from_rad + np.linspace(0.0, angle_rad, pieces + 1)
+    return out
+
+
+def lead(legs: list[Leg], start: tuple[float, float, float], ground: Ground) -> F64:
+    """Stations (k, 3) over the legs with real yaws: which end leads, where to turn round."""
+    stations = [np.array([start], dtype=np.float64)]
+    place, yaw = (start[0], start[1]), start[2]
+    for k, leg in enumerate(legs):
+        ahead = _ahead(place, leg)
+        turn = None
+        if abs(wrap_rad(ahead - yaw)) > math.pi / 2 + 1e-9 and _retreat_m(place, legs[k:], yaw) >= RETREAT_M:
+            turn = turn_to(place, yaw, ahead, ground)
+        if turn is None:
+            turn = _turn(place, yaw, leg.axis_rad, ground)
+        if turn is None:
+            raise ValueError(f"no free turn at {place}: the legs are not of these free poses")
+        yaw = float(turn[-1, 2])
+        stations += [turn[1:], _line(place, (leg.x_m, leg.y_m), yaw)[1:]]
+        place = (leg.x_m, leg.y_m)
+    joined = np.concatenate(stations)
+    joined[:, 2] = np.arctan2(np.sin(joined[:, 2]), np.cos(joined[:, 2]))
+    moved = np.any(np.abs(np.diff(joined, axis=0)) > 1e-12, axis=1)
+    return joined[np.concatenate([[True], moved])]
+
+
+def _ahead(place: tuple[float, float], leg: Leg) -> float:
+    """The yaw on the leg's axis with the scanner's end towards its far end."""
+    dx, dy = leg.x_m - place[0], leg.y_m - place[1]
+    forward = math.cos(leg.axis_rad) * dx + math.sin(leg.axis_rad) * dy >= -1e-9
+    return wrap_rad(leg.axis_rad if forward else leg.axis_rad + math.pi)
+
+
+def _retreat_m(place: tuple[float, float], legs: list[Leg], yaw_rad: float) -> float:
+    """Length of the legs from here on that would be driven backwards if the rover did not turn round now."""
+    length = 0.0
+    for leg in legs:
+        ahead = _ahead(place, leg)
+        if abs(wrap_rad(ahead - yaw_rad)) <= math.pi / 2 + 1e-9:
+            break
+        length += math.hypot(leg.x_m - place[0], leg.y_m - place[1])
+        place, yaw_rad = (leg.x_m, leg.y_m), wrap_rad(ahead + math.pi)
+    return length
