@@ -228,7 +228,7 @@ class Bench:
             counts.update(link.finish(self._alive).sent)
 
     def _note(self, now_ns: int) -> None:
-        goal = self.world.goal
+        goal = self.world.goal_m
         x_m, y_m = float(self.state.position_m[0]), float(self.state.position_m[1])
         p = self.progress
         p.now_s = now_ns / NS

@@ -83,7 +83,7 @@ def summary(scenario: Scenario, result: RunResult, replay: dict[str, Any]) -> di
         "terrain": scenario.terrain,
         "link_profile": scenario.link,
         "field": result.accepted.field.stats,
-        "goal_m": list(result.accepted.field.goal),
+        "goal_m": list(result.accepted.field.goal_m),
         "passed_over": [{"seed": seed, "reason": reason} for seed, reason in result.accepted.passed_over],
         "faults": list(result.faults),
         "overruns": result.overruns,

@@ -60,7 +60,7 @@ def run(
     folder.mkdir(parents=True, exist_ok=True)
     accepted = field_for(scenario.terrain, scenario.seed)
     (folder / "gdem.npz").write_bytes(to_npz(accepted.field.gdem))
-    goal = {"goal_x": f"{accepted.field.goal[0]:.3f}", "goal_y": f"{accepted.field.goal[1]:.3f}"}
+    goal = {"goal_x": f"{accepted.field.goal_m[0]:.3f}", "goal_y": f"{accepted.field.goal_m[1]:.3f}"}
     (folder / "script.txt").write_text(scenario.script.format(**goal))
     truth = Truth(folder / "truth.mcap")
     with Processes(folder) as processes:

@@ -11,6 +11,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from onboard.config import Config
 from onboard.core.jobs import JobBook
 from onboard.core.sensing import Sensing, Sweep
@@ -19,8 +21,8 @@ from onboard.devices.nodes import Nodes
 from onboard.motion.follower import Follower
 from onboard.perception import ldem
 from onboard.perception.localisation import Localisation
-from onboard.perception.stop_map import Look, StopMap, look, remember
-from onboard.planning.cycle import PlanRequest, PlanResult, plan
+from onboard.perception.stop_map import NO_POINTS, Look, StopMap, look, remember
+from onboard.planning.cycle import PlanRequest, PlanResult, Settings, plan
 from onboard.planning.mission_rule import MissionState
 from onboard.records import Decision, Gdem, Pose, Scan, Twist
 from protocol.conventions import wrap_rad
@@ -28,6 +30,7 @@ from protocol.modes import Phase
 
 _TRAIL_M = 0.1
 _TRUST_ODOMETRY_M = 2.0  # farther than this since the last registration, the rover looks again before it says arrived
+_TRAIL_POSES = 400
 _TRIES = 3
 
 
@@ -132,7 +135,7 @@ class Mission:
     def _look(self, ctx: Context, sweep: Sweep) -> None:
         self.scans_taken += 1
         guess = ctx.localisation.estimate.pose.matrix()
-        target = self.memory.target_points if self.memory else ldem.NO_POINTS
+        target = self.memory.target_points if self.memory else NO_POINTS
         arguments = (sweep.scans, sweep.tilt, guess, target, self._config)
         ctx.jobs.submit("look", look, arguments, ctx.tick + self._config.jobs.map_ticks)
         self.phase = Phase.MAPPING
@@ -160,10 +163,15 @@ class Mission:
     def _plan(self, ctx: Context) -> None:
         assert self.memory
         pose = ctx.localisation.estimate.pose
+        config = self._config
         request = PlanRequest(
-            ldem=ldem.window(self.memory.cells, pose.x_m, pose.y_m, self._config.mapping.size_m),
-            pose=pose, goal=self.goal, gdem=self._gdem, state=self._rule, config=self._config,
-            trail=tuple(self._trail[-400:]),
+            ldem=ldem.window(self.memory.cells, pose.x_m, pose.y_m, config.mapping.size_m),
+            pose=pose,
+            goal_m=self.goal,
+            gdem=self._gdem,
+            state=self._rule,
+            settings=Settings(config.rover, config.mapping, config.planning, config.mission, config.scanning),
+            trail=np.array(self._trail[-_TRAIL_POSES:]).reshape(-1, 3),
         )
         ctx.jobs.submit("plan", plan, (request,), ctx.tick + self._config.jobs.plan_ticks)
         self.phase = Phase.PLANNING

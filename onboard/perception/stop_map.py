@@ -15,9 +15,9 @@ from onboard.config import Config
 from onboard.perception import ldem
 from onboard.perception.cloud import cloud
 from onboard.perception.registration import RegistrationResult, merge_target, register
-from onboard.records import F32, F64, Cloud, Ldem, Pose, Scan, TiltTrack
+from onboard.records import F64, Cloud, Ldem, Pose, Scan, TiltTrack
 
-_VOXEL_M = 0.1
+NO_POINTS: F64 = np.empty((0, 3))
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,15 +33,15 @@ class StopMap:
     """What the rover remembers: the persistent map, and (m, 3) points in the map frame to register to."""
 
     cells: Ldem
-    target_points: F32
+    target_points: F64
 
 
-def look(scans: Sequence[Scan], tilt: TiltTrack, guess: F64, target_points: F32, config: Config) -> Look:
+def look(scans: Sequence[Scan], tilt: TiltTrack, guess: F64, target_points: F64, config: Config) -> Look:
     """Cloud of a sweep; registered to `target_points` (m, 3, map frame) from `guess` (4, 4) T_map_base if there are any."""
     seen = cloud(scans, tilt, np.eye(4), config.rover, config.scanning, config.lidar.range_noise_m)
     if not len(target_points):
         return Look(seen, None)
-    found = register(seen.ends_m[seen.hit], target_points, guess, config.localisation)
+    found = register(seen.ends_m[seen.hit].astype(np.float64), target_points, guess, config.localisation)
     return Look(seen, found)
 
 
@@ -51,14 +51,15 @@ def remember(memory: StopMap | None, seen: Cloud, T_map_base: F64, stop: int, co
     x_m, y_m = float(T_map_base[0, 3]), float(T_map_base[1, 3])
     here = moved(seen, T_map_base)
     if memory is None:
-        cells = ldem.grow(ldem.empty_at(x_m, y_m, mapping.cell_m), x_m, y_m, mapping.size_m / 2)
+        start = ldem.empty(ldem.grid_around(x_m, y_m, mapping.cell_m, mapping.cell_m))
+        cells = ldem.grow(start, x_m, y_m, mapping.size_m / 2)
         cells = ldem.assume_disc(cells, pose_of(T_map_base), mapping.assumed_m)
-        target = np.empty((0, 3), np.float32)
+        target = NO_POINTS
     else:
         cells = ldem.grow(memory.cells, x_m, y_m, mapping.size_m / 2)
         target = memory.target_points
     cells = ldem.insert(cells, here, stop, mapping.near_m)
-    return StopMap(cells, merge_target(target, here.ends_m[here.hit], _VOXEL_M))
+    return StopMap(cells, merge_target(target, here.ends_m[here.hit].astype(np.float64), (x_m, y_m)))
 
 
 def moved(seen: Cloud, T_map_base: F64) -> Cloud:
