@@ -69,22 +69,33 @@ def rasterise(grid: Grid, cloud: Cloud) -> Raster:
 
 
 def cost_to_go(
-    freedom: U8, least_freedom: int, seeds: NDArray[np.int64], moves_m: F32, turn_m: float, closeness: F32 | None
+    freedom: U8,
+    least_freedom: int,
+    seeds: tuple[NDArray[np.int64], F32],
+    moves_m: F32,
+    turn_m: float,
+    closeness: F32 | None,
 ) -> F32:
     """Least price from every pose to a seed, float32 (8, rows, columns), +inf where there is no way.
 
-    freedom: uint8 (8, rows, columns), passable from `least_freedom` on. seeds: int64 (k,) flat indices of poses; one
-    that is not passable counts for nothing. moves_m: float32 (8 orientations, 8 directions of k * 45 degrees) and
+    freedom: uint8 (8, rows, columns), passable from `least_freedom` on. seeds: int64 (k,) flat indices of poses and
+    float32 (k,) what is left to go from each, >= 0; one that is not passable counts for nothing. moves_m: float32 (8 orientations, 8 directions of k * 45 degrees) and
     turn_m: prices > 0. closeness: float32 like freedom, >= 0, or None; an edge's price is multiplied by 1 + its mean at
     both ends. Raises ValueError for wrong shapes, dtypes, layout, seeds off the field or prices that are not above 0.
     """
     _check("freedom", freedom, (8, None, None), np.uint8)
-    _check("seeds", seeds, (None,), np.int64)
+    places, costs_m = seeds
+    _check("seeds", places, (None,), np.int64)
+    _check("seed costs", costs_m, (len(places),), np.float32)
     _check("moves_m", moves_m, (8, 8), np.float32)
     if freedom.size > LARGEST_FIELD:
         raise ValueError(f"freedom: expected at most {LARGEST_FIELD} poses, given {freedom.size}")
-    if len(seeds) and not (seeds.min() >= 0 and seeds.max() < freedom.size):
-        raise ValueError(f"seeds: expected 0 to {freedom.size - 1}, given {seeds.min()} to {seeds.max()}")
+    if len(places) and not (places.min() >= 0 and places.max() < freedom.size):
+        raise ValueError(f"seeds: expected 0 to {freedom.size - 1}, given {places.min()} to {places.max()}")
+    if len(places) and not (costs_m.min() >= 0 and np.isfinite(costs_m.max())):
+        raise ValueError("seed costs: expected finite values >= 0, given others")
+    rising = np.argsort(costs_m, kind="stable")
+    places, costs_m = places[rising], costs_m[rising]
     cheapest, dearest = min(float(moves_m.min()), turn_m), max(float(moves_m.max()), turn_m)
     if not (cheapest > 0 and np.isfinite(dearest)):
         raise ValueError(f"moves_m, turn_m: expected finite prices above 0, given {cheapest} to {dearest}")
@@ -95,7 +106,7 @@ def cost_to_go(
         dearest *= 1.0 + float(closeness.max(initial=0.0))
     cost = np.empty(freedom.shape, np.float32)
     width_m = max(cheapest, dearest / MOST_BUCKETS)
-    _kernels.cost_to_go_into(freedom, least_freedom, closeness, moves_m, turn_m, width_m, dearest, seeds, cost)
+    _kernels.cost_to_go_into(freedom, least_freedom, closeness, moves_m, turn_m, width_m, dearest, places, costs_m, cost)
     return cost
 
 

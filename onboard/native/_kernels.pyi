@@ -29,5 +29,6 @@ def cost_to_go_into(
     width_m: float,
     dearest_m: float,
     seeds: NDArray[np.int64],
+    seed_costs_m: F32,
     cost: F32,
 ) -> None: ...

@@ -32,7 +32,8 @@ static void rasterise_into(double x0_m, double y0_m, double cell_m, Array<const 
 
 static void cost_to_go_into(Array<const std::uint8_t, 3> freedom, int least_freedom, nb::object closeness,
                             Array<const float, 2> moves_m, float turn_m, float width_m, float dearest_m,
-                            Array<const std::int64_t, 1> seeds, Array<float, 3> cost) {
+                            Array<const std::int64_t, 1> seeds, Array<const float, 1> seed_costs_m,
+                            Array<float, 3> cost) {
     const bool soft = !closeness.is_none();
     Array<const float, 3> ratios;
     if (soft) ratios = nb::cast<Array<const float, 3>>(closeness);
@@ -47,6 +48,7 @@ static void cost_to_go_into(Array<const std::uint8_t, 3> freedom, int least_free
                               moves_m.data(),
                               turn_m,
                               seeds.data(),
+                              seed_costs_m.data(),
                               static_cast<std::int64_t>(seeds.size())};
     nb::gil_scoped_release unlocked;
     std::vector<std::int32_t> links(2 * states), buckets(heads);
@@ -57,5 +59,5 @@ static void cost_to_go_into(Array<const std::uint8_t, 3> freedom, int least_free
 NB_MODULE(_kernels, m) {
     m.def("rasterise_into", &rasterise_into);
     m.def("cost_to_go_into", &cost_to_go_into, "freedom"_a, "least_freedom"_a, "closeness"_a.none(), "moves_m"_a, "turn_m"_a,
-          "width_m"_a, "dearest_m"_a, "seeds"_a, "cost"_a);
+          "width_m"_a, "dearest_m"_a, "seeds"_a, "seed_costs_m"_a, "cost"_a);
 }

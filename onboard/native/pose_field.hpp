@@ -20,7 +20,8 @@ struct PoseProblem {
     const float* closeness;        // (8, rows, columns) >= 0, or null
     const float* moves_m;          // (8 orientations, 8 directions): price of a move, direction k is k * 45 degrees
     float turn_m;                  // price of a turn to the next orientation
-    const std::int64_t* seeds;     // states (o * rows + j) * columns + i
+    const std::int64_t* seeds;     // states (o * rows + j) * columns + i, by rising cost
+    const float* seed_costs_m;     // >= 0, what is left to go from each seed
     std::int64_t seed_count;
 };
 
@@ -43,8 +44,11 @@ class PoseSearch {
         constexpr float far = std::numeric_limits<float>::infinity();
         for (std::int64_t s = 0; s < kOrientations * layer_; ++s) cost_[s] = p_.freedom[s] >= p_.least_freedom ? far : kClosed;
         std::fill(w_.heads, w_.heads + w_.head_count, kNone);
-        for (std::int64_t k = 0; k < p_.seed_count; ++k) improve(p_.seeds[k], 0.0f);
-        for (std::int64_t bucket = 0; open_ > 0; ++bucket) {
+        std::int64_t seed = 0;
+        for (std::int64_t bucket = 0; open_ > 0 || seed < p_.seed_count; ++bucket) {
+            if (open_ == 0) bucket = std::max(bucket, bucket_of(p_.seed_costs_m[seed]));
+            for (; seed < p_.seed_count && bucket_of(p_.seed_costs_m[seed]) <= bucket; ++seed)
+                improve(p_.seeds[seed], p_.seed_costs_m[seed]);
             std::int32_t& head = w_.heads[bucket & (w_.head_count - 1)];
             while (head != kNone) {
                 const std::int32_t state = head;
@@ -60,9 +64,9 @@ class PoseSearch {
     static constexpr std::int32_t kNone = -1;
     static constexpr float kClosed = -1.0f;  // not passable: no price is lower
 
-    std::int32_t& head_of(float cost) {
-        return w_.heads[static_cast<std::int64_t>(cost / w_.width_m) & (w_.head_count - 1)];
-    }
+    std::int64_t bucket_of(float cost) const { return static_cast<std::int64_t>(cost / w_.width_m); }
+
+    std::int32_t& head_of(float cost) { return w_.heads[bucket_of(cost) & (w_.head_count - 1)]; }
 
     void unlink(std::int64_t state) {
         const std::int32_t next = w_.next[state], previous = w_.previous[state];

@@ -19,6 +19,7 @@ from onboard.records import F32, I32, U8
 
 DIRECTIONS = ((0, 1), (1, 1), (1, 0), (1, -1), (0, -1), (-1, -1), (-1, 0), (-1, 1))  # (dj, di) of k * 45 degrees
 CRAB_FACTORS = (1.0, 1.2, 1.2, 1.32, 1.44)  # way against body axis: 0, 22.5, 45, 67.5, 90 degrees
+ROUNDING = 1e-5  # of float32 prices
 LEAST_TURN_M = 1e-3  # a turn costs at least this, so that descent always ends
 
 
@@ -29,17 +30,21 @@ def cost_to_go(
     cell_m: float,
     optimistic: bool,
     closeness: F32 | None = None,
+    seed_costs_m: NDArray[np.floating] | None = None,
 ) -> F32:
     """Price in metres from every pose to the nearest seed, float32 (8, rows, columns), inf where there is no way.
 
     seeds: (k, 3) integers j, i, o; o = -1 stands for all eight orientations; a seed that is not passable counts for
     nothing. optimistic: unknown poses are passable at the same price, else free ones only. closeness: ratio, the price
-    of an edge is multiplied by 1 + its mean at both ends. Raises ValueError for seeds outside the grid.
+    of an edge is multiplied by 1 + its mean at both ends. seed_costs_m: (k,) finite, what is left to go from each seed
+    (0 without it). Raises ValueError for seeds outside the grid.
     """
     least = Freedom.UNKNOWN if optimistic else Freedom.FREE
-    return native.cost_to_go(
-        freedom, int(least), _flat(seeds, freedom.shape), moves_m(cell_m), _turn_m(planning), closeness
-    )
+    left_m = np.zeros(len(seeds)) if seed_costs_m is None else np.asarray(seed_costs_m, np.float64)
+    least_m = float(left_m.min(initial=np.inf)) if len(left_m) else 0.0
+    table = _flat(seeds, left_m - least_m, freedom.shape)
+    cost = native.cost_to_go(freedom, int(least), table, moves_m(cell_m), _turn_m(planning), closeness)
+    return cost + np.float32(least_m)
 
 
 def descend(
@@ -48,13 +53,15 @@ def descend(
     """The cheapest way from a pose (j, i, o) to a seed: int32 (k, 3) poses j, i, o, start and seed included.
 
     Give planning, cell_m and closeness as for cost_to_go: the way follows the edges the field was made of. Among equals
-    the first of the directions wins, turns last. Raises ValueError where the cost of the start is inf.
+    the first of the directions wins, turns last. It ends where no neighbour explains the cost: at a seed. Raises
+    ValueError where the cost of the start is inf.
     """
     j, i, o = (int(part) for part in start)
     if not np.isfinite(cost[o, j, i]):
         raise ValueError(f"descend: no way leads from pose (j, i, o) = {(j, i, o)}")
     prices, turn_m, way = moves_m(cell_m).tolist(), _turn_m(planning), [(j, i, o)]
-    while (here := float(cost[o, j, i])) > 0.0:
+    while True:
+        here = float(cost[o, j, i])
         steps = [(j + dj, i + di, o, prices[o][k]) for k, (dj, di) in enumerate(DIRECTIONS)]
         steps += [(j, i, (o + 1) % ORIENTATIONS, turn_m), (j, i, (o - 1) % ORIENTATIONS, turn_m)]
         best = (math.inf, j, i, o)
@@ -66,11 +73,10 @@ def descend(
             there = float(cost[other, row, column])
             if there < here and there + price < best[0] - 1e-6:
                 best = (there + price, row, column, other)
-        if best[0] == math.inf:
-            raise ValueError(f"descend: the cost at {(j, i, o)} has no lower neighbour: not a field of these prices")
+        if best[0] > here + ROUNDING * (1.0 + here):
+            return np.array(way, np.int32)
         _, j, i, o = best
         way.append((j, i, o))
-    return np.array(way, np.int32)
 
 
 def moves_m(cell_m: float) -> F32:
@@ -87,7 +93,9 @@ def _turn_m(planning: config.Planning) -> float:
     return max(planning.turn_cost_m, LEAST_TURN_M)
 
 
-def _flat(seeds: NDArray[np.integer], shape: tuple[int, ...]) -> NDArray[np.int64]:
+def _flat(
+    seeds: NDArray[np.integer], left_m: NDArray[np.float64], shape: tuple[int, ...]
+) -> tuple[NDArray[np.int64], F32]:
     table = np.asarray(seeds, np.int64).reshape(-1, 3)
     j, i, o = table.T
     _, rows, columns = shape
@@ -97,4 +105,5 @@ def _flat(seeds: NDArray[np.integer], shape: tuple[int, ...]) -> NDArray[np.int6
     every = o < 0
     cells = np.concatenate([j[~every] * columns + i[~every], np.repeat(j[every] * columns + i[every], ORIENTATIONS)])
     layers = np.concatenate([o[~every], np.tile(np.arange(ORIENTATIONS), int(every.sum()))])
-    return np.ascontiguousarray(layers * (rows * columns) + cells)
+    left = np.concatenate([left_m[~every], np.repeat(left_m[every], ORIENTATIONS)])
+    return np.ascontiguousarray(layers * (rows * columns) + cells), left.astype(np.float32)
