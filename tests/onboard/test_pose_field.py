@@ -92,6 +92,19 @@ def test_a_seed_of_orientation_minus_one_stands_for_all_eight() -> None:
     assert (cost[:, 1, 1] == 0).all()
 
 
+@LAW
+@given(st.integers(0, 10_000), st.floats(-3, 30))
+def test_a_seed_counts_with_what_is_left_to_go_from_it(seed: int, least_m: float) -> None:
+    freedom, seeds, _ = field(seed, (12, 14))
+    left_m = np.array([0.0, 0.4, 25.0]) + least_m
+    cost = pose_field.cost_to_go(freedom, seeds, PLANNING, CELL_M, True, seed_costs_m=left_m)
+    alone = [pose_field.cost_to_go(freedom, row[None], PLANNING, CELL_M, True) + m for row, m in zip(seeds, left_m)]
+    np.testing.assert_allclose(cost, np.min(alone, axis=0), rtol=1e-4, atol=1e-5)
+    for o, j, i in np.argwhere(np.isfinite(cost))[::40]:
+        end = pose_field.descend(cost, (j, i, o), PLANNING, CELL_M)[-1].tolist()
+        assert end in seeds.tolist()
+
+
 def test_no_way_and_seeds_off_the_grid_are_refused() -> None:
     freedom = np.full((8, 3, 3), 2, np.uint8)
     freedom[:, :, 1] = 0
