@@ -79,9 +79,10 @@ def cost_to_go(
     """Least price from every pose to a seed, float32 (8, rows, columns), +inf where there is no way.
 
     freedom: uint8 (8, rows, columns), passable from `least_freedom` on. seeds: int64 (k,) flat indices of poses and
-    float32 (k,) what is left to go from each, >= 0; one that is not passable counts for nothing. moves_m: float32 (8 orientations, 8 directions of k * 45 degrees) and
-    turn_m: prices > 0. closeness: float32 like freedom, >= 0, or None; an edge's price is multiplied by 1 + its mean at
-    both ends. Raises ValueError for wrong shapes, dtypes, layout, seeds off the field or prices that are not above 0.
+    float32 (k,) what is left to go from each, >= 0; one that is not passable counts for nothing. moves_m: float32 (8
+    orientations, 8 directions of k * 45 degrees) and turn_m: prices > 0. closeness: float32 like freedom, >= 0, or
+    None; an edge's price is multiplied by 1 + its mean at both ends. Raises ValueError for wrong shapes, dtypes,
+    layout, seeds off the field or prices that are not above 0.
     """
     _check("freedom", freedom, (8, None, None), np.uint8)
     places, costs_m = seeds
@@ -106,7 +107,9 @@ def cost_to_go(
         dearest *= 1.0 + float(closeness.max(initial=0.0))
     cost = np.empty(freedom.shape, np.float32)
     width_m = max(cheapest, dearest / MOST_BUCKETS)
-    _kernels.cost_to_go_into(freedom, least_freedom, closeness, moves_m, turn_m, width_m, dearest, places, costs_m, cost)
+    _kernels.cost_to_go_into(
+        freedom, least_freedom, closeness, moves_m, turn_m, width_m, dearest, places, costs_m, cost
+    )
     return cost
 
 

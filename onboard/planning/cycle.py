@@ -23,7 +23,16 @@ from onboard.planning.mission_rule import BLOCK_M, Mark, MissionState, Situation
 from onboard.planning.next_position import Choice, Eyes, NextPosition
 from onboard.planning.options import Fields
 from onboard.planning.pose_field import cost_to_go
-from onboard.planning.poses import ORIENTATIONS, Freedom, closeness, node_sets, pose_freedom, pose_index, reachable, trail
+from onboard.planning.poses import (
+    ORIENTATIONS,
+    Freedom,
+    closeness,
+    node_sets,
+    pose_freedom,
+    pose_index,
+    reachable,
+    trail,
+)
 from onboard.records import F32, F64, U8, Bool, Decision, Gdem, Grid, Ldem, Pose, Surface
 
 STAND_M = 0.25  # around a rover whose own pose reads as not free
@@ -130,7 +139,7 @@ def _situation(
     answer = None
     eyes = _eyes(request.settings)
     if mission.strategy == "visibility":
-        found, answer = options.choice(fields, fields.reach.any(axis=0), eyes, state, mission)
+        found, answer = options.choice(fields, eyes, state, mission)
         situation = replace(situation, choice=found)
     commit = options.commit(fields)
     situation = replace(situation, commit=commit)
@@ -154,7 +163,7 @@ def _freedom(request: PlanRequest, surface: Surface) -> U8:
     freedom = trail(freedom, np.array(driven, dtype=np.int64).reshape(-1, 3))
     own = pose_index(grid, request.pose.x_m, request.pose.y_m, request.pose.yaw_rad)
     if not grid.contains(own[0], own[1]):
-        raise ValueError(f"the rover at {own[:2]} stands outside the map's window of {grid.rows} x {grid.columns} cells")
+        raise ValueError(f"the rover's cell {own[:2]} lies outside the map's window, {grid.rows} x {grid.columns}")
     if freedom[own[2], own[0], own[1]] != Freedom.FREE:
         freedom = _stand(freedom, grid, own)
     return _marked(freedom, grid, request.state.marked)

@@ -2,8 +2,8 @@
 
     R1 start     two scans at the first stop, ahead and behind; one at every other
     R2 trail     poses driven over stay free (done by the caller)
-    R4 terminal  a goal pose is reachable over free poses: drive to the one nearest to the goal. One in the outer half of
-                 the tolerance waits while a commit may still show a nearer one
+    R4 terminal  a goal pose is reachable over free poses: drive to the one nearest to the goal. One in the outer half
+                 of the tolerance waits while a commit may still show a nearer one
     R10 choice   the strategy's own stop, while the record distance fell by 0.5 m within the last 2 stops
     R5 commit    follow the optimistic path to its last free pose, look at the first that is not free
     R6 failed    a commit that would repeat a stop and heading, or look at the same target a third time: another
@@ -11,8 +11,8 @@
     R9 give up   no way is left: unreachable, with the nearest reachable pose
 
 Every stop is new, or uses up a try of a block, or lowers the record; marks only grow; `stop_limit` bounds what is left.
-R7 (confirm obstacles seen from afar) and R8 (clear the marks once) are not in this version: they only widen what is tried
-before R9.
+R7 (confirm obstacles seen from afar) and R8 (clear the marks once) are not in this version: they only widen what is
+tried before R9.
 """
 
 from __future__ import annotations
@@ -77,7 +77,7 @@ class Mark:
 
 @dataclass(frozen=True, slots=True)
 class Nearest:
-    """For R9: the reachable pose nearest to the goal, its distance from it, and the cells around the reachable ground."""
+    """For R9: the reachable pose nearest to the goal, how far from it, and the cells that bound the ground."""
 
     x_m: float
     y_m: float
@@ -89,8 +89,8 @@ class Nearest:
 class MissionState:
     """What the rule remembers of one mission. stops: places scanned from, newest last. marked: points counted blocked.
 
-    targets: points that commits looked at. record_m: smallest optimistic cost-to-go so far; since_record: stops since it
-    last fell by 0.5 m.
+    targets: points that commits looked at. record_m: smallest optimistic cost-to-go so far; since_record: stops since
+    it last fell by 0.5 m.
     """
 
     number: int = 0

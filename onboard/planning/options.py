@@ -29,8 +29,8 @@ VIEW_M, APART_M, TARGET_M = 4.0, 0.5, 0.55  # R6: reach of a viewpoint, distance
 class Fields:
     """The ground at a stop as the options see it; arrays over poses are (8, rows, columns).
 
-    start: x, y, yaw; cell: its pose (j, i, o). reach: free poses connected with it. optimistic_m: cost-to-go with unknown
-    poses passable. chain: its descent (k, 3) from the rover, empty where there is no way.
+    start: x, y, yaw; cell: its pose (j, i, o). reach: free poses connected with it. optimistic_m: cost-to-go with
+    unknown poses passable. chain: its descent (k, 3) from the rover, empty where there is no way.
     """
 
     surface: Surface
@@ -60,7 +60,7 @@ def optimistic_chain(cost: F32, cell: tuple[int, int, int], planning: config.Pla
 def terminal(fields: Fields, tolerance_m: float) -> Option | None:
     """R4: the way to the reachable pose nearest to the goal, if one lies within the tolerance."""
     away = _distances(fields, fields.goal_m)
-    open_cells = fields.reach.any(axis=0)
+    open_cells = np.asarray(fields.reach.any(axis=0))
     nearest = float(np.min(away[open_cells], initial=np.inf))
     if nearest > tolerance_m:
         return None
@@ -98,11 +98,12 @@ def commit(fields: Fields) -> Option | None:
 
 
 def choice(
-    fields: Fields, free: Bool, eyes: Eyes, state: MissionState, mission: config.Mission
+    fields: Fields, eyes: Eyes, state: MissionState, mission: config.Mission
 ) -> tuple[Option | None, NextPosition]:
     """The chapter's next sensing position (Eq. 28) as an option, with its whole answer for the report."""
     cost = np.where(fields.reach, fields.optimistic_m, np.float32(np.inf)).min(axis=0)
     stops = tuple((s.x_m, s.y_m) for s in state.stops)
+    free = np.asarray(fields.reach.any(axis=0))
     asked = Question(fields.surface.grid, fields.surface.z_mean, free, cost, fields.goal_m, stops)
     answer = choose(asked, eyes, mission)
     best = answer.best
@@ -168,8 +169,8 @@ def _plan(fields: Fields, goals: Bool, end: tuple[float, float] | None) -> Plan:
 def _looking(fields: Fields, plan: Plan, look_m: tuple[float, float], sketch: Option) -> Option | None:
     """The sketch with the plan's path and a turn at its end to look at a point; None without a path.
 
-    Where the end has no room to turn to within 60 degrees, the stop moves back along the path; failing that it keeps the
-    path's last heading.
+    Where the end has no room to turn to within 60 degrees, the stop moves back along the path; failing that it keeps
+    the path's last heading.
     """
     if plan.path is None:
         return None
@@ -221,7 +222,7 @@ def _distances(fields: Fields, point_m: tuple[float, float]) -> F64:
     grid = fields.surface.grid
     x = grid.x0_m + np.arange(grid.columns) * grid.cell_m - point_m[0]
     y = grid.y0_m + np.arange(grid.rows) * grid.cell_m - point_m[1]
-    return np.hypot(x[None, :], y[:, None])
+    return np.asarray(np.hypot(x[None, :], y[:, None]))
 
 
 def _nowhere(fields: Fields) -> Path:

@@ -30,7 +30,7 @@ class World:
         for x0, y0, x1, y1 in boxes:
             self.truth[np.ix_((x >= y0) & (x <= y1), (x >= x0) & (x <= x1))] = 0.6
 
-    def look(self, pose, heading, sector=math.radians(65), reach=4.0):
+    def look(self, pose, heading, sector=1.134, reach=4.0):
         """Reveal the cells that beams within the sector reach before and at the first wall."""
         grid = self.map.grid
         angles = heading + np.linspace(-sector, sector, 500)
