@@ -67,23 +67,31 @@ inline Axis axis(double a, double d, std::int64_t from, std::int64_t to, std::in
     return {(border - a) / d, 1.0 / std::abs(d), way * (to - from), way * stride};
 }
 
-// Lowers z_ray along the crossed cells. `keep_last`: the last cell was crossed as well, up to t1.
-inline void lower_rays(float* z_ray, std::int64_t at, Axis x, Axis y, double z, double dz, double t0, double t1,
+inline void lower(float& z_ray, double z) {
+    const float height = static_cast<float>(z);
+    if (height < z_ray) z_ray = height;
+}
+
+// Lowers z_ray along the crossed cells: where the beam leaves a cell if it falls, where it enters if it rises.
+// `keep_last`: the last cell was crossed as well, up to t1.
+template <bool kFalls>
+inline void lower_rays(float* z_ray, std::int64_t at, const Axis x, const Axis y, double z, double dz, double t0, double t1,
                        bool keep_last) {
-    const double enters = dz < 0.0 ? 0.0 : 1.0;  // lowest where it leaves if it falls, where it enters if it rises
-    double entry = t0;
-    for (std::int64_t crossings = x.left + y.left; crossings > 0; --crossings) {
-        Axis& a = x.next <= y.next ? x : y;
-        const double exit = std::clamp(a.next, entry, t1);
-        const float low = static_cast<float>(z + dz * (enters != 0.0 ? entry : exit));
-        if (low < z_ray[at]) z_ray[at] = low;
-        at += a.stride;
-        a.next = --a.left > 0 ? a.next + a.step : std::numeric_limits<double>::infinity();
+    constexpr double never = std::numeric_limits<double>::infinity();
+    double entry = t0, next_x = x.next, next_y = y.next;
+    std::int64_t left_x = x.left, left_y = y.left;
+    while (left_x + left_y > 0) {
+        const bool along_x = next_x <= next_y;
+        const double exit = along_x ? next_x : next_y;
+        lower(z_ray[at], z + dz * (kFalls ? exit : entry));
+        at += along_x ? x.stride : y.stride;
+        left_x -= along_x;
+        left_y -= !along_x;
+        next_x = left_x == 0 ? never : next_x + (along_x ? x.step : 0.0);
+        next_y = left_y == 0 ? never : next_y + (along_x ? 0.0 : y.step);
         entry = exit;
     }
-    if (!keep_last) return;
-    const float low = static_cast<float>(z + dz * (enters != 0.0 ? entry : t1));
-    if (low < z_ray[at]) z_ray[at] = low;
+    if (keep_last) lower(z_ray[at], z + dz * (kFalls ? t1 : entry));
 }
 
 inline void count_hit(const RasterCells& c, std::int64_t at, double z, double sigma, double distance) {
@@ -122,7 +130,9 @@ inline void rasterise(const RasterGrid& grid, const Beams& beams, const RasterCe
         const bool inside = u_end == static_cast<double>(i1) && v_end == static_cast<double>(j1);
         const bool counts = beams.hit[k] != 0 && inside;
         const detail::Axis x = detail::axis(u0, du, i0, i1, 1), y = detail::axis(v0, dv, j0, j1, grid.columns);
-        detail::lower_rays(cells.z_ray, j0 * grid.columns + i0, x, y, z, dz, t0, t1, !counts);
+        const std::int64_t from = j0 * grid.columns + i0;
+        if (dz < 0.0) detail::lower_rays<true>(cells.z_ray, from, x, y, z, dz, t0, t1, !counts);
+        else detail::lower_rays<false>(cells.z_ray, from, x, y, z, dz, t0, t1, !counts);
         if (!counts) continue;
         const double flat = std::sqrt(dx * dx + dy * dy), length = std::sqrt(flat * flat + dz * dz);
         const double sigma = length > 0.0 ? beams.sigma_range_m * std::abs(dz) / length : 0.0;

@@ -73,7 +73,7 @@ def descend(
             there = float(cost[other, row, column])
             if there < here and there + price < best[0] - 1e-6:
                 best = (there + price, row, column, other)
-        if best[0] > here + ROUNDING * (1.0 + here):
+        if best[0] > here + ROUNDING * (1.0 + abs(here)):
             return np.array(way, np.int32)
         _, j, i, o = best
         way.append((j, i, o))

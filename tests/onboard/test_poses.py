@@ -1,0 +1,169 @@
+"""Which poses are free, blocked or unknown, what is connected, and the node sets."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from onboard import config
+from onboard.planning import pose_field, poses
+from onboard.planning.poses import Freedom
+from onboard.records import CellClass, Grid, NodeSet, Surface
+from tests import oracles
+
+ROVER, PLANNING = config.Rover(), config.Planning()
+LAW = settings(max_examples=8, deadline=None, derandomize=True)
+SIZE, MIDDLE = 31, 15
+
+
+def ground(z: np.ndarray) -> Surface:
+    """All cells hit, exact heights."""
+    heights = z.astype(np.float32)
+    kinds = np.full(z.shape, CellClass.HIT, np.uint8)
+    grid = Grid(0.05, 0.05, 0.1, *z.shape)
+    return Surface(grid, kinds, heights, heights, heights, np.full(z.shape, np.inf, np.float32))
+
+
+def unseen(surface: Surface, where: tuple, z_ray: float = math.inf) -> Surface:
+    """The same with some cells unknown, crossed by a beam at z_ray."""
+    kinds, rays = surface.cell_class.copy(), surface.z_ray.copy()
+    kinds[where] = CellClass.OUTSIDE if math.isinf(z_ray) else CellClass.OCCLUDED
+    rays[where] = z_ray
+    layers = []
+    for layer in (surface.z_mean, surface.z_top, surface.z_bot):
+        layers.append(layer.copy())
+        layers[-1][where] = np.nan
+    return Surface(surface.grid, kinds, *layers, rays)
+
+
+def freedom_of(surface: Surface) -> np.ndarray:
+    return poses.pose_freedom(surface, ROVER, PLANNING)
+
+
+def test_flat_known_ground_is_free_but_for_the_border_where_the_rover_would_reach_out() -> None:
+    freedom = freedom_of(ground(np.full((SIZE, SIZE), 3.0)))
+    assert freedom.dtype == np.uint8 and freedom.shape == (8, SIZE, SIZE)
+    assert (freedom[:, 6:-6, 6:-6] == Freedom.FREE).all()
+    assert (freedom[:, :2] == Freedom.UNKNOWN).all() and not (freedom == Freedom.BLOCKED).any()
+
+
+def test_a_rock_of_0_12_m_blocks_under_wheel_and_belly_not_beside() -> None:
+    z = np.zeros((SIZE, SIZE))
+    z[MIDDLE, MIDDLE] = 0.12
+    freedom = freedom_of(ground(z))
+    assert freedom[0, MIDDLE - 2, MIDDLE - 4] == Freedom.BLOCKED  # under the front left wheel
+    assert freedom[0, MIDDLE, MIDDLE] == Freedom.BLOCKED  # under the belly: higher than 0.10
+    assert freedom[0, MIDDLE - 4, MIDDLE] == Freedom.FREE  # 0.4 m beside
+    assert freedom[4, MIDDLE, MIDDLE - 4] == Freedom.FREE
+
+
+def test_a_rock_of_0_09_m_is_straddled_but_not_climbed() -> None:
+    z = np.zeros((SIZE, SIZE))
+    z[MIDDLE, MIDDLE] = 0.09
+    freedom = freedom_of(ground(z))
+    assert freedom[0, MIDDLE, MIDDLE] == Freedom.FREE
+    assert freedom[0, MIDDLE - 2, MIDDLE - 4] == Freedom.BLOCKED
+
+
+def test_a_tall_boulder_beside_does_not_block_though_it_bends_the_fitted_plane() -> None:
+    z = np.zeros((SIZE, SIZE))
+    z[MIDDLE + 4 : MIDDLE + 8, MIDDLE - 4 : MIDDLE + 5] = 1.0
+    freedom = freedom_of(ground(z))
+    assert freedom[0, MIDDLE, MIDDLE] == Freedom.FREE
+    assert freedom[0, MIDDLE + 1, MIDDLE] == Freedom.BLOCKED  # the wheel's neighbour cell is the boulder
+
+
+@pytest.mark.parametrize(("slope_deg", "expected"), [(19, Freedom.FREE), (21, Freedom.BLOCKED), (-21, Freedom.BLOCKED)])
+def test_slopes_up_to_20_degrees_are_free(slope_deg: float, expected: Freedom) -> None:
+    j, i = np.mgrid[:SIZE, :SIZE] * 0.1
+    for direction in (0.0, 0.4, math.pi / 2):
+        z = math.tan(math.radians(slope_deg)) * (i * math.cos(direction) + j * math.sin(direction))
+        assert (freedom_of(ground(z))[:, MIDDLE, MIDDLE] == expected).all()
+
+
+def test_unknown_cells_under_a_wheel_make_a_pose_unknown_under_the_belly_a_low_ray_vouches() -> None:
+    flat = ground(np.zeros((SIZE, SIZE)))
+    assert freedom_of(unseen(flat, (MIDDLE + 2, MIDDLE + 4), 0.0))[0, MIDDLE, MIDDLE] == Freedom.UNKNOWN
+    assert freedom_of(unseen(flat, (MIDDLE, MIDDLE), 0.09))[0, MIDDLE, MIDDLE] == Freedom.FREE
+    assert freedom_of(unseen(flat, (MIDDLE, MIDDLE), 0.11))[0, MIDDLE, MIDDLE] == Freedom.UNKNOWN
+    assert freedom_of(unseen(flat, (MIDDLE, MIDDLE)))[0, MIDDLE, MIDDLE] == Freedom.UNKNOWN
+
+
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_pose_freedom_equals_the_slow_twin(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    shape = (18, 19)
+    z = rng.normal(0, 0.01, shape) + np.arange(19) * rng.uniform(-0.03, 0.03)
+    z[rng.random(shape) < 0.01] += 0.15
+    made = ground(z)
+    made = dataclasses.replace(made, z_top=made.z_top + np.float32(0.005))
+    made = unseen(made, np.nonzero(rng.random(shape) < 0.03), 0.05)
+    made = unseen(made, np.nonzero(rng.random(shape) < 0.003))
+    want = oracles.pose_freedom(made, ROVER, PLANNING)
+    assert set(np.unique(want)) == set(Freedom)
+    np.testing.assert_array_equal(freedom_of(made), want)
+
+
+def test_driven_poses_stay_free() -> None:
+    freedom = np.zeros((8, 5, 5), np.uint8)
+    marked = poses.trail(freedom, np.array([[1, 2, 3], [4, 4, 7], [9, 0, 0]]))
+    assert marked[3, 1, 2] == marked[7, 4, 4] == Freedom.FREE and marked.sum() == 2 * Freedom.FREE
+    assert freedom.sum() == 0
+
+
+def test_closeness_is_the_weight_beside_a_blocked_pose_and_0_from_half_a_metre_on() -> None:
+    freedom = np.full((8, 15, 15), Freedom.FREE, np.uint8)
+    freedom[2, 7, 7] = Freedom.BLOCKED
+    freedom[2, 7, 0] = Freedom.UNKNOWN
+    ratio = poses.closeness(freedom, PLANNING, 0.1)
+    assert ratio.dtype == np.float32 and ratio[[0, 1, 3, 4, 5, 6, 7]].max() == 0
+    np.testing.assert_allclose(ratio[2, 7, 8:14], 0.5 * np.array([1, 0.8, 0.6, 0.4, 0.2, 0]), atol=1e-6)
+    assert ratio[2, 7, 0] == 0
+
+
+@LAW
+@given(st.integers(0, 10_000))
+def test_reachable_is_where_the_free_only_field_from_the_pose_is_finite(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    freedom = rng.choice(np.array([0, 1, 2], np.uint8), (8, 6, 7), p=(0.5, 0.1, 0.4))
+    j, i, o = (int(rng.integers(0, n)) for n in (6, 7, 8))
+    cost = pose_field.cost_to_go(freedom, np.array([[j, i, o]]), PLANNING, 0.1, optimistic=False)
+    np.testing.assert_array_equal(poses.reachable(freedom, j, i, o), np.isfinite(cost))
+
+
+@LAW
+@given(st.integers(0, 10_000))
+def test_node_sets_are_disjoint_and_their_union_is_the_grid(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    made = ground(np.zeros((9, 9)))
+    made = unseen(made, np.nonzero(rng.random((9, 9)) < 0.2), 0.5)
+    made = unseen(made, np.nonzero(rng.random((9, 9)) < 0.2))
+    freedom = rng.integers(0, 3, (8, 9, 9)).astype(np.uint8)
+    mask = rng.random(freedom.shape) < 0.2
+    sets = poses.node_sets(made, freedom, mask)
+    members = [sets == one for one in NodeSet]
+    assert (np.sum(members, axis=0) == 1).all()
+    free = ((freedom == Freedom.FREE) & mask).any(axis=0)
+    np.testing.assert_array_equal(sets == NodeSet.FREE, free)
+    known = made.cell_class >= CellClass.HIT
+    np.testing.assert_array_equal(sets == NodeSet.OBSTACLE, known & ~free)
+    np.testing.assert_array_equal(sets == NodeSet.OUTSIDE, (made.cell_class == CellClass.OUTSIDE) & ~free)
+
+
+def test_orientation_is_the_nearest_of_8_modulo_180_degrees() -> None:
+    assert [poses.orientation(math.radians(a)) for a in (0, 22.5, 90, 168, 170, 180, -22.5, -90)] == [
+        0,
+        1,
+        4,
+        7,
+        0,
+        0,
+        7,
+        4,
+    ]
+    assert poses.pose_index(Grid(0.05, 0.05, 0.1, 9, 9), 0.31, 0.18, math.pi) == (1, 3, 0)
