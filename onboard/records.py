@@ -126,6 +126,7 @@ class Outputs:
     link_payloads: tuple[tuple[int, bytes], ...] = ()  # (protocol.link.Kind, untagged payload)
     jobs: tuple[JobRequest, ...] = ()
     events: tuple[Event, ...] = ()
+    pose: tuple[float, float, float, float, float, float] = (0.0,) * 6  # estimate: x, y, z (m), roll, pitch, yaw (rad)
     state_digest: bytes = b""
 
 

@@ -90,7 +90,7 @@ Message = Hello | Welcome | Tick | Done | Stop
 
 
 def _text(value: str) -> bytes:
-    raw = value.encode()
+    raw = value.encode()[:255]
     return struct.pack("<B", len(raw)) + raw
 
 
@@ -114,7 +114,7 @@ def encode(message: Message) -> bytes:
         case Welcome(tick_ns, first_tick):
             kind, parts = 2, [struct.pack("<QQ", tick_ns, first_tick)]
         case Stop(reason):
-            kind, parts = 5, [_text(reason[:200])]
+            kind, parts = 5, [_text(reason)]
     body = b"".join(parts)
     return _HEAD.pack(len(body) + 2, VERSION, kind) + body
 
@@ -123,7 +123,7 @@ def _read_text(body: bytes, at: int) -> tuple[str, int]:
     size = body[at]
     if at + 1 + size > len(body):
         raise WireError("barrier", "text runs over the end of its message")
-    return body[at + 1 : at + 1 + size].decode(), at + 1 + size
+    return body[at + 1 : at + 1 + size].decode(errors="replace"), at + 1 + size
 
 
 def _read_tick(body: bytes) -> Tick:

@@ -1,0 +1,142 @@
+"""The station's time: the wall, or bench time handed out turn by turn by the barrier.
+
+Both clocks have the same face: `turn(sent, wake_ns)` says how many datagrams were put so far and when the station wants
+to be called again, and returns the next Turn, or None when the bench has ended the run.
+"""
+
+from __future__ import annotations
+
+import socket
+import time
+from contextlib import ExitStack
+from types import TracebackType
+from typing import NamedTuple, Self
+
+from protocol import WireError, barrier
+
+NEVER_TICK = 2**62
+_POLL_NS = 5_000_000
+
+
+class ClockError(RuntimeError):
+    """The bench cannot be reached or has gone; the text is one line."""
+
+
+class Turn(NamedTuple):
+    """Now, and how many datagrams the link has delivered since the start (None: take what is there)."""
+
+    now_ns: int
+    delivered: int | None
+
+
+class WallClock:
+    """Time since the clock was made; looks at the link every 5 ms."""
+
+    repeatable = False
+
+    def __init__(self) -> None:
+        self._start_ns = time.monotonic_ns()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
+        pass
+
+    def turn(self, sent: int, wake_ns: int | None) -> Turn | None:
+        """Sleeps until `wake_ns`, at most 5 ms."""
+        now_ns = time.monotonic_ns() - self._start_ns
+        until_ns = now_ns + _POLL_NS if wake_ns is None else min(wake_ns, now_ns + _POLL_NS)
+        if until_ns > now_ns:
+            time.sleep((until_ns - now_ns) / 1e9)
+        return Turn(time.monotonic_ns() - self._start_ns, None)
+
+    def finish(self, sent: int, code: int) -> None:
+        """Nothing to say to anybody."""
+
+
+class LockstepClock:
+    """The participant "ground" of the bench's barrier. Use it inside `with`."""
+
+    repeatable = True
+
+    def __init__(self, address: str, limit_s: float = 120.0) -> None:
+        self._address, self._limit_s = _parse(address), limit_s
+        self._stack = ExitStack()
+        self._receiver = barrier.Receiver()
+        self._messages: list[barrier.Message] = []
+        self._tick: barrier.Tick | None = None
+        self._tick_ns = 0
+        self._delivered = 0
+
+    def __enter__(self) -> Self:
+        try:
+            peer = socket.create_connection(self._address, timeout=self._limit_s)
+        except OSError as error:
+            raise ClockError(f"no bench at {self._address[0]}:{self._address[1]}: {error}") from error
+        self._peer = self._stack.enter_context(peer)
+        peer.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        self._say(barrier.Hello("ground"))
+        welcome = self._hear()
+        if not isinstance(welcome, barrier.Welcome):
+            raise ClockError(f"the bench did not answer HELLO with WELCOME but {type(welcome).__name__}")
+        self._tick_ns = welcome.tick_ns
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
+        self._stack.close()
+
+    def turn(self, sent: int, wake_ns: int | None) -> Turn | None:
+        """Answers the tick before with DONE and waits for the next one; None after STOP."""
+        if self._tick is not None:
+            self._say(barrier.Done(self._tick.number, self._wake_tick(self._tick, wake_ns), {"up_in": sent}))
+        message = self._hear()
+        if isinstance(message, barrier.Stop):
+            self._tick = None
+            return None
+        if not isinstance(message, barrier.Tick):
+            raise ClockError(f"the bench sent {type(message).__name__} where a TICK was due")
+        self._tick = message
+        for channel in message.channels:
+            if channel.name == "down_out":
+                self._delivered = channel.count
+        return Turn(message.now_ns, self._delivered)
+
+    def finish(self, sent: int, code: int) -> None:
+        """Answers the last tick and tells the bench that the script is over: "finished" is 1 + exit code."""
+        if self._tick is not None:
+            self._say(barrier.Done(self._tick.number, NEVER_TICK, {"up_in": sent, "finished": 1 + code}))
+            self._tick = None
+
+    def _wake_tick(self, tick: barrier.Tick, wake_ns: int | None) -> int:
+        if wake_ns is None:
+            return NEVER_TICK
+        return tick.number + max(1, -((tick.now_ns - wake_ns) // self._tick_ns))
+
+    def _say(self, message: barrier.Message) -> None:
+        try:
+            self._peer.sendall(barrier.encode(message))
+        except OSError as error:
+            raise ClockError(f"the bench has gone: {error}") from error
+
+    def _hear(self) -> barrier.Message:
+        try:
+            while not self._messages:
+                data = self._peer.recv(65_536)
+                if not data:
+                    raise ClockError("the bench closed the barrier without a STOP")
+                self._messages += self._receiver.receive(data)
+        except (OSError, WireError) as error:
+            raise ClockError(f"the bench has gone: {error}") from error
+        return self._messages.pop(0)
+
+
+Clock = WallClock | LockstepClock
+
+
+def _parse(address: str) -> tuple[str, int]:
+    scheme, _, rest = address.partition(":")
+    host, _, port = rest.rpartition(":")
+    if scheme != "tcp" or not host or not port.isdigit():
+        raise ValueError(f"barrier `{address}` should be tcp:HOST:PORT")
+    return host, int(port)

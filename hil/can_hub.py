@@ -1,0 +1,238 @@
+"""The bench's CAN bus on a kernel without AF_CAN: a hub that speaks the socketcand protocol on the loopback.
+
+    client                         hub
+      | -- connect ----------------> |
+      | <------------------ < hi > - |
+      | -- < open rover > ---------> |
+      | <------------------ < ok > - |
+      | -- < rawmode > ------------> |
+      | <------------------ < ok > - |     the client must read this alone: no frame may follow in the same read
+      | -- < echo > or < send .. > > |     the first word of the client in raw mode makes it live
+      | <-- < frame 181 .. > ...  -- |
+
+One thread, nothing blocks: the bench's loop calls `poll`. Frames of one client go to the other clients as on a wire.
+"""
+
+from __future__ import annotations
+
+import select
+import socket
+import time
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from onboard.records import Frame, PortState
+
+QUEUE_BYTES = 1 << 18  # of one client, about 5000 frames
+_READ = 1 << 16
+
+
+class ClientState(NamedTuple):
+    """One client's books: frames put on its way, frames it sent, frames its full queue refused."""
+
+    number: int
+    state: PortState
+    sent: int
+    received: int
+    dropped: int
+
+
+class _Client:
+    def __init__(self, stream: socket.socket) -> None:
+        self.number, self.stream, self.state, self.live = -1, stream, PortState.OPEN, False
+        self.sent = self.received = self.dropped = 0
+        self.out, self.into = bytearray(b"< hi >"), ""
+        self.frames: list[Frame] = []
+
+    def put(self, text: bytes, count: int) -> None:
+        if len(self.out) + len(text) > QUEUE_BYTES:
+            self.dropped += count
+            return
+        self.sent += count
+        self.out += text
+        self.flush()
+
+    def flush(self) -> None:
+        try:
+            while self.out and self.state is PortState.OPEN:
+                del self.out[: self.stream.send(self.out)]
+        except BlockingIOError:
+            return
+        except OSError:
+            self.lose(PortState.ERROR)
+
+    def lose(self, state: PortState) -> None:
+        self.state, self.live = state, False
+        self.out.clear()
+        self.stream.close()
+
+    def read(self) -> str:
+        """What came, up to the last whole message."""
+        try:
+            while self.state is PortState.OPEN:
+                data = self.stream.recv(_READ)
+                if not data:
+                    self.lose(PortState.CLOSED)
+                self.into += data.decode("ascii", "replace")
+                if len(data) < _READ:
+                    break
+        except BlockingIOError:
+            pass
+        except OSError:
+            self.lose(PortState.ERROR)
+        end = self.into.rfind(">") + 1
+        whole, self.into = self.into[:end], self.into[end:][-200:]
+        return whole
+
+
+class CanHub:
+    """The hub. `uri` is what a client's configuration names. Raises OSError when the address is taken."""
+
+    def __init__(self, host: str = "127.0.0.1", port: int = 0, bus: str = "rover") -> None:
+        self._server = socket.create_server((host, port))
+        self._server.setblocking(False)
+        self.bus = bus
+        self.uri = f"socketcand:{host}:{self._server.getsockname()[1]}/{bus}"
+        self.malformed = 0
+        self._callers: list[_Client] = []  # every connection that is open
+        self._clients: list[_Client] = []  # those that asked for the bus, by number
+
+    @property
+    def clients(self) -> tuple[ClientState, ...]:
+        """The books of every client since the start, in the order of connection; lost ones stay as CLOSED or ERROR."""
+        return tuple(ClientState(c.number, c.state, c.sent, c.received, c.dropped) for c in self._clients)
+
+    @property
+    def live(self) -> int:
+        """How many clients are past the handshake and still there: frames go to these."""
+        return sum(c.live for c in self._clients)
+
+    def poll(self) -> None:
+        """Takes new clients, reads and answers, sends what waits. Never blocks."""
+        self._accept()
+        for client in self._callers:
+            self._serve(client)
+            client.flush()
+        if any(client.state is not PortState.OPEN for client in self._callers):
+            self._callers = [client for client in self._callers if client.state is PortState.OPEN]
+
+    def wait(self, limit_s: float) -> None:
+        """Blocks until a client has something to say, at most `limit_s`; then polls."""
+        streams = [self._server, *(c.stream for c in self._callers if c.state is PortState.OPEN)]
+        select.select(streams, [], [], limit_s)
+        self.poll()
+
+    def write(self, frames: Sequence[Frame]) -> None:
+        """Frames of the emulated nodes, to every live client in this order, stamped with their own times."""
+        self._spread(frames, None)
+
+    def write_error(self, flags: int, stamp_ns: int = 0) -> None:
+        """An error frame with SocketCAN's flags (0x40 bus-off, 0x100 restarted) to every client; counts as a frame."""
+        text = f"< error {0x20000000 | flags:08X} {_seconds(stamp_ns)} >".encode()
+        for client in self._clients:
+            if client.live:
+                client.put(text, 1)
+
+    def read(self, stamp_ns: int = 0) -> list[Frame]:
+        """The frames that clients sent since the last call, as stamped; client by client in the order of connection."""
+        got: list[Frame] = []
+        for client in self._clients:
+            got += [Frame(can_id, data, stamp_ns) for can_id, data, _ in client.frames]
+            client.frames.clear()
+        return got
+
+    def read_upto(self, number: int, total: int, limit_s: float, stamp_ns: int = 0) -> list[Frame]:
+        """Lock-step: blocks until client `number` has sent `total` frames since it connected, then as `read`.
+
+        Raises TimeoutError with both counts when it has not within `limit_s`, ConnectionError when the client is gone.
+        """
+        client = self._clients[number]
+        deadline = time.monotonic() + limit_s
+        self.poll()
+        while client.received < total:
+            if client.state is not PortState.OPEN:
+                raise ConnectionError(f"CAN client {number} is gone after {client.received} of {total} frames")
+            left = deadline - time.monotonic()
+            if left <= 0:
+                raise TimeoutError(f"CAN client {number} sent {client.received} of {total} frames within {limit_s:g} s")
+            self.wait(left)
+        return self.read(stamp_ns)
+
+    def disconnect(self, number: int) -> None:
+        """Unplugs one client (a fault of the scenario)."""
+        self._clients[number].lose(PortState.CLOSED)
+
+    def close(self) -> None:
+        """Every socket of the hub."""
+        for client in self._callers:
+            if client.state is PortState.OPEN:
+                client.flush()
+                client.lose(PortState.CLOSED)
+        self._server.close()
+
+    def _accept(self) -> None:
+        while True:
+            try:
+                stream, _ = self._server.accept()
+            except BlockingIOError:
+                return
+            stream.setblocking(False)
+            stream.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+            client = _Client(stream)
+            self._callers.append(client)
+            client.flush()
+
+    def _serve(self, client: _Client) -> None:
+        whole = client.read()
+        if not whole:
+            return
+        sent: list[Frame] = []
+        for message in whole.split(">")[:-1]:
+            words = message.split()
+            if len(words) > 3 and words[0] == "<" and words[1] == "send":
+                self._sent(words, sent)
+            else:
+                self._answer(client, words)
+        if sent and client.number >= 0:
+            client.live = client.state is PortState.OPEN
+            client.received += len(sent)
+            client.frames += sent
+            self._spread(sent, client)
+
+    def _sent(self, words: list[str], into: list[Frame]) -> None:
+        try:
+            data = bytes([int(word, 16) for word in words[4:]])
+            if len(data) != int(words[3], 16):
+                raise ValueError(words[3])
+            into.append(Frame(int(words[2], 16), data))
+        except ValueError:
+            self.malformed += 1
+
+    def _answer(self, client: _Client, words: list[str]) -> None:
+        match words:
+            case ["<", "open", self.bus]:
+                client.number = len(self._clients)
+                self._clients.append(client)
+                client.out += b"< ok >"
+            case ["<", "rawmode"] if client.number >= 0:
+                client.out += b"< ok >"
+            case ["<", "open", other]:
+                client.out += f"< error no bus {other} here, it is {self.bus} >".encode()
+            case ["<", "echo"] if client.number >= 0:
+                client.live = True
+            case _:
+                self.malformed += 1
+        client.flush()
+
+    def _spread(self, frames: Sequence[Frame], origin: _Client | None) -> None:
+        receivers = [c for c in self._clients if c.live and c is not origin]
+        if not receivers or not frames:
+            return
+        rows = [f"< frame {can_id:03X} {_seconds(stamp_ns)} {data.hex()} >" for can_id, data, stamp_ns in frames]
+        text = "".join(rows).encode()
+        for client in receivers:
+            client.put(text, len(frames))
+
+
+def _seconds(stamp_ns: int) -> str:
+    return f"{stamp_ns // 1_000_000_000}.{stamp_ns // 1000 % 1_000_000:06d}"

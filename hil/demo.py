@@ -1,0 +1,131 @@
+"""`make demo`: one mission on the bench, then replay, summary, certificate and report."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import platform
+import subprocess
+import sys
+from dataclasses import asdict, dataclass
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+from mcap.reader import make_reader
+
+from hil.processes import FIXED_ENVIRONMENT
+from hil.run import RunResult
+from hil.scenario import Scenario
+
+TOLERANCE_M = {"fbm": 0.3, "flat": 0.3, "real": 0.5}
+_PACKAGES = ("numpy", "scipy", "pybullet", "small-gicp", "filterpy", "python-can", "pymavlink", "eclipse-zenoh")
+
+
+@dataclass(frozen=True, slots=True)
+class Told:
+    """What the flight program told of itself in its record."""
+
+    outcome: str
+    scans: int
+    replans: int
+    strategy: str
+    decisions: tuple[str, ...]
+
+
+def told(record: Path) -> Told:
+    """Outcome, scans and decisions from the events of a record."""
+    outcome, scans, decisions = "the mission did not end", 0, []
+    with record.open("rb") as file:
+        reader = make_reader(file)
+        for _, _, message in reader.iter_messages(topics=["/out/event"]):
+            for event in json.loads(message.data):
+                if event["name"] in ("ARRIVED", "FAILED"):
+                    outcome = f"{event['name'].lower()}: {event['text']}"
+                scans += event["name"] == "PHASE" and event["text"].startswith("MAPPING")
+                if event["name"] == "DECISION":
+                    decisions.append(event["text"])
+        config = next(a.data.decode() for a in reader.iter_attachments() if a.name == "config.toml")
+    strategy = next(line.split('"')[1] for line in config.splitlines() if line.startswith("strategy ="))
+    return Told(outcome, scans, max(0, len(decisions) - 1), strategy, tuple(decisions))
+
+
+def summary(scenario: Scenario, result: RunResult, replay: dict[str, Any]) -> dict[str, Any]:
+    """What `build/demo/summary.json` holds; see docs/demo.md."""
+    word = told(result.folder / "onboard.mcap")
+    directions = {name: _direction(result.link.get(name, {})) for name in ("down", "up")}
+    reached = result.ground_exit == 0 and result.distance_to_goal_m <= TOLERANCE_M[scenario.terrain]
+    return {
+        "goal_reached": reached,
+        "distance_to_goal_m": round(result.distance_to_goal_m, 4),
+        "outcome": word.outcome,
+        "collisions": len(result.contacts),
+        "contacts": [{"t_s": t, "what": what} for t, what in result.contacts],
+        "scans": word.scans,
+        "replans": word.replans,
+        "strategy": word.strategy,
+        "decisions": word.decisions,
+        "bench_s": round(result.bench_s, 2),
+        "wall_s": round(result.wall_s, 2),
+        "rtf": round(result.bench_s / result.wall_s, 2),
+        "way_m": round(result.way_m, 2),
+        "replay": replay.get("verdict", "failed"),
+        "replay_ticks": replay.get("ticks", 0),
+        "replay_bytes": replay.get("bytes", {}),
+        "can_frames": sum(result.streams[n]["pieces"] for n in ("can_to_onboard", "can_to_nodes")),
+        "scip_bytes": sum(result.streams[n]["bytes"] for n in ("lidar_to_onboard", "lidar_to_sensor")),
+        "link_datagrams": sum(d["sent"] for d in directions.values()),
+        "link_lost": sum(d["lost"] for d in directions.values()),
+        "link_by_direction": directions,
+        "onboard_peak_rss_mb": round(result.onboard_rss_bytes / 1e6, 1),
+        "seed": scenario.seed,
+        "terrain": scenario.terrain,
+        "link_profile": scenario.link,
+        "field": result.accepted.field.stats,
+        "goal_m": list(result.accepted.field.goal_m),
+        "passed_over": [{"seed": seed, "reason": reason} for seed, reason in result.accepted.passed_over],
+        "faults": list(result.faults),
+        "overruns": result.overruns,
+        "error": result.error,
+    }
+
+
+def _direction(row: dict[str, Any]) -> dict[str, int]:
+    sent, delivered = (int(row.get(k, {}).get("datagrams", 0)) for k in ("in", "out"))
+    lost = int(sum(row.get("lost", {}).values()))
+    return {"sent": sent, "lost": lost, "delivered": delivered}
+
+
+def certificate(scenario: Scenario, result: RunResult) -> dict[str, Any]:
+    """Hashes of every channel and of the plant's states: the same for the same seed, on any machine of the set."""
+    link = {f"link_{d}_{end}": result.link[d][end] for d in ("down", "up") for end in ("in", "out") if d in result.link}
+    config = json.dumps(asdict(scenario), default=dict, sort_keys=True).encode()
+    return {
+        "scenario": scenario.name, "terrain": scenario.terrain, "seed": scenario.seed,
+        "scenario_sha256": hashlib.sha256(config).hexdigest(),
+        "versions": {"python": platform.python_version(), **{name: version(name) for name in _PACKAGES}},
+        "environment": FIXED_ENVIRONMENT, "machine": platform.machine(),
+        "channels": {**result.streams, **link},
+        "plant": {"states": result.states, "sha256": result.states_sha256},
+    }
+
+
+def replay(folder: Path) -> dict[str, Any]:
+    """`onboard replay` of the run's record, in a process of its own."""
+    command = [sys.executable, "-m", "onboard", "replay", "--json", str(folder / "onboard.mcap")]
+    done = subprocess.run(command, capture_output=True, text=True, env=_environment(), check=False)
+    if done.returncode not in (0, 1):
+        return {"verdict": "failed", "first_difference": done.stderr.strip()[-400:]}
+    return dict(json.loads(done.stdout))
+
+
+def report(folder: Path) -> str:
+    """`ground report` of the run; returns what went wrong, or ''."""
+    command = [sys.executable, "-m", "ground", "report", str(folder)]
+    done = subprocess.run(command, capture_output=True, text=True, env=_environment(), check=False)
+    return "" if done.returncode == 0 else done.stderr.strip()[-2000:]
+
+
+def _environment() -> dict[str, str]:
+    return {**os.environ, **FIXED_ENVIRONMENT}

@@ -1,0 +1,241 @@
+"""The rover's CAN nodes as the bench emulates them: wheels, tilt axis, inertial sensor, power.
+
+Each has `receive(frame, now_ns)`, `step(now_ns, truth)`, `send()`; `build_nodes` gives all in one. Faults are
+attributes.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from hil.devices.node import Node, Noise
+from hil.devices.tilt import TiltNode
+from hil.records import PlantState, WheelDrive
+from onboard.records import Frame
+from protocol.can_codec import NodeState, WheelMode
+from protocol.can_guard import Every
+
+DRIVE_ENABLE, POWER_STATUS, GYRO, ACCEL = 0x100, 0x200, 0x1D0, 0x1D1
+WHEEL_COMMAND, WHEEL_FEEDBACK, WHEEL_STATUS = 0x100, 0x180, 0x1A0  # + number of the wheel
+COUNTS_PER_TURN = 4096
+COMMAND_TIMEOUT_NS, ENABLE_TIMEOUT_NS = 100_000_000, 500_000_000
+SLEW_RADPS2, STOP_RADPS2 = 1.0, 4.0
+TORQUE_NM_PER_A = 0.8
+POT_NOISE_RAD, RATE_NOISE_RADPS, CURRENT_NOISE_A = 0.0005, 0.003, 0.02
+
+
+def _clip(value: float, limit: float) -> float:
+    return max(-limit, min(limit, value))
+
+
+class WheelNode(Node):
+    """Steering and drive of wheel `n`.
+
+    Faults: `silent`; `drive_stuck`, the wheel does not turn; `drive_gain`, a weak drive; `steer_stuck_rad`, where the
+    steering stays; `encoder_frozen`; `encoder_jump_counts`, added to the position; `pot_offset_rad`.
+    """
+
+    def __init__(self, n: int, rng: np.random.Generator) -> None:
+        super().__init__(f"WHEEL_{n}", {DRIVE_ENABLE, WHEEL_COMMAND + n}, rng)
+        self.n = n
+        self.drive_stuck = self.encoder_frozen = False
+        self.drive_gain = 1.0
+        self.steer_stuck_rad: float | None = None
+        self.encoder_jump_counts = 0
+        self.pot_offset_rad = float(rng.normal(0.0, 0.001))
+        self.timed_out = True
+        self._noise = Noise(rng)
+        self._mode, self._steer_rad, self._rate_radps = WheelMode.OFF, 0.0, 0.0
+        self._command_ns = self._enable_ns = -(10**12)
+        self._enable = False
+        self._held_rad: float | None = 0.0
+        self._drive_radps = 0.0
+        self._then_ns = 0
+        self._count = 0
+        self._status = Every(50_000_000, n * 10_000_000)
+        self._temperature_c = 20.0
+
+    @property
+    def node_state(self) -> NodeState:
+        """What the heartbeat and the feedback tell."""
+        state = super().node_state
+        return NodeState.COMMAND_TIMEOUT if state is NodeState.RUNNING and self.timed_out else state
+
+    def drive(self) -> WheelDrive:
+        """What the motor drivers ask of the plant, after ramp, timeout and faults."""
+        steer_rad = self._steer_rad if self._held_rad is None else self._held_rad
+        if self.steer_stuck_rad is not None:
+            steer_rad = self.steer_stuck_rad
+        return WheelDrive(steer_rad, 0.0 if self.drive_stuck else self._drive_radps * self.drive_gain)
+
+    def order(self, can_id: int, values: Any, now_ns: int) -> None:
+        """DRIVE_ENABLE or this wheel's command."""
+        if can_id == DRIVE_ENABLE:
+            self._enable, self._enable_ns = bool(values.enable), now_ns
+        else:
+            self._mode, self._steer_rad, self._rate_radps = WheelMode(values.mode), values.steer_rad, values.rate_radps
+            self._command_ns = now_ns
+
+    def step(self, now_ns: int, truth: PlantState) -> None:
+        """Ramps the drive, holds or releases the steering, measures, and puts the frames that are due into `out`."""
+        wheel = truth.wheels[self.n - 1]
+        dt_s, self._then_ns = (now_ns - self._then_ns) / 1e9, now_ns
+        self.timed_out = now_ns - self._command_ns > COMMAND_TIMEOUT_NS
+        enabled = self._enable and now_ns - self._enable_ns <= ENABLE_TIMEOUT_NS
+        dead = self.timed_out or self.latched
+        target = self._rate_radps if self._mode is WheelMode.RUN and enabled and not dead else 0.0
+        slew = (STOP_RADPS2 if self.latched else SLEW_RADPS2) * dt_s
+        self._drive_radps += _clip(target - self._drive_radps, slew)
+        if not dead and self._mode is not WheelMode.OFF:
+            self._held_rad = None
+        elif self._held_rad is None:
+            self._held_rad = wheel.steer_rad
+        self._measure(now_ns, wheel.steer_rad, wheel.position_rad, wheel.rate_radps)
+        if self._status.due(now_ns):
+            self._tell_status(now_ns, wheel.torque_nm, dt_s)
+        self.beat(now_ns)
+
+    def _measure(self, now_ns: int, steer_rad: float, position_rad: float, rate_radps: float) -> None:
+        noise = self._noise.next
+        pot_rad = _clip(steer_rad + self.pot_offset_rad + POT_NOISE_RAD * noise(), 3.2767)
+        seen_radps = _clip(rate_radps + RATE_NOISE_RADPS * noise(), 16.38)
+        if self.encoder_frozen:
+            seen_radps = 0.0
+        else:
+            self._count = math.floor(position_rad * (COUNTS_PER_TURN / math.tau)) + self.encoder_jump_counts
+        can_id = WHEEL_FEEDBACK + self.n
+        data = self.sender.encode(can_id, pot_rad, self._count & 0xFFFF, seen_radps, self.node_state)
+        self.out.append(Frame(can_id, data, now_ns))
+
+    def _tell_status(self, now_ns: int, torque_nm: float, dt_s: float) -> None:
+        drive_a = _clip(torque_nm / TORQUE_NM_PER_A + CURRENT_NOISE_A * self._noise.next(), 20.47)
+        steer_a = _clip(0.1 + CURRENT_NOISE_A * self._noise.next(), 20.47)
+        self._temperature_c += dt_s * (0.05 * drive_a * drive_a - 0.02 * (self._temperature_c - 20.0))
+        can_id = WHEEL_STATUS + self.n
+        data = self.sender.encode(can_id, drive_a, steer_a, round(_clip(self._temperature_c, 127.0)), 0)
+        self.out.append(Frame(can_id, data, now_ns))
+
+
+class ImuNode(Node):
+    """Angular rate and specific force at base_link: white noise, walking bias, scale error, saturation.
+
+    Faults: `silent`; `gyro_bias_radps`, `accel_bias_mps2`, lists of three that a scenario may step. The sensor sits at
+    base_link: no lever arm.
+    """
+
+    GYRO_NOISE, GYRO_WALK, GYRO_LIMIT = 0.001, 2e-6, 3.2767
+    ACCEL_NOISE, ACCEL_WALK, ACCEL_LIMIT = 0.01, 2e-5, 32.767
+
+    def __init__(self, rng: np.random.Generator) -> None:
+        super().__init__("IMU", set(), rng)
+        self._noise = Noise(rng)
+        self.gyro_bias_radps: list[float] = rng.normal(0.0, 0.0005, 3).tolist()
+        self.accel_bias_mps2: list[float] = rng.normal(0.0, 0.01, 3).tolist()
+        self._gyro_scale: list[float] = (1.0 + rng.normal(0.0, 0.001, 3)).tolist()
+        self._accel_scale: list[float] = (1.0 + rng.normal(0.0, 0.001, 3)).tolist()
+
+    def step(self, now_ns: int, truth: PlantState) -> None:
+        """Measures once; the frames go to `out`."""
+        self._axes(
+            GYRO, now_ns, truth.angular_radps.tolist(), self._gyro_scale, self.gyro_bias_radps,
+            (self.GYRO_NOISE, self.GYRO_WALK, self.GYRO_LIMIT),
+        )  # fmt: skip
+        self._axes(
+            ACCEL, now_ns, truth.specific_force_mps2.tolist(), self._accel_scale, self.accel_bias_mps2,
+            (self.ACCEL_NOISE, self.ACCEL_WALK, self.ACCEL_LIMIT),
+        )  # fmt: skip
+        self.beat(now_ns)
+
+    def _axes(
+        self, can_id: int, now_ns: int, true: list[float], scale: list[float], bias: list[float],
+        model: tuple[float, float, float],
+    ) -> None:  # fmt: skip
+        sigma, walk, limit = model
+        noise, seen, status = self._noise.next, [], 0
+        for axis in (0, 1, 2):
+            bias[axis] += walk * noise()
+            value = true[axis] * scale[axis] + bias[axis] + sigma * noise()
+            if abs(value) > limit:
+                value, status = _clip(value, limit), 1
+            seen.append(value)
+        self.out.append(Frame(can_id, self.sender.encode(can_id, *seen, status), now_ns))
+
+
+class PowerNode(Node):
+    """Battery: an energy integral over what the wheels and the rest take; voltage by charge and current.
+
+    Faults: `silent`; `charge_ratio` may be set; `sag_v`, taken from the voltage (below 20 V the brown-out bit is set).
+    """
+
+    CAPACITY_J, REST_W, INNER_OHM, EFFICIENCY = 500.0 * 3600.0, 35.0, 0.08, 0.6
+
+    def __init__(self, rng: np.random.Generator) -> None:
+        super().__init__("POWER", set(), rng)
+        self._noise = Noise(rng)
+        self.charge_ratio = 0.95
+        self.sag_v = 0.0
+        self._energy_j = 0.0
+        self._then_ns = 0
+        self._status = Every(200_000_000)
+
+    def step(self, now_ns: int, truth: PlantState) -> None:
+        """Takes the power of this step from the charge."""
+        dt_s, self._then_ns = (now_ns - self._then_ns) / 1e9, now_ns
+        power_w = self.REST_W
+        for wheel in truth.wheels:
+            power_w += abs(wheel.torque_nm * wheel.rate_radps) / self.EFFICIENCY
+        self.charge_ratio = max(0.0, self.charge_ratio - power_w * dt_s / self.CAPACITY_J)
+        if self._status.due(now_ns):
+            open_v = 23.0 + 6.0 * self.charge_ratio
+            current_a = _clip(power_w / open_v + 0.01 * self._noise.next(), 40.9)
+            voltage_v = max(0.0, min(40.9, open_v - self.INNER_OHM * current_a - self.sag_v))
+            switches = 0b0111 | (0x80 if voltage_v < 20.0 else 0)
+            ratio = min(1.0, self.charge_ratio)
+            data = self.sender.encode(POWER_STATUS, voltage_v, current_a, ratio, 15, switches)
+            self.out.append(Frame(POWER_STATUS, data, now_ns))
+        self.beat(now_ns)
+
+
+class Nodes:
+    """All nodes behind one `receive`, `step`, `send`, in the fixed order wheels 1 to 4, tilt, IMU, power."""
+
+    def __init__(self, wheels: tuple[WheelNode, ...], tilt: TiltNode, imu: ImuNode, power: PowerNode) -> None:
+        self.wheels, self.tilt, self.imu, self.power = wheels, tilt, imu, power
+        self.all: tuple[Any, ...] = (*wheels, tilt, imu, power)
+        self._hearers: dict[int, list[Any]] = {}
+        for node in self.all:
+            for can_id in sorted(node.hears):
+                self._hearers.setdefault(can_id, []).append(node)
+
+    def receive(self, frame: Frame, now_ns: int) -> None:
+        """One frame of the bus, to whom it concerns."""
+        for node in self._hearers.get(frame.can_id, ()):
+            node.receive(frame, now_ns)
+
+    def step(self, now_ns: int, truth: PlantState) -> None:
+        """One tick of every node."""
+        for node in self.all:
+            node.step(now_ns, truth)
+
+    def send(self) -> list[Frame]:
+        """The tick's frames, by stamp; within one stamp by id, as arbitration would have it."""
+        frames = [frame for node in self.all for frame in node.send()]
+        for frame in frames:
+            if frame.can_id < 0x20:  # a node's stop is heard by the other nodes as well
+                self.receive(frame, frame.stamp_ns)
+        frames.sort(key=lambda frame: (frame.stamp_ns, frame.can_id))
+        return frames
+
+    def drives(self) -> tuple[WheelDrive, ...]:
+        """What the four wheels ask of the plant."""
+        return tuple(wheel.drive() for wheel in self.wheels)
+
+
+def build_nodes(seed: int) -> Nodes:
+    """The rover's seven nodes; each has its own random generator, children of `seed`."""
+    streams = [np.random.default_rng(child) for child in np.random.SeedSequence([seed, 0xCA]).spawn(7)]
+    wheels = tuple(WheelNode(n, streams[n - 1]) for n in (1, 2, 3, 4))
+    return Nodes(wheels, TiltNode(streams[4]), ImuNode(streams[5]), PowerNode(streams[6]))

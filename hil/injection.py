@@ -1,0 +1,86 @@
+"""TABLE fault name -> how the bench causes and heals it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+from hil.bench import Bench
+from hil.processes import Processes
+from hil.scenario import Injection
+from onboard.config import ConfigError
+
+NS = 1_000_000_000
+
+
+@dataclass(frozen=True, slots=True)
+class Cause:
+    """begin and heal a fault; `target` is a wheel number where one is needed."""
+
+    means: str
+    begin: Callable[[Bench, Processes, int], None]
+    heal: Callable[[Bench, Processes, int], None]
+
+
+def _unplug(bench: Bench, _p: Processes, _t: int) -> None:
+    bench.wires.lidar_plugged = False
+
+
+def _plug(bench: Bench, _p: Processes, _t: int) -> None:
+    bench.wires.lidar_plugged = True
+
+
+def _silence_wheel(bench: Bench, _p: Processes, target: int) -> None:
+    bench.nodes.wheels[target - 1].silent = True
+
+
+def _unsilence_wheel(bench: Bench, _p: Processes, target: int) -> None:
+    bench.nodes.wheels[target - 1].silent = False
+
+
+def _kill_onboard(bench: Bench, processes: Processes, _t: int) -> None:
+    processes.kill("onboard")
+    bench.barrier.drop("onboard")
+
+
+def _nothing(_b: Bench, _p: Processes, _t: int) -> None:
+    """What is killed stays dead."""
+
+
+INJECTIONS: Mapping[str, Cause] = {
+    "lidar_unplugged": Cause("the LIDAR's cable is pulled", _unplug, _plug),
+    "wheel_silent": Cause("one wheel node sends nothing more", _silence_wheel, _unsilence_wheel),
+    "onboard_killed": Cause("the flight program gets SIGKILL", _kill_onboard, _nothing),
+}
+
+
+class Injector:
+    """Walks a scenario's faults along the bench's time; `log` says what was done when."""
+
+    def __init__(self, faults: tuple[Injection, ...]) -> None:
+        unknown = [f.fault for f in faults if f.fault not in INJECTIONS]
+        if unknown:
+            raise ConfigError(f"faults.fault = {unknown[0]!r} should be one of {', '.join(INJECTIONS)}")
+        self._waiting = list(faults)
+        self._running: list[tuple[int, Injection]] = []
+        self._first_ns: dict[str, int] = {"time": 0}
+        self.log: list[dict[str, object]] = []
+
+    def step(self, bench: Bench, processes: Processes, now_ns: int) -> None:
+        """Before each tick."""
+        for name, holds in (("sweep", bench.progress.sweeping), ("drive", bench.progress.driving)):
+            if holds:
+                self._first_ns.setdefault(name, now_ns)
+        for fault in [f for f in self._waiting if self._due(f, now_ns)]:
+            self._waiting.remove(fault)
+            INJECTIONS[fault.fault].begin(bench, processes, fault.target)
+            self._running.append((now_ns + int(fault.for_s * NS), fault))
+            self.log.append({"t_s": now_ns / NS, "fault": fault.fault, "target": fault.target, "what": "begin"})
+        for end_ns, fault in [row for row in self._running if now_ns >= row[0]]:
+            self._running.remove((end_ns, fault))
+            INJECTIONS[fault.fault].heal(bench, processes, fault.target)
+            self.log.append({"t_s": now_ns / NS, "fault": fault.fault, "target": fault.target, "what": "heal"})
+
+    def _due(self, fault: Injection, now_ns: int) -> bool:
+        start_ns = self._first_ns.get(fault.when)
+        return start_ns is not None and now_ns >= start_ns + int(fault.after_s * NS)

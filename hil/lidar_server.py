@@ -1,0 +1,257 @@
+"""The scanner's end of the cable: a TCP port or a pseudo terminal for one client, for a single-threaded loop.
+
+`poll` and `write` never block, and a client that comes or goes is a state. What a slow reader does not take waits;
+beyond BACKLOG whole writes (whole scans) are dropped and counted, never cut. For the lock-step `received` and `sent`
+count the bytes of this `epoch`; each client begins a new one.
+"""
+
+from __future__ import annotations
+
+import os
+import select
+import socket
+import tempfile
+import time
+import tty
+from pathlib import Path
+
+BACKLOG = 1 << 18
+
+
+class Cable:
+    """What both ends have in common: counts, backlog and waiting. `address` is what `onboard` gets as lidar.address."""
+
+    def __init__(self) -> None:
+        self.address = ""
+        self.epoch = self.received = self.sent = self.dropped = 0
+        self._refusing = False
+        self._backlog = bytearray()
+
+    @property
+    def connected(self) -> bool:
+        """Whether a client is there, as of the last poll or write."""
+        raise NotImplementedError
+
+    def fileno(self) -> int:
+        """A descriptor to wait on for news, -1 while there is none."""
+        raise NotImplementedError
+
+    def disconnect(self) -> None:
+        """Pull the plug."""
+        raise NotImplementedError
+
+    def refuse(self, refusing: bool) -> None:
+        """While True nobody is let in (a sensor that boots)."""
+        self._refusing = refusing
+
+    def poll(self) -> bytes:
+        """Let in who waits and return what came since the last call."""
+        self._accept()
+        self._flush()
+        received = bytearray()
+        while piece := self._read():
+            received += piece
+        self.received += len(received)
+        return bytes(received)
+
+    def poll_exactly(self, total_bytes: int, limit_s: float) -> bytes:
+        """poll() until `total_bytes` of this epoch were received; fewer if the client goes.
+
+        Raises TimeoutError if they do not come within `limit_s` of wall time.
+        """
+        end_s, received = time.monotonic() + limit_s, self.poll()
+        while self.received < total_bytes and self.connected:
+            if not self._wait(end_s):
+                raise TimeoutError(f"{self.address}: {total_bytes} bytes were announced, {self.received} came")
+            received += self.poll()
+        return received
+
+    def wait_client(self, limit_s: float) -> bool:
+        """poll() for a client for at most `limit_s` of wall time; whether one is there. What it sent stays unread."""
+        end_s = time.monotonic() + limit_s
+        self._accept()
+        while not self.connected and self._wait(end_s):
+            self._accept()
+        return self.connected
+
+    def write(self, data: bytes) -> int:
+        """Send, or keep for later; the number of bytes accepted: all, or 0 without a client or with a full backlog."""
+        if not self.connected:
+            self._backlog.clear()
+            return 0
+        if len(self._backlog) > BACKLOG:
+            self.dropped += 1
+            return 0
+        self._backlog += data
+        self._flush()
+        self.sent += len(data)
+        return len(data)
+
+    def _began(self) -> None:
+        self.epoch += 1
+        self.received = self.sent = 0
+        self._backlog.clear()
+
+    def _wait(self, end_s: float) -> bool:
+        left_s = end_s - time.monotonic()
+        waiting = select.poll()
+        waiting.register(self.fileno(), select.POLLIN)
+        if left_s > 0 and any(event & select.POLLHUP for _, event in waiting.poll(left_s * 1000)):
+            time.sleep(min(left_s, 0.002))  # a terminal that nobody has open is always "ready"
+        return left_s > 0
+
+    def _accept(self) -> None:
+        raise NotImplementedError
+
+    def _read(self) -> bytes:
+        raise NotImplementedError
+
+    def _flush(self) -> None:
+        raise NotImplementedError
+
+
+class LidarServer(Cable):
+    """TCP on `host`; port 0 takes a free one. A second client waits until the first has gone."""
+
+    def __init__(self, host: str = "127.0.0.1", port: int = 0) -> None:
+        super().__init__()
+        self._client: socket.socket | None = None
+        self._listener = socket.create_server((host, port), backlog=1)
+        self._listener.setblocking(False)
+        self.host, self.port = self._listener.getsockname()[:2]
+        self.address = f"tcp:{self.host}:{self.port}"
+
+    @property
+    def connected(self) -> bool:
+        """See Cable."""
+        return self._client is not None
+
+    def fileno(self) -> int:
+        """See Cable."""
+        return (self._client or self._listener).fileno()
+
+    def disconnect(self) -> None:
+        """See Cable."""
+        if self._client is not None:
+            self._client.close()
+        self._client = None
+        self._backlog.clear()
+
+    def close(self) -> None:
+        """Free the port."""
+        self.disconnect()
+        self._listener.close()
+
+    def _accept(self) -> None:
+        if self._client is not None:
+            return
+        try:
+            client, _ = self._listener.accept()
+        except (BlockingIOError, InterruptedError, ConnectionAbortedError):
+            return
+        if self._refusing:
+            client.close()
+            return
+        client.setblocking(False)
+        client.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        self._client = client
+        self._began()
+
+    def _read(self) -> bytes:
+        if self._client is None:
+            return b""
+        try:
+            piece = self._client.recv(65536)
+        except (BlockingIOError, InterruptedError):
+            return b""
+        except OSError:
+            piece = b""
+        if not piece:
+            self.disconnect()
+        return piece
+
+    def _flush(self) -> None:
+        while self._backlog and self._client is not None:
+            try:
+                del self._backlog[: self._client.send(self._backlog)]
+            except (BlockingIOError, InterruptedError):
+                return
+            except OSError:
+                self.disconnect()
+
+
+class LidarTerminal(Cable):
+    """A pseudo terminal. `address` is a link whose name survives disconnect(): the next poll plugs in anew under it."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._folder = tempfile.TemporaryDirectory(prefix="lidar-")
+        self._link = Path(self._folder.name) / "tty"
+        self.address = f"tty:{self._link}"
+        self._master = -1
+        self._open = False
+        self._plug()
+
+    @property
+    def connected(self) -> bool:
+        """See Cable."""
+        return self._open
+
+    def fileno(self) -> int:
+        """See Cable."""
+        return self._master
+
+    def disconnect(self) -> None:
+        """See Cable."""
+        if self._master >= 0:
+            os.close(self._master)
+        self._master, self._open = -1, False
+        self._link.unlink(missing_ok=True)
+        self._backlog.clear()
+
+    def refuse(self, refusing: bool) -> None:
+        """See Cable."""
+        super().refuse(refusing)
+        if refusing:
+            self.disconnect()
+
+    def close(self) -> None:
+        """Remove the terminal."""
+        self.disconnect()
+        self._folder.cleanup()
+
+    def _plug(self) -> None:
+        self._master, slave = os.openpty()
+        tty.setraw(slave)
+        self._link.unlink(missing_ok=True)
+        self._link.symlink_to(os.ttyname(slave))
+        os.close(slave)  # from now on the master hangs up exactly while no client has it open
+        os.set_blocking(self._master, False)
+
+    def _accept(self) -> None:
+        if self._master < 0 and not self._refusing:
+            self._plug()
+        was = self._open
+        self._open = self._master >= 0 and not self._hung_up()
+        if self._open and not was:
+            self._began()
+
+    def _hung_up(self) -> bool:
+        waiting = select.poll()
+        waiting.register(self._master, select.POLLIN)
+        return any(event & select.POLLHUP for _, event in waiting.poll(0))
+
+    def _read(self) -> bytes:
+        if not self._open:
+            return b""
+        try:
+            return os.read(self._master, 65536)
+        except OSError:
+            return b""
+
+    def _flush(self) -> None:
+        while self._backlog and self._open:
+            try:
+                del self._backlog[: os.write(self._master, self._backlog)]
+            except OSError:
+                return

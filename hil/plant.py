@@ -1,0 +1,285 @@
+"""The rover on its ground, by pybullet: bodies and rocks are the engine's, wheels on soil are hil.soil's.
+
+Only this file and hil/raycast.py know the engine. Same field, seed, step and commands give the same bits.
+Engine traps that shape this file: links have a damping of 0.04 and joints a motor unless told otherwise; the base's pose is
+that of its centre of mass; an external force lives for one step; a rover off the mesh falls for ever without a word.
+"""
+
+from __future__ import annotations
+
+import math
+import tempfile
+from collections import deque
+from pathlib import Path
+
+import numpy as np
+import pybullet
+from numpy.typing import NDArray
+
+from hil.raycast import BODY, ROCK, SOIL, WHEEL, Ground
+from hil.records import PlantState, WheelDrive, WheelTruth
+from hil.rover_model import CENTRE_OF_MASS_M, urdf
+from hil.soil import SoilContacts
+from hil.terrain import Field, soil_height
+from onboard.config import Rover
+from onboard.records import Pose
+from protocol.conventions import TICK_NS, WHEEL_SIGNS, WHEELS
+
+F64 = NDArray[np.float64]
+I64 = NDArray[np.int64]
+
+GRAVITY_MPS2 = 1.62
+DRIVE_NM, DRIVE_SLEW_RADPS2 = 8.0, 1.0
+STEER_NM, STEER_GAIN = 20.0, 0.2
+FENCE_M, TIP_RAD, JUMP_M = 0.5, math.radians(35), 0.05
+ROCK_LIMIT_M = 0.08  # a wheel on a higher rock is a collision
+HISTORY = 11  # poses of the last 100 ms, one a tick
+SETTLE_TICKS = 150
+
+
+class PlantAbort(RuntimeError):
+    """The run has no meaning from here on; the text says why."""
+
+
+class Plant:
+    """One rover on one field. `step_ns` is the physics step: 2 ms by default, 5 ms for campaigns; it divides 10 ms."""
+
+    def __init__(
+        self, field: Field, seed: int = 0, step_ns: int = 2_000_000, rover: Rover | None = None, soil: str = "nominal"
+    ) -> None:
+        if TICK_NS % step_ns:
+            raise ValueError(f"a physics step of {step_ns} ns does not divide the tick of {TICK_NS} ns")
+        self.field, self.rover, self.seed = field, rover or Rover(), seed
+        self._step_ns, self._dt_s = step_ns, step_ns * 1e-9
+        self._client = pybullet.connect(pybullet.DIRECT)
+        self._engine(seed)
+        self.ground = Ground(field, self._client)
+        self._load()
+        self._soil = SoilContacts(
+            field.grid, field.soil_z, self.rover.wheel_radius_m, self.rover.wheel_width_m, (soil,) * len(WHEELS)
+        )
+        self._limits_nm = [DRIVE_NM] * len(WHEELS)
+        self._drives = (WheelDrive(0.0, 0.0),) * len(WHEELS)
+        self.reset(field.start)
+
+    def _engine(self, seed: int) -> None:
+        pybullet.setGravity(0, 0, -GRAVITY_MPS2, physicsClientId=self._client)
+        pybullet.setPhysicsEngineParameter(
+            fixedTimeStep=self._dt_s,
+            numSolverIterations=50,
+            numSubSteps=0,
+            deterministicOverlappingPairs=1,
+            enableFileCaching=0,
+            physicsClientId=self._client,
+        )
+
+    def _load(self) -> None:
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / "rover.urdf"
+            path.write_text(urdf(self.rover))
+            self._body = pybullet.loadURDF(
+                str(path), flags=pybullet.URDF_USE_INERTIA_FROM_FILE, physicsClientId=self._client
+            )
+        count = pybullet.getNumJoints(self._body, physicsClientId=self._client)
+        joints = {
+            pybullet.getJointInfo(self._body, k, physicsClientId=self._client)[1].decode(): k for k in range(count)
+        }
+        self._wheels = [joints[f"wheel_{w}"] for w in WHEELS]
+        self._steers = [joints[f"steer_{w}"] for w in WHEELS]
+        self._rockers = [joints["rocker_left"], joints["rocker_right"]]
+        for link in range(-1, count):
+            wheel = link in self._wheels
+            pybullet.setCollisionFilterGroupMask(
+                self._body, link, WHEEL if wheel else BODY, ROCK if wheel else SOIL | ROCK, physicsClientId=self._client
+            )
+            pybullet.changeDynamics(
+                self._body, link, linearDamping=0, angularDamping=0, jointDamping=0, restitution=0,
+                lateralFriction=1.0, activationState=pybullet.ACTIVATION_STATE_DISABLE_SLEEPING,
+                physicsClientId=self._client,
+            )
+        pybullet.setJointMotorControlArray(
+            self._body, self._rockers, pybullet.VELOCITY_CONTROL, forces=[0, 0], physicsClientId=self._client
+        )
+        gear = pybullet.createConstraint(
+            self._body, self._rockers[0], self._body, self._rockers[1], pybullet.JOINT_GEAR, [0, 1, 0], [0, 0, 0],
+            [0, 0, 0], physicsClientId=self._client,
+        )
+        pybullet.changeConstraint(gear, gearRatio=1, erp=0.8, maxForce=1e4, physicsClientId=self._client)
+
+    def reset(self, pose: Pose) -> PlantState:
+        """Put the rover at x, y, yaw of `pose` on the ground, wheels straight and still, let it settle; time is 0."""
+        z, roll, pitch = self._rest(pose.x_m, pose.y_m, pose.yaw_rad)
+        quaternion = pybullet.getQuaternionFromEuler([roll, pitch, pose.yaw_rad])
+        up = _rotate(quaternion, (0.0, 0.0, CENTRE_OF_MASS_M))
+        place = [pose.x_m + up[0], pose.y_m + up[1], z + up[2]]
+        pybullet.resetBasePositionAndOrientation(self._body, place, quaternion, physicsClientId=self._client)
+        pybullet.resetBaseVelocity(self._body, [0, 0, 0], [0, 0, 0], physicsClientId=self._client)
+        for joint in (*self._wheels, *self._steers, *self._rockers):
+            pybullet.resetJointState(self._body, joint, 0, 0, physicsClientId=self._client)
+        self._soil.reset()
+        self._drives = (WheelDrive(0.0, 0.0),) * len(WHEELS)
+        self._rates, self._angles = [0.0] * len(WHEELS), [0.0] * len(WHEELS)
+        self._history: deque[tuple[int, tuple[float, ...], tuple[float, ...]]] = deque(maxlen=HISTORY)
+        self._now_ns, self._last = -SETTLE_TICKS * TICK_NS, None
+        for _ in range(SETTLE_TICKS):
+            state = self.step()
+        return state
+
+    def _rest(self, x_m: float, y_m: float, yaw_rad: float) -> tuple[float, float, float]:
+        """Height, roll and pitch that lie on the ground under the four wheels (first guess; settling does the rest)."""
+        l, d, cosine, sine = self.rover.half_wheelbase_m, self.rover.half_track_m, math.cos(yaw_rad), math.sin(yaw_rad)
+        points = [(a * l * cosine - b * d * sine, a * l * sine + b * d * cosine) for a, b in WHEEL_SIGNS]
+        x, y = np.array([x_m + p[0] for p in points]), np.array([y_m + p[1] for p in points])
+        front_left, rear_left, rear_right, front_right = soil_height(self.field.grid, self.field.soil_z, x, y).tolist()
+        pitch = -math.atan2((front_left + front_right - rear_left - rear_right) / 2, 2 * l)
+        roll = math.atan2((front_left + rear_left - front_right - rear_right) / 2, 2 * d)
+        return (front_left + rear_left + rear_right + front_right) / 4, roll, pitch
+
+    def apply(self, drives: tuple[WheelDrive, ...]) -> None:
+        """Targets of the four motor pairs from the next step on; the drivers' slew limits are in the plant."""
+        self._drives = drives
+
+    def set_motor(self, wheel: int, torque_nm: float) -> None:
+        """Largest drive torque of wheel 1..4 from now on: 0 runs free, little is weak, 8 is sound."""
+        self._limits_nm[wheel - 1] = torque_nm
+
+    def set_soil(self, wheel: int, name: str) -> None:
+        """Soil under wheel 1..4 from now on; a row of hil.soil.CLASSES."""
+        self._soil.set_soil(wheel - 1, name)
+
+    def step(self, ticks_ns: int = TICK_NS) -> PlantState:
+        """One tick of physics; the truth at its end. Raises PlantAbort."""
+        self._motors(ticks_ns * 1e-9)
+        body, wheels, client, dt_s = self._body, self._wheels, self._client, self._dt_s
+        states, forces, push, advance = (
+            pybullet.getLinkStates, self._soil.step, pybullet.applyExternalForce, pybullet.stepSimulation,
+        )
+        contacts = []
+        for _ in range(ticks_ns // self._step_ns):
+            contacts = forces(states(body, wheels, computeLinkVelocity=1, physicsClientId=client), dt_s)
+            for link, (force, point, load, _) in zip(wheels, contacts):
+                if load > 0:
+                    push(body, link, force, point, pybullet.WORLD_FRAME, client)  # lives for one step
+            advance(client)
+        self._now_ns += ticks_ns
+        return self._truth(ticks_ns * 1e-9, contacts)
+
+    def _motors(self, tick_s: float) -> None:
+        slew, turn = DRIVE_SLEW_RADPS2 * tick_s, self.rover.steer_rate_radps * tick_s
+        for k, drive in enumerate(self._drives):
+            self._rates[k] += min(max(drive.rate_radps - self._rates[k], -slew), slew)
+            self._angles[k] += min(max(drive.steer_rad - self._angles[k], -turn), turn)
+        pybullet.setJointMotorControlArray(
+            self._body, self._wheels, pybullet.VELOCITY_CONTROL, targetVelocities=self._rates, forces=self._limits_nm,
+            physicsClientId=self._client,
+        )
+        pybullet.setJointMotorControlArray(
+            self._body, self._steers, pybullet.POSITION_CONTROL, targetPositions=self._angles,
+            forces=[STEER_NM] * len(WHEELS), positionGains=[STEER_GAIN] * len(WHEELS), physicsClientId=self._client,
+        )
+
+    def _truth(self, tick_s: float, contacts: list) -> PlantState:
+        place, q = pybullet.getBasePositionAndOrientation(self._body, physicsClientId=self._client)
+        velocity, spin = pybullet.getBaseVelocity(self._body, physicsClientId=self._client)
+        arm = _rotate(q, (0.0, 0.0, -CENTRE_OF_MASS_M))
+        position = (place[0] + arm[0], place[1] + arm[1], place[2] + arm[2])
+        moving = (
+            velocity[0] + spin[1] * arm[2] - spin[2] * arm[1],
+            velocity[1] + spin[2] * arm[0] - spin[0] * arm[2],
+            velocity[2] + spin[0] * arm[1] - spin[1] * arm[0],
+        )
+        self._fence(position, q)
+        before, self._last = self._last or (moving, q), (moving, q)
+        felt = [(a - b) / tick_s for a, b in zip(moving, before[0])]
+        middle = _middle(before[1], q)
+        self._history.append((self._now_ns, position, q))
+        joints = pybullet.getJointStates(self._body, [*self._wheels, *self._steers], physicsClientId=self._client)
+        return PlantState(
+            now_ns=self._now_ns,
+            position_m=np.array(position),
+            quaternion_xyzw=np.array(q),
+            velocity_mps=np.array(moving),
+            angular_radps=np.array(_rotate(_inverse(q), spin)),
+            specific_force_mps2=np.array(_rotate(_inverse(middle), (felt[0], felt[1], felt[2] + GRAVITY_MPS2))),
+            wheels=tuple(
+                WheelTruth(joints[k + 4][0], joints[k][0], joints[k][1], joints[k][3], contacts[k][2]) for k in range(4)
+            ),
+            contact=self._touch(),
+        )
+
+    def _touch(self) -> str:
+        """'' or the worst that the rover touches now."""
+        found = ""
+        for contact in pybullet.getContactPoints(bodyA=self._body, physicsClientId=self._client):
+            if contact[8] > 0:  # still apart
+                continue
+            if contact[3] not in self._wheels:
+                return "body"
+            rock = self.ground.rock_bodies.get(contact[2])
+            if rock is not None and rock.height_m > ROCK_LIMIT_M:
+                found = f"wheel {self._wheels.index(contact[3]) + 1} on a rock of {rock.height_m:.2f} m"
+        return found
+
+    def _fence(self, position: tuple[float, ...], q: tuple[float, ...]) -> None:
+        x, y, z = position
+        if not all(map(math.isfinite, (*position, *q))):
+            raise PlantAbort("the state is not a number")
+        grid = self.field.grid
+        edge = min(
+            x - grid.x0_m, grid.x0_m + (grid.columns - 1) * grid.cell_m - x,
+            y - grid.y0_m, grid.y0_m + (grid.rows - 1) * grid.cell_m - y,
+        )
+        if edge < FENCE_M:
+            raise PlantAbort(f"{edge:.2f} m from the field's edge at ({x:.2f}, {y:.2f})")
+        up = _rotate(q, (0.0, 0.0, 1.0))
+        ahead, left = _rotate(q, (1.0, 0.0, 0.0)), _rotate(q, (0.0, 1.0, 0.0))
+        if up[2] <= 0 or max(abs(ahead[2]), abs(left[2])) > math.sin(TIP_RAD):
+            raise PlantAbort(f"tipped: pitch or roll over {math.degrees(TIP_RAD):.0f} deg at ({x:.2f}, {y:.2f})")
+        if self._history and abs(z - self._history[-1][1][2]) > JUMP_M:
+            raise PlantAbort(f"height jumped from {self._history[-1][1][2]:.3f} to {z:.3f} m at ({x:.2f}, {y:.2f})")
+
+    def poses_at(self, times_ns: I64) -> tuple[F64, F64]:
+        """base_link at times (n,) within the last 100 ms: positions (n, 3), quaternions x y z w (n, 4)."""
+        known = np.array([row[0] for row in self._history], np.int64)
+        if len(times_ns) and (times_ns.min() < known[0] or times_ns.max() > known[-1]):
+            raise ValueError(f"poses are known from {known[0]} to {known[-1]} ns, asked {times_ns.min()}..{times_ns.max()}")
+        after = np.clip(np.searchsorted(known, times_ns), 1, len(known) - 1)
+        share = ((times_ns - known[after - 1]) / (known[after] - known[after - 1]))[:, None]
+        positions = np.array([row[1] for row in self._history])
+        turns = np.array([row[2] for row in self._history])
+        mixed = (1 - share) * turns[after - 1] + share * turns[after] * np.sign(
+            (turns[after - 1] * turns[after]).sum(axis=1, keepdims=True)
+        )
+        mixed /= np.linalg.norm(mixed, axis=1, keepdims=True)
+        return (1 - share) * positions[after - 1] + share * positions[after], mixed
+
+    def cast(self, origins_m: F64, directions: F64, range_m: float) -> F64:
+        """Ranges (n,) of rays on soil and rocks, inf where none is met (see hil.raycast.Ground.cast)."""
+        return self.ground.cast(origins_m, directions, range_m)
+
+    def close(self) -> None:
+        """Free the engine."""
+        pybullet.disconnect(self._client)
+
+
+def _rotate(q: tuple[float, ...], v: tuple[float, ...]) -> tuple[float, float, float]:
+    """The vector turned by a unit quaternion x y z w."""
+    x, y, z, w = q
+    tx, ty, tz = 2 * (y * v[2] - z * v[1]), 2 * (z * v[0] - x * v[2]), 2 * (x * v[1] - y * v[0])
+    return (
+        v[0] + w * tx + y * tz - z * ty,
+        v[1] + w * ty + z * tx - x * tz,
+        v[2] + w * tz + x * ty - y * tx,
+    )
+
+
+def _inverse(q: tuple[float, ...]) -> tuple[float, float, float, float]:
+    return -q[0], -q[1], -q[2], q[3]
+
+
+def _middle(a: tuple[float, ...], b: tuple[float, ...]) -> tuple[float, ...]:
+    """Half way between two orientations near each other."""
+    sign = math.copysign(1.0, sum(p * q for p, q in zip(a, b)))
+    added = [p + sign * q for p, q in zip(a, b)]
+    size = math.sqrt(sum(p * p for p in added))
+    return tuple(p / size for p in added)

@@ -1,0 +1,114 @@
+"""The child processes of a run: started together, watched, and never left behind."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+FIXED_ENVIRONMENT = {
+    # the same bits on any x86-64-v3 machine: see docs/determinism.md
+    "PYTHONHASHSEED": "0",
+    "OPENBLAS_NUM_THREADS": "1",
+    "OPENBLAS_CORETYPE": "Haswell",
+    "OMP_NUM_THREADS": "1",
+    "NPY_DISABLE_CPU_FEATURES": "AVX512F AVX512CD AVX512_SKX AVX512_CLX AVX512_CNL AVX512_ICL AVX512_SPR",
+    "PYTHONWARNINGS": "ignore::RuntimeWarning:numpy._core._multiarray_umath,ignore::ImportWarning",
+}
+
+
+class ProcessDied(RuntimeError):
+    """A process of the run ended when it should not have; the text holds its name, exit code and last lines."""
+
+
+class Processes:
+    """Starts children of this Python and ends them all when the block is left."""
+
+    def __init__(self, folder: Path, quiet: set[str] | None = None) -> None:
+        self._folder = folder
+        self._children: dict[str, subprocess.Popen[bytes]] = {}
+        self._expected: set[str] = set()
+
+    def start(self, name: str, module: str, arguments: Sequence[str], environment: Mapping[str, str] | None = None) -> None:
+        """Run `python -m module arguments`; its output goes to FOLDER/name.log."""
+        log = (self._folder / f"{name}.log").open("wb")
+        with log:
+            self._children[name] = subprocess.Popen(
+                [sys.executable, "-m", module, *arguments],
+                stdout=log, stderr=subprocess.STDOUT, stdin=subprocess.DEVNULL,
+                env={**os.environ, **FIXED_ENVIRONMENT, **(environment or {})},
+                start_new_session=True,  # Ctrl-C reaches the bench alone, which ends the others in order
+            )
+
+    def pid(self, name: str) -> int:
+        """Process id of a child."""
+        return self._children[name].pid
+
+    def peak_rss_bytes(self, name: str) -> int:
+        """Largest resident memory of a child so far; 0 when it has ended."""
+        try:
+            status = Path(f"/proc/{self.pid(name)}/status").read_text()
+        except OSError:
+            return 0
+        row = next((line for line in status.splitlines() if line.startswith("VmHWM:")), "VmHWM: 0 kB")
+        return int(row.split()[1]) * 1024
+
+    def check(self) -> None:
+        """Raise ProcessDied if a child has ended that was not expected to."""
+        for name, child in self._children.items():
+            code = child.poll()
+            if code is not None and name not in self._expected:
+                raise ProcessDied(f"{name} ended with {_code(code)}:\n{self.tail(name)}")
+
+    def kill(self, name: str) -> None:
+        """SIGKILL, as `kill -9` does; the end is expected."""
+        self._expected.add(name)
+        self._children[name].kill()
+        self._children[name].wait()
+
+    def settle(self, limit_s: float) -> None:
+        """Wait a little for a child that is just dying, so that `check` sees it."""
+        deadline = time.monotonic() + limit_s
+        while time.monotonic() < deadline:
+            if any(child.poll() is not None and name not in self._expected for name, child in self._children.items()):
+                return
+            time.sleep(0.02)
+
+    def tail(self, name: str, lines: int = 12) -> str:
+        """Last lines of what it printed."""
+        text = (self._folder / f"{name}.log").read_text(errors="replace")
+        return "\n".join(f"  {line}" for line in text.splitlines()[-lines:])
+
+    def wait(self, limit_s: float) -> dict[str, int]:
+        """Exit codes after the run was ended in order; whoever does not end is killed."""
+        codes = {}
+        for name, child in self._children.items():
+            try:
+                codes[name] = child.wait(limit_s)
+            except subprocess.TimeoutExpired:
+                child.kill()
+                codes[name] = child.wait()
+        return codes
+
+    def __enter__(self) -> Processes:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        for child in self._children.values():
+            if child.poll() is None:
+                child.send_signal(signal.SIGTERM)
+        for child in self._children.values():
+            with contextlib.suppress(subprocess.TimeoutExpired):
+                child.wait(5)
+            if child.poll() is None:
+                child.kill()
+                child.wait()
+
+
+def _code(code: int) -> str:
+    return f"signal {signal.Signals(-code).name}" if code < 0 else f"exit code {code}"

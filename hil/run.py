@@ -1,0 +1,175 @@
+"""One run of a scenario: the bench in this process, onboard, link and ground as children, and what came of it."""
+
+from __future__ import annotations
+
+import json
+import socket
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from hil.bench import Bench, Progress
+from hil.fields import Accepted, field_for
+from hil.impairment import PROFILES, load_profile
+from hil.injection import Injector
+from hil.lockstep import ParticipantLost
+from hil.processes import ProcessDied, Processes
+from hil.scenario import Scenario
+from hil.truth import Truth
+from onboard.config import load
+from onboard.gdem import to_npz
+from protocol.conventions import TICK_NS
+
+NAMES = frozenset({"onboard", "link", "ground"})
+_END_S = 20.0
+
+
+@dataclass(frozen=True, slots=True)
+class RunResult:
+    """What the bench saw. `error` empty: the run ended as the scenario meant it."""
+
+    folder: Path
+    accepted: Accepted
+    bench_s: float
+    wall_s: float
+    truth_xy_m: tuple[float, float]
+    distance_to_goal_m: float
+    contacts: tuple[tuple[float, str], ...]
+    sweeps: int
+    streams: dict[str, Any]
+    states: int
+    states_sha256: str
+    link: dict[str, Any]
+    ground_exit: int | None
+    faults: tuple[dict[str, object], ...]
+    way_m: float
+    onboard_rss_bytes: int
+    overruns: int
+    error: str = ""
+
+
+def run(
+    scenario: Scenario, folder: Path, progress: Callable[[Progress, float], None], *, pace: float = 0.0
+) -> RunResult:
+    """Run to the end of the operator's script. pace 0: as fast as it goes; 1: real time, overruns counted.
+
+    The children's addresses are made here; each writes FOLDER/NAME.log. Ctrl-C ends them in order and re-raises.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    accepted = field_for(scenario.terrain, scenario.seed)
+    (folder / "gdem.npz").write_bytes(to_npz(accepted.field.gdem))
+    goal = {"goal_x": f"{accepted.field.goal_m[0]:.3f}", "goal_y": f"{accepted.field.goal_m[1]:.3f}"}
+    (folder / "script.txt").write_text(scenario.script.format(**goal))
+    truth = Truth(folder / "truth.mcap")
+    with Processes(folder) as processes:
+        bench = Bench(accepted.field, scenario.seed, load().rover, truth, processes.check)
+        injector, error = Injector(scenario.faults), ""
+        started = time.monotonic()
+        try:
+            _start(scenario, folder, bench, processes)
+            bench.gather(NAMES - {"ground"} if scenario.live else NAMES)
+            started = time.monotonic()
+            _loop(scenario, bench, processes, injector, progress, pace)
+        except (ParticipantLost, ProcessDied) as lost:
+            error = _why(lost, processes)
+        wall_s = time.monotonic() - started
+        rss_bytes = processes.peak_rss_bytes("onboard")
+        bench.close(error or "the run is over")
+        codes = processes.wait(_END_S)
+        if not error:
+            error = "".join(f"{n} ended with {c}:\n{processes.tail(n)}" for n, c in codes.items() if c > 1 or (c and n != "ground"))
+    state = bench.state
+    report = folder / "link.json"
+    return RunResult(
+        folder, accepted, bench.tick * TICK_NS / 1e9, wall_s, (float(state.position_m[0]), float(state.position_m[1])),
+        bench.progress.distance_to_goal_m, tuple(truth.contacts), bench.progress.sweeps,
+        {name: stream.report() for name, stream in bench.streams.items()}, truth.states, truth.sha256(),
+        json.loads(report.read_text()) if report.exists() else {}, bench.ground_code, tuple(injector.log),
+        bench.progress.way_m, rss_bytes, bench.progress.overruns, error,
+    )
+
+
+def _start(scenario: Scenario, folder: Path, bench: Bench, processes: Processes) -> None:
+    """Onboard, link and ground, each with its addresses."""
+    rover_side, ground_side = f"tcp/127.0.0.1:{free_port()}", f"tcp/127.0.0.1:{free_port()}"
+    barrier = ("--barrier", bench.barrier.address)
+    write_station(folder / "ground.toml", ground_side, scenario.seed, folder / "ground")
+    processes.start("link", "hil", [
+        "link", "--profile", scenario.link, "--profiles", str(_profiles(scenario, folder)), "--seed", str(scenario.seed),
+        "--rover", rover_side, "--ground", ground_side, "--report", str(folder / "link.json"), *barrier,
+        *(("--real-time",) if scenario.live else ()),
+    ])
+    processes.start("onboard", "onboard", ["run", *_settings(scenario, folder, bench, rover_side)])
+    if scenario.live:
+        return
+    processes.start("ground", "ground", ["script", "--station", str(folder / "ground.toml"), *barrier, str(folder / "script.txt")])
+
+
+def _settings(scenario: Scenario, folder: Path, bench: Bench, rover_side: str) -> list[str]:
+    settings = {
+        "clock.mode": "lockstep", "clock.barrier": bench.barrier.address, "can.uri": bench.hub.uri,
+        "lidar.address": bench.lidar_server.address, "link.endpoint": rover_side, "link.bench_seed": scenario.seed,
+        "link.rate_bps": load_profile(scenario.link).down_bps, "mission.gdem": str(folder / "gdem.npz"),
+        "record.path": str(folder / "onboard.mcap"), **scenario.set,
+    }
+    return [word for key, item in settings.items() for word in ("--set", f"{key}={item}")]
+
+
+def _profiles(scenario: Scenario, folder: Path) -> Path:
+    """The profile file; with this scenario's blackouts where it has some."""
+    if not scenario.blackout_s:
+        return PROFILES
+    tables = PROFILES.read_text().replace(f"[{scenario.link}]", f"[{scenario.link}]\nblackouts_s = {list(scenario.blackout_s)}")
+    path = folder / "link_profiles.toml"
+    path.write_text(tables)
+    return path
+
+
+def write_station(path: Path, endpoint: str, seed: int, state: Path) -> None:
+    """The ground station's file for this run: bench keys, from the seed."""
+    path.write_text(f'endpoint = "{endpoint}"\nbench_seed = {seed}\nstate = "{state}"\n')
+
+
+def free_port() -> int:
+    """A port of the loopback that nobody listens on now."""
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return int(probe.getsockname()[1])
+
+
+def _loop(
+    scenario: Scenario, bench: Bench, processes: Processes, injector: Injector, progress: Callable[[Progress, float], None],
+    pace: float,
+) -> None:
+    started = shown = time.monotonic()
+    while not _ended(scenario, bench):
+        injector.step(bench, processes, bench.tick * TICK_NS)
+        bench.step()
+        now = time.monotonic()
+        if pace:
+            early_s = bench.tick * TICK_NS / 1e9 / pace - (now - started)
+            if early_s > 0:
+                time.sleep(early_s)
+            bench.progress.overruns += early_s < -TICK_NS / 1e9
+        if now - shown > 0.5:
+            shown = now
+            progress(bench.progress, now - started)
+
+
+def _ended(scenario: Scenario, bench: Bench) -> bool:
+    now_s = bench.tick * TICK_NS / 1e9
+    if scenario.end_s:
+        return now_s >= scenario.end_s
+    return bench.ground_code is not None or now_s >= scenario.limit_s
+
+
+def _why(lost: Exception, processes: Processes) -> str:
+    """The participant's own last words where its process has died."""
+    try:
+        processes.settle(2.0)
+        processes.check()
+    except ProcessDied as died:
+        return str(died)
+    return str(lost)

@@ -1,0 +1,57 @@
+"""A scenario: terrain, seed, link profile, the operator's script, timed faults, limits. A TOML file, checked when read."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from onboard.config import ConfigError, from_tree, value
+
+WHEN = ("time", "sweep", "drive")
+
+
+@dataclass(frozen=True, slots=True)
+class Injection:
+    """One fault: `fault` is a row of hil.injection, begun `after_s` seconds after `when` first holds, for `for_s`."""
+
+    fault: str = value("", "row of hil.injection.INJECTIONS")
+    when: str = value("time", "start of the count: time, first sweep, first drive", one_of=WHEN)
+    after_s: float = value(0.0, "seconds after that", low=0, high=1e6)
+    for_s: float = value(1e9, "how long", low=0, high=1e9)
+    target: int = value(0, "wheel number where the fault needs one", low=0, high=4)
+
+
+@dataclass(frozen=True, slots=True)
+class Scenario:
+    """What a run is; `script` may use {goal_x} and {goal_y}. `set` changes onboard's configuration."""
+
+    name: str = value("demo", "name in reports")
+    terrain: str = value("fbm", "fbm, real or flat", one_of=("fbm", "real", "flat"))
+    seed: int = value(1, "the n-th accepted field", low=1, high=1_000_000)
+    link: str = value("ets8-b", "row of hil/link_profiles.toml")
+    blackout_s: tuple[float, ...] = ()
+    script: str = value("at 2.0: goto {goal_x} {goal_y}\nwait goto\nget ldem\n", "what the operator does")
+    limit_s: float = value(1200.0, "bench time after which the run is ended", low=1, high=1e6)
+    end_s: float = value(0.0, "end after this much bench time whatever happens; 0: when the script is done", low=0, high=1e6)
+    live: bool = value(False, "no scripted operator: a live ground station may join; the run does not repeat")
+    faults: tuple[Injection, ...] = ()
+    set: Mapping[str, Any] = field(default_factory=dict)
+
+
+def load_scenario(path: Path) -> Scenario:
+    """Read a scenario file. Raises FileNotFoundError, ConfigError (file, key, value, suggestion)."""
+    try:
+        tree = tomllib.loads(path.read_text())
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise ConfigError(f"{path}: not valid TOML: {error}") from error
+    faults = tuple(from_tree(Injection, row, str(path), "faults.") for row in tree.pop("faults", []))
+    settings = tree.pop("set", {})
+    blackout = tuple(float(v) for v in tree.pop("blackout_s", ()))
+    if len(blackout) % 2:
+        raise ConfigError(f"{path}: `blackout_s` should be pairs of start and end, found {blackout}")
+    plain = from_tree(Scenario, tree, str(path))
+    fields = {name: getattr(plain, name) for name in Scenario.__dataclass_fields__}
+    return Scenario(**{**fields, "faults": faults, "set": settings, "blackout_s": blackout})

@@ -1,0 +1,76 @@
+"""Wheels on loose soil: the table of soils and the door to the native kernel (the law stands in native/soil.hpp).
+
+Nominal values are like lunar simulant; slip comes out near 1.5, 8 and 20 % at 0, 10 and 20 degrees.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hil.native import _soil
+from onboard.records import Grid
+
+
+class SoilClass(NamedTuple):
+    """Constants of one soil, in the kernel's order.
+
+    Pressure stiffness * z^exponent (N/m^(2 + exponent)); damping along the rim's normal (Pa s/m); share of the pressure
+    left on the trailing half; cohesion; tan of the friction angle; shear length K; damping of the shear per newton of
+    load (s/m).
+    """
+
+    stiffness_npm3: float
+    exponent: float
+    damping_paspm: float
+    unloading_ratio: float
+    cohesion_pa: float
+    tan_phi: float
+    shear_length_m: float
+    shear_damping_spm: float
+
+
+CLASSES = {
+    "firm": SoilClass(2.5e6, 1.0, 2e4, 0.93, 500.0, math.tan(math.radians(38)), 0.012, 8.0),
+    "nominal": SoilClass(8.3e5, 1.0, 2e4, 0.88, 170.0, math.tan(math.radians(35)), 0.018, 8.0),
+    "soft": SoilClass(1.0e5, 1.0, 6e3, 0.7, 50.0, math.tan(math.radians(14)), 0.025, 8.0),
+}
+
+
+class SoilContacts:
+    """The wheels' contacts with the soil of a field; keeps each wheel's shear displacement."""
+
+    def __init__(
+        self, grid: Grid, soil_z: NDArray[np.float32], radius_m: float, width_m: float, soils: tuple[str, ...]
+    ) -> None:
+        heights = np.ascontiguousarray(soil_z, np.float32)
+        if heights.shape != (grid.rows, grid.columns) or not np.isfinite(heights).all():
+            raise ValueError(f"soil of {heights.shape} on a grid of {grid.rows} x {grid.columns}, or heights not finite")
+        self._contacts = _soil.Contacts(heights, grid.x0_m, grid.y0_m, grid.cell_m, radius_m, width_m, len(soils))
+        for wheel, name in enumerate(soils):
+            self.set_soil(wheel, name)
+
+    def set_soil(self, wheel: int, name: str) -> None:
+        """Soil under one wheel (index from 0) from now on; `name` is a row of CLASSES."""
+        if name not in CLASSES:
+            raise ValueError(f"soil {name!r} is not one of {', '.join(CLASSES)}")
+        self._contacts.set_soil(wheel, tuple(CLASSES[name]))
+
+    def reset(self) -> None:
+        """Forget all shear."""
+        self._contacts.reset()
+
+    def shear(self, wheel: int) -> tuple[float, float, float]:
+        """Shear displacement along and across (m) and which half trails (-1..1)."""
+        return self._contacts.state(wheel)
+
+    def step(self, states: tuple[Any, ...], dt_s: float) -> list[tuple[Any, Any, float, float]]:
+        """One step for all wheels: (force (3,) N, point (3,) m, load N, sinkage m) of each, map axes.
+
+        states: one row per wheel as pybullet's getLinkStates tells it: [0] centre, [1] quaternion x y z w,
+        [6] velocity, [7] angular velocity, all in map axes.
+        """
+        return self._contacts.step(states, dt_s)

@@ -1,0 +1,177 @@
+"""The composition root: configuration -> ports -> core -> the loop. The only file on board that knows all parts."""
+
+from __future__ import annotations
+
+import resource
+import signal
+from contextlib import ExitStack
+from dataclasses import replace
+from pathlib import Path
+from typing import Protocol
+
+from onboard.config import Config, ConfigError
+from onboard.core.tick import Rover, tick
+from onboard.drivers.can_bus import CanBus, open_bus
+from onboard.drivers.clock import LockStepClock, WallClock
+from onboard.drivers.lidar_port import LidarPort, open_port
+from onboard.drivers.link_port import LinkPort, link_keys
+from onboard.drivers.workers import Workers
+from onboard.gdem import from_npz
+from onboard.record.writer import Recorder
+from onboard.records import Chunk, Frame, Gdem, Health, Inputs, LinkMessage, Outputs, PortState
+from protocol.barrier import Channel, Tick
+
+WAIT_S = 60.0  # wall-clock limit for bytes that the bench says are on their way
+
+
+class Ports(Protocol):
+    """The outside of one tick, whoever owns time."""
+
+    def read(self, now: Tick) -> Inputs:
+        """All that arrived by this tick, without the jobs."""
+
+    def write(self, outputs: Outputs) -> None:
+        """Send what the core asked for."""
+
+
+class WallPorts:
+    """Ports on the wall clock: a tick takes what is there."""
+
+    def __init__(self, can: CanBus, lidar: LidarPort, link: LinkPort, clock: WallClock) -> None:
+        self.can, self.lidar, self.link, self._clock = can, lidar, link, clock
+        self._failures = 0
+
+    def read(self, now: Tick) -> Inputs:
+        """Whatever the ports hold now."""
+        stamp_ns = self._clock.now_ns()
+        return Inputs(
+            now.number, now.now_ns,
+            can_frames=tuple(self.can.read(stamp_ns)), can_state=self.can.state, can_send_failures=self._failures,
+            lidar_chunks=self.lidar.read(stamp_ns), lidar_state=self.lidar.state,
+            link_messages=self.link.read(stamp_ns), link_state=self.link.state,
+            health=Health(slipped_ticks=self._clock.slipped_ticks, rss_bytes=_peak_rss_bytes()),
+        )
+
+    def write(self, outputs: Outputs) -> None:
+        """Never blocks."""
+        if outputs.lidar_connect:
+            self.lidar.connect()
+        self._failures += self.can.write(outputs.can_frames)
+        self.lidar.write(outputs.lidar_bytes)
+        self.link.write(outputs.link_payloads)
+
+
+class LockStepPorts:
+    """The same ports where the bench counts: a tick takes exactly what the barrier says has arrived."""
+
+    def __init__(self, can: CanBus, lidar: LidarPort, link: LinkPort) -> None:
+        self.can, self.lidar, self.link = can, lidar, link
+
+    def read(self, now: Tick) -> Inputs:
+        """Blocks until each channel holds its count."""
+        channels = {channel.name: channel for channel in now.channels}
+        lidar_state, chunks = self._read_lidar(channels.get("lidar"))
+        return Inputs(
+            now.number, now.now_ns,
+            can_frames=self._read_can(channels.get("can")), can_state=_state(channels.get("can")),
+            lidar_chunks=chunks, lidar_state=lidar_state,
+            link_messages=self._read_link(channels.get("link")), link_state=_state(channels.get("link")),
+        )
+
+    def _read_can(self, channel: Channel | None) -> tuple[Frame, ...]:
+        if channel is None or not channel.stamps_us:
+            return ()
+        return tuple(self.can.read_upto(channel.count, channel.stamps_us, WAIT_S))
+
+    def _read_link(self, channel: Channel | None) -> tuple[LinkMessage, ...]:
+        if channel is None or not channel.stamps_us:
+            return ()
+        return self.link.read_upto(channel.count, channel.stamps_us, WAIT_S)
+
+    def _read_lidar(self, channel: Channel | None) -> tuple[PortState, tuple[Chunk, ...]]:
+        state = _state(channel)
+        if channel is None or not channel.stamps_us:
+            if state is not PortState.OPEN:
+                self.lidar.close()
+            return state, ()
+        if self.lidar.wait_open(WAIT_S) is not PortState.OPEN:
+            raise ConnectionError(f"{self.lidar.address}: the bench says open, the port is not")
+        data, at, chunks = self.lidar.read_exactly(channel.count, WAIT_S), 0, []
+        for size, stamp_us in zip(channel.stamps_us[::2], channel.stamps_us[1::2]):
+            chunks.append(Chunk(stamp_us * 1000, data[at : at + size]))
+            at += size
+        return state, tuple(chunks)
+
+    def write(self, outputs: Outputs) -> None:
+        """Everything is on its way before the barrier hears of it."""
+        if outputs.lidar_connect:
+            self.lidar.connect()
+            self.lidar.wait_open(WAIT_S)
+        self.can.write(outputs.can_frames)
+        self.lidar.write(outputs.lidar_bytes)
+        self.link.write(outputs.link_payloads)
+
+    def sent(self) -> dict[str, int]:
+        """Cumulative pieces per channel, for the barrier."""
+        return {"can": self.can.sent, "lidar": self.lidar.sent, "link": self.link.sent}
+
+
+def run(config: Config) -> int:
+    """The flight program: returns the exit code when the bench ends the run or a signal asks to stop."""
+    gdem = load_gdem(config.mission.gdem)
+    with ExitStack() as stack:
+        lockstep = config.clock.mode == "lockstep"
+        clock = LockStepClock(config.clock.barrier) if lockstep else WallClock()
+        stack.callback(clock.close)
+        can = open_bus(config.can.uri)
+        stack.callback(can.close)
+        lidar = open_port(config.lidar.address)
+        stack.callback(lidar.close)
+        link = stack.enter_context(LinkPort(config.link.endpoint, link_keys(config), config.link.boot_count))
+        workers = Workers(wait=lockstep)
+        stack.callback(workers.close)
+        recorder = stack.enter_context(Recorder(config, gdem))
+        for number in (signal.SIGTERM, signal.SIGINT):
+            signal.signal(number, lambda *_: setattr(clock, "stopping", True))
+        if isinstance(clock, LockStepClock):
+            ports: LockStepPorts | WallPorts = LockStepPorts(can, lidar, link)
+            link.wait_open(WAIT_S)
+            clock.start()
+        else:
+            ports = WallPorts(can, lidar, link, clock)
+        loop(Rover(config, gdem), ports, clock, workers, recorder)
+    return 0
+
+
+def loop(
+    rover: Rover, ports: LockStepPorts | WallPorts, clock: LockStepClock | WallClock, workers: Workers,
+    recorder: Recorder,
+) -> None:
+    """Tick after tick until the clock says that the run is over; then the wheels stand and the LIDAR is quiet."""
+    while (now := clock.wait()) is not None:
+        inputs = replace(ports.read(now), jobs=workers.collect(now.number))
+        outputs = tick(rover, inputs)
+        ports.write(outputs)
+        workers.start(outputs.jobs)
+        connect = ("lidar",) if outputs.lidar_connect else ()
+        clock.done(now, ports.sent() if isinstance(ports, LockStepPorts) else {}, connect)
+        recorder.write(inputs, outputs)
+    ports.write(rover.farewell(clock.now_ns()))
+
+
+def load_gdem(path: str) -> Gdem | None:
+    """The orbiter's map named in the configuration; None where none is named."""
+    if not path:
+        return None
+    try:
+        return from_npz(Path(path).read_bytes())
+    except (OSError, ValueError) as error:
+        raise ConfigError(f"mission.gdem = {path!r} cannot be read: {error}") from error
+
+
+def _state(channel: Channel | None) -> PortState:
+    return PortState(channel.state) if channel else PortState.OPEN
+
+
+def _peak_rss_bytes() -> int:
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024

@@ -1,0 +1,184 @@
+"""The modes: who may do what, which faults stop the rover, and the one mission that runs.
+
+Orders come checked from the downlink; faults from the monitors; both only ever change the mode by `protocol.modes`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+
+from onboard.config import Config
+from onboard.core.downlink import Downlink, Order
+from onboard.core.mission import Context, Mission
+from onboard.perception.stop_map import StopMap
+from onboard.records import Event, Gdem, Twist
+from protocol.can_codec import StopReason
+from protocol.faults import BY_NAME, Step
+from protocol.modes import EVENTS, Mode, Phase, next_mode
+from protocol.transactions import State
+
+SEVERITY = {row.name: row.severity for row in EVENTS}
+
+
+class Executive:
+    """Owns mode, mission and the map that outlives it."""
+
+    def __init__(self, config: Config, gdem: Gdem | None, downlink: Downlink) -> None:
+        self._config, self._gdem, self._downlink = config, gdem, downlink
+        self.mode = next_mode(Mode.BOOT, "booted") or Mode.BOOT
+        self.mission: Mission | None = None
+        self.events: list[Event] = []
+        self.active: tuple[str, ...] = ()
+        self._memory: StopMap | None = None
+        self._goto_id: int | None = None
+        self._standby_after_leg = False
+        self._orders: Mapping[str, Callable[[Order, Context], None]] = {
+            "goto": self._goto,
+            "stop": self._stop,
+            "safe": self._safe,
+            "resume": self._resume,
+            "status": self._status,
+            "get": self._get,
+            "emergency_stop": self._emergency_stop,
+            "reset": self._reset,
+        }
+
+    @property
+    def phase(self) -> Phase:
+        """Phase of the mission, the ended one included."""
+        return self.mission.phase if self.mission else Phase.NONE
+
+    @property
+    def in_mission(self) -> bool:
+        """Whether a mission runs."""
+        return self.mission is not None and self.mission.outcome is None
+
+    def step(self, orders: Sequence[Order], faults: tuple[str, ...], ctx: Context) -> Twist:
+        """One tick: obeys orders, answers faults, advances the mission. Returns the twist that is wanted."""
+        for order in orders:
+            self._orders[order.name](order, ctx)
+        self._answer(faults, ctx)
+        if self.mode is not Mode.AUTONOMOUS or self.mission is None:
+            return Twist()
+        ctx.held = any(Step.STOP in BY_NAME[name].response for name in self.active)
+        was = self.mission.phase
+        twist = self.mission.step(ctx)
+        self._follow_up(was, ctx)
+        return Twist() if ctx.held else twist
+
+    def _follow_up(self, was: Phase, ctx: Context) -> None:
+        mission = self.mission
+        assert mission
+        if mission.phase is not was:
+            self._tell(ctx, "PHASE", f"{mission.phase.name} at stop {mission.stop}")
+        while mission.news:
+            result = mission.news.pop(0)
+            self._tell(ctx, "DECISION", f"{result.decision.rule} {result.decision.kind}: {result.decision.reason}")
+        self._memory = mission.memory
+        if mission.outcome:
+            state = State.COMPLETED if mission.outcome.completed else State.FAILED
+            self._finish(state, mission.outcome.reason)
+            event = "arrived" if mission.outcome.completed else "failed"
+            self._tell(ctx, event.upper(), mission.outcome.reason)
+            self._change(event, ctx, mission.outcome.reason)
+        elif self._standby_after_leg and mission.phase not in (Phase.DRIVING, Phase.TURNING):
+            self._standby_after_leg = False
+            self._cancel(ctx, "no authenticated contact: leg finished, standing by")
+            self._change("link_lost", ctx, "no authenticated contact")
+
+    def _answer(self, faults: tuple[str, ...], ctx: Context) -> None:
+        for name in faults:
+            row = BY_NAME[name]
+            new = name not in self.active
+            if new and Step.REPORT in row.response:
+                self._tell(ctx, "FAULT", f"{name}: {row.condition}")
+            if Step.ESTOP in row.response and self.mode is not Mode.ESTOP:
+                self._cancel(ctx, f"{name}: {row.condition}")
+                self._change("emergency_stop", ctx, name)
+            elif Step.SAFE in row.response and self.mode not in (Mode.SAFE, Mode.ESTOP):
+                self._cancel(ctx, f"{name}: {row.condition}")
+                self._change("fault", ctx, name)
+            elif new and Step.STANDBY in row.response:
+                self._standby_after_leg = True
+        for name in self.active:
+            if name not in faults and Step.REPORT in BY_NAME[name].response:
+                self._tell(ctx, "FAULT_CLEARED", name)
+        self.active = faults
+
+    # -- orders ------------------------------------------------------------------------------------------------
+
+    def _goto(self, order: Order, ctx: Context) -> None:
+        if self.in_mission:
+            self._cancel(ctx, "another goto came")
+        goal = (float(order.arguments["x_m"]), float(order.arguments["y_m"]))
+        self.mission, self._goto_id = Mission(self._config, self._gdem, goal, self._memory), order.request_id
+        self._standby_after_leg = False
+        self._change("goto", ctx, f"goal {goal[0]:.2f} {goal[1]:.2f}")
+        self._downlink.report(order.request_id, State.STARTED, f"to {goal[0]:.2f}, {goal[1]:.2f}")
+
+    def _stop(self, order: Order, ctx: Context) -> None:
+        self._cancel(ctx, "stopped by the operator")
+        self._change("stop", ctx, "operator")
+        self._downlink.report(order.request_id, State.COMPLETED, "stopped")
+
+    def _safe(self, order: Order, ctx: Context) -> None:
+        self._cancel(ctx, "SAFE by the operator")
+        self._change("safe", ctx, "operator")
+        self._downlink.report(order.request_id, State.COMPLETED, "SAFE")
+
+    def _resume(self, order: Order, ctx: Context) -> None:
+        latched = [name for name in self.active if Step.SAFE in BY_NAME[name].response]
+        if latched:
+            self._downlink.report(order.request_id, State.FAILED, f"still active: {', '.join(latched)}")
+            return
+        self._change("resume", ctx, "operator")
+        self._downlink.report(order.request_id, State.COMPLETED, self.mode.name)
+
+    def _status(self, order: Order, ctx: Context) -> None:
+        pose = ctx.localisation.estimate.pose
+        text = f"{self.mode.name} {self.phase.name} at {pose.x_m:.2f} {pose.y_m:.2f}"
+        if self.active:
+            text += " faults " + " ".join(self.active)
+        self._downlink.report(order.request_id, State.COMPLETED, text)
+
+    def _get(self, order: Order, ctx: Context) -> None:
+        if self.mission is None or self.mission.result is None:
+            self._downlink.report(order.request_id, State.FAILED, "no LDEM yet: it comes with the first goto")
+            return
+        product = self.mission.result.product()
+        self._downlink.offer("ldem", product, "ldem-1")
+        self._downlink.report(order.request_id, State.COMPLETED, f"ldem of {len(product)} bytes on its way")
+
+    def _emergency_stop(self, order: Order, ctx: Context) -> None:
+        ctx.nodes.emergency_stop(StopReason.OPERATOR)
+        self._cancel(ctx, "emergency stop by the operator")
+        self._change("emergency_stop", ctx, "operator")
+        self._downlink.report(order.request_id, State.COMPLETED, "ESTOP")
+
+    def _reset(self, order: Order, ctx: Context) -> None:
+        ctx.nodes.reset(order.request_id & 0xFFFF)
+        self._change("reset", ctx, "operator")
+        self._downlink.report(order.request_id, State.COMPLETED, self.mode.name)
+
+    # -- small things ------------------------------------------------------------------------------------------
+
+    def _cancel(self, ctx: Context, reason: str) -> None:
+        if self.in_mission:
+            self._finish(State.CANCELLED if "operator" in reason or "goto" in reason else State.FAILED, reason)
+            self.mission = None
+            ctx.jobs.forget()
+            ctx.lidar.stream(False)
+
+    def _finish(self, state: State, reason: str) -> None:
+        if self._goto_id is not None:
+            self._downlink.report(self._goto_id, state, reason)
+            self._goto_id = None
+
+    def _change(self, event: str, ctx: Context, why: str) -> None:
+        new = next_mode(self.mode, event)
+        if new is not None and new is not self.mode:
+            self._tell(ctx, "MODE", f"{self.mode.name} -> {new.name}: {why}")
+            self.mode = new
+
+    def _tell(self, ctx: Context, name: str, text: str) -> None:
+        self.events.append(Event(ctx.now_ns, SEVERITY[name], name, text))

@@ -1,0 +1,57 @@
+"""Books of the long work: what runs beside the tick, and at which tick its result is taken.
+
+Why a fixed tick: the core must be a function of its inputs. Were a result taken as soon as it is there, the run would
+depend on the load of the machine. So each job has a budget in ticks; in lock-step the tick waits for it, on the wall
+clock a late job is a counted miss and the tick at which it was taken is recorded, so that a replay does the same.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from onboard.records import JobDone, JobRequest
+
+
+class JobBook:
+    """One owner's jobs, each with a name; at most one of a name at a time."""
+
+    def __init__(self) -> None:
+        self._next_id = 1
+        self._names: dict[int, str] = {}
+        self._due: dict[int, int] = {}
+        self._requests: list[JobRequest] = []
+        self.late_ticks = 0
+
+    @property
+    def running(self) -> tuple[str, ...]:
+        """Names of the jobs whose results are still to be taken."""
+        return tuple(self._names.values())
+
+    def submit(self, name: str, function: Callable[..., Any], arguments: tuple[Any, ...], due_tick: int) -> None:
+        """Start `function(*arguments)` beside the tick; its result comes with `take` at `due_tick`."""
+        assert name not in self._names.values(), f"job {name} is already running"
+        self._names[self._next_id], self._due[self._next_id] = name, due_tick
+        self._requests.append(JobRequest(self._next_id, name, function, arguments, due_tick))
+        self._next_id += 1
+
+    def take(self, done: Sequence[JobDone], tick: int) -> dict[str, Any]:
+        """Results that belong to jobs still wanted, by name; counts ticks of lateness."""
+        taken: dict[str, Any] = {}
+        for job_id, value in done:
+            name = self._names.pop(job_id, None)
+            due = self._due.pop(job_id, tick)
+            if name is not None:
+                taken[name] = value
+                self.late_ticks += max(0, tick - due)
+        return taken
+
+    def forget(self) -> None:
+        """Results of running jobs are no longer wanted (the mission was stopped)."""
+        self._names.clear()
+        self._due.clear()
+
+    def outgoing(self) -> tuple[JobRequest, ...]:
+        """Jobs to start now."""
+        requests, self._requests = tuple(self._requests), []
+        return requests

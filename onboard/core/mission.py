@@ -1,0 +1,225 @@
+"""One `goto`: scan -> map -> plan -> drive -> turn -> scan ... until arrived or failed (section 9 of the chapter).
+
+At the first stop of a map the rover scans ahead, turns round and scans behind (R1). Each phase is one method; a phase ends
+by entering the next. The map outlives the mission: the next goto begins with what is known.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from onboard.config import Config
+from onboard.core.jobs import JobBook
+from onboard.core.sensing import Sensing, Sweep
+from onboard.devices.lidar import LidarSession
+from onboard.devices.nodes import Nodes
+from onboard.motion.follower import Follower
+from onboard.perception import ldem
+from onboard.perception.localisation import Localisation
+from onboard.perception.stop_map import NO_POINTS, Look, StopMap, look, remember
+from onboard.planning.cycle import PlanRequest, PlanResult, Settings, plan
+from onboard.planning.mission_rule import MissionState
+from onboard.records import Decision, Gdem, Pose, Scan, Twist
+from protocol.conventions import wrap_rad
+from protocol.modes import Phase
+
+_TRAIL_M = 0.1
+_TRUST_ODOMETRY_M = 2.0  # farther than this since the last registration, the rover looks again before it says arrived
+_TRAIL_POSES = 400
+_TRIES = 3
+
+
+@dataclass(slots=True)
+class Context:
+    """What a phase may look at and order in one tick."""
+
+    tick: int
+    now_ns: int
+    scans: Sequence[Scan]
+    lidar: LidarSession
+    nodes: Nodes
+    localisation: Localisation
+    jobs: JobBook
+    taken: Mapping[str, Any]
+    held: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """How a mission ended."""
+
+    completed: bool
+    reason: str
+
+
+class Mission:
+    """State of one goto. `step` each tick; `outcome` is set when it has ended; `news` are decisions not yet told."""
+
+    def __init__(self, config: Config, gdem: Gdem | None, goal: tuple[float, float], memory: StopMap | None) -> None:
+        self._config, self._gdem, self.goal, self.memory = config, gdem, goal, memory
+        self.phase = Phase.NONE
+        self.outcome: Outcome | None = None
+        self.stop = 0
+        self.scans_taken = 0
+        self.replans = 0
+        self.result: PlanResult | None = None
+        self.news: list[PlanResult] = []
+        self._rule = MissionState()
+        self._behind_wanted = memory is None
+        self._sensing: Sensing | None = None
+        self._follower = Follower(config.rover, config.motion)
+        self._turn_to_rad = 0.0
+        self._trail: list[tuple[float, float, float]] = []
+        self._since_look_m = 0.0
+        self._last_xy: tuple[float, float] | None = None
+        self._phases = {
+            Phase.SCANNING: self._scanning,
+            Phase.MAPPING: self._mapping,
+            Phase.PLANNING: self._planning,
+            Phase.DRIVING: self._driving,
+            Phase.TURNING: self._turning,
+        }
+
+    @property
+    def decision(self) -> Decision | None:
+        """The newest decision of the mission rule."""
+        return self.result.decision if self.result else None
+
+    @property
+    def progress_ratio(self) -> float:
+        """Progress within the present phase, 0..1."""
+        if self.phase is Phase.SCANNING and self._sensing:
+            return self._sensing.progress_ratio
+        if self.phase is Phase.DRIVING:
+            return self._follower.progress_ratio
+        return 0.0
+
+    def step(self, ctx: Context) -> Twist:
+        """One tick: the body twist that is wanted now."""
+        if self.phase is Phase.NONE:
+            self._scan()
+        self._note_way(ctx.localisation.estimate.pose)
+        phase = self._phases.get(self.phase)
+        return phase(ctx) if phase else Twist()
+
+    def _note_way(self, pose: Pose) -> None:
+        here = (pose.x_m, pose.y_m)
+        if self._last_xy is None:
+            self._last_xy = here
+        way_m = math.dist(here, self._last_xy)
+        if way_m >= _TRAIL_M or not self._trail:
+            self._trail.append((*here, pose.yaw_rad))
+            self._since_look_m += way_m
+            self._last_xy = here
+
+    def _scan(self) -> None:
+        self._sensing, self.phase = Sensing(self._config), Phase.SCANNING
+
+    def _end(self, phase: Phase, completed: bool, reason: str) -> None:
+        self.phase, self.outcome = phase, Outcome(completed, reason)
+
+    def _scanning(self, ctx: Context) -> Twist:
+        assert self._sensing
+        sweep = self._sensing.step(ctx.lidar, ctx.nodes, ctx.scans, ctx.now_ns)
+        if self._sensing.tries > _TRIES:
+            self._end(Phase.FAILED, False, f"no whole sweep in {_TRIES} tries: the LIDAR is silent")
+        elif sweep:
+            self._look(ctx, sweep)
+        return Twist()
+
+    def _look(self, ctx: Context, sweep: Sweep) -> None:
+        self.scans_taken += 1
+        guess = ctx.localisation.estimate.pose.matrix()
+        target = self.memory.target_points if self.memory else NO_POINTS
+        arguments = (sweep.scans, sweep.tilt, guess, target, self._config)
+        ctx.jobs.submit("look", look, arguments, ctx.tick + self._config.jobs.map_ticks)
+        self.phase = Phase.MAPPING
+
+    def _mapping(self, ctx: Context) -> Twist:
+        if "look" in ctx.taken:
+            self._remember(ctx, ctx.taken["look"])
+        elif "remember" in ctx.taken:
+            self.memory = ctx.taken["remember"]
+            if self._behind_wanted:
+                self._behind_wanted = False
+                self._turn_to(wrap_rad(ctx.localisation.estimate.pose.yaw_rad + math.pi))
+            else:
+                self._plan(ctx)
+        return Twist()
+
+    def _remember(self, ctx: Context, seen: Look) -> None:
+        T_map_base = ctx.localisation.estimate.pose.matrix()
+        if seen.registration is not None and ctx.localisation.register(seen.registration):
+            T_map_base = seen.registration.T_map_base
+            self._since_look_m = 0.0
+        arguments = (self.memory, seen.cloud_base, T_map_base, self.stop, self._config)
+        ctx.jobs.submit("remember", remember, arguments, ctx.tick + self._config.jobs.map_ticks)
+
+    def _plan(self, ctx: Context) -> None:
+        assert self.memory
+        pose = ctx.localisation.estimate.pose
+        config = self._config
+        request = PlanRequest(
+            ldem=ldem.window(self.memory.cells, pose.x_m, pose.y_m, config.mapping.size_m),
+            pose=pose,
+            goal_m=self.goal,
+            gdem=self._gdem,
+            state=self._rule,
+            settings=Settings(config.rover, config.mapping, config.planning, config.mission, config.scanning),
+            trail=np.array(self._trail[-_TRAIL_POSES:]).reshape(-1, 3),
+        )
+        ctx.jobs.submit("plan", plan, (request,), ctx.tick + self._config.jobs.plan_ticks)
+        self.phase = Phase.PLANNING
+
+    def _planning(self, ctx: Context) -> Twist:
+        if "plan" not in ctx.taken:
+            return Twist()
+        if self.result is not None:
+            self.replans += 1
+        self.result = ctx.taken["plan"]
+        assert self.result
+        self.news.append(self.result)
+        self._rule, decision = self.result.state, self.result.decision
+        self.stop += 1
+        if decision.kind == "arrived":
+            self._end(Phase.ARRIVED, True, decision.reason)
+        elif decision.kind == "unreachable":
+            self._end(Phase.FAILED, False, decision.reason)
+        else:
+            self.phase = Phase.DRIVING
+        return Twist()
+
+    def _driving(self, ctx: Context) -> Twist:
+        assert self.decision
+        pose = ctx.localisation.estimate.pose
+        if ctx.held:
+            return Twist()
+        twist = self._follower.twist(self.decision.path, pose, ctx.now_ns)
+        if not self._follower.done:
+            return twist
+        if self.decision.kind == "drive":
+            self._turn_to(self.decision.heading_rad)
+        elif self._at_goal(pose) and self._since_look_m <= _TRUST_ODOMETRY_M:
+            self._end(Phase.ARRIVED, True, f"{math.dist(self.goal, (pose.x_m, pose.y_m)):.2f} m from the goal")
+        else:
+            self._scan()
+        return Twist()
+
+    def _at_goal(self, pose: Pose) -> bool:
+        return math.dist(self.goal, (pose.x_m, pose.y_m)) <= self._config.mission.goal_tolerance_m
+
+    def _turn_to(self, yaw_rad: float) -> None:
+        self._turn_to_rad, self.phase = yaw_rad, Phase.TURNING
+
+    def _turning(self, ctx: Context) -> Twist:
+        if ctx.held:
+            return Twist()
+        twist = self._follower.turn(self._turn_to_rad, ctx.localisation.estimate.pose)
+        if self._follower.done:
+            self._scan()
+        return twist

@@ -1,0 +1,98 @@
+"""The monitors: one small function for each row of protocol.faults; together they say which faults are active."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+from onboard.config import Config
+from onboard.devices.lidar import LidarSession
+from onboard.devices.nodes import Nodes
+from onboard.records import Estimate, PortState
+from protocol.faults import BY_NAME
+
+_GRACE_NS = 1_000_000_000  # after the start, before a node must have spoken
+_HEARTBEAT_NS = 1_500_000_000
+_IMU_NS = 30_000_000
+
+
+@dataclass(frozen=True, slots=True)
+class Watched:
+    """What the monitors look at in one tick."""
+
+    now_ns: int
+    config: Config
+    can_state: PortState
+    lidar: LidarSession
+    nodes: Nodes
+    estimate: Estimate
+    last_contact_ns: int
+    late_ticks: int
+    in_mission: bool
+
+
+def _lidar_silent(w: Watched) -> bool:
+    return w.lidar.silent(w.now_ns)
+
+
+def _wheels_older_than(w: Watched, limit_ns: int) -> bool:
+    return w.now_ns > _GRACE_NS and any(w.nodes.wheel_age_ns(n, w.now_ns) > limit_ns for n in (1, 2, 3, 4))
+
+
+def _wheel_stale(w: Watched) -> bool:
+    return _wheels_older_than(w, w.config.can.stale_ns)
+
+
+def _wheel_silent(w: Watched) -> bool:
+    return _wheels_older_than(w, w.config.can.silent_ns)
+
+
+def _can_lost(w: Watched) -> bool:
+    return w.now_ns > _GRACE_NS and w.can_state is not PortState.OPEN
+
+
+def _node_lost(w: Watched) -> bool:
+    return w.now_ns > 2 * _HEARTBEAT_NS and any(
+        w.nodes.heartbeat_age_ns(node, w.now_ns) > _HEARTBEAT_NS for node in ("TILT", "IMU", "POWER")
+    )
+
+
+def _imu_dead(w: Watched) -> bool:
+    return w.now_ns > _GRACE_NS and w.nodes.imu_age_ns(w.now_ns) > _IMU_NS
+
+
+def _tilt_angle(w: Watched) -> bool:
+    limit = w.config.safety.tilt_limit_rad
+    return abs(w.estimate.pose.roll_rad) > limit or abs(w.estimate.pose.pitch_rad) > limit
+
+
+def _command_lost(w: Watched) -> bool:
+    return w.in_mission and w.now_ns - w.last_contact_ns > w.config.safety.command_lost_ns
+
+
+def _job_late(w: Watched) -> bool:
+    return w.late_ticks > 0
+
+
+def _estop_pressed(w: Watched) -> bool:
+    return w.nodes.emergency is not None
+
+
+MONITORS: Mapping[str, Callable[[Watched], bool]] = {
+    "LIDAR_SILENT": _lidar_silent,
+    "WHEEL_STALE": _wheel_stale,
+    "WHEEL_SILENT": _wheel_silent,
+    "CAN_LOST": _can_lost,
+    "NODE_LOST": _node_lost,
+    "IMU_DEAD": _imu_dead,
+    "TILT_ANGLE": _tilt_angle,
+    "COMMAND_LOST": _command_lost,
+    "JOB_LATE": _job_late,
+    "ESTOP_PRESSED": _estop_pressed,
+}
+
+
+def active_faults(watched: Watched) -> tuple[str, ...]:
+    """Names of the faults that hold now, in the table's order, without those that another one explains."""
+    found = {name for name, monitor in MONITORS.items() if monitor(watched)}
+    return tuple(name for name in BY_NAME if name in found and not found.intersection(BY_NAME[name].suppressed_by))

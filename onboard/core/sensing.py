@@ -1,0 +1,91 @@
+"""One sweep of the tilting scanner at a stop: park, stream, sweep, collect.
+
+States: PREPARING (tilt goes to its first angle, the LIDAR starts to stream) -> SWEEPING (segments run, scans are kept)
+-> SETTLING (the last turn comes in) -> the sweep. A silent LIDAR or a sweep that does not end discards what there is and
+begins again; `tries` counts.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import Enum
+
+from onboard.config import Config
+from onboard.devices.lidar import LidarSession
+from onboard.devices.nodes import Nodes
+from onboard.perception.sweep import segments
+from onboard.records import Scan, TiltTrack
+
+_LEAD_NS = 400_000_000  # a segment is sent at least 0.2 s ahead
+_SETTLE_NS = 60_000_000  # one turn and its transfer
+_PARKED_RAD = 0.01
+
+
+class State(Enum):
+    """Where the sweep is."""
+
+    PREPARING = "preparing"
+    SWEEPING = "sweeping"
+    SETTLING = "settling"
+
+
+@dataclass(frozen=True, slots=True)
+class Sweep:
+    """What one sweep gave: scans in time order and the tilt while they were taken."""
+
+    scans: tuple[Scan, ...]
+    tilt: TiltTrack
+
+
+class Sensing:
+    """Runs one sweep; `step` each tick until it returns the Sweep."""
+
+    def __init__(self, config: Config) -> None:
+        self._config = config
+        self._segments = segments(config.scanning, config.rover.lidar_z_m)
+        self._length_ns = sum(s.duration_ns for s in self._segments)
+        self.state = State.PREPARING
+        self.tries = 0
+        self._scans: list[Scan] = []
+        self._start_ns = 0
+        self._end_ns = 0
+
+    @property
+    def progress_ratio(self) -> float:
+        """Share of the scans that a whole sweep has."""
+        return min(1.0, len(self._scans) / max(1.0, self._length_ns / 25e6))
+
+    def step(self, lidar: LidarSession, nodes: Nodes, scans: Sequence[Scan], now_ns: int) -> Sweep | None:
+        """One tick. Returns the finished sweep once."""
+        if self.state is State.PREPARING:
+            self._prepare(lidar, nodes, scans, now_ns)
+            return None
+        self._scans.extend(scan for scan in scans if scan.start_ns >= self._start_ns)
+        if lidar.silent(now_ns) or now_ns > self._start_ns + 2 * self._length_ns:
+            self._discard(nodes)
+        elif self.state is State.SWEEPING and nodes.sweep_done(now_ns):
+            self.state, self._end_ns = State.SETTLING, now_ns + _SETTLE_NS
+        elif self.state is State.SETTLING and now_ns >= self._end_ns:
+            lidar.stream(False)
+            sweep = Sweep(tuple(self._scans), nodes.tilt_track(self._start_ns - _LEAD_NS))
+            nodes.park_tilt(self._config.scanning.start_rad)
+            return sweep
+        return None
+
+    def _prepare(self, lidar: LidarSession, nodes: Nodes, scans: Sequence[Scan], now_ns: int) -> None:
+        lidar.stream(True)
+        first_rad = self._config.scanning.start_rad
+        nodes.park_tilt(first_rad)
+        angle_rad = nodes.tilt_angle_rad
+        parked = angle_rad is not None and not nodes.tilt_moving and abs(angle_rad - first_rad) < _PARKED_RAD
+        if parked and scans:
+            self._start_ns = now_ns + _LEAD_NS
+            nodes.sweep(self._segments, self._start_ns)
+            self.state = State.SWEEPING
+
+    def _discard(self, nodes: Nodes) -> None:
+        self.tries += 1
+        self._scans.clear()
+        self.state = State.PREPARING
+        nodes.park_tilt(self._config.scanning.start_rad)

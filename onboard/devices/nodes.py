@@ -1,0 +1,327 @@
+"""What the rover computer knows of its CAN nodes, and what it tells them: frames in, newest values; orders in, frames out."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
+
+from onboard import config
+from onboard.devices.tilt import SegmentLike, Tilt
+from onboard.records import Frame, ImuSample, PowerState, TiltTrack, WheelCommand, WheelMode, WheelState
+from protocol.can_codec import TABLE, NodeState
+from protocol.can_guard import Counts, Every, Guard, Sender
+
+EMERGENCY_STOP, RESET_REQUEST, TIME_SYNC, DRIVE_ENABLE, TILT_COMMAND, HEARTBEAT = 0x010, 0x020, 0x080, 0x100, 0x120, 0x300
+WHEEL_COMMAND, WHEEL_FEEDBACK, WHEEL_STATUS = 0x100, 0x180, 0x1A0  # + number of the wheel
+TILT_FEEDBACK, GYRO, ACCEL, POWER_STATUS = 0x1C0, 0x1D0, 0x1D1, 0x200
+NODES = tuple(row.sender for row in TABLE.values() if row.name.startswith("NODE_HEARTBEAT"))
+RAD_PER_COUNT = math.tau / 4096
+FAST_NS, SLOW_NS, TICK_NS = 20_000_000, 100_000_000, 10_000_000
+RESET_LIMIT_NS = 3_000_000_000
+_STOPPED = WheelCommand(WheelMode.OFF, 0.0, 0.0)
+
+
+class WheelStatus(NamedTuple):
+    """Housekeeping of one wheel; `faults` as in the DBC."""
+
+    drive_current_a: float
+    steer_current_a: float
+    temperature_c: float
+    faults: int
+    stamp_ns: int
+
+
+class _Wheel:
+    """The newest feedback of one wheel, its encoder unwrapped."""
+
+    __slots__ = ("count", "raw", "values")
+
+    def __init__(self) -> None:
+        self.values: tuple[Any, int] | None = None  # feedback, stamp
+        self.raw = self.count = 0
+
+    def feedback(self, values: Any, stamp_ns: int) -> None:
+        if self.values is not None:
+            self.count += ((values.encoder_count - self.raw + 0x8000) & 0xFFFF) - 0x8000
+        self.raw, self.values = values.encoder_count, (values, stamp_ns)
+
+
+class _Reset:
+    """The two steps that release an emergency stop. `done` is the set of nodes that answered the running step."""
+
+    def __init__(self, nonce: int) -> None:
+        self.nonce, self.step = nonce, 1
+        self.done: set[str] = set()
+        self.begun_ns = -1
+        self.every = Every(SLOW_NS)
+
+
+class Nodes:
+    """The rover's nodes: `receive` once a tick, then read; give orders, then `send`."""
+
+    def __init__(self, rover: config.Rover, can: config.Can) -> None:
+        self._rover, self.stale_ns = rover, can.stale_ns
+        self._guard, self._sender = Guard(), Sender()
+        self.tilt = Tilt()
+        self._wheels = tuple(_Wheel() for _ in range(4))
+        self._status: list[WheelStatus | None] = [None] * 4
+        self._gyro: Any = None
+        self._imu: list[ImuSample] = []
+        self._imu_ns = 0
+        self._power: tuple[Any, int] | None = None
+        self._heard_ns: dict[str, int] = {}
+        self._states: dict[str, NodeState] = {}
+        self.emergency: tuple[str, int, int] | None = None  # sender, reason, detail of the first stop that still holds
+        self._stop: tuple[int, int] | None = None
+        self._reset: _Reset | None = None
+        self._commands: tuple[WheelCommand, ...] = (_STOPPED,) * 4
+        self._beats = self._now_ns = 0
+        self._every = {
+            "wheels": Every(FAST_NS), "time": Every(SLOW_NS), "enable": Every(SLOW_NS, 2 * TICK_NS),
+            "beat": Every(SLOW_NS, 5 * TICK_NS), "stop": Every(SLOW_NS),
+        }  # fmt: skip
+        self._handlers = self._table()
+
+    # -- in --------------------------------------------------------------------------------------------------
+
+    def receive(self, frames: Sequence[Frame], now_ns: int) -> None:
+        """The tick's frames; bad ones are counted and dropped."""
+        self._now_ns = now_ns
+        self._imu = []
+        receive, handlers = self._guard.receive, self._handlers
+        for frame in frames:
+            values = receive(frame)
+            if values is not None:
+                handler = handlers.get(frame.can_id)
+                if handler is not None:
+                    handler(values, frame.stamp_ns)
+
+    @property
+    def wheels(self) -> tuple[WheelState | None, ...]:
+        """The four wheels as last told, None for one that was never heard; ages at the last `receive`."""
+        states: list[WheelState | None] = []
+        for wheel in self._wheels:
+            if wheel.values is None:
+                states.append(None)
+                continue
+            told, stamp_ns = wheel.values
+            age_ns = self._now_ns - stamp_ns
+            states.append(WheelState(told.steer_rad, wheel.count * RAD_PER_COUNT, told.rate_radps, told.state, age_ns))
+        return tuple(states)
+
+    @property
+    def wheel_status(self) -> tuple[WheelStatus | None, ...]:
+        """Currents, temperature and fault bits of the four wheels."""
+        return tuple(self._status)
+
+    @property
+    def imu(self) -> tuple[ImuSample, ...]:
+        """The samples that came in this tick: each acceleration with the angular rate sent before it."""
+        return tuple(self._imu)
+
+    @property
+    def power(self) -> PowerState | None:
+        """The power node's newest word."""
+        if self._power is None:
+            return None
+        told, stamp_ns = self._power
+        return PowerState(
+            told.voltage_v, told.current_a, told.charge_ratio, float(told.temperature_c), self._now_ns - stamp_ns
+        )
+
+    @property
+    def tilt_angle_rad(self) -> float | None:
+        """The newest angle of the axis, positive down; None before the first."""
+        return self.tilt.angle_rad
+
+    @property
+    def tilt_moving(self) -> bool:
+        """Whether the axis moves."""
+        return self.tilt.moving
+
+    def tilt_track(self, since_ns: int) -> TiltTrack:
+        """The samples of the tilt angle from `since_ns` on, in onboard time; the last 40 s are kept."""
+        return self.tilt.track(since_ns)
+
+    def wheel_age_ns(self, n: int, now_ns: int) -> int:
+        """Time since the last feedback of wheel 1 to 4; since the start of the run when none came."""
+        told = self._wheels[n - 1].values
+        return now_ns - (told[1] if told else 0)
+
+    def imu_age_ns(self, now_ns: int) -> int:
+        """Time since the last pair of IMU frames; since the start of the run when none came."""
+        return now_ns - self._imu_ns
+
+    def heartbeat_age_ns(self, node: str, now_ns: int) -> int:
+        """Time since the last heartbeat of a node (a name of NODES); since the start of the run when none came."""
+        return now_ns - self._heard_ns.get(node, 0)
+
+    def node_state(self, node: str) -> NodeState | None:
+        """What a node's last heartbeat told; None when none came."""
+        return self._states.get(node)
+
+    @property
+    def guard_counts(self) -> Counts:
+        """Sums over all frames received; of one id: `counts_of`."""
+        return self._guard.total()
+
+    @property
+    def unknown_frames(self) -> int:
+        """Frames with an id that the DBC does not have."""
+        return self._guard.unknown
+
+    def counts_of(self, can_id: int) -> Counts:
+        """The guard's counts of one id of the DBC."""
+        return self._guard.counts(can_id)
+
+    # -- orders ----------------------------------------------------------------------------------------------
+
+    def set_wheels(self, commands: Sequence[WheelCommand]) -> None:
+        """The orders of the four wheels, repeated at 50 Hz; clipped to the rover's limits. ValueError for NaN or not 4."""
+        if len(commands) != 4:
+            raise ValueError(f"{len(commands)} wheel commands for 4 wheels")
+        steer, rate = self._rover.steer_limit_rad, self._rover.wheel_rate_limit_radps
+        for n, command in enumerate(commands, 1):
+            if not (math.isfinite(command.steer_rad) and math.isfinite(command.rate_radps)):
+                raise ValueError(f"the order of wheel {n} is no number: {command!r}")
+        self._commands = tuple(
+            WheelCommand(c.mode, max(-steer, min(steer, c.steer_rad)), max(-rate, min(rate, c.rate_radps)))
+            for c in commands
+        )
+
+    def sweep(self, segments: Sequence[SegmentLike], start_ns: int) -> None:
+        """Sweeps the axis from `start_ns` on, later if the next send is less than 0.2 s before. ValueError if empty."""
+        self.tilt.sweep(segments, start_ns)
+
+    def park_tilt(self, angle_rad: float) -> None:
+        """Holds the axis at an angle; ends a sweep."""
+        self.tilt.park(angle_rad, self._now_ns)
+
+    def sweep_done(self, now_ns: int) -> bool:
+        """Whether the last sweep is over and its samples are in; False when none was begun or it was parked away."""
+        return self.tilt.sweep_done(now_ns)
+
+    def emergency_stop(self, reason: int, detail: int = 0) -> None:
+        """Stops every node, at once and at 10 Hz until `reset`. `reason` is a StopReason."""
+        self._stop, self._reset = (int(reason), detail), None
+        self.emergency = self.emergency or ("COMPUTER", int(reason), detail)
+        self._every["stop"].now()
+
+    def reset(self, nonce: int) -> None:
+        """Begins the two steps that release an emergency stop; see `resetting` and `emergency`."""
+        self._stop, self._reset = None, _Reset(nonce & 0xFFFF)
+
+    @property
+    def resetting(self) -> bool:
+        """Whether a reset is under way: until every node heard of has answered both steps, at most 3 s."""
+        return self._reset is not None
+
+    # -- out -------------------------------------------------------------------------------------------------
+
+    def send(self, now_ns: int, mode: int) -> tuple[Frame, ...]:
+        """The frames that are due at this tick. `mode` is the rover's, 0 to 255."""
+        frames: list[Frame] = []
+        every = self._every
+
+        def put(can_id: int, *values: Any) -> None:
+            frames.append(Frame(can_id, self._sender.encode(can_id, *values)))
+
+        if self._stop is not None and every["stop"].due(now_ns):
+            put(EMERGENCY_STOP, *self._stop)
+        if self._reset is not None:
+            self._reset_step(self._reset, now_ns, put)
+        if every["time"].due(now_ns):
+            put(TIME_SYNC, now_ns // 1000)
+        if every["enable"].due(now_ns):
+            put(DRIVE_ENABLE, int(self.emergency is None), mode)
+        if every["wheels"].due(now_ns):
+            for n, command in enumerate(self._commands, 1):
+                put(WHEEL_COMMAND + n, int(command.mode), command.steer_rad, command.rate_radps)
+        order = self.tilt.send(now_ns)
+        if order is not None:
+            put(TILT_COMMAND, *order)
+        if every["beat"].due(now_ns):
+            self._beats += 1
+            put(HEARTBEAT, mode, self._beats & 0xFFFF, 1)
+        return tuple(frames)
+
+    def digest_items(self) -> tuple[float | int, ...]:
+        """Plain values for the state digest."""
+        items: list[float | int] = [self._guard.unknown, self._beats, int(self.emergency is not None)]
+        for wheel, command in zip(self._wheels, self._commands):
+            told = wheel.values[0] if wheel.values else (0.0, 0, 0.0, 0)
+            items += [wheel.count, *told, int(command.mode), command.steer_rad, command.rate_radps]
+        return (*items, *self.tilt.digest(), *(self._power[0] if self._power else ()))
+
+    # -- handlers --------------------------------------------------------------------------------------------
+
+    def _table(self) -> dict[int, Callable[[Any, int], None]]:
+        table: dict[int, Callable[[Any, int], None]] = {
+            TILT_FEEDBACK: self.tilt.feedback, GYRO: self._on_gyro, ACCEL: self._on_accel, POWER_STATUS: self._on_power,
+        }  # fmt: skip
+        for n, wheel in enumerate(self._wheels, 1):
+            table[WHEEL_FEEDBACK + n] = wheel.feedback
+            table[WHEEL_STATUS + n] = self._status_of(n)
+        for can_id, row in TABLE.items():
+            if row.name.startswith("NODE_HEARTBEAT"):
+                table[can_id] = self._heartbeat_of(row.sender)
+            elif row.name.startswith("EMERGENCY_STOP") and row.sender != "COMPUTER":
+                table[can_id] = self._stop_of(row.sender)
+        return table
+
+    def _status_of(self, n: int) -> Callable[[Any, int], None]:
+        def handler(values: Any, stamp_ns: int) -> None:
+            self._status[n - 1] = WheelStatus(*values, stamp_ns)
+
+        return handler
+
+    def _heartbeat_of(self, node: str) -> Callable[[Any, int], None]:
+        def handler(values: Any, stamp_ns: int) -> None:
+            known = values.state <= max(NodeState)
+            self._heard_ns[node] = stamp_ns
+            self._states[node] = state = NodeState(values.state) if known else NodeState.FAULT
+            if self._reset is not None and (state is not NodeState.EMERGENCY_STOP):
+                self._answered(self._reset, node, state)
+
+        return handler
+
+    def _stop_of(self, node: str) -> Callable[[Any, int], None]:
+        def handler(values: Any, _stamp_ns: int) -> None:
+            self.emergency = self.emergency or (node, values.reason, values.detail)
+
+        return handler
+
+    def _on_gyro(self, values: Any, _stamp_ns: int) -> None:
+        self._gyro = values
+
+    def _on_accel(self, values: Any, stamp_ns: int) -> None:
+        if self._gyro is not None:
+            self._imu.append(ImuSample(stamp_ns, self._gyro[:3], values[:3]))
+            self._imu_ns = stamp_ns
+            self._gyro = None
+
+    def _on_power(self, values: Any, stamp_ns: int) -> None:
+        self._power = values, stamp_ns
+
+    # -- reset -----------------------------------------------------------------------------------------------
+
+    def _answered(self, reset: _Reset, node: str, state: NodeState) -> None:
+        """Step 1 is answered by a node that is armed or was never stopped, step 2 by one that is not armed any more."""
+        if reset.begun_ns >= 0 and not (reset.step == 2 and state is NodeState.RESET_ARMED):
+            reset.done.add(node)
+
+    def _reset_step(self, reset: _Reset, now_ns: int, put: Callable[..., None]) -> None:
+        if reset.begun_ns < 0:
+            reset.begun_ns = now_ns
+        if reset.done >= self._states.keys():
+            if reset.step == 2:
+                self._reset = self.emergency = None
+                return
+            reset.step, reset.done = 2, set()
+            reset.every.now()
+        elif now_ns - reset.begun_ns > RESET_LIMIT_NS:
+            self._reset = None
+            return
+        if reset.every.due(now_ns):
+            put(RESET_REQUEST, reset.nonce, reset.step)

@@ -1,0 +1,190 @@
+"""The scanner's tilt axis as the computer sees it: its clock, the track of its angle, the sweeps it is told.
+
+Node clock -> onboard time, the arrival envelope:
+
+    arrival - node time                     Rule 1: the frames that waited least show the true offset, so the estimate
+      |    .  .      .   . . .                      is the lower envelope of (arrival - node time).
+      |  . __.___.___.______.__ envelope    Rule 2: it may rise by LEAK_PPM, more than the two clocks drift apart.
+      +------------------------ time        Rule 3: a step of more than JUMP_US is another clock: begin again, count it.
+
+A sweep is sent segment by segment: each start time is the end of the segment before as the node will compute it from the
+frame's own resolution, and each rate is rounded so that the sweep stays on its planned time; so segments join.
+"""
+
+from __future__ import annotations
+
+import math
+from bisect import bisect_left
+from collections.abc import Sequence
+from typing import NamedTuple, Protocol
+
+import numpy as np
+
+from onboard.records import TiltTrack
+from protocol.can_codec import TiltFeedbackFrame, TiltMode, TiltState
+from protocol.can_guard import Every
+
+LEAK_PPM = 200
+JUMP_US = 50_000
+KEEP_NS = 40_000_000_000
+ANGLE_STEP_RAD = math.radians(0.02)  # of TILT_COMMAND
+RATE_STEP_RADPS = math.radians(0.125)
+RATE_STEPS = 255
+AHEAD_NS, LEAST_AHEAD_NS = 300_000_000, 200_000_000
+REPEAT_NS = 100_000_000
+PARK_RATE_RADPS = 160 * RATE_STEP_RADPS
+SETTLE_NS = 50_000_000
+_MS = 1_000_000
+
+
+class SegmentLike(Protocol):
+    """What a sweep is made of: perception.sweep.TiltSegment is one."""
+
+    @property
+    def start_rad(self) -> float: ...  # noqa: D102
+    @property
+    def end_rad(self) -> float: ...  # noqa: D102
+    @property
+    def rate_radps(self) -> float: ...  # noqa: D102
+    @property
+    def duration_ns(self) -> int: ...  # noqa: D102
+
+
+class Order(NamedTuple):
+    """One TILT_COMMAND with its start and end in onboard time."""
+
+    start_rad: float
+    end_rad: float
+    rate_radps: float
+    start_ns: int
+    end_ns: int
+    mode: TiltMode
+
+    def values(self) -> tuple[float, float, float, int, int]:
+        """The frame's fields."""
+        return self.start_rad, self.end_rad, self.rate_radps, self.start_ns // _MS & 0xFFFF, self.mode
+
+
+def orders(segments: Sequence[SegmentLike], start_ns: int) -> list[Order]:
+    """A sweep in the frame's resolution, its segments joined in angle and to the millisecond in time.
+
+    Raises ValueError for an empty sweep, a segment without motion or without duration.
+    """
+    if not segments:
+        raise ValueError("a sweep needs at least one segment")
+    made: list[Order] = []
+    at_ns = planned_ns = -(-start_ns // _MS) * _MS
+    for number, segment in enumerate(segments):
+        start, end = round(segment.start_rad / ANGLE_STEP_RAD), round(segment.end_rad / ANGLE_STEP_RAD)
+        planned_ns += segment.duration_ns
+        if start == end or planned_ns <= at_ns:
+            raise ValueError(f"segment {number} of the sweep, {segment!r}, has no motion or no time")
+        way_rad = abs(end - start) * ANGLE_STEP_RAD
+        steps = max(1, min(RATE_STEPS, round(way_rad / ((planned_ns - at_ns) / 1e9) / RATE_STEP_RADPS)))
+        end_ns = at_ns + math.ceil(way_rad / (steps * RATE_STEP_RADPS) * 1000.0 - 1e-6) * _MS
+        made.append(Order(start * ANGLE_STEP_RAD, end * ANGLE_STEP_RAD, steps * RATE_STEP_RADPS, at_ns, end_ns,
+                          TiltMode.SWEEP))  # fmt: skip
+        at_ns = end_ns
+    return made
+
+
+class Tilt:
+    """The axis: feedback in, orders out."""
+
+    def __init__(self) -> None:
+        self.state: TiltState | None = None
+        self.angle_rad: float | None = None
+        self.rate_radps = 0.0
+        self.stamp_ns = 0
+        self.clock_jumps = 0
+        self._node_us = self._offset_us = 0.0
+        self._times_ns: list[int] = []
+        self._angles_rad: list[float] = []
+        self._sweep: list[Order] = []
+        self._sent = 0
+        self._order: Order | None = None
+        self._repeat = Every(REPEAT_NS)
+
+    @property
+    def moving(self) -> bool:
+        """Whether the node says that the axis moves."""
+        return self.state in (TiltState.MOVING, TiltState.SWEEPING, TiltState.GAP)
+
+    def feedback(self, values: TiltFeedbackFrame, stamp_ns: int) -> None:
+        """One TILT_FEEDBACK that arrived at `stamp_ns`."""
+        time_ns = self._onboard_ns(values.node_time_us, stamp_ns)
+        if self._times_ns and time_ns <= self._times_ns[-1]:
+            time_ns = self._times_ns[-1] + 1
+        self._times_ns.append(time_ns)
+        self._angles_rad.append(values.angle_rad)
+        self.angle_rad, self.rate_radps = values.angle_rad, values.rate_radps
+        self.state, self.stamp_ns = TiltState(values.state), stamp_ns
+        if self._times_ns[0] < time_ns - 2 * KEEP_NS:
+            old = bisect_left(self._times_ns, time_ns - KEEP_NS)
+            del self._times_ns[:old], self._angles_rad[:old]
+
+    def track(self, since_ns: int) -> TiltTrack:
+        """The samples from `since_ns` on, of the last 40 s at least; empty when there are none."""
+        first = bisect_left(self._times_ns, since_ns)
+        return TiltTrack(
+            np.array(self._times_ns[first:], dtype=np.int64), np.array(self._angles_rad[first:], dtype=np.float64)
+        )
+
+    def sweep(self, segments: Sequence[SegmentLike], start_ns: int) -> None:
+        """Begins a sweep at `start_ns`, later if that is less than 0.2 s after the next send. ValueError as `orders`."""
+        self._sweep, self._sent, self._order = orders(segments, start_ns), 0, None
+
+    def park(self, angle_rad: float, now_ns: int) -> None:
+        """Ends a sweep and holds the axis at an angle."""
+        limit = 4095 * ANGLE_STEP_RAD
+        angle_rad = max(-limit, min(limit, angle_rad))
+        self._sweep = []
+        self._order = Order(angle_rad, angle_rad, PARK_RATE_RADPS, now_ns, now_ns, TiltMode.PARK)
+        self._repeat.now()
+
+    def sweep_done(self, now_ns: int) -> bool:
+        """Whether the sweep last begun has ended and its last samples are in; False when none was begun."""
+        return bool(self._sweep) and self._sent == len(self._sweep) and now_ns >= self._sweep[-1].end_ns + SETTLE_NS
+
+    def send(self, now_ns: int) -> tuple[float, float, float, int, int] | None:
+        """The values of the TILT_COMMAND that is due, None when none is."""
+        if self._sent < len(self._sweep) and (self._sent == 0 or now_ns >= self._sweep[self._sent].start_ns - AHEAD_NS):
+            if self._sent == 0:
+                self._postpone(now_ns)
+            self._order = self._sweep[self._sent]
+            self._sent += 1
+            self._repeat = Every(REPEAT_NS, now_ns + REPEAT_NS)
+            return self._order.values()
+        if self._order is None or not self._repeat.due(now_ns):
+            return None
+        if self._order.mode is TiltMode.SWEEP and now_ns > self._order.end_ns + SETTLE_NS:
+            # a start time older than half its window would be read as one to come
+            end_rad = self._order.end_rad
+            self._order = Order(end_rad, end_rad, PARK_RATE_RADPS, now_ns, now_ns, TiltMode.PARK)
+        return self._order.values()
+
+    def digest(self) -> tuple[float | int, ...]:
+        """Plain values that the state digest covers."""
+        angle_rad = -10.0 if self.angle_rad is None else self.angle_rad
+        return angle_rad, self.stamp_ns, self._offset_us, len(self._times_ns), self._sent, len(self._sweep)
+
+    def _postpone(self, now_ns: int) -> None:
+        late_ns = now_ns + LEAST_AHEAD_NS - self._sweep[0].start_ns
+        if late_ns > 0:
+            late_ns = -(-late_ns // _MS) * _MS
+            self._sweep = [o._replace(start_ns=o.start_ns + late_ns, end_ns=o.end_ns + late_ns) for o in self._sweep]
+
+    def _onboard_ns(self, node_time_us: int, stamp_ns: int) -> int:
+        """A node's time in onboard time (rules 1 to 3)."""
+        arrival_us = stamp_ns / 1000.0
+        elapsed_us = arrival_us - self.stamp_ns / 1000.0
+        expected_us = self._node_us + elapsed_us
+        step_us = (node_time_us - expected_us + 8388608.0) % 16777216.0 - 8388608.0
+        if not self._times_ns or abs(step_us) > JUMP_US:
+            self.clock_jumps += bool(self._times_ns)
+            self._node_us = float(node_time_us)
+            self._offset_us = arrival_us - self._node_us
+        else:
+            self._node_us = expected_us + step_us
+            self._offset_us = min(self._offset_us + elapsed_us * (LEAK_PPM / 1e6), arrival_us - self._node_us)
+        return round((self._node_us + self._offset_us) * 1000.0)

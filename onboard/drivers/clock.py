@@ -1,0 +1,115 @@
+"""Who says when a tick begins: the wall clock, or the bench (lock-step). The only place on board that reads a clock."""
+
+from __future__ import annotations
+
+import select
+import socket
+import time
+from collections.abc import Mapping, Sequence
+
+from onboard.config import ConfigError
+from protocol.barrier import Done, Hello, Receiver, Stop, Tick, Welcome, encode
+from protocol.conventions import TICK_NS
+
+
+class ClockLost(RuntimeError):
+    """The bench that owns time has gone."""
+
+
+class WallClock:
+    """Absolute deadlines on the monotonic clock; between them the shell sleeps until a port has news or it is time."""
+
+    def __init__(self, tick_ns: int = TICK_NS) -> None:
+        self._tick_ns = tick_ns
+        self._start_ns = time.monotonic_ns()
+        self._number = 0
+        self.slipped_ticks = 0
+        self.stopping = False
+
+    def now_ns(self) -> int:
+        """Nanoseconds since the start."""
+        return time.monotonic_ns() - self._start_ns
+
+    def wait(self) -> Tick | None:
+        """Sleep to the next deadline. Deadlines missed by whole ticks are skipped and counted. None: asked to stop."""
+        self._number += 1
+        deadline_ns = self._number * self._tick_ns
+        late = (self.now_ns() - deadline_ns) // self._tick_ns
+        if late > 0:
+            self.slipped_ticks += late
+            self._number += late
+            deadline_ns = self._number * self._tick_ns
+        while not self.stopping and (left_ns := deadline_ns - self.now_ns()) > 0:
+            time.sleep(left_ns / 1e9)
+        return None if self.stopping else Tick(self._number, deadline_ns, ())
+
+    def done(self, tick: Tick, sent: Mapping[str, int], connect: Sequence[str]) -> None:
+        """Nobody waits for it."""
+
+    def close(self) -> None:
+        """Nothing to close."""
+
+
+class LockStepClock:
+    """One participant of the barrier: time is what the bench says."""
+
+    def __init__(self, address: str, name: str = "onboard") -> None:
+        host, port = _tcp(address)
+        self._socket = socket.create_connection((host, port), timeout=30)
+        self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        self._socket.settimeout(None)
+        self._receiver = Receiver()
+        self._inbox: list[object] = []
+        self._name = name
+        self._now_ns = 0
+        self.slipped_ticks = 0
+        self.stopping = False
+
+    def start(self) -> None:
+        """Say who is here; from now on the bench may call. Every port must be open before."""
+        self._socket.sendall(encode(Hello(self._name)))
+        if not isinstance(self._next(), Welcome):
+            raise ClockLost("the bench did not answer HELLO with WELCOME")
+
+    def now_ns(self) -> int:
+        """Bench time of the present tick."""
+        return self._now_ns
+
+    def wait(self) -> Tick | None:
+        """The next tick, or None when the run is over."""
+        message = None if self.stopping else self._next()
+        if isinstance(message, Tick):
+            self._now_ns = message.now_ns
+            return message
+        if message is None or isinstance(message, Stop):
+            return None
+        raise ClockLost(f"the bench sent {type(message).__name__} where a tick was due")
+
+    def done(self, tick: Tick, sent: Mapping[str, int], connect: Sequence[str]) -> None:
+        """Tell the bench that the tick is done and how much was sent so far."""
+        self._socket.sendall(encode(Done(tick.number, tick.number + 1, dict(sent), tuple(connect))))
+
+    def close(self) -> None:
+        """Leave the barrier."""
+        self._socket.close()
+
+    def _next(self) -> object:
+        while not self._inbox:
+            # a signal must end the wait even while the bench is silent
+            if not select.select([self._socket], [], [], 0.5)[0]:
+                if self.stopping:
+                    return None
+                continue
+            data = self._socket.recv(65536)
+            if not data:
+                raise ClockLost("the bench closed the barrier")
+            self._inbox += self._receiver.receive(data)
+        return self._inbox.pop(0)
+
+
+def _tcp(address: str) -> tuple[str, int]:
+    kind, _, rest = address.partition(":")
+    host, _, port = rest.rpartition(":")
+    if kind != "tcp" or not host or not port.isdigit():
+        raise ConfigError(f"clock.barrier = {address!r} should be tcp:HOST:PORT")
+    return host, int(port)

@@ -1,0 +1,59 @@
+"""Runs jobs beside the tick: one worker thread, in the order of submission; native code releases the interpreter.
+
+In lock-step `collect` waits for a job at its due tick; on the wall clock it takes what is ready and leaves the rest.
+"""
+
+from __future__ import annotations
+
+from concurrent.futures import Future, ThreadPoolExecutor
+from typing import Any
+
+from onboard.records import JobDone, JobRequest
+
+
+class Workers:
+    """The only threads on board."""
+
+    def __init__(self, wait: bool) -> None:
+        self._wait = wait
+        self._pool = ThreadPoolExecutor(max_workers=1, thread_name_prefix="job")
+        self._running: dict[int, tuple[JobRequest, Future[Any]]] = {}
+
+    def start(self, requests: tuple[JobRequest, ...]) -> None:
+        """Begin these jobs."""
+        for request in requests:
+            self._running[request.job_id] = (request, self._pool.submit(request.function, *request.arguments))
+
+    def collect(self, tick: int) -> tuple[JobDone, ...]:
+        """Results to be taken at this tick, in the order of submission. A job that raised raises here."""
+        if not self._running:
+            return ()
+        done = []
+        for job_id, (request, future) in list(self._running.items()):
+            if tick >= request.due_tick and (self._wait or future.done()):
+                done.append(JobDone(job_id, future.result()))
+                del self._running[job_id]
+        return tuple(done)
+
+    def close(self) -> None:
+        """Forget what is queued and let the running job end."""
+        self._pool.shutdown(wait=True, cancel_futures=True)
+
+
+class Inline:
+    """The same for a replay: each job runs when its result is taken."""
+
+    def __init__(self) -> None:
+        self._waiting: dict[int, JobRequest] = {}
+
+    def start(self, requests: tuple[JobRequest, ...]) -> None:
+        """Keep these jobs for later."""
+        self._waiting.update((request.job_id, request) for request in requests)
+
+    def take(self, job_ids: tuple[int, ...]) -> tuple[JobDone, ...]:
+        """Run the jobs whose results the record says were taken at this tick."""
+        taken = []
+        for job_id in job_ids:
+            request = self._waiting.pop(job_id)
+            taken.append(JobDone(job_id, request.function(*request.arguments)))
+        return tuple(taken)

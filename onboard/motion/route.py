@@ -1,0 +1,153 @@
+"""A path as what is done in turn: legs that are driven without a stop, and turns on the spot between them.
+
+    stations  o--o--o--o  o  o--o--o      leg, turn (two stations at one place), leg
+                       |turn|
+
+A leg ends where stations turn on the spot, and where the way bends by more than 10 degrees: no carrot is looked for
+round a corner, since the wheels have to steer there anyhow. A path that goes ahead and then back is such a corner.
+"""
+
+from __future__ import annotations
+
+import math
+from bisect import bisect_right
+from dataclasses import dataclass
+
+from onboard.records import Path
+from protocol.conventions import wrap_rad
+
+SAME_PLACE_M = 1e-3
+CORNER_RAD = math.radians(10.0)
+PASSED_RAD = math.radians(10.0)  # stations within a turn are passed at this distance
+BOW_M = 0.006  # how far a leg may bow from the chord to the carrot
+
+
+@dataclass(frozen=True, slots=True)
+class Turn:
+    """Turning on the spot through `yaw_rad` in their order, to within `within_rad` of the last.
+
+    rest_rad[k]: signed turn from station k to the last, the way round that the stations show.
+    """
+
+    yaw_rad: list[float]
+    rest_rad: list[float]
+    within_rad: float
+
+    def error_rad(self, yaw_rad: float, passed: int) -> tuple[float, int]:
+        """What is left to turn from a yaw, and how many stations are passed by now."""
+        while passed < len(self.yaw_rad) - 1 and abs(wrap_rad(self.yaw_rad[passed] - yaw_rad)) < PASSED_RAD:
+            passed += 1
+        return wrap_rad(self.yaw_rad[passed] - yaw_rad) + self.rest_rad[passed], passed
+
+
+@dataclass(frozen=True, slots=True)
+class Leg:
+    """A stretch driven without a stop: lists over its stations; `direction_rad` over its segments.
+
+    before_m: length of the path before it.
+    """
+
+    x_m: list[float]
+    y_m: list[float]
+    yaw_rad: list[float]
+    s_m: list[float]
+    direction_rad: list[float]
+    before_m: float
+
+    def nearest(self, x_m: float, y_m: float, segment: int) -> tuple[int, float, float]:
+        """(segment, way along the leg, signed distance to the left of it) of the nearest place from a segment on."""
+        last = len(self.direction_rad) - 1
+        while True:
+            heading = self.direction_rad[segment]
+            c, s = math.cos(heading), math.sin(heading)
+            dx, dy = x_m - self.x_m[segment], y_m - self.y_m[segment]
+            along = dx * c + dy * s
+            span = self.s_m[segment + 1] - self.s_m[segment]
+            if along <= span or segment == last:
+                return segment, self.s_m[segment] + max(0.0, min(along, span)), dy * c - dx * s
+            segment += 1
+
+    def carrot_m(self, segment: int, along_m: float, ahead_m: float) -> float:
+        """Way along the leg of the carrot: `ahead_m` on, less in bends, at most the end."""
+        target = min(along_m + ahead_m, self.s_m[-1])
+        bend, i = 0.0, segment + 1
+        while i < len(self.direction_rad) and self.s_m[i] < target:
+            bend += abs(wrap_rad(self.direction_rad[i] - self.direction_rad[i - 1]))
+            if (min(target, self.s_m[i + 1]) - along_m) * bend > 4.0 * BOW_M:
+                return min(target, max(self.s_m[i], along_m + 4.0 * BOW_M / bend))
+            i += 1
+        return target
+
+    def at(self, along_m: float) -> tuple[float, float, float]:
+        """(x, y, yaw) at a way along the leg, cut to the leg."""
+        i = max(0, min(bisect_right(self.s_m, along_m) - 1, len(self.s_m) - 2))
+        span = self.s_m[i + 1] - self.s_m[i]
+        t = max(0.0, min(1.0, (along_m - self.s_m[i]) / span))
+        return (
+            self.x_m[i] + t * (self.x_m[i + 1] - self.x_m[i]),
+            self.y_m[i] + t * (self.y_m[i + 1] - self.y_m[i]),
+            self.yaw_rad[i] + t * (self.yaw_rad[i + 1] - self.yaw_rad[i]),
+        )
+
+
+Place = tuple[float, float, list[float]]  # x, y and the yaws there, in their order
+
+
+def route(path: Path, within_rad: tuple[float, float, float], *, one_leg: bool = False) -> list[Leg | Turn]:
+    """The stages of a path. within_rad: of the turns at the start, on the way, at the end.
+
+    one_leg: the places as a single leg, without turns but the last (for a law that steers the body itself).
+    An empty path has no stages.
+    """
+    places = _places(path)
+    if not places:
+        return []
+    start, between, end = within_rad
+    first = places[0][2]
+    stages: list[Leg | Turn] = [] if one_leg else [_turn(first, start if len(first) == 1 else between)]
+    leg, before = [(places[0][0], places[0][1], first[-1])], 0.0
+    for k, (x, y, yaws) in enumerate(places[1:], 1):
+        leg.append((x, y, yaws[0]))
+        turns = len(yaws) > 1
+        if k == len(places) - 1 or (not one_leg and (turns or _corner(places, k))):
+            stages.append(_leg(leg, before))
+            before += stages[-1].s_m[-1]  # type: ignore[union-attr]
+            leg = [(x, y, yaws[-1])]
+        if turns and not one_leg:
+            stages.append(_turn(yaws, between))
+    stages.append(_turn(places[-1][2][-1:], end))
+    return stages
+
+
+def _places(path: Path) -> list[Place]:
+    places: list[Place] = []
+    for x, y, yaw in path.stations.tolist():
+        if places and math.hypot(x - places[-1][0], y - places[-1][1]) < SAME_PLACE_M:
+            if abs(wrap_rad(yaw - places[-1][2][-1])) > 1e-6:
+                places[-1][2].append(yaw)
+        else:
+            places.append((x, y, [yaw]))
+    return places
+
+
+def _corner(places: list[Place], k: int) -> bool:
+    (ax, ay, _), (bx, by, _), (cx, cy, _) = places[k - 1 : k + 2]
+    return abs(wrap_rad(math.atan2(cy - by, cx - bx) - math.atan2(by - ay, bx - ax))) > CORNER_RAD
+
+
+def _turn(yaws: list[float], within_rad: float) -> Turn:
+    rest = [0.0]
+    for here, there in zip(reversed(yaws[:-1]), reversed(yaws[1:])):
+        rest.insert(0, rest[0] + wrap_rad(there - here))
+    return Turn(yaws, rest, within_rad)
+
+
+def _leg(stations: list[tuple[float, float, float]], before_m: float) -> Leg:
+    x, y, yaw = [s[0] for s in stations], [s[1] for s in stations], [stations[0][2]]
+    way, directions = [0.0], []
+    for i in range(1, len(stations)):
+        dx, dy = x[i] - x[i - 1], y[i] - y[i - 1]
+        yaw.append(yaw[-1] + wrap_rad(stations[i][2] - yaw[-1]))
+        way.append(way[-1] + math.hypot(dx, dy))
+        directions.append(math.atan2(dy, dx))
+    return Leg(x, y, yaw, way, directions, before_m)

@@ -1,0 +1,99 @@
+"""Scans, the tilt at each beam's own time, the rover's pose: points in the map frame.
+
+    p_tilt = range * (cos phi, sin phi, 0)           phi: angle of the beam in the scanner's plane
+    p_base = (x_L, 0, z_L) + R_y(tilt) p_tilt        positive tilt is down; the scanner's centre is on the axis
+    p_map  = T_map_base p_base
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import groupby
+
+import numpy as np
+
+from onboard.config import Rover, Scanning
+from onboard.records import F32, F64, BeamStatus, Bool, Cloud, Scan, TiltTrack
+from protocol.conventions import WHEEL_SIGNS
+
+DECK_TOP_M = 0.50  # of the bare vehicle, above the wheel plane
+SELF_MARGIN_M = 0.03
+
+
+def cloud(
+    scans: Sequence[Scan], tilt: TiltTrack, T_map_base: F64, rover: Rover, scanning: Scanning, range_noise_m: float
+) -> Cloud:
+    """The beams of one stop within scanning.sector_rad of straight ahead.
+
+    Each beam takes the tilt interpolated at its own time; beams before the first or after the last sample of the track
+    are dropped, never extrapolated. Returns farther than scanning.range_m and beams without a return are kept as
+    non-hits that end at that range. Dropped: too near, in error, and what hit the rover itself (its hull plus 3 cm).
+    """
+    origin_base_m = np.array([rover.lidar_x_m, 0.0, rover.lidar_z_m])
+    rotation, translation = T_map_base[:3, :3], T_map_base[:3, 3]
+    boxes = hull_boxes(rover)
+    ends: list[F32] = [np.empty((0, 3), np.float32)]
+    hits: list[Bool] = [np.empty(0, np.bool_)]
+    for _, alike in groupby(scans if len(tilt.times_ns) else (), key=_geometry):
+        vectors_m, hit = _beams(list(alike), tilt, scanning)
+        points_base_m = vectors_m + origin_base_m
+        kept = ~(hit & _inside(points_base_m, boxes))
+        ends.append((points_base_m[kept] @ rotation.T + translation).astype(np.float32))
+        hits.append(hit[kept])
+    origin_m = rotation @ origin_base_m + translation
+    return Cloud(origin_m, np.concatenate(ends), np.concatenate(hits), range_noise_m)
+
+
+def _geometry(scan: Scan) -> tuple[int, float, float, float]:
+    return len(scan.ranges_m), scan.first_angle_rad, scan.step_rad, scan.beam_ns
+
+
+def _beams(scans: Sequence[Scan], tilt: TiltTrack, scanning: Scanning) -> tuple[F64, Bool]:
+    """(vectors from the scanner to the beam's end in base axes (k, 3), whether it hit (k,)) of the beams that count.
+
+    The scans have one geometry, so they go through as one (scans, beams) array: a sweep in a few large steps.
+    """
+    count, first_rad, step_rad, beam_ns = _geometry(scans[0])
+    phi = first_rad + np.arange(count) * step_rad
+    beams = np.flatnonzero(np.abs(phi) <= scanning.sector_rad)
+    phi = phi[beams]
+    ranges_m = np.stack([scan.ranges_m for scan in scans])[:, beams]
+    status = np.stack([scan.status for scan in scans])[:, beams]
+    origin_ns = int(tilt.times_ns[0])
+    starts_ns = np.array([scan.start_ns - origin_ns for scan in scans], np.float64)
+    times_ns = starts_ns[:, None] + beams * beam_ns
+    track_ns = (tilt.times_ns - origin_ns).astype(np.float64)
+    good = (status == BeamStatus.OK) | (status == BeamStatus.NO_RETURN)
+    good &= (times_ns >= 0.0) & (times_ns <= track_ns[-1])
+    angle = np.interp(times_ns[good], track_ns, tilt.angles_rad)
+    hit = (status[good] == BeamStatus.OK) & (ranges_m[good] <= scanning.range_m)
+    length_m = np.where(hit, ranges_m[good], scanning.range_m).astype(np.float64)
+    ahead_m = length_m * np.broadcast_to(np.cos(phi), good.shape)[good]
+    vectors_m = np.empty((len(length_m), 3))
+    vectors_m[:, 0] = ahead_m * np.cos(angle)
+    vectors_m[:, 1] = length_m * np.broadcast_to(np.sin(phi), good.shape)[good]
+    vectors_m[:, 2] = -ahead_m * np.sin(angle)
+    return vectors_m, hit
+
+
+def hull_boxes(rover: Rover) -> F64:
+    """(5, 2, 3) lowest and highest corner in base_link of the deck and the wheels, however steered, margin included."""
+    length, width, radius = rover.half_wheelbase_m, rover.half_track_m, rover.wheel_radius_m
+    reach = float(np.hypot(radius, rover.wheel_width_m / 2))
+    boxes = [[[-length, -width, rover.belly_m], [length, width, DECK_TOP_M]]]
+    for along, across in WHEEL_SIGNS:
+        x, y = along * length, across * width
+        boxes.append([[x - reach, y - reach, 0.0], [x + reach, y + reach, 2 * radius]])
+    corners: F64 = np.array(boxes, np.float64) + np.array([[-SELF_MARGIN_M], [SELF_MARGIN_M]])
+    return corners
+
+
+def _inside(points_m: F64, boxes: F64) -> Bool:
+    """Whether each point (k, 3) lies in any box: a quick look at the outer bounds, then the few that are left."""
+    low, high = boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)
+    inside: Bool = ((points_m >= low) & (points_m <= high)).all(axis=1)
+    near = np.flatnonzero(inside)
+    few_m = points_m[near, None, :]
+    within = np.logical_and(few_m >= boxes[:, 0], few_m <= boxes[:, 1]).all(axis=2)
+    inside[near] = np.logical_or.reduce(within, axis=1)
+    return inside

@@ -1,0 +1,80 @@
+"""The MAPPING work of a stop, as pure functions for beside the tick: cloud, registration, map.
+
+`look` makes the cloud of a sweep in base_link axes and registers it to what earlier stops saw. The filter then decides, in
+the tick, whether it believes the registration. `remember` enters the cloud into the map at the pose that was decided.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from onboard.config import Config
+from onboard.perception import ldem
+from onboard.perception.cloud import cloud
+from onboard.perception.registration import RegistrationResult, merge_target, register
+from onboard.records import F64, Cloud, Ldem, Pose, Scan, TiltTrack
+
+NO_POINTS: F64 = np.empty((0, 3))
+
+
+@dataclass(frozen=True, slots=True)
+class Look:
+    """Cloud of one sweep in base_link axes, and its registration (None at the first scan)."""
+
+    cloud_base: Cloud
+    registration: RegistrationResult | None
+
+
+@dataclass(frozen=True, slots=True)
+class StopMap:
+    """What the rover remembers: the persistent map, and (m, 3) points in the map frame to register to."""
+
+    cells: Ldem
+    target_points: F64
+
+
+def look(scans: Sequence[Scan], tilt: TiltTrack, guess: F64, target_points: F64, config: Config) -> Look:
+    """Cloud of a sweep; registered to `target_points` (m, 3, map frame) from `guess` (4, 4) T_map_base if there are any."""
+    seen = cloud(scans, tilt, np.eye(4), config.rover, config.scanning, config.lidar.range_noise_m)
+    if not len(target_points):
+        return Look(seen, None)
+    found = register(seen.ends_m[seen.hit].astype(np.float64), target_points, guess, config.localisation)
+    return Look(seen, found)
+
+
+def remember(memory: StopMap | None, seen: Cloud, T_map_base: F64, stop: int, config: Config) -> StopMap:
+    """The map with one more cloud, entered at T_map_base; the first one starts it, with the assumed disc (R1)."""
+    mapping = config.mapping
+    x_m, y_m = float(T_map_base[0, 3]), float(T_map_base[1, 3])
+    here = moved(seen, T_map_base)
+    if memory is None:
+        start = ldem.empty(ldem.grid_around(x_m, y_m, mapping.cell_m, mapping.cell_m))
+        cells = ldem.grow(start, x_m, y_m, mapping.size_m / 2)
+        cells = ldem.assume_disc(cells, pose_of(T_map_base), mapping.assumed_m)
+        target = NO_POINTS
+    else:
+        cells = ldem.grow(memory.cells, x_m, y_m, mapping.size_m / 2)
+        target = memory.target_points
+    cells = ldem.insert(cells, here, stop, mapping.near_m)
+    return StopMap(cells, merge_target(target, here.ends_m[here.hit].astype(np.float64), (x_m, y_m)))
+
+
+def moved(seen: Cloud, T_map_base: F64) -> Cloud:
+    """The same beams in the frame that T_map_base leads to."""
+    rotation, shift = T_map_base[:3, :3], T_map_base[:3, 3]
+    ends = seen.ends_m.astype(np.float64) @ rotation.T + shift
+    return replace(seen, origin_m=rotation @ seen.origin_m + shift, ends_m=ends.astype(np.float32))
+
+
+def pose_of(T_map_base: F64) -> Pose:
+    """Pose of a (4, 4) transform, roll, pitch, yaw intrinsic z-y-x."""
+    R = T_map_base[:3, :3]
+    return Pose(
+        float(T_map_base[0, 3]), float(T_map_base[1, 3]), float(T_map_base[2, 3]),
+        roll_rad=float(np.arctan2(R[2, 1], R[2, 2])),
+        pitch_rad=float(-np.arcsin(np.clip(R[2, 0], -1.0, 1.0))),
+        yaw_rad=float(np.arctan2(R[1, 0], R[0, 0])),
+    )

@@ -1,0 +1,132 @@
+"""`onboard replay`: the same core on a record's inputs; every output byte and state digest is compared."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from zlib import crc32
+
+from mcap.exceptions import McapError
+from mcap.reader import McapReader, make_reader
+from zstandard import ZstdError
+
+from onboard.config import Config, load
+from onboard.core.tick import Rover, tick
+from onboard.drivers.workers import Inline
+from onboard.gdem import from_npz
+from onboard.record.schema import INPUTS, OUTPUTS, decode_inputs, encode_outputs, input_checks
+from onboard.records import Gdem
+
+EX_OK, EX_DIFFERENT, EX_DATAERR, EX_NOINPUT = 0, 1, 65, 66
+
+
+class DamagedRecord(ValueError):
+    """The record is not what was written; the text names the tick and channel where that shows."""
+
+
+@dataclass(slots=True)
+class Verdict:
+    """What a replay found. `first_difference` empty: identical."""
+
+    ticks: int = 0
+    bytes_compared: dict[str, int] = field(default_factory=dict)
+    first_difference: str = ""
+
+    @property
+    def identical(self) -> bool:
+        """Every compared byte is the same, and there were some."""
+        return not self.first_difference and self.ticks > 0 and sum(self.bytes_compared.values()) > 0
+
+
+def ticks_of(reader: McapReader) -> Iterator[tuple[int, dict[str, bytes]]]:
+    """(tick, topic -> message) in order; raises DamagedRecord where the file does not hold together."""
+    number, messages = -1, {}
+    try:
+        for _, channel, message in reader.iter_messages(log_time_order=False):
+            if message.sequence != number:
+                if messages:
+                    yield number, messages
+                number, messages = message.sequence, {}
+            messages[channel.topic] = message.data
+    except (McapError, ZstdError, EOFError) as error:
+        raise DamagedRecord(f"after tick {number}: {error}") from error
+    if messages:
+        yield number, messages
+
+
+def replay(path: Path) -> Verdict:
+    """Run the core of this version on the record's inputs. Raises DamagedRecord, FileNotFoundError."""
+    verdict = Verdict(bytes_compared=dict.fromkeys(OUTPUTS, 0))
+    with path.open("rb") as file:
+        try:
+            reader = make_reader(file, validate_crcs=True)
+            config, gdem = _start_state(reader)
+        except (McapError, ZstdError, EOFError, ValueError) as error:
+            raise DamagedRecord(f"at its start: {error}") from error
+        rover, jobs = Rover(config, gdem), Inline()
+        for number, recorded in ticks_of(reader):
+            _check_inputs(number, recorded)
+            inputs, job_ids = decode_inputs(recorded)
+            outputs = tick(rover, replace(inputs, jobs=jobs.take(job_ids)))
+            jobs.start(outputs.jobs)
+            made = encode_outputs(outputs, recorded)
+            verdict.ticks += 1
+            for topic in OUTPUTS:
+                verdict.bytes_compared[topic] += len(recorded.get(topic, b""))
+                if made.get(topic, b"") != recorded.get(topic, b""):
+                    verdict.first_difference = _difference(number, topic, recorded.get(topic, b""), made.get(topic, b""))
+                    return verdict
+    return verdict
+
+
+def _start_state(reader: McapReader) -> tuple[Config, Gdem | None]:
+    attachments = {a.name: a.data for a in reader.iter_attachments()}
+    if "config.toml" not in attachments:
+        raise DamagedRecord("it holds no config.toml: not a record of this program, or cut off at its start")
+    with TemporaryDirectory() as folder:
+        toml = Path(folder) / "config.toml"
+        toml.write_bytes(attachments["config.toml"])
+        return load(toml), from_npz(attachments["gdem.npz"]) if "gdem.npz" in attachments else None
+
+
+def _check_inputs(number: int, recorded: dict[str, bytes]) -> None:
+    if "/in/tick" not in recorded or "/out/tick" not in recorded:
+        raise DamagedRecord(f"tick {number}: its message is missing")
+    for topic, expected in input_checks(recorded["/out/tick"]).items():
+        if crc32(recorded.get(topic, b"")) != expected:
+            raise DamagedRecord(f"tick {number}, channel {topic}: the bytes are not those that were recorded")
+    assert set(INPUTS) >= {topic for topic in recorded if topic.startswith("/in/")}
+
+
+def _difference(number: int, topic: str, recorded: bytes, made: bytes) -> str:
+    at = next((k for k, (a, b) in enumerate(zip(recorded, made)) if a != b), min(len(recorded), len(made)))
+    return (
+        f"tick {number}, channel {topic}, byte {at}: recorded {recorded[at : at + 8].hex() or 'nothing'}, "
+        f"now {made[at : at + 8].hex() or 'nothing'} (lengths {len(recorded)}, {len(made)})"
+    )
+
+
+def replay_command(path: Path, as_json: bool) -> int:
+    """Print the verdict; returns the exit code."""
+    if not path.is_file():
+        print(f"onboard: no record {path}", file=sys.stderr)
+        return EX_NOINPUT
+    try:
+        verdict = replay(path)
+    except DamagedRecord as error:
+        print(f"onboard: {path} is damaged: {error}", file=sys.stderr)
+        return EX_DATAERR
+    word = "identical" if verdict.identical else "different"
+    if as_json:
+        print(json.dumps({"verdict": word, "ticks": verdict.ticks, "bytes": verdict.bytes_compared,
+                          "first_difference": verdict.first_difference}))
+    else:
+        counts = ", ".join(f"{topic} {count}" for topic, count in verdict.bytes_compared.items())
+        print(f"{word}: {verdict.ticks} ticks; bytes compared: {counts}")
+        if verdict.first_difference:
+            print(verdict.first_difference)
+    return EX_OK if verdict.identical else EX_DIFFERENT

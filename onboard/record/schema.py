@@ -1,0 +1,129 @@
+"""The record's channels: how one tick's inputs and outputs become bytes, and how inputs come back from them.
+
+Each channel is one MCAP topic with one message for each tick in which it has something. Little-endian; layouts:
+
+    /in/tick    tick u64, now_ns i64, can_state u8, can_send_failures u32, lidar_state u8, link_state u8,
+                health 5 x i64, then the ids (u32) of the jobs taken
+    /in/can     per frame: stamp_ns i64, id u16, length u8, data
+    /in/lidar   per chunk: rx_ns i64, length u32, data
+    /in/link    per message: rx_ns i64, accepted u8, station u8, kind u8, verdict length u8, payload length u16, both
+    /out/tick   state digest 8 B, CRC-32 of the four input messages (4 x u32), connect u8, then ids (u32) of new jobs
+    /out/can    per frame: id u16, length u8, data          /out/lidar   bytes
+    /out/link   per payload: kind u8, length u16, data      /out/event   JSON      /out/pose   6 x f64
+"""
+
+from __future__ import annotations
+
+import json
+import struct
+import zlib
+
+from onboard.records import Chunk, Frame, Health, Inputs, LinkMessage, Outputs, PortState
+
+_TICK = struct.Struct("<QqBIBB5q")
+_FRAME_IN = struct.Struct("<qHB")
+_CHUNK = struct.Struct("<qI")
+_MESSAGE = struct.Struct("<qBBBBH")
+_FRAME_OUT = struct.Struct("<HB")
+_PAYLOAD = struct.Struct("<BH")
+_POSE = struct.Struct("<6d")
+
+INPUTS = ("/in/tick", "/in/can", "/in/lidar", "/in/link")
+OUTPUTS = ("/out/tick", "/out/can", "/out/lidar", "/out/link", "/out/event", "/out/pose")
+
+
+def encode_inputs(inputs: Inputs) -> dict[str, bytes]:
+    """Topic -> message, for the channels that have something; /in/tick always."""
+    ids = b"".join(struct.pack("<I", job.job_id) for job in inputs.jobs)
+    head = _TICK.pack(
+        inputs.tick, inputs.now_ns, inputs.can_state, inputs.can_send_failures, inputs.lidar_state, inputs.link_state,
+        *inputs.health,
+    )
+    messages = {"/in/tick": head + ids}
+    if inputs.can_frames:
+        messages["/in/can"] = b"".join(
+            _FRAME_IN.pack(stamp, can_id, len(data)) + data for can_id, data, stamp in inputs.can_frames
+        )
+    if inputs.lidar_chunks:
+        messages["/in/lidar"] = b"".join(_CHUNK.pack(rx, len(data)) + data for rx, data in inputs.lidar_chunks)
+    if inputs.link_messages:
+        messages["/in/link"] = b"".join(
+            _MESSAGE.pack(m.rx_ns, m.accepted, m.station, m.kind, len(m.verdict), len(m.payload))
+            + m.verdict.encode() + m.payload
+            for m in inputs.link_messages
+        )
+    return messages
+
+
+def decode_inputs(messages: dict[str, bytes]) -> tuple[Inputs, tuple[int, ...]]:
+    """Inputs of one tick without the jobs' values, and the ids of the jobs whose results were taken."""
+    raw = messages["/in/tick"]
+    tick, now_ns, can_state, failures, lidar_state, link_state, *health = _TICK.unpack_from(raw)
+    ids = struct.unpack(f"<{(len(raw) - _TICK.size) // 4}I", raw[_TICK.size :])
+    inputs = Inputs(
+        tick, now_ns,
+        can_frames=_frames(messages.get("/in/can", b"")), can_state=PortState(can_state), can_send_failures=failures,
+        lidar_chunks=_chunks(messages.get("/in/lidar", b"")), lidar_state=PortState(lidar_state),
+        link_messages=_link(messages.get("/in/link", b"")), link_state=PortState(link_state),
+        health=Health(*health),
+    )
+    return inputs, ids
+
+
+def _frames(raw: bytes) -> tuple[Frame, ...]:
+    frames, at = [], 0
+    while at < len(raw):
+        stamp_ns, can_id, size = _FRAME_IN.unpack_from(raw, at)
+        at += _FRAME_IN.size
+        frames.append(Frame(can_id, raw[at : at + size], stamp_ns))
+        at += size
+    return tuple(frames)
+
+
+def _chunks(raw: bytes) -> tuple[Chunk, ...]:
+    chunks, at = [], 0
+    while at < len(raw):
+        rx_ns, size = _CHUNK.unpack_from(raw, at)
+        at += _CHUNK.size
+        chunks.append(Chunk(rx_ns, raw[at : at + size]))
+        at += size
+    return tuple(chunks)
+
+
+def _link(raw: bytes) -> tuple[LinkMessage, ...]:
+    found, at = [], 0
+    while at < len(raw):
+        rx_ns, accepted, station, kind, verdict_size, size = _MESSAGE.unpack_from(raw, at)
+        at += _MESSAGE.size
+        verdict = raw[at : at + verdict_size].decode()
+        at += verdict_size
+        found.append(LinkMessage(rx_ns, bool(accepted), verdict, station, kind, raw[at : at + size]))
+        at += size
+    return tuple(found)
+
+
+def encode_outputs(outputs: Outputs, inputs: dict[str, bytes]) -> dict[str, bytes]:
+    """Topic -> message of one tick's outputs; /out/tick guards the inputs it was computed from."""
+    checks = struct.pack("<4I", *(zlib.crc32(inputs.get(topic, b"")) for topic in INPUTS))
+    ids = b"".join(struct.pack("<I", job.job_id) for job in outputs.jobs)
+    messages = {"/out/tick": outputs.state_digest + checks + bytes([outputs.lidar_connect]) + ids}
+    if outputs.can_frames:
+        messages["/out/can"] = b"".join(
+            _FRAME_OUT.pack(can_id, len(data)) + data for can_id, data, _ in outputs.can_frames
+        )
+    if outputs.lidar_bytes:
+        messages["/out/lidar"] = outputs.lidar_bytes
+    if outputs.link_payloads:
+        messages["/out/link"] = b"".join(
+            _PAYLOAD.pack(kind, len(payload)) + payload for kind, payload in outputs.link_payloads
+        )
+    if outputs.events:
+        rows = [{"now_ns": e.now_ns, "severity": e.severity, "name": e.name, "text": e.text} for e in outputs.events]
+        messages["/out/event"] = json.dumps(rows).encode()
+    messages["/out/pose"] = _POSE.pack(*outputs.pose)
+    return messages
+
+
+def input_checks(out_tick: bytes) -> dict[str, int]:
+    """CRC-32 of each input channel as the tick's output remembers it."""
+    return dict(zip(INPUTS, struct.unpack_from("<4I", out_tick, 8)))

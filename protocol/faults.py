@@ -1,0 +1,56 @@
+"""TABLE of faults: what is watched, how fast it must be found, what the rover does about it.
+
+The only list: the monitors yield these names, the executive walks the responses, the docs page and the tests come from here.
+Detection counts from the first missing or violating sample to the tick whose outputs hold the response.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+
+class Step(Enum):
+    """One step of a response."""
+
+    STOP = "zero wheel rates while the fault lasts"
+    DISCARD_SWEEP = "the running sweep is discarded and scanned again, at most 3 times"
+    SAFE = "mode SAFE, latched until resume"
+    STANDBY = "finish the leg, then mode STANDBY"
+    ESTOP = "mode ESTOP, latched until reset"
+    REPORT = "an event to the ground"
+
+
+@dataclass(frozen=True, slots=True)
+class Fault:
+    """One row. `number` is its number on the wire, never used again for another."""
+
+    number: int
+    name: str
+    condition: str
+    detect_s: float
+    response: tuple[Step, ...]
+    latched: bool
+    suppressed_by: tuple[str, ...] = ()
+
+
+FAULTS = (
+    Fault(1, "LIDAR_SILENT", "no valid frame for 4 periods of the commanded stream", 0.15,
+          (Step.STOP, Step.DISCARD_SWEEP, Step.REPORT), latched=False),
+    Fault(2, "WHEEL_STALE", "feedback of a wheel older than 30 ms", 0.04, (Step.STOP,), latched=False),
+    Fault(3, "WHEEL_SILENT", "feedback of a wheel older than 200 ms", 0.21, (Step.STOP, Step.SAFE, Step.REPORT),
+          latched=True, suppressed_by=("CAN_LOST",)),
+    Fault(4, "CAN_LOST", "the bus is closed or in error", 0.05, (Step.STOP, Step.SAFE, Step.REPORT), latched=True),
+    Fault(5, "NODE_LOST", "no heartbeat of the tilt, IMU or power node for 1.5 s", 1.6,
+          (Step.STOP, Step.SAFE, Step.REPORT), latched=True, suppressed_by=("CAN_LOST",)),
+    Fault(6, "IMU_DEAD", "IMU samples older than 30 ms", 0.04, (Step.STOP,), latched=False,
+          suppressed_by=("CAN_LOST",)),
+    Fault(7, "TILT_ANGLE", "roll or pitch over the limit", 0.05, (Step.STOP, Step.SAFE, Step.REPORT), latched=True),
+    Fault(8, "COMMAND_LOST", "no authenticated contact for the configured time", 1.0,
+          (Step.STANDBY, Step.REPORT), latched=False),
+    Fault(9, "JOB_LATE", "long work was not done at its tick", 1.0, (Step.REPORT,), latched=False),
+    Fault(10, "ESTOP_PRESSED", "an emergency stop frame of any node", 0.02, (Step.STOP, Step.ESTOP, Step.REPORT),
+          latched=True),
+)
+
+BY_NAME = {fault.name: fault for fault in FAULTS}

@@ -1,0 +1,128 @@
+"""TABLE of modes, phases, events and transitions: the one place where they are listed.
+
+    BOOT --booted--> STANDBY <--stop, arrived, failed, link_lost-- AUTONOMOUS
+                        |  \\--------------goto-------------------->  |
+                        +---- safe, fault (from everywhere) -----> SAFE --resume--> STANDBY
+                        +---- emergency_stop (from everywhere) --> ESTOP (latched) --reset--> STANDBY
+"""
+
+from __future__ import annotations
+
+from enum import IntEnum
+from typing import NamedTuple
+
+
+class Mode(IntEnum):
+    """What the rover is about; numbers are on the wire and never reused."""
+
+    BOOT = 0
+    STANDBY = 1
+    AUTONOMOUS = 2
+    SAFE = 3
+    ESTOP = 4
+
+
+class Phase(IntEnum):
+    """What it is doing within AUTONOMOUS; ARRIVED and FAILED stay until the next goto."""
+
+    NONE = 0
+    SCANNING = 1
+    MAPPING = 2
+    PLANNING = 3
+    DRIVING = 4
+    TURNING = 5
+    ARRIVED = 6
+    FAILED = 7
+
+
+class ModeRow(NamedTuple):
+    """One mode: what the wheels do in it."""
+
+    mode: Mode
+    wheels: str
+    meaning: str
+
+
+TABLE = (
+    ModeRow(Mode.BOOT, "off", "the computer comes up; devices are asked for their state"),
+    ModeRow(Mode.STANDBY, "hold", "ready for a command"),
+    ModeRow(Mode.AUTONOMOUS, "run", "on the way to a goal by itself: scan, map, plan, drive"),
+    ModeRow(Mode.SAFE, "hold", "a fault or the operator ended all motion; resume returns to STANDBY"),
+    ModeRow(Mode.ESTOP, "off", "latched; only reset leaves it"),
+)
+
+
+class Transition(NamedTuple):
+    """In `state`, `event` leads to `next`."""
+
+    state: Mode
+    event: str
+    next: Mode
+    meaning: str
+
+
+_B, _S, _A, _F, _E = Mode.BOOT, Mode.STANDBY, Mode.AUTONOMOUS, Mode.SAFE, Mode.ESTOP
+TRANSITIONS = (
+    Transition(_B, "booted", _S, "all devices were asked; the rover stands"),
+    Transition(_S, "goto", _A, "the mission begins with a scan"),
+    Transition(_A, "goto", _A, "the goal is replaced; the rover stops and scans"),
+    Transition(_A, "stop", _S, "the rover stops; the goal is given up"),
+    Transition(_S, "stop", _S, "nothing moves already"),
+    Transition(_A, "arrived", _S, "the goal is reached"),
+    Transition(_A, "failed", _S, "no way to the goal, or a limit of the mission"),
+    Transition(_A, "link_lost", _S, "no authenticated contact for too long; the leg was finished"),
+    Transition(_B, "safe", _F, "by command"),
+    Transition(_S, "safe", _F, "by command"),
+    Transition(_A, "safe", _F, "by command"),
+    Transition(_B, "fault", _F, "a response of the fault table ended in SAFE"),
+    Transition(_S, "fault", _F, "a response of the fault table ended in SAFE"),
+    Transition(_A, "fault", _F, "a response of the fault table ended in SAFE"),
+    Transition(_F, "resume", _S, "the operator takes the rover out of SAFE"),
+    Transition(_B, "emergency_stop", _E, "wheels off, latched"),
+    Transition(_S, "emergency_stop", _E, "wheels off, latched"),
+    Transition(_A, "emergency_stop", _E, "wheels off, latched"),
+    Transition(_F, "emergency_stop", _E, "wheels off, latched"),
+    Transition(_E, "reset", _S, "the operator releases the latch"),
+)
+
+
+def next_mode(mode: Mode, event: str) -> Mode | None:
+    """Where `event` leads from `mode`; None where it leads nowhere (the mode stays)."""
+    for row in TRANSITIONS:
+        if row.state == mode and row.event == event:
+            return row.next
+    return None
+
+
+class EventRow(NamedTuple):
+    """One kind of event; severity is debug, info, warning, error or critical."""
+
+    name: str
+    severity: str
+    meaning: str
+
+
+EVENTS = (
+    EventRow("MODE", "info", "the mode changed"),
+    EventRow("PHASE", "info", "the phase changed"),
+    EventRow("GOAL", "info", "a goal was accepted"),
+    EventRow("SCAN_DONE", "info", "a sweep is complete"),
+    EventRow("SCAN_DISCARDED", "warning", "a sweep was thrown away and is repeated"),
+    EventRow("MAP", "info", "the map was extended"),
+    EventRow("REGISTERED", "info", "the pose was corrected by the map"),
+    EventRow("REGISTRATION_REFUSED", "warning", "a registration was outside the gate"),
+    EventRow("DECISION", "info", "the mission rule chose, with its reason"),
+    EventRow("ARRIVED", "info", "the goal is reached"),
+    EventRow("FAILED", "error", "the mission ended without reaching the goal"),
+    EventRow("FAULT", "warning", "a row of the fault table became active"),
+    EventRow("FAULT_CLEARED", "info", "a row of the fault table is no longer active"),
+    EventRow("RESPONSE", "warning", "a response of the fault table was carried out"),
+    EventRow("SAFE", "error", "the rover went to SAFE, with the reason"),
+    EventRow("EMERGENCY_STOP", "critical", "the wheels are off and latched"),
+    EventRow("COMMAND", "info", "a command was taken or refused"),
+    EventRow("LINK_REFUSED", "warning", "datagrams failed their checks; how many of which kind"),
+    EventRow("JOB_LATE", "warning", "long work missed its tick"),
+    EventRow("HAZARD", "warning", "the drive guard stopped the rover"),
+    EventRow("NOTE", "info", "anything else"),
+)
+SEVERITIES = ("debug", "info", "warning", "error", "critical")

@@ -1,0 +1,296 @@
+"""Telecommand transactions, both ends: every request is executed once and its outcome is known, over any loss.
+
+    ground: Requester                                  rover: Executor
+      |  telecommand, every max(0.5 s, RTT/2) --------->  |  first: checked, RECEIVED and ACCEPTED or REFUSED
+      |  <------------------ report, two copies, 0.2 s    |  again: the last report once more, nothing executed
+      |  telecommand, every max(5 s, 2 RTT) ----------->  |  (asks for the outcome, which may have been lost)
+      |  <------------------ report: COMPLETED ...        |
+
+Rule 1: a request id of a station names one request for ever. The ground keeps its next id on disk, as it keeps its
+        counter; an id with other content than before is refused, one older than all that is remembered is refused too.
+Rule 2: a request that arrives after its expiry is never executed, and reported EXPIRED.
+Rule 3: each report carries a serial number per request, so that a late one never overwrites a newer.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from enum import IntEnum
+from typing import NamedTuple
+
+from protocol import WireError, commands
+from protocol.link import line_bytes
+from protocol.modes import Mode
+
+_REPORT = struct.Struct("<IBBBBB")
+_RETRY_NS, _ASK_NS = 500_000_000, 5_000_000_000
+_COPY_NS = 200_000_000
+_TEXT_BYTES = 110
+_MAX_DATA = 8
+
+
+class State(IntEnum):
+    """Where a request is. REQUESTED is the ground's own: nothing was heard yet."""
+
+    REQUESTED = 0
+    RECEIVED = 1
+    ACCEPTED = 2
+    STARTED = 3
+    PROGRESS = 4
+    COMPLETED = 5
+    FAILED = 6
+    EXPIRED = 7
+    CANCELLED = 8
+
+    @property
+    def final(self) -> bool:
+        """Whether nothing follows."""
+        return self >= State.COMPLETED
+
+
+class Code(IntEnum):
+    """Why a request FAILED without having been tried, or 0."""
+
+    NONE = 0
+    UNKNOWN_COMMAND = 1
+    RANGE = 2
+    MODE = 3
+    REUSED_ID = 4
+    FORGOTTEN_ID = 5
+
+
+class Report(NamedTuple):
+    """What the rover says of a request. data: at most 8 floats; text at most 110 bytes of UTF-8."""
+
+    request_id: int
+    station: int
+    serial: int
+    state: State
+    code: int = 0
+    text: str = ""
+    data: tuple[float, ...] = ()
+
+
+def encode_report(report: Report) -> bytes:
+    """The payload of a Kind.REPORT datagram; text is cut to what fits."""
+    data = report.data[:_MAX_DATA]
+    head = _REPORT.pack(report.request_id, report.station, report.serial & 0xFF, report.state, report.code, len(data))
+    text = report.text.encode()[:_TEXT_BYTES].decode(errors="ignore").encode()
+    return head + struct.pack(f"<{len(data)}d", *data) + text
+
+
+def decode_report(payload: bytes) -> Report:
+    """Raises WireError("report") on a malformed payload."""
+    try:
+        request_id, station, serial, state, code, count = _REPORT.unpack_from(payload)
+        at = _REPORT.size + 8 * count
+        data = struct.unpack_from(f"<{count}d", payload, _REPORT.size)
+        return Report(request_id, station, serial, State(state), code, payload[at:].decode(), data)
+    except (struct.error, ValueError) as error:
+        raise WireError("report", str(error)) from error
+
+
+# -- the ground's end ------------------------------------------------------------------------------------------
+
+
+@dataclass(slots=True)
+class Request:
+    """One request as the ground knows it. history: (ground time ns, report) in the order heard."""
+
+    telecommand: commands.Telecommand
+    made_ns: int
+    payload: bytes
+    state: State = State.REQUESTED
+    report: Report | None = None
+    history: list[tuple[int, Report]] = field(default_factory=list)
+    sent: int = 0
+    next_ns: int = 0
+
+
+class Requester:
+    """The ground's end of one station. Times are the ground's; issue and expiry are given in onboard time.
+
+    first_id: kept on disk ahead of use (rule 1). rtt_ns may be set at any time.
+    """
+
+    def __init__(self, station: int, first_id: int = 1, rtt_ns: int = 0) -> None:
+        self.station, self.next_id, self.rtt_ns = station, first_id, rtt_ns
+        self.requests: dict[int, Request] = {}
+        self._open: dict[int, Request] = {}
+
+    def request(
+        self, name: str, arguments: commands.Arguments, now_ns: int, *, issued_ns: int = 0, expiry_ns: int = 0
+    ) -> int:
+        """A new request; `send` gives its datagrams. Raises ValueError as commands.check does."""
+        checked = commands.check(name, arguments)
+        telecommand = commands.Telecommand(self.next_id, issued_ns, expiry_ns, name, checked)
+        made = Request(telecommand, now_ns, commands.encode(telecommand), next_ns=now_ns)
+        self.requests[self.next_id] = self._open[self.next_id] = made
+        self.next_id += 1
+        return telecommand.request_id
+
+    def send(self, now_ns: int) -> list[bytes]:
+        """Payloads of Kind.TELECOMMAND that are due now."""
+        out = []
+        for request in self._open.values():
+            if now_ns < request.next_ns:
+                continue
+            heard = request.state != State.REQUESTED
+            wait_ns = max(_ASK_NS, 2 * self.rtt_ns) if heard else max(_RETRY_NS, self.rtt_ns // 2)
+            request.next_ns, request.sent = now_ns + wait_ns, request.sent + 1
+            out.append(request.payload)
+        return out
+
+    def next_due_ns(self) -> int | None:
+        """When `send` has something again; None while nothing is open."""
+        return min((r.next_ns for r in self._open.values()), default=None)
+
+    def receive(self, payload: bytes, now_ns: int) -> Report | None:
+        """A Kind.REPORT payload. The report where it is news of one of this station's requests, else None.
+
+        Raises WireError on a malformed payload.
+        """
+        report = decode_report(payload)
+        request = self.requests.get(report.request_id)
+        if report.station != self.station or request is None:
+            return None
+        last = request.report
+        if last is not None and not 0 < (report.serial - last.serial) & 0xFF < 128:
+            return None
+        request.report, request.state = report, report.state
+        request.history.append((now_ns, report))
+        if report.state.final:
+            self._open.pop(report.request_id, None)
+        else:
+            request.next_ns = now_ns + max(_ASK_NS, 2 * self.rtt_ns)
+        return report
+
+    def abandon(self, request_id: int) -> None:
+        """Ask no longer. The rover may have executed it all the same: its state stays what was last heard."""
+        self._open.pop(request_id, None)
+
+
+# -- the rover's end -------------------------------------------------------------------------------------------
+
+
+class Order(NamedTuple):
+    """A command to be carried out, checked. request_id is unique over stations: use it in `report`."""
+
+    request_id: int
+    name: str
+    arguments: dict[str, float | str]
+    station: int
+
+
+@dataclass(slots=True)
+class _Known:
+    """A request that was seen: its payload and the last report of it."""
+
+    payload: bytes
+    report: Report
+
+
+class Executor:
+    """The rover's end for all stations: each request becomes an Order at most once.
+
+    capacity: requests remembered per station.
+    """
+
+    def __init__(self, capacity: int = 4096) -> None:
+        self._capacity = capacity
+        self._known: dict[int, dict[int, _Known]] = {}
+        self._forgotten: dict[int, int] = {}
+        self._queue: list[tuple[int, int, bytes]] = []  # (due_ns, key, payload), in the order made
+
+    def receive(self, station: int, payload: bytes, now_ns: int, mode: Mode) -> Order | None:
+        """A Kind.TELECOMMAND payload: an Order where it is new and may be done now.
+
+        What may not be done is reported with what would be allowed. Raises WireError on a payload without a request id.
+        """
+        request_id = commands.request_id_of(payload)
+        if request_id is None:
+            raise WireError("telecommand", f"{len(payload)} B")
+        seen = self._known.setdefault(station, {}).get(request_id)
+        if seen is not None:
+            self._again(seen, payload, now_ns)
+            return None
+        first = Report(request_id, station, 0, State.RECEIVED)
+        if request_id <= self._forgotten.get(station, -1):
+            text = "the request id is older than all that are remembered"
+            self._say(first._replace(state=State.FAILED, code=Code.FORGOTTEN_ID, text=text), now_ns)
+            return None
+        self._remember(station, request_id, _Known(payload, first))
+        key = station << 32 | request_id
+        try:
+            asked = commands.decode(payload)
+        except WireError as error:
+            self.report(key, State.FAILED, now_ns, str(error), code=Code.UNKNOWN_COMMAND)
+            return None
+        return self._checked(key, asked, now_ns, mode)
+
+    def _checked(self, key: int, asked: commands.Telecommand, now_ns: int, mode: Mode) -> Order | None:
+        if asked.expiry_ns and now_ns > asked.expiry_ns:
+            late_s = (now_ns - asked.expiry_ns) / 1e9
+            self.report(key, State.EXPIRED, now_ns, f"{asked.name} arrived {late_s:.1f} s after its expiry")
+            return None
+        try:
+            code = Code.RANGE
+            arguments = commands.check(asked.name, asked.arguments)
+            code = Code.MODE
+            commands.check_mode(asked.name, mode)
+        except ValueError as error:
+            self.report(key, State.FAILED, now_ns, str(error), code=code)
+            return None
+        self.report(key, State.ACCEPTED, now_ns)
+        return Order(key, asked.name, arguments, key >> 32)
+
+    def _again(self, seen: _Known, payload: bytes, now_ns: int) -> None:
+        if seen.payload != payload:
+            text = "the request id was used before for another request"
+            self._say(seen.report._replace(state=State.FAILED, code=Code.REUSED_ID, text=text), now_ns)
+        elif not any(row[1] == seen.report.station << 32 | seen.report.request_id for row in self._queue):
+            self._say(seen.report, now_ns, copies=1)
+
+    def _remember(self, station: int, request_id: int, known: _Known) -> None:
+        table = self._known[station]
+        table[request_id] = known
+        if len(table) > self._capacity:
+            oldest = next(iter(table))
+            del table[oldest]
+            self._forgotten[station] = max(self._forgotten.get(station, -1), oldest)
+
+    def report(
+        self, request_id: int, state: State, now_ns: int, text: str = "", data: Sequence[float] = (), *, code: int = 0
+    ) -> None:
+        """What becomes of an Order; two copies are sent. An unknown request id is ignored."""
+        known = self._known.get(request_id >> 32, {}).get(request_id & 0xFFFFFFFF)
+        if known is None or known.report.state.final:
+            return
+        made = known.report._replace(
+            serial=known.report.serial + 1, state=state, code=int(code), text=text, data=tuple(map(float, data))
+        )
+        known.report = made
+        self._queue = [row for row in self._queue if row[1] != request_id]  # the newest says it all
+        self._say(made, now_ns)
+
+    def _say(self, report: Report, now_ns: int, copies: int = 2) -> None:
+        payload, key = encode_report(report), report.station << 32 | report.request_id
+        self._queue += [(now_ns + n * _COPY_NS, key, payload) for n in range(copies)]
+
+    def send(self, now_ns: int, budget_bytes: float = float("inf")) -> list[bytes]:
+        """Payloads of Kind.REPORT that are due, oldest first, while their bytes on the line fit the budget."""
+        if not self._queue:
+            return []
+        out, kept = [], []
+        for row in self._queue:
+            cost = line_bytes(len(row[2]))
+            if row[0] <= now_ns and cost <= budget_bytes:
+                out.append(row[2])
+                budget_bytes -= cost
+            else:
+                budget_bytes = 0 if row[0] <= now_ns else budget_bytes
+                kept.append(row)
+        self._queue = kept
+        return out

@@ -1,0 +1,134 @@
+"""Four-wheel steering: the geometry of section 6, by hand-worked numbers and by rigid-body motion."""
+
+import math
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from onboard.config import Motion, Rover
+from onboard.motion.kinematics import nearest_steering, stopped, wheel_angles, wheel_commands
+from onboard.records import Twist, WheelCommand, WheelMode, WheelState
+
+ROVER, MOTION = Rover(), Motion()
+ZERO = (WheelCommand(WheelMode.HOLD, 0.0, 0.0),) * 4
+PLACES = ((0.375, 0.23), (-0.375, 0.23), (-0.375, -0.23), (0.375, -0.23))
+DEG = math.pi / 180
+
+
+def at(*angles):
+    return [WheelState(angle, 0.0, 0.0, 2, 0) for angle in angles]
+
+
+def settled(twist, rover=ROVER, start=(0.0, 0.0, 0.0, 0.0)):
+    """Orders once the steering has arrived."""
+    orders, held = wheel_commands(twist, at(*start), ZERO, rover, MOTION, False)
+    return wheel_commands(twist, at(*(o.steer_rad for o in orders)), orders, rover, MOTION, held)[0]
+
+
+def test_front_left_steers_plus_23_8_degrees_where_eq_34_as_printed_says_minus_15_5():
+    # section 8: v 0.11, omega 0.1, l 0.375, d 0.25: atan2(0.0375, 0.085); the chapter's sign is the other turn's.
+    rover = Rover(half_wheelbase_m=0.375, half_track_m=0.25)
+    orders = settled(Twist(0.11, 0.0, 0.1), rover)
+    assert math.degrees(orders[0].steer_rad) == pytest.approx(23.8, abs=0.05)
+    printed = math.degrees(math.atan2(-0.1 * 0.375, 0.11 + 0.1 * 0.25))
+    assert printed == pytest.approx(-15.5, abs=0.05)
+
+
+def test_point_turn_steers_58_5_degrees_and_all_hubs_run_alike():
+    orders = settled(Twist(0.0, 0.0, 0.2))
+    assert [round(math.degrees(o.steer_rad), 1) for o in orders] == [-58.5, 58.5, -58.5, 58.5]
+    speed = 0.2 * math.hypot(0.375, 0.23) / 0.1
+    assert [o.rate_radps for o in orders] == pytest.approx([-speed, -speed, speed, speed])
+
+
+def test_crab_at_90_degrees_is_within_the_range():
+    orders = settled(Twist(0.0, 0.1, 0.0))
+    assert [abs(o.steer_rad) for o in orders] == pytest.approx([math.pi / 2] * 4)
+    assert all(o.rate_radps * math.sin(o.steer_rad) == pytest.approx(1.0) for o in orders)
+
+
+def test_reverse_keeps_the_wheels_straight_and_turns_the_rates():
+    orders = settled(Twist(-0.11, 0.0, 0.0))
+    assert [o.steer_rad for o in orders] == [0.0] * 4
+    assert [o.rate_radps for o in orders] == pytest.approx([-1.1] * 4)
+
+
+twists = st.builds(Twist, st.floats(-0.2, 0.2), st.floats(-0.2, 0.2), st.floats(-0.4, 0.4))
+angles = st.floats(-1.8, 1.8)
+
+
+@settings(max_examples=150, deadline=None, derandomize=True)
+@given(twists, st.tuples(angles, angles, angles, angles))
+def test_every_hub_moves_as_the_rigid_body_does_and_stays_in_range(twist, start):
+    orders = settled(twist, start=start)
+    for (a, b), order in zip(PLACES, orders):
+        u, w = twist.vx_mps - twist.yaw_radps * b, twist.vy_mps + twist.yaw_radps * a
+        if math.hypot(u, w) < 0.001:
+            continue
+        assert abs(order.steer_rad) <= ROVER.steer_limit_rad
+        speed = order.rate_radps * 0.1
+        assert speed * math.cos(order.steer_rad) == pytest.approx(u, abs=1e-9)
+        assert speed * math.sin(order.steer_rad) == pytest.approx(w, abs=1e-9)
+
+
+@settings(max_examples=150, deadline=None, derandomize=True)
+@given(st.floats(-math.pi, math.pi), angles)
+def test_the_nearest_of_the_two_angles_in_range_is_taken(direction, measured):
+    angle, sign = nearest_steering(direction, measured, ROVER.steer_limit_rad)
+    assert math.cos(direction) == pytest.approx(sign * math.cos(angle), abs=1e-9)
+    assert math.sin(direction) == pytest.approx(sign * math.sin(angle), abs=1e-9)
+    for k in (-2, -1, 0, 1, 2):
+        other = direction + k * math.pi
+        if abs(other) < ROVER.steer_limit_rad:
+            assert abs(angle - measured) <= abs(other - measured) + 1e-12
+
+
+def test_a_short_steering_range_cuts_the_angle_instead_of_leaving_it():
+    angle, sign = nearest_steering(1.5, 0.0, 1.0)
+    assert (angle, sign) == (1.0, 1)
+    angle, sign = nearest_steering(1.7, 0.0, 1.0)
+    assert (angle, sign) == (-1.0, -1)
+
+
+def test_too_fast_a_twist_is_slowed_by_one_factor_so_the_turning_centre_stays():
+    orders = settled(Twist(0.6, 0.0, 0.5))
+    assert max(abs(o.rate_radps) for o in orders) == pytest.approx(4.0)
+    slow = settled(Twist(0.06, 0.0, 0.05))
+    ratios = [f.rate_radps / s.rate_radps for f, s in zip(orders, slow)]
+    assert ratios == pytest.approx([ratios[0]] * 4)
+    assert [f.steer_rad for f in orders] == pytest.approx([s.steer_rad for s in slow])
+
+
+def test_a_wheel_below_1_mm_per_s_keeps_its_last_angle():
+    previous = tuple(WheelCommand(WheelMode.RUN, 0.3, 0.0) for _ in range(4))
+    orders, _ = wheel_commands(Twist(0.0, 0.0009, 0.0), at(0.3, 0.3, 0.3, 0.3), previous, ROVER, MOTION, False)
+    assert [o.steer_rad for o in orders] == [0.3] * 4
+    assert wheel_angles(Twist(0.0, 0.0009, 0.0), ROVER) == (None,) * 4
+    orders, _ = wheel_commands(Twist(), at(0.3, 0.3, 0.3, 0.3), previous, ROVER, MOTION, False)
+    assert [o.rate_radps for o in orders] == [0.0] * 4
+
+
+@pytest.mark.parametrize(("error_deg", "held_before", "held_after"),
+                         [(14.9, False, False), (15.1, False, True), (14.9, True, True), (5.1, True, True),
+                          (4.9, True, False), (4.9, False, False)])
+def test_drive_is_held_above_15_degrees_and_released_below_5(error_deg, held_before, held_after):
+    measured = at(0.0, 0.0, error_deg * DEG, 0.0)
+    orders, held = wheel_commands(Twist(0.11, 0.0, 0.0), measured, ZERO, ROVER, MOTION, held_before)
+    assert held is held_after
+    expected = 0.0 if held else 1.1 * math.cos(error_deg * DEG)
+    assert [o.rate_radps for o in orders] == pytest.approx([expected] * 4)
+    assert [o.steer_rad for o in orders] == [0.0] * 4
+
+
+def test_an_unknown_wheel_is_taken_to_stand_where_it_was_ordered():
+    previous = tuple(WheelCommand(WheelMode.RUN, 1.5, 0.0) for _ in range(4))
+    orders, held = wheel_commands(Twist(0.0, 0.1, 0.0), [None] * 4, previous, ROVER, MOTION, False)
+    assert not held
+    assert [o.steer_rad for o in orders] == pytest.approx([math.pi / 2] * 4)
+
+
+def test_stopped_holds_with_the_angles_kept():
+    orders = stopped(settled(Twist(0.0, 0.0, 0.2)))
+    assert {(o.mode, o.rate_radps) for o in orders} == {(WheelMode.HOLD, 0.0)}
+    assert [round(math.degrees(o.steer_rad), 1) for o in orders] == [-58.5, 58.5, -58.5, 58.5]

@@ -1,0 +1,43 @@
+"""What the record keeps of a tick is all of it."""
+
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from onboard.record.schema import decode_inputs, encode_inputs, encode_outputs, input_checks
+from onboard.records import Chunk, Frame, Health, Inputs, JobDone, LinkMessage, Outputs, PortState
+
+TIMES = st.integers(0, 2**50)
+STATES = st.sampled_from(PortState)
+INPUTS = st.builds(
+    Inputs,
+    tick=st.integers(0, 2**40),
+    now_ns=TIMES,
+    can_frames=st.lists(st.builds(Frame, st.integers(0, 2047), st.binary(max_size=8), TIMES), max_size=5).map(tuple),
+    can_state=STATES,
+    can_send_failures=st.integers(0, 2**31),
+    lidar_chunks=st.lists(st.builds(Chunk, TIMES, st.binary(max_size=100)), max_size=4).map(tuple),
+    lidar_state=STATES,
+    link_messages=st.lists(
+        st.builds(LinkMessage, TIMES, st.booleans(), st.sampled_from(["ok", "tag"]), st.integers(0, 9),
+                  st.integers(0, 5), st.binary(max_size=50)), max_size=3).map(tuple),
+    link_state=STATES,
+    health=st.builds(Health, TIMES, TIMES, TIMES, TIMES, TIMES),
+)
+
+
+@given(INPUTS, st.lists(st.integers(1, 2**30), max_size=3))
+@settings(max_examples=100, deadline=None, derandomize=True)
+def test_inputs_come_back_as_they_were(inputs, job_ids):
+    jobs = tuple(JobDone(job_id, None) for job_id in job_ids)
+    messages = encode_inputs(Inputs(**{**{n: getattr(inputs, n) for n in inputs.__slots__}, "jobs": jobs}))
+    read, ids = decode_inputs(messages)
+    assert read == inputs
+    assert list(ids) == job_ids
+
+
+def test_outputs_guard_the_inputs_they_came_from():
+    before = encode_inputs(Inputs(1, 10, lidar_chunks=(Chunk(3, b"abc"),)))
+    checks = input_checks(encode_outputs(Outputs(state_digest=bytes(8)), before)["/out/tick"])
+    flipped = {**before, "/in/lidar": before["/in/lidar"][:-1] + b"d"}
+    again = input_checks(encode_outputs(Outputs(state_digest=bytes(8)), flipped)["/out/tick"])
+    assert [topic for topic in checks if checks[topic] != again[topic]] == ["/in/lidar"]

@@ -1,0 +1,173 @@
+"""Telecommands over a lossy, slow link, in virtual time."""
+
+import numpy as np
+import pytest
+
+from protocol import WireError, commands
+from protocol.modes import Mode
+from protocol.transactions import Code, Executor, Order, Report, Requester, State, decode_report, encode_report
+
+MS = 1_000_000
+S = 1000 * MS
+
+
+class Air:
+    """Both directions of a link: each payload is lost with `loss` or arrives `one_way_ns` later."""
+
+    def __init__(self, loss: float, one_way_ns: int, seed: int = 1) -> None:
+        self.loss, self.one_way_ns, self.generator = loss, one_way_ns, np.random.default_rng(seed)
+        self.way: list[tuple[int, str, bytes]] = []
+
+    def put(self, now_ns: int, to: str, payloads: list[bytes]) -> None:
+        for payload in payloads:
+            if self.generator.random() >= self.loss:
+                self.way.append((now_ns + self.one_way_ns, to, payload))
+
+    def take(self, now_ns: int, to: str) -> list[bytes]:
+        due = [p for at, who, p in self.way if who == to and at <= now_ns]
+        self.way = [row for row in self.way if row[1] != to or row[0] > now_ns]
+        return due
+
+
+def run(air, ground, rover, until_ns, orders, *, act=None, start_ns=0, step_ns=100 * MS):
+    for now_ns in range(start_ns, until_ns, step_ns):
+        for payload in air.take(now_ns, "rover"):
+            order = rover.receive(1, payload, now_ns, Mode.STANDBY)
+            if order is not None:
+                orders.append(order)
+                rover.report(order.request_id, State.COMPLETED, now_ns, "done", (float(len(orders)),))
+        air.put(now_ns, "ground", rover.send(now_ns))
+        for payload in air.take(now_ns, "ground"):
+            ground.receive(payload, now_ns)
+        if act:
+            act(now_ns)
+        air.put(now_ns, "rover", ground.send(now_ns))
+
+
+def test_500_commands_at_30_percent_loss_are_each_executed_exactly_once_and_known_to_be_done():
+    air, rover, orders = Air(0.3, 1300 * MS), Executor(), []
+    ground = Requester(1, rtt_ns=2600 * MS)
+    waiting = iter(range(500))
+
+    def act(now_ns):
+        if (n := next(waiting, None)) is not None:
+            ground.request("goto", {"x_m": float(n), "y_m": 0.0}, now_ns)
+
+    run(air, ground, rover, 130 * S, orders, act=act)
+    assert sorted(o.arguments["x_m"] for o in orders) == [float(n) for n in range(500)]
+    assert {r.state for r in ground.requests.values()} == {State.COMPLETED}
+    waits = sorted(r.history[0][0] - r.made_ns for r in ground.requests.values())
+    assert waits[int(0.95 * 500)] <= 3 * 2600 * MS
+    assert waits[498] <= 6 * 2600 * MS
+
+
+def test_without_loss_a_command_is_sent_until_its_report_arrives_and_no_more():
+    air, rover, orders = Air(0.0, 1000 * MS), Executor(), []
+    ground = Requester(1, rtt_ns=2 * S)
+    ground.request("stop", {}, 0)
+    run(air, ground, rover, 20 * S, orders)
+    request = ground.requests[1]
+    assert [o.name for o in orders] == ["stop"]
+    assert request.sent == 2  # at 0 and 1 s; the report is heard at 2 s
+    assert request.report is not None and request.report.data == (1.0,)
+
+
+def test_a_request_that_arrives_after_its_expiry_is_reported_expired_and_never_executed():
+    air, rover, orders = Air(1.0, 300 * MS), Executor(), []
+    ground = Requester(1, rtt_ns=600 * MS)
+    ground.request("goto", {"x_m": 1, "y_m": 2}, 0, expiry_ns=30 * S)
+    run(air, ground, rover, 60 * S, orders)
+    air.loss = 0.0
+    run(air, ground, rover, 70 * S, orders, start_ns=60 * S)
+    assert orders == []
+    assert ground.requests[1].state is State.EXPIRED
+
+
+def test_the_outcome_is_learned_though_all_copies_of_its_report_were_lost():
+    rover, ground = Executor(), Requester(1)
+    ground.request("goto", {"x_m": 1, "y_m": 2}, 0)
+    order = rover.receive(1, ground.send(0)[0], 0, Mode.STANDBY)
+    assert order is not None
+    for payload in rover.send(0):
+        ground.receive(payload, 0)
+    assert ground.requests[1].state is State.ACCEPTED
+    rover.report(order.request_id, State.COMPLETED, 10 * S)
+    assert len(rover.send(10 * S)) == 1 and len(rover.send(11 * S)) == 1  # both lost
+    (asked,) = ground.send(20 * S)
+    assert rover.receive(1, asked, 20 * S, Mode.STANDBY) is None
+    for payload in rover.send(20 * S):
+        ground.receive(payload, 20 * S)
+    assert ground.requests[1].state is State.COMPLETED
+    assert ground.send(100 * S) == []
+
+
+def test_a_late_report_does_not_overwrite_a_newer():
+    ground = Requester(1)
+    ground.request("stop", {}, 0)
+    assert ground.receive(encode_report(Report(1, 1, 2, State.COMPLETED)), 0) is not None
+    assert ground.receive(encode_report(Report(1, 1, 1, State.ACCEPTED)), 1) is None
+    assert ground.requests[1].state is State.COMPLETED
+
+
+def test_reports_for_another_station_are_not_mine():
+    ground = Requester(2)
+    ground.request("stop", {}, 0)
+    assert ground.receive(encode_report(Report(1, 1, 1, State.COMPLETED)), 0) is None
+    assert ground.requests[1].state is State.REQUESTED
+
+
+def test_two_stations_may_use_the_same_request_id():
+    rover = Executor()
+    one, two = Requester(1), Requester(2)
+    one.request("stop", {}, 0)
+    two.request("stop", {}, 0)
+    a = rover.receive(1, one.send(0)[0], 0, Mode.STANDBY)
+    b = rover.receive(2, two.send(0)[0], 0, Mode.STANDBY)
+    assert a is not None and b is not None and a.request_id != b.request_id
+
+
+def refused(payload: bytes, mode: Mode = Mode.STANDBY) -> Report:
+    rover = Executor()
+    assert rover.receive(1, payload, 0, mode) is None
+    return decode_report(rover.send(0)[0])
+
+
+def test_a_refused_command_says_what_would_be_allowed():
+    goto = commands.encode(commands.Telecommand(1, 0, 0, "goto", {"x_m": 1.0, "y_m": 2.0}))
+    report = refused(goto, Mode.SAFE)
+    assert (report.state, report.code) == (State.FAILED, Code.MODE)
+    assert report.text.startswith("goto is refused in SAFE; allowed: stop, safe, resume")
+    far = goto[:21] + np.array([2e4, 0.0, np.nan]).tobytes()
+    report = refused(far)
+    assert (report.code, report.text) == (Code.RANGE, "goto: `x_m` = 20000.0 should be -10000 to 10000 m")
+    report = refused(goto[:20] + b"\xee")
+    assert report.code == Code.UNKNOWN_COMMAND
+
+
+def test_an_id_used_again_for_something_else_is_refused_and_so_is_one_that_was_forgotten():
+    rover = Executor(capacity=3)
+    for n in range(1, 6):
+        payload = commands.encode(commands.Telecommand(n, 0, 0, "stop", {}))
+        assert isinstance(rover.receive(1, payload, 0, Mode.STANDBY), Order)
+    rover.send(10 * S)
+    other = commands.encode(commands.Telecommand(5, 0, 0, "safe", {}))
+    assert rover.receive(1, other, 11 * S, Mode.STANDBY) is None
+    old = commands.encode(commands.Telecommand(1, 0, 0, "stop", {}))
+    assert rover.receive(1, old, 11 * S, Mode.STANDBY) is None
+    assert {decode_report(p).code for p in rover.send(12 * S)} == {Code.REUSED_ID, Code.FORGOTTEN_ID}
+
+
+def test_only_the_newest_report_of_a_request_waits_and_two_copies_of_it_are_sent():
+    rover = Executor()
+    rover.receive(1, commands.encode(commands.Telecommand(1, 0, 0, "stop", {})), 0, Mode.STANDBY)
+    rover.report(1 << 32 | 1, State.STARTED, 0)
+    rover.report(1 << 32 | 1, State.COMPLETED, 0, "é" * 200)
+    states = [decode_report(p) for t in (0, 200 * MS, 400 * MS) for p in rover.send(t)]
+    assert [r.state for r in states] == [State.COMPLETED] * 2
+    assert states[0].text == "é" * 55
+
+
+@pytest.mark.parametrize("payload", [b"", b"\1", bytes(8), bytes([1, 0, 0, 0, 1, 1, 99, 0, 0])])
+def test_malformed_reports_are_wire_errors(payload):
+    with pytest.raises(WireError):
+        decode_report(payload)

@@ -1,0 +1,79 @@
+"""The house keeps its rules: one importer per library, no clock in the core, tables complete."""
+
+import ast
+from pathlib import Path
+
+import pytest
+
+from hil.injection import INJECTIONS
+from onboard.core.monitors import MONITORS
+from protocol.faults import BY_NAME, FAULTS
+
+ROOT = Path(__file__).parent.parent
+PACKAGES = ("protocol", "onboard", "hil", "ground", "pictures")
+GENERATED = {"protocol/can_codec.py", "protocol/eldorado_dialect.py"}
+
+ONE_IMPORTER = {
+    "can": {"onboard/drivers/can_bus.py", "hil/can_hub.py"},
+    "zenoh": {"onboard/drivers/link_port.py", "hil/link_emulator.py", "ground/station.py"},
+    "pybullet": {"hil/plant.py", "hil/raycast.py"},
+    "filterpy": {"onboard/perception/localisation.py"},
+    "small_gicp": {"onboard/perception/registration.py"},
+}
+PURE = ("protocol", "onboard/core", "onboard/devices", "onboard/perception", "onboard/planning", "onboard/motion")
+BANNED_IN_PURE = {"time", "socket", "threading", "random", "os", "subprocess", "select", "asyncio"}
+
+
+def sources(*folders):
+    for folder in folders:
+        for path in sorted((ROOT / folder).rglob("*.py")):
+            name = path.relative_to(ROOT).as_posix()
+            if name not in GENERATED:
+                yield name, ast.parse(path.read_text())
+
+
+def imports(tree):
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            yield from ((alias.name.split(".")[0], node.lineno) for alias in node.names)
+        elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
+            yield node.module.split(".")[0], node.lineno
+
+
+@pytest.mark.parametrize("library", ONE_IMPORTER)
+def test_a_library_has_its_importers_and_no_others(library):
+    found = {name for name, tree in sources(*PACKAGES) for module, _ in imports(tree) if module == library}
+    assert found == ONE_IMPORTER[library]
+
+
+def test_matplotlib_is_imported_in_pictures_only():
+    found = {name for name, tree in sources(*PACKAGES) for module, _ in imports(tree) if module == "matplotlib"}
+    assert all(name.startswith("pictures/") for name in found)
+
+
+def test_the_core_reads_no_clock_socket_or_environment_and_prints_nothing():
+    broken = []
+    for name, tree in sources(*PURE):
+        broken += [f"{name}:{line} imports {module}" for module, line in imports(tree) if module in BANNED_IN_PURE]
+        broken += [
+            f"{name}:{node.lineno} prints" for node in ast.walk(tree)
+            if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "print"
+        ]
+    assert not broken
+
+
+def test_no_file_is_over_400_lines():
+    long = {name: n for name, _ in sources(*PACKAGES) if (n := len((ROOT / name).read_text().splitlines())) > 400}
+    assert not long
+
+
+def test_every_fault_has_a_monitor_and_every_monitor_a_fault():
+    assert set(MONITORS) == set(BY_NAME)
+
+
+def test_fault_numbers_and_names_are_never_used_twice():
+    assert len({fault.number for fault in FAULTS}) == len({fault.name for fault in FAULTS}) == len(FAULTS)
+
+
+def test_every_injection_says_what_it_does():
+    assert all(cause.means for cause in INJECTIONS.values())

@@ -1,0 +1,11 @@
+#!/bin/sh
+# Makes requirements.lock from requirements.in: every version pinned, every hash named, no address in it.
+# Needs a machine that reaches a package index; takes some minutes. Argument: a folder for the tool's own environment.
+set -eu
+home=${1:-build/lock}
+python3.11 -m venv "$home" && "$home/bin/pip" install -q pip-tools
+{
+    echo "# Pinned and hashed: everything, build tools included. Made from requirements.in by tools/make_lock.sh."
+    "$home/bin/pip-compile" -q --generate-hashes --allow-unsafe --no-header --no-annotate --strip-extras \
+        --no-emit-index-url --no-emit-trusted-host --no-emit-find-links -o - requirements.in
+} > requirements.lock
