@@ -1,7 +1,7 @@
 """Planning: pose freedom, fields, the global path, the next sensing position, the mission rule, and the local planners.
 
-`PLANNERS` maps the names of `planning.planner` in the configuration to classes with `plan(problem) -> Plan` (`contract`).
-A new planner is a file here and a row in the table.
+`PLANNERS` maps the names of `planning.planner` in the configuration to classes with `plan(problem) -> Plan`
+(`contract`). A new planner is a file here and a row in the table.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """The chapter's local planner (Jarvis' distance transform): cost-to-go over free cells, then steepest descent.
 
-Eight neighbours at 1 and sqrt(2) cells, no diagonal between two obstacle cells. The rover counts as a disc here: a cell is
-free only if the rover may stand on it in every orientation, so any heading of travel and any turn on the way is allowed.
-That closes ground which the pose field crosses; unreachable is a reported failure, never a straight line.
+Eight neighbours at 1 and sqrt(2) cells, no diagonal between two obstacle cells. The rover counts as a disc here: a cell
+is free only if the rover may stand on it in every orientation, so any heading of travel and any turn on the way is
+allowed. That closes ground which the pose field crosses; unreachable is a reported failure, never a straight line.
 """
 
 from __future__ import annotations
@@ -109,7 +109,7 @@ class DistanceTransformPlanner:
         if not problem.grid.contains(*start) or not free[start]:
             return Plan(None, math.inf, "the start is not free in every orientation")
         near = None if problem.closeness is None else problem.closeness.max(axis=0)
-        cost = cost_to_go(free, problem.goals.any(axis=0), problem.grid.cell_m, near)
+        cost = cost_to_go(free, np.asarray(problem.goals.any(axis=0)), problem.grid.cell_m, near)
         cells = descend(cost, free, start)
         if len(cells) == 0:
             return Plan(None, math.inf, "no chain of cells free in every orientation leads to the goal")

@@ -147,7 +147,8 @@ def solve(gdem: Gdem, goal_m: tuple[float, float], planning: Planning) -> Global
     graph = csr_matrix(
         (np.concatenate(weight), (np.concatenate(start), np.concatenate(end))), shape=(nodes + 1, nodes + 1)
     )
-    cost, before = dijkstra(graph, indices=nodes, return_predecessors=True)
+    every_cost, every_before = dijkstra(graph, indices=np.array([nodes]), return_predecessors=True)
+    cost, before = every_cost[0], every_before[0]
     following = np.where(before[:nodes] == nodes, np.arange(nodes), np.where(before[:nodes] < 0, -1, before[:nodes]))
     shape = (grid.rows, grid.columns)
     return GlobalField(
@@ -181,13 +182,13 @@ def values_at(field: GlobalField, points_m: F64) -> F64:
     """Cost-to-go at points (k, 2) in metres, (k,) float64: least of field + way over the 8 nearest nodes.
 
     Within one and a half cells of the goal the straight line to it counts too, so the value at the goal is 0. On even
-    ground it is continuous to a twentieth of a cell; where a node leaves the eight beside rough ground it may jump by that
-    node's penalty, which a field that is seeded with these values smooths again (its own ways are shorter).
+    ground it is continuous to a twentieth of a cell; where a node leaves the eight beside rough ground it may jump by
+    that node's penalty, which a field that is seeded with these values smooths again (its own ways are shorter).
     """
     near, way = _nearest(field.grid, points_m)
     value = np.min(field.cost_m.ravel()[near].astype(np.float64) + way, axis=1)
     straight = np.hypot(*(points_m - np.array(field.goal_m)).T)
-    return np.where(straight <= 1.5 * field.grid.cell_m, np.minimum(value, straight), value)
+    return np.asarray(np.where(straight <= 1.5 * field.grid.cell_m, np.minimum(value, straight), value))
 
 
 def value_at(field: GlobalField, x_m: float, y_m: float) -> float:

@@ -2,15 +2,17 @@
 
     R1 start     two scans at the first stop, ahead and behind; one at every other
     R2 trail     poses driven over stay free (done by the caller)
-    R4 terminal  a goal pose is reachable over free poses: drive to the one nearest to the goal
+    R4 terminal  a goal pose is reachable over free poses: drive to the one nearest to the goal. One in the outer half
+                 of the tolerance waits while a commit may still show a nearer one
     R10 choice   the strategy's own stop, while the record distance fell by 0.5 m within the last 2 stops
     R5 commit    follow the optimistic path to its last free pose, look at the first that is not free
-    R6 failed    a commit that would repeat a stop and heading: another viewpoint, twice per 0.5 m block; then mark the block
+    R6 failed    a commit that would repeat a stop and heading, or look at the same target a third time: another
+                 viewpoint, at most twice per 0.5 m block of targets; then the target is marked as an obstacle
     R9 give up   no way is left: unreachable, with the nearest reachable pose
 
 Every stop is new, or uses up a try of a block, or lowers the record; marks only grow; `stop_limit` bounds what is left.
-R7 (confirm obstacles seen from afar) and R8 (clear the marks once) are not in this version: they only widen what is tried
-before R9.
+R7 (confirm obstacles seen from afar) and R8 (clear the marks once) are not in this version: they only widen what is
+tried before R9.
 """
 
 from __future__ import annotations
@@ -31,6 +33,8 @@ RECORD_STEP_M = 0.5
 RECORD_STOPS = 2
 BLOCK_M = 0.5
 TRIES = 2
+LOOKS = 2
+SAME_TARGET_M = 0.25
 
 
 class Stop(NamedTuple):
@@ -73,7 +77,7 @@ class Mark:
 
 @dataclass(frozen=True, slots=True)
 class Nearest:
-    """For R9: the reachable pose nearest to the goal, its distance from it, and the cells around the reachable ground."""
+    """For R9: the reachable pose nearest to the goal, how far from it, and the cells that bound the ground."""
 
     x_m: float
     y_m: float
@@ -85,11 +89,13 @@ class Nearest:
 class MissionState:
     """What the rule remembers of one mission. stops: places scanned from, newest last. marked: points counted blocked.
 
-    record_m: smallest optimistic cost-to-go so far; since_record: stops since it last fell by 0.5 m.
+    targets: points that commits looked at. record_m: smallest optimistic cost-to-go so far; since_record: stops since
+    it last fell by 0.5 m.
     """
 
     number: int = 0
     stops: tuple[Stop, ...] = ()
+    targets: tuple[tuple[float, float], ...] = ()
     marked: tuple[tuple[float, float], ...] = ()
     tried: tuple[Tried, ...] = ()
     record_m: float = math.inf
@@ -100,7 +106,7 @@ class MissionState:
 class Situation:
     """What planning found at this stop. best_cost_m: least optimistic cost-to-go over the reachable free poses.
 
-    Options are None where there is none; `viewpoint` is looked for only where `repeats` holds for the commit.
+    Options are None where there is none; `viewpoint` is looked for only where the commit has `failed`.
     """
 
     pose: Stop
@@ -143,6 +149,13 @@ def repeats(state: MissionState, stop: Stop) -> bool:
     )
 
 
+def failed(state: MissionState, commit: Option) -> bool:
+    """Whether a commit would bring nothing: its scan was taken before, or its target was looked at twice already."""
+    target = commit.target_m
+    looks = sum(target is not None and math.dist(target, earlier) <= SAME_TARGET_M for earlier in state.targets)
+    return repeats(state, commit.stop) or looks >= LOOKS
+
+
 def tries_left(state: MissionState, target_m: tuple[float, float]) -> int:
     """How many more viewpoints a target's block may have (R6)."""
     row, column = _block(target_m)
@@ -152,7 +165,7 @@ def tries_left(state: MissionState, target_m: tuple[float, float]) -> int:
 def decide(state: MissionState, situation: Situation, mission: Mission) -> tuple[Decision | Mark, MissionState]:
     """The decision at this stop, or a Mark after which the caller plans again with the state returned."""
     away = math.dist(situation.pose[:2], situation.goal_m)
-    if situation.terminal is not None or away <= mission.goal_tolerance_m:
+    if _ends(state, situation, away, mission):
         return _terminal(situation, away, mission), state
     if state.number > mission.stop_limit:
         return _give_up(situation, f"{mission.stop_limit} stops are the limit (mission.stop_limit)"), state
@@ -162,9 +175,20 @@ def decide(state: MissionState, situation: Situation, mission: Mission) -> tuple
     commit = situation.commit
     if commit is None:
         return _give_up(situation, "no way is left over free or unknown ground"), state
-    if not repeats(state, commit.stop):
-        return _drive(commit, "R5", _commit_text(commit)), state
+    if not failed(state, commit):
+        looked = state.targets if commit.target_m is None else (*state.targets, commit.target_m)
+        return _drive(commit, "R5", _commit_text(commit)), replace(state, targets=looked)
     return _failed_try(state, situation, commit)
+
+
+def _ends(state: MissionState, situation: Situation, away_m: float, mission: Mission) -> bool:
+    """R4: whether the mission ends from here."""
+    terminal, commit = situation.terminal, situation.commit
+    near_m = away_m if terminal is None else math.dist(terminal.stop[:2], situation.goal_m)
+    if terminal is None and away_m > mission.goal_tolerance_m:
+        return False
+    nothing_nearer = commit is None or commit.target_m is None or failed(state, commit)
+    return nothing_nearer or near_m <= mission.goal_tolerance_m / 2 or state.number > mission.stop_limit
 
 
 def _terminal(situation: Situation, away_m: float, mission: Mission) -> Decision:

@@ -2,8 +2,8 @@
 
     E(n) = W_occ * Vis(n) - W_L * (L(n) - L_min) / (L_max - L_min)
 
-over every n-th cell of chi_free. L is the cost-to-go given (the optimistic one of the pose field; Eq. 27's straight line is
-an option of the caller). The term of L is 0 where its span is below 1e-6 m. Ties: lowest (L, j, i).
+over every n-th cell of chi_free. L is the cost-to-go given (the optimistic one of the pose field; Eq. 27's straight
+line is an option of the caller). The term of L is 0 where its span is below 1e-6 m. Ties: lowest (L, j, i).
 """
 
 from __future__ import annotations
@@ -13,11 +13,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from onboard.config import Mission
 from onboard.planning import visibility
 from onboard.records import F32, F64, Bool, Grid
 
+I64 = NDArray[np.int64]
 APART_M = 1.0
 STOP_APART_M = 0.5
 ALTERNATIVES = 5
@@ -65,7 +67,8 @@ class Choice:
 
 @dataclass(frozen=True, slots=True)
 class NextPosition:
-    """best: None where no candidate is left. alternatives: up to five next best, at least 1 m from each other and the best.
+    """best: None where no candidate is left. alternatives: up to five next best, at least 1 m from each other and the
+    best.
 
     score_map: (rows, columns) float32, NaN where no candidate. rejections: candidates refused, by rule.
     """
@@ -91,7 +94,7 @@ def choose(question: Question, eyes: Eyes, mission: Mission) -> NextPosition:
     heading, new = visibility.best_heading(seen.new, eyes.sector_rad)
     order = np.lexsort((cells[:, 1], cells[:, 0], cost, -score))
     choices = []
-    for n in _apart(order, cells * question.grid.cell_m):
+    for n in _apart(order, cells.astype(np.float64) * question.grid.cell_m):
         j, i = int(cells[n, 0]), int(cells[n, 1])
         x, y = question.grid.centre(j, i)
         towards = float(heading[n]) if new[n] > 0.0 else math.atan2(question.goal_m[1] - y, question.goal_m[0] - x)
@@ -108,7 +111,7 @@ def evaluate(vis: F64, cost_m: F64, mission: Mission) -> F64:
     return np.asarray(mission.weight_occlusion * vis - mission.weight_distance * far)
 
 
-def _candidates(question: Question, stride: int) -> tuple[np.ndarray[tuple[int, ...], np.dtype[np.int64]], dict[str, int]]:
+def _candidates(question: Question, stride: int) -> tuple[I64, dict[str, int]]:
     """(n, 2) cells in rising (j, i), and how many were refused by which rule; a grid without any tries every cell."""
     lattice = np.zeros(question.free.shape, dtype=bool)
     lattice[::stride, ::stride] = True
@@ -129,7 +132,7 @@ def _candidates(question: Question, stride: int) -> tuple[np.ndarray[tuple[int, 
     return cells[finite & fresh], rejections
 
 
-def _apart(order: np.ndarray[tuple[int, ...], np.dtype[np.int64]], places_m: F64) -> list[int]:
+def _apart(order: I64, places_m: F64) -> list[int]:
     """The first of `order` and up to five next that are APART_M from all taken before."""
     taken: list[int] = []
     for n in order:

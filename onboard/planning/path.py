@@ -1,10 +1,10 @@
 """From a chain of lattice poses to a path that is driven: lines of sight, real yaws, stations.
 
-A lattice pose is (j, i, o), the body's axis at o * 22.5 degrees modulo 180: the rover is symmetric, so a free pose is free
-with either end ahead. Three steps, all deterministic:
+A lattice pose is (j, i, o), the body's axis at o * 22.5 degrees modulo 180: the rover is symmetric, so a free pose is
+free with either end ahead. Three steps, all deterministic:
 
-1. `shorten`: from each point straight to the farthest pose of the chain that can be seen over free poses, the body along
-   the line; where no line is seen, one step of the chain as it is (crab: the body keeps its axis).
+1. `shorten`: from each point straight to the farthest pose of the chain that can be seen over free poses, the body
+   along the line; where no line is seen, one step of the chain as it is (crab: the body keeps its axis).
 2. `lead`: which end leads. The scanner's end, unless the way back is a short retreat or there is no room to turn round.
 3. stations at most 0.05 m and 11.25 degrees apart; each one's pose is free by the same test that `is_free` repeats.
 """
@@ -175,7 +175,7 @@ def lead(legs: list[Leg], start: tuple[float, float, float], ground: Ground) -> 
     joined = np.concatenate(stations)
     joined[:, 2] = np.arctan2(np.sin(joined[:, 2]), np.cos(joined[:, 2]))
     moved = np.any(np.abs(np.diff(joined, axis=0)) > 1e-12, axis=1)
-    return joined[np.concatenate([[True], moved])]
+    return np.asarray(joined[np.concatenate([[True], moved])])
 
 
 def _ahead(place: tuple[float, float], leg: Leg) -> float:

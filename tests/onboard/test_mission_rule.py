@@ -58,12 +58,20 @@ def test_r4_goes_on_to_the_nearest_pose_from_the_rim_of_the_disc():
     assert decision.kind == "goal"
 
 
+def test_r4_a_pose_at_the_rim_waits_while_a_commit_may_show_a_nearer_one():
+    asked = situation(terminal=option(5.75, 0.0), commit=option(5.0, 0.0, target=(5.9, 0.0)))
+    decision, state = rule.decide(first_stop(), asked, MISSION)
+    assert decision.rule == "R5"
+    state = rule.arrive(state, asked.commit.stop, 1.0)
+    assert rule.decide(state, asked, MISSION)[0].rule == "R4"
+
+
 def test_r5_commits_to_the_last_free_pose_and_looks_at_the_first_that_is_not():
     commit = option(3.0, 0.0, 0.4, target=(3.1, 0.0))
     decision, state = rule.decide(first_stop(), situation(commit=commit), MISSION)
     assert (decision.kind, decision.rule, decision.heading_rad) == ("drive", "R5", 0.4)
     assert decision.data["target_m"] == (3.1, 0.0)
-    assert state == first_stop()
+    assert state == replace(first_stop(), targets=((3.1, 0.0),))
 
 
 def test_r5_same_place_with_another_heading_is_no_repeat():
@@ -85,6 +93,14 @@ def test_r6_a_repeat_goes_to_two_viewpoints_and_then_marks_the_target():
     assert state.marked == ((0.4, 0.0),)
     assert rule.tries_left(state, (0.4, 0.0)) == 0
     assert rule.tries_left(state, (1.4, 0.0)) == 2
+
+
+def test_r6_a_target_is_not_looked_at_a_third_time():
+    state = first_stop()
+    for n in range(3):
+        commit = option(1.0 + n, 0.0, 0.0, target=(5.0 + 0.1 * n, 0.0))
+        outcome, state = rule.decide(state, situation(commit=commit), MISSION)
+        assert isinstance(outcome, Mark) == (n == 2)
 
 
 def test_r6_without_a_viewpoint_marks_at_once():

@@ -1,0 +1,244 @@
+"""The planning job of a stop: from the map to a decision and a path. One pure function, `plan`.
+
+    Ldem -> classes -> pose freedom (+ trail, R2) -> fields -> sets -> options -> mission rule -> decision, path
+
+Where the goal lies in the map's window, its seeds are the poses within the tolerance, dearer towards the rim. Else they
+are the window's border, each cell with the cost-to-go of the orbiter's map from there (a straight line without one), so
+both maps make one field.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from onboard import config
+from onboard.perception.cell_classes import classify
+from onboard.planning import global_path, mission_rule, options
+from onboard.planning.global_path import GlobalField
+from onboard.planning.mission_rule import BLOCK_M, Mark, MissionState, Situation, Stop
+from onboard.planning.next_position import Choice, Eyes, NextPosition
+from onboard.planning.options import Fields
+from onboard.planning.pose_field import cost_to_go
+from onboard.planning.poses import (
+    ORIENTATIONS,
+    Freedom,
+    closeness,
+    node_sets,
+    pose_freedom,
+    pose_index,
+    reachable,
+    trail,
+)
+from onboard.records import F32, F64, U8, Bool, Decision, Gdem, Grid, Ldem, Pose, Surface
+
+STAND_M = 0.25  # around a rover whose own pose reads as not free
+DISC_PRICE = 2.0  # of a metre left within the goal's disc: driving on is cheaper
+MOST_MARKS = 60  # in one job; then the rule is told that no way is left
+
+
+@dataclass(frozen=True, slots=True)
+class Settings:
+    """The parts of the configuration that planning reads."""
+
+    rover: config.Rover
+    mapping: config.Mapping_
+    planning: config.Planning
+    mission: config.Mission
+    scanning: config.Scanning
+
+
+@dataclass(frozen=True, slots=True)
+class PlanRequest:
+    """What the job is given. ldem: the window around the rover. trail: (k, 3) x, y, yaw driven so far (R2).
+
+    gdem None: nothing is known from orbit, the goal lies in a straight line.
+    """
+
+    ldem: Ldem
+    pose: Pose
+    goal_m: tuple[float, float]
+    gdem: Gdem | None
+    state: MissionState
+    settings: Settings
+    trail: F64
+
+
+@dataclass(frozen=True, slots=True)
+class PlanReport:
+    """For the record and for people. node_sets: uint8 of NodeSet, z_mean: float32, both on `grid`.
+
+    global_path: (k, 2) over the orbiter's map, empty where there is none. optimistic_path: (k, 2). score_map: float32,
+    NaN where no candidate, None where the strategy scores nothing; alternatives: the next best of its choices.
+    """
+
+    grid: Grid
+    node_sets: U8
+    z_mean: F32
+    global_path: F64
+    optimistic_path: F64
+    score_map: F32 | None
+    alternatives: tuple[Choice, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class PlanResult:
+    """The decision with its path, the mission's new state, the report."""
+
+    decision: Decision
+    state: MissionState
+    report: PlanReport
+
+
+def plan(request: PlanRequest) -> PlanResult:
+    """Decide at a stop. Call it once for each stop, after its scans are in the map."""
+    settings = request.settings
+    surface = classify(request.ldem, settings.mapping)
+    field = None
+    if request.gdem is not None:
+        field = global_path.solve(request.gdem, request.goal_m, settings.planning)
+    freedom = _freedom(request, surface)
+    pose = Stop(request.pose.x_m, request.pose.y_m, request.pose.yaw_rad)
+    seeds = _seeds(surface.grid, request.goal_m, settings.mission.goal_tolerance_m, field)
+    fields = _fields(request, surface, freedom, seeds)
+    state = mission_rule.arrive(request.state, pose, float(np.min(fields.optimistic_m[fields.reach], initial=np.inf)))
+    sets = node_sets(surface, fields.freedom, fields.reach)
+
+    answer: NextPosition | None = None
+    outcome: Decision | Mark
+    for _ in range(MOST_MARKS):
+        situation, found = _situation(request, fields, state)
+        answer = found or answer
+        outcome, state = mission_rule.decide(state, situation, settings.mission)
+        if isinstance(outcome, Decision):
+            break
+        fields = _fields(request, surface, _marked(freedom, surface.grid, state.marked), seeds)
+    else:
+        outcome, state = mission_rule.decide(state, replace(situation, commit=None, choice=None), settings.mission)
+    assert isinstance(outcome, Decision), "without a commit the rule gives no mark"
+    return PlanResult(outcome, state, _report(request, fields, sets, field, answer))
+
+
+def _situation(
+    request: PlanRequest, fields: Fields, state: MissionState
+) -> tuple[Situation, NextPosition | None]:
+    """What the rule is told: the options in its order, each looked for only where those before it do not settle it."""
+    mission, pose = request.settings.mission, Stop(*fields.start)
+    situation = Situation(
+        pose=pose,
+        goal_m=request.goal_m,
+        nearest=options.nearest(fields),
+        terminal=options.terminal(fields, mission.goal_tolerance_m),
+    )
+    terminal = situation.terminal
+    if terminal is not None and math.dist(terminal.stop[:2], request.goal_m) <= mission.goal_tolerance_m / 2:
+        return situation, None
+    answer = None
+    eyes = _eyes(request.settings)
+    if mission.strategy == "visibility":
+        found, answer = options.choice(fields, eyes, state, mission)
+        situation = replace(situation, choice=found)
+    commit = options.commit(fields)
+    situation = replace(situation, commit=commit)
+    if commit is None or commit.target_m is None or not mission_rule.failed(state, commit):
+        return situation, answer
+    if mission_rule.tries_left(state, commit.target_m) > 0:
+        view = options.viewpoint(fields, commit.target_m, state, eyes)
+        situation = replace(situation, viewpoint=view)
+    return situation, answer
+
+
+def _eyes(settings: Settings) -> Eyes:
+    return Eyes(settings.rover.lidar_z_m, settings.scanning.range_m, settings.scanning.sector_rad)
+
+
+def _freedom(request: PlanRequest, surface: Surface) -> U8:
+    """Freedom of every pose with the trail and the rover's own place free (R2) and the marks blocked (R6)."""
+    grid, settings = surface.grid, request.settings
+    freedom = pose_freedom(surface, settings.rover, settings.planning)
+    driven = [pose_index(grid, *(float(part) for part in station)) for station in request.trail]
+    freedom = trail(freedom, np.array(driven, dtype=np.int64).reshape(-1, 3))
+    own = pose_index(grid, request.pose.x_m, request.pose.y_m, request.pose.yaw_rad)
+    if not grid.contains(own[0], own[1]):
+        raise ValueError(f"the rover's cell {own[:2]} lies outside the map's window, {grid.rows} x {grid.columns}")
+    if freedom[own[2], own[0], own[1]] != Freedom.FREE:
+        freedom = _stand(freedom, grid, own)
+    return _marked(freedom, grid, request.state.marked)
+
+
+def _stand(freedom: U8, grid: Grid, own: tuple[int, int, int]) -> U8:
+    """Noise must not nail the rover down: near it poses of its own and the next orientations are free whatever they
+    read, others where nothing blocks them.
+    """
+    j, i, o = own
+    near = np.hypot(*np.ogrid[-j : grid.rows - j, -i : grid.columns - i]) * grid.cell_m <= STAND_M
+    out = freedom.copy()
+    for other in range(ORIENTATIONS):
+        turned = min((other - o) % ORIENTATIONS, (o - other) % ORIENTATIONS)
+        out[other][near & ((out[other] != Freedom.BLOCKED) | (turned <= 1))] = Freedom.FREE
+    return out
+
+
+def _marked(freedom: U8, grid: Grid, marked: tuple[tuple[float, float], ...]) -> U8:
+    """Unknown poses within half a metre of a mark count as blocked (R6)."""
+    if not marked:
+        return freedom
+    x = grid.x0_m + np.arange(grid.columns) * grid.cell_m
+    y = grid.y0_m + np.arange(grid.rows) * grid.cell_m
+    near = np.zeros((grid.rows, grid.columns), dtype=bool)
+    for mark in marked:
+        near |= np.hypot(x[None, :] - mark[0], y[:, None] - mark[1]) <= BLOCK_M
+    out = freedom.copy()
+    out[(freedom == Freedom.UNKNOWN) & near] = Freedom.BLOCKED
+    return out
+
+
+def _seeds(
+    grid: Grid, goal_m: tuple[float, float], tolerance_m: float, field: GlobalField | None
+) -> tuple[NDArray[np.int64], F64]:
+    """Seeds (k, 3) of the cost-to-go and what is left to go from each (k,)."""
+    if grid.contains(*grid.cell(*goal_m)):
+        x = grid.x0_m + np.arange(grid.columns) * grid.cell_m - goal_m[0]
+        y = grid.y0_m + np.arange(grid.rows) * grid.cell_m - goal_m[1]
+        away = np.hypot(x[None, :], y[:, None])
+        cells = np.argwhere(away <= max(tolerance_m, grid.cell_m))
+        left = DISC_PRICE * away[cells[:, 0], cells[:, 1]]
+    else:
+        border = np.ones((grid.rows, grid.columns), dtype=bool)
+        border[1:-1, 1:-1] = False
+        cells = np.argwhere(border)
+        points = np.array([grid.x0_m, grid.y0_m]) + cells[:, ::-1] * grid.cell_m
+        straight = np.hypot(*(points - np.array(goal_m)).T)
+        left = straight if field is None else global_path.values_at(field, points)
+        cells, left = cells[np.isfinite(left)], left[np.isfinite(left)]
+    return np.column_stack([cells, np.full(len(cells), -1)]).astype(np.int64), left
+
+
+def _fields(request: PlanRequest, surface: Surface, freedom: U8, seeds: tuple[NDArray[np.int64], F64]) -> Fields:
+    planning, grid = request.settings.planning, surface.grid
+    start = (request.pose.x_m, request.pose.y_m, request.pose.yaw_rad)
+    cell = pose_index(grid, *start)
+    near = closeness(freedom, planning, grid.cell_m)
+    cost = cost_to_go(freedom, seeds[0], planning, grid.cell_m, True, near, seeds[1])
+    reach: Bool = reachable(freedom, *cell)
+    chain = options.optimistic_chain(cost, cell, planning, grid.cell_m, near)
+    return Fields(surface, freedom, near, start, cell, reach, cost, chain, request.goal_m, planning)
+
+
+def _report(
+    request: PlanRequest, fields: Fields, sets: U8, field: GlobalField | None, answer: NextPosition | None
+) -> PlanReport:
+    grid, chain = fields.surface.grid, fields.chain
+    start = (request.pose.x_m, request.pose.y_m)
+    return PlanReport(
+        grid=grid,
+        node_sets=sets,
+        z_mean=fields.surface.z_mean,
+        global_path=np.array([start, request.goal_m]) if field is None else global_path.path(field, start),
+        optimistic_path=np.array([grid.x0_m, grid.y0_m]) + chain[:, 1::-1] * grid.cell_m,
+        score_map=None if answer is None else answer.score_map,
+        alternatives=() if answer is None else answer.alternatives,
+    )

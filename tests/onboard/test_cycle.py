@@ -1,0 +1,205 @@
+"""The planning job in small known worlds: range-limited views, walls, a goal behind them or walled in."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from onboard import config
+from onboard.perception import ldem as ldem_module
+from onboard.planning import cycle
+from onboard.planning.mission_rule import MissionState
+from onboard.planning.path import is_free
+from onboard.planning.poses import Freedom, pose_freedom, wheel_cells
+from onboard.records import CellClass, Gdem, Grid, NodeSet, Pose, Surface
+
+SETTINGS = cycle.Settings(
+    config.Rover(), config.Mapping_(size_m=12.0), config.Planning(), config.Mission(), config.Scanning(range_m=4.0)
+)
+CELL = 0.1
+
+
+class World:
+    """True ground of 14 m x 14 m, centred; what was seen of it stays known."""
+
+    def __init__(self, boxes):
+        self.map = ldem_module.empty(Grid(-6.95, -6.95, CELL, 140, 140))
+        x = self.map.grid.x0_m + CELL * np.arange(140)
+        self.truth = np.zeros((140, 140), np.float32)
+        for x0, y0, x1, y1 in boxes:
+            self.truth[np.ix_((x >= y0) & (x <= y1), (x >= x0) & (x <= x1))] = 0.6
+
+    def look(self, pose, heading, sector=1.134, reach=4.0):
+        """Reveal the cells that beams within the sector reach before and at the first wall."""
+        grid = self.map.grid
+        angles = heading + np.linspace(-sector, sector, 500)
+        seen = np.zeros(self.truth.shape, bool)
+        alive = np.ones(len(angles), bool)
+        for r in np.arange(0.7, reach, 0.05):
+            i = np.rint((pose.x_m + r * np.cos(angles) - grid.x0_m) / CELL).astype(int)
+            j = np.rint((pose.y_m + r * np.sin(angles) - grid.y0_m) / CELL).astype(int)
+            alive &= (i >= 0) & (i < 140) & (j >= 0) & (j < 140)
+            seen[j[alive], i[alive]] = True
+            alive[alive] &= self.truth[j[alive], i[alive]] < 0.3
+        fresh = seen & (self.map.n == 0)
+        n = np.where(fresh, 5, self.map.n).astype(np.int32)
+        z = np.where(n > 0, self.truth, np.nan).astype(np.float32)
+        self.map = replace(
+            self.map, n=n, sum_z=np.where(n > 0, n * self.truth, 0.0), sum_z2=np.where(n > 0, n * self.truth**2, 0.0),
+            z_hi=z, z_lo=z, view_m=np.where(n > 0, 1.0, np.inf).astype(np.float32),
+        )
+
+    def window(self, pose):
+        return ldem_module.window(self.map, pose.x_m, pose.y_m, SETTINGS.mapping.size_m)
+
+    def true_freedom(self):
+        surface = Surface(
+            self.map.grid, np.full(self.truth.shape, CellClass.HIT, np.uint8), self.truth, self.truth, self.truth,
+            np.full(self.truth.shape, np.inf, np.float32),
+        )
+        return pose_freedom(surface, SETTINGS.rover, SETTINGS.planning)
+
+
+def begin(world, pose):
+    world.map = ldem_module.assume_disc(world.map, pose, 0.9)
+    world.look(pose, pose.yaw_rad)
+    world.look(pose, pose.yaw_rad + math.pi)
+
+
+def request(world, pose, goal, state=None, settings=SETTINGS, trail=(), gdem=None):
+    return cycle.PlanRequest(
+        world.window(pose), pose, goal, gdem, state or MissionState(), settings, np.array(trail).reshape(-1, 3)
+    )
+
+
+def drive(world, goal, settings=SETTINGS, limit=25):
+    """Plan, drive exactly, look, until the rule ends the mission. Returns decisions and driven stations."""
+    pose, state, trail, decisions = Pose(-4.0, 0.0), MissionState(), [(-4.0, 0.0, 0.0)], []
+    begin(world, pose)
+    true = world.true_freedom()
+    while len(decisions) < limit:
+        result = cycle.plan(request(world, pose, goal, state, settings, trail))
+        decisions.append(result.decision)
+        state = result.state
+        stations = result.decision.path.stations
+        assert is_free(stations, np.maximum(true, 0), world.map.grid)
+        trail += [tuple(s) for s in stations]
+        pose = Pose(stations[-1, 0], stations[-1, 1], yaw_rad=stations[-1, 2])
+        if result.decision.kind != "drive":
+            break
+        assert abs(math.remainder(pose.yaw_rad - result.decision.heading_rad, math.tau)) < 1e-6
+        world.look(pose, pose.yaw_rad)
+    return decisions, np.array(trail)
+
+
+def length(trail):
+    return np.hypot(*np.diff(trail[:, :2], axis=0).T).sum()
+
+
+def test_open_ground_is_crossed_in_a_few_commits_in_a_straight_line():
+    decisions, trail = drive(World([]), (3.0, 1.03))
+    assert [d.rule for d in decisions][-1] == "R4"
+    assert decisions[-1].kind == "goal"
+    assert len(decisions) <= 4
+    assert math.dist(trail[-1, :2], (3.0, 1.03)) < 0.2
+    assert length(trail) < 1.05 * math.dist((-4, 0), (3, 1.03))
+
+
+@pytest.mark.parametrize("strategy", ["optimistic", "visibility"])
+def test_goal_behind_a_u_shaped_wall_is_reached(strategy):
+    world = World([(1.0, -2.2, 1.3, 2.2), (-1.2, 1.9, 1.3, 2.2), (-1.2, -2.2, 1.3, -1.9)])
+    settings = replace(SETTINGS, mission=config.Mission(strategy=strategy))
+    decisions, trail = drive(world, (3.0, 0.0), settings)
+    assert decisions[-1].kind == "goal", [f"{d.rule} {d.reason}" for d in decisions]
+    assert math.dist(trail[-1, :2], (3.0, 0.0)) < 0.05
+    assert len(decisions) < 20
+
+
+def test_a_walled_in_goal_is_reported_unreachable_with_the_nearest_pose():
+    ring = [(1.5, -1.5, 4.5, -1.2), (1.5, 1.2, 4.5, 1.5), (1.5, -1.5, 1.8, 1.5), (4.2, -1.5, 4.5, 1.5)]
+    decisions, _ = drive(World(ring), (3.0, 0.0))
+    assert decisions[-1].kind == "unreachable", [f"{d.rule} {d.reason}" for d in decisions]
+    assert len(decisions) < 20
+    assert 1.3 < decisions[-1].data["distance_m"] < 2.6
+    assert decisions[-1].data["blocking_cells"] > 20
+
+
+def test_a_goal_on_free_ground_is_met_exactly_and_then_said_to_be_reached():
+    world, pose = World([]), Pose(-4.0, 0.0)
+    begin(world, pose)
+    goal = (-1.98, 0.43)
+    decision = cycle.plan(request(world, pose, goal)).decision
+    assert (decision.kind, decision.rule) == ("goal", "R4")
+    np.testing.assert_allclose(decision.path.stations[-1, :2], goal)
+    there = Pose(*goal, yaw_rad=float(decision.path.stations[-1, 2]))
+    decision = cycle.plan(request(world, there, goal, trail=decision.path.stations)).decision
+    assert (decision.kind, decision.rule) == ("arrived", "R4")
+
+
+def test_same_request_gives_the_same_result_bit_by_bit():
+    world, pose = World([(0.0, -1.0, 0.3, 1.0)]), Pose(-4.0, 0.0)
+    begin(world, pose)
+    first, second = (cycle.plan(request(world, pose, (3.0, 0.0))) for _ in range(2))
+    assert np.array_equal(first.decision.path.stations, second.decision.path.stations)
+    assert first.state == second.state
+    assert first.decision.reason == second.decision.reason
+
+
+def test_a_goal_outside_the_window_is_approached_by_the_orbiters_map():
+    world, pose = World([]), Pose(-4.0, 0.0)
+    begin(world, pose)
+    heights = np.zeros((20, 20), np.float32)
+    heights[8:12, 11] = 40.0  # a ridge across the straight way
+    orbit = Gdem(Grid(-95.0, -95.0, 10.0, 20, 20), heights)
+    result = cycle.plan(request(world, pose, (80.0, 0.0), gdem=orbit))
+    assert result.decision.kind == "drive"
+    assert len(result.report.global_path) > 5
+    assert np.abs(result.report.global_path[:, 1]).max() > 15.0
+    plain = cycle.plan(request(world, pose, (80.0, 0.0)))
+    assert len(plain.report.global_path) == 2
+    assert plain.decision.data["cost_m"] == pytest.approx(84.0, abs=0.5)
+
+
+def test_report_holds_disjoint_sets_and_the_paths():
+    world, pose = World([(0.0, -1.0, 0.3, 1.0)]), Pose(-4.0, 0.0)
+    begin(world, pose)
+    report = cycle.plan(request(world, pose, (1.5, 0.0))).report
+    assert set(np.unique(report.node_sets)) <= set(NodeSet)
+    j, i = report.grid.cell(pose.x_m, pose.y_m)
+    assert report.node_sets[j, i] == NodeSet.FREE
+    assert math.dist(report.optimistic_path[-1], (1.5, 0.0)) < 0.35
+    assert report.score_map is None
+
+
+def test_visibility_strategy_reports_its_scores_and_alternatives():
+    world, pose = World([]), Pose(-4.0, 0.0)
+    begin(world, pose)
+    settings = replace(SETTINGS, mission=config.Mission(strategy="visibility"))
+    result = cycle.plan(request(world, pose, (3.0, 0.0), settings=settings))
+    assert result.decision.rule == "R10"
+    assert np.isfinite(result.report.score_map).any()
+    assert 1 <= len(result.report.alternatives) <= 5
+
+
+def test_a_rover_whose_own_pose_reads_as_blocked_still_moves():
+    world, pose = World([]), Pose(-4.0, 0.0)
+    begin(world, pose)
+    own = cycle.pose_index(world.map.grid, -4.0, 0.0, 0.0)
+    dj, di = wheel_cells(own[2], SETTINGS.rover, CELL)[0]
+    n, top, low = world.map.n.copy(), world.map.z_hi.copy(), world.map.z_lo.copy()
+    at = (own[0] + dj, own[1] + di)
+    n[at], top[at], low[at] = 5, 0.2, 0.0  # noise under a wheel
+    world.map = replace(world.map, n=n, z_hi=top, z_lo=low)
+    surface = cycle.classify(world.map, SETTINGS.mapping)
+    assert pose_freedom(surface, SETTINGS.rover, SETTINGS.planning)[own[2], own[0], own[1]] == Freedom.BLOCKED
+    result = cycle.plan(request(world, pose, (3.0, 0.0)))
+    assert result.decision.kind == "drive"
+    assert result.decision.path.length_m > 0.5
+
+
+def test_a_window_elsewhere_is_refused():
+    world = World([])
+    asked = request(world, Pose(-4.0, 0.0), (3.0, 0.0))
+    with pytest.raises(ValueError, match="outside the map's window"):
+        cycle.plan(replace(asked, pose=Pose(60.0, 0.0)))
