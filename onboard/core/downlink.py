@@ -33,7 +33,8 @@ Payload = tuple[int, bytes]
 class Downlink:
     """One owner of everything the rover says to the ground. Cheap at 100 Hz while nothing is due.
 
-    last_contact_ns: when an authenticated datagram last came; None: never. mode: of the newest view, for checks.
+    last_contact_ns: when an authenticated datagram last came; None: never. mode: commands are checked against it;
+    `sample` sets it, and it may be set in every tick.
     """
 
     def __init__(self, config: Link) -> None:
