@@ -1,7 +1,8 @@
 """TABLE of commands: what the ground may ask, with units, ranges and the modes that allow it; and their wire form.
 
 A telecommand's payload: request id u32, issued i64 ns, expiry i64 ns (both onboard time; expiry 0: none), command id
-u8, then one f64 for each argument of the row in its order: a number, the index of a choice, or NaN for what was left out.
+u8, then one f64 for each argument of the row in its order: a number, the index of a choice, or NaN for what was left
+out.
 """
 
 from __future__ import annotations

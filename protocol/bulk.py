@@ -1,0 +1,319 @@
+"""Bulk objects over a lossy link, both ends: selective repeat by bitmap reports.
+
+    sender, chunks by index                           receiver
+      |  announce, 0, 1, 2, 3, 4, 5, 6 ...  ------>     |  has 0 1 . 3 4 . .     (2 lost, 5 and 6 on the way)
+      |  <------ bitmap every 0.5 s: echo of the newest serial heard, base 2, bits .3 4. .
+      |  2 again (sent before the echo, not there), 7, 8 ...
+
+Rule 1: each transmission has a serial number. The bitmap echoes the newest heard; what was sent clearly before it and
+        is not there was lost. So losses are known without a guess of the round trip, at any delay.
+Rule 2: when nothing new is left, idle capacity repeats what is not yet confirmed, oldest first: the tail costs no
+        extra round trip per loss.
+Rule 3: without a bitmap for 10 s the sender only probes, every 2 s; the first bitmap after a blackout, or after a
+        restart of either side, tells it what is missing. An object's id comes from its content and survives restarts.
+Rule 4: a newer object of the same name takes the place of an unfinished older one.
+
+A chunk's payload: object u32, serial u32, index u16, data. Index 0xFFFF is the announcement.
+A bitmap's payload: object u32, echo u32, flags u8, base u16, bits of base, base + 1 ... (all below base are there).
+"""
+
+from __future__ import annotations
+
+import hashlib
+import struct
+from collections import deque
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+from protocol import WireError
+from protocol.link import line_bytes
+
+_CHUNK = struct.Struct("<IIH")
+_BITMAP = struct.Struct("<IIBH")
+_ANNOUNCE = struct.Struct("<IH32sBB")
+_ANNOUNCEMENT = 0xFFFF
+_KNOWN, _COMPLETE = 1, 2
+_REPORT_NS, _SLOW_REPORT_NS, _FRESH_NS = 500_000_000, 5_000_000_000, 3_000_000_000
+_SILENCE_NS, _PROBE_NS, _GIVE_UP_NS = 10_000_000_000, 2_000_000_000, 3_600_000_000_000
+_REPEAT_NS = 300_000_000
+_REORDER = 3
+_TOMBSTONE_NS = 60_000_000_000
+MAX_OBJECT_BYTES = 1 << 26
+
+
+def _bits(payload: bytes) -> tuple[int, int, int, int, bytes]:
+    if len(payload) < _BITMAP.size:
+        raise WireError("bitmap", f"{len(payload)} B")
+    return (*_BITMAP.unpack_from(payload), payload[_BITMAP.size :])
+
+
+@dataclass(slots=True)
+class _Transfer:
+    """One object on its way out. serial_of, sent_ns: of each chunk's newest transmission, 0: none."""
+
+    object_id: int
+    name: str
+    priority: int
+    announcement: bytes
+    chunks: list[bytes]
+    heard_ns: int
+    serial: int = 0
+    echo: int = 0
+    next_new: int = 0
+    known: bool = False
+    round_ns: int = 1_000_000_000
+    announced_ns: int = -(1 << 62)
+    probed_ns: int = -(1 << 62)
+    lost: deque[int] = field(default_factory=deque)
+    acked: list[bool] = field(default_factory=list)
+    serial_of: list[int] = field(default_factory=list)
+    sent_ns: list[int] = field(default_factory=list)
+
+    def chunk(self, index: int, now_ns: int) -> bytes:
+        self.serial += 1
+        if index == _ANNOUNCEMENT:
+            self.announced_ns = now_ns
+            return _CHUNK.pack(self.object_id, self.serial, index) + self.announcement
+        self.serial_of[index], self.sent_ns[index] = self.serial, now_ns
+        return _CHUNK.pack(self.object_id, self.serial, index) + self.chunks[index]
+
+    def next(self, now_ns: int) -> bytes | None:
+        """What must be sent: announcement, lost chunks, new chunks; a probe while nothing is heard."""
+        if now_ns - self.heard_ns > _SILENCE_NS:
+            if now_ns - self.probed_ns < _PROBE_NS:
+                return None
+            self.probed_ns = now_ns
+            return self.chunk(self._oldest() if self.known else _ANNOUNCEMENT, now_ns)
+        if not self.known and now_ns - self.announced_ns >= max(_REPORT_NS, self.round_ns // 2):
+            return self.chunk(_ANNOUNCEMENT, now_ns)
+        while self.lost:
+            index = self.lost.popleft()
+            if not self.acked[index]:
+                return self.chunk(index, now_ns)
+        if self.next_new < len(self.chunks):
+            self.next_new += 1
+            return self.chunk(self.next_new - 1, now_ns)
+        return None
+
+    def repeat(self, now_ns: int) -> bytes | None:
+        """What idle capacity may send once more."""
+        if now_ns - self.heard_ns > _SILENCE_NS or self.next_new < len(self.chunks):
+            return None
+        index = self._oldest()
+        if index == _ANNOUNCEMENT or now_ns - self.sent_ns[index] < _REPEAT_NS:
+            return None
+        return self.chunk(index, now_ns)
+
+    def _oldest(self) -> int:
+        waiting = (i for i in range(len(self.chunks)) if not self.acked[i])
+        return min(waiting, key=self.serial_of.__getitem__, default=_ANNOUNCEMENT)
+
+    def confirm(self, echo: int, base: int, bits: bytes, now_ns: int) -> None:
+        """Take a bitmap in: what is there, what was lost (rule 1)."""
+        self.heard_ns, news = now_ns, self.echo <= echo <= self.serial  # an old bitmap may confirm, but not take back
+        if news and echo > self.echo:
+            sent_ns = next((self.sent_ns[i] for i, s in enumerate(self.serial_of) if s == echo), None)
+            self.round_ns = self.round_ns if sent_ns is None else now_ns - sent_ns
+            self.echo = echo
+        queued = set(self.lost)
+        for index in range(min(len(self.chunks), base + 8 * len(bits))):
+            at = index - base
+            if at < 0 or bits[at >> 3] >> (at & 7) & 1:
+                self.acked[index] = True
+            elif news:
+                self.acked[index] = False
+                if 0 < self.serial_of[index] < echo - _REORDER and index not in queued:
+                    self.lost.append(index)
+
+
+class Sender:
+    """Objects in, chunk payloads out, as many as the budget of each call allows.
+
+    payload_limit: longest payload of a datagram in bytes (link.payload_limit).
+    """
+
+    def __init__(self, payload_limit: int) -> None:
+        self._size = payload_limit - _CHUNK.size
+        self._transfers: list[_Transfer] = []
+
+    def offer(self, name: str, data: bytes, codec: str, now_ns: int, priority: int = 0) -> int:
+        """Queue an object; its id. Higher priorities go first. Raises ValueError where it is too long."""
+        if not 0 < len(data) <= min(MAX_OBJECT_BYTES, self._size * (_ANNOUNCEMENT - 1)):
+            raise ValueError(f"object `{name}` of {len(data)} B cannot be sent in chunks of {self._size} B")
+        sha, names = hashlib.sha256(data).digest(), (name.encode()[:40], codec.encode()[:24])
+        identity = hashlib.sha256(sha + names[0] + self._size.to_bytes(2, "little")).digest()
+        object_id = int.from_bytes(identity[:4], "little")
+        self._transfers = [t for t in self._transfers if t.name != name]
+        head = _ANNOUNCE.pack(len(data), self._size, sha, len(names[0]), len(names[1]))
+        chunks = [data[at : at + self._size] for at in range(0, len(data), self._size)]
+        none = [0] * len(chunks)
+        self._transfers.append(_Transfer(
+            object_id, name, priority, head + names[0] + names[1], chunks, now_ns,
+            acked=[False] * len(chunks), serial_of=none, sent_ns=none.copy(),
+        ))
+        self._transfers.sort(key=lambda t: -t.priority)
+        return object_id
+
+    def cancel(self, object_id: int) -> None:
+        """Send no more of an object."""
+        self._transfers = [t for t in self._transfers if t.object_id != object_id]
+
+    @property
+    def busy(self) -> bool:
+        """Whether any object is unfinished."""
+        return bool(self._transfers)
+
+    def progress(self) -> dict[str, tuple[int, int]]:
+        """Chunks confirmed and chunks in all, of each unfinished object by name."""
+        return {t.name: (sum(t.acked), len(t.chunks)) for t in self._transfers}
+
+    def receive(self, payload: bytes, now_ns: int) -> str | None:
+        """A bitmap. The name of the object where it is complete with this, else None. Raises WireError."""
+        object_id, echo, flags, base, bits = _bits(payload)
+        transfer = next((t for t in self._transfers if t.object_id == object_id), None)
+        if transfer is None:
+            return None
+        if flags & _COMPLETE:
+            self.cancel(object_id)
+            return transfer.name
+        transfer.known = bool(flags & _KNOWN)
+        transfer.confirm(echo, base, bits, now_ns)
+        return None
+
+    def send(self, now_ns: int, budget_bytes: float) -> list[bytes]:
+        """Chunk payloads whose bytes on the line fit the budget; lost and new ones first, then repeats."""
+        out: list[bytes] = []
+        cost = line_bytes(self._size + _CHUNK.size)
+        for step in (_Transfer.next, _Transfer.repeat):
+            for transfer in self._transfers:
+                while cost <= budget_bytes:
+                    payload = step(transfer, now_ns)
+                    if payload is None:
+                        break
+                    out.append(payload)
+                    budget_bytes -= line_bytes(len(payload))
+        return out
+
+
+class Product(NamedTuple):
+    """A whole object, its hash checked."""
+
+    object_id: int
+    name: str
+    codec: str
+    data: bytes
+
+
+@dataclass(slots=True)
+class _Partial:
+    """One object on its way in; `size` 0 until its announcement came."""
+
+    object_id: int
+    heard_ns: int
+    reported_ns: int = -(1 << 62)
+    fresh: bool = True
+    echo: int = 0
+    chunks: dict[int, bytes] = field(default_factory=dict)
+    length: int = 0
+    size: int = 0
+    sha: bytes = b""
+    name: str = ""
+    codec: str = ""
+    complete: bool = False
+
+    @property
+    def count(self) -> int:
+        return -(-self.length // self.size) if self.size else 0
+
+
+class Receiver:
+    """Chunk payloads in, whole objects out; `send` gives the bitmaps. payload_limit: of the way back."""
+
+    def __init__(self, payload_limit: int) -> None:
+        self._bitmap_bytes = payload_limit - _BITMAP.size
+        self._partials: dict[int, _Partial] = {}
+        self._replaced: dict[int, int] = {}  # object id -> when a newer one of its name took its place
+        self.damaged = 0
+
+    def receive(self, payload: bytes, now_ns: int) -> Product | None:
+        """A chunk. The object where it is whole with this one, else None. Raises WireError."""
+        if len(payload) < _CHUNK.size:
+            raise WireError("chunk", f"{len(payload)} B")
+        object_id, serial, index = _CHUNK.unpack_from(payload)
+        if now_ns - self._replaced.get(object_id, -(1 << 62)) < _TOMBSTONE_NS:
+            return None
+        body = payload[_CHUNK.size :]
+        announced = _announced(body) if index == _ANNOUNCEMENT else None
+        partial = self._partials.setdefault(object_id, _Partial(object_id, now_ns))
+        partial.heard_ns, partial.fresh = now_ns, True
+        partial.echo = serial if serial + 4096 < partial.echo else max(partial.echo, serial)
+        if partial.complete:
+            return None
+        if announced:
+            partial.length, partial.size, partial.sha, partial.name, partial.codec = announced
+            self._replace(partial, now_ns)
+        else:
+            partial.chunks.setdefault(index, body)
+        return self._finish(partial)
+
+    def _replace(self, newer: _Partial, now_ns: int) -> None:
+        for old in list(self._partials.values()):
+            if old.name == newer.name and old is not newer and not old.complete:
+                del self._partials[old.object_id]
+                self._replaced[old.object_id] = now_ns
+        self._replaced = {i: t for i, t in self._replaced.items() if now_ns - t < _TOMBSTONE_NS}
+
+    def _finish(self, partial: _Partial) -> Product | None:
+        if not partial.size or len(partial.chunks) < partial.count:
+            return None
+        data = b"".join(partial.chunks.get(i, b"") for i in range(partial.count))
+        if len(data) != partial.length or hashlib.sha256(data).digest() != partial.sha:
+            self.damaged += 1
+            partial.chunks.clear()
+            return None
+        partial.complete, partial.reported_ns = True, -(1 << 62)
+        partial.chunks = {}
+        return Product(partial.object_id, partial.name, partial.codec, data)
+
+    def progress(self) -> dict[str, tuple[int, int]]:
+        """Chunks there and chunks in all, of each unfinished announced object by name."""
+        return {p.name: (len(p.chunks), p.count) for p in self._partials.values() if p.size and not p.complete}
+
+    def send(self, now_ns: int) -> list[bytes]:
+        """Bitmap payloads that are due: every 0.5 s while chunks come, every 5 s while they do not."""
+        out = []
+        for partial in list(self._partials.values()):
+            silent_ns = now_ns - partial.heard_ns
+            if silent_ns > _GIVE_UP_NS:
+                del self._partials[partial.object_id]
+                continue
+            moving = partial.fresh or (silent_ns < _FRESH_NS and not partial.complete)
+            wait_ns = _REPORT_NS if moving else _SLOW_REPORT_NS
+            if now_ns - partial.reported_ns < wait_ns or (partial.complete and not partial.fresh):
+                continue
+            partial.reported_ns, partial.fresh = now_ns, False
+            out.append(self._bitmap(partial))
+        return out
+
+    def _bitmap(self, partial: _Partial) -> bytes:
+        flags = (_KNOWN if partial.size else 0) | (_COMPLETE if partial.complete else 0)
+        base, last = 0, max(partial.chunks, default=-1)
+        while base in partial.chunks:
+            base += 1
+        end = last + 1 if not partial.size else partial.count
+        bits = bytearray(max(0, min(self._bitmap_bytes, (end - base + 7) // 8)))
+        for index in partial.chunks:
+            if 0 <= index - base < 8 * len(bits):
+                bits[index - base >> 3] |= 1 << (index - base & 7)
+        return _BITMAP.pack(partial.object_id, partial.echo, flags, base) + bytes(bits)
+
+
+def _announced(body: bytes) -> tuple[int, int, bytes, str, str]:
+    try:
+        length, size, sha, n_name, n_codec = _ANNOUNCE.unpack_from(body)
+        names = body[_ANNOUNCE.size :]
+        if not 0 < length <= MAX_OBJECT_BYTES or not size or len(names) != n_name + n_codec:
+            raise ValueError(f"length {length}, chunks of {size}")
+        return length, size, sha, names[:n_name].decode(), names[n_name:].decode()
+    except (struct.error, ValueError) as error:
+        raise WireError("chunk", f"announcement: {error}") from error
