@@ -22,7 +22,7 @@ create table if not exists reports (run integer, at_ns integer, request_id integ
     state text, code integer, text text, data text);
 create table if not exists events (run integer, at_ns integer, onboard_ns integer, number integer, severity text,
     name text, text text);
-create table if not exists products (run integer, at_ns integer, object_id integer, name text, sha256 text, data blob);
+create table if not exists products (run integer, at_ns integer, object_id integer, name text, codec text, data blob);
 create index if not exists items_by_name on items (name, at_ns);
 """
 TABLES = ("datagrams", "items", "requests", "reports", "events", "products")

@@ -1,7 +1,7 @@
 """What a station must not forget: the next counter and request id, and the newest boot id heard.
 
-The file always says more than was used: a block is reserved, written and synced before the first number of it is sealed,
-so after a crash no counter is ever used twice. Several processes of one station reserve blocks of their own (file lock).
+The file always says more than was used: a block is reserved, written and synced before its first number is sealed,
+so after a crash no counter is used twice. Several processes of one station reserve blocks of their own (file lock).
 """
 
 from __future__ import annotations
@@ -11,6 +11,8 @@ import json
 import os
 from pathlib import Path
 from typing import NamedTuple
+
+from onboard.config import ConfigError
 
 COUNTERS, REQUESTS = 4096, 256
 
@@ -33,7 +35,7 @@ class Memory:
         self._bench_next = (0, 1)
 
     def reserve(self, boot_id: int = 0) -> Block:
-        """The next block; also notes the newest boot id. Raises OSError or ValueError where the file cannot be used."""
+        """The next block; also notes the newest boot id. Raises OSError or ConfigError where the file cannot be used."""
         if self._path is None:
             counter, request_id = self._bench_next
             self._bench_next = (counter + COUNTERS, request_id + REQUESTS)
@@ -54,7 +56,7 @@ class Memory:
         except FileNotFoundError:
             return 0, 1, 0
         except (ValueError, KeyError, TypeError) as error:
-            raise ValueError(f"{self._path}: damaged ({error}); restore it from the archive, or rotate the keys") from error
+            raise ConfigError(f"{self._path}: damaged ({error}); rotate the keys") from error
 
     def _write(self, counter: int, request_id: int, boot_id: int) -> None:
         assert self._path is not None

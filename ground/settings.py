@@ -33,7 +33,7 @@ class NoStationError(ConfigError):
 
 
 def load_settings(path: Path | None) -> Settings:
-    """The named file, or the first of PLACES that exists. Raises NoStationError or ConfigError, one helpful line each."""
+    """The named file, or the first of PLACES that exists. Raises NoStationError or ConfigError, one line each."""
     if path is None:
         path = next((place for place in PLACES if place.exists()), None)
         if path is None:
