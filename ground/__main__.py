@@ -108,7 +108,7 @@ def status(
         _out(json.dumps({"news": "status", **known}))
     else:
         for name, item in known["items"].items():
-            _out(f"{name:24} {item if isinstance(item, str) or item is None else f'{item:g}'}")
+            _out(f"{name:24} {'?' if item is None else f'{item:g}'}")
         _out(f"{'rtt_s':24} {known['link']['rtt_s']:.2f}")
     raise typer.Exit(code)
 

@@ -35,7 +35,7 @@ class Memory:
         self._bench_next = (0, 1)
 
     def reserve(self, boot_id: int = 0) -> Block:
-        """The next block; also notes the newest boot id. Raises OSError or ConfigError where the file cannot be used."""
+        """The next block; also notes the newest boot id. Raises OSError or ConfigError where that fails."""
         if self._path is None:
             counter, request_id = self._bench_next
             self._bench_next = (counter + COUNTERS, request_id + REQUESTS)

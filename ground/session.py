@@ -13,7 +13,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from protocol import WireError, bulk, commands, telemetry, transactions
+from ground.telemetry import TelemetryReceiver, Value
+from protocol import WireError, bulk, commands, transactions
 from protocol.link import DOWNLINK_KEY_ID, Kind, LinkKeys, Opener, Sealer, payload_limit
 
 _BULK_WAKE_NS = 100_000_000
@@ -26,7 +27,7 @@ class Item(NamedTuple):
     at_ns: int
     onboard_ns: int
     name: str
-    value: float | str
+    value: float
 
 
 class EventHeard(NamedTuple):
@@ -110,7 +111,7 @@ class Session:
         self._opener = Opener(keys.downlink, newest_boot_id=newest_boot_id)
         self._bulk = bulk.Receiver(payload_limit(up_bps))
         self._bulk_heard_ns: int | None = None
-        self._telemetry = telemetry.Receiver()
+        self._telemetry = TelemetryReceiver()
 
     @property
     def boot_id(self) -> int:
@@ -156,7 +157,7 @@ class Session:
         self.sealer.boot_id = self.boot_id
         if before:
             self.far_clock.forget()
-            self._telemetry = telemetry.Receiver()
+            self._telemetry = TelemetryReceiver()
 
     def _dispatch(self, kind: Kind, payload: bytes, now_ns: int) -> list[News]:
         if kind == Kind.MAVLINK:
@@ -169,16 +170,18 @@ class Session:
 
     def _take_telemetry(self, payload: bytes, now_ns: int) -> list[News]:
         news: list[News] = []
-        for heard in self._telemetry.receive(payload):
-            self.far_clock.hear(heard.onboard_ns, now_ns)
-            if isinstance(heard, telemetry.Value):
-                item = Item(now_ns, heard.onboard_ns, heard.name, heard.value)
-                known = self.items.get(heard.name)
+        heard = self._telemetry.receive(payload, now_ns)
+        for one in heard:
+            if isinstance(one, Value):
+                item = Item(now_ns, one.onboard_ns, one.name, one.value)
+                known = self.items.get(one.name)
                 if known is None or known.onboard_ns <= item.onboard_ns:
-                    self.items[heard.name] = item
+                    self.items[one.name] = item
                 news.append(item)
             else:
-                news.append(EventHeard(now_ns, heard.onboard_ns, heard.serial, heard.severity, heard.name, heard.text))
+                news.append(EventHeard(now_ns, *one))
+        if any(isinstance(one, Value) for one in heard):
+            self.far_clock.hear(self._telemetry.onboard_ns, now_ns)
         return news
 
     def _take_report(self, payload: bytes, now_ns: int) -> list[News]:
@@ -213,7 +216,7 @@ class Session:
         """When `send` should be called again; None: not before something was heard."""
         if not self.boot_id:
             return None
-        due = [self.requester.next_due_ns()]
+        due = [self.requester.next_due_ns(), self._telemetry.next_due_ns()]
         if self._bulk_heard_ns is not None and (
             self._bulk.progress() or now_ns - self._bulk_heard_ns < _BULK_TAIL_NS
         ):

@@ -66,7 +66,7 @@ def status_line(session: Session, now_ns: int) -> str:
         parts.append(f"x {x_m:.2f} m  y {y_m:.2f} m")
     if yaw_rad is not None:
         parts.append(f"yaw {math.degrees(yaw_rad):.0f}°")
-    distance_m = _number(session, "distance_m")
+    distance_m = _number(session, "goal_distance_m")
     if distance_m is not None:
         parts.append(f"to goal {distance_m:.2f} m")
     parts.append(f"({(now_ns - session.heard_ns) / 1e9:.1f} s old)")
@@ -84,6 +84,6 @@ def _names(session: Session) -> list[str]:
 
 def _number(session: Session, name: str) -> float | None:
     item = session.items.get(name)
-    if item is None or isinstance(item.value, str) or not math.isfinite(item.value):
+    if item is None or not math.isfinite(item.value):
         return None
     return item.value
