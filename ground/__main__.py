@@ -12,9 +12,7 @@ import sys
 from pathlib import Path
 from typing import Annotated, Any
 
-import click
 import typer
-from protocol.products import LDEM_CODEC, decode_ldem
 
 from ground import show
 from ground.clock import ClockError, parse_address
@@ -25,6 +23,7 @@ from ground.settings import NoStationError, load_settings
 from ground.station import StationError
 from onboard.config import ConfigError
 from protocol import commands
+from protocol.products import LDEM_CODEC, decode_ldem
 
 USAGE, NO_INPUT, UNAVAILABLE, CANNOT_CREATE, CONFIG, INTERRUPTED = 64, 66, 69, 73, 78, 130
 
@@ -36,7 +35,7 @@ _ENDINGS = {FAILED: "the rover reported a failure", TEMPORARY: "not finished in 
 
 app = typer.Typer(
     help="Fly the rover over the space link.\n\nStart with `ground status`, then `ground goto 12 3`.",
-    no_args_is_help=True, add_completion=True, pretty_exceptions_enable=False,
+    add_completion=True, pretty_exceptions_enable=False,
 )
 StationFile = Annotated[Path | None, typer.Option(
     "--station", metavar="FILE", help="Station file; else ./ground.toml or ./build/sim/ground.toml.")]
@@ -60,7 +59,7 @@ def _one(words: list[str], contact_s: float, timeout_s: float, lifetime_s: float
     try:
         name, arguments = parse_command(words)
     except ValueError as error:
-        raise click.UsageError(str(error)) from None
+        raise typer.BadParameter(str(error)) from None
     step = Step(1, " ".join(words), "command", name, arguments, None)
     return Plan((step,), contact_s=contact_s, limit_s=timeout_s, lifetime_s=lifetime_s)
 
@@ -165,7 +164,7 @@ def script(
         try:
             parse_address(barrier)
         except ValueError as error:
-            raise click.BadParameter(str(error), param_hint="--barrier") from None
+            raise typer.BadParameter(str(error), param_hint="--barrier") from None
     try:
         text = sys.stdin.read() if file == "-" else Path(file).read_text()
     except OSError as error:
@@ -181,11 +180,14 @@ def script(
 def run(argv: list[str] | None = None) -> int:
     """The command line; returns the exit code. A user's mistake is one line on stderr, never a traceback."""
     try:
-        code = int(typer.main.get_command(app).main(argv, prog_name="ground", standalone_mode=False) or 0)
-    except click.UsageError as error:
-        code, path = USAGE, error.ctx.command_path if error.ctx else "ground"
-        text = f"{error.format_message()} (see `{path} --help`)"
-    except (KeyboardInterrupt, click.Abort):
+        words = sys.argv[1:] if argv is None else argv
+        command = typer.main.get_command(app)
+        code = int(command.main(words or ["--help"], prog_name="ground", standalone_mode=False) or 0)
+    except typer.TyperException as error:
+        code, context = USAGE, getattr(error, "ctx", None)
+        path = context.command_path if context else "ground"
+        text = f"{getattr(error, 'format_message', error.__str__)()} (see `{path} --help`)"
+    except (KeyboardInterrupt, typer.Abort):
         code, text = INTERRUPTED, "ended by Ctrl-C; the rover carries on with what it was told"
     except tuple(kind for kind, _ in _CODES) as error:
         code, text = next(code for kind, code in _CODES if isinstance(error, kind)), str(error)

@@ -84,9 +84,13 @@ class FarClock:
         """The rover booted: its clock begins anew."""
         self._ahead_ns = None
 
-    def measure(self, round_trip_ns: int) -> None:
-        """A request that was sent once was answered after this time."""
-        self.rtt_ns = round_trip_ns if not self.rtt_ns else (7 * self.rtt_ns + round_trip_ns) // 8
+    def measure(self, answered_ns: int) -> None:
+        """The first answer to a request came after this time: a round trip, and more where its first copy was lost.
+
+        So a smaller one is taken at once and a larger one only by an eighth.
+        """
+        larger_ns = self.rtt_ns + (answered_ns - self.rtt_ns) // 8
+        self.rtt_ns = answered_ns if not self.rtt_ns else min(answered_ns, larger_ns)
 
     def onboard_ns(self, now_ns: int) -> int | None:
         """What the rover's clock shows about now; None until it was heard."""
@@ -111,6 +115,7 @@ class Session:
         self._opener = Opener(keys.downlink, newest_boot_id=newest_boot_id)
         self._bulk = bulk.Receiver(payload_limit(up_bps))
         self._bulk_heard_ns: int | None = None
+        self._timed: set[int] = set()
         self._telemetry = TelemetryReceiver()
 
     @property
@@ -126,7 +131,10 @@ class Session:
         onboard_ns = self.far_clock.onboard_ns(now_ns)
         issued_ns = max(0, onboard_ns or 0)
         expiry_ns = issued_ns + round(lifetime_s * 1e9) if lifetime_s and onboard_ns is not None else 0
-        return self.requester.request(name, arguments, now_ns, issued_ns=issued_ns, expiry_ns=expiry_ns)
+        request_id = self.requester.request(name, arguments, now_ns, issued_ns=issued_ns, expiry_ns=expiry_ns)
+        if self.boot_id:
+            self._timed.add(request_id)  # it goes out at once, so its answer tells the round trip
+        return request_id
 
     def product_of(self, request_id: int) -> bulk.Product | None:
         """What a completed `get` brought: the object that its report names, else the newest of that product's name."""
@@ -189,7 +197,8 @@ class Session:
         if report is None:
             return []
         request = self.requester.requests[report.request_id]
-        if request.sent == 1 and len(request.history) == 1:
+        if report.request_id in self._timed:
+            self._timed.discard(report.request_id)
             self.far_clock.measure(now_ns - request.made_ns)
             self.requester.rtt_ns = self.far_clock.rtt_ns
         return [ReportHeard(now_ns, request.telecommand.name, report)]

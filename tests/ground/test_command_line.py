@@ -127,5 +127,6 @@ def test_a_wrong_script_line_is_named(text, part):
 def test_a_script_reads_as_written():
     steps = parse("at 2.0: goto 12 3 180  # north\nwait goto\nwait 1.5\nget ldem\n")
     assert [(s.verb, s.name, s.at_s, s.pause_s) for s in steps] == [
-        ("command", "goto", 2.0, 0.0), ("wait", "goto", None, 0.0), ("pause", "", None, 1.5), ("command", "get", None, 0.0)]
+        ("command", "goto", 2.0, 0.0), ("wait", "goto", None, 0.0), ("pause", "", None, 1.5),
+        ("command", "get", None, 0.0)]
     assert steps[0].arguments == pytest.approx({"x_m": 12.0, "y_m": 3.0, "heading_rad": 3.14159265})
