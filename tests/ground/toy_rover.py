@@ -44,6 +44,10 @@ class ToyRover:
         except ValueError:
             self.refused += 1
             return
+        self.deliver(opened, now_ns)
+
+    def deliver(self, opened, now_ns: int) -> None:
+        """What the real rover's core sees: an accepted LinkMessage or Opened."""
         if opened.kind == Kind.TELECOMMAND:
             order = self._executor.receive(opened.station, opened.payload, now_ns, Mode.STANDBY)
             if order is not None:
@@ -69,6 +73,9 @@ class ToyRover:
         self._executor.report(order.request_id, transactions.State.COMPLETED, now_ns, data=data)
 
     def tick(self, now_ns: int) -> list[bytes]:
+        return [self._sealer.seal(kind, payload) for kind, payload in self.tick_payloads(now_ns)]
+
+    def tick_payloads(self, now_ns: int) -> list[tuple[int, bytes]]:
         for request_id, until_ns in list(self._busy.items()):
             if now_ns >= until_ns:
                 del self._busy[request_id]
@@ -85,7 +92,7 @@ class ToyRover:
         self._tokens -= sum(len(p) + 60 for _, p in out)
         chunks = self._bulk.send(now_ns, self._tokens)
         self._tokens -= sum(len(p) + 60 for p in chunks)
-        return [self._sealer.seal(k, p) for k, p in out + [(Kind.BULK_CHUNK, p) for p in chunks]]
+        return out + [(Kind.BULK_CHUNK, p) for p in chunks]
 
     def _telemetry(self, now_ns: int) -> bytes:
         ms = now_ns // 1_000_000
