@@ -111,9 +111,9 @@ class Downlink:
         """Tell the ground; kept until acknowledged."""
         self._events.add(self._packer.event(event, self._events.serial + 1), event.now_ns)
 
-    def offer(self, name: str, data: bytes, codec: str, priority: int = 0) -> None:
-        """Send an object; an unfinished older one of the same name is given up."""
-        self._bulk.offer(name, data, codec, self._now_ns, priority)
+    def offer(self, name: str, data: bytes, codec: str, priority: int = 0) -> int:
+        """Send an object; its id, which a report may name. An unfinished older one of the same name is given up."""
+        return self._bulk.offer(name, data, codec, self._now_ns, priority)
 
     def sample_due(self, now_ns: int) -> bool:
         """Whether `sample` would do anything but take the mode: a view need not be made before."""

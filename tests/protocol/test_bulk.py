@@ -135,6 +135,21 @@ def test_a_newer_object_of_the_same_name_takes_the_place_of_the_older():
     assert bench.receiver.progress() == {}
 
 
+def test_the_same_content_offered_again_goes_on_and_once_known_costs_one_announcement_of_time():
+    bench, data = Bench(), noise(25_000)
+    first = bench.sender.offer("ldem", data, "ldem-1", 0)
+    bench.run(3 * S)
+    assert bench.sender.offer("ldem", data, "ldem-1", bench.now_ns) == first
+    assert bench.sender.progress()["ldem"][0] > 0
+    bench.run(30 * S)
+    bench.sender.offer("ldem", data, "ldem-1", bench.now_ns)
+    began_ns = bench.now_ns
+    while bench.sender.busy:
+        bench.step()
+    assert bench.now_ns - began_ns <= 3500 * MS
+    assert len(bench.products) == 1
+
+
 def test_a_higher_priority_goes_first():
     bench = Bench()
     bench.sender.offer("cloud", noise(50_000), "raw", 0)
