@@ -25,7 +25,9 @@ MARGIN_M = 2.0  # of the target around the source
 MATCH_M = 0.5
 NEIGHBOURS = 10
 LEAST_POINTS = 200
-LEAST_INLIERS_RATIO = 0.3
+LEAST_INLIERS_RATIO = 0.25
+LEAST_OVERLAP_RATIO = 0.2  # at the guess; sectors that share 0.3 register to 30 mm or better, 0.1 to 0.4 m
+OVERLAP_CELL_M = 0.5
 TRUST_RATIO = 4e-3
 UNKNOWN_M2 = 100.0  # variance in a direction that is not trusted
 SURPRISE_LIMIT = 18.5  # chi-square, 4 degrees of freedom, 99.9 %
@@ -78,6 +80,9 @@ def register(
         return _refused(guess, f"{len(source)} points on {len(target)} are too few: {LEAST_POINTS} needed")
     target_cloud, tree = small_gicp.preprocess_points(target, VOXEL_M, NEIGHBOURS, 1)
     source_cloud, _ = small_gicp.preprocess_points(source, VOXEL_M, NEIGHBOURS, 1)
+    shared = _overlap(source_cloud.points(), target_cloud.points(), guess)
+    if shared < LEAST_OVERLAP_RATIO:
+        return _refused(guess, f"{shared:.2f} of the points lie where the target is: {LEAST_OVERLAP_RATIO} needed")
 
     def align(start: F64, iterations: int) -> small_gicp.RegistrationResult:
         return small_gicp.align(target_cloud, source_cloud, tree, start, "GICP", MATCH_M, 1, iterations, 1e-5, 1e-4)
@@ -89,7 +94,7 @@ def register(
     loose = _loose(found.H[:3, :3]), _loose(found.H[3:, 3:])
     T_map_base, moved_m, moved_rad = _trusted(found.T_target_source, guess, loose)
     converged = bool(found.converged)
-    for _ in range(0 if converged or _featureless(loose) else SETTLING_ROUNDS):
+    for _ in range(SETTLING_ROUNDS if not converged and 0 < _count(loose) < 3 else 0):
         # It slides along what is not fixed: from where the rest came to, does the rest stay?
         again = align(T_map_base, MOST_ITERATIONS // 4)
         T_map_base, slid_m, slid_rad = _trusted(again.T_target_source, T_map_base, loose)
@@ -170,8 +175,15 @@ def _names(loose: Loose) -> tuple[str, ...]:
     return (*way, *(f"rotation about {axis}" for axis in rotation))
 
 
-def _featureless(loose: Loose) -> bool:
-    return bool(loose[0].shape[1] + loose[1].shape[1] >= 3)
+def _count(loose: Loose) -> int:
+    return int(loose[0].shape[1] + loose[1].shape[1])
+
+
+def _overlap(source: F64, target: F64, guess: F64) -> float:
+    """Share of the source's points (n, 4) in cells of the plan that hold target points (m, 4)."""
+    placed = source @ guess.T
+    cells = [np.floor(points[:, :2] / OVERLAP_CELL_M).astype(np.int64) @ (1 << 20, 1) for points in (placed, target)]
+    return float(np.isin(cells[0], cells[1]).mean())
 
 
 def _trusted(T_map_base: F64, guess: F64, loose: Loose) -> tuple[F64, float, float]:
