@@ -275,6 +275,30 @@ def test_a_commanded_sweep_is_followed_within_a_tenth_of_a_degree_and_so_is_its_
     assert TiltState.GAP not in states and TiltState.SWEEPING in states
 
 
+def test_a_sweep_begun_in_the_middle_of_another_replaces_it():
+    loop = Loop()
+    loop.tick(20)
+    loop.computer.sweep(profile(), loop.now_ns + 2_500_000_000)
+    loop.tick(400)
+    loop.computer.sweep([Segment(-0.2, 0.2, 0.2, 2 * 10**9)], loop.now_ns + 2_000_000_000)
+    loop.tick(300)
+    assert loop.computer.tilt.state is TiltState.SWEEPING
+    assert float(loop.bench.tilt.angles_at(np.array([loop.now_ns]))[0]) == pytest.approx(0.0, abs=0.01)
+    loop.tick(120)
+    assert loop.computer.sweep_done(loop.now_ns) and not loop.computer.tilt_moving
+
+
+def test_parking_ends_a_sweep():
+    loop = Loop()
+    loop.tick(20)
+    loop.computer.sweep(profile(), loop.now_ns + 2_500_000_000)
+    loop.tick(400)
+    loop.computer.park_tilt(40 * DEG)
+    loop.tick(250)
+    assert not loop.computer.sweep_done(loop.now_ns) and not loop.computer.tilt_moving
+    assert loop.computer.tilt_angle_rad == pytest.approx(40 * DEG, abs=0.1 * DEG)
+
+
 def test_a_lost_tilt_command_is_made_good_by_its_repeat():
     loop = Loop()
     loop.tick(20)
