@@ -135,7 +135,7 @@ class Tilt:
         )
 
     def sweep(self, segments: Sequence[SegmentLike], start_ns: int) -> None:
-        """Parks at its start, then sweeps from `start_ns`, put off if that is nearer than 0.2 s. ValueError as `orders`."""
+        """Parks at its start, then sweeps from `start_ns`, put off if nearer than 0.2 s. ValueError as `orders`."""
         self._sweep, self._sent, self._order = orders(segments, start_ns), -1, None
 
     def park(self, angle_rad: float, now_ns: int) -> None:
