@@ -139,10 +139,12 @@ class Tilt:
         self._sweep, self._sent, self._order = orders(segments, start_ns), -1, None
 
     def park(self, angle_rad: float, now_ns: int) -> None:
-        """Ends a sweep and holds the axis at an angle."""
+        """Ends a sweep and holds the axis at an angle; an order that it has already is not sent out of turn."""
         limit = 4095 * ANGLE_STEP_RAD
         angle_rad = max(-limit, min(limit, angle_rad))
         self._sweep, self._sent = [], -1
+        if self._order is not None and self._order.mode is TiltMode.PARK and self._order.end_rad == angle_rad:
+            return
         self._order = _parked(angle_rad, now_ns)
         self._repeat.now()
 

@@ -195,6 +195,31 @@ def test_frames_of_one_client_reach_the_other_and_the_hub(hub):
     two.close()
 
 
+def shaken(hub):
+    """A socket past the handshake that has not said its first word in raw mode."""
+    host, port = hub.uri.split("/")[0].split(":")[1:]
+    stream = socket.create_connection((host, int(port)))
+    for word in (b"< open rover >", b"< rawmode >"):
+        stream.sendall(word)
+        hub.hub.wait(5.0)
+    return stream
+
+
+def test_no_frame_follows_the_handshake_before_the_clients_first_word(hub):
+    with shaken(hub) as stream:
+        hub.write(FRAMES)
+        hub.hub.poll()
+        assert hub.hub.live == 0
+        assert stream.recv(4096) == b"< hi >< ok >< ok >"
+
+
+def test_a_client_that_has_said_its_first_word_is_live_at_the_next_write(hub):
+    with shaken(hub) as stream:
+        stream.sendall(b"< echo >")
+        hub.write(FRAMES[:5])
+        assert hub.hub.live == 1 and hub.hub.clients[0].sent == 5
+
+
 def test_bus_off_is_a_state_until_the_controller_restarts_or_a_frame_comes(hub):
     near = hub.open()
     hub.hub.write_error(0x40)
@@ -223,10 +248,7 @@ def test_another_bus_name_is_refused_with_the_right_one(hub):
 
 
 def test_noise_from_a_client_is_counted_and_the_next_frame_read(hub):
-    host, port = hub.uri.split("/")[0].split(":")[1:]
-    with socket.create_connection((host, int(port))) as stream:
-        for word in (b"< open rover >", b"< rawmode >"):
-            stream.sendall(word)
+    with shaken(hub) as stream:
         noise = b"\xff\x00< send zz 1 1 >< send 101 2 1 >< what >"
         for byte in noise + b"< send 101 2 1 2a >":
             stream.sendall(bytes([byte]))

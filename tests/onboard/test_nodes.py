@@ -167,6 +167,14 @@ def test_after_a_sweep_the_axis_is_held_so_no_old_start_time_is_repeated():
     assert modes == {TiltMode.PARK}
 
 
+def test_parking_again_and_again_at_one_angle_is_said_at_10_hz():
+    computer, said = nodes(), []
+    for tick in range(100):
+        computer.park_tilt(0.5)
+        said += [name for name, _ in decoded(computer.send(tick * TICK_NS, 3))]
+    assert said.count("TILT_COMMAND") == 10
+
+
 def test_an_own_emergency_stop_leaves_at_once_and_at_10_hz():
     computer = nodes()
     computer.send(0, 3)
