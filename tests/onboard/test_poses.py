@@ -70,12 +70,22 @@ def test_a_rock_of_0_09_m_is_straddled_but_not_climbed() -> None:
     assert freedom[0, MIDDLE - 2, MIDDLE - 4] == Freedom.BLOCKED
 
 
-def test_a_tall_boulder_beside_does_not_block_though_it_bends_the_fitted_plane() -> None:
+def test_a_wall_1_m_high_blocks_where_it_bends_the_plane_under_a_wheel_and_not_from_0_45_m_on() -> None:
     z = np.zeros((SIZE, SIZE))
-    z[MIDDLE + 4 : MIDDLE + 8, MIDDLE - 4 : MIDDLE + 5] = 1.0
+    z[MIDDLE + 7 :] = 1.0
     freedom = freedom_of(ground(z))
     assert freedom[0, MIDDLE, MIDDLE] == Freedom.FREE
-    assert freedom[0, MIDDLE + 1, MIDDLE] == Freedom.BLOCKED  # the wheel's neighbour cell is the boulder
+    assert freedom[0, MIDDLE + 3, MIDDLE] == Freedom.BLOCKED  # its left wheels stand 0.2 m from the wall
+
+
+def test_a_roll_of_26_degrees_from_the_wheels_blocks() -> None:
+    z = np.zeros((SIZE, SIZE))
+    z[MIDDLE + 2 :] = 2 * math.tan(math.radians(26)) * 0.2
+    rough = dataclasses.replace(PLANNING, step_m=1.0, slope_limit_rad=math.radians(50))
+    freedom = poses.pose_freedom(ground(z), ROVER, rough)
+    assert freedom[0, MIDDLE, MIDDLE] == Freedom.BLOCKED
+    steady = dataclasses.replace(rough, tilt_limit_rad=math.radians(27), under_belly_m=1.0)
+    assert poses.pose_freedom(ground(z), ROVER, steady)[0, MIDDLE, MIDDLE] == Freedom.FREE
 
 
 @pytest.mark.parametrize(("slope_deg", "expected"), [(19, Freedom.FREE), (21, Freedom.BLOCKED), (-21, Freedom.BLOCKED)])
@@ -94,11 +104,11 @@ def test_unknown_cells_under_a_wheel_make_a_pose_unknown_under_the_belly_a_low_r
     assert freedom_of(unseen(flat, (MIDDLE, MIDDLE)))[0, MIDDLE, MIDDLE] == Freedom.UNKNOWN
 
 
-@pytest.mark.parametrize("seed", [0, 1, 2])
+@pytest.mark.parametrize("seed", [0, 1])
 def test_pose_freedom_equals_the_slow_twin(seed: int) -> None:
     rng = np.random.default_rng(seed)
-    shape = (18, 19)
-    z = rng.normal(0, 0.01, shape) + np.arange(19) * rng.uniform(-0.03, 0.03)
+    shape = (16, 17)
+    z = rng.normal(0, 0.01, shape) + np.arange(17) * rng.uniform(-0.03, 0.03)
     z[rng.random(shape) < 0.01] += 0.15
     made = ground(z)
     made = dataclasses.replace(made, z_top=made.z_top + np.float32(0.005))
