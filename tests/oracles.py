@@ -128,7 +128,7 @@ def _known(surface: Surface, j: int, i: int) -> bool:
 def _plane(surface: Surface, j: int, i: int) -> tuple[float, float]:
     half = round((0.9 / surface.grid.cell_m - 1) / 2)
     near = [(b, a) for b in range(-half, half + 1) for a in range(-half, half + 1) if _known(surface, j + b, i + a)]
-    if len(near) < 6:
+    if len(near) < 20:
         return 0.0, 0.0
     matrix = np.array([(a, b, 1.0) for b, a in near])
     heights = np.array([float(surface.z_mean[j + b, i + a]) for b, a in near])

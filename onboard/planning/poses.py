@@ -22,7 +22,7 @@ from onboard.records import F32, F64, U8, Bool, CellClass, Grid, NodeSet, Surfac
 T = TypeVar("T", bound=np.generic)
 ORIENTATIONS = 8
 PLANE_M = 0.9  # side of the window of the fitted plane
-LEAST_OF_PLANE = 6  # known cells that a plane needs
+LEAST_OF_PLANE = 20  # known cells that a plane needs, a quarter of its window: fewer at a rim make slopes of noise
 CLOSE_M = 0.5  # the soft cost of closeness fades out over this distance
 CROSS = ((0, 0), (0, 1), (0, -1), (1, 0), (-1, 0))
 
