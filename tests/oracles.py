@@ -147,15 +147,15 @@ def _pose(
     corners = ((ahead, left), (-ahead, left), (-ahead, -left), (ahead, -left))
     contacts = [tuple(round(v / cell) for v in rotate @ at) for at in corners]
     verdicts = [_wheel(surface, slopes, j + b, i + a, planning.step_m) for a, b in contacts]
-    slope = math.atan(math.hypot(*slopes[j, i]) / cell)
-    if min(verdicts) == 0 or slope > planning.slope_limit_rad:
+    if min(verdicts) == 0:
         return 0
     if not all(_known(surface, j + b, i + a) for a, b in contacts):
         return 1
     heights = [float(surface.z_mean[j + b, i + a]) for a, b in contacts]
     sx, sy, middle = np.linalg.lstsq(np.array([(a, b, 1.0) for a, b in contacts]), np.array(heights), rcond=None)[0]
     tilts = np.abs(np.arctan(rotate.T @ (sx / cell, sy / cell)))
-    if tilts.max() > planning.tilt_limit_rad:
+    slope = min(math.atan(math.hypot(*v) / cell) for v in (slopes[j, i], (sx, sy)))
+    if tilts.max() > planning.tilt_limit_rad or slope > planning.slope_limit_rad:
         return 0
     for b in range(-6, 7):
         for a in range(-6, 7):
@@ -170,11 +170,13 @@ def _wheel(surface: Surface, slopes: dict, j: int, i: int, step_m: float) -> int
     cross = [(j + y, i + x) for y, x in ((0, 0), (1, 0), (-1, 0), (0, 1), (0, -1))]
     seen = [at for at in cross if _known(surface, *at)]
     if seen and surface.grid.contains(j, i):
-        sx, sy = slopes[j, i]
-        lift = [sx * (x - i) + sy * (y - j) for y, x in seen]
-        high = max(float(surface.z_top[at]) - up for at, up in zip(seen, lift))
-        low = min(float(surface.z_bot[at]) - up for at, up in zip(seen, lift))
-        if high - low > step_m:
+        steps = []
+        for sx, sy in ((0.0, 0.0), slopes[j, i]):
+            lift = [sx * (x - i) + sy * (y - j) for y, x in seen]
+            high = max(float(surface.z_top[at]) - up for at, up in zip(seen, lift))
+            low = min(float(surface.z_bot[at]) - up for at, up in zip(seen, lift))
+            steps.append(high - low)
+        if min(steps) > step_m:
             return 0
     return 2 if len(seen) == 5 else 1
 

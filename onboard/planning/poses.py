@@ -3,6 +3,11 @@
 Orientation o stands for the body's axis at o * 22.5 degrees against +x, modulo 180: the rover is symmetric, which end
 leads is decided by the path. Arrays over poses are (8, rows, columns) = freedom[o, j, i]. Rules: `10-navigation`
 section 3.
+
+The plane fitted over 0.9 m takes the slope out of a wheel's step. A wall nearby bends that plane the more, the more of
+the wall is known, and ground that was free would become blocked by a better view. So two rules ask for two witnesses: a
+step counts if it is too high with the plane taken out and as it is; the ground is too steep if the fitted plane at the
+centre and the plane of the four wheels both say so.
 """
 
 from __future__ import annotations
@@ -40,7 +45,7 @@ class _Ground(NamedTuple):
 
     z: F32  # height a wheel stands on, NaN where unknown
     whole: Bool  # the cell and its 4 neighbours are known
-    rough: Bool  # the step over those of them that are known, the fitted plane taken out, is too high
+    rough: Bool  # the step over those of them that are known is too high
     steep: Bool  # the fitted plane is too steep
     top: F32  # highest of a known cell, -inf where unknown
     ray: F32  # lowest beam over an unknown cell, -inf where known
@@ -158,7 +163,7 @@ def _layer(ground: _Ground, o: int, rover: config.Rover, planning: config.Planni
     across = (slope_y * math.cos(yaw) - slope_x * math.sin(yaw)) / cell_m
     tilt = math.tan(planning.tilt_limit_rad)
     blocked |= (np.abs(along) > tilt) | (np.abs(across) > tilt)
-    blocked |= ground.steep
+    blocked |= ground.steep & (np.hypot(along, across) > math.tan(planning.slope_limit_rad))
 
     highest = np.full(middle.shape, -np.inf, np.float32)  # over the wheels' plane, known cells
     vouched = highest.copy()  # the same, beams over unknown cells
@@ -192,13 +197,17 @@ def _ground(surface: Surface, planning: config.Planning) -> _Ground:
     known = surface.cell_class >= CellClass.HIT
     slope_x, slope_y = _fitted_slopes(surface.z_mean, known, surface.grid.cell_m)
     raised, sunk = np.where(known, surface.z_top, -np.inf), np.where(known, surface.z_bot, np.inf)
-    high, low, whole = np.full(known.shape, -np.inf), np.full(known.shape, np.inf), np.ones_like(known)
+    flat_high, flat_low = np.full(known.shape, -np.inf), np.full(known.shape, np.inf)
+    high, low, whole = flat_high.copy(), flat_low.copy(), np.ones_like(known)
     for at in CROSS:
         plane = slope_y * at[0] + slope_x * at[1]
-        np.maximum(high, _moved(raised, at, -np.inf) - plane, out=high)
-        np.minimum(low, _moved(sunk, at, np.inf) - plane, out=low)
+        top, bottom = _moved(raised, at, -np.inf), _moved(sunk, at, np.inf)
+        np.maximum(flat_high, top, out=flat_high)
+        np.minimum(flat_low, bottom, out=flat_low)
+        np.maximum(high, top - plane, out=high)
+        np.minimum(low, bottom - plane, out=low)
         whole &= _moved(known, at, False)
-    rough = high - low > planning.step_m
+    rough = (high - low > planning.step_m) & (flat_high - flat_low > planning.step_m)
     steep = np.hypot(slope_x, slope_y) > math.tan(planning.slope_limit_rad) * surface.grid.cell_m
     return _Ground(
         z=np.where(known, surface.z_mean, np.float32(np.nan)),
