@@ -1,4 +1,4 @@
-"""The archive of one station: every datagram in and out, values, requests, reports, events, products, in one SQLite file.
+"""The archive of a station: every datagram, value, request, report, event and product, in one SQLite file.
 
 Write-ahead log, committed once a turn: a killed station loses at most the turn it was in. All times are int64 ns:
 `at_ns` is ground time of the run, `onboard_ns` the rover's own, `utc_ns` in `runs` the wall clock of the run's start
@@ -22,7 +22,7 @@ create table if not exists reports (run integer, at_ns integer, request_id integ
     state text, code integer, text text, data text);
 create table if not exists events (run integer, at_ns integer, onboard_ns integer, number integer, severity text,
     name text, text text);
-create table if not exists products (run integer, at_ns integer, object_id integer, name text, sha256 text, data blob);
+create table if not exists products (run integer, at_ns integer, object_id integer, name text, codec text, data blob);
 create index if not exists items_by_name on items (name, at_ns);
 """
 TABLES = ("datagrams", "items", "requests", "reports", "events", "products")
@@ -52,7 +52,7 @@ class Archive:
         if table not in TABLES:
             raise ValueError(f"no table `{table}`; known: {', '.join(TABLES)}")
         marks = ", ".join("?" * (len(values) + 1))
-        self._db.execute(f"insert into {table} values ({marks})", (self.run, *values))  # noqa: S608 (name checked)
+        self._db.execute(f"insert into {table} values ({marks})", (self.run, *values))
 
     def commit(self) -> None:
         """Makes this turn's rows safe."""
@@ -63,7 +63,7 @@ class Archive:
         """All rows of this run in the order they were added, without `run`."""
         if table not in TABLES:
             raise ValueError(f"no table `{table}`; known: {', '.join(TABLES)}")
-        found = self._db.execute(f"select * from {table} where run = ? order by rowid", (self.run,))  # noqa: S608
+        found = self._db.execute(f"select * from {table} where run = ? order by rowid", (self.run,))
         return [row[1:] for row in found]
 
     def close(self) -> None:

@@ -95,7 +95,8 @@ class Cable:
     def _wait(self, end_s: float) -> bool:
         left_s = end_s - time.monotonic()
         waiting = select.poll()
-        waiting.register(self.fileno(), select.POLLIN)
+        if self.fileno() >= 0:
+            waiting.register(self.fileno(), select.POLLIN)
         if left_s > 0 and any(event & select.POLLHUP for _, event in waiting.poll(left_s * 1000)):
             time.sleep(min(left_s, 0.002))  # a terminal that nobody has open is always "ready"
         return left_s > 0
@@ -116,9 +117,9 @@ class LidarServer(Cable):
     def __init__(self, host: str = "127.0.0.1", port: int = 0) -> None:
         super().__init__()
         self._client: socket.socket | None = None
-        self._listener = socket.create_server((host, port), backlog=1)
-        self._listener.setblocking(False)
-        self.host, self.port = self._listener.getsockname()[:2]
+        self._listener: socket.socket | None = None
+        self.host, self.port = host, port
+        self._listen()
         self.address = f"tcp:{self.host}:{self.port}"
 
     @property
@@ -128,7 +129,8 @@ class LidarServer(Cable):
 
     def fileno(self) -> int:
         """See Cable."""
-        return (self._client or self._listener).fileno()
+        waiting = self._client or self._listener
+        return waiting.fileno() if waiting else -1
 
     def disconnect(self) -> None:
         """See Cable."""
@@ -140,17 +142,29 @@ class LidarServer(Cable):
     def close(self) -> None:
         """Free the port."""
         self.disconnect()
-        self._listener.close()
+        self.refuse(True)
+
+    def refuse(self, refusing: bool) -> None:
+        """While True the port is closed: who connects is refused by the system. Who is in stays."""
+        super().refuse(refusing)
+        if refusing and self._listener is not None:
+            self._listener.close()
+            self._listener = None
+        elif not refusing and self._listener is None:
+            self._listen()
+
+    def _listen(self) -> None:
+        # a long queue: who comes while the client's place is taken must not wait for the system to try again
+        self._listener = socket.create_server((self.host, self.port), backlog=128)
+        self._listener.setblocking(False)
+        self.host, self.port = self._listener.getsockname()[:2]
 
     def _accept(self) -> None:
-        if self._client is not None:
+        if self._client is not None or self._listener is None:
             return
         try:
             client, _ = self._listener.accept()
         except (BlockingIOError, InterruptedError, ConnectionAbortedError):
-            return
-        if self._refusing:
-            client.close()
             return
         client.setblocking(False)
         client.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Protocol
 
 from onboard.config import Config, ConfigError
-from onboard.core.tick import Rover, tick
+from onboard.core.tick import Rover, farewell, tick
 from onboard.drivers.can_bus import CanBus, open_bus
 from onboard.drivers.clock import LockStepClock, WallClock
 from onboard.drivers.lidar_port import LidarPort, open_port
@@ -156,7 +156,7 @@ def loop(
         connect = ("lidar",) if outputs.lidar_connect else ()
         clock.done(now, ports.sent() if isinstance(ports, LockStepPorts) else {}, connect)
         recorder.write(inputs, outputs)
-    ports.write(rover.farewell(clock.now_ns()))
+    ports.write(farewell(rover, clock.now_ns()))
 
 
 def load_gdem(path: str) -> Gdem | None:

@@ -13,6 +13,8 @@ Rule 3: without a bitmap for 10 s the sender only probes, every 2 s; the first b
         restart of either side, tells it what is missing. An object's id comes from its content and survives restarts.
 Rule 4: a newer object of the same name takes the place of an unfinished older one.
 
+Both ends are in one file, over the usual length: the rules bind both.
+
 A chunk's payload: object u32, serial u32, index u16, data. Index 0xFFFF is the announcement.
 A bitmap's payload: object u32, echo u32, flags u8, base u16, bits of base, base + 1 ... (all below base are there).
 """
@@ -64,6 +66,7 @@ class _Transfer:
     round_ns: int = 1_000_000_000
     announced_ns: int = -(1 << 62)
     probed_ns: int = -(1 << 62)
+    repeat_ns: int = 0
     lost: deque[int] = field(default_factory=deque)
     acked: list[bool] = field(default_factory=list)
     serial_of: list[int] = field(default_factory=list)
@@ -97,12 +100,14 @@ class _Transfer:
 
     def repeat(self, now_ns: int) -> bytes | None:
         """What idle capacity may send once more."""
-        if now_ns - self.heard_ns > _SILENCE_NS or self.next_new < len(self.chunks):
+        idle = now_ns - self.heard_ns <= _SILENCE_NS and self.next_new == len(self.chunks)
+        if not idle or now_ns < self.repeat_ns:
             return None
         index = self._oldest()
-        if index == _ANNOUNCEMENT or now_ns - self.sent_ns[index] < _REPEAT_NS:
+        if index == _ANNOUNCEMENT:
             return None
-        return self.chunk(index, now_ns)
+        self.repeat_ns = self.sent_ns[index] + _REPEAT_NS
+        return self.chunk(index, now_ns) if now_ns >= self.repeat_ns else None
 
     def _oldest(self) -> int:
         waiting = (i for i in range(len(self.chunks)) if not self.acked[i])

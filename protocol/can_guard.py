@@ -125,7 +125,7 @@ class Guard:
 
 
 class Every:
-    """The releases of a cyclic frame."""
+    """The releases of a cyclic frame, on the grid first_ns + k * period_ns."""
 
     __slots__ = ("_due_ns", "_period_ns")
 
@@ -133,7 +133,7 @@ class Every:
         self._period_ns, self._due_ns = period_ns, first_ns
 
     def due(self, now_ns: int) -> bool:
-        """Whether it is time; missed releases are left out, not made up for."""
+        """Whether it is time. After a missed release or `now` the grid begins again at this one."""
         if now_ns < self._due_ns:
             return False
         self._due_ns += self._period_ns
@@ -143,4 +143,4 @@ class Every:
 
     def now(self) -> None:
         """The next question is answered with yes."""
-        self._due_ns = 0
+        self._due_ns = -self._period_ns

@@ -6723,9 +6723,9 @@ class MAVLink_event_message(MAVLink_message):
     native_format = bytearray(b"<QIBcc")
     orders = [0, 1, 2, 3, 4]
     lengths = [1, 1, 1, 1, 1]
-    array_lengths = [0, 0, 0, 24, 120]
-    crc_extra = 196
-    unpacker = struct.Struct("<QIB24s120s")
+    array_lengths = [0, 0, 0, 24, 112]
+    crc_extra = 0
+    unpacker = struct.Struct("<QIB24s112s")
     instance_field = None
     instance_offset = -1
 

@@ -20,6 +20,7 @@ A request is one line; a reply is lines that end in one LF each and closes with 
     text      KEY:VALUE;s                        the sum covers what stands before the `;`
 
 Source: Hokuyo C-42-03320B; statuses and strings as logged from a UTM-30LX. Nothing here was tried on a physical sensor.
+Over 300 lines because both directions stand together: what one end writes and the other reads is seen to be the same.
 """
 
 from __future__ import annotations

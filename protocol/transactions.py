@@ -279,6 +279,10 @@ class Executor:
         payload, key = encode_report(report), report.station << 32 | report.request_id
         self._queue += [(now_ns + n * _COPY_NS, key, payload) for n in range(copies)]
 
+    def waiting(self, now_ns: int) -> bool:
+        """Whether a report is due that was not sent."""
+        return any(row[0] <= now_ns for row in self._queue)
+
     def send(self, now_ns: int, budget_bytes: float = float("inf")) -> list[bytes]:
         """Payloads of Kind.REPORT that are due, oldest first, while their bytes on the line fit the budget."""
         if not self._queue:

@@ -32,7 +32,7 @@ LAG_S = 0.003
 SLEW_RADPS = math.radians(31.875)
 GAP_MS = 5.0
 PENDING = 2
-HISTORY = 4096
+HISTORY = 16384  # knots; half of them, 20 s, stay when it is full
 
 
 class Segment(NamedTuple):
@@ -88,7 +88,7 @@ class TiltNode(Node):
         return TiltState.MOVING if moving and not self.stalled else TiltState.PARKED
 
     def angles_at(self, times_ns: NDArray[np.int64]) -> NDArray[np.float64]:
-        """The true tilt angle, (n,) float64 in rad, at times of the last seconds, (n,) int64; held past the newest."""
+        """The true tilt angle, (n,) float64 in rad, at times of the last 20 s, (n,) int64; held past the newest."""
         n = self._filled
         return np.interp(np.asarray(times_ns, dtype=np.float64), self._times_ns[:n], self._angles_rad[:n])
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from onboard.config import Config
 from onboard.devices.lidar import LidarSession
 from onboard.devices.nodes import Nodes
-from onboard.records import Estimate, PortState
+from onboard.records import PortState, Pose
 from protocol.faults import BY_NAME
 
 _GRACE_NS = 1_000_000_000  # after the start, before a node must have spoken
@@ -25,7 +25,7 @@ class Watched:
     can_state: PortState
     lidar: LidarSession
     nodes: Nodes
-    estimate: Estimate
+    pose: Pose
     last_contact_ns: int
     late_ticks: int
     in_mission: bool
@@ -63,7 +63,7 @@ def _imu_dead(w: Watched) -> bool:
 
 def _tilt_angle(w: Watched) -> bool:
     limit = w.config.safety.tilt_limit_rad
-    return abs(w.estimate.pose.roll_rad) > limit or abs(w.estimate.pose.pitch_rad) > limit
+    return abs(w.pose.roll_rad) > limit or abs(w.pose.pitch_rad) > limit
 
 
 def _command_lost(w: Watched) -> bool:

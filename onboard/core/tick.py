@@ -20,10 +20,11 @@ from onboard.devices.lidar import LidarSession
 from onboard.devices.nodes import Nodes
 from onboard.motion.kinematics import stopped, wheel_commands
 from onboard.perception.localisation import Localisation
-from onboard.records import Gdem, Inputs, Outputs, Twist, WheelCommand, WheelMode
+from onboard.records import Event, Gdem, Inputs, Outputs, Twist, WheelCommand, WheelMode
+from protocol.faults import BY_NAME
+from protocol.modes import Mode
 
 WHEEL_TICKS = 2  # 50 Hz wheel commands
-VIEW_TICKS = 50  # 2 Hz housekeeping
 
 
 class Rover:
@@ -51,7 +52,7 @@ def tick(rover: Rover, inputs: Inputs) -> Outputs:
     orders = rover.downlink.receive(inputs.link_messages, now_ns)
     taken = rover.jobs.take(inputs.jobs, inputs.tick)
 
-    rover.localisation.update(rover.nodes.wheels, rover.nodes.imu, now_ns)
+    rover.localisation.update(rover.nodes.wheels, rover.nodes.imu[-1] if rover.nodes.imu else None, now_ns)
     faults = active_faults(_watched(rover, inputs))
 
     context = Context(
@@ -62,6 +63,7 @@ def tick(rover: Rover, inputs: Inputs) -> Outputs:
         rover.nodes.set_wheels(_steer(rover))
 
     events = _tell(rover, inputs)
+    pose = rover.localisation.pose
     return Outputs(
         can_frames=rover.nodes.send(now_ns, int(rover.executive.mode)),
         lidar_bytes=rover.lidar.send(now_ns),
@@ -69,14 +71,22 @@ def tick(rover: Rover, inputs: Inputs) -> Outputs:
         link_payloads=rover.downlink.send(now_ns),
         jobs=rover.jobs.outgoing(),
         events=events,
+        pose=(pose.x_m, pose.y_m, pose.z_m, pose.roll_rad, pose.pitch_rad, pose.yaw_rad),
         state_digest=_digest(rover),
     )
 
 
+def farewell(rover: Rover, now_ns: int) -> Outputs:
+    """The last outputs of a run: the wheels stand and the LIDAR is quiet."""
+    rover.nodes.set_wheels(stopped(rover.wheels))
+    rover.lidar.stream(False)
+    return Outputs(can_frames=rover.nodes.send(now_ns, int(Mode.STANDBY)), lidar_bytes=rover.lidar.send(now_ns))
+
+
 def _watched(rover: Rover, inputs: Inputs) -> Watched:
     return Watched(
-        inputs.now_ns, rover.config, inputs.can_state, rover.lidar, rover.nodes, rover.localisation.estimate,
-        rover.downlink.last_contact_ns, rover.jobs.late_ticks, rover.executive.in_mission,
+        inputs.now_ns, rover.config, inputs.can_state, rover.lidar, rover.nodes, rover.localisation.pose,
+        rover.downlink.last_contact_ns or 0, rover.jobs.late_ticks, rover.executive.in_mission,
     )
 
 
@@ -90,27 +100,43 @@ def _steer(rover: Rover) -> tuple[WheelCommand, ...]:
     return rover.wheels
 
 
-def _tell(rover: Rover, inputs: Inputs) -> tuple[object, ...]:
+def _tell(rover: Rover, inputs: Inputs) -> tuple[Event, ...]:
     events, rover.executive.events = tuple(rover.executive.events), []
     for event in events:
         rover.downlink.event(event)
     rover.worst_tick_ns = max(rover.worst_tick_ns, inputs.health.last_tick_ns)
-    if inputs.tick % VIEW_TICKS == 0:
-        rover.downlink.sample(view(rover), inputs.now_ns)
+    rover.downlink.mode = rover.executive.mode
+    if rover.downlink.sample_due(inputs.now_ns):
+        rover.downlink.sample(_view(rover), inputs.now_ns)
     return events
 
 
-def view(rover: Rover) -> View:
-    """What telemetry may show."""
-    raise NotImplementedError
+def _view(rover: Rover) -> View:
+    executive, mission = rover.executive, rover.executive.mission
+    return View(
+        mode=executive.mode,
+        phase=executive.phase,
+        estimate=rover.localisation.estimate,
+        goal_m=mission.goal if mission else None,
+        stop=mission.stop if mission else 0,
+        wheels=tuple(wheel for wheel in rover.nodes.wheels if wheel is not None),
+        power=rover.nodes.power,
+        fault_ids=tuple(BY_NAME[name].number for name in executive.active),
+        lidar_good=rover.lidar.counts["good"],
+        lidar_bad=rover.lidar.bad,
+        tick_worst_ms=rover.worst_tick_ns / 1e6,
+        link_received=rover.downlink.received,
+        link_refused=rover.downlink.refused_count,
+        events_waiting=rover.downlink.events_waiting,
+        job=" ".join(rover.jobs.running),
+        job_ratio=mission.progress_ratio if mission else 0.0,
+    )
 
 
 def _digest(rover: Rover) -> bytes:
     """8 bytes over the state of every part: what a replay compares each tick."""
-    estimate = rover.localisation.estimate.pose
     items = (
-        rover.executive.mode, rover.executive.phase, rover.twist, rover.wheels, rover.steering_held,
-        estimate.x_m, estimate.y_m, estimate.z_m, estimate.roll_rad, estimate.pitch_rad, estimate.yaw_rad,
+        int(rover.executive.mode), int(rover.executive.phase), *rover.twist, rover.steering_held,
         rover.localisation.digest_items(), rover.lidar.digest_items(), rover.nodes.digest_items(),
         rover.downlink.digest_items(),
     )

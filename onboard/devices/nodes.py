@@ -1,4 +1,4 @@
-"""What the rover computer knows of its CAN nodes, and what it tells them: frames in, newest values; orders in, frames out."""
+"""What the rover computer knows of its CAN nodes and tells them: frames in, newest values; orders in, frames out."""
 
 from __future__ import annotations
 
@@ -12,13 +12,14 @@ from onboard.records import Frame, ImuSample, PowerState, TiltTrack, WheelComman
 from protocol.can_codec import TABLE, NodeState
 from protocol.can_guard import Counts, Every, Guard, Sender
 
-EMERGENCY_STOP, RESET_REQUEST, TIME_SYNC, DRIVE_ENABLE, TILT_COMMAND, HEARTBEAT = 0x010, 0x020, 0x080, 0x100, 0x120, 0x300
+EMERGENCY_STOP, RESET_REQUEST, TIME_SYNC = 0x010, 0x020, 0x080
+DRIVE_ENABLE, TILT_COMMAND, HEARTBEAT = 0x100, 0x120, 0x300
 WHEEL_COMMAND, WHEEL_FEEDBACK, WHEEL_STATUS = 0x100, 0x180, 0x1A0  # + number of the wheel
 TILT_FEEDBACK, GYRO, ACCEL, POWER_STATUS = 0x1C0, 0x1D0, 0x1D1, 0x200
 NODES = tuple(row.sender for row in TABLE.values() if row.name.startswith("NODE_HEARTBEAT"))
 RAD_PER_COUNT = math.tau / 4096
 FAST_NS, SLOW_NS, TICK_NS = 20_000_000, 100_000_000, 10_000_000
-RESET_LIMIT_NS = 3_000_000_000
+RESET_LIMIT_NS, LOST_NS = 3_000_000_000, 1_500_000_000
 _STOPPED = WheelCommand(WheelMode.OFF, 0.0, 0.0)
 
 
@@ -48,7 +49,7 @@ class _Wheel:
 
 
 class _Reset:
-    """The two steps that release an emergency stop. `done` is the set of nodes that answered the running step."""
+    """The two steps that release an emergency stop. `done`: the nodes that answered the running step."""
 
     def __init__(self, nonce: int) -> None:
         self.nonce, self.step = nonce, 1
@@ -60,8 +61,9 @@ class _Reset:
 class Nodes:
     """The rover's nodes: `receive` once a tick, then read; give orders, then `send`."""
 
-    def __init__(self, rover: config.Rover, can: config.Can) -> None:
+    def __init__(self, rover: config.Rover, can: config.Can, boot_count: int = 1) -> None:
         self._rover, self.stale_ns = rover, can.stale_ns
+        self._boot_count = boot_count & 0xFFFF
         self._guard, self._sender = Guard(), Sender()
         self.tilt = Tilt()
         self._wheels = tuple(_Wheel() for _ in range(4))
@@ -178,7 +180,7 @@ class Nodes:
     # -- orders ----------------------------------------------------------------------------------------------
 
     def set_wheels(self, commands: Sequence[WheelCommand]) -> None:
-        """The orders of the four wheels, repeated at 50 Hz; clipped to the rover's limits. ValueError for NaN or not 4."""
+        """The orders of the four wheels, sent at 50 Hz, clipped to the rover's limits. ValueError for NaN or not 4."""
         if len(commands) != 4:
             raise ValueError(f"{len(commands)} wheel commands for 4 wheels")
         steer, rate = self._rover.steer_limit_rad, self._rover.wheel_rate_limit_radps
@@ -214,7 +216,7 @@ class Nodes:
 
     @property
     def resetting(self) -> bool:
-        """Whether a reset is under way: until every node heard of has answered both steps, at most 3 s."""
+        """Whether a reset is under way: until every node that beats has answered both steps, at most 3 s."""
         return self._reset is not None
 
     # -- out -------------------------------------------------------------------------------------------------
@@ -243,7 +245,7 @@ class Nodes:
             put(TILT_COMMAND, *order)
         if every["beat"].due(now_ns):
             self._beats += 1
-            put(HEARTBEAT, mode, self._beats & 0xFFFF, 1)
+            put(HEARTBEAT, mode, self._beats & 0xFFFF, self._boot_count)
         return tuple(frames)
 
     def digest_items(self) -> tuple[float | int, ...]:
@@ -272,7 +274,7 @@ class Nodes:
 
     def _status_of(self, n: int) -> Callable[[Any, int], None]:
         def handler(values: Any, stamp_ns: int) -> None:
-            self._status[n - 1] = WheelStatus(*values, stamp_ns)
+            self._status[n - 1] = WheelStatus._make((*values, stamp_ns))
 
         return handler
 
@@ -314,7 +316,7 @@ class Nodes:
     def _reset_step(self, reset: _Reset, now_ns: int, put: Callable[..., None]) -> None:
         if reset.begun_ns < 0:
             reset.begun_ns = now_ns
-        if reset.done >= self._states.keys():
+        elif all(node in reset.done for node, stamp_ns in self._heard_ns.items() if now_ns - stamp_ns < LOST_NS):
             if reset.step == 2:
                 self._reset = self.emergency = None
                 return

@@ -5,10 +5,10 @@ Node clock -> onboard time, the arrival envelope:
     arrival - node time                     Rule 1: the frames that waited least show the true offset, so the estimate
       |    .  .      .   . . .                      is the lower envelope of (arrival - node time).
       |  . __.___.___.______.__ envelope    Rule 2: it may rise by LEAK_PPM, more than the two clocks drift apart.
-      +------------------------ time        Rule 3: a step of more than JUMP_US is another clock: begin again, count it.
+      +------------------------ time        Rule 3: a step of more than JUMP_US is another clock: begin again.
 
-A sweep is sent segment by segment: each start time is the end of the segment before as the node will compute it from the
-frame's own resolution, and each rate is rounded so that the sweep stays on its planned time; so segments join.
+A sweep is sent segment by segment: each start time is the end of the segment before as the node will compute it from
+the frame's own resolution, and each rate is rounded so that the sweep stays on its planned time; so segments join.
 """
 
 from __future__ import annotations
@@ -131,7 +131,7 @@ class Tilt:
         )
 
     def sweep(self, segments: Sequence[SegmentLike], start_ns: int) -> None:
-        """Begins a sweep at `start_ns`, later if that is less than 0.2 s after the next send. ValueError as `orders`."""
+        """Begins a sweep at `start_ns`, later if the next send is less than 0.2 s before. ValueError as `orders`."""
         self._sweep, self._sent, self._order = orders(segments, start_ns), 0, None
 
     def park(self, angle_rad: float, now_ns: int) -> None:

@@ -65,7 +65,8 @@ class LidarPort:
             over = self.state is not PortState.OPEN and self._fd < 0
             if self.received >= total_bytes or over:
                 break
-            self._wait(end_s, f"{total_bytes} bytes were announced on {self.address}, {self.received} came")
+            if not self._wait(end_s):
+                raise TimeoutError(f"{total_bytes} bytes were announced on {self.address}, {self.received} came")
         size = max(0, min(total_bytes, self.received) - start)
         data = bytes(self._pending[:size])
         del self._pending[:size]
@@ -74,8 +75,8 @@ class LidarPort:
     def wait_open(self, limit_s: float) -> PortState:
         """Wait until an attempt of connect() is decided, at most `limit_s` of wall time. The state then."""
         end_s = time.monotonic() + limit_s
-        while self.state is PortState.CLOSED and self._fd >= 0 and time.monotonic() < end_s:
-            self._wait(end_s, f"{self.address} does not answer", select.POLLOUT)
+        self._advance()
+        while self.state is PortState.CLOSED and self._fd >= 0 and self._wait(end_s):
             self._advance()
         return self.state
 
@@ -136,13 +137,13 @@ class LidarPort:
             except OSError:
                 self._drop(PortState.ERROR)
 
-    def _wait(self, end_s: float, complaint: str, events: int = select.POLLIN) -> None:
+    def _wait(self, end_s: float) -> bool:
         left_s = end_s - time.monotonic()
-        if left_s <= 0:
-            raise TimeoutError(complaint)
-        waiting = select.poll()
-        waiting.register(self._fd, events if self.state is PortState.OPEN else select.POLLOUT)
-        waiting.poll(left_s * 1000)
+        if left_s > 0:
+            waiting = select.poll()
+            waiting.register(self._fd, select.POLLIN if self.state is PortState.OPEN else select.POLLOUT)
+            waiting.poll(left_s * 1000)
+        return left_s > 0
 
 
 class _TcpPort(LidarPort):

@@ -6,7 +6,8 @@ L shrinks in bends until the leg bows by at most 6 mm from the chord, and grows 
 
 `carrot`: the chapter's law without its mixing of body heading and wheel angle (Eq. 38 to 40 corrected): the body drives
 ahead at cruise speed and turns by omega = clip(K_p * wrap(bearing - theta)). For a small distance y from a straight
-path y'' + K_p y' + (K_p v / L) y = 0: damping 1/2 sqrt(K_p L / v). It drives the path as one leg and cuts corners.
+path y'' + K_p y' + (K_p v / L) y = 0: damping 1/2 sqrt(K_p L / v). It drives the path as one leg, cuts corners,
+and looks at the stations' yaw only at the end.
 
 Both: an error of heading above 45 degrees stops the rover, which turns on the spot until it is below 5 degrees.
 """
@@ -25,6 +26,7 @@ from protocol.conventions import wrap_rad
 LEG_END_M = 0.01  # a leg is driven to within this of its end
 BRAKE_MPS2 = 0.06  # slowing before the end of a leg; the wheels manage 0.1 (1 rad/s2 on 0.1 m)
 CREEP_MPS = 0.015
+SLOWEST_TURN_RADPS = 0.03  # of a turn on the spot, so that its end does not crawl
 STEER_RATE_RADPS = 0.4  # what the follower asks of the steering units (they manage 0.5)
 JUMP_RAD = math.radians(15.0)  # a change of steering larger than this is left to steering before driving
 
@@ -107,7 +109,8 @@ class Follower:
         return Twist(speed * math.cos(direction), speed * math.sin(direction), self._yaw_rate(error))
 
     def _spin(self, error_rad: float) -> Twist:
-        return Twist(0.0, 0.0, self._yaw_rate(error_rad))
+        rate = self._yaw_rate(error_rad)
+        return Twist(0.0, 0.0, math.copysign(max(abs(rate), SLOWEST_TURN_RADPS), rate))
 
     def _yaw_rate(self, error_rad: float) -> float:
         limit = self._motion.yaw_rate_limit_radps

@@ -1,8 +1,8 @@
 """Roll and pitch from the IMU: gyro over short times, gravity over long ones (a complementary filter).
 
-The rover is slow, so over seconds the specific force is gravity's: at rest it reads g * (-sin p, cos p sin r, cos p cos r).
-A sample whose length is more than a tenth off gravity's (a wheel drops from a stone) is left out. Gravity's length and the
-gyro's bias are the means of the first half second, while the rover stands.
+The rover is slow, so over seconds the specific force is gravity's: at rest g * (-sin p, cos p sin r, cos p cos r). A
+sample whose length is more than a tenth off gravity's (a wheel drops from a stone) is left out. Gravity's length and
+the gyro's bias are the means of the first half second, while the rover stands.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ GRAVITY_TOLERANCE_RATIO = 0.1
 class Attitude:
     """roll_rad, pitch_rad, and yaw_rate_radps about the map's vertical with the starting bias taken out.
 
-    ready: the starting means are complete; until then roll and pitch are those of the mean so far.
+    Until `ready`, roll and pitch are those of the mean force so far, and the yaw rate is 0.
     """
 
     def __init__(self) -> None:

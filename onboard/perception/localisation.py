@@ -3,8 +3,8 @@
     every tick (100 Hz)     way of the wheels and rate of the gyro move the pose, by plain arithmetic:
                             d(x, y, z) = (1 - slip) * R(roll, pitch, yaw) * (dx, dy, 0),  d yaw = (gyro - bias) * dt
     every 100 ms of moving  the filter's covariance is predicted over what moved since (the state is already there)
-    every 0.5 s of standing the wheels say that the gyro should read nothing: its mean is the bias (zero-velocity update),
-                            and the pose does not move
+    every 0.5 s of standing the mean of the gyro is its bias (zero-velocity update); the pose stays, but for the part of
+                            the last drive's turn that the bias now explains
     at a stop               the registration corrects x, y, z, yaw, and through them slip and bias, or is refused
 
 Roll and pitch come from `attitude`. The slip ratio is 1 - (way of the body) / (way of the wheels).
@@ -23,7 +23,7 @@ from filterpy.kalman import ExtendedKalmanFilter
 from onboard.config import Localisation as LocalisationConfig
 from onboard.config import Rover
 from onboard.motion.odometry import Odometry, Step
-from onboard.perception.attitude import Attitude
+from onboard.perception.attitude import START_SAMPLES, Attitude
 from onboard.perception.registration import RegistrationResult, credible
 from onboard.records import F64, Estimate, ImuSample, Pose, Twist, WheelState
 from protocol.conventions import wrap_rad
@@ -32,9 +32,9 @@ X, Y, Z, YAW, BIAS, SLIP = range(6)
 PREDICT_NS = 100_000_000
 STANDING_NS = 500_000_000
 IMU_STALE_NS = 100_000_000
-QUIET_RADPS = 0.01  # a gyro beyond this while the wheels stand: the rover is pushed or slides, and turns
+QUIET_RADPS = 0.01  # a gyro beyond this (and 5 sigma) while the wheels stand: the rover is pushed or slides, and turns
 START_SIGMA = (0.001, 0.001, 0.001, 0.001)  # the map begins here: only the scale of the numbers
-BIAS_SIGMA_RADPS = 0.001
+BIAS_FLOOR_RADPS = 1e-4
 BIAS_WALK = 1e-5  # rad/s per sqrt(s)
 WAY_WALK = 0.02  # m per sqrt(m), of x and y
 HEIGHT_WALK = 0.03  # m per sqrt(m): one degree of pitch that is not known
@@ -54,15 +54,18 @@ class Localisation:
         self._odometry, self._attitude = Odometry(rover, stale_ns), Attitude()
         self._filter = ExtendedKalmanFilter(dim_x=6, dim_z=4)
         self._filter.x = np.zeros(6)
-        self._filter.P = np.diag([*START_SIGMA, BIAS_SIGMA_RADPS, config.odometry_noise_ratio]) ** 2
+        self._filter.predict_x = self._already_there
+        bias = config.gyro_noise_radps / math.sqrt(START_SAMPLES) + BIAS_FLOOR_RADPS
+        self._filter.P = np.diag([*START_SIGMA, bias, config.odometry_noise_ratio]) ** 2
         self._state = [0.0] * 6
         self._now_ns = self._imu_ns = -1
         self.step = Step(0.0, 0.0, 0.0, Twist(), 0.0, 0, True)
         self.yaw_rate_radps = 0.0
         self._since_ns = 0
-        self._moved = [0.0] * 5  # raw dx, dy, dz, |way|, |turn| since the last prediction
+        self._moved = [0.0] * 6  # raw dx, dy, dz, |way|, |turn|, seconds since the last prediction
         self._standing_since_ns = -1
-        self._rates_sum, self._rates = 0.0, 0
+        self._rates_sum, self._rates, self._fresh = 0.0, 0, False
+        self._quiet_radps = max(QUIET_RADPS, 5.0 * config.gyro_noise_radps)
 
     @property
     def slip_ratio(self) -> float:
@@ -98,9 +101,9 @@ class Localisation:
         self._now_ns = now_ns
         step = self.step = self._odometry.update(wheels, now_ns)
         turn = self._turn_rad(imu, now_ns, elapsed_s)
-        standing = step.standing and abs(self.yaw_rate_radps) < QUIET_RADPS
+        standing = step.standing and abs(self.yaw_rate_radps) < self._quiet_radps
         if not standing:
-            self._move(step, turn)
+            self._move(step, turn, elapsed_s)
             self._standing_since_ns = -1
             if now_ns - self._since_ns >= PREDICT_NS:
                 self._predict()
@@ -108,7 +111,7 @@ class Localisation:
         if self._standing_since_ns < 0:
             self._predict()
             self._standing_since_ns, self._rates_sum, self._rates = now_ns, 0.0, 0
-        if self._imu_ns == now_ns or (imu is not None and imu.stamp_ns == self._imu_ns):
+        if self._fresh:
             self._rates_sum += self._attitude.yaw_rate_radps
             self._rates += 1
         if now_ns - self._standing_since_ns >= STANDING_NS:
@@ -134,7 +137,7 @@ class Localisation:
         return True
 
     def reset(self, pose: Pose) -> None:
-        """Puts the rover at a pose known from elsewhere (within 5 cm and 1 degree); what was learned of bias and slip stays."""
+        """Puts the rover at a pose known from elsewhere, to within 5 cm and 1 degree; bias and slip stay as learned."""
         self._predict()
         self._state[:4] = [pose.x_m, pose.y_m, pose.z_m, pose.yaw_rad]
         self._filter.x = np.array(self._state)
@@ -150,18 +153,21 @@ class Localisation:
 
     def _turn_rad(self, imu: ImuSample | None, now_ns: int, elapsed_s: float) -> float:
         """Turn of this tick: the gyro's, or the wheels' where the IMU is silent."""
+        self._fresh = False
         if imu is None or now_ns - imu.stamp_ns > IMU_STALE_NS:
             self.yaw_rate_radps = self.step.twist.yaw_radps
             return self.step.dyaw_rad
-        if imu.stamp_ns != self._imu_ns:
+        self._fresh = imu.stamp_ns != self._imu_ns
+        if self._fresh:
             since_s = (imu.stamp_ns - self._imu_ns) * 1e-9 if self._imu_ns >= 0 else 0.0
             self._attitude.update(imu, min(since_s, 0.1), self.step.standing)
             self._imu_ns = imu.stamp_ns
         self.yaw_rate_radps = self._attitude.yaw_rate_radps - self._state[BIAS]
         return self.yaw_rate_radps * elapsed_s
 
-    def _move(self, step: Step, turn_rad: float) -> None:
+    def _move(self, step: Step, turn_rad: float, elapsed_s: float) -> None:
         state, moved = self._state, self._moved
+        moved[5] += elapsed_s
         yaw = state[YAW] + 0.5 * turn_rad
         state[YAW] = wrap_rad(state[YAW] + turn_rad)
         moved[4] += abs(turn_rad)
@@ -181,12 +187,11 @@ class Localisation:
 
     def _predict(self) -> None:
         """Covariance over what moved since the last call; the state has moved already."""
-        dx, dy, dz, way, turn = self._moved
-        seconds = max(0, self._now_ns - self._since_ns) * 1e-9
-        self._since_ns = max(0, self._now_ns)
+        dx, dy, dz, way, turn, seconds = self._moved
+        self._since_ns = self._now_ns
         if way == 0.0 and turn == 0.0:
             return
-        self._moved = [0.0] * 5
+        self._moved = [0.0] * 6
         keep = 1.0 - self._state[SLIP]
         F = np.eye(6)
         F[X, YAW], F[Y, YAW] = -keep * dy, keep * dx
@@ -199,7 +204,6 @@ class Localisation:
         walk = WAY_WALK**2 * way
         Q = [walk, walk, HEIGHT_WALK**2 * way, yaw, BIAS_WALK**2 * seconds, SLIP_WALK**2 * way]
         self._filter.F, self._filter.Q = F, np.diag(Q)
-        self._filter.predict_x = self._already_there
         self._filter.predict()
 
     def _already_there(self, u: object = 0) -> None:

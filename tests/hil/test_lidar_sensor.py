@@ -273,12 +273,36 @@ def test_announced_bytes_that_never_come_are_a_timeout_that_says_so():
 def test_refused_and_absent_ports_are_states_not_exceptions():
     server = LidarServer()
     port = open_port(server.address)
-    server.close()
+    server.refuse(True)
     port.connect()
     assert port.wait_open(5.0) is PortState.ERROR
+    server.refuse(False)
+    port.connect()
+    assert port.wait_open(5.0) is PortState.OPEN and server.wait_client(5.0)
+    port.close()
+    server.close()
     terminal = open_port("tty:/dev/there-is-no-such-scanner")
     terminal.connect()
     assert terminal.state is PortState.ERROR and terminal.read(0) == ()
+
+
+def test_clients_that_came_and_went_while_nobody_looked_do_not_block_the_next():
+    server = LidarServer()
+    for _ in range(30):
+        port = open_port(server.address)
+        port.connect()
+        assert port.wait_open(5.0) is PortState.OPEN
+        port.close()
+    port = open_port(server.address)
+    port.connect()
+    assert port.wait_open(5.0) is PortState.OPEN
+    port.write(b"VV\n")
+    received = b""
+    for _ in range(40):
+        received += server.poll()
+    assert received == b"VV\n" and server.connected
+    port.close()
+    server.close()
 
 
 def test_second_client_waits_and_slow_reader_loses_whole_writes():

@@ -1,0 +1,207 @@
+"""The ground command: parse, call, print; every way it can end has an exit code of sysexits.h.
+
+0 done, 1 the rover reported a failure, 64 usage, 66 no station or script file, 69 no link or no rover,
+73 cannot write a file, 75 not finished in time, 78 wrong settings or keys, 130 ended by Ctrl-C.
+"""
+
+from __future__ import annotations
+
+import json
+import sqlite3
+import sys
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from ground import show
+from ground.clock import ClockError, parse_address
+from ground.operate import FAILED, TEMPORARY, Plan, Teller, operate
+from ground.script import ScriptError, Step, parse, parse_command
+from ground.session import Session
+from ground.settings import NoStationError, load_settings
+from ground.station import StationError
+from onboard.config import ConfigError
+from protocol import commands
+from protocol.products import LDEM_CODEC, decode_ldem
+
+USAGE, NO_INPUT, UNAVAILABLE, CANNOT_CREATE, CONFIG, INTERRUPTED = 64, 66, 69, 73, 78, 130
+
+_CODES: tuple[tuple[type[Exception], int], ...] = (
+    (ScriptError, USAGE), (NoStationError, NO_INPUT), (StationError, UNAVAILABLE), (ClockError, UNAVAILABLE),
+    (ConfigError, CONFIG), (OSError, CANNOT_CREATE), (sqlite3.Error, CANNOT_CREATE),
+)
+_ENDINGS = {FAILED: "the rover reported a failure", TEMPORARY: "not finished in time; the rover carries on"}
+
+app = typer.Typer(
+    help="Fly the rover over the space link.\n\nStart with `ground status`, then `ground goto 12 3`.",
+    add_completion=True, pretty_exceptions_enable=False,
+)
+StationFile = Annotated[Path | None, typer.Option(
+    "--station", metavar="FILE", help="Station file; else ./ground.toml or ./build/sim/ground.toml.")]
+Json = Annotated[bool, typer.Option("--json", help="One JSON object per line.")]
+Timeout = Annotated[float, typer.Option(min=0, metavar="S", help="Give up after so many seconds; 0: never.")]
+Contact = Annotated[float, typer.Option(min=0, metavar="S", help="How long to wait for the first word of the rover.")]
+
+
+def _out(line: str) -> None:
+    sys.stdout.write(line + "\n")
+    sys.stdout.flush()
+
+
+def _run(station: Path | None, plan: Plan, as_json: bool) -> tuple[int, Session]:
+    settings = load_settings(station)
+    return operate(settings, plan, Teller(_out, as_json, plan.report_s or settings.report_s))
+
+
+def _one(words: list[str], contact_s: float, timeout_s: float, lifetime_s: float = 60.0) -> Plan:
+    """The plan of a single command."""
+    try:
+        name, arguments = parse_command(words)
+    except ValueError as error:
+        raise typer.BadParameter(str(error)) from None
+    step = Step(1, " ".join(words), "command", name, arguments, None)
+    return Plan((step,), contact_s=contact_s, limit_s=timeout_s, lifetime_s=lifetime_s)
+
+
+@app.command(context_settings={"ignore_unknown_options": True},
+             epilog="Examples: ground goto 12 3 | ground goto -- -4 0.5 --heading 90")
+def goto(
+    x_m: Annotated[float, typer.Argument(metavar="X", help="East in the map frame, m.")],
+    y_m: Annotated[float, typer.Argument(metavar="Y", help="North in the map frame, m.")],
+    heading: Annotated[float | None, typer.Option(metavar="DEG", help="Final heading, degrees from east.")] = None,
+    expires: Annotated[float, typer.Option(min=0, metavar="S", help="Not begun if it arrives later; 0: any.")] = 60.0,
+    timeout: Timeout = 0.0,
+    contact: Contact = 20.0,
+    station: StationFile = None,
+    as_json: Json = False,
+) -> None:
+    """Drive to a place by itself; ends when the rover reports the outcome."""
+    words = ["goto", repr(x_m), repr(y_m)] + ([] if heading is None else [repr(heading)])
+    raise typer.Exit(_run(station, _one(words, contact, timeout, expires), as_json)[0])
+
+
+def _simple(row: commands.Command) -> None:
+    """A verb for a command without arguments."""
+    def verb(timeout: Timeout = 60.0, contact: Contact = 20.0, station: StationFile = None,
+             as_json: Json = False) -> None:
+        raise typer.Exit(_run(station, _one([row.name], contact, timeout), as_json)[0])
+    verb.__doc__ = f"{row.meaning[0].upper()}{row.meaning[1:]}."
+    name = row.name.replace("_", "-")
+    app.command(name, epilog=f"Example: ground {name}")(verb)
+
+
+for _row in commands.TABLE:
+    if not _row.arguments and _row.name != "status":
+        _simple(_row)
+
+
+@app.command(epilog="Examples: ground status | ground status --json")
+def status(
+    timeout: Timeout = 60.0, contact: Contact = 20.0, station: StationFile = None, as_json: Json = False
+) -> None:
+    """What the rover is doing, where it is, how the link is."""
+    code, session = _run(station, _one(["status"], contact, timeout), as_json)
+    known: dict[str, Any] = show.status(session, session.heard_ns or 0)
+    if as_json:
+        _out(json.dumps({"news": "status", **known}))
+    else:
+        for name, item in known["items"].items():
+            _out(f"{name:24} {'?' if item is None else f'{item:g}'}")
+        _out(f"{'rtt_s':24} {known['link']['rtt_s']:.2f}")
+    raise typer.Exit(code)
+
+
+@app.command(epilog="Examples: ground get ldem | ground get ldem --out map.npz")
+def get(
+    product: Annotated[str, typer.Argument(help="What to fetch: ldem.")],
+    out: Annotated[Path | None, typer.Option(metavar="FILE", help="Where to; .npz, or .bin as sent.")] = None,
+    timeout: Timeout = 600.0,
+    contact: Contact = 20.0,
+    station: StationFile = None,
+    as_json: Json = False,
+) -> None:
+    """Fetch a product of the rover: the map (ldem) as .npz of heights_m, node_sets, x0_m, y0_m, cell_m."""
+    code, session = _run(station, _one(["get", product], contact, timeout), as_json)
+    if code == 0:
+        save_product(session, product, out or Path(f"{product}.npz"))
+    raise typer.Exit(code)
+
+
+def save_product(session: Session, name: str, path: Path) -> None:
+    """Writes the newest product of a name: decoded as .npz, else the bytes as they were sent."""
+    import numpy as np
+
+    found = next(p for p in reversed(session.products.values()) if p.name == name)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    if path.suffix == ".npz" and found.codec == LDEM_CODEC:
+        ldem = decode_ldem(found.data)
+        grid = ldem.grid
+        np.savez_compressed(path, heights_m=ldem.heights_m, node_sets=ldem.node_sets, x0_m=grid.x0_m, y0_m=grid.y0_m,
+                            cell_m=grid.cell_m)
+    else:
+        path.write_bytes(found.data)
+    sys.stderr.write(f"{path} written\n")
+
+
+@app.command(epilog="Example: ground watch")
+def watch(contact: Contact = 0.0, station: StationFile = None, as_json: Json = False) -> None:
+    """Show events and a status line each second until Ctrl-C."""
+    raise typer.Exit(_run(station, Plan(contact_s=contact, report_s=1.0), as_json)[0])
+
+
+@app.command(epilog="Examples: ground script mission.txt | echo 'goto 12 3' | ground script -")
+def script(
+    file: Annotated[str, typer.Argument(metavar="FILE|-", help="Lines like `at 2.0: goto 12 3`, `wait goto`.")],
+    barrier: Annotated[str, typer.Option(metavar="tcp:HOST:PORT", help="The bench owns time (lock-step).")] = "",
+    timeout: Timeout = 0.0,
+    out: Annotated[Path | None, typer.Option(metavar="FOLDER", help="Where products are written to.")] = None,
+    station: StationFile = None,
+    as_json: Json = False,
+) -> None:
+    """Run an operator's script: commands at exact times, waits, products; 0 when all of it succeeded."""
+    if barrier:
+        try:
+            parse_address(barrier)
+        except ValueError as error:
+            raise typer.BadParameter(str(error), param_hint="--barrier") from None
+    try:
+        text = sys.stdin.read() if file == "-" else Path(file).read_text()
+    except OSError as error:
+        raise NoStationError(f"{file}: {error.strerror}") from error
+    plan = Plan(tuple(parse(text, file)), barrier=barrier, limit_s=timeout, report_s=0.0)
+    code, session = _run(station, plan, as_json)
+    for product in session.products.values():
+        if out is not None:
+            save_product(session, product.name, out / f"{product.name}.npz")
+    raise typer.Exit(code)
+
+
+def run(argv: list[str] | None = None) -> int:
+    """The command line; returns the exit code. A user's mistake is one line on stderr, never a traceback."""
+    try:
+        words = sys.argv[1:] if argv is None else argv
+        command = typer.main.get_command(app)
+        code = int(command.main(words or ["--help"], prog_name="ground", standalone_mode=False) or 0)
+    except typer.TyperException as error:
+        code, context = USAGE, getattr(error, "ctx", None)
+        path = context.command_path if context else "ground"
+        text = f"{getattr(error, 'format_message', error.__str__)()} (see `{path} --help`)"
+    except (KeyboardInterrupt, typer.Abort):
+        code, text = INTERRUPTED, "ended by Ctrl-C; the rover carries on with what it was told"
+    except tuple(kind for kind, _ in _CODES) as error:
+        code, text = next(code for kind, code in _CODES if isinstance(error, kind)), str(error)
+    else:
+        text = _ENDINGS.get(code, "")
+    if text:
+        sys.stderr.write(f"ground: {text}\n")
+    return code
+
+
+def main() -> None:
+    """Entry point."""
+    sys.exit(run())
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,115 @@
+"""One operation of the station from its start to its exit code: clock, link, archive and a script, turn by turn."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from contextlib import ExitStack
+from dataclasses import dataclass
+
+from ground import show
+from ground.archive import Archive
+from ground.clock import Clock, LockstepClock, WallClock
+from ground.script import Runner, Step
+from ground.session import Item, News, Progress, Session
+from ground.settings import Settings
+from ground.station import Station, StationError
+
+OK, FAILED, UNAVAILABLE, TEMPORARY = 0, 1, 69, 75
+_LINK_LIMIT_S = 20.0
+
+
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """What to do. steps empty: only listen. contact_s, limit_s: wall or bench seconds; 0: for ever."""
+
+    steps: tuple[Step, ...] = ()
+    barrier: str = ""
+    contact_s: float = 0.0
+    limit_s: float = 0.0
+    lifetime_s: float = 60.0
+    report_s: float = 5.0
+
+
+class Teller:
+    """Prints news as text or JSON through `out`; status lines every `report_s`."""
+
+    def __init__(self, out: Callable[[str], None], as_json: bool, report_s: float) -> None:
+        self._out, self._json, self._report_ns = out, as_json, round(report_s * 1e9)
+        self._next_ns = 0
+        self._progress: dict[str, int] = {}
+
+    def news(self, news: list[News]) -> None:
+        """What was heard in one turn. Progress only each tenth part."""
+        for one in news:
+            if isinstance(one, Progress) and not self._moved(one):
+                continue
+            if self._json:
+                self._out(show.news_json(one))
+            elif not isinstance(one, Item):
+                self._out(show.news_line(one) or "")
+
+    def begun(self, lines: list[str], now_ns: int) -> None:
+        """Lines of the script that begin now."""
+        for line in lines:
+            if not self._json:
+                self._out(f"{show.clock(now_ns)}  script    {line}")
+
+    def status(self, session: Session, now_ns: int) -> None:
+        """A status line when one is due."""
+        if not self._json and now_ns >= self._next_ns and session.heard_ns is not None:
+            self._next_ns = now_ns + self._report_ns
+            self._out(show.status_line(session, now_ns))
+
+    def _moved(self, progress: Progress) -> bool:
+        tenth = 10 * progress.have // max(1, progress.total)
+        moved = self._progress.get(progress.name) != tenth
+        self._progress[progress.name] = tenth
+        return moved
+
+
+def operate(settings: Settings, plan: Plan, teller: Teller) -> tuple[int, Session]:
+    """Runs the plan to its end; the exit code and what is known by then.
+
+    Raises StationError, ClockError or ConfigError where link, bench or settings are at fault.
+    """
+    with ExitStack() as stack:
+        lockstep = bool(plan.barrier)
+        utc_ns = 0 if lockstep else time.time_ns()
+        archive = stack.enter_context(Archive(settings.archive or ":memory:", utc_ns))
+        station = stack.enter_context(Station(settings, archive))
+        # The emulator says HELLO only after our probe, the bench starts only after both: knock before the barrier.
+        station.wait_open(6 * _LINK_LIMIT_S if lockstep else _LINK_LIMIT_S)
+        clock: Clock = stack.enter_context(LockstepClock(plan.barrier) if lockstep else WallClock())
+        return _turns(station, clock, plan, teller), station.session
+
+
+def _turns(station: Station, clock: Clock, plan: Plan, teller: Teller) -> int:
+    runner = Runner(list(plan.steps), plan.lifetime_s)
+    session, wake_ns = station.session, None
+    while True:
+        turn = clock.turn(station.sent, wake_ns)
+        if turn is None:
+            return OK if not plan.steps else TEMPORARY
+        now_ns = turn.now_ns
+        teller.news(station.turn(turn))
+        if plan.steps:
+            teller.begun(runner.step(session, now_ns), now_ns)
+        station.flush(now_ns)
+        teller.status(session, now_ns)
+        code = _end(runner, session, plan, now_ns)
+        if code is not None:
+            clock.finish(station.sent, code)
+            return code
+        wake_ns = min((t for t in (runner.next_due_ns(now_ns), session.next_due_ns(now_ns)) if t is not None),
+                      default=None)
+
+
+def _end(runner: Runner, session: Session, plan: Plan, now_ns: int) -> int | None:
+    if plan.steps and runner.result is not None:
+        return OK if runner.result else FAILED
+    if plan.contact_s and session.heard_ns is None and now_ns > plan.contact_s * 1e9:
+        raise StationError(f"nothing heard of the rover within {plan.contact_s:g} s")
+    if plan.limit_s and now_ns > plan.limit_s * 1e9:
+        return TEMPORARY
+    return None

@@ -1,0 +1,89 @@
+"""News as lines for people and as JSON for programs; degrees appear here and nowhere below."""
+
+from __future__ import annotations
+
+import json
+import math
+from typing import Any
+
+from ground.session import EventHeard, News, ProductHeard, Progress, ReportHeard, Session
+from protocol.modes import Mode, Phase
+
+
+def clock(now_ns: int) -> str:
+    """Time of the run, as `  12.34 s`."""
+    return f"{now_ns / 1e9:8.2f} s"
+
+
+def news_line(news: News) -> str | None:
+    """One line of text; None for what a status line says better (items)."""
+    match news:
+        case EventHeard(at_ns, onboard_ns, _, severity, name, text):
+            return f"{clock(at_ns)}  {severity:8}  {name}: {text}  (onboard {onboard_ns / 1e9:.2f} s)"
+        case ReportHeard(at_ns, name, report):
+            words = f": {report.text}" if report.text else ""
+            return f"{clock(at_ns)}  command   {name} #{report.request_id} {report.state.name.lower()}{words}"
+        case ProductHeard(at_ns, product):
+            return f"{clock(at_ns)}  product   {product.name} ({product.codec}), {len(product.data)} B, SHA-256 right"
+        case Progress(at_ns, name, have, total):
+            return f"{clock(at_ns)}  transfer  {name} {have} of {total} chunks"
+    return None
+
+
+def news_json(news: News) -> str:
+    """One JSON object on one line; `news` says what it is. Bytes are given by their length."""
+    tree: dict[str, Any] = {"news": type(news).__name__.removesuffix("Heard").lower()}
+    match news:
+        case ReportHeard(at_ns, name, report):
+            tree |= {"at_ns": at_ns, "command": name} | report._asdict() | {"state": report.state.name}
+        case ProductHeard(at_ns, product):
+            tree |= {"at_ns": at_ns, **product._asdict(), "data": len(product.data)}
+        case _:
+            tree |= news._asdict()
+    return json.dumps({key: _plain(item) for key, item in tree.items()})
+
+
+def _plain(item: Any) -> Any:
+    return None if isinstance(item, float) and not math.isfinite(item) else item
+
+
+def status(session: Session, now_ns: int) -> dict[str, Any]:
+    """What is known of the rover: every item's newest value, its age, and the link."""
+    age_s = None if session.heard_ns is None else (now_ns - session.heard_ns) / 1e9
+    refused = {kind: n for kind, n in session.counts.items() if kind != "ok"}
+    link = {"heard_s_ago": age_s, "boot_id": session.boot_id, "rtt_s": session.far_clock.rtt_ns / 1e9,
+            "datagrams": session.counts["ok"], "refused": refused}
+    return {"items": {name: _plain(item.value) for name, item in session.items.items()}, "link": link}
+
+
+def status_line(session: Session, now_ns: int) -> str:
+    """One line: mode, phase, pose, distance to the goal, age."""
+    if session.heard_ns is None:
+        return f"{clock(now_ns)}  nothing heard yet"
+    parts = [clock(now_ns), " " + "/".join(_names(session))]
+    x_m, y_m, yaw_rad = (_number(session, name) for name in ("x_m", "y_m", "yaw_rad"))
+    if x_m is not None and y_m is not None:
+        parts.append(f"x {x_m:.2f} m  y {y_m:.2f} m")
+    if yaw_rad is not None:
+        parts.append(f"yaw {math.degrees(yaw_rad):.0f}°")
+    distance_m = _number(session, "goal_distance_m")
+    if distance_m is not None:
+        parts.append(f"to goal {distance_m:.2f} m")
+    parts.append(f"({(now_ns - session.heard_ns) / 1e9:.1f} s old)")
+    return "  ".join(parts)
+
+
+def _names(session: Session) -> list[str]:
+    names = []
+    for item, kind in (("mode", Mode), ("phase", Phase)):
+        number = _number(session, item)
+        if number is not None:
+            names.append(kind(int(number)).name if int(number) in kind.__members__.values() else f"{item} {number:g}")
+    return [name for name in names if name != "NONE"] or ["?"]
+
+
+def _number(session: Session, name: str) -> float | None:
+    item = session.items.get(name)
+    if item is None or not math.isfinite(item.value):
+        return None
+    return item.value

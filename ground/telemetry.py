@@ -1,0 +1,79 @@
+"""MAVLink bundles of the rover, decoded: values by the rows of protocol.telemetry, events once each, acknowledged."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+from protocol import WireError, events, telemetry
+from protocol import eldorado_dialect as dialect
+
+_SEVERITIES = ("critical", "critical", "critical", "error", "warning", "info", "info", "debug")
+_ACK_NS = 1_000_000_000
+
+
+class Value(NamedTuple):
+    """One item at onboard time; messages without a stamp have that of the message before."""
+
+    onboard_ns: int
+    name: str
+    value: float
+
+
+class Event(NamedTuple):
+    """One event that was not known yet."""
+
+    onboard_ns: int
+    serial: int
+    severity: str
+    name: str
+    text: str
+
+
+class TelemetryReceiver:
+    """The ground's decoder for one boot of the rover."""
+
+    def __init__(self) -> None:
+        self._mavlink = dialect.MAVLink(None)
+        self._events = events.EventReceiver()
+        self.onboard_ns = 0
+        self._acked_ns = -_ACK_NS
+        self._ack_due_ns: int | None = None
+
+    def receive(self, payload: bytes, now_ns: int) -> list[Value | Event]:
+        """Values and new events of one bundle. Raises WireError("mavlink") on a malformed one."""
+        heard: list[Value | Event] = []
+        for message in self._messages(payload):
+            self._read_stamp(message)
+            if message.get_type() == "EVENT":
+                self._ack_due_ns = max(now_ns, self._acked_ns + _ACK_NS)
+                if self._events.receive(message.serial):
+                    name, text = events.texts(message)
+                    severity = _SEVERITIES[message.severity & 7]
+                    heard.append(Event(message.time_boot_us * 1000, message.serial, severity, name, text))
+                continue
+            heard += [Value(self.onboard_ns, name, value) for name, value in telemetry.values(message).items()]
+        return heard
+
+    def acknowledgements(self, now_ns: int) -> list[bytes]:
+        """Kind.REPORT payloads that acknowledge events; at most one a second."""
+        payloads = self._events.send(now_ns)
+        if payloads:
+            self._acked_ns, self._ack_due_ns = now_ns, None
+        return payloads
+
+    def next_due_ns(self) -> int | None:
+        """When an acknowledgement is due that waits for its second; None while none waits."""
+        return self._ack_due_ns
+
+    def _messages(self, payload: bytes) -> list[Any]:
+        try:
+            found = self._mavlink.parse_buffer(payload) or []
+        except dialect.MAVError as error:
+            self._mavlink = dialect.MAVLink(None)  # its buffer holds the rest of the bad frame
+            raise WireError("mavlink", str(error)) from error
+        return list(found)
+
+    def _read_stamp(self, message: Any) -> None:
+        stamp_ms = getattr(message, "time_boot_ms", None)
+        if stamp_ms is not None:
+            self.onboard_ns = stamp_ms * 1_000_000

@@ -1,0 +1,204 @@
+"""The link's onboard end: checked orders in; reports, telemetry, events and products out, in this order of priority.
+
+    uplink payloads --> receive --> orders to the executive
+    report, event, offer, sample --> queues --> send: a token bucket at 93 % of the line --> payloads to the shell
+
+Rule 1: a report goes out twice, 0.2 s apart, and again whenever the ground asks. Housekeeping: the newest value of each
+        message, an older one that waited is replaced. An event: at once, and again until the ground acknowledges it.
+Rule 2: what is more important and does not fit the bucket yet holds back what is less important.
+Rule 3: what the line cost counts: payload, frame, tag, UDP and IP.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+from onboard.config import Link
+from onboard.core.telemetry import Packer, View
+from onboard.records import Event, LinkMessage
+from protocol import WireError, bulk, link
+from protocol.events import EventSender
+from protocol.link import Kind
+from protocol.modes import Mode
+from protocol.telemetry import MESSAGES, rate_hz
+from protocol.transactions import Executor, Order, State
+
+_SHARE = 0.93
+_HEARTBEAT_NS = 1_000_000_000
+_SILENCE_NS = 10_000_000_000
+_REFUSALS_NS = 10_000_000_000
+Payload = tuple[int, bytes]
+
+
+class Downlink:
+    """One owner of everything the rover says to the ground. Cheap at 100 Hz while nothing is due.
+
+    last_contact_ns: when an authenticated datagram last came; None: never. mode: commands are checked against it;
+    `sample` sets it, and it may be set in every tick.
+    """
+
+    def __init__(self, config: Link) -> None:
+        limit = link.payload_limit(config.rate_bps)
+        self._limit, self._rate_Bpns = limit, _SHARE * config.rate_bps / 8e9
+        self._depth = 2.0 * link.line_bytes(limit)
+        self._tokens, self._filled_ns = self._depth, 0
+        self._packer, self._executor, self._events = Packer(), Executor(), EventSender()
+        self._bulk = bulk.Sender(limit)
+        self._frames: dict[tuple[str, int], bytes] = {}  # (message, part) -> newest frame, in the order first waited
+        self._due_ns = dict.fromkeys(("HEARTBEAT", *MESSAGES), 0)
+        self._period_ns = {m: round(1e9 / rate_hz(m)) for m in MESSAGES} | {"HEARTBEAT": _HEARTBEAT_NS}
+        self._sample_ns = self._now_ns = 0
+        self.mode = Mode.BOOT
+        self.last_contact_ns: int | None = None
+        self.received, self.refused = 0, dict[str, int]()
+        self._told_ns, self._told = -(1 << 62), 0
+        self.sent_bytes = 0
+
+    # -- from the ground ---------------------------------------------------------------------------------------
+
+    def receive(self, messages: Sequence[LinkMessage], now_ns: int) -> list[Order]:
+        """Orders that are new, in time, in range and allowed in the present mode; each request becomes one at most."""
+        self._now_ns = now_ns
+        orders: list[Order] = []
+        for message in messages:
+            if not message.accepted:
+                self._refuse(message.verdict)
+                continue
+            self._contact(now_ns)
+            try:
+                order = self._take(message, now_ns)
+            except WireError as error:
+                self._refuse(error.kind)
+                continue
+            if order is not None:
+                orders.append(order)
+        refused = sum(self.refused.values()) if messages else self._told
+        if refused > self._told and now_ns - self._told_ns >= _REFUSALS_NS:
+            self._told_ns, self._told = now_ns, refused
+            text = ", ".join(f"{kind} {count}" for kind, count in sorted(self.refused.items()))
+            self.event(Event(now_ns, "warning", "LINK_REFUSED", text))
+        return orders
+
+    def _take(self, message: LinkMessage, now_ns: int) -> Order | None:
+        if message.kind == Kind.TELECOMMAND:
+            return self._executor.receive(message.station, message.payload, now_ns, self.mode)
+        if message.kind == Kind.BULK_BITMAP:
+            self._bulk.receive(message.payload, now_ns)
+        elif message.kind == Kind.REPORT:
+            self._events.acknowledge(message.payload)
+        else:
+            raise WireError("kind", f"{message.kind} is not for a rover")
+        return None
+
+    def _contact(self, now_ns: int) -> None:
+        if self.last_contact_ns is not None and now_ns - self.last_contact_ns > _SILENCE_NS:
+            self._events.hurry(now_ns)
+        self.last_contact_ns = now_ns
+        self.received += 1
+
+    def _refuse(self, kind: str) -> None:
+        self.refused[kind] = self.refused.get(kind, 0) + 1
+
+    # -- from the rover ----------------------------------------------------------------------------------------
+
+    def report(self, request_id: int, state: State, text: str = "", data: Sequence[float] = ()) -> None:
+        """What became of an order, by Order.request_id."""
+        self._executor.report(request_id, state, self._now_ns, text, data)
+
+    def event(self, event: Event) -> None:
+        """Tell the ground; kept until acknowledged."""
+        self._events.add(self._packer.event(event, self._events.serial + 1), event.now_ns)
+
+    def offer(self, name: str, data: bytes, codec: str, priority: int = 0) -> None:
+        """Send an object; an unfinished older one of the same name is given up."""
+        self._bulk.offer(name, data, codec, self._now_ns, priority)
+
+    def sample_due(self, now_ns: int) -> bool:
+        """Whether `sample` would do anything but take the mode: a view need not be made before."""
+        return now_ns >= self._sample_ns
+
+    @property
+    def refused_count(self) -> int:
+        """Uplink datagrams that failed a check since the start."""
+        return sum(self.refused.values())
+
+    @property
+    def events_waiting(self) -> int:
+        """Events the ground has not acknowledged."""
+        return len(self._events)
+
+    def sample(self, view: View, now_ns: int) -> None:
+        """Make the messages that are due from this view."""
+        self.mode = view.mode
+        if now_ns < self._sample_ns:
+            return
+        for name, due_ns in self._due_ns.items():
+            if now_ns >= due_ns:
+                period_ns = self._period_ns[name]
+                self._due_ns[name] = now_ns - now_ns % period_ns + period_ns  # all on the same beat: few datagrams
+                frames = self._packer.message(name, view, now_ns)
+                self._frames.update({(name, n): frame for n, frame in enumerate(frames)})
+        self._sample_ns = min(self._due_ns.values())
+
+    # -- to the ground -----------------------------------------------------------------------------------------
+
+    def send(self, now_ns: int) -> tuple[Payload, ...]:
+        """Payloads that may go now."""
+        self._now_ns = now_ns
+        self._tokens = min(self._depth, self._tokens + (now_ns - self._filled_ns) * self._rate_Bpns)
+        self._filled_ns = now_ns
+        out: list[Payload] = []
+        if self._executor.waiting(now_ns):
+            self._spend(out, Kind.REPORT, self._executor.send(now_ns, self._tokens))
+            if self._executor.waiting(now_ns):
+                return tuple(out)
+        if self._housekeeping(out) and self._events_out(out, now_ns) and self._bulk.busy:
+            self._spend(out, Kind.BULK_CHUNK, self._bulk.send(now_ns, self._tokens))
+        return tuple(out)
+
+    def _spend(self, out: list[Payload], kind: Kind, payloads: Iterable[bytes]) -> None:
+        for payload in payloads:
+            cost = link.line_bytes(len(payload))
+            self._tokens -= cost
+            self.sent_bytes += cost
+            out.append((int(kind), payload))
+
+    def _housekeeping(self, out: list[Payload]) -> bool:
+        """Send waiting frames bundled; whether none is left."""
+        while self._frames:
+            bundle, slots = b"", list[tuple[str, int]]()
+            for slot, frame in self._frames.items():
+                if len(bundle) + len(frame) > self._limit:
+                    break
+                bundle += frame
+                slots.append(slot)
+            if link.line_bytes(len(bundle)) > self._tokens:
+                return False
+            for slot in slots:
+                del self._frames[slot]
+            self._spend(out, Kind.MAVLINK, (bundle,))
+        return True
+
+    def _events_out(self, out: list[Payload], now_ns: int) -> bool:
+        """Send due events bundled; whether none is left."""
+        bundle, serials, whole = b"", list[int](), True
+        for serial, frame in self._events.due(now_ns):
+            if len(bundle) + len(frame) > self._limit and bundle:
+                self._spend(out, Kind.MAVLINK, (bundle,))
+                bundle = b""
+            if link.line_bytes(len(bundle) + len(frame)) > self._tokens:
+                whole = False
+                break
+            bundle += frame
+            serials.append(serial)
+        if bundle:
+            self._spend(out, Kind.MAVLINK, (bundle,))
+        for serial in serials:
+            self._events.sent(serial, now_ns)
+        return whole
+
+    def digest_items(self) -> tuple[int, ...]:
+        """What of this state enters the digest of the core's state."""
+        contact_ns = -1 if self.last_contact_ns is None else self.last_contact_ns
+        return (round(self._tokens * 1e6), self.received, sum(self.refused.values()), contact_ns,
+                len(self._events), self._events.serial, len(self._frames), self.sent_bytes)

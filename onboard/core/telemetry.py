@@ -1,0 +1,191 @@
+"""One sampler for each row of protocol.telemetry, and the MAVLink messages that carry the values."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from onboard.records import Estimate, Event, PowerState, WheelState
+from protocol import eldorado_dialect as mavlink
+from protocol import events
+from protocol.mavlink_frames import frd_from_flu, ned_angles, ned_from_enu
+from protocol.modes import SEVERITIES, Mode, Phase
+from protocol.telemetry import BY_NAME, ITEMS_SLOTS, MESSAGES, TABLE
+
+SYSTEM_ID, COMPONENT_ID = 1, 1
+_NAN = math.nan
+
+
+@dataclass(frozen=True, slots=True)
+class View:
+    """What the telemetry sees of the rover at one tick. goal_m: x, y in the map frame; fault_ids: active rows."""
+
+    mode: Mode = Mode.BOOT
+    phase: Phase = Phase.NONE
+    estimate: Estimate | None = None
+    goal_m: tuple[float, float] | None = None
+    stop: int = 0
+    wheels: tuple[WheelState, ...] = ()
+    power: PowerState | None = None
+    fault_ids: tuple[int, ...] = ()
+    lidar_good: int = 0
+    lidar_bad: int = 0
+    tick_worst_ms: float = 0.0
+    link_received: int = 0
+    link_refused: int = 0
+    events_waiting: int = 0
+    job: str = ""
+    job_ratio: float = _NAN
+
+
+Sampler = Callable[[View], float]
+
+
+def _pose(name: str) -> Sampler:
+    return lambda v: _NAN if v.estimate is None else getattr(v.estimate.pose, name)
+
+
+def _goal_distance_m(v: View) -> float:
+    if v.goal_m is None or v.estimate is None:
+        return _NAN
+    return math.hypot(v.goal_m[0] - v.estimate.pose.x_m, v.goal_m[1] - v.estimate.pose.y_m)
+
+
+def _sigma_position_m(v: View) -> float:
+    return _NAN if v.estimate is None else math.sqrt(v.estimate.covariance[0, 0] + v.estimate.covariance[1, 1])
+
+
+def _wheel(name: str, n: int) -> Sampler:
+    missing = 0.0 if name == "state" else _NAN
+    return lambda v: missing if len(v.wheels) < n else getattr(v.wheels[n - 1], name)
+
+
+def _power(name: str) -> Sampler:
+    return lambda v: _NAN if v.power is None else getattr(v.power, name)
+
+
+SAMPLERS: dict[str, Sampler] = {
+    "mode": lambda v: v.mode,
+    "phase": lambda v: v.phase,
+    "stop": lambda v: v.stop,
+    "faults": lambda v: sum(1 << i for i in set(v.fault_ids) if 0 <= i < 64),
+    "goal_x_m": lambda v: _NAN if v.goal_m is None else v.goal_m[0],
+    "goal_y_m": lambda v: _NAN if v.goal_m is None else v.goal_m[1],
+    "goal_distance_m": _goal_distance_m,
+    "speed_mps": lambda v: _NAN if v.estimate is None else v.estimate.speed_mps,
+    "sigma_position_m": _sigma_position_m,
+    "sigma_yaw_rad": lambda v: _NAN if v.estimate is None else math.sqrt(v.estimate.covariance[3, 3]),
+    **{name: _pose(name) for name in ("x_m", "y_m", "z_m", "roll_rad", "pitch_rad", "yaw_rad")},
+    "yaw_rate_radps": lambda v: _NAN if v.estimate is None else v.estimate.yaw_rate_radps,
+    **{f"steer_{n}_rad": _wheel("steer_rad", n) for n in (1, 2, 3, 4)},
+    **{f"rate_{n}_radps": _wheel("rate_radps", n) for n in (1, 2, 3, 4)},
+    **{f"wheel_state_{n}": _wheel("state", n) for n in (1, 2, 3, 4)},
+    "voltage_v": _power("voltage_v"),
+    "current_a": _power("current_a"),
+    "charge_ratio": _power("charge_ratio"),
+    "battery_temperature_c": _power("temperature_c"),
+    "lidar_good": lambda v: v.lidar_good,
+    "lidar_bad": lambda v: v.lidar_bad,
+    "tick_worst_ms": lambda v: v.tick_worst_ms,
+    "link_received": lambda v: v.link_received,
+    "link_refused": lambda v: v.link_refused,
+    "events_waiting": lambda v: v.events_waiting,
+    "job_ratio": lambda v: v.job_ratio,
+}
+_NAMES = {message: tuple(row.name for row in TABLE if row.message == message) for message in MESSAGES}
+
+
+def _read(message: str, view: View) -> list[float]:
+    return [SAMPLERS[name](view) for name in _NAMES[message]]
+
+
+def _rover_state(view: View, ms: int) -> list[Any]:
+    mode, phase, stop, faults, *rest = _read("ROVER_STATE", view)
+    return [mavlink.MAVLink_rover_state_message(ms, int(faults), *rest, int(stop) & 0xFFFF, int(mode), int(phase))]
+
+
+def _position(view: View, ms: int) -> list[Any]:
+    x_m, y_m, z_m = _read("LOCAL_POSITION_NED", view)
+    if view.estimate is None:
+        return []
+    yaw_rad, speed_mps = view.estimate.pose.yaw_rad, view.estimate.speed_mps
+    velocity = ned_from_enu(speed_mps * math.cos(yaw_rad), speed_mps * math.sin(yaw_rad), 0.0)
+    return [mavlink.MAVLink_local_position_ned_message(ms, *ned_from_enu(x_m, y_m, z_m), *velocity)]
+
+
+def _attitude(view: View, ms: int) -> list[Any]:
+    roll_rad, pitch_rad, yaw_rad, yaw_rate_radps = _read("ATTITUDE", view)
+    if view.estimate is None:
+        return []
+    rates = frd_from_flu(0.0, 0.0, yaw_rate_radps)
+    return [mavlink.MAVLink_attitude_message(ms, *ned_angles(roll_rad, pitch_rad, yaw_rad), *rates)]
+
+
+def _wheels(view: View, ms: int) -> list[Any]:
+    read = _read("WHEELS", view)
+    return [mavlink.MAVLink_wheels_message(ms, read[:4], read[4:8], [int(s) & 0xFF for s in read[8:]])]
+
+
+def _sys_status(view: View, ms: int) -> list[Any]:
+    if view.power is None:
+        return []
+    scaled = [round(value * BY_NAME[name].scale) for name, value in
+              zip(_NAMES["SYS_STATUS"], _read("SYS_STATUS", view))]
+    milli_v, centi_a, percent = (min(max(v, low), high) for v, low, high in
+                                 zip(scaled, (0, -32768, 0), (65535, 32767, 100)))
+    return [mavlink.MAVLink_sys_status_message(0, 0, 0, 0, milli_v, centi_a, percent, 0, 0, 0, 0, 0, 0)]
+
+
+def _progress(view: View, ms: int) -> list[Any]:
+    return [mavlink.MAVLink_progress_message(ms, view.job_ratio, view.job.encode()[:16])] if view.job else []
+
+
+def _items(view: View, ms: int) -> list[Any]:
+    made, names = [], _NAMES[""]
+    for at in range(0, len(names), ITEMS_SLOTS):
+        part = names[at : at + ITEMS_SLOTS]
+        ids, read = [BY_NAME[n].id for n in part], [float(SAMPLERS[n](view)) for n in part]
+        empty = [0] * (ITEMS_SLOTS - len(part))
+        made.append(mavlink.MAVLink_items_message(ms, read + [0.0] * len(empty), ids + empty))
+    return made
+
+
+def _heartbeat(view: View, ms: int) -> list[Any]:
+    """custom_mode is mode * 256 + phase."""
+    kind, pilot, custom = mavlink.MAV_TYPE_GROUND_ROVER, mavlink.MAV_AUTOPILOT_GENERIC, view.mode << 8 | view.phase
+    flags = mavlink.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED
+    return [mavlink.MAVLink_heartbeat_message(kind, pilot, flags, custom, _STATUS[view.mode], 3)]
+
+
+_BUILDERS: dict[str, Callable[[View, int], list[Any]]] = {
+    "HEARTBEAT": _heartbeat, "ROVER_STATE": _rover_state, "LOCAL_POSITION_NED": _position, "ATTITUDE": _attitude,
+    "WHEELS": _wheels, "SYS_STATUS": _sys_status, "PROGRESS": _progress, "": _items,
+}
+_ACTIVE, _STANDBY, _CRITICAL = mavlink.MAV_STATE_ACTIVE, mavlink.MAV_STATE_STANDBY, mavlink.MAV_STATE_CRITICAL
+_STATUS = {Mode.BOOT: mavlink.MAV_STATE_BOOT, Mode.STANDBY: _STANDBY, Mode.AUTONOMOUS: _ACTIVE,
+           Mode.SAFE: _CRITICAL, Mode.ESTOP: _CRITICAL}
+_SEVERITY = dict(zip(SEVERITIES, (7, 6, 4, 3, 2)))
+
+
+class Packer:
+    """Values in, MAVLink 2 frames out; only the sequence number is kept."""
+
+    def __init__(self) -> None:
+        self._mav = mavlink.MAVLink(None, SYSTEM_ID, COMPONENT_ID)
+
+    def _pack(self, message: Any) -> bytes:
+        frame: bytes = message.pack(self._mav)
+        self._mav.seq = (self._mav.seq + 1) % 256
+        return frame
+
+    def message(self, name: str, view: View, now_ns: int) -> list[bytes]:
+        """The frames of HEARTBEAT or a row of protocol.telemetry.MESSAGES; none where its source is not there."""
+        return [self._pack(m) for m in _BUILDERS[name](view, now_ns // 1_000_000 & 0xFFFFFFFF)]
+
+    def event(self, event: Event, serial: int) -> bytes:
+        """EVENT; text longer than the field is cut at a whole character."""
+        text = event.text.encode()[: events.TEXT_BYTES].decode(errors="ignore").encode()
+        return self._pack(mavlink.MAVLink_event_message(
+            event.now_ns // 1000, serial, _SEVERITY.get(event.severity, 6), event.name.encode()[:24], text))

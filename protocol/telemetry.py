@@ -1,0 +1,117 @@
+"""TABLE of telemetry items: name, unit, rate, priority, limits, and the MAVLink field that carries each.
+
+An item without a field of its own rides in ITEMS, by its number. To add one: a row here, a sampler in
+onboard/core/telemetry.py. Numbers are on the wire and never reused.
+"""
+
+from __future__ import annotations
+
+import math
+from enum import IntEnum
+from typing import Any, NamedTuple
+
+from protocol.mavlink_frames import enu_angles, frd_from_flu, ned_from_enu
+
+
+class Priority(IntEnum):
+    """Order in which the downlink's bytes are given out; the lowest number first."""
+
+    REPORT = 1
+    HOUSEKEEPING = 2
+    EVENT = 3
+    BULK = 4
+
+
+class Item(NamedTuple):
+    """One row. message, field: where it rides ("" = ITEMS). scale: field value = item value * scale.
+
+    limits: outside of (low, high) the ground marks it; None: no limit.
+    """
+
+    id: int
+    name: str
+    unit: str
+    rate_hz: float
+    meaning: str
+    message: str = ""
+    field: str = ""
+    scale: float = 1.0
+    limits: tuple[float, float] | None = None
+    priority: Priority = Priority.HOUSEKEEPING
+
+
+_R, _P, _A, _W, _S, _J = "ROVER_STATE", "LOCAL_POSITION_NED", "ATTITUDE", "WHEELS", "SYS_STATUS", "PROGRESS"
+_NO_LIMIT = math.inf
+TABLE = (
+    Item(1, "mode", "", 2, "protocol.modes.Mode", _R, "mode"),
+    Item(2, "phase", "", 2, "protocol.modes.Phase", _R, "phase"),
+    Item(3, "stop", "", 2, "number of the present stop", _R, "stop"),
+    Item(4, "faults", "", 2, "one bit for each active row of the fault table, bit = id", _R, "faults", limits=(0, 0)),
+    Item(5, "goal_x_m", "m", 2, "goal, east", _R, "goal_east"),
+    Item(6, "goal_y_m", "m", 2, "goal, north", _R, "goal_north"),
+    Item(7, "goal_distance_m", "m", 2, "straight distance to the goal", _R, "distance"),
+    Item(8, "speed_mps", "m/s", 2, "speed along the body's x axis", _R, "speed", limits=(-0.2, 0.2)),
+    Item(9, "sigma_position_m", "m", 2, "1 sigma of the position", _R, "sigma_position", limits=(0, 0.5)),
+    Item(10, "sigma_yaw_rad", "rad", 2, "1 sigma of the heading", _R, "sigma_yaw", limits=(0, 0.1)),
+    Item(11, "x_m", "m", 2, "base_link, east", _P, "x"),
+    Item(12, "y_m", "m", 2, "base_link, north", _P, "y"),
+    Item(13, "z_m", "m", 2, "base_link, up", _P, "z"),
+    Item(14, "roll_rad", "rad", 2, "roll", _A, "roll", limits=(-0.44, 0.44)),
+    Item(15, "pitch_rad", "rad", 2, "pitch, positive nose down", _A, "pitch", limits=(-0.44, 0.44)),
+    Item(16, "yaw_rad", "rad", 2, "yaw, from east to north", _A, "yaw"),
+    Item(17, "yaw_rate_radps", "rad/s", 2, "yaw rate, counter-clockwise", _A, "yawspeed"),
+    *(Item(20 + n, f"steer_{n}_rad", "rad", 2, f"steering angle of wheel {n}", _W, f"steer[{n - 1}]",
+           limits=(-1.84, 1.84)) for n in (1, 2, 3, 4)),
+    *(Item(24 + n, f"rate_{n}_radps", "rad/s", 2, f"rate of wheel {n}", _W, f"rate[{n - 1}]", limits=(-4.2, 4.2))
+      for n in (1, 2, 3, 4)),
+    *(Item(28 + n, f"wheel_state_{n}", "", 2, f"state byte of wheel {n}", _W, f"state[{n - 1}]") for n in (1, 2, 3, 4)),
+    Item(40, "voltage_v", "V", 1, "battery voltage", _S, "voltage_battery", 1e3, limits=(22, 30)),
+    Item(41, "current_a", "A", 1, "battery current", _S, "current_battery", 1e2, limits=(-20, 20)),
+    Item(42, "charge_ratio", "1", 1, "charge left", _S, "battery_remaining", 1e2, limits=(0.2, 1)),
+    Item(43, "battery_temperature_c", "°C", 1, "battery temperature", limits=(-20, 50)),
+    Item(50, "lidar_good", "", 1, "good LIDAR frames since the start"),
+    Item(51, "lidar_bad", "", 1, "bad LIDAR frames since the start"),
+    Item(52, "tick_worst_ms", "ms", 1, "longest tick of the last second", limits=(0, 10)),
+    Item(53, "link_received", "", 1, "authenticated uplink datagrams since the start"),
+    Item(54, "link_refused", "", 1, "refused uplink datagrams since the start", limits=(0, _NO_LIMIT)),
+    Item(55, "events_waiting", "", 1, "events not yet acknowledged by the ground"),
+    Item(60, "job_ratio", "1", 2, "how far the long work is", _J, "ratio"),
+)
+BY_NAME = {row.name: row for row in TABLE}
+BY_ID = {row.id: row for row in TABLE}
+ITEMS_SLOTS = 8
+
+
+def rate_hz(message: str) -> float:
+    """How often a message is sent: the highest rate of what it carries."""
+    return max(row.rate_hz for row in TABLE if row.message == message)
+
+
+MESSAGES = tuple(dict.fromkeys(row.message for row in TABLE))  # "" is ITEMS
+
+
+def out_of_limits(name: str, value: float) -> bool:
+    """Whether the ground should mark the value."""
+    limits = BY_NAME[name].limits
+    return limits is not None and not limits[0] <= value <= limits[1]
+
+
+def values(message: Any) -> dict[str, float]:
+    """The items in a decoded MAVLink message (of protocol.eldorado_dialect), by name, in our frames and units."""
+    kind = message.get_type()
+    if kind == "ITEMS":
+        return {BY_ID[i].name: value for i, value in zip(message.item, message.value) if i in BY_ID}
+    read = {row.name: _field(message, row) for row in TABLE if row.message and row.message == kind}
+    if kind == "LOCAL_POSITION_NED":
+        read["x_m"], read["y_m"], read["z_m"] = ned_from_enu(message.x, message.y, message.z)
+    elif kind == "ATTITUDE":
+        read["roll_rad"], read["pitch_rad"], read["yaw_rad"] = enu_angles(message.roll, message.pitch, message.yaw)
+        read["yaw_rate_radps"] = frd_from_flu(message.rollspeed, message.pitchspeed, message.yawspeed)[2]
+    return read
+
+
+def _field(message: Any, row: Item) -> float:
+    base, bracket, index = row.field.partition("[")
+    found = getattr(message, base)
+    value: float = found[int(index[:-1])] if bracket else found
+    return value if row.scale == 1.0 else value / row.scale  # an integer of 64 bits stays one

@@ -1,0 +1,132 @@
+"""The ground command as a user meets it: help, mistakes, exit codes; never a traceback."""
+
+import pytest
+
+from ground.__main__ import run
+from ground.script import ScriptError, parse
+from protocol import commands
+
+
+@pytest.fixture(autouse=True)
+def empty_folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def ended(capsys, *argv: str) -> tuple[int, str]:
+    code = run(list(argv))
+    streams = capsys.readouterr()
+    assert "Traceback" not in streams.err + streams.out
+    return code, streams.err or streams.out
+
+
+def station(tmp_path, text: str = "bench_seed = 7\nendpoint = 'tcp/127.0.0.1:1'\n"):
+    path = tmp_path / "ground.toml"
+    path.write_text(text)
+    return path
+
+
+def test_help_lists_every_command_of_the_dictionary(capsys):
+    code, text = ended(capsys, "--help")
+    assert code == 0
+    for row in commands.TABLE:
+        assert row.name.replace("_", "-") in text
+
+
+@pytest.mark.parametrize("verb", ["goto", "stop", "get", "script", "watch", "status"])
+def test_help_of_a_verb_has_an_example(capsys, verb):
+    code, text = ended(capsys, verb, "--help")
+    assert code == 0
+    assert f"ground {verb}" in text
+    assert "Example" in text
+
+
+@pytest.mark.parametrize("argv", [
+    ["goto"], ["goto", "12"], ["goto", "12", "east"], ["fly"], ["stop", "--loud"], ["get", "cheese"],
+    ["goto", "1e9", "0"], ["script", "-", "--barrier", "somewhere"],
+])
+def test_wrong_usage_is_one_line_and_exit_code_64(capsys, argv):
+    code, text = ended(capsys, *argv)
+    assert code == 64
+    assert text.startswith("ground: ")
+    assert text.count("\n") == 1
+
+
+def test_a_goal_out_of_range_says_what_is_allowed(capsys):
+    _, text = ended(capsys, "goto", "1e9", "0")
+    assert "`x_m` = 1000000000.0 should be -10000 to 10000 m" in text
+
+
+def test_no_station_file_is_exit_code_66_and_says_where_it_looked(capsys):
+    code, text = ended(capsys, "stop")
+    assert code == 66
+    assert "./ground.toml or ./build/sim/ground.toml" in text
+    assert "--station FILE" in text
+
+
+def test_negative_coordinates_are_numbers_not_options(capsys):
+    assert ended(capsys, "goto", "-4", "-0.5")[0] == 66  # past the parser, at the missing station file
+
+
+def test_a_missing_script_is_exit_code_66(capsys, tmp_path):
+    station(tmp_path)
+    code, text = ended(capsys, "script", "none.txt")
+    assert code == 66
+    assert "none.txt: No such file" in text
+
+
+def test_an_unknown_key_of_the_station_file_is_exit_code_78_with_a_suggestion(capsys, tmp_path):
+    station(tmp_path, "endpont = 'x'\n")
+    code, text = ended(capsys, "stop")
+    assert code == 78
+    assert "unknown key `endpont`; did you mean `endpoint`?" in text
+
+
+def test_a_key_file_that_others_may_read_is_exit_code_78(capsys, tmp_path):
+    for name in ("up", "down"):
+        (tmp_path / name).write_text("")
+        (tmp_path / name).chmod(0o644)
+    station(tmp_path, "command_keys = 'up'\ndownlink_key = 'down'\nstate = 'state'\n")
+    code, text = ended(capsys, "stop")
+    assert code == 78
+    assert "chmod 600" in text
+
+
+def test_no_bench_at_the_barrier_is_exit_code_69(capsys, tmp_path, monkeypatch):
+    monkeypatch.setattr("ground.station.Station.wait_open", lambda *_: None)
+    station(tmp_path)
+    (tmp_path / "s").write_text("stop\n")
+    code, text = ended(capsys, "script", "s", "--barrier", "tcp:127.0.0.1:1")
+    assert code == 69
+    assert "no bench at 127.0.0.1:1" in text
+
+
+def test_nobody_on_the_link_is_exit_code_69(capsys, tmp_path, monkeypatch):
+    monkeypatch.setattr("ground.operate._LINK_LIMIT_S", 0.0)
+    station(tmp_path)
+    code, text = ended(capsys, "stop")
+    assert code == 69
+    assert "no link at tcp/127.0.0.1:1" in text
+
+
+@pytest.mark.parametrize(("text", "part"), [
+    ("", "nothing in it"),
+    ("goto 12", "s:1: goto: `y_m` is missing"),
+    ("# first\nat two: stop", "s:2: `at two: stop` should be `at SECONDS: COMMAND`"),
+    ("gogo 1 2", "did you mean `goto`"),
+    ("wait goto", "no such command before this line; asked so far: none"),
+    ("goto 1 2 3 4", "goto takes x_m y_m heading_rad"),
+    ("get cheese", "should be one of ldem"),
+])
+def test_a_wrong_script_line_is_named(text, part):
+    with pytest.raises(ScriptError) as error:
+        parse(text, "s")
+    assert part in str(error.value)
+
+
+def test_a_script_reads_as_written():
+    steps = parse("at 2.0: goto 12 3 180  # north\nwait goto\nwait 1.5\nget ldem\n")
+    assert [(s.verb, s.name, s.at_s, s.pause_s) for s in steps] == [
+        ("command", "goto", 2.0, 0.0), ("wait", "goto", None, 0.0), ("pause", "", None, 1.5),
+        ("command", "get", None, 0.0)]
+    assert steps[0].arguments == pytest.approx({"x_m": 12.0, "y_m": 3.0, "heading_rad": 3.14159265})

@@ -1,0 +1,158 @@
+"""Station and link emulator as processes in lock-step with a bench of this test, a toy rover on the real port."""
+
+import json
+import os
+import socket
+import sqlite3
+import subprocess
+import sys
+from contextlib import ExitStack
+from pathlib import Path
+
+import pytest
+from toy_rover import TICK_NS, ToyRover
+
+from ground.memory import COUNTERS, Memory
+from onboard.config import ConfigError
+from onboard.drivers.link_port import LinkPort
+from protocol import barrier
+from protocol.link import bench_keys
+
+ROOT = Path(__file__).parents[2]
+KEYS = bench_keys(7)
+LIMIT_S = 30.0
+SCRIPT = "at 2.0: goto 12 3\nwait goto\nget ldem\n"
+
+
+def free_endpoint() -> str:
+    with socket.socket() as s:
+        s.bind(("127.0.0.1", 0))
+        return f"tcp/127.0.0.1:{s.getsockname()[1]}"
+
+
+class Peer:
+    """One participant's connection."""
+
+    def __init__(self, connection: socket.socket) -> None:
+        self._connection, self._receiver = connection, barrier.Receiver()
+        connection.settimeout(LIMIT_S)
+        connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        hello = self.hear()
+        assert isinstance(hello, barrier.Hello)
+        self.name, self.wake, self.sent, self.told = hello.name, 0, {}, 0
+
+    def hear(self) -> barrier.Message:
+        while True:
+            got = self._receiver.receive(self._connection.recv(65_536))
+            if got:
+                return got[0]
+
+    def say(self, message: barrier.Message) -> None:
+        self._connection.sendall(barrier.encode(message))
+
+    def tick(self, number: int, *channels: barrier.Channel) -> None:
+        if number < self.wake and not channels:
+            return
+        self.say(barrier.Tick(number, number * TICK_NS, channels))
+        done = self.hear()
+        assert isinstance(done, barrier.Done)
+        self.wake, self.sent = done.wake_tick, done.sent
+
+
+def start(stack: ExitStack, folder: Path, *argv: str, stdin: str = "") -> subprocess.Popen:
+    env = {**os.environ, "PYTHONPATH": str(ROOT), "PYTHONHASHSEED": "0"}
+    run = subprocess.Popen([sys.executable, *argv], cwd=folder, env=env, text=True,
+                           stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    stack.callback(lambda: run.poll() is None and run.kill())
+    if stdin:
+        run.stdin.write(stdin)
+    run.stdin.close()
+    run.stdin = None
+    return run
+
+
+def fly(folder: Path, profile: str, *extra: str, fails: bool = False) -> dict:
+    """A whole run in a folder; what the station said, its exit code, the emulator's report."""
+    folder.mkdir()
+    rover_end, ground_end = free_endpoint(), free_endpoint()
+    (folder / "ground.toml").write_text(f"bench_seed = 7\nendpoint = '{ground_end}'\narchive = 'archive.db'\n")
+    with ExitStack() as stack:
+        server = stack.enter_context(socket.create_server(("127.0.0.1", 0)))
+        server.settimeout(LIMIT_S)
+        address = f"tcp:127.0.0.1:{server.getsockname()[1]}"
+        link = start(stack, folder, "-c", "import typer; from hil.link_emulator import main; typer.run(main)",
+                     "--profile", profile, "--rover", rover_end, "--ground", ground_end, "--seed", "3",
+                     "--barrier", address, "--report", "link.json")
+        station = start(stack, folder, "-m", "ground", "script", "-", "--barrier", address, *extra, stdin=SCRIPT)
+        port = stack.enter_context(LinkPort(rover_end, KEYS, 1))
+        port.wait_open(LIMIT_S)
+        peers = {peer.name: peer for peer in (Peer(stack.enter_context(server.accept()[0])) for _ in range(2))}
+        for peer in peers.values():
+            peer.say(barrier.Welcome(TICK_NS, 0))
+        ticks = lock_step(peers, port, fails)
+        peers["link"].say(barrier.Stop("over"))
+        out, err = station.communicate(timeout=LIMIT_S)
+        _, link_err = link.communicate(timeout=LIMIT_S)
+        assert (link.returncode, link_err) == (0, "")
+    report = json.loads((folder / "link.json").read_text())
+    return {"out": out, "err": err, "code": station.returncode, "ticks": ticks, "report": report}
+
+
+def lock_step(peers: dict[str, Peer], port: LinkPort, fails: bool) -> int:
+    rover, link, ground = ToyRover(KEYS, rate_bps=1024e3), peers["link"], peers["ground"]
+    rover.fails = fails
+    up_out = 0
+    for n in range(20_000):
+        now_ns = n * TICK_NS
+        news = link.sent.get("up_out", 0)
+        for message in port.read_upto(news, (now_ns // 1000,) * (news - up_out)):
+            rover.deliver(message, now_ns)
+        up_out, before = news, port.sent
+        port.write(rover.tick_payloads(now_ns))
+        link.tick(n, *([barrier.Channel("down_in", port.sent)] if port.sent != before else []))
+        delivered, asked = link.sent.get("down_out", 0), ground.sent.get("up_in", 0)
+        ground.tick(n, *([barrier.Channel("down_out", delivered)] if delivered != ground.told else []))
+        ground.told = delivered
+        if ground.sent.get("up_in", 0) != asked:
+            link.tick(n, barrier.Channel("up_in", ground.sent["up_in"]))
+        if "finished" in ground.sent:
+            return n
+    raise AssertionError("the script did not end")
+
+
+def test_a_script_in_lock_step_drives_and_fetches_and_repeats_to_the_byte(tmp_path):
+    first, again = fly(tmp_path / "a", "ets8-c"), fly(tmp_path / "b", "ets8-c")
+    assert first["code"] == 0, first["err"]
+    assert "command   goto #1 completed: there" in first["out"]
+    assert "product   ldem" in first["out"]
+    assert "    2.00 s  script    at 2.0: goto 12 3" in first["out"]
+    assert first == again
+    assert first["report"]["down"]["lost"] > 0
+    with sqlite3.connect(tmp_path / "a" / "archive.db") as db:
+        assert db.execute("select name from products").fetchall() == [("ldem",)]
+        assert db.execute("select count(*) from datagrams where direction = 'down'").fetchone()[0] == \
+            first["report"]["down"]["out"]["datagrams"]
+
+
+def test_a_failed_goto_is_exit_code_1_and_json_tells_it(tmp_path):
+    got = fly(tmp_path / "a", "lan", "--json", fails=True)
+    assert (got["code"], got["err"]) == (1, "ground: the rover reported a failure\n")
+    news = [json.loads(line) for line in got["out"].splitlines()]
+    assert {"FAILED"} == {n["state"] for n in news if n["news"] == "report" and n["command"] == "goto"} - {
+        "ACCEPTED", "STARTED", "RECEIVED"}
+    assert any(n["news"] == "product" and n["name"] == "ldem" for n in news)
+
+
+def test_counters_are_reserved_on_disk_before_use(tmp_path):
+    first = Memory(str(tmp_path / "state"), 1).reserve()
+    again = Memory(str(tmp_path / "state"), 1).reserve(boot_id=5)
+    third = Memory(str(tmp_path / "state"), 1).reserve()
+    assert (first.counter, again.counter, third.counter) == (0, COUNTERS, 2 * COUNTERS)
+    assert first.request_end == again.request_id
+    assert third.boot_id == 5
+
+
+def test_a_damaged_memory_is_an_error_never_a_start_from_zero(tmp_path):
+    (tmp_path / "station-1.json").write_text("{")
+    with pytest.raises(ConfigError, match="damaged"):
+        Memory(str(tmp_path), 1).reserve()

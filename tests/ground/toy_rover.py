@@ -1,0 +1,109 @@
+"""A rover of a few lines for the tests of the station: executes commands, tells where it is, sends its map.
+
+Sans-I/O like the real one: datagrams and time in, datagrams out. A goto takes `drive_s`, then is completed or failed.
+"""
+
+import math
+
+import numpy as np
+
+from protocol import bulk, events, transactions
+from protocol import eldorado_dialect as dialect
+from protocol.link import DOWNLINK_KEY_ID, Kind, LinkKeys, Opener, Sealer, payload_limit
+from protocol.mavlink_frames import ned_from_enu
+from protocol.modes import Mode
+from protocol.products import LDEM_CODEC, LdemProduct, MapGrid, encode_ldem
+
+TICK_NS = 10_000_000
+
+
+def a_map(seed: int = 1, cells: int = 200) -> LdemProduct:
+    rng = np.random.default_rng(seed)
+    heights = np.cumsum(rng.normal(0, 0.01, (cells, cells)), axis=1).astype(np.float32)
+    return LdemProduct(MapGrid(0.05, 0.05, 0.1, cells, cells), heights, np.full((cells, cells), 3, np.uint8))
+
+
+class ToyRover:
+    def __init__(self, keys: LinkKeys, boot_id: int = 1, rate_bps: float = 64e3, drive_s: float = 3.0) -> None:
+        self._sealer = Sealer(keys.downlink.key(DOWNLINK_KEY_ID), DOWNLINK_KEY_ID, boot_id)
+        self._opener = Opener(keys.command, boot_id=boot_id)
+        self._executor, self._events = transactions.Executor(), events.EventSender()
+        self._bulk = bulk.Sender(payload_limit(rate_bps))
+        self._mavlink = dialect.MAVLink(None)
+        self._bytes_per_tick = 0.93 * rate_bps / 8 * TICK_NS / 1e9
+        self._tokens = 0.0
+        self._drive_ns, self._busy = round(drive_s * 1e9), {}
+        self.map = encode_ldem(a_map())
+        self.executed: list[str] = []
+        self.refused = 0
+        self.fails = False
+
+    def receive(self, datagram: bytes, now_ns: int) -> None:
+        try:
+            opened = self._opener.open(datagram)
+        except ValueError:
+            self.refused += 1
+            return
+        self.deliver(opened, now_ns)
+
+    def deliver(self, opened, now_ns: int) -> None:
+        """What the real rover's core sees: an accepted LinkMessage or Opened."""
+        if opened.kind == Kind.TELECOMMAND:
+            order = self._executor.receive(opened.station, opened.payload, now_ns, Mode.STANDBY)
+            if order is not None:
+                self._execute(order, now_ns)
+        elif opened.kind == Kind.BULK_BITMAP:
+            self._bulk.receive(opened.payload, now_ns)
+        elif opened.kind == Kind.REPORT:
+            self._events.acknowledge(opened.payload)
+
+    @property
+    def events_waiting(self) -> int:
+        return len(self._events)
+
+    def _execute(self, order: transactions.Order, now_ns: int) -> None:
+        self.executed.append(order.name)
+        data: tuple[float, ...] = ()
+        if order.name == "goto":
+            self._busy[order.request_id] = now_ns + self._drive_ns
+            self._executor.report(order.request_id, transactions.State.STARTED, now_ns)
+            return
+        if order.name == "get":
+            data = (self._bulk.offer("ldem", self.map, LDEM_CODEC, now_ns),)
+        self._executor.report(order.request_id, transactions.State.COMPLETED, now_ns, data=data)
+
+    def tick(self, now_ns: int) -> list[bytes]:
+        return [self._sealer.seal(kind, payload) for kind, payload in self.tick_payloads(now_ns)]
+
+    def tick_payloads(self, now_ns: int) -> list[tuple[int, bytes]]:
+        for request_id, until_ns in list(self._busy.items()):
+            if now_ns >= until_ns:
+                del self._busy[request_id]
+                state = transactions.State.FAILED if self.fails else transactions.State.COMPLETED
+                self._executor.report(request_id, state, now_ns, "no way" if self.fails else "there")
+                self._event(now_ns, "FAILED" if self.fails else "ARRIVED", "no way" if self.fails else "there")
+        self._tokens = min(self._tokens + self._bytes_per_tick, 2000.0)
+        out: list[tuple[int, bytes]] = [(Kind.REPORT, p) for p in self._executor.send(now_ns)]
+        if now_ns % 500_000_000 == 0:
+            out.append((Kind.MAVLINK, self._telemetry(now_ns)))
+        for serial, frame in self._events.due(now_ns):
+            out.append((Kind.MAVLINK, frame))
+            self._events.sent(serial, now_ns)
+        self._tokens -= sum(len(p) + 60 for _, p in out)
+        chunks = self._bulk.send(now_ns, self._tokens)
+        self._tokens -= sum(len(p) + 60 for p in chunks)
+        return out + [(Kind.BULK_CHUNK, p) for p in chunks]
+
+    def _telemetry(self, now_ns: int) -> bytes:
+        ms = now_ns // 1_000_000
+        nan = math.nan
+        mode = Mode.AUTONOMOUS if self._busy else Mode.STANDBY
+        messages = (
+            self._mavlink.rover_state_encode(ms, 0, nan, nan, nan, 0.0, 0.1, 0.01, 1, mode, 0),
+            self._mavlink.local_position_ned_encode(ms, *ned_from_enu(ms / 1000, 2.0, 0.0), 0.0, 0.0, 0.0),
+        )
+        return b"".join(message.pack(self._mavlink) for message in messages)
+
+    def _event(self, now_ns: int, name: str, text: str) -> None:
+        message = self._mavlink.event_encode(now_ns // 1000, self._events.serial + 1, 6, name.encode(), text.encode())
+        self._events.add(message.pack(self._mavlink), now_ns)
