@@ -88,8 +88,10 @@ class Nearest:
 
 @dataclass(frozen=True, slots=True)
 class MissionState:
-    """What the rule remembers of one mission. stops: places scanned from, newest last. marked: points counted blocked.
+    """What the rule remembers of one mission. A mission on a map that is there already begins with number=1: its first
+    stop takes one scan.
 
+    stops: places scanned from, newest last. marked: points counted blocked.
     targets: points that commits looked at. record_m: smallest optimistic cost-to-go so far; since_record: stops since
     it last fell by 0.5 m. cleared: R8 was used.
     """

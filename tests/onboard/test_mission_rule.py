@@ -33,6 +33,7 @@ def test_r1_scans_ahead_and_behind_at_the_first_stop_only():
     state = first_stop()
     assert rule.scan_headings(state) == (0.0,)
     assert [s.heading_rad for s in state.stops] == [0.0, math.pi]
+    assert [s.heading_rad for s in rule.arrive(MissionState(number=1), HERE).stops] == [0.0]
 
 
 def test_r4_drives_to_a_reachable_goal_pose_before_anything_else():
