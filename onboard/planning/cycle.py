@@ -19,7 +19,7 @@ from onboard import config
 from onboard.perception.cell_classes import classify
 from onboard.planning import global_path, mission_rule, options
 from onboard.planning.global_path import GlobalField
-from onboard.planning.mission_rule import BLOCK_M, Mark, MissionState, Situation, Stop
+from onboard.planning.mission_rule import BLOCK_M, Again, MissionState, Situation, Stop
 from onboard.planning.next_position import Choice, Eyes, NextPosition
 from onboard.planning.options import Fields
 from onboard.planning.pose_field import cost_to_go
@@ -37,6 +37,8 @@ from onboard.records import F32, F64, U8, Bool, Decision, Gdem, Grid, Ldem, Pose
 
 STAND_M = 0.25  # around a rover whose own pose reads as not free
 DISC_PRICE = 2.0  # of a metre left within the goal's disc: driving on is cheaper
+CONFIRM_M = 3.0  # R7: blocked poses farther than this from every stop may be mistaken
+CONFIRM_RATIO = 0.5  # and a way over them costs so much more
 MOST_MARKS = 60  # in one job; then the rule is told that no way is left
 
 
@@ -65,6 +67,16 @@ class PlanRequest:
     state: MissionState
     settings: Settings
     trail: F64
+
+
+@dataclass(frozen=True, slots=True)
+class _Stop:
+    """What stays the same while the rule is asked at one stop. freedom: before any mark."""
+
+    request: PlanRequest
+    surface: Surface
+    freedom: U8
+    seeds: tuple[NDArray[np.int64], F64]
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,32 +115,32 @@ def plan(request: PlanRequest) -> PlanResult:
     freedom = _freedom(request, surface)
     pose = Stop(request.pose.x_m, request.pose.y_m, request.pose.yaw_rad)
     seeds = _seeds(surface.grid, request.goal_m, settings.mission.goal_tolerance_m, field)
-    fields = _fields(request, surface, freedom, seeds)
+    stop = _Stop(request, surface, freedom, seeds)
+    fields = _fields(stop, request.state)
     state = mission_rule.arrive(request.state, pose, float(np.min(fields.optimistic_m[fields.reach], initial=np.inf)))
     sets = node_sets(surface, fields.freedom, fields.reach)
 
     answer: NextPosition | None = None
-    outcome: Decision | Mark
+    outcome: Decision | Again
     for _ in range(MOST_MARKS):
-        situation, found = _situation(request, fields, state)
+        situation, found = _situation(stop, fields, state)
         answer = found or answer
         outcome, state = mission_rule.decide(state, situation, settings.mission)
         if isinstance(outcome, Decision):
             break
-        fields = _fields(request, surface, _marked(freedom, surface.grid, state.marked), seeds)
+        fields = _fields(stop, state)
     else:
-        outcome, state = mission_rule.decide(state, replace(situation, commit=None, choice=None), settings.mission)
-    assert isinstance(outcome, Decision), "without a commit the rule gives no mark"
+        situation = replace(situation, commit=None, confirm=None, choice=None)
+        outcome, state = mission_rule.decide(replace(state, cleared=True), situation, settings.mission)
+    assert isinstance(outcome, Decision), "without a way the rule gives up"
     return PlanResult(outcome, state, _report(request, fields, sets, field, answer))
 
 
-def _situation(
-    request: PlanRequest, fields: Fields, state: MissionState
-) -> tuple[Situation, NextPosition | None]:
+def _situation(stop: _Stop, fields: Fields, state: MissionState) -> tuple[Situation, NextPosition | None]:
     """What the rule is told: the options in its order, each looked for only where those before it do not settle it."""
-    mission, pose = request.settings.mission, Stop(*fields.start)
+    request, mission = stop.request, stop.request.settings.mission
     situation = Situation(
-        pose=pose,
+        pose=Stop(*fields.start),
         goal_m=request.goal_m,
         nearest=options.nearest(fields),
         terminal=options.terminal(fields, mission.goal_tolerance_m),
@@ -143,6 +155,9 @@ def _situation(
         situation = replace(situation, choice=found)
     commit = options.commit(fields)
     situation = replace(situation, commit=commit)
+    if commit is None:
+        commit = options.commit(_fields(stop, state, confirm=True))
+        situation = replace(situation, confirm=commit)
     if commit is None or commit.target_m is None or not mission_rule.failed(state, commit):
         return situation, answer
     if mission_rule.tries_left(state, commit.target_m) > 0:
@@ -156,7 +171,7 @@ def _eyes(settings: Settings) -> Eyes:
 
 
 def _freedom(request: PlanRequest, surface: Surface) -> U8:
-    """Freedom of every pose with the trail and the rover's own place free (R2) and the marks blocked (R6)."""
+    """Freedom of every pose with the trail and the rover's own place free (R2), before any mark."""
     grid, settings = surface.grid, request.settings
     freedom = pose_freedom(surface, settings.rover, settings.planning)
     driven = [pose_index(grid, *(float(part) for part in station)) for station in request.trail]
@@ -166,7 +181,7 @@ def _freedom(request: PlanRequest, surface: Surface) -> U8:
         raise ValueError(f"the rover's cell {own[:2]} lies outside the map's window, {grid.rows} x {grid.columns}")
     if freedom[own[2], own[0], own[1]] != Freedom.FREE:
         freedom = _stand(freedom, grid, own)
-    return _marked(freedom, grid, request.state.marked)
+    return freedom
 
 
 def _stand(freedom: U8, grid: Grid, own: tuple[int, int, int]) -> U8:
@@ -182,18 +197,14 @@ def _stand(freedom: U8, grid: Grid, own: tuple[int, int, int]) -> U8:
     return out
 
 
-def _marked(freedom: U8, grid: Grid, marked: tuple[tuple[float, float], ...]) -> U8:
-    """Unknown poses within half a metre of a mark count as blocked (R6)."""
-    if not marked:
-        return freedom
+def _near(grid: Grid, points_m: tuple[tuple[float, float], ...], radius_m: float) -> Bool:
+    """Cells whose centre lies within a radius of any of the points, (rows, columns)."""
     x = grid.x0_m + np.arange(grid.columns) * grid.cell_m
     y = grid.y0_m + np.arange(grid.rows) * grid.cell_m
     near = np.zeros((grid.rows, grid.columns), dtype=bool)
-    for mark in marked:
-        near |= np.hypot(x[None, :] - mark[0], y[:, None] - mark[1]) <= BLOCK_M
-    out = freedom.copy()
-    out[(freedom == Freedom.UNKNOWN) & near] = Freedom.BLOCKED
-    return out
+    for point in points_m:
+        near |= np.hypot(x[None, :] - point[0], y[:, None] - point[1]) <= radius_m
+    return near
 
 
 def _seeds(
@@ -217,15 +228,24 @@ def _seeds(
     return np.column_stack([cells, np.full(len(cells), -1)]).astype(np.int64), left
 
 
-def _fields(request: PlanRequest, surface: Surface, freedom: U8, seeds: tuple[NDArray[np.int64], F64]) -> Fields:
-    planning, grid = request.settings.planning, surface.grid
+def _fields(stop: _Stop, state: MissionState, confirm: bool = False) -> Fields:
+    """The fields with the marks of the state blocked (R6); `confirm`: and far blocked poses taken as unknown (R7)."""
+    request, grid, freedom = stop.request, stop.surface.grid, stop.freedom.copy()
+    planning = request.settings.planning
+    doubted = np.zeros(freedom.shape, dtype=bool)
+    if confirm:
+        looked = tuple((earlier.x_m, earlier.y_m) for earlier in state.stops)
+        doubted = (freedom == Freedom.BLOCKED) & ~_near(grid, looked, CONFIRM_M)
+        freedom[doubted] = Freedom.UNKNOWN
+    freedom[(freedom == Freedom.UNKNOWN) & _near(grid, state.marked, BLOCK_M)] = Freedom.BLOCKED
+    near = closeness(freedom, planning, grid.cell_m)
+    near[doubted] += np.float32(CONFIRM_RATIO)
     start = (request.pose.x_m, request.pose.y_m, request.pose.yaw_rad)
     cell = pose_index(grid, *start)
-    near = closeness(freedom, planning, grid.cell_m)
-    cost = cost_to_go(freedom, seeds[0], planning, grid.cell_m, True, near, seeds[1])
-    reach: Bool = reachable(freedom, *cell)
+    cost = cost_to_go(freedom, stop.seeds[0], planning, grid.cell_m, True, near, stop.seeds[1])
     chain = options.optimistic_chain(cost, cell, planning, grid.cell_m, near)
-    return Fields(surface, freedom, near, start, cell, reach, cost, chain, request.goal_m, planning)
+    reach: Bool = reachable(freedom, *cell)
+    return Fields(stop.surface, freedom, near, start, cell, reach, cost, chain, request.goal_m, planning)
 
 
 def _report(

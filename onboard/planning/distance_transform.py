@@ -115,5 +115,5 @@ class DistanceTransformPlanner:
             return Plan(None, math.inf, "no chain of cells free in every orientation leads to the goal")
         axes = [orientation(heading) for heading in headings(cells)]
         chain = np.column_stack([cells, np.array(axes, dtype=np.int32)]).astype(np.int32)
-        path = drivable(chain, problem.start, ground_of(problem.freedom, problem.grid), problem.end)
+        path = drivable(chain, problem.start, ground_of(problem.freedom, problem.grid, problem.closeness), problem.end)
         return Plan(path, float(cost[start]), f"{len(cells)} cells, {path.length_m:.2f} m")

@@ -8,11 +8,12 @@
     R5 commit    follow the optimistic path to its last free pose, look at the first that is not free
     R6 failed    a commit that would repeat a stop and heading, or look at the same target a third time: another
                  viewpoint, at most twice per 0.5 m block of targets; then the target is marked as an obstacle
-    R9 give up   no way is left: unreachable, with the nearest reachable pose
+    R7 confirm   no way is left: R5 once more, with what is blocked farther than 3 m from every stop taken as unknown
+    R8 again     still none: the marks and tries are cleared, once in a mission
+    R9 give up   else unreachable, with the nearest reachable pose
 
-Every stop is new, or uses up a try of a block, or lowers the record; marks only grow; `stop_limit` bounds what is left.
-R7 (confirm obstacles seen from afar) and R8 (clear the marks once) are not in this version: they only widen what is
-tried before R9.
+Every stop is new, or uses up a look or a try of a block of targets, or lowers the record; marks grow but for R8, which
+comes once; `stop_limit` bounds what is left.
 """
 
 from __future__ import annotations
@@ -68,11 +69,11 @@ class Option:
 
 
 @dataclass(frozen=True, slots=True)
-class Mark:
-    """Count what is unknown within BLOCK_M of this point as an obstacle, and ask again."""
+class Again:
+    """The state has changed (a mark more, or none): look for the options again and ask again at the same stop."""
 
-    x_m: float
-    y_m: float
+    rule: str
+    reason: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,10 +88,12 @@ class Nearest:
 
 @dataclass(frozen=True, slots=True)
 class MissionState:
-    """What the rule remembers of one mission. stops: places scanned from, newest last. marked: points counted blocked.
+    """What the rule remembers of one mission. A mission on a map that is there already begins with number=1: its first
+    stop takes one scan.
 
+    stops: places scanned from, newest last. marked: points counted blocked.
     targets: points that commits looked at. record_m: smallest optimistic cost-to-go so far; since_record: stops since
-    it last fell by 0.5 m.
+    it last fell by 0.5 m. cleared: R8 was used.
     """
 
     number: int = 0
@@ -100,13 +103,15 @@ class MissionState:
     tried: tuple[Tried, ...] = ()
     record_m: float = math.inf
     since_record: int = 0
+    cleared: bool = False
 
 
 @dataclass(frozen=True, slots=True)
 class Situation:
     """What planning found at this stop. best_cost_m: least optimistic cost-to-go over the reachable free poses.
 
-    Options are None where there is none; `viewpoint` is looked for only where the commit has `failed`.
+    Options are None where there is none; `confirm` is looked for only without a commit, `viewpoint` only where the
+    commit, or the confirm, has `failed`.
     """
 
     pose: Stop
@@ -115,6 +120,7 @@ class Situation:
     terminal: Option | None = None
     commit: Option | None = None
     choice: Option | None = None
+    confirm: Option | None = None
     viewpoint: Option | None = None
     best_cost_m: float = math.inf
 
@@ -162,8 +168,8 @@ def tries_left(state: MissionState, target_m: tuple[float, float]) -> int:
     return TRIES - sum(t.tries for t in state.tried if (t.row, t.column) == (row, column))
 
 
-def decide(state: MissionState, situation: Situation, mission: Mission) -> tuple[Decision | Mark, MissionState]:
-    """The decision at this stop, or a Mark after which the caller plans again with the state returned."""
+def decide(state: MissionState, situation: Situation, mission: Mission) -> tuple[Decision | Again, MissionState]:
+    """The decision at this stop, or Again after which the caller plans again with the state returned."""
     away = math.dist(situation.pose[:2], situation.goal_m)
     if _ends(state, situation, away, mission):
         return _terminal(situation, away, mission), state
@@ -172,12 +178,12 @@ def decide(state: MissionState, situation: Situation, mission: Mission) -> tuple
     choice = situation.choice
     if choice is not None and state.since_record < RECORD_STOPS and not repeats(state, choice.stop):
         return _drive(choice, "R10", "the strategy's best stop; the way left still shrinks"), state
-    commit = situation.commit
+    commit, rule = (situation.commit, "R5") if situation.commit else (situation.confirm, "R7")
     if commit is None:
-        return _give_up(situation, "no way is left over free or unknown ground"), state
+        return _no_way(state, situation)
     if not failed(state, commit):
         looked = state.targets if commit.target_m is None else (*state.targets, commit.target_m)
-        return _drive(commit, "R5", _commit_text(commit)), replace(state, targets=looked)
+        return _drive(commit, rule, _commit_text(commit)), replace(state, targets=looked)
     return _failed_try(state, situation, commit)
 
 
@@ -203,16 +209,25 @@ def _terminal(situation: Situation, away_m: float, mission: Mission) -> Decision
     return Decision("goal", "R4", text, option.path, option.stop.heading_rad, {"cost_m": option.cost_m, **option.data})
 
 
-def _failed_try(state: MissionState, situation: Situation, commit: Option) -> tuple[Decision | Mark, MissionState]:
+def _no_way(state: MissionState, situation: Situation) -> tuple[Decision | Again, MissionState]:
+    """R8 once, then R9."""
+    if state.marked and not state.cleared:
+        fresh = replace(state, marked=(), tried=(), targets=(), cleared=True)
+        return Again("R8", f"{len(state.marked)} marks are cleared, once"), fresh
+    return _give_up(situation, "no way is left over free or unknown ground"), state
+
+
+def _failed_try(state: MissionState, situation: Situation, commit: Option) -> tuple[Decision | Again, MissionState]:
     """R6: the commit would repeat a scan that showed nothing of its target."""
     if commit.target_m is None:
-        return _give_up(situation, "the scan at the end of the free way was taken before"), state
+        return _no_way(state, situation)
     view = situation.viewpoint
     if view is not None and tries_left(state, commit.target_m) > 0 and not repeats(state, view.stop):
         tried = (*state.tried, Tried(*_block(commit.target_m), 1))
         text = f"({commit.target_m[0]:.1f}, {commit.target_m[1]:.1f}) stayed unknown; it is looked at from elsewhere"
         return _drive(view, "R6", text), replace(state, tried=tried)
-    return Mark(*commit.target_m), replace(state, marked=(*state.marked, commit.target_m))
+    text = f"what is unknown at ({commit.target_m[0]:.1f}, {commit.target_m[1]:.1f}) counts as an obstacle"
+    return Again("R6", text), replace(state, marked=(*state.marked, commit.target_m))
 
 
 def _drive(option: Option, rule: str, reason: str) -> Decision:

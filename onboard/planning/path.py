@@ -4,7 +4,8 @@ A lattice pose is (j, i, o), the body's axis at o * 22.5 degrees modulo 180: the
 free with either end ahead. Three steps, all deterministic:
 
 1. `shorten`: from each point straight to the farthest pose of the chain that can be seen over free poses, the body
-   along the line; where no line is seen, one step of the chain as it is (crab: the body keeps its axis).
+   along the line, unless that way costs more closeness than the chain saves; where no line is seen, one step of the
+   chain as it is (crab: the body keeps its axis).
 2. `lead`: which end leads. The scanner's end, unless the way back is a short retreat or there is no room to turn round.
 3. stations at most 0.05 m and 11.25 degrees apart; each one's pose is free by the same test that `is_free` repeats.
 """
@@ -15,15 +16,17 @@ import math
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from onboard.planning.poses import ORIENTATIONS, Freedom, orientation
-from onboard.records import F64, I32, U8, Grid, Path
+from onboard.records import F32, F64, I32, U8, Bool, Grid, Path
 from protocol.conventions import wrap_rad
 
 STEP_RAD = math.pi / ORIENTATIONS
 SPACING_M = 0.05
 TURN_STEP_RAD = math.radians(11.25)
 RETREAT_M = 1.0
+DETOUR = 1.02  # a line of sight may cost this much more than the chain it replaces
 HORIZON = 150  # poses of the chain that a line of sight may skip
 
 
@@ -36,24 +39,37 @@ class Leg(NamedTuple):
 
 
 class Ground(NamedTuple):
-    """Free poses on their grid. free: (8, rows, columns) bool."""
+    """Free poses on their grid. free: (8, rows, columns) bool; closeness: ratio, the same shape, or None."""
 
-    free: np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
+    free: Bool
     grid: Grid
+    closeness: F32 | None = None
 
     def allows(self, stations: F64) -> bool:
         """Whether the pose of every station (k, 3) is free: nearest cell, nearest orientation."""
+        j, i, o = self._poses(stations)
+        inside = (i >= 0) & (i < self.grid.columns) & (j >= 0) & (j < self.grid.rows)
+        return bool(inside.all() and self.free[o, j, i].all())
+
+    def price_m(self, line: F64) -> float:
+        """Length of a line of free stations (k, 3), each piece times 1 + its closeness."""
+        pieces = np.hypot(*np.diff(line[:, :2], axis=0).T)
+        if self.closeness is None:
+            return float(pieces.sum())
+        j, i, o = self._poses(line)
+        near = self.closeness[o, j, i]
+        return float((pieces * (1.0 + 0.5 * (near[1:] + near[:-1]))).sum())
+
+    def _poses(self, stations: F64) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
         grid = self.grid
         i = np.rint((stations[:, 0] - grid.x0_m) / grid.cell_m).astype(np.int64)
         j = np.rint((stations[:, 1] - grid.y0_m) / grid.cell_m).astype(np.int64)
-        o = np.rint(stations[:, 2] / STEP_RAD).astype(np.int64) % ORIENTATIONS
-        inside = (i >= 0) & (i < grid.columns) & (j >= 0) & (j < grid.rows)
-        return bool(inside.all() and self.free[o, j, i].all())
+        return j, i, np.rint(stations[:, 2] / STEP_RAD).astype(np.int64) % ORIENTATIONS
 
 
-def ground_of(freedom: U8, grid: Grid) -> Ground:
+def ground_of(freedom: U8, grid: Grid, closeness: F32 | None = None) -> Ground:
     """Ground from (8, rows, columns) uint8 of Freedom."""
-    return Ground(freedom == Freedom.FREE, grid)
+    return Ground(freedom == Freedom.FREE, grid, closeness)
 
 
 def is_free(stations: F64, freedom: U8, grid: Grid) -> bool:
@@ -83,9 +99,10 @@ def shorten(points: list[tuple[float, float]], axes: list[int], yaw_rad: float, 
     legs: list[Leg] = []
     at, axis = 0, yaw_rad
     last = len(points) - 1
+    gone = _prices(points, axes, ground)
     while at < last:
         for to in range(min(last, at + HORIZON), at, -1):
-            seen = _sight(points[at], points[to], axis, ground)
+            seen = _sight(points[at], points[to], axis, ground, DETOUR * (gone[to] - gone[at]) + SPACING_M)
             if seen is not None and (to == last or _turn(points[to], seen, axes[to] * STEP_RAD, ground) is not None):
                 break
         else:
@@ -101,12 +118,26 @@ def shorten(points: list[tuple[float, float]], axes: list[int], yaw_rad: float, 
     return legs
 
 
-def _sight(a: tuple[float, float], b: tuple[float, float], axis_rad: float, ground: Ground) -> float | None:
-    """The axis of the straight way from a to b along the body, or None where a pose or the turn to it is not free."""
+def _prices(points: list[tuple[float, float]], axes: list[int], ground: Ground) -> list[float]:
+    """Price of the chain from its first point to each."""
+    gone = [0.0]
+    for a, b, axis in zip(points, points[1:], axes[1:]):
+        gone.append(gone[-1] + ground.price_m(np.array([(*a, axis * STEP_RAD), (*b, axis * STEP_RAD)])))
+    return gone
+
+
+def _sight(
+    a: tuple[float, float], b: tuple[float, float], axis_rad: float, ground: Ground, most_m: float
+) -> float | None:
+    """The axis of the straight way from a to b along the body.
+
+    None where a pose of it or of the turn to it is not free, or where its price is above `most_m`.
+    """
     if math.dist(a, b) < 1e-9:
         return None
     heading = math.atan2(b[1] - a[1], b[0] - a[0])
-    if not ground.allows(_line(a, b, heading)) or _turn(a, axis_rad, heading, ground) is None:
+    line = _line(a, b, heading)
+    if not ground.allows(line) or ground.price_m(line) > most_m or _turn(a, axis_rad, heading, ground) is None:
         return None
     return heading
 

@@ -26,5 +26,5 @@ class PoseFieldPlanner:
         if not np.isfinite(cost[o, j, i]):
             return Plan(None, math.inf, "no chain of free poses leads to the goal")
         chain = descend(cost, (j, i, o), problem.planning, cell_m, near)
-        path = drivable(chain, problem.start, ground_of(problem.freedom, problem.grid), problem.end)
+        path = drivable(chain, problem.start, ground_of(problem.freedom, problem.grid, problem.closeness), problem.end)
         return Plan(path, float(cost[o, j, i]), f"{len(chain)} poses, {path.length_m:.2f} m")

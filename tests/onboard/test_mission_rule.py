@@ -8,7 +8,7 @@ import pytest
 
 from onboard.config import Mission
 from onboard.planning import mission_rule as rule
-from onboard.planning.mission_rule import Mark, MissionState, Nearest, Option, Situation, Stop
+from onboard.planning.mission_rule import Again, MissionState, Nearest, Option, Situation, Stop
 from onboard.records import Path
 
 MISSION = Mission()
@@ -33,6 +33,7 @@ def test_r1_scans_ahead_and_behind_at_the_first_stop_only():
     state = first_stop()
     assert rule.scan_headings(state) == (0.0,)
     assert [s.heading_rad for s in state.stops] == [0.0, math.pi]
+    assert [s.heading_rad for s in rule.arrive(MissionState(number=1), HERE).stops] == [0.0]
 
 
 def test_r4_drives_to_a_reachable_goal_pose_before_anything_else():
@@ -89,7 +90,7 @@ def test_r6_a_repeat_goes_to_two_viewpoints_and_then_marks_the_target():
         decision, state = rule.decide(state, asked, MISSION)
         assert (decision.kind, decision.rule) == ("drive", "R6")
     outcome, state = rule.decide(state, asked, MISSION)
-    assert outcome == Mark(0.4, 0.0)
+    assert isinstance(outcome, Again)
     assert state.marked == ((0.4, 0.0),)
     assert rule.tries_left(state, (0.4, 0.0)) == 0
     assert rule.tries_left(state, (1.4, 0.0)) == 2
@@ -100,12 +101,27 @@ def test_r6_a_target_is_not_looked_at_a_third_time():
     for n in range(3):
         commit = option(1.0 + n, 0.0, 0.0, target=(5.0 + 0.1 * n, 0.0))
         outcome, state = rule.decide(state, situation(commit=commit), MISSION)
-        assert isinstance(outcome, Mark) == (n == 2)
+        assert isinstance(outcome, Again) == (n == 2)
 
 
 def test_r6_without_a_viewpoint_marks_at_once():
     outcome, _ = rule.decide(first_stop(), situation(commit=option(0.0, 0.0, 0.0, target=(0.4, 0.0))), MISSION)
-    assert isinstance(outcome, Mark)
+    assert isinstance(outcome, Again)
+
+
+def test_r7_looks_at_blocked_ground_seen_from_afar_before_giving_up():
+    confirm = option(2.0, 1.0, 0.5, target=(2.2, 1.2))
+    decision, state = rule.decide(first_stop(), situation(confirm=confirm), MISSION)
+    assert (decision.kind, decision.rule) == ("drive", "R7")
+    assert state.targets == ((2.2, 1.2),)
+
+
+def test_r8_clears_the_marks_once():
+    state = replace(first_stop(), marked=((0.4, 0.0),), targets=((0.4, 0.0),))
+    outcome, state = rule.decide(state, situation(), MISSION)
+    assert (outcome.rule, state.marked, state.targets, state.cleared) == ("R8", (), (), True)
+    decision, _ = rule.decide(replace(state, marked=((0.4, 0.0),)), situation(), MISSION)
+    assert decision.rule == "R9"
 
 
 def test_r9_reports_the_nearest_reachable_pose():

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from onboard.config import Planning
 from onboard.planning import path
 from onboard.planning.pose_field import cost_to_go, descend
-from onboard.planning.poses import Freedom, orientation
+from onboard.planning.poses import Freedom, closeness, orientation
 from onboard.records import Grid
 
 GRID = Grid(0.05, 0.05, 0.1, 40, 40)
@@ -70,6 +70,19 @@ def test_without_room_to_turn_round_the_rover_backs_out():
     stations = path.drivable(chain, start, path.ground_of(freedom, GRID)).stations
     assert path.is_free(stations, freedom, GRID)
     assert np.abs(stations[:, 2]).max() < 1.0
+
+
+def test_a_line_of_sight_does_not_graze_what_the_chain_kept_away_from():
+    freedom = everywhere_free()
+    freedom[:, 18:22, 18:22] = Freedom.BLOCKED
+    near = closeness(freedom, Planning(closeness_weight=5.0), GRID.cell_m)
+    cost = cost_to_go(freedom, np.array([[22, 36, -1]]), Planning(), GRID.cell_m, False, near)
+    chain = descend(cost, (22, 3, 0), Planning(), GRID.cell_m, near)
+    start = (*GRID.centre(22, 3), 0.0)
+    careful = path.drivable(chain, start, path.ground_of(freedom, GRID, near)).stations
+    careless = path.drivable(chain, start, path.ground_of(freedom, GRID)).stations
+    assert path.is_free(careful, freedom, GRID)
+    assert careless[:, 1].max() < 2.3 < careful[:, 1].max() - 0.1
 
 
 def test_an_end_inside_the_last_cell_is_met_exactly():
