@@ -56,16 +56,19 @@ class Field:
     stats: dict[str, float]
 
 
-def fractal_heights(size: int, cell_m: float, hurst: float, sigma: float, rng: np.random.Generator) -> F64:
+def fractal_heights(
+    size: int, cell_m: float, hurst: float, sigma: float, rng: np.random.Generator, longest_m: float = math.inf
+) -> F64:
     """Periodic fBm map, (size, size) float64, mean 0 (Eq. 15, 16, 20 corrected).
 
     Coefficients of z = sum c exp(...) have E|c|^2 = (sigma (N cell)^H / (u^2 + v^2)^((H + 1) / 2))^2 with signed u, v,
     which is |F| = sigma (N cell)^(H + 2) / ... of the continuous transform; so sigma, in m^(1 - H), does not depend on
     size or cell. White noise is filtered, so the half spectrum's u = 0 and Nyquist columns keep their power.
+    Waves over `longest_m` are left out (detail to lay on ground known more coarsely).
     """
     noise = np.fft.rfft2(rng.standard_normal((size, size)))
     squares = (np.fft.fftfreq(size, 1 / size) ** 2)[:, None] + (np.fft.rfftfreq(size, 1 / size) ** 2)[None, :]
-    squares[0, 0] = np.inf
+    squares[squares <= (size * cell_m / longest_m) ** 2] = np.inf
     return np.fft.irfft2(noise * (size * sigma * (size * cell_m) ** hurst) * squares ** (-(hurst + 1) / 2), s=(size, size))
 
 
