@@ -215,7 +215,7 @@ class Plant:
                 continue
             if contact[3] not in self._wheels:
                 return "body"
-            rock = self.ground.rock_bodies.get(contact[2])
+            rock = self.ground.rock_at(contact[2], contact[6])
             if rock is not None and rock.height_m > ROCK_LIMIT_M:
                 found = f"wheel {self._wheels.index(contact[3]) + 1} on a rock of {rock.height_m:.2f} m"
         return found

@@ -160,14 +160,18 @@ def scatter_rocks(
 ) -> tuple[Rock, ...]:
     """Rocks over the whole grid that do not overlap and keep off the discs `clear` (x, y, radius)."""
     width, height = grid.columns * grid.cell_m, grid.rows * grid.cell_m
+    diameters = rock_diameters(width * height, ratio, rng)
     placed: list[tuple[float, float, float]] = []
-    for diameter in rock_diameters(width * height, ratio, rng):
-        taken = np.array([*placed, *((x, y, 2 * r) for x, y, r in clear)]).reshape(-1, 3)
+    discs = np.zeros((len(clear) + len(diameters), 3))
+    discs[: len(clear)] = [(x, y, 2 * r) for x, y, r in clear]
+    for diameter in diameters.tolist():
+        taken = discs[: len(clear) + len(placed)]
         for _ in range(200):
             x = grid.x0_m + (0.01 + 0.98 * rng.random()) * width
             y = grid.y0_m + (0.01 + 0.98 * rng.random()) * height
             if (np.hypot(taken[:, 0] - x, taken[:, 1] - y) > 0.55 * (taken[:, 2] + diameter)).all():
-                placed.append((x, y, float(diameter)))
+                discs[len(taken)] = x, y, diameter
+                placed.append((x, y, diameter))
                 break
     ground = soil_height(grid, soil_z, np.array([p[0] for p in placed]), np.array([p[1] for p in placed]))
     return tuple(_rock(x, y, float(z), diameter, rng) for (x, y, diameter), z in zip(placed, ground))
