@@ -1,9 +1,9 @@
 """The ground as bodies of the physics engine, and rays cast on it.
 
 Soil is concave triangle tiles of 100 x 100 squares, rocks are concave triangle meshes too: the engine's height field
-misses rays that look up (its chunk test takes the wrong axis) and its convex shapes answer 1 to 2 mm early. Rocks share one
-body a block of ground: each body costs a microsecond or more in every step. One call takes at most 16,383 rays; exactly
-16,384 return nothing without a word.
+misses rays that look up (its chunk test takes the wrong axis) and its convex shapes answer 1 to 2 mm early. Rocks share
+one body a block of ground: each body costs a microsecond or more in every step. One call takes at most 16,383 rays;
+exactly 16,384 return nothing without a word.
 """
 
 from __future__ import annotations

@@ -2,12 +2,12 @@
 
 The grid is the one that matplotlib ships as sample data (the Jacksboro fault, Tennessee, 344 x 403 heights in metres on
 cells of about 74 m x 93 m; read as a file, matplotlib is not imported). Its cells become 10 m x 10 m, heights shrink by
-10 / 84 * 0.6. What is real is the shape of the land; fractal detail shorter than 20 m and rocks are drawn by the seed. The
-rover's orbital map is the whole scaled grid without them.
+10 / 84 * 0.6. What is real is the shape of the land; fractal detail shorter than 20 m and rocks are drawn by the seed.
+The rover's orbital map is the whole scaled grid without them.
 
-A field is a window of 60 m x 60 m in 0.1 m cells, start 10 m from its west side, goal 40 m away to the east. Windows are
-drawn among those whose land is gentle (median slope of the grid's cells at most 4 degrees); of the windows of a seed the
-first is taken that passes the rules of hil.fields.
+A field is a window of 60 m x 60 m in 0.1 m cells, start 10 m from its west side, goal 40 m away to the east. Windows
+are drawn among those whose land is gentle (median slope of the grid's cells at most 4 degrees); of the windows of a
+seed the first is taken that passes the rules of hil.fields.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """The ground: fractal soil and rocks, one triangulation that physics, soil, scanner and truth maps all read.
 
-Soil is fractional Brownian motion by spectral synthesis (Eq. 7 to 20 with the corrections of `10-navigation`, section 7).
+Soil is fractional Brownian motion by spectral synthesis (Eq. 7 to 20, corrected as in `10-navigation`, section 7).
 Heights stand on the centres of a grid; each square of four centres is two triangles, cut from (x + 1, y) to (x, y + 1).
 Rocks are irregular polyhedra, half buried, their number by a power law N(> D) ~ D^-2.
 """
@@ -69,7 +69,8 @@ def fractal_heights(
     noise = np.fft.rfft2(rng.standard_normal((size, size)))
     squares = (np.fft.fftfreq(size, 1 / size) ** 2)[:, None] + (np.fft.rfftfreq(size, 1 / size) ** 2)[None, :]
     squares[squares <= (size * cell_m / longest_m) ** 2] = np.inf
-    return np.fft.irfft2(noise * (size * sigma * (size * cell_m) ** hurst) * squares ** (-(hurst + 1) / 2), s=(size, size))
+    level = size * sigma * (size * cell_m) ** hurst
+    return np.fft.irfft2(noise * level * squares ** (-(hurst + 1) / 2), s=(size, size))
 
 
 def slopes_deg(heights: F64 | F32, cell_m: float) -> F64:
@@ -163,7 +164,7 @@ def scatter_rocks(
     diameters = rock_diameters(width * height, ratio, rng)
     placed: list[tuple[float, float, float]] = []
     discs = np.zeros((len(clear) + len(diameters), 3))
-    discs[: len(clear)] = [(x, y, 2 * r) for x, y, r in clear]
+    discs[: len(clear)] = np.reshape([(x, y, 2 * r) for x, y, r in clear], (-1, 3))
     for diameter in diameters.tolist():
         taken = discs[: len(clear) + len(placed)]
         for _ in range(200):
