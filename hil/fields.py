@@ -1,14 +1,15 @@
 """The demo's fields: rough ground with rocks that a seed stands for, accepted by rule before any run.
 
-A field of 20 m x 20 m, 0.05 m cells, start 2.5 m from its left side, goal 15 m away. Of the seeds 1000 * index, + 1, + 2,
-... the first is taken whose field passes, in this order, on the true ground in 0.1 m cells:
+A field of 20 m x 20 m, 0.05 m cells, start 2.5 m from its left side, goal 15 m away. Of the seeds 1000 * index, + 1,
++ 2, ... the first is taken whose field passes, in this order, on the true ground in 0.1 m cells:
   1. median slope 4.5 to 7.5 degrees and rocks on 2.5 to 5 % of the area (drawn so; looked at all the same);
   2. the start pose is free, and so is a pose within 0.1 m of the goal;
   3. the straight line is blocked: of the poses along it, heading along it, not all are free;
   4. there is a way with room: over poses that stay free with step 0.07 m, under the belly 0.09 m, tilt 22 degrees
      (config: 0.08, 0.10, 25), and whose four neighbour cells are free too, so that noise of the scan and a few
      centimetres of drift do not close it.
-The seeds passed over and their reasons are kept: choosing is part of the result.
+The seeds passed over and their reasons are kept: choosing is part of the result. Of the first 40 seeds 38 pass; the
+other two have a free straight line.
 """
 
 from __future__ import annotations
@@ -101,9 +102,8 @@ def _gdem(tile: NDArray[np.float64], west_m: float, south_m: float) -> Gdem:
     i, j = round((first_x - west_m) / CELL_M), round((first_y - south_m) / CELL_M)
     heights = block_mean(tile[j:, i:], round(GDEM_CELL_M / CELL_M)).astype(np.float32)
     half = GDEM_CELL_M / 2
-    return Gdem(
-        Grid(first_x + half, first_y + half, GDEM_CELL_M, *heights.shape), heights, "fractal ground in 2 m cells, no rocks"
-    )
+    grid = Grid(first_x + half, first_y + half, GDEM_CELL_M, *heights.shape)
+    return Gdem(grid, heights, "fractal ground in 2 m cells, no rocks")
 
 
 def true_surface(field: Field) -> Surface:
@@ -124,22 +124,18 @@ def true_surface(field: Field) -> Surface:
 
 def refusal(field: Field) -> str:
     """'' if the field passes, else the first rule it breaks (see the head of this file)."""
-    stats = field.stats
-    if not 4.5 <= stats["median_slope_deg"] <= 7.5:
-        return f"median slope {stats['median_slope_deg']:.1f} deg"
-    if not 0.025 <= stats["rock_area_ratio"] <= 0.05:
-        return f"rocks on {100 * stats['rock_area_ratio']:.1f} % of the area"
+    median_deg, ratio = field.stats["median_slope_deg"], field.stats["rock_area_ratio"]
+    if not (4.5 <= median_deg <= 7.5 and 0.025 <= ratio <= 0.05):
+        return f"median slope {median_deg:.1f} deg, rocks on {100 * ratio:.1f} % of the area"
     surface, rover, planning = true_surface(field), Rover(), Planning()
     free = poses.pose_freedom(surface, rover, planning) == poses.Freedom.FREE
-    if not free[pose_of(surface.grid, field.start.x_m, field.start.y_m, field.start.yaw_rad)]:
-        return "the start pose is not free"
+    start = pose_of(surface.grid, field.start.x_m, field.start.y_m, field.start.yaw_rad)
     goal = goal_poses(surface.grid, field.goal_m)
-    if not any(free[pose] for pose in goal):
-        return "no pose at the goal is free"
+    if not (free[start] and any(free[pose] for pose in goal)):
+        return "the start pose or every pose at the goal is not free"
     if all(free[pose] for pose in straight_line(surface.grid, field)):
         return "the straight line is free"
     roomy = free_with_room(surface, rover, planning)
-    start = pose_of(surface.grid, field.start.x_m, field.start.y_m, field.start.yaw_rad)
     if not roomy[start]:
         return "no room at the start"
     freedom = np.where(roomy, poses.Freedom.FREE, poses.Freedom.BLOCKED).astype(np.uint8)
