@@ -92,9 +92,7 @@ def summary(scenario: Scenario, result: RunResult, replay: dict[str, Any]) -> di
 
 
 def _direction(row: dict[str, Any]) -> dict[str, int]:
-    sent, delivered = (int(row.get(k, {}).get("datagrams", 0)) for k in ("in", "out"))
-    lost = int(sum(row.get("lost", {}).values()))
-    return {"sent": sent, "lost": lost, "delivered": delivered}
+    return {name: int(row.get(key, 0)) for name, key in (("sent", "offered"), ("lost", "lost"), ("delivered", "delivered"))}
 
 
 def certificate(scenario: Scenario, result: RunResult) -> dict[str, Any]:

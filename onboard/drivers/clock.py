@@ -6,6 +6,7 @@ import select
 import socket
 import time
 from collections.abc import Mapping, Sequence
+from contextlib import ExitStack
 
 from onboard.config import ConfigError
 from protocol.barrier import Done, Hello, Receiver, Stop, Tick, Welcome, encode
@@ -54,10 +55,8 @@ class LockStepClock:
     """One participant of the barrier: time is what the bench says."""
 
     def __init__(self, address: str, name: str = "onboard") -> None:
-        host, port = _tcp(address)
-        self._socket = socket.create_connection((host, port), timeout=30)
-        self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        self._socket.settimeout(None)
+        self._address = _tcp(address)
+        self._stack = ExitStack()
         self._receiver = Receiver()
         self._inbox: list[object] = []
         self._name = name
@@ -67,6 +66,9 @@ class LockStepClock:
 
     def start(self) -> None:
         """Say who is here; from now on the bench may call. Every port must be open before."""
+        self._socket = self._stack.enter_context(socket.create_connection(self._address, timeout=30))
+        self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        self._socket.settimeout(None)
         self._socket.sendall(encode(Hello(self._name)))
         if not isinstance(self._next(), Welcome):
             raise ClockLost("the bench did not answer HELLO with WELCOME")
@@ -91,7 +93,7 @@ class LockStepClock:
 
     def close(self) -> None:
         """Leave the barrier."""
-        self._socket.close()
+        self._stack.close()
 
     def _next(self) -> object:
         while not self._inbox:
