@@ -7,6 +7,7 @@
 from __future__ import annotations
 
 import json
+import signal
 import sqlite3
 import sys
 from pathlib import Path
@@ -188,7 +189,7 @@ def run(argv: list[str] | None = None) -> int:
         path = context.command_path if context else "ground"
         text = f"{getattr(error, 'format_message', error.__str__)()} (see `{path} --help`)"
     except (KeyboardInterrupt, typer.Abort):
-        code, text = INTERRUPTED, "ended by Ctrl-C; the rover carries on with what it was told"
+        code, text = INTERRUPTED, "interrupted; the rover carries on with what it was told"
     except tuple(kind for kind, _ in _CODES) as error:
         code, text = next(code for kind, code in _CODES if isinstance(error, kind)), str(error)
     else:
@@ -199,7 +200,8 @@ def run(argv: list[str] | None = None) -> int:
 
 
 def main() -> None:
-    """Entry point."""
+    """Entry point; a termination closes the session as Ctrl-C does."""
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
     sys.exit(run())
 
 

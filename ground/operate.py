@@ -80,7 +80,8 @@ def operate(settings: Settings, plan: Plan, teller: Teller) -> tuple[int, Sessio
         station = stack.enter_context(Station(settings, archive))
         # The emulator says HELLO only after our probe, the bench starts only after both: knock before the barrier.
         station.wait_open(6 * _LINK_LIMIT_S if lockstep else _LINK_LIMIT_S)
-        clock: Clock = stack.enter_context(LockstepClock(plan.barrier) if lockstep else WallClock())
+        clock: Clock = LockstepClock(plan.barrier) if lockstep else WallClock()
+        stack.enter_context(clock)
         return _turns(station, clock, plan, teller), station.session
 
 

@@ -115,6 +115,7 @@ class Session:
         self._opener = Opener(keys.downlink, newest_boot_id=newest_boot_id)
         self._bulk = bulk.Receiver(payload_limit(up_bps))
         self._bulk_heard_ns: int | None = None
+        self._product_ns: dict[int, int] = {}
         self._timed: set[int] = set()
         self._telemetry = TelemetryReceiver()
 
@@ -137,12 +138,13 @@ class Session:
         return request_id
 
     def product_of(self, request_id: int) -> bulk.Product | None:
-        """What a completed `get` brought: the object that its report names, else the newest of that product's name."""
+        """What a completed `get` brought: the object that its report names, else the newest announced since."""
         request = self.requester.requests[request_id]
         if request.report is not None and request.report.data:
             return self.products.get(int(request.report.data[0]))
-        wanted = request.telecommand.arguments.get("product")
-        return next((p for p in reversed(self.products.values()) if p.name == wanted), None)
+        wanted, since_ns = request.telecommand.arguments.get("product"), request.made_ns
+        return next((p for p in reversed(self.products.values())
+                     if p.name == wanted and self._product_ns[p.object_id] >= since_ns), None)
 
     def receive(self, datagram: bytes, now_ns: int) -> tuple[str, list[News]]:
         """One datagram of the link: the verdict ("ok" or the check that failed), and what is new by it."""
@@ -206,8 +208,12 @@ class Session:
     def _take_chunk(self, payload: bytes, now_ns: int) -> list[News]:
         self._bulk_heard_ns = now_ns
         product = self._bulk.receive(payload, now_ns)
+        object_id, announced = int.from_bytes(payload[:4], "little"), payload[8:10] == b"\xff\xff"
+        if announced and object_id in self.products:
+            self._product_ns[object_id] = now_ns  # offered again with the same content: nothing is sent twice
         if product is not None:
             self.products[product.object_id] = product
+            self._product_ns[product.object_id] = now_ns
             return [ProductHeard(now_ns, product)]
         return [Progress(now_ns, name, have, total) for name, (have, total) in self._bulk.progress().items()]
 

@@ -123,7 +123,12 @@ class CanHub:
         self.poll()
 
     def write(self, frames: Sequence[Frame]) -> None:
-        """Frames of the emulated nodes, to every live client in this order, stamped with their own times."""
+        """Frames of the emulated nodes, to every live client in this order, stamped with their own times.
+
+        A client whose bus was opened before this call is live: its first word is read here if it waits.
+        """
+        if any(not client.live for client in self._callers):
+            self.poll()
         self._spread(frames, None)
 
     def write_error(self, flags: int, stamp_ns: int = 0) -> None:

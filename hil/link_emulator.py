@@ -16,6 +16,7 @@ from __future__ import annotations
 import hashlib
 import json
 import select
+import signal
 import socket
 import time
 from collections.abc import Callable
@@ -265,6 +266,7 @@ def main(
 
     Example: hil link --profile moon-bad --rover tcp/127.0.0.1:7447 --ground tcp/127.0.0.1:7448
     """
+    signal.signal(signal.SIGTERM, signal.default_int_handler)  # the report is written at every end
     try:
         _link(load_profile(profile, profiles), seed, (rover, ground), barrier, real_time, report)
     except (ConfigError, LinkError, WireError) as error:
@@ -283,7 +285,7 @@ def _link(
             else:
                 run_wall(emulator, lambda: False)
         except KeyboardInterrupt:
-            typer.echo("hil link: ended by Ctrl-C", err=True)
+            typer.echo("hil link: ended by a signal", err=True)
         finally:
             if report:
                 report.write_text(json.dumps(emulator.report(), indent=2) + "\n")

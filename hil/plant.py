@@ -1,8 +1,8 @@
 """The rover on its ground, by pybullet: bodies and rocks are the engine's, wheels on soil are hil.soil's.
 
 Only this file and hil/raycast.py know the engine. Same field, seed, step and commands give the same bits.
-Engine traps that shape this file: links have a damping of 0.04 and joints a motor unless told otherwise; the base's pose is
-that of its centre of mass; an external force lives for one step; a rover off the mesh falls for ever without a word.
+Engine traps that shape this file: links have a damping of 0.04 and joints a motor unless told otherwise; the base's
+pose is that of its centre of mass; an external force lives for one step; a rover off the mesh falls for ever, silently.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ HISTORY = 11  # poses of the last 100 ms, one a tick
 SETTLE_TICKS = 150
 
 
-class PlantAbort(RuntimeError):
+class PlantAbort(RuntimeError):  # noqa: N818 - the design's word
     """The run has no meaning from here on; the text says why."""
 
 
@@ -52,7 +52,7 @@ class Plant:
         self.field, self.rover, self.seed = field, rover or Rover(), seed
         self._step_ns, self._dt_s = step_ns, step_ns * 1e-9
         self._client = pybullet.connect(pybullet.DIRECT)
-        self._engine(seed)
+        self._engine()
         self.ground = Ground(field, self._client)
         self._load()
         self._soil = SoilContacts(
@@ -62,7 +62,7 @@ class Plant:
         self._drives = (WheelDrive(0.0, 0.0),) * len(WHEELS)
         self.reset(field.start)
 
-    def _engine(self, seed: int) -> None:
+    def _engine(self) -> None:
         pybullet.setGravity(0, 0, -GRAVITY_MPS2, physicsClientId=self._client)
         pybullet.setPhysicsEngineParameter(
             fixedTimeStep=self._dt_s,
@@ -127,12 +127,14 @@ class Plant:
 
     def _rest(self, x_m: float, y_m: float, yaw_rad: float) -> tuple[float, float, float]:
         """Height, roll and pitch that lie on the ground under the four wheels (first guess; settling does the rest)."""
-        l, d, cosine, sine = self.rover.half_wheelbase_m, self.rover.half_track_m, math.cos(yaw_rad), math.sin(yaw_rad)
-        points = [(a * l * cosine - b * d * sine, a * l * sine + b * d * cosine) for a, b in WHEEL_SIGNS]
+        axle, track = self.rover.half_wheelbase_m, self.rover.half_track_m
+        cosine, sine = math.cos(yaw_rad), math.sin(yaw_rad)
+        corners = [(a * axle, b * track) for a, b in WHEEL_SIGNS]
+        points = [(a * cosine - b * sine, a * sine + b * cosine) for a, b in corners]
         x, y = np.array([x_m + p[0] for p in points]), np.array([y_m + p[1] for p in points])
         front_left, rear_left, rear_right, front_right = soil_height(self.field.grid, self.field.soil_z, x, y).tolist()
-        pitch = -math.atan2((front_left + front_right - rear_left - rear_right) / 2, 2 * l)
-        roll = math.atan2((front_left + rear_left - front_right - rear_right) / 2, 2 * d)
+        pitch = -math.atan2((front_left + front_right - rear_left - rear_right) / 2, 2 * axle)
+        roll = math.atan2((front_left + rear_left - front_right - rear_right) / 2, 2 * track)
         return (front_left + rear_left + rear_right + front_right) / 4, roll, pitch
 
     def apply(self, drives: tuple[WheelDrive, ...]) -> None:
@@ -215,7 +217,7 @@ class Plant:
                 continue
             if contact[3] not in self._wheels:
                 return "body"
-            rock = self.ground.rock_bodies.get(contact[2])
+            rock = self.ground.rock_at(contact[2], contact[6])
             if rock is not None and rock.height_m > ROCK_LIMIT_M:
                 found = f"wheel {self._wheels.index(contact[3]) + 1} on a rock of {rock.height_m:.2f} m"
         return found
@@ -242,7 +244,8 @@ class Plant:
         """base_link at times (n,) within the last 100 ms: positions (n, 3), quaternions x y z w (n, 4)."""
         known = np.array([row[0] for row in self._history], np.int64)
         if len(times_ns) and (times_ns.min() < known[0] or times_ns.max() > known[-1]):
-            raise ValueError(f"poses are known from {known[0]} to {known[-1]} ns, asked {times_ns.min()}..{times_ns.max()}")
+            asked = f"{times_ns.min()} to {times_ns.max()}"
+            raise ValueError(f"poses are known from {known[0]} to {known[-1]} ns, asked for {asked}")
         after = np.clip(np.searchsorted(known, times_ns), 1, len(known) - 1)
         share = ((times_ns - known[after - 1]) / (known[after] - known[after - 1]))[:, None]
         positions = np.array([row[1] for row in self._history])

@@ -1,8 +1,9 @@
 """The ground as bodies of the physics engine, and rays cast on it.
 
 Soil is concave triangle tiles of 100 x 100 squares, rocks are concave triangle meshes too: the engine's height field
-misses rays that look up (its chunk test takes the wrong axis) and its convex shapes answer 1 to 2 mm early. One call takes
-at most 16,383 rays; exactly 16,384 return nothing without a word.
+misses rays that look up (its chunk test takes the wrong axis) and its convex shapes answer 1 to 2 mm early. Rocks share
+one body a block of ground: each body costs a microsecond or more in every step. One call takes at most 16,383 rays;
+exactly 16,384 return nothing without a word.
 """
 
 from __future__ import annotations
@@ -11,12 +12,13 @@ import numpy as np
 import pybullet
 from numpy.typing import NDArray
 
-from hil.terrain import Field
+from hil.terrain import Field, Rock
 
 F64 = NDArray[np.float64]
 SOIL, ROCK, BODY, WHEEL = 1, 2, 4, 8  # collision groups; rays carry group 1
 TILE = 100
 RAYS_PER_CALL = 8192
+BLOCK_M, BLOCK_ROCKS = 5.0, 60  # inline meshes have a limit of vertices
 
 
 class Ground:
@@ -24,18 +26,28 @@ class Ground:
 
     def __init__(self, field: Field, client: int) -> None:
         self._client = client
+        self._rocks: dict[int, tuple[F64, list[Rock]]] = {}
         grid, z = field.grid, field.soil_z
-        self.soil_bodies: set[int] = set()
         for j in range(0, grid.rows - 1, TILE):
             for i in range(0, grid.columns - 1, TILE):
                 part = z[j : j + TILE + 1, i : i + TILE + 1]
                 x = grid.x0_m + (i + np.arange(part.shape[1])) * grid.cell_m
                 y = grid.y0_m + (j + np.arange(part.shape[0])) * grid.cell_m
                 vertices = np.dstack((*np.meshgrid(x, y), part)).reshape(-1, 3)
-                self.soil_bodies.add(self._mesh(vertices, squares(*part.shape), SOIL, SOIL | BODY))
-        self.rock_bodies = {
-            self._mesh(rock.vertices_m, rock.triangles, ROCK, SOIL | BODY | WHEEL): rock for rock in field.rocks
-        }
+                self._mesh(vertices, squares(*part.shape), SOIL, SOIL | BODY)
+        for rocks in _blocks(field.rocks):
+            vertices = np.concatenate([rock.vertices_m for rock in rocks])
+            counts = np.cumsum([0] + [len(rock.vertices_m) for rock in rocks])
+            triangles = np.concatenate([rock.triangles + first for rock, first in zip(rocks, counts)])
+            body = self._mesh(vertices, triangles, ROCK, SOIL | BODY | WHEEL)
+            self._rocks[body] = (np.array([(rock.x_m, rock.y_m, rock.diameter_m / 2) for rock in rocks]), rocks)
+
+    def rock_at(self, body: int, point_m: tuple[float, float, float]) -> Rock | None:
+        """The rock of a contact on an engine body, None if the body holds no rocks."""
+        if body not in self._rocks:
+            return None
+        discs, rocks = self._rocks[body]
+        return rocks[int(np.argmin(np.hypot(discs[:, 0] - point_m[0], discs[:, 1] - point_m[1]) - discs[:, 2]))]
 
     def _mesh(self, vertices: F64, triangles: NDArray[np.int32], group: int, mask: int) -> int:
         shape = pybullet.createCollisionShape(
@@ -68,6 +80,20 @@ class Ground:
             )
             fractions += [ray[2] if ray[0] >= 0 else np.inf for ray in rays]
         return np.array(fractions) * range_m
+
+
+def _blocks(rocks: tuple[Rock, ...]) -> list[list[Rock]]:
+    """Rocks by the square of ground they stand in, at most 60 together, in a fixed order."""
+    order = sorted(rocks, key=lambda rock: (rock.y_m // BLOCK_M, rock.x_m // BLOCK_M, rock.y_m, rock.x_m))
+    groups: list[list[Rock]] = []
+    place: tuple[float, float] | None = None
+    for rock in order:
+        here = (rock.y_m // BLOCK_M, rock.x_m // BLOCK_M)
+        if here != place or len(groups[-1]) == BLOCK_ROCKS:
+            groups.append([])
+        groups[-1].append(rock)
+        place = here
+    return groups
 
 
 def squares(rows: int, columns: int) -> NDArray[np.int32]:

@@ -5,8 +5,9 @@
           [chassis] 0.15 .. 0.35      base_link: on the ground in the middle; the URDF's root frame is base_link itself
         o--rocker--o 0.18 pivot       left and right rocker, joined by a gear constraint in hil.plant
 
-Names are chassis, rocker_left, rocker_right, steer_1..4, wheel_1..4 (joints carry their link's name). A wheel's collision
-shape is three spheres, for rocks only: soil acts through hil.soil (a cylinder rolling on triangles shakes by 0.5 m/s2).
+Names are chassis, rocker_left, rocker_right, steer_1..4, wheel_1..4 (joints carry their link's name). A wheel's shape
+for collisions is three spheres, for rocks only: soil acts through hil.soil (a cylinder that rolls on triangles shakes by
+0.5 m/s2).
 """
 
 from __future__ import annotations
@@ -78,7 +79,8 @@ def _corner(rover: Rover, wheel: int, ahead: int, left: int) -> str:
     return (
         f'<link name="steer_{wheel}">'
         + _inertia(STEER_KG, (0, 0, 0.06), (0.08, 0.08, 0.12))
-        + f'</link>\n<joint name="steer_{wheel}" type="revolute"><parent link="rocker_{side}"/><child link="steer_{wheel}"/>'
+        + f'</link>\n<joint name="steer_{wheel}" type="revolute">'
+        f'<parent link="rocker_{side}"/><child link="steer_{wheel}"/>'
         f'<origin xyz="{ahead * rover.half_wheelbase_m} 0 {radius - PIVOT_M}"/><axis xyz="0 0 1"/>'
         f'<limit lower="-{limit}" upper="{limit}" effort="60" velocity="10"/>'
         '<dynamics damping="0" friction="0"/></joint>\n'

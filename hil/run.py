@@ -11,7 +11,8 @@ from pathlib import Path
 from typing import Any
 
 from hil.bench import Bench, Progress
-from hil.fields import Accepted, field_for
+from hil.fields import Accepted
+from hil.grounds import GROUNDS
 from hil.impairment import PROFILES, load_profile
 from hil.injection import Injector
 from hil.lockstep import ParticipantLost
@@ -58,7 +59,7 @@ def run(
     The children's addresses are made here; each writes FOLDER/NAME.log. Ctrl-C ends them in order and re-raises.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    accepted = field_for(scenario.terrain, scenario.seed)
+    accepted = GROUNDS[scenario.terrain](scenario.seed)
     (folder / "gdem.npz").write_bytes(to_npz(accepted.field.gdem))
     goal = {"goal_x": f"{accepted.field.goal_m[0]:.3f}", "goal_y": f"{accepted.field.goal_m[1]:.3f}"}
     (folder / "script.txt").write_text(scenario.script.format(**goal))

@@ -48,7 +48,7 @@ class SoilContacts:
     ) -> None:
         heights = np.ascontiguousarray(soil_z, np.float32)
         if heights.shape != (grid.rows, grid.columns) or not np.isfinite(heights).all():
-            raise ValueError(f"soil of {heights.shape} on a grid of {grid.rows} x {grid.columns}, or heights not finite")
+            raise ValueError(f"soil {heights.shape} on a grid {(grid.rows, grid.columns)}, or heights not finite")
         self._contacts = _soil.Contacts(heights, grid.x0_m, grid.y0_m, grid.cell_m, radius_m, width_m, len(soils))
         for wheel, name in enumerate(soils):
             self.set_soil(wheel, name)

@@ -1,6 +1,6 @@
 """The ground: fractal soil and rocks, one triangulation that physics, soil, scanner and truth maps all read.
 
-Soil is fractional Brownian motion by spectral synthesis (Eq. 7 to 20 with the corrections of `10-navigation`, section 7).
+Soil is fractional Brownian motion by spectral synthesis (Eq. 7 to 20, corrected as in `10-navigation`, section 7).
 Heights stand on the centres of a grid; each square of four centres is two triangles, cut from (x + 1, y) to (x, y + 1).
 Rocks are irregular polyhedra, half buried, their number by a power law N(> D) ~ D^-2.
 """
@@ -56,17 +56,21 @@ class Field:
     stats: dict[str, float]
 
 
-def fractal_heights(size: int, cell_m: float, hurst: float, sigma: float, rng: np.random.Generator) -> F64:
+def fractal_heights(
+    size: int, cell_m: float, hurst: float, sigma: float, rng: np.random.Generator, longest_m: float = math.inf
+) -> F64:
     """Periodic fBm map, (size, size) float64, mean 0 (Eq. 15, 16, 20 corrected).
 
     Coefficients of z = sum c exp(...) have E|c|^2 = (sigma (N cell)^H / (u^2 + v^2)^((H + 1) / 2))^2 with signed u, v,
     which is |F| = sigma (N cell)^(H + 2) / ... of the continuous transform; so sigma, in m^(1 - H), does not depend on
     size or cell. White noise is filtered, so the half spectrum's u = 0 and Nyquist columns keep their power.
+    Waves over `longest_m` are left out (detail to lay on ground known more coarsely).
     """
     noise = np.fft.rfft2(rng.standard_normal((size, size)))
     squares = (np.fft.fftfreq(size, 1 / size) ** 2)[:, None] + (np.fft.rfftfreq(size, 1 / size) ** 2)[None, :]
-    squares[0, 0] = np.inf
-    return np.fft.irfft2(noise * (size * sigma * (size * cell_m) ** hurst) * squares ** (-(hurst + 1) / 2), s=(size, size))
+    squares[squares <= (size * cell_m / longest_m) ** 2] = np.inf
+    level = size * sigma * (size * cell_m) ** hurst
+    return np.fft.irfft2(noise * level * squares ** (-(hurst + 1) / 2), s=(size, size))
 
 
 def slopes_deg(heights: F64 | F32, cell_m: float) -> F64:
@@ -157,14 +161,18 @@ def scatter_rocks(
 ) -> tuple[Rock, ...]:
     """Rocks over the whole grid that do not overlap and keep off the discs `clear` (x, y, radius)."""
     width, height = grid.columns * grid.cell_m, grid.rows * grid.cell_m
+    diameters = rock_diameters(width * height, ratio, rng)
     placed: list[tuple[float, float, float]] = []
-    for diameter in rock_diameters(width * height, ratio, rng):
-        taken = np.array([*placed, *((x, y, 2 * r) for x, y, r in clear)]).reshape(-1, 3)
+    discs = np.zeros((len(clear) + len(diameters), 3))
+    discs[: len(clear)] = np.reshape([(x, y, 2 * r) for x, y, r in clear], (-1, 3))
+    for diameter in diameters.tolist():
+        taken = discs[: len(clear) + len(placed)]
         for _ in range(200):
             x = grid.x0_m + (0.01 + 0.98 * rng.random()) * width
             y = grid.y0_m + (0.01 + 0.98 * rng.random()) * height
             if (np.hypot(taken[:, 0] - x, taken[:, 1] - y) > 0.55 * (taken[:, 2] + diameter)).all():
-                placed.append((x, y, float(diameter)))
+                discs[len(taken)] = x, y, diameter
+                placed.append((x, y, diameter))
                 break
     ground = soil_height(grid, soil_z, np.array([p[0] for p in placed]), np.array([p[1] for p in placed]))
     return tuple(_rock(x, y, float(z), diameter, rng) for (x, y, diameter), z in zip(placed, ground))

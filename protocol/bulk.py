@@ -142,12 +142,17 @@ class Sender:
         self._transfers: list[_Transfer] = []
 
     def offer(self, name: str, data: bytes, codec: str, now_ns: int, priority: int = 0) -> int:
-        """Queue an object; its id. Higher priorities go first. Raises ValueError where it is too long."""
+        """Queue an object; its id. Higher priorities go first; the same content again goes on where it is.
+
+        Raises ValueError where it is empty or too long.
+        """
         if not 0 < len(data) <= min(MAX_OBJECT_BYTES, self._size * (_ANNOUNCEMENT - 1)):
             raise ValueError(f"object `{name}` of {len(data)} B cannot be sent in chunks of {self._size} B")
         sha, names = hashlib.sha256(data).digest(), (name.encode()[:40], codec.encode()[:24])
         identity = hashlib.sha256(sha + names[0] + self._size.to_bytes(2, "little")).digest()
         object_id = int.from_bytes(identity[:4], "little")
+        if any(t.object_id == object_id for t in self._transfers):
+            return object_id
         self._transfers = [t for t in self._transfers if t.name != name]
         head = _ANNOUNCE.pack(len(data), self._size, sha, len(names[0]), len(names[1]))
         chunks = [data[at : at + self._size] for at in range(0, len(data), self._size)]

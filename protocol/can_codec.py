@@ -42,6 +42,9 @@ def _length(frame: str, data: bytes) -> WireError:
 DBC_VERSION = 1
 
 
+ENCODER_COUNTS_PER_TURN = 4096
+
+
 class WheelMode(IntEnum):
     """Value table wheel_mode."""
 

@@ -71,11 +71,14 @@ class _Watch:
 
 
 class Guard:
-    """Checks every frame of the bus for one receiver and keeps the counts."""
+    """Checks every frame of the bus for one receiver and keeps the counts.
+
+    `bad`: frames of known ids that were dropped; `lost`: those that never came; `unknown`: ids that are not in the DBC.
+    """
 
     def __init__(self) -> None:
         self._watches = {can_id: _Watch(can_id) for can_id in TABLE}
-        self.unknown = 0
+        self.unknown = self.bad = self.lost = 0
 
     def accept(self, frame: FrameLike) -> bool:
         """Whether the frame is good; counted either way."""
@@ -90,23 +93,28 @@ class Guard:
             return None
         if len(data) != 8:
             watch.length += 1
+            self.bad += 1
             return None
         a, b, c, d, e, f, g, crc = data
         t = _CRC
         if t[t[t[t[t[t[t[watch.seed ^ a] ^ b] ^ c] ^ d] ^ e] ^ f] ^ g] != crc ^ 0xFF:
             watch.crc += 1
+            self.bad += 1
             return None
         step = ((g >> 4) - watch.counter) & 15
         if step != 1 and watch.counter >= 0:
             if step == 0:
                 watch.repeated += 1
+                self.bad += 1
                 return None
             watch.lost += step - 1
+            self.lost += step - 1
         watch.counter = g >> 4
         try:
             values = watch.decode(data)
         except WireError:
             watch.out_of_range += 1
+            self.bad += 1
             return None
         if watch.limit_ns and watch.accepted and stamp_ns - watch.stamp_ns > watch.limit_ns:
             watch.late += 1
@@ -120,7 +128,7 @@ class Guard:
         return Counts(w.accepted, w.late, w.lost, w.repeated, w.crc, w.out_of_range, w.length)
 
     def total(self) -> Counts:
-        """The sums over all ids."""
+        """The sums over all ids; walks them, so not for each tick."""
         return Counts(*map(sum, zip(*(self.counts(can_id) for can_id in self._watches), strict=True)))
 
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from protocol import WireError
 
-LDEM_CODEC = "ldem1"
+LDEM_CODEC = "ldem-1"
 STEP_M = 0.00199  # at most 0.995 mm off, float32 rounding included at most 1 mm
 _HEAD = struct.Struct("<4sHHdddddBIII")
 _MAGIC = b"LDM1"

@@ -128,7 +128,7 @@ def _known(surface: Surface, j: int, i: int) -> bool:
 def _plane(surface: Surface, j: int, i: int) -> tuple[float, float]:
     half = round((0.9 / surface.grid.cell_m - 1) / 2)
     near = [(b, a) for b in range(-half, half + 1) for a in range(-half, half + 1) if _known(surface, j + b, i + a)]
-    if len(near) < 6:
+    if len(near) < 20:
         return 0.0, 0.0
     matrix = np.array([(a, b, 1.0) for b, a in near])
     heights = np.array([float(surface.z_mean[j + b, i + a]) for b, a in near])
@@ -157,8 +157,8 @@ def _pose(
     slope = min(math.atan(math.hypot(*v) / cell) for v in (slopes[j, i], (sx, sy)))
     if tilts.max() > planning.tilt_limit_rad or slope > planning.slope_limit_rad:
         return 0
-    for b in range(-9, 10):
-        for a in range(-9, 10):
+    for b in range(-6, 7):
+        for a in range(-6, 7):
             along, across = np.abs(rotate.T @ (a * cell, b * cell))
             if along <= rover.body_length_m / 2 + 1e-9 and across <= rover.body_width_m / 2 + 1e-9:
                 limit = middle + sx * a + sy * b + planning.under_belly_m

@@ -70,6 +70,7 @@ def generate(dbc_path: Path) -> str:
     """The text of the module for a DBC file."""
     database: Any = cantools.database.load_file(dbc_path)
     parts = [HEAD, f"DBC_VERSION = {int(database.version)}\n"]
+    parts += _turns(database)
     parts += [_enum(name, table) for name, table in database.dbc.value_tables.items()]
     families: dict[str, str] = {}
     rows = []
@@ -97,6 +98,17 @@ def _signals(message: Any) -> list[Any]:
 
 def _class_name(family: str) -> str:
     return "".join(word.capitalize() for word in family.split("_"))
+
+
+def _turns(database: Any) -> list[str]:
+    """A constant for each signal that says how many of its counts are a turn; one value for all signals of a name."""
+    found: dict[str, int] = {}
+    for message in database.messages:
+        for signal in message.signals:
+            counts = signal.dbc.attributes.get("CountsPerTurn") if signal.dbc else None
+            if counts and found.setdefault(signal.name, counts.value) != counts.value:
+                raise ValueError(f"{message.name}.{signal.name} has another CountsPerTurn than its likes")
+    return [f"{name.upper()}S_PER_TURN = {counts}\n" for name, counts in sorted(found.items())]
 
 
 def _enum(name: str, table: dict[int, str]) -> str:

@@ -22,7 +22,8 @@ class Noise:
     """Standard normal numbers of a generator, drawn in blocks."""
 
     def __init__(self, rng: np.random.Generator) -> None:
-        self._rng, self._block = rng, []  # type: ignore[var-annotated]
+        self._rng = rng
+        self._block: list[float] = []
 
     def next(self) -> float:
         """The next number."""

@@ -15,12 +15,11 @@ from hil.devices.node import Node, Noise
 from hil.devices.tilt import TiltNode
 from hil.records import PlantState, WheelDrive
 from onboard.records import Frame
-from protocol.can_codec import NodeState, WheelMode
+from protocol.can_codec import ENCODER_COUNTS_PER_TURN, NodeState, WheelMode
 from protocol.can_guard import Every
 
 DRIVE_ENABLE, POWER_STATUS, GYRO, ACCEL = 0x100, 0x200, 0x1D0, 0x1D1
 WHEEL_COMMAND, WHEEL_FEEDBACK, WHEEL_STATUS = 0x100, 0x180, 0x1A0  # + number of the wheel
-COUNTS_PER_TURN = 4096
 COMMAND_TIMEOUT_NS, ENABLE_TIMEOUT_NS = 100_000_000, 500_000_000
 SLEW_RADPS2, STOP_RADPS2 = 1.0, 4.0
 TORQUE_NM_PER_A = 0.8
@@ -105,7 +104,7 @@ class WheelNode(Node):
         if self.encoder_frozen:
             seen_radps = 0.0
         else:
-            self._count = math.floor(position_rad * (COUNTS_PER_TURN / math.tau)) + self.encoder_jump_counts
+            self._count = math.floor(position_rad * (ENCODER_COUNTS_PER_TURN / math.tau)) + self.encoder_jump_counts
         can_id = WHEEL_FEEDBACK + self.n
         data = self.sender.encode(can_id, pot_rad, self._count & 0xFFFF, seen_radps, self.node_state)
         self.out.append(Frame(can_id, data, now_ns))

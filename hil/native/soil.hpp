@@ -105,7 +105,7 @@ inline Contact step(const Ground& ground, const Soil& soil, Wheel& wheel, const 
     out.point = (1 / sum) * moment;
     out.load = std::sqrt(dot(push, push));
     const Vec normal = (1 / out.load) * push, along = unit(cross(m.axis, normal)), across = cross(normal, along);
-    const Vec slip = m.velocity + cross(m.spin, out.point - m.centre);
+    const Vec slip = m.velocity + cross(m.spin, -radius * normal);  // of the rim, not of the chord's centre
     const double length = radius * (last - first + STEP);
     const double fresh = std::max(std::fabs(rim), std::fabs(way)) / length;
     // Implicit in the relaxation: stable for any step.

@@ -23,6 +23,8 @@ from protocol.modes import Mode
 from protocol.telemetry import MESSAGES, rate_hz
 from protocol.transactions import Executor, Order, State
 
+__all__ = ["Downlink", "Order"]
+
 _SHARE = 0.93
 _HEARTBEAT_NS = 1_000_000_000
 _SILENCE_NS = 10_000_000_000
@@ -33,8 +35,8 @@ Payload = tuple[int, bytes]
 class Downlink:
     """One owner of everything the rover says to the ground. Cheap at 100 Hz while nothing is due.
 
-    last_contact_ns: when an authenticated datagram last came; None: never. mode: commands are checked against it;
-    `sample` sets it, and it may be set in every tick.
+    last_contact_ns: when an authenticated datagram last came, the start before the first. mode: commands are checked
+    against it; `sample` sets it, and it may be set in every tick.
     """
 
     def __init__(self, config: Link) -> None:
@@ -49,7 +51,7 @@ class Downlink:
         self._period_ns = {m: round(1e9 / rate_hz(m)) for m in MESSAGES} | {"HEARTBEAT": _HEARTBEAT_NS}
         self._sample_ns = self._now_ns = 0
         self.mode = Mode.BOOT
-        self.last_contact_ns: int | None = None
+        self.last_contact_ns = 0
         self.received, self.refused = 0, dict[str, int]()
         self._told_ns, self._told = -(1 << 62), 0
         self.sent_bytes = 0
@@ -72,7 +74,7 @@ class Downlink:
                 continue
             if order is not None:
                 orders.append(order)
-        refused = sum(self.refused.values()) if messages else self._told
+        refused = self.refused_count if messages else self._told
         if refused > self._told and now_ns - self._told_ns >= _REFUSALS_NS:
             self._told_ns, self._told = now_ns, refused
             text = ", ".join(f"{kind} {count}" for kind, count in sorted(self.refused.items()))
@@ -91,7 +93,7 @@ class Downlink:
         return None
 
     def _contact(self, now_ns: int) -> None:
-        if self.last_contact_ns is not None and now_ns - self.last_contact_ns > _SILENCE_NS:
+        if now_ns - self.last_contact_ns > _SILENCE_NS:
             self._events.hurry(now_ns)
         self.last_contact_ns = now_ns
         self.received += 1
@@ -109,9 +111,9 @@ class Downlink:
         """Tell the ground; kept until acknowledged."""
         self._events.add(self._packer.event(event, self._events.serial + 1), event.now_ns)
 
-    def offer(self, name: str, data: bytes, codec: str, priority: int = 0) -> None:
-        """Send an object; an unfinished older one of the same name is given up."""
-        self._bulk.offer(name, data, codec, self._now_ns, priority)
+    def offer(self, name: str, data: bytes, codec: str, priority: int = 0) -> int:
+        """Send an object; its id, which a report may name. An unfinished older one of the same name is given up."""
+        return self._bulk.offer(name, data, codec, self._now_ns, priority)
 
     def sample_due(self, now_ns: int) -> bool:
         """Whether `sample` would do anything but take the mode: a view need not be made before."""
@@ -199,6 +201,5 @@ class Downlink:
 
     def digest_items(self) -> tuple[int, ...]:
         """What of this state enters the digest of the core's state."""
-        contact_ns = -1 if self.last_contact_ns is None else self.last_contact_ns
-        return (round(self._tokens * 1e6), self.received, sum(self.refused.values()), contact_ns,
+        return (round(self._tokens * 1e6), self.received, self.refused_count, self.last_contact_ns,
                 len(self._events), self._events.serial, len(self._frames), self.sent_bytes)

@@ -8,15 +8,17 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 
 from onboard.config import Config
-from onboard.core.downlink import Downlink, Order
-from onboard.core.mission import Context, Mission
+from onboard.core.downlink import Downlink
+from onboard.core.mission import MISSION_JOBS, Context, Mission
 from onboard.perception.stop_map import StopMap
 from onboard.records import Event, Gdem, Twist
 from protocol.can_codec import StopReason
 from protocol.faults import BY_NAME, Step
 from protocol.modes import EVENTS, Mode, Phase, next_mode
-from protocol.transactions import State
+from protocol.products import LDEM_CODEC, LdemProduct, MapGrid, encode_ldem
+from protocol.transactions import Order, State
 
+PRODUCT_TICKS = 50
 SEVERITY = {row.name: row.severity for row in EVENTS}
 
 
@@ -31,6 +33,7 @@ class Executive:
         self.active: tuple[str, ...] = ()
         self._memory: StopMap | None = None
         self._goto_id: int | None = None
+        self._get_id = 0
         self._standby_after_leg = False
         self._orders: Mapping[str, Callable[[Order, Context], None]] = {
             "goto": self._goto,
@@ -58,6 +61,8 @@ class Executive:
         for order in orders:
             self._orders[order.name](order, ctx)
         self._answer(faults, ctx)
+        if "product" in ctx.taken:
+            self._offer(ctx.taken["product"])
         if self.mode is not Mode.AUTONOMOUS or self.mission is None:
             return Twist()
         ctx.held = any(Step.STOP in BY_NAME[name].response for name in self.active)
@@ -142,12 +147,22 @@ class Executive:
         self._downlink.report(order.request_id, State.COMPLETED, text)
 
     def _get(self, order: Order, ctx: Context) -> None:
-        if self.mission is None or self.mission.result is None:
+        result = self.mission.result if self.mission else None
+        if result is None:
             self._downlink.report(order.request_id, State.FAILED, "no LDEM yet: it comes with the first goto")
-            return
-        product = self.mission.result.product()
-        self._downlink.offer("ldem", product, "ldem-1")
-        self._downlink.report(order.request_id, State.COMPLETED, f"ldem of {len(product)} bytes on its way")
+        elif "product" in ctx.jobs.running:
+            self._downlink.report(order.request_id, State.FAILED, "one is being packed already: ask again")
+        else:
+            report = result.report
+            grid = MapGrid(report.grid.x0_m, report.grid.y0_m, report.grid.cell_m, report.grid.rows, report.grid.columns)
+            arguments = (LdemProduct(grid, report.z_mean, report.node_sets),)
+            ctx.jobs.submit("product", encode_ldem, arguments, ctx.tick + PRODUCT_TICKS)
+            self._get_id = order.request_id
+            self._downlink.report(order.request_id, State.STARTED, "packing the LDEM")
+
+    def _offer(self, product: bytes) -> None:
+        self._downlink.offer("ldem", product, LDEM_CODEC)
+        self._downlink.report(self._get_id, State.COMPLETED, f"ldem of {len(product)} bytes on its way")
 
     def _emergency_stop(self, order: Order, ctx: Context) -> None:
         ctx.nodes.emergency_stop(StopReason.OPERATOR)
@@ -166,7 +181,7 @@ class Executive:
         if self.in_mission:
             self._finish(State.CANCELLED if "operator" in reason or "goto" in reason else State.FAILED, reason)
             self.mission = None
-            ctx.jobs.forget()
+            ctx.jobs.forget(MISSION_JOBS)
             ctx.lidar.stream(False)
 
     def _finish(self, state: State, reason: str) -> None:

@@ -7,7 +7,7 @@ clock a late job is a counted miss and the tick at which it was taken is recorde
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from typing import Any
 
 from onboard.records import JobDone, JobRequest
@@ -46,10 +46,10 @@ class JobBook:
                 self.late_ticks += max(0, tick - due)
         return taken
 
-    def forget(self) -> None:
-        """Results of running jobs are no longer wanted (the mission was stopped)."""
-        self._names.clear()
-        self._due.clear()
+    def forget(self, names: Collection[str]) -> None:
+        """Results of running jobs of these names are no longer wanted (the mission was stopped)."""
+        for job_id in [job_id for job_id, name in self._names.items() if name in names]:
+            del self._names[job_id], self._due[job_id]
 
     def outgoing(self) -> tuple[JobRequest, ...]:
         """Jobs to start now."""

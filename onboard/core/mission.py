@@ -28,6 +28,7 @@ from onboard.records import Decision, Gdem, Pose, Scan, Twist
 from protocol.conventions import wrap_rad
 from protocol.modes import Phase
 
+MISSION_JOBS = frozenset({"look", "remember", "plan"})
 _TRAIL_M = 0.1
 _TRUST_ODOMETRY_M = 2.0  # farther than this since the last registration, the rover looks again before it says arrived
 _TRAIL_POSES = 400

@@ -122,7 +122,7 @@ def _view(rover: Rover) -> View:
         wheels=tuple(wheel for wheel in rover.nodes.wheels if wheel is not None),
         power=rover.nodes.power,
         fault_ids=tuple(BY_NAME[name].number for name in executive.active),
-        lidar_good=rover.lidar.counts["good"],
+        lidar_good=rover.lidar.counts["scans"],
         lidar_bad=rover.lidar.bad,
         tick_worst_ms=rover.worst_tick_ns / 1e6,
         link_received=rover.downlink.received,

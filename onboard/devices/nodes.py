@@ -7,19 +7,18 @@ from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 from onboard import config
+from onboard.devices.emergency import Emergency
 from onboard.devices.tilt import SegmentLike, Tilt
 from onboard.records import Frame, ImuSample, PowerState, TiltTrack, WheelCommand, WheelMode, WheelState
-from protocol.can_codec import TABLE, NodeState
+from protocol.can_codec import ENCODER_COUNTS_PER_TURN, TABLE, NodeState
 from protocol.can_guard import Counts, Every, Guard, Sender
 
-EMERGENCY_STOP, RESET_REQUEST, TIME_SYNC = 0x010, 0x020, 0x080
-DRIVE_ENABLE, TILT_COMMAND, HEARTBEAT = 0x100, 0x120, 0x300
+TIME_SYNC, DRIVE_ENABLE, TILT_COMMAND, HEARTBEAT = 0x080, 0x100, 0x120, 0x300
 WHEEL_COMMAND, WHEEL_FEEDBACK, WHEEL_STATUS = 0x100, 0x180, 0x1A0  # + number of the wheel
 TILT_FEEDBACK, GYRO, ACCEL, POWER_STATUS = 0x1C0, 0x1D0, 0x1D1, 0x200
 NODES = tuple(row.sender for row in TABLE.values() if row.name.startswith("NODE_HEARTBEAT"))
-RAD_PER_COUNT = math.tau / 4096
+RAD_PER_COUNT = math.tau / ENCODER_COUNTS_PER_TURN
 FAST_NS, SLOW_NS, TICK_NS = 20_000_000, 100_000_000, 10_000_000
-RESET_LIMIT_NS, LOST_NS = 3_000_000_000, 1_500_000_000
 _STOPPED = WheelCommand(WheelMode.OFF, 0.0, 0.0)
 
 
@@ -48,16 +47,6 @@ class _Wheel:
         self.raw, self.values = values.encoder_count, (values, stamp_ns)
 
 
-class _Reset:
-    """The two steps that release an emergency stop. `done`: the nodes that answered the running step."""
-
-    def __init__(self, nonce: int) -> None:
-        self.nonce, self.step = nonce, 1
-        self.done: set[str] = set()
-        self.begun_ns = -1
-        self.every = Every(SLOW_NS)
-
-
 class Nodes:
     """The rover's nodes: `receive` once a tick, then read; give orders, then `send`."""
 
@@ -72,16 +61,12 @@ class Nodes:
         self._imu: list[ImuSample] = []
         self._imu_ns = 0
         self._power: tuple[Any, int] | None = None
-        self._heard_ns: dict[str, int] = {}
-        self._states: dict[str, NodeState] = {}
-        self.emergency: tuple[str, int, int] | None = None  # sender, reason, detail of the first stop that still holds
-        self._stop: tuple[int, int] | None = None
-        self._reset: _Reset | None = None
+        self._emergency = Emergency()
         self._commands: tuple[WheelCommand, ...] = (_STOPPED,) * 4
         self._beats = self._now_ns = 0
         self._every = {
             "wheels": Every(FAST_NS), "time": Every(SLOW_NS), "enable": Every(SLOW_NS, 2 * TICK_NS),
-            "beat": Every(SLOW_NS, 5 * TICK_NS), "stop": Every(SLOW_NS),
+            "beat": Every(SLOW_NS, 5 * TICK_NS),
         }  # fmt: skip
         self._handlers = self._table()
 
@@ -157,16 +142,26 @@ class Nodes:
 
     def heartbeat_age_ns(self, node: str, now_ns: int) -> int:
         """Time since the last heartbeat of a node (a name of NODES); since the start of the run when none came."""
-        return now_ns - self._heard_ns.get(node, 0)
+        return now_ns - self._emergency.heard_ns.get(node, 0)
 
     def node_state(self, node: str) -> NodeState | None:
         """What a node's last heartbeat told; None when none came."""
-        return self._states.get(node)
+        return self._emergency.states.get(node)
 
     @property
     def guard_counts(self) -> Counts:
-        """Sums over all frames received; of one id: `counts_of`."""
+        """Sums over all ids, walked at each call; cheap: `bad_frames`, `lost_frames`. Of one id: `counts_of`."""
         return self._guard.total()
+
+    @property
+    def bad_frames(self) -> int:
+        """Frames that came and were dropped since the start: checksum, counter, range or length."""
+        return self._guard.bad
+
+    @property
+    def lost_frames(self) -> int:
+        """Frames that by their counters never came."""
+        return self._guard.lost
 
     @property
     def unknown_frames(self) -> int:
@@ -206,18 +201,21 @@ class Nodes:
 
     def emergency_stop(self, reason: int, detail: int = 0) -> None:
         """Stops every node, at once and at 10 Hz until `reset`. `reason` is a StopReason."""
-        self._stop, self._reset = (int(reason), detail), None
-        self.emergency = self.emergency or ("COMPUTER", int(reason), detail)
-        self._every["stop"].now()
+        self._emergency.stop(int(reason), detail)
 
     def reset(self, nonce: int) -> None:
         """Begins the two steps that release an emergency stop; see `resetting` and `emergency`."""
-        self._stop, self._reset = None, _Reset(nonce & 0xFFFF)
+        self._emergency.reset(nonce)
+
+    @property
+    def emergency(self) -> tuple[str, int, int] | None:
+        """Sender, reason and detail of the first emergency stop that still holds; None when none does."""
+        return self._emergency.called
 
     @property
     def resetting(self) -> bool:
         """Whether a reset is under way: until every node that beats has answered both steps, at most 3 s."""
-        return self._reset is not None
+        return self._emergency.resetting
 
     # -- out -------------------------------------------------------------------------------------------------
 
@@ -229,10 +227,7 @@ class Nodes:
         def put(can_id: int, *values: Any) -> None:
             frames.append(Frame(can_id, self._sender.encode(can_id, *values)))
 
-        if self._stop is not None and every["stop"].due(now_ns):
-            put(EMERGENCY_STOP, *self._stop)
-        if self._reset is not None:
-            self._reset_step(self._reset, now_ns, put)
+        self._emergency.send(now_ns, put)
         if every["time"].due(now_ns):
             put(TIME_SYNC, now_ns // 1000)
         if every["enable"].due(now_ns):
@@ -250,7 +245,7 @@ class Nodes:
 
     def digest_items(self) -> tuple[float | int, ...]:
         """Plain values for the state digest."""
-        items: list[float | int] = [self._guard.unknown, self._beats, int(self.emergency is not None)]
+        items: list[float | int] = [self._guard.unknown, self._guard.bad, self._beats, int(self.emergency is not None)]
         for wheel, command in zip(self._wheels, self._commands):
             told = wheel.values[0] if wheel.values else (0.0, 0, 0.0, 0)
             items += [wheel.count, *told, int(command.mode), command.steer_rad, command.rate_radps]
@@ -280,17 +275,13 @@ class Nodes:
 
     def _heartbeat_of(self, node: str) -> Callable[[Any, int], None]:
         def handler(values: Any, stamp_ns: int) -> None:
-            known = values.state <= max(NodeState)
-            self._heard_ns[node] = stamp_ns
-            self._states[node] = state = NodeState(values.state) if known else NodeState.FAULT
-            if self._reset is not None and (state is not NodeState.EMERGENCY_STOP):
-                self._answered(self._reset, node, state)
+            self._emergency.heartbeat(node, values.state, stamp_ns)
 
         return handler
 
     def _stop_of(self, node: str) -> Callable[[Any, int], None]:
         def handler(values: Any, _stamp_ns: int) -> None:
-            self.emergency = self.emergency or (node, values.reason, values.detail)
+            self._emergency.heard_stop(node, values.reason, values.detail)
 
         return handler
 
@@ -305,25 +296,3 @@ class Nodes:
 
     def _on_power(self, values: Any, stamp_ns: int) -> None:
         self._power = values, stamp_ns
-
-    # -- reset -----------------------------------------------------------------------------------------------
-
-    def _answered(self, reset: _Reset, node: str, state: NodeState) -> None:
-        """Step 1 is answered by a node that is armed or was never stopped, step 2 by one that is not armed any more."""
-        if reset.begun_ns >= 0 and not (reset.step == 2 and state is NodeState.RESET_ARMED):
-            reset.done.add(node)
-
-    def _reset_step(self, reset: _Reset, now_ns: int, put: Callable[..., None]) -> None:
-        if reset.begun_ns < 0:
-            reset.begun_ns = now_ns
-        elif all(node in reset.done for node, stamp_ns in self._heard_ns.items() if now_ns - stamp_ns < LOST_NS):
-            if reset.step == 2:
-                self._reset = self.emergency = None
-                return
-            reset.step, reset.done = 2, set()
-            reset.every.now()
-        elif now_ns - reset.begun_ns > RESET_LIMIT_NS:
-            self._reset = None
-            return
-        if reset.every.due(now_ns):
-            put(RESET_REQUEST, reset.nonce, reset.step)

@@ -65,6 +65,10 @@ class Order(NamedTuple):
         return self.start_rad, self.end_rad, self.rate_radps, self.start_ns // _MS & 0xFFFF, self.mode
 
 
+def _parked(angle_rad: float, now_ns: int) -> Order:
+    return Order(angle_rad, angle_rad, PARK_RATE_RADPS, now_ns, now_ns, TiltMode.PARK)
+
+
 def orders(segments: Sequence[SegmentLike], start_ns: int) -> list[Order]:
     """A sweep in the frame's resolution, its segments joined in angle and to the millisecond in time.
 
@@ -101,7 +105,7 @@ class Tilt:
         self._times_ns: list[int] = []
         self._angles_rad: list[float] = []
         self._sweep: list[Order] = []
-        self._sent = 0
+        self._sent = -1  # of the sweep: -1 before the axis was told to go to its start
         self._order: Order | None = None
         self._repeat = Every(REPEAT_NS)
 
@@ -131,15 +135,17 @@ class Tilt:
         )
 
     def sweep(self, segments: Sequence[SegmentLike], start_ns: int) -> None:
-        """Begins a sweep at `start_ns`, later if the next send is less than 0.2 s before. ValueError as `orders`."""
-        self._sweep, self._sent, self._order = orders(segments, start_ns), 0, None
+        """Parks at its start, then sweeps from `start_ns`, put off if nearer than 0.2 s. ValueError as `orders`."""
+        self._sweep, self._sent, self._order = orders(segments, start_ns), -1, None
 
     def park(self, angle_rad: float, now_ns: int) -> None:
-        """Ends a sweep and holds the axis at an angle."""
+        """Ends a sweep and holds the axis at an angle; an order that it has already is not sent out of turn."""
         limit = 4095 * ANGLE_STEP_RAD
         angle_rad = max(-limit, min(limit, angle_rad))
-        self._sweep = []
-        self._order = Order(angle_rad, angle_rad, PARK_RATE_RADPS, now_ns, now_ns, TiltMode.PARK)
+        self._sweep, self._sent = [], -1
+        if self._order is not None and self._order.mode is TiltMode.PARK and self._order.end_rad == angle_rad:
+            return
+        self._order = _parked(angle_rad, now_ns)
         self._repeat.now()
 
     def sweep_done(self, now_ns: int) -> bool:
@@ -148,9 +154,12 @@ class Tilt:
 
     def send(self, now_ns: int) -> tuple[float, float, float, int, int] | None:
         """The values of the TILT_COMMAND that is due, None when none is."""
-        if self._sent < len(self._sweep) and (self._sent == 0 or now_ns >= self._sweep[self._sent].start_ns - AHEAD_NS):
-            if self._sent == 0:
-                self._postpone(now_ns)
+        if self._sweep and self._sent < 0:  # ends whatever the node still holds of another sweep
+            self._sent = 0
+            return _parked(self._sweep[0].start_rad, now_ns).values()
+        if self._sent == 0:
+            self._postpone(now_ns)
+        if self._next_is_due(now_ns):
             self._order = self._sweep[self._sent]
             self._sent += 1
             self._repeat = Every(REPEAT_NS, now_ns + REPEAT_NS)
@@ -159,9 +168,13 @@ class Tilt:
             return None
         if self._order.mode is TiltMode.SWEEP and now_ns > self._order.end_ns + SETTLE_NS:
             # a start time older than half its window would be read as one to come
-            end_rad = self._order.end_rad
-            self._order = Order(end_rad, end_rad, PARK_RATE_RADPS, now_ns, now_ns, TiltMode.PARK)
+            self._order = _parked(self._order.end_rad, now_ns)
         return self._order.values()
+
+    def _next_is_due(self, now_ns: int) -> bool:
+        if not 0 <= self._sent < len(self._sweep):
+            return False
+        return self._sent == 0 or now_ns >= self._sweep[self._sent].start_ns - AHEAD_NS
 
     def digest(self) -> tuple[float | int, ...]:
         """Plain values that the state digest covers."""

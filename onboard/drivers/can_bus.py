@@ -52,7 +52,8 @@ def open_bus(uri: str) -> CanBus:
 class CanBus:
     """One open bus. `received` and `sent` count frames since it was opened; `state` is what the last call saw.
 
-    Error frames of the controller count in `received`, are not returned, and set `state`: ERROR at bus-off.
+    Error frames of the controller count in `received`, are not returned, and set `state`: ERROR at bus-off, OPEN again
+    at a restart or with the next data frame. An interface that is down is ERROR likewise.
     """
 
     def __init__(self, bus: can.BusABC) -> None:
@@ -136,6 +137,8 @@ class CanBus:
                 self.state = PortState.ERROR
             elif message.arbitration_id & _RESTARTED:
                 self.state = PortState.OPEN
+        elif self.state is PortState.ERROR:
+            self.state = PortState.OPEN
         return not (message.is_error_frame or message.is_remote_frame or message.is_extended_id)
 
 

@@ -51,8 +51,9 @@ static void cost_to_go_into(Array<const std::uint8_t, 3> freedom, int least_free
                               seed_costs_m.data(),
                               static_cast<std::int64_t>(seeds.size())};
     nb::gil_scoped_release unlocked;
-    std::vector<std::int32_t> links(2 * states), buckets(heads);
-    const PoseWork work{links.data(), links.data() + states, buckets.data(), static_cast<std::int64_t>(heads), width_m};
+    std::vector<PoseLink> links(states);
+    std::vector<std::int32_t> buckets(heads);
+    const PoseWork work{links.data(), buckets.data(), static_cast<std::int64_t>(heads), width_m};
     PoseSearch(problem, work, cost.data()).run();
 }
 

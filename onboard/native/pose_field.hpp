@@ -25,10 +25,13 @@ struct PoseProblem {
     std::int64_t seed_count;
 };
 
-// Owned by the caller: two links per state; `heads` is a power of two and longer than dearest edge / width + 1.
+struct PoseLink {
+    std::int32_t next, previous;
+};
+
+// Owned by the caller: one link per state; `heads` is a power of two and longer than dearest edge / width + 1.
 struct PoseWork {
-    std::int32_t* next;
-    std::int32_t* previous;
+    PoseLink* links;
     std::int32_t* heads;
     std::int64_t head_count;
     float width_m;
@@ -37,7 +40,7 @@ struct PoseWork {
 class PoseSearch {
    public:
     PoseSearch(const PoseProblem& problem, const PoseWork& work, float* cost)
-        : p_(problem), w_(work), cost_(cost), layer_(problem.rows * problem.columns) {}
+        : p_(problem), w_(work), cost_(cost), layer_(problem.rows * problem.columns), per_width_(1.0f / work.width_m) {}
 
     // Fills `cost` (8, rows, columns): metres to the nearest seed, +inf where there is no way.
     void run() {
@@ -64,26 +67,26 @@ class PoseSearch {
     static constexpr std::int32_t kNone = -1;
     static constexpr float kClosed = -1.0f;  // not passable: no price is lower
 
-    std::int64_t bucket_of(float cost) const { return static_cast<std::int64_t>(cost / w_.width_m); }
+    std::int64_t bucket_of(float cost) const { return static_cast<std::int64_t>(cost * per_width_); }
 
     std::int32_t& head_of(float cost) { return w_.heads[bucket_of(cost) & (w_.head_count - 1)]; }
 
     void unlink(std::int64_t state) {
-        const std::int32_t next = w_.next[state], previous = w_.previous[state];
-        (previous == kNone ? head_of(cost_[state]) : w_.next[previous]) = next;
-        if (next != kNone) w_.previous[next] = previous;
-        w_.previous[state] = kAway;
+        const std::int32_t next = w_.links[state].next, previous = w_.links[state].previous;
+        (previous == kNone ? head_of(cost_[state]) : w_.links[previous].next) = next;
+        if (next != kNone) w_.links[next].previous = previous;
+        w_.links[state].previous = kAway;
         --open_;
     }
 
     void improve(std::int64_t state, float cost) {
         if (!(cost < cost_[state])) return;
-        if (cost_[state] != std::numeric_limits<float>::infinity() && w_.previous[state] != kAway) unlink(state);
+        if (cost_[state] != std::numeric_limits<float>::infinity() && w_.links[state].previous != kAway) unlink(state);
         cost_[state] = cost;
         std::int32_t& head = head_of(cost);
-        w_.next[state] = head;
-        w_.previous[state] = kNone;
-        if (head != kNone) w_.previous[head] = static_cast<std::int32_t>(state);
+        w_.links[state].next = head;
+        w_.links[state].previous = kNone;
+        if (head != kNone) w_.links[head].previous = static_cast<std::int32_t>(state);
         head = static_cast<std::int32_t>(state);
         ++open_;
     }
@@ -95,18 +98,23 @@ class PoseSearch {
     }
 
     template <bool kSoft>
-    void expand(std::int64_t state) {
-        static constexpr int kColumn[8] = {1, 1, 0, -1, -1, -1, 0, 1}, kRow[8] = {0, 1, 1, 1, 0, -1, -1, -1};
-        const std::int64_t o = state / layer_, cell = state - o * layer_, j = cell / p_.columns, i = cell - j * p_.columns;
+    void expand(std::int32_t state) {
+        static constexpr std::int32_t kColumn[8] = {1, 1, 0, -1, -1, -1, 0, 1}, kRow[8] = {0, 1, 1, 1, 0, -1, -1, -1};
+        const auto layer = static_cast<std::int32_t>(layer_), columns = static_cast<std::int32_t>(p_.columns);
+        const std::int32_t o = state / layer, cell = state - o * layer, j = cell / columns, i = cell - j * columns;
         const float from = cost_[state];
         const float* moves_m = p_.moves_m + 8 * o;
-        for (int k = 0; k < 8; ++k) {
-            const std::int64_t row = j + kRow[k], column = i + kColumn[k];
-            if (row < 0 || row >= p_.rows || column < 0 || column >= p_.columns) continue;
-            edge<kSoft>(from, state, o * layer_ + row * p_.columns + column, moves_m[k]);
+        if (i > 0 && i < columns - 1 && j > 0 && j < p_.rows - 1) {
+            for (int k = 0; k < 8; ++k) edge<kSoft>(from, state, state + kRow[k] * columns + kColumn[k], moves_m[k]);
+        } else {
+            for (int k = 0; k < 8; ++k) {
+                const std::int32_t row = j + kRow[k], column = i + kColumn[k];
+                if (row < 0 || row >= p_.rows || column < 0 || column >= columns) continue;
+                edge<kSoft>(from, state, state + kRow[k] * columns + kColumn[k], moves_m[k]);
+            }
         }
-        edge<kSoft>(from, state, (o + 1) % kOrientations * layer_ + cell, p_.turn_m);
-        edge<kSoft>(from, state, (o + kOrientations - 1) % kOrientations * layer_ + cell, p_.turn_m);
+        edge<kSoft>(from, state, o == kOrientations - 1 ? cell : state + layer, p_.turn_m);
+        edge<kSoft>(from, state, o == 0 ? cell + (kOrientations - 1) * layer : state - layer, p_.turn_m);
     }
 
     static constexpr std::int32_t kAway = -2;  // in no bucket
@@ -115,6 +123,7 @@ class PoseSearch {
     const PoseWork w_;
     float* const cost_;
     const std::int64_t layer_;
+    const float per_width_;
     std::int64_t open_ = 0;
 };
 

@@ -96,7 +96,7 @@ class Localisation:
         return Estimate(self.pose, self._filter.P[:4, :4].copy(), speed, self.yaw_rate_radps)
 
     def update(self, wheels: Sequence[WheelState | None], imu: ImuSample | None, now_ns: int) -> None:
-        """One tick: the newest state of each wheel (None: not known) and the newest IMU sample."""
+        """One tick: the newest state of each wheel (None: not known), the newest IMU sample (None: none came)."""
         elapsed_s = (now_ns - self._now_ns) * 1e-9 if self._now_ns >= 0 else 0.0
         self._now_ns = now_ns
         step = self.step = self._odometry.update(wheels, now_ns)
@@ -152,16 +152,15 @@ class Localisation:
         return (*self._state, self._attitude.roll_rad, self._attitude.pitch_rad, *diagonal)
 
     def _turn_rad(self, imu: ImuSample | None, now_ns: int, elapsed_s: float) -> float:
-        """Turn of this tick: the gyro's, or the wheels' where the IMU is silent."""
-        self._fresh = False
-        if imu is None or now_ns - imu.stamp_ns > IMU_STALE_NS:
-            self.yaw_rate_radps = self.step.twist.yaw_radps
-            return self.step.dyaw_rad
-        self._fresh = imu.stamp_ns != self._imu_ns
-        if self._fresh:
+        """Turn of this tick: the gyro's (its last rate holds for a while), or the wheels' where the IMU is silent."""
+        self._fresh = imu is not None and imu.stamp_ns != self._imu_ns
+        if imu is not None and self._fresh:
             since_s = (imu.stamp_ns - self._imu_ns) * 1e-9 if self._imu_ns >= 0 else 0.0
             self._attitude.update(imu, min(since_s, 0.1), self.step.standing)
             self._imu_ns = imu.stamp_ns
+        if self._imu_ns < 0 or now_ns - self._imu_ns > IMU_STALE_NS:
+            self.yaw_rate_radps = self.step.twist.yaw_radps
+            return self.step.dyaw_rad
         self.yaw_rate_radps = self._attitude.yaw_rate_radps - self._state[BIAS]
         return self.yaw_rate_radps * elapsed_s
 

@@ -17,7 +17,7 @@ import numpy as np
 import small_gicp
 
 from onboard.config import Localisation
-from onboard.records import F64
+from onboard.records import F32, F64
 
 VOXEL_M = 0.1
 RANGE_M = 15.0  # source points farther from the rover are grazing and sparse
@@ -25,7 +25,9 @@ MARGIN_M = 2.0  # of the target around the source
 MATCH_M = 0.5
 NEIGHBOURS = 10
 LEAST_POINTS = 200
-LEAST_INLIERS_RATIO = 0.3
+LEAST_INLIERS_RATIO = 0.25
+LEAST_OVERLAP_RATIO = 0.2  # at the guess; sectors that share 0.3 register to 30 mm or better, 0.1 to 0.4 m
+OVERLAP_CELL_M = 0.5
 TRUST_RATIO = 4e-3
 UNKNOWN_M2 = 100.0  # variance in a direction that is not trusted
 SURPRISE_LIMIT = 18.5  # chi-square, 4 degrees of freedom, 99.9 %
@@ -60,21 +62,27 @@ class RegistrationResult:
 
 
 def register(
-    source_points_base: F64, target_points_map: F64, guess: F64, config: Localisation, prior: F64 | None = None
+    source_points_base: F64 | F32,
+    target_points_map: F64 | F32,
+    guess: F64,
+    config: Localisation,
+    prior: F64 | None = None,
 ) -> RegistrationResult:
     """Aligns the points of a stop, (n, 3) in base_link, with those of earlier stops, (m, 3) in the map frame.
 
     guess: T_map_base from the filter. prior: its covariance (4, 4) over x, y, z, yaw; where given, a result that it
     makes incredible (99.9 %) is refused, as the filter itself would. Pure; one thread, the same bits every time.
     """
-    source, target = _near(source_points_base, np.zeros(3), RANGE_M), target_points_map
-    if len(source):
-        reach = float(np.linalg.norm(source, axis=1).max())
-        target = _near(target, guess[:3, 3], reach + MARGIN_M)
+    source = _near(source_points_base, np.zeros(3), RANGE_M)
+    reach = float(np.linalg.norm(source, axis=1).max()) if len(source) else 0.0
+    target = _near(target_points_map, guess[:3, 3], reach + MARGIN_M)
     if min(len(source), len(target)) < LEAST_POINTS:
         return _refused(guess, f"{len(source)} points on {len(target)} are too few: {LEAST_POINTS} needed")
     target_cloud, tree = small_gicp.preprocess_points(target, VOXEL_M, NEIGHBOURS, 1)
     source_cloud, _ = small_gicp.preprocess_points(source, VOXEL_M, NEIGHBOURS, 1)
+    shared = _overlap(source_cloud.points(), target_cloud.points(), guess)
+    if shared < LEAST_OVERLAP_RATIO:
+        return _refused(guess, f"{shared:.2f} of the points lie where the target is: {LEAST_OVERLAP_RATIO} needed")
 
     def align(start: F64, iterations: int) -> small_gicp.RegistrationResult:
         return small_gicp.align(target_cloud, source_cloud, tree, start, "GICP", MATCH_M, 1, iterations, 1e-5, 1e-4)
@@ -86,7 +94,7 @@ def register(
     loose = _loose(found.H[:3, :3]), _loose(found.H[3:, 3:])
     T_map_base, moved_m, moved_rad = _trusted(found.T_target_source, guess, loose)
     converged = bool(found.converged)
-    for _ in range(0 if converged or _featureless(loose) else SETTLING_ROUNDS):
+    for _ in range(SETTLING_ROUNDS if not converged and 0 < _count(loose) < 3 else 0):
         # It slides along what is not fixed: from where the rest came to, does the rest stay?
         again = align(T_map_base, MOST_ITERATIONS // 4)
         T_map_base, slid_m, slid_rad = _trusted(again.T_target_source, T_map_base, loose)
@@ -118,7 +126,9 @@ def _judged(result: RegistrationResult, guess: F64, config: Localisation, prior:
     return dataclasses.replace(result, accepted=False, reason=reason, T_map_base=guess.copy()) if reason else result
 
 
-def merge_target(target: F64, new_points_map: F64, centre_m: tuple[float, float], keep_m: float = 25.0) -> F64:
+def merge_target(
+    target: F64 | F32, new_points_map: F64 | F32, centre_m: tuple[float, float], keep_m: float = 25.0
+) -> F64:
     """The points of earlier stops with those of a new one, (m, 3): one per voxel of 0.1 m, within keep_m of the rover.
 
     Where old and new share a voxel their means count alike. At most about pi * (keep_m / 0.1 m)^2 points on open
@@ -126,7 +136,7 @@ def merge_target(target: F64, new_points_map: F64, centre_m: tuple[float, float]
     """
     centre = np.array([centre_m[0], centre_m[1], 0.0])
     new = small_gicp.voxelgrid_sampling(np.ascontiguousarray(new_points_map, np.float64), VOXEL_M, 1).points()[:, :3]
-    both = np.concatenate([target.reshape(-1, 3), new])
+    both = np.concatenate([np.asarray(target, np.float64).reshape(-1, 3), new])
     both = both[np.hypot(both[:, 0] - centre[0], both[:, 1] - centre[1]) <= keep_m]
     if not len(both):
         return np.empty((0, 3))
@@ -146,10 +156,10 @@ def credible(innovation: F64, covariance: F64) -> bool:
     return float(innovation @ np.linalg.solve(covariance, innovation)) <= SURPRISE_LIMIT
 
 
-def _near(points: F64, centre: F64, radius_m: float) -> F64:
-    points = np.ascontiguousarray(points, dtype=np.float64).reshape(-1, 3)
-    off = points - centre
-    near: F64 = points[np.einsum("ij,ij->i", off, off) <= radius_m * radius_m]
+def _near(points: F64 | F32, centre: F64, radius_m: float) -> F64:
+    exact = np.ascontiguousarray(points, dtype=np.float64).reshape(-1, 3)
+    off = exact - centre
+    near: F64 = exact[np.einsum("ij,ij->i", off, off) <= radius_m * radius_m]
     return near
 
 
@@ -165,8 +175,15 @@ def _names(loose: Loose) -> tuple[str, ...]:
     return (*way, *(f"rotation about {axis}" for axis in rotation))
 
 
-def _featureless(loose: Loose) -> bool:
-    return bool(loose[0].shape[1] + loose[1].shape[1] >= 3)
+def _count(loose: Loose) -> int:
+    return int(loose[0].shape[1] + loose[1].shape[1])
+
+
+def _overlap(source: F64, target: F64, guess: F64) -> float:
+    """Share of the source's points (n, 4) in cells of the plan that hold target points (m, 4)."""
+    placed = source @ guess.T
+    cells = [np.floor(points[:, :2] / OVERLAP_CELL_M).astype(np.int64) @ (1 << 20, 1) for points in (placed, target)]
+    return float(np.isin(cells[0], cells[1]).mean())
 
 
 def _trusted(T_map_base: F64, guess: F64, loose: Loose) -> tuple[F64, float, float]:

@@ -4,9 +4,10 @@ Orientation o stands for the body's axis at o * 22.5 degrees against +x, modulo 
 leads is decided by the path. Arrays over poses are (8, rows, columns) = freedom[o, j, i]. Rules: `10-navigation`
 section 3.
 
-The plane fitted over 0.9 m takes the slope out of a wheel's step. Near a boulder that plane is bent, so two rules ask
-for two witnesses: a step counts if it is too high with the plane taken out and as it is; the ground is too steep if the
-fitted plane at the centre and the plane of the four wheels both say so.
+The plane fitted over 0.9 m takes the slope out of a wheel's step. A wall nearby bends that plane the more, the more of
+the wall is known, and ground that was free would become blocked by a better view. So two rules ask for two witnesses: a
+step counts if it is too high with the plane taken out and as it is; the ground is too steep if the fitted plane at the
+centre and the plane of the four wheels both say so.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ from onboard.records import F32, F64, U8, Bool, CellClass, Grid, NodeSet, Surfac
 T = TypeVar("T", bound=np.generic)
 ORIENTATIONS = 8
 PLANE_M = 0.9  # side of the window of the fitted plane
-LEAST_OF_PLANE = 6  # known cells that a plane needs
+LEAST_OF_PLANE = 20  # known cells that a plane needs, a quarter of its window: fewer at a rim make slopes of noise
 CLOSE_M = 0.5  # the soft cost of closeness fades out over this distance
 CROSS = ((0, 0), (0, 1), (0, -1), (1, 0), (-1, 0))
 

@@ -44,7 +44,8 @@ class Verdict:
 
 def ticks_of(reader: McapReader) -> Iterator[tuple[int, dict[str, bytes]]]:
     """(tick, topic -> message) in order; raises DamagedRecord where the file does not hold together."""
-    number, messages = -1, {}
+    number = -1
+    messages: dict[str, bytes] = {}
     try:
         for _, channel, message in reader.iter_messages(log_time_order=False):
             if message.sequence != number:

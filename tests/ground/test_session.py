@@ -11,7 +11,7 @@ from ground.script import Runner, parse
 from ground.session import EventHeard, Item, ProductHeard, ReportHeard, Session
 from hil.impairment import Profile, both_directions, load_profile
 from protocol.link import bench_keys
-from protocol.products import decode_ldem
+from protocol.products import decode_ldem, encode_ldem
 from protocol.transactions import State
 
 KEYS = bench_keys(7)
@@ -84,10 +84,23 @@ def test_ldem_arrives_with_the_right_sha_256(name):
     assert np.abs(got.heights_m - a_map().heights_m).max() <= 0.001
 
 
-def test_the_same_map_twice_is_two_successes():
-    world = World(load_profile("lan"))
+@pytest.mark.parametrize("names_object", [True, False])
+def test_the_same_map_twice_is_two_successes(names_object):
+    world = World(load_profile("ets8-c"))
+    world.rover.names_object = names_object
     assert world.run("get ldem\nwait 1\nget ldem\n", 30.0).result is True
     assert world.rover.executed == ["get", "get"]
+
+
+@pytest.mark.parametrize("names_object", [True, False])
+def test_a_second_get_waits_for_the_new_map_and_is_not_content_with_the_old(names_object):
+    world = World(load_profile("moon"))
+    world.rover.names_object = names_object
+    assert world.run("get ldem\n", 60.0).result is True
+    world.rover.map = encode_ldem(a_map(seed=2))
+    runner = world.run("get ldem\n", 120.0)
+    assert runner.result is True
+    assert world.session.product_of(runner.asked[-1][0]).data == world.rover.map
 
 
 def test_telemetry_newest_wins_whatever_the_order_of_arrival():

@@ -36,7 +36,7 @@ class ToyRover:
         self.map = encode_ldem(a_map())
         self.executed: list[str] = []
         self.refused = 0
-        self.fails = False
+        self.fails, self.names_object = False, True
 
     def receive(self, datagram: bytes, now_ns: int) -> None:
         try:
@@ -69,7 +69,8 @@ class ToyRover:
             self._executor.report(order.request_id, transactions.State.STARTED, now_ns)
             return
         if order.name == "get":
-            data = (self._bulk.offer("ldem", self.map, LDEM_CODEC, now_ns),)
+            object_id = self._bulk.offer("ldem", self.map, LDEM_CODEC, now_ns)
+            data = (object_id,) if self.names_object else ()
         self._executor.report(order.request_id, transactions.State.COMPLETED, now_ns, data=data)
 
     def tick(self, now_ns: int) -> list[bytes]:

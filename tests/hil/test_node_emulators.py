@@ -5,10 +5,10 @@ import math
 import numpy as np
 import pytest
 
-from hil.devices.nodes import COUNTS_PER_TURN, Nodes, build_nodes
+from hil.devices.nodes import Nodes, build_nodes
 from hil.records import PlantState, WheelTruth
 from onboard.records import Frame
-from protocol.can_codec import TABLE, NodeState, StopReason, TiltMode, TiltState, WheelMode
+from protocol.can_codec import ENCODER_COUNTS_PER_TURN, TABLE, NodeState, StopReason, TiltMode, TiltState, WheelMode
 from protocol.can_guard import Sender
 
 TICK_NS = 10_000_000
@@ -100,8 +100,9 @@ def test_encoder_counts_wrap_at_16_bits():
     bench = Bench()
     turn = [WheelTruth(0.0, p, 0.0, 0.0) for p in (-0.001, 16 * math.tau + 0.01, 0.0, 1.0)]
     messages = bench.tick(1, wheels=tuple(turn))
+    assert ENCODER_COUNTS_PER_TURN == 4096
     counts = [named(messages, f"WHEEL_{n}_FEEDBACK")[0].encoder_count for n in (1, 2, 3, 4)]
-    assert counts == [65535, int(0.01 / math.tau * COUNTS_PER_TURN), 0, int(1 / math.tau * COUNTS_PER_TURN)]
+    assert counts == [65535, int(0.01 / math.tau * 4096), 0, int(1 / math.tau * 4096)]
 
 
 def test_current_follows_torque():

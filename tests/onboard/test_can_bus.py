@@ -4,7 +4,6 @@ import socket
 import threading
 import time
 
-import can
 import pytest
 
 from hil.can_hub import QUEUE_BYTES, CanHub
@@ -64,7 +63,19 @@ class Virtual:
         self.bus.close()
 
 
-@pytest.fixture(params=[Hub, Virtual])
+class Kernel(Virtual):
+    """The far end on the kernel's virtual interface, where there is one."""
+
+    uri = "socketcan:vcan0"
+
+    def __init__(self):
+        try:
+            super().__init__()
+        except OSError as error:
+            pytest.skip(str(error))
+
+
+@pytest.fixture(params=[Hub, Virtual, Kernel])
 def ends(request):
     far = request.param()
     near = far.open()
@@ -184,12 +195,40 @@ def test_frames_of_one_client_reach_the_other_and_the_hub(hub):
     two.close()
 
 
-def test_bus_off_is_a_state_until_the_controller_restarts(hub):
+def shaken(hub):
+    """A socket past the handshake that has not said its first word in raw mode."""
+    host, port = hub.uri.split("/")[0].split(":")[1:]
+    stream = socket.create_connection((host, int(port)))
+    for word in (b"< open rover >", b"< rawmode >"):
+        stream.sendall(word)
+        hub.hub.wait(5.0)
+    return stream
+
+
+def test_no_frame_follows_the_handshake_before_the_clients_first_word(hub):
+    with shaken(hub) as stream:
+        hub.write(FRAMES)
+        hub.hub.poll()
+        assert hub.hub.live == 0
+        assert stream.recv(4096) == b"< hi >< ok >< ok >"
+
+
+def test_a_client_that_has_said_its_first_word_is_live_at_the_next_write(hub):
+    with shaken(hub) as stream:
+        stream.sendall(b"< echo >")
+        hub.write(FRAMES[:5])
+        assert hub.hub.live == 1 and hub.hub.clients[0].sent == 5
+
+
+def test_bus_off_is_a_state_until_the_controller_restarts_or_a_frame_comes(hub):
     near = hub.open()
     hub.hub.write_error(0x40)
     assert near.read_upto(1, [0], 5.0) == [] and near.state is PortState.ERROR and near.error_frames == 1
     hub.hub.write_error(0x100)
     assert near.read_upto(2, [0], 5.0) == [] and near.state is PortState.OPEN
+    hub.hub.write_error(0x40)
+    hub.write(FRAMES[:1])
+    assert len(near.read_upto(4, [0, 0], 5.0)) == 1 and near.state is PortState.OPEN
 
 
 def test_another_bus_name_is_refused_with_the_right_one(hub):
@@ -209,10 +248,7 @@ def test_another_bus_name_is_refused_with_the_right_one(hub):
 
 
 def test_noise_from_a_client_is_counted_and_the_next_frame_read(hub):
-    host, port = hub.uri.split("/")[0].split(":")[1:]
-    with socket.create_connection((host, int(port))) as stream:
-        for word in (b"< open rover >", b"< rawmode >"):
-            stream.sendall(word)
+    with shaken(hub) as stream:
         noise = b"\xff\x00< send zz 1 1 >< send 101 2 1 >< what >"
         for byte in noise + b"< send 101 2 1 2a >":
             stream.sendall(bytes([byte]))
@@ -253,8 +289,8 @@ class CanHubPort:
 
 
 def test_the_kernels_stamps_count_back_from_the_reading(monkeypatch):
-    bus = can_bus._SocketcanBus(can.interfaces.virtual.VirtualBus("stamps"))
+    bus = can_bus._SocketcanBus(can_bus.VirtualBus("stamps"))
     monkeypatch.setattr(time, "time", lambda: 100.0)
-    message = can.Message(timestamp=99.996)
+    message = can_bus.can.Message(timestamp=99.996)
     assert bus._stamp_ns(message, 5_000_000_000) == pytest.approx(4_996_000_000, abs=1000)
     bus.close()

@@ -112,7 +112,7 @@ def test_a_view_without_any_source_is_telemetry_all_the_same():
 @pytest.mark.parametrize("rate_bps", [16e3, 64e3, 256e3])
 def test_housekeeping_keeps_its_rates_and_no_more_than_93_percent_of_the_line_is_used_during_bulk(rate_bps):
     made = Downlink(Link(rate_bps=rate_bps))
-    made.offer("ldem", np.random.default_rng(1).bytes(60_000), "ldem1")
+    made.offer("ldem", np.random.default_rng(1).bytes(60_000), "ldem-1")
     sent = run(made, 8 * S)
     states = [t for t, kind, p in sent for m in decode([(kind, p)]) if m.get_type() == "ROVER_STATE"]
     assert len(states) == 16
@@ -127,7 +127,7 @@ def test_housekeeping_keeps_its_rates_and_no_more_than_93_percent_of_the_line_is
 def test_reports_go_before_housekeeping_and_that_before_events_and_bulk():
     made = Downlink(Link(rate_bps=16e3))
     made.receive([uplink("stop")], 0)
-    made.offer("ldem", bytes(1000), "ldem1")
+    made.offer("ldem", bytes(1000), "ldem-1")
     made.event(Event(0, "info", "NOTE", "hello"))
     sent = run(made, 2 * S)
     names = ["REPORT" if k == Kind.REPORT else "BULK" if k == Kind.BULK_CHUNK else
@@ -165,7 +165,7 @@ def test_events_are_repeated_until_acknowledged_and_complete_after_a_blackout():
 
 def test_an_object_reaches_the_ground_and_its_bitmap_ends_it():
     made, ground, data = downlink(), bulk.Receiver(1000), bytes(range(256)) * 40
-    made.offer("ldem", data, "ldem1")
+    made.offer("ldem", data, "ldem-1")
     (product,) = [p for _, k, c in run(made, 1 * S) if k == Kind.BULK_CHUNK and (p := ground.receive(c, 0))]
     assert (product.name, product.data) == ("ldem", data)
     made.receive([LinkMessage(0, True, "", 1, Kind.BULK_BITMAP, ground.send(0)[0])], 1 * S)
@@ -181,14 +181,15 @@ def test_refused_datagrams_are_counted_by_kind_told_at_most_every_10_s_and_are_n
     assert made.refused == {"tag": 400, "replay": 200, "telecommand": 1, "kind": 1}
     assert made.events_waiting == 1
     assert made.last_contact_ns == 3 * S
-    assert Downlink(Link()).last_contact_ns is None
+    made.receive(bad, 4 * S)
+    assert made.last_contact_ns == 3 * S
 
 
 def test_the_same_calls_give_the_same_bytes_and_digest():
     def once():
         made = downlink()
         made.receive([uplink("stop")], 0)
-        made.offer("ldem", bytes(5000), "ldem1")
+        made.offer("ldem", bytes(5000), "ldem-1")
         made.event(Event(0, "info", "NOTE", "a"))
         return run(made, 3 * S), made.digest_items()
 

@@ -29,7 +29,7 @@ def test_a_forgotten_job_gives_nothing_and_its_name_is_free_again():
     book = JobBook()
     book.submit("plan", lambda: None, (), due_tick=10)
     (first,) = book.outgoing()
-    book.forget()
+    book.forget({"plan"})
     book.submit("plan", lambda: None, (), due_tick=20)
     (second,) = book.outgoing()
     assert book.take((JobDone(first.job_id, "old"),), 10) == {}

@@ -134,6 +134,14 @@ def test_silent_imu_leaves_the_turn_to_the_wheels():
     assert drive.error()[0] < 0.02 and abs(drive.error()[1]) < 0.02
 
 
+def test_samples_of_the_imu_that_come_a_tick_late_or_twice_change_nothing_that_matters():
+    drive = Drive().run(STILL, 1)
+    plain = drive.sample
+    drive.sample = lambda twist: None if (drive.now_ns // 10_000_000) % 3 == 0 else plain(twist)
+    drive.run(Twist(0.1, 0, 0.1), 10)
+    assert drive.error()[0] < 2e-3 and abs(drive.error()[1]) < 2e-3
+
+
 def test_covariance_grows_with_the_way_to_8_percent_and_a_registration_shrinks_it():
     drive = Drive().run(STILL, 1).run(Twist(0.1, 0, 0), 40).run(STILL, 1)
     sigma = math.sqrt(drive.filter.estimate.covariance[0, 0])

@@ -167,6 +167,14 @@ def test_after_a_sweep_the_axis_is_held_so_no_old_start_time_is_repeated():
     assert modes == {TiltMode.PARK}
 
 
+def test_parking_again_and_again_at_one_angle_is_said_at_10_hz():
+    computer, said = nodes(), []
+    for tick in range(100):
+        computer.park_tilt(0.5)
+        said += [name for name, _ in decoded(computer.send(tick * TICK_NS, 3))]
+    assert said.count("TILT_COMMAND") == 10
+
+
 def test_an_own_emergency_stop_leaves_at_once_and_at_10_hz():
     computer = nodes()
     computer.send(0, 3)
@@ -273,6 +281,30 @@ def test_a_commanded_sweep_is_followed_within_a_tenth_of_a_degree_and_so_is_its_
     told_rad, at_ns = track.angles_rad[inside], track.times_ns[inside]
     assert np.abs(told_rad - loop.bench.tilt.angles_at(at_ns)).max() < 0.1 * DEG
     assert TiltState.GAP not in states and TiltState.SWEEPING in states
+
+
+def test_a_sweep_begun_in_the_middle_of_another_replaces_it():
+    loop = Loop()
+    loop.tick(20)
+    loop.computer.sweep(profile(), loop.now_ns + 2_500_000_000)
+    loop.tick(400)
+    loop.computer.sweep([Segment(-0.2, 0.2, 0.2, 2 * 10**9)], loop.now_ns + 2_000_000_000)
+    loop.tick(300)
+    assert loop.computer.tilt.state is TiltState.SWEEPING
+    assert float(loop.bench.tilt.angles_at(np.array([loop.now_ns]))[0]) == pytest.approx(0.0, abs=0.01)
+    loop.tick(120)
+    assert loop.computer.sweep_done(loop.now_ns) and not loop.computer.tilt_moving
+
+
+def test_parking_ends_a_sweep():
+    loop = Loop()
+    loop.tick(20)
+    loop.computer.sweep(profile(), loop.now_ns + 2_500_000_000)
+    loop.tick(400)
+    loop.computer.park_tilt(40 * DEG)
+    loop.tick(250)
+    assert not loop.computer.sweep_done(loop.now_ns) and not loop.computer.tilt_moving
+    assert loop.computer.tilt_angle_rad == pytest.approx(40 * DEG, abs=0.1 * DEG)
 
 
 def test_a_lost_tilt_command_is_made_good_by_its_repeat():

@@ -78,6 +78,24 @@ def test_a_tall_boulder_beside_does_not_block_though_it_bends_the_fitted_plane()
     assert freedom[0, MIDDLE + 1, MIDDLE] == Freedom.BLOCKED  # the wheel's neighbour cell is the boulder
 
 
+def test_seeing_more_of_a_wall_takes_no_free_pose_away() -> None:
+    z = np.zeros((SIZE, SIZE))
+    z[MIDDLE + 4 :] = 0.6
+    face = unseen(ground(z), np.nonzero(np.arange(SIZE)[:, None] > np.full((SIZE, SIZE), MIDDLE + 4)), 0.5)
+    before, after = freedom_of(face), freedom_of(ground(z))
+    assert (before[0, MIDDLE, 6:-6] == Freedom.FREE).all()
+    assert (after[before == Freedom.FREE] == Freedom.FREE).all()
+
+
+def test_a_roll_of_26_degrees_from_the_wheels_blocks() -> None:
+    z = np.zeros((SIZE, SIZE))
+    z[MIDDLE + 2 :] = 0.4 * math.tan(math.radians(26))
+    rough = dataclasses.replace(PLANNING, step_m=1.0, slope_limit_rad=math.radians(50), under_belly_m=1.0)
+    assert poses.pose_freedom(ground(z), ROVER, rough)[0, MIDDLE, MIDDLE] == Freedom.BLOCKED
+    steady = dataclasses.replace(rough, tilt_limit_rad=math.radians(27))
+    assert poses.pose_freedom(ground(z), ROVER, steady)[0, MIDDLE, MIDDLE] == Freedom.FREE
+
+
 @pytest.mark.parametrize(("slope_deg", "expected"), [(19, Freedom.FREE), (21, Freedom.BLOCKED), (-21, Freedom.BLOCKED)])
 def test_slopes_up_to_20_degrees_are_free(slope_deg: float, expected: Freedom) -> None:
     j, i = np.mgrid[:SIZE, :SIZE] * 0.1
@@ -94,12 +112,12 @@ def test_unknown_cells_under_a_wheel_make_a_pose_unknown_under_the_belly_a_low_r
     assert freedom_of(unseen(flat, (MIDDLE, MIDDLE)))[0, MIDDLE, MIDDLE] == Freedom.UNKNOWN
 
 
-@pytest.mark.parametrize("seed", [0, 1, 2])
+@pytest.mark.parametrize("seed", [0, 1])
 def test_pose_freedom_equals_the_slow_twin(seed: int) -> None:
     rng = np.random.default_rng(seed)
-    shape = (18, 19)
-    z = rng.normal(0, 0.01, shape) + np.arange(19) * rng.uniform(-0.03, 0.03)
-    z[rng.random(shape) < 0.01] += 0.15
+    shape = (16, 17)
+    z = rng.normal(0, 0.01, shape) + np.arange(17) * rng.uniform(-0.03, 0.03)
+    z[rng.integers(16), rng.integers(17)] += 0.15
     made = ground(z)
     made = dataclasses.replace(made, z_top=made.z_top + np.float32(0.005))
     made = unseen(made, np.nonzero(rng.random(shape) < 0.03), 0.05)

@@ -151,10 +151,29 @@ def test_too_few_points_are_refused_by_number(n, m):
     assert (result.T_map_base == truth).all()
 
 
-def test_clouds_without_overlap_are_refused():
+@pytest.mark.parametrize("shift", [(25.0, 0.0, 0.0), (0.0, 0.0, 5.0)])
+def test_clouds_that_do_not_meet_are_refused(shift):
     source, target, truth = case(19)
-    result = register(source, target + np.array([0.0, 0.0, 5.0]), truth, CONFIG)
+    result = register(source, target + np.array(shift), truth, CONFIG)
     assert not result.accepted
+    assert (result.T_map_base == truth).all()
+
+
+@pytest.mark.parametrize(("turn_deg", "accepted"), [(180, False), (130, False), (80, True), (0, True)])
+def test_sectors_of_65_degrees_register_only_where_a_fifth_is_shared(turn_deg, accepted):
+    rng, z = np.random.default_rng(31), ground(31, 0.08)
+    pose = (0.5, 0.2, turn_deg * DEG)
+    target, seen = (scan(z, p, rng) for p in ((0.0, 0.0, 0.0), pose))
+    target, seen = target[: len(target) // 2], seen[: len(seen) // 2]  # the sweep ahead alone
+    truth = transform(*pose[:2], 0.0, pose[2])
+    guess = truth @ transform(0.1, -0.1, 0.0, 1 * DEG)
+    result = register((seen - truth[:3, 3]) @ truth[:3, :3], target, guess, CONFIG)
+    assert result.accepted is accepted
+    if accepted:
+        x, y, _, yaw = difference(result.T_map_base, truth)
+        assert math.hypot(x, y) < 0.03 and abs(yaw) < 0.2 * DEG
+    else:
+        assert "lie where the target is" in result.reason
 
 
 def test_merged_target_holds_one_point_a_voxel_within_its_radius_and_does_not_grow_by_repetition():

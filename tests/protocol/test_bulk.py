@@ -74,7 +74,7 @@ def test_160_kb_at_64_kbit_per_second_use_their_share_of_the_bucket(loss, share,
 def test_an_ldem_of_25_kb_arrives_within_13_seconds_at_30_percent_loss_and_lunar_delay():
     for seed in range(5):
         bench = Bench(loss=0.3, seed=seed)
-        bench.sender.offer("ldem", noise(25_000), "ldem1", 0)
+        bench.sender.offer("ldem", noise(25_000), "ldem-1", 0)
         while not bench.products and bench.now_ns < 60 * S:
             bench.step()
         assert bench.now_ns <= 13 * S, seed
@@ -82,7 +82,7 @@ def test_an_ldem_of_25_kb_arrives_within_13_seconds_at_30_percent_loss_and_lunar
 
 def test_both_sides_fall_silent_once_the_object_is_confirmed():
     bench = Bench(loss=0.3)
-    bench.sender.offer("ldem", noise(25_000), "ldem1", 0)
+    bench.sender.offer("ldem", noise(25_000), "ldem-1", 0)
     bench.run(60 * S)
     assert not bench.sender.busy
     for _ in range(100):
@@ -96,7 +96,7 @@ def test_both_sides_fall_silent_once_the_object_is_confirmed():
 
 def test_a_transfer_resumes_after_a_blackout_of_60_s_and_hardly_sends_in_it():
     bench = Bench(loss=0.1)
-    bench.sender.offer("ldem", noise(60_000), "ldem1", 0)
+    bench.sender.offer("ldem", noise(60_000), "ldem-1", 0)
     bench.run(4 * S)
     bench.dark = True
     bench.run(17 * S)
@@ -112,13 +112,13 @@ def test_a_transfer_resumes_after_a_blackout_of_60_s_and_hardly_sends_in_it():
 @pytest.mark.parametrize("who", ["sender", "receiver"])
 def test_a_transfer_completes_though_one_side_is_restarted_in_it(who):
     bench, data = Bench(loss=0.1), noise(60_000)
-    bench.sender.offer("ldem", data, "ldem1", 0)
+    bench.sender.offer("ldem", data, "ldem-1", 0)
     bench.run(5 * S)
     confirmed = bench.sender.progress()["ldem"][0]
     assert confirmed > 5
     if who == "sender":
         bench.sender = bulk.Sender(bench.limit)
-        bench.sender.offer("ldem", data, "ldem1", bench.now_ns)
+        bench.sender.offer("ldem", data, "ldem-1", bench.now_ns)
     else:
         bench.receiver = bulk.Receiver(bench.limit)
     bench.run(60 * S)
@@ -127,18 +127,33 @@ def test_a_transfer_completes_though_one_side_is_restarted_in_it(who):
 
 def test_a_newer_object_of_the_same_name_takes_the_place_of_the_older():
     bench = Bench(loss=0.1)
-    bench.sender.offer("ldem", noise(25_000), "ldem1", 0)
+    bench.sender.offer("ldem", noise(25_000), "ldem-1", 0)
     bench.run(2 * S)
-    bench.sender.offer("ldem", noise(25_000, seed=9), "ldem1", bench.now_ns)
+    bench.sender.offer("ldem", noise(25_000, seed=9), "ldem-1", bench.now_ns)
     bench.run(60 * S)
     assert [p.data for p in bench.products] == [noise(25_000, seed=9)]
     assert bench.receiver.progress() == {}
 
 
+def test_the_same_content_offered_again_goes_on_and_once_known_costs_one_announcement_of_time():
+    bench, data = Bench(), noise(25_000)
+    first = bench.sender.offer("ldem", data, "ldem-1", 0)
+    bench.run(3 * S)
+    assert bench.sender.offer("ldem", data, "ldem-1", bench.now_ns) == first
+    assert bench.sender.progress()["ldem"][0] > 0
+    bench.run(30 * S)
+    bench.sender.offer("ldem", data, "ldem-1", bench.now_ns)
+    began_ns = bench.now_ns
+    while bench.sender.busy:
+        bench.step()
+    assert bench.now_ns - began_ns <= 3500 * MS
+    assert len(bench.products) == 1
+
+
 def test_a_higher_priority_goes_first():
     bench = Bench()
     bench.sender.offer("cloud", noise(50_000), "raw", 0)
-    bench.sender.offer("ldem", noise(5_000, seed=4), "ldem1", 0, priority=1)
+    bench.sender.offer("ldem", noise(5_000, seed=4), "ldem-1", 0, priority=1)
     bench.run(60 * S)
     assert bench.products[0].name == "ldem"
 

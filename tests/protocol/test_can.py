@@ -133,6 +133,7 @@ def test_repeated_lost_and_late_frames_are_counted():
     assert guard.accept(stream[4])
     counts = guard.counts(WHEEL)
     assert (counts.accepted, counts.repeated, counts.lost, counts.late, counts.bad) == (2, 1, 3, 1, 1)
+    assert (guard.bad, guard.lost) == (1, 3)
 
 
 def test_unknown_ids_short_frames_and_values_out_of_range_are_dropped():
@@ -141,6 +142,7 @@ def test_unknown_ids_short_frames_and_values_out_of_range_are_dropped():
     assert not guard.accept(Frame(WHEEL, b"\x00"))
     data = bytes([3, 0, 0, 0, 0, 0, 0])
     assert not guard.accept(Frame(WHEEL, data + bytes([crc8(WHEEL.to_bytes(2, "big") + data)])))
+    assert guard.bad == guard.total().bad == 2
     assert (guard.unknown, guard.counts(WHEEL).length, guard.counts(WHEEL).out_of_range) == (1, 1, 1)
 
 
