@@ -89,8 +89,10 @@ def drivable(
         raise ValueError("an empty chain of poses has no path; check that the goal is reachable first")
     points = [(start[0], start[1])] + [ground.grid.centre(int(j), int(i)) for j, i, _ in states]
     axes = [orientation(start[2])] + [int(o) for _, _, o in states]
-    if end is not None:
-        points[-1] = end
+    if end is not None:  # by the cell's centre: a line from another cell may cut a third one's corner
+        points, axes = [*points, end], [*axes, axes[-1]]
+    if bool(np.all(states[:, :2] == states[0, :2])):  # within one cell its centre is no place to go by
+        points, axes = [points[0], points[-1]], [axes[0], axes[-1]]
     return Path(lead(shorten(points, axes, start[2], ground), start, ground))
 
 
