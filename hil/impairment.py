@@ -14,7 +14,7 @@ from __future__ import annotations
 import difflib
 import heapq
 import tomllib
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -44,6 +44,7 @@ class Profile:
     blackout_first_s: float = value(0.0, "start of the first blackout, bench time", low=0, high=1e9)
     blackout_every_s: float = value(0.0, "from start to start; 0 = only one", low=0, high=1e9)
     blackout_length_s: float = value(0.0, "length of a blackout; 0 = none", low=0, high=1e9)
+    blackouts_s: tuple[float, ...] = value((), "further blackouts: start, end, start, end ... in bench time")
     queue_s: float = value(2.0, "length of the drop-tail queue before the line", low=0.001, high=60)
 
 
@@ -84,7 +85,16 @@ def load_profile(name: str, path: Path = PROFILES) -> Profile:
         near = difflib.get_close_matches(name, tables, n=1)
         hint = f"did you mean `{near[0]}`?" if near else f"known: {', '.join(tables)}"
         raise ConfigError(f"{path}: no link profile `{name}`; {hint}")
-    return from_tree(Profile, tables[name], str(path), f"{name}.")
+    table = dict(tables[name])
+    blackouts_s = _pairs(table.pop("blackouts_s", []), f"{path}: `{name}.blackouts_s`")
+    return replace(from_tree(Profile, table, str(path), f"{name}."), blackouts_s=blackouts_s)
+
+
+def _pairs(given: object, what: str) -> tuple[float, ...]:
+    numbers = given if isinstance(given, list) and all(isinstance(t, (int, float)) for t in given) else [0.0]
+    if len(numbers) % 2 or sorted(numbers) != numbers:
+        raise ConfigError(f"{what} should be rising pairs of start and end, found {given!r}")
+    return tuple(map(float, numbers))
 
 
 class _Shadow:
@@ -165,8 +175,10 @@ class Impairment:
         return "noise" if noise else ""
 
     def _dark(self, at_ns: int) -> bool:
-        p = self._profile
-        since_s = at_ns / _S - p.blackout_first_s
+        p, at_s = self._profile, at_ns / _S
+        if any(start_s <= at_s < end_s for start_s, end_s in zip(p.blackouts_s[::2], p.blackouts_s[1::2])):
+            return True
+        since_s = at_s - p.blackout_first_s
         if since_s < 0 or not p.blackout_length_s:
             return False
         return (since_s % p.blackout_every_s if p.blackout_every_s else since_s) < p.blackout_length_s

@@ -114,6 +114,22 @@ def test_both_directions_lose_independently():
     assert [down.offer(b"x", k * S) for k in range(200)] != [up.offer(b"x", k * S) for k in range(200)]
 
 
+def test_a_profile_may_list_its_blackouts_as_pairs(tmp_path):
+    path = tmp_path / "profiles.toml"
+    path.write_text("[night]\nblackouts_s = [45.0, 105, 200, 201]\n")
+    model = Impairment(load_profile("night", path), 1e9, np.random.default_rng(1))
+    dark = [k for k in range(300) if model.offer(b"x", k * S) == "blackout"]
+    assert dark == [*range(45, 105), 200]
+
+
+@pytest.mark.parametrize("wrong", ["[45.0]", "[5, 1]", "3", "['a', 'b']"])
+def test_blackouts_that_are_no_rising_pairs_are_refused(tmp_path, wrong):
+    path = tmp_path / "profiles.toml"
+    path.write_text(f"[night]\nblackouts_s = {wrong}\n")
+    with pytest.raises(ConfigError, match=r"night\.blackouts_s` should be rising pairs"):
+        load_profile("night", path)
+
+
 def test_unknown_profile_is_refused_with_a_suggestion():
     with pytest.raises(ConfigError, match="did you mean `moon-bad`"):
         load_profile("moonbad")
