@@ -107,7 +107,10 @@ class Plant:
         pybullet.changeConstraint(gear, gearRatio=1, erp=0.8, maxForce=1e4, physicsClientId=self._client)
 
     def reset(self, pose: Pose) -> PlantState:
-        """Put the rover at x, y, yaw of `pose` on the ground, wheels straight and still, let it settle; time is 0."""
+        """Put the rover at x, y, yaw of `pose` on the ground, wheels straight and still, let it settle; time is 0.
+
+        Raises PlantAbort if the rover does not stand there on its four wheels.
+        """
         z, roll, pitch = self._rest(pose.x_m, pose.y_m, pose.yaw_rad)
         quaternion = pybullet.getQuaternionFromEuler([roll, pitch, pose.yaw_rad])
         up = _rotate(quaternion, (0.0, 0.0, CENTRE_OF_MASS_M))
@@ -123,6 +126,9 @@ class Plant:
         self._now_ns, self._last = -SETTLE_TICKS * TICK_NS, None
         for _ in range(SETTLE_TICKS):
             state = self.step()
+        if min(wheel.load_n for wheel in state.wheels) <= 0:
+            where = f"({pose.x_m:.2f}, {pose.y_m:.2f})"
+            raise PlantAbort(f"a wheel is in the air at {where}: does the rover stand in a rock?")
         return state
 
     def _rest(self, x_m: float, y_m: float, yaw_rad: float) -> tuple[float, float, float]:

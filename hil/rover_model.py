@@ -6,8 +6,8 @@
         o--rocker--o 0.18 pivot       left and right rocker, joined by a gear constraint in hil.plant
 
 Names are chassis, rocker_left, rocker_right, steer_1..4, wheel_1..4 (joints carry their link's name). A wheel's shape
-for collisions is three spheres, for rocks only: soil acts through hil.soil (a cylinder that rolls on triangles shakes by
-0.5 m/s2).
+for collisions is three spheres, for rocks only: soil acts through hil.soil (a cylinder rolling on triangles shakes
+by 0.5 m/s2).
 """
 
 from __future__ import annotations

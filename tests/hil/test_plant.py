@@ -1,4 +1,4 @@
-"""The plant drives as a rover on the Moon does: slip, turns, suspension, contacts, fences, and the same bits each time."""
+"""The plant drives as a rover on the Moon does: slip, turns, suspension, contacts, fences; the same bits each time."""
 
 import hashlib
 import math
@@ -146,22 +146,28 @@ def test_stuck_and_free_wheel(plant_on):
 
 def octahedron(x_m, y_m, height_m):
     """A rock of 0.3 m with its centre on the ground."""
-    corners = np.array([(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1)]) * (0.15, 0.15, height_m)
+    axes = np.concatenate([np.eye(3), -np.eye(3)])[[0, 3, 1, 4, 2, 5]]
     faces = [(0, 2, 4), (2, 1, 4), (1, 3, 4), (3, 0, 4), (2, 0, 5), (1, 2, 5), (3, 1, 5), (0, 3, 5)]
-    return Rock(x_m, y_m, 0.3, height_m, corners + (x_m, y_m, 0.0), np.array(faces, np.int32))
+    vertices = axes * (0.15, 0.15, height_m) + np.array([x_m, y_m, 0.0])
+    return Rock(x_m, y_m, 0.3, height_m, vertices, np.array(faces, np.int32))
 
 
 def test_body_and_wheel_contacts_are_told(plant_on):
     soil_z = plane().soil_z
-    under_the_body = plant_on(field_of(soil_z, rocks=[octahedron(0.0, 0.0, 0.25)]))
-    assert "body" in {state.contact for state in run(under_the_body, STILL, 0.2)}
-    on_the_track = plant_on(field_of(soil_z, rocks=[octahedron(-2.0, 0.0, 0.3), octahedron(0.75, 0.23, 0.14)]))
-    told = {state.contact for state in run(on_the_track, (WheelDrive(0.0, 1.1),) * 4, 5)}
-    assert "wheel 1 on a rock of 0.14 m" in told
+    ahead, on_the_track = octahedron(0.6, 0.0, 0.2), octahedron(0.75, 0.23, 0.14)
+    for rock, contact in ((ahead, "body"), (on_the_track, "wheel 1 on a rock of 0.14 m")):
+        plant = plant_on(field_of(soil_z, rocks=[octahedron(-2.0, 0.0, 0.3), rock]))
+        assert contact in {state.contact for state in run(plant, (WheelDrive(0.0, 1.1),) * 4, 5)}
+
+
+def test_a_start_in_a_rock_is_refused(plant_on):
+    with pytest.raises(PlantAbort, match="stand in a rock"):
+        plant_on(field_of(plane().soil_z, rocks=[octahedron(0.0, 0.0, 0.25)]))
 
 
 def test_low_rock_under_a_wheel_is_no_collision(plant_on):
-    states = run(plant_on(field_of(plane().soil_z, rocks=[octahedron(0.75, 0.23, 0.06)])), (WheelDrive(0.0, 1.1),) * 4, 6)
+    plant = plant_on(field_of(plane().soil_z, rocks=[octahedron(0.75, 0.23, 0.06)]))
+    states = run(plant, (WheelDrive(0.0, 1.1),) * 4, 6)
     assert {state.contact for state in states} == {""}
     assert max(state.position_m[2] for state in states) > states[0].position_m[2] + 0.01  # it did climb
 

@@ -29,7 +29,7 @@ def triangles_of(field):
 
 
 def fan(field, origin, azimuths, elevations, range_m):
-    """Exact ranges (elevations, azimuths) of rays from one point: each vertical plane is cut with all triangles once."""
+    """Exact ranges (elevations, azimuths) of rays from one point: a vertical plane is cut with all triangles once."""
     a, e1, e2 = triangles_of(field)
     corners = np.stack((a, a + e1, a + e2), axis=1) - origin
     out = np.full((len(elevations), len(azimuths)), np.inf)

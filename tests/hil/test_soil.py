@@ -44,7 +44,8 @@ def twin(soil_z, soil, memory, row, dt_s):
     touching = depth > 0
     piece = RADIUS_M * step * WIDTH_M / 3
     pressure = soil.stiffness_npm3 * np.where(touching, depth, 1) ** soil.exponent * loaded[:, None]
-    pressure = np.where(touching, np.maximum(0, pressure - soil.damping_paspm * (inward @ velocity)[:, None]), 0) * piece
+    pressure = pressure - soil.damping_paspm * (inward @ velocity)[:, None]
+    pressure = np.where(touching, np.maximum(0, pressure), 0) * piece
     if pressure.sum() <= 0:
         return np.zeros(3), centre, 0.0, max(0.0, depth.max()), (0.0, 0.0, heading)
     push = (pressure[..., None] * inward[:, None]).sum((0, 1))
