@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 import socket
 import time
 from collections.abc import Callable
@@ -16,6 +17,7 @@ from hil.grounds import GROUNDS
 from hil.impairment import PROFILES, load_profile
 from hil.injection import Injector
 from hil.lockstep import ParticipantLost
+from hil.plant import PlantAbort
 from hil.processes import ProcessDied, Processes
 from hil.scenario import Scenario
 from hil.truth import Truth
@@ -60,6 +62,7 @@ def run(
     """
     folder.mkdir(parents=True, exist_ok=True)
     accepted = GROUNDS[scenario.terrain](scenario.seed)
+    shutil.rmtree(folder / "ground", ignore_errors=True)  # the counters of an earlier run
     (folder / "gdem.npz").write_bytes(to_npz(accepted.field.gdem))
     goal = {"goal_x": f"{accepted.field.goal_m[0]:.3f}", "goal_y": f"{accepted.field.goal_m[1]:.3f}"}
     (folder / "script.txt").write_text(scenario.script.format(**goal))
@@ -73,7 +76,7 @@ def run(
             bench.gather(NAMES - {"ground"} if scenario.live else NAMES)
             started = time.monotonic()
             _loop(scenario, bench, processes, injector, progress, pace)
-        except (ParticipantLost, ProcessDied) as lost:
+        except (ParticipantLost, ProcessDied, PlantAbort) as lost:
             error = _why(lost, processes)
         wall_s = time.monotonic() - started
         rss_bytes = processes.peak_rss_bytes("onboard")
@@ -96,7 +99,7 @@ def _start(scenario: Scenario, folder: Path, bench: Bench, processes: Processes)
     """Onboard, link and ground, each with its addresses."""
     rover_side, ground_side = f"tcp/127.0.0.1:{free_port()}", f"tcp/127.0.0.1:{free_port()}"
     barrier = ("--barrier", bench.barrier.address)
-    write_station(folder / "ground.toml", ground_side, scenario.seed, folder / "ground")
+    write_station(folder / "ground.toml", ground_side, scenario.seed)
     processes.start("link", "hil", [
         "link", "--profile", scenario.link, "--profiles", str(_profiles(scenario, folder)), "--seed", str(scenario.seed),
         "--rover", rover_side, "--ground", ground_side, "--report", str(folder / "link.json"), *barrier,
@@ -109,7 +112,10 @@ def _start(scenario: Scenario, folder: Path, bench: Bench, processes: Processes)
 
 
 def _settings(scenario: Scenario, folder: Path, bench: Bench, rover_side: str) -> list[str]:
+    start = bench.world.start
     settings = {
+        "localisation.start_x_m": start.x_m, "localisation.start_y_m": start.y_m,
+        "localisation.start_yaw_rad": start.yaw_rad,
         "clock.mode": "lockstep", "clock.barrier": bench.barrier.address, "can.uri": bench.hub.uri,
         "lidar.address": bench.lidar_server.address, "link.endpoint": rover_side, "link.bench_seed": scenario.seed,
         "link.rate_bps": load_profile(scenario.link).down_bps, "mission.gdem": str(folder / "gdem.npz"),
@@ -128,9 +134,9 @@ def _profiles(scenario: Scenario, folder: Path) -> Path:
     return path
 
 
-def write_station(path: Path, endpoint: str, seed: int, state: Path) -> None:
-    """The ground station's file for this run: bench keys, from the seed."""
-    path.write_text(f'endpoint = "{endpoint}"\nbench_seed = {seed}\nstate = "{state}"\n')
+def write_station(path: Path, endpoint: str, seed: int) -> None:
+    """The ground station's file for this run: bench keys, from the seed; counters and archive in ground/ beside it."""
+    path.write_text(f'endpoint = "{endpoint}"\nbench_seed = {seed}\nstate = "ground"\narchive = "ground/archive.db"\n')
 
 
 def free_port() -> int:

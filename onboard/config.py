@@ -139,6 +139,7 @@ class Mission:
 
     strategy: str = value("optimistic", "how the next stop is chosen", one_of=("optimistic", "visibility"))
     goal_tolerance_m: float = value(0.3, "arrived when the estimate is this near", low=0.05, high=10)
+    leg_m: float = value(4.0, "longest way between two scans: odometry slips", low=0.5, high=100)
     stop_limit: int = value(40, "most sensing stops of one mission", low=1, high=10_000)
     weight_occlusion: float = value(1.0, "W_occ of Eq. 28", low=0, high=100)
     weight_distance: float = value(0.5, "W_L of Eq. 28", low=0, high=100)
@@ -168,6 +169,12 @@ class Motion:
 class Localisation:
     """The filter and its gate."""
 
+    start_x_m: float = value(0.0, "where the rover stands at the start, in the map frame", low=-1e5, high=1e5)
+    start_y_m: float = value(0.0, "likewise", low=-1e5, high=1e5)
+    start_yaw_rad: float = value(0.0, "and looks (from the lander, a star tracker, an operator)", low=-7, high=7)
+    slope_slip_ratio: float = value(0.4, "slide down the slope: of the way driven, times the sine of the slope",
+                                    low=0, high=2)
+    registration_range_m: float = value(15.0, "hits up to here are registered", low=2, high=30)
     odometry_noise_ratio: float = value(0.08, "1 sigma of the way, of the way driven", low=0, high=1)
     gyro_noise_radps: float = value(0.002, "1 sigma of the yaw rate", low=0, high=1)
     registration_sigma_m: float = value(0.01, "1 sigma of a registration", low=0.001, high=1)

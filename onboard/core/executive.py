@@ -76,9 +76,9 @@ class Executive:
         assert mission
         if mission.phase is not was:
             self._tell(ctx, "PHASE", f"{mission.phase.name} at stop {mission.stop}")
-        while mission.news:
-            result = mission.news.pop(0)
-            self._tell(ctx, "DECISION", f"{result.decision.rule} {result.decision.kind}: {result.decision.reason}")
+        for name, text in mission.notes:
+            self._tell(ctx, name, text)
+        mission.notes.clear()
         self._memory = mission.memory
         if mission.outcome:
             state = State.COMPLETED if mission.outcome.completed else State.FAILED
@@ -140,7 +140,7 @@ class Executive:
         self._downlink.report(order.request_id, State.COMPLETED, self.mode.name)
 
     def _status(self, order: Order, ctx: Context) -> None:
-        pose = ctx.localisation.estimate.pose
+        pose = ctx.localisation.pose
         text = f"{self.mode.name} {self.phase.name} at {pose.x_m:.2f} {pose.y_m:.2f}"
         if self.active:
             text += " faults " + " ".join(self.active)

@@ -59,7 +59,7 @@ class Outcome:
 
 
 class Mission:
-    """State of one goto. `step` each tick; `outcome` is set when it has ended; `news` are decisions not yet told."""
+    """State of one goto. `step` each tick; `outcome` is set when it has ended; `notes` are events not yet told."""
 
     def __init__(self, config: Config, gdem: Gdem | None, goal: tuple[float, float], memory: StopMap | None) -> None:
         self._config, self._gdem, self.goal, self.memory = config, gdem, goal, memory
@@ -69,7 +69,7 @@ class Mission:
         self.scans_taken = 0
         self.replans = 0
         self.result: PlanResult | None = None
-        self.news: list[PlanResult] = []
+        self.notes: list[tuple[str, str]] = []
         self._rule = MissionState()
         self._behind_wanted = memory is None
         self._sensing: Sensing | None = None
@@ -104,7 +104,7 @@ class Mission:
         """One tick: the body twist that is wanted now."""
         if self.phase is Phase.NONE:
             self._scan()
-        self._note_way(ctx.localisation.estimate.pose)
+        self._note_way(ctx.localisation.pose)
         phase = self._phases.get(self.phase)
         return phase(ctx) if phase else Twist()
 
@@ -135,7 +135,7 @@ class Mission:
 
     def _look(self, ctx: Context, sweep: Sweep) -> None:
         self.scans_taken += 1
-        guess = ctx.localisation.estimate.pose.matrix()
+        guess = ctx.localisation.pose.matrix()
         target = self.memory.target_points if self.memory else NO_POINTS
         arguments = (sweep.scans, sweep.tilt, guess, target, self._config)
         ctx.jobs.submit("look", look, arguments, ctx.tick + self._config.jobs.map_ticks)
@@ -148,22 +148,27 @@ class Mission:
             self.memory = ctx.taken["remember"]
             if self._behind_wanted:
                 self._behind_wanted = False
-                self._turn_to(wrap_rad(ctx.localisation.estimate.pose.yaw_rad + math.pi))
+                self._turn_to(wrap_rad(ctx.localisation.pose.yaw_rad + math.pi))
             else:
                 self._plan(ctx)
         return Twist()
 
     def _remember(self, ctx: Context, seen: Look) -> None:
-        T_map_base = ctx.localisation.estimate.pose.matrix()
-        if seen.registration is not None and ctx.localisation.register(seen.registration):
-            T_map_base = seen.registration.T_map_base
+        T_map_base = ctx.localisation.pose.matrix()
+        found = seen.registration
+        if found is not None and ctx.localisation.register(found):
+            T_map_base = found.T_map_base
             self._since_look_m = 0.0
+            self.notes.append(("REGISTERED", f"moved {found.moved_m:.3f} m, {found.moved_rad:.4f} rad"))
+        elif found is not None:
+            why = found.reason or "the filter finds it incredible"
+            self.notes.append(("REGISTRATION_REFUSED", f"{why} ({found.moved_m:.3f} m, {found.moved_rad:.4f} rad)"))
         arguments = (self.memory, seen.cloud_base, T_map_base, self.stop, self._config)
         ctx.jobs.submit("remember", remember, arguments, ctx.tick + self._config.jobs.map_ticks)
 
     def _plan(self, ctx: Context) -> None:
         assert self.memory
-        pose = ctx.localisation.estimate.pose
+        pose = ctx.localisation.pose
         config = self._config
         request = PlanRequest(
             ldem=ldem.window(self.memory.cells, pose.x_m, pose.y_m, config.mapping.size_m),
@@ -184,8 +189,8 @@ class Mission:
             self.replans += 1
         self.result = ctx.taken["plan"]
         assert self.result
-        self.news.append(self.result)
         self._rule, decision = self.result.state, self.result.decision
+        self.notes.append(("DECISION", f"{decision.rule} {decision.kind}: {decision.reason}"))
         self.stop += 1
         if decision.kind == "arrived":
             self._end(Phase.ARRIVED, True, decision.reason)
@@ -197,7 +202,7 @@ class Mission:
 
     def _driving(self, ctx: Context) -> Twist:
         assert self.decision
-        pose = ctx.localisation.estimate.pose
+        pose = ctx.localisation.pose
         if ctx.held:
             return Twist()
         twist = self._follower.twist(self.decision.path, pose, ctx.now_ns)
@@ -220,7 +225,7 @@ class Mission:
     def _turning(self, ctx: Context) -> Twist:
         if ctx.held:
             return Twist()
-        twist = self._follower.turn(self._turn_to_rad, ctx.localisation.estimate.pose)
+        twist = self._follower.turn(self._turn_to_rad, ctx.localisation.pose)
         if self._follower.done:
             self._scan()
         return twist

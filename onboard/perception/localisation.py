@@ -2,6 +2,7 @@
 
     every tick (100 Hz)     way of the wheels and rate of the gyro move the pose, by plain arithmetic:
                             d(x, y, z) = (1 - slip) * R(roll, pitch, yaw) * (dx, dy, 0),  d yaw = (gyro - bias) * dt
+                            and slides down the slope by slope_slip_ratio * way * sin(slope)
     every 100 ms of moving  the filter's covariance is predicted over what moved since (the state is already there)
     every 0.5 s of standing the mean of the gyro is its bias (zero-velocity update); the pose stays, but for the part of
                             the last drive's turn that the bias now explains
@@ -53,11 +54,11 @@ class Localisation:
         self._config = config
         self._odometry, self._attitude = Odometry(rover, stale_ns), Attitude()
         self._filter = ExtendedKalmanFilter(dim_x=6, dim_z=4)
-        self._filter.x = np.zeros(6)
         self._filter.predict_x = self._already_there
         bias = config.gyro_noise_radps / math.sqrt(START_SAMPLES) + BIAS_FLOOR_RADPS
         self._filter.P = np.diag([*START_SIGMA, bias, config.odometry_noise_ratio]) ** 2
-        self._state = [0.0] * 6
+        self._state = [config.start_x_m, config.start_y_m, 0.0, config.start_yaw_rad, 0.0, 0.0]
+        self._filter.x = np.array(self._state)
         self._now_ns = self._imu_ns = -1
         self.step = Step(0.0, 0.0, 0.0, Twist(), 0.0, 0, True)
         self.yaw_rate_radps = 0.0
@@ -175,6 +176,8 @@ class Localisation:
             return
         roll, pitch = self._attitude.roll_rad, self._attitude.pitch_rad
         sp, cp, sr, cr = math.sin(pitch), math.cos(pitch), math.sin(roll), math.cos(roll)
+        down = self._config.slope_slip_ratio * math.hypot(forward, left)
+        forward, left = forward + down * sp, left - down * sr
         level_x, level_y = cp * forward + sp * sr * left, cr * left
         sy, cy = math.sin(yaw), math.cos(yaw)
         way = (cy * level_x - sy * level_y, sy * level_x + cy * level_y, cp * sr * left - sp * forward)

@@ -20,7 +20,6 @@ from onboard.config import Localisation
 from onboard.records import F32, F64
 
 VOXEL_M = 0.1
-RANGE_M = 15.0  # source points farther from the rover are grazing and sparse
 MARGIN_M = 2.0  # of the target around the source
 MATCH_M = 0.5
 NEIGHBOURS = 10
@@ -73,7 +72,7 @@ def register(
     guess: T_map_base from the filter. prior: its covariance (4, 4) over x, y, z, yaw; where given, a result that it
     makes incredible (99.9 %) is refused, as the filter itself would. Pure; one thread, the same bits every time.
     """
-    source = _near(source_points_base, np.zeros(3), RANGE_M)
+    source = _near(source_points_base, np.zeros(3), config.registration_range_m)
     reach = float(np.linalg.norm(source, axis=1).max()) if len(source) else 0.0
     target = _near(target_points_map, guess[:3, 3], reach + MARGIN_M)
     if min(len(source), len(target)) < LEAST_POINTS:

@@ -38,11 +38,11 @@ class StopMap:
 
 def look(scans: Sequence[Scan], tilt: TiltTrack, guess: F64, target_points: F64, config: Config) -> Look:
     """Cloud of a sweep; registered to `target_points` (m, 3, map frame) from `guess` (4, 4) T_map_base if there are any."""
-    seen = cloud(scans, tilt, np.eye(4), config.rover, config.scanning, config.lidar.range_noise_m)
+    far = replace(config.scanning, range_m=max(config.scanning.range_m, config.localisation.registration_range_m))
+    seen = cloud(scans, tilt, np.eye(4), config.rover, far, config.lidar.range_noise_m)
     if not len(target_points):
         return Look(seen, None)
-    found = register(seen.ends_m[seen.hit].astype(np.float64), target_points, guess, config.localisation)
-    return Look(seen, found)
+    return Look(seen, register(seen.ends_m[seen.hit], target_points, guess, config.localisation))
 
 
 def remember(memory: StopMap | None, seen: Cloud, T_map_base: F64, stop: int, config: Config) -> StopMap:
@@ -58,8 +58,18 @@ def remember(memory: StopMap | None, seen: Cloud, T_map_base: F64, stop: int, co
     else:
         cells = ldem.grow(memory.cells, x_m, y_m, mapping.size_m / 2)
         target = memory.target_points
-    cells = ldem.insert(cells, here, stop, mapping.near_m)
-    return StopMap(cells, merge_target(target, here.ends_m[here.hit].astype(np.float64), (x_m, y_m)))
+    cells = ldem.insert(cells, within(here, config.scanning.range_m), stop, mapping.near_m)
+    return StopMap(cells, merge_target(target, here.ends_m[here.hit], (x_m, y_m)))
+
+
+def within(seen: Cloud, range_m: float) -> Cloud:
+    """The same beams as if the scanner saw `range_m` far: longer ones end there without a hit."""
+    way = seen.ends_m - seen.origin_m.astype(np.float32)
+    length = np.sqrt(np.einsum("ij,ij->i", way, way))
+    beyond = length > range_m
+    ends = seen.ends_m.copy()
+    ends[beyond] -= way[beyond] * (1.0 - range_m / length[beyond])[:, None].astype(np.float32)
+    return replace(seen, ends_m=ends, hit=seen.hit & ~beyond)
 
 
 def moved(seen: Cloud, T_map_base: F64) -> Cloud:

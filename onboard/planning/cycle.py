@@ -33,7 +33,7 @@ from onboard.planning.poses import (
     reachable,
     trail,
 )
-from onboard.records import F32, F64, U8, Bool, Decision, Gdem, Grid, Ldem, Pose, Surface
+from onboard.records import F32, F64, U8, Bool, Decision, Gdem, Grid, Ldem, Path, Pose, Surface
 
 STAND_M = 0.25  # around a rover whose own pose reads as not free
 DISC_PRICE = 2.0  # of a metre left within the goal's disc: driving on is cheaper
@@ -119,6 +119,7 @@ def plan(request: PlanRequest) -> PlanResult:
     fields = _fields(stop, request.state)
     state = mission_rule.arrive(request.state, pose, float(np.min(fields.optimistic_m[fields.reach], initial=np.inf)))
     sets = node_sets(surface, fields.freedom, fields.reach)
+    before = state
 
     answer: NextPosition | None = None
     outcome: Decision | Again
@@ -133,7 +134,25 @@ def plan(request: PlanRequest) -> PlanResult:
         situation = replace(situation, commit=None, confirm=None, choice=None)
         outcome, state = mission_rule.decide(replace(state, cleared=True), situation, settings.mission)
     assert isinstance(outcome, Decision), "without a way the rule gives up"
-    return PlanResult(outcome, state, _report(request, fields, sets, field, answer))
+    leg = first_leg(outcome, settings.mission.leg_m)
+    if leg is not outcome:  # nothing was tried yet at the end of the way
+        state = replace(state, targets=before.targets, tried=before.tried)
+    return PlanResult(leg, state, _report(request, fields, sets, field, answer))
+
+
+def first_leg(decision: Decision, leg_m: float) -> Decision:
+    """The decision itself where its way is short, else its first `leg_m`, to scan there: odometry slips with the way.
+
+    A way up to a quarter longer is driven whole. The heading to scan at is that of the way.
+    """
+    stations = decision.path.stations
+    way = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(stations[:, :2], axis=0).T))])
+    if decision.kind not in ("drive", "goal") or way[-1] <= 1.25 * leg_m:
+        return decision
+    last = int(np.searchsorted(way, leg_m, side="right"))
+    path = Path(stations[:last])
+    reason = f"{decision.reason}; first {way[last - 1]:.1f} m, then a look"
+    return replace(decision, kind="drive", path=path, reason=reason, heading_rad=float(stations[last - 1, 2]))
 
 
 def _situation(stop: _Stop, fields: Fields, state: MissionState) -> tuple[Situation, NextPosition | None]:
