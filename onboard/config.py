@@ -120,12 +120,12 @@ class Mapping_:
 class Planning:
     """Pose freedom and the planners."""
 
-    step_m: float = value(0.08, "highest step under a wheel", low=0.01, high=1)
+    step_m: float = value(0.07, "highest step under a wheel", low=0.01, high=1)
     under_belly_m: float = value(0.10, "highest thing under the body above the wheel plane", low=0.01, high=1)
     tilt_limit_rad: float = value(25 * RAD, "steepest roll or pitch from the four wheels", low=0.05, high=1)
     slope_limit_rad: float = value(20 * RAD, "steepest ground", low=0.05, high=1)
     turn_cost_m: float = value(0.08, "price of a turn of 22.5 degrees", low=0, high=5)
-    closeness_weight: float = value(0.5, "soft cost near what is not free", low=0, high=20)
+    closeness_weight: float = value(2.0, "soft cost near what is not free", low=0, high=20)
     planner: str = value("pose-field", "row of planning.PLANNERS", one_of=("pose-field", "distance-transform"))
     weight_roughness: float = value(1.0, "W_B of Eq. 25", low=0, high=100)
     weight_length: float = value(1.0, "W_L of Eq. 25; the unit of the others", low=0.01, high=100)

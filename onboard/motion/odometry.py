@@ -58,7 +58,7 @@ class Odometry:
         self._twist = Twist()
         self._residual_mps = 0.0
         self._slow = False
-        self._steered_rad = 0.0
+        self._steers_rad: list[float | None] = [None] * 4  # at the window's start; None: not known then
 
     def update(self, wheels: Sequence[WheelState | None], now_ns: int) -> Step:
         """Takes the wheels' newest states and returns the motion since the last call."""
@@ -78,7 +78,6 @@ class Odometry:
             sum_a += a
             sum_b += b
             sum_q += a * a + b * b
-            self._steered_rad += abs(state.steer_rad - last.steer_rad)
             turned = state.position_rad - last.position_rad
             if turned == 0.0:
                 continue
@@ -108,9 +107,17 @@ class Odometry:
             self._twist, self._residual_mps = found if found is not None else (Twist(), 0.0)
             vx, vy, yaw = self._twist
             slow = abs(vx) + abs(vy) + abs(yaw) < STANDING_MPS
-            self._slow = found is not None and slow and self._steered_rad < STANDING_STEER_RAD
-        self._window_ns, self._steered_rad = now_ns, 0.0
+            self._slow = found is not None and slow and self._steered_rad() < STANDING_STEER_RAD
+        self._window_ns = now_ns
         self._hubs = [None if last is None else [0.0, 0.0] for last in self._last]
+        self._steers_rad = [None if last is None else last.steer_rad for last in self._last]
+
+    def _steered_rad(self) -> float:
+        """Steering of all wheels from end to end of the window; their noise from tick to tick would add up."""
+        return sum(
+            abs(last.steer_rad - before)
+            for last, before in zip(self._last, self._steers_rad) if last is not None and before is not None
+        )
 
 
 def solve(
