@@ -34,6 +34,7 @@ class Step(NamedTuple):
     """What the wheels did since the last call, in base_link axes, and the window's twist and residual.
 
     wheels: how many were used (below 2 the increments are 0 and tell nothing). standing: neither driving nor steering.
+    rolled_m: mean way of the rims, turning on the spot included.
     """
 
     dx_m: float
@@ -43,6 +44,7 @@ class Step(NamedTuple):
     residual_mps: float
     wheels: int
     standing: bool
+    rolled_m: float = 0.0
 
 
 class Odometry:
@@ -63,7 +65,7 @@ class Odometry:
     def update(self, wheels: Sequence[WheelState | None], now_ns: int) -> Step:
         """Takes the wheels' newest states and returns the motion since the last call."""
         n, moved = 0, False
-        sum_u = sum_w = sum_a = sum_b = sum_m = sum_q = 0.0
+        sum_u = sum_w = sum_a = sum_b = sum_m = sum_q = rolled = 0.0
         for k, state in enumerate(wheels):
             last = self._last[k]
             if state is None or state.age_ns > self._stale_ns:
@@ -82,6 +84,7 @@ class Odometry:
             if turned == 0.0:
                 continue
             moved = True
+            rolled += abs(turned) * self._radius_m
             s, delta = turned * self._radius_m, 0.5 * (state.steer_rad + last.steer_rad)
             u, w = s * math.cos(delta), s * math.sin(delta)
             sum_u += u
@@ -97,7 +100,7 @@ class Odometry:
         if now_ns - self._window_ns >= WINDOW_NS:
             self._close_window(now_ns)
         standing = self._slow and abs(dx) + abs(dy) + abs(dyaw) < STANDING_STEP_M
-        return Step(dx, dy, dyaw, self._twist, self._residual_mps, n, standing)
+        return Step(dx, dy, dyaw, self._twist, self._residual_mps, n, standing, rolled / max(n, 1))
 
     def _close_window(self, now_ns: int) -> None:
         if self._window_ns >= 0:

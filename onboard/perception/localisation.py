@@ -2,7 +2,7 @@
 
     every tick (100 Hz)     way of the wheels and rate of the gyro move the pose, by plain arithmetic:
                             d(x, y, z) = (1 - slip) * R(roll, pitch, yaw) * (dx, dy, 0),  d yaw = (gyro - bias) * dt
-                            and slides down the slope by slope_slip_ratio * way * sin(slope)
+                            and slides down the slope by slope_slip_ratio * way of the rims * sin(slope)
     every 100 ms of moving  the filter's covariance is predicted over what moved since (the state is already there)
     every 0.5 s of standing the mean of the gyro is its bias (zero-velocity update); the pose stays, but for the part of
                             the last drive's turn that the bias now explains
@@ -37,7 +37,7 @@ QUIET_RADPS = 0.01  # a gyro beyond this (and 5 sigma) while the wheels stand: t
 START_SIGMA = (0.001, 0.001, 0.001, 0.001)  # the map begins here: only the scale of the numbers
 BIAS_FLOOR_RADPS = 1e-4
 BIAS_WALK = 1e-5  # rad/s per sqrt(s)
-WAY_WALK = 0.02  # m per sqrt(m), of x and y
+WAY_WALK = 0.04  # m per sqrt(m), of x and y
 HEIGHT_WALK = 0.03  # m per sqrt(m): one degree of pitch that is not known
 TURN_WALK = 0.005  # rad per sqrt(rad): scale of the gyro
 SLIP_WALK = 0.04  # per sqrt(m)
@@ -171,12 +171,12 @@ class Localisation:
         yaw = state[YAW] + 0.5 * turn_rad
         state[YAW] = wrap_rad(state[YAW] + turn_rad)
         moved[4] += abs(turn_rad)
-        forward, left = step.dx_m, step.dy_m
-        if forward == 0.0 and left == 0.0:
+        forward, left, rolled = step.dx_m, step.dy_m, step.rolled_m
+        if rolled == 0.0:
             return
         roll, pitch = self._attitude.roll_rad, self._attitude.pitch_rad
         sp, cp, sr, cr = math.sin(pitch), math.cos(pitch), math.sin(roll), math.cos(roll)
-        down = self._config.slope_slip_ratio * math.hypot(forward, left)
+        down = self._config.slope_slip_ratio * rolled
         forward, left = forward + down * sp, left - down * sr
         level_x, level_y = cp * forward + sp * sr * left, cr * left
         sy, cy = math.sin(yaw), math.cos(yaw)
@@ -185,7 +185,7 @@ class Localisation:
         for k in range(3):
             state[k] += keep * way[k]
             moved[k] += way[k]
-        moved[3] += math.hypot(forward, left)
+        moved[3] += rolled
 
     def _predict(self) -> None:
         """Covariance over what moved since the last call; the state has moved already."""

@@ -258,6 +258,7 @@ def _fields(stop: _Stop, state: MissionState, confirm: bool = False) -> Fields:
         freedom[doubted] = Freedom.UNKNOWN
     freedom[(freedom == Freedom.UNKNOWN) & _near(grid, state.marked, BLOCK_M)] = Freedom.BLOCKED
     near = closeness(freedom, planning, grid.cell_m)
+    near[freedom == Freedom.UNKNOWN] += planning.unknown_ratio
     near[doubted] += np.float32(CONFIRM_RATIO)
     start = (request.pose.x_m, request.pose.y_m, request.pose.yaw_rad)
     cell = pose_index(grid, *start)
