@@ -55,7 +55,9 @@ def pose_error(estimated: Track, true: Track, spans: Sequence[Span]) -> Figure:
         axes.plot(true.times_s, values, color=BLACK, linewidth=1.3)
         axes.set_ylabel(f"error of {name}")
         quiet(axes)
-    place.set_ylim(bottom=0)
+    place.set_ylim(0, max(5.0, 110 * float(away.max(initial=0))))
+    widest = max(1.0, 1.1 * float(np.abs(turned).max(initial=0)))
+    yaw.set_ylim(-widest, widest)
     place.margins(x=0)
     yaw.set_xlabel("time, s")
     made.legend(handles=phase_patches(spans), loc="outside upper center", ncols=5)
@@ -82,7 +84,7 @@ def motion(track: Track, wheel_times_s: F64, rates_radps: F64, steer_rad: F64, s
     rows[0].margins(x=0)
     rows[-1].set_xlabel("time, s")
     handles = rows[1].get_legend_handles_labels()[0] if wheels else []
-    made.legend(handles=[*handles, *phase_patches(spans)], loc="outside upper center", ncols=8 if wheels else 5)
+    made.legend(handles=[*handles, *phase_patches(spans)], loc="outside upper center", ncols=4)
     return made
 
 

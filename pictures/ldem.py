@@ -36,7 +36,10 @@ def ldems(plans: Sequence[PlanPicture], sector_rad: float, body_m: tuple[float, 
     for number, (axes, plan) in enumerate(zip(panels, plans), 1):
         _panel(axes, plan, sector_rad, body_m)
         axes.set_title(f"stop {number}: {plan.kind}, {plan.rule}", fontsize=10)
-        axes.label_outer()
+        if number % columns != 1 and columns > 1:
+            axes.set_ylabel("")
+        if number <= len(plans) - columns:
+            axes.set_xlabel("")
     for axes in panels[len(plans) :]:
         axes.set_axis_off()
     made.legend(handles=_legend(plans), loc="outside upper center", ncols=5, fontsize=8.5)
@@ -66,7 +69,7 @@ def _panel(axes: Axes, plan: PlanPicture, sector_rad: float, body_m: tuple[float
     if plan.kind in ("drive", "goal") and len(plan.path):
         _next_position(axes, plan, sector_rad)
     _rover(axes, plan.pose, body_m)
-    axes.plot(*plan.goal_m, "o", color=RED, markersize=8, markeredgecolor="white")
+    _goal(axes, plan)
     axes.set_xlim(left, right)
     axes.set_ylim(bottom, top)
     map_axes(axes)
@@ -78,6 +81,17 @@ def _next_position(axes: Axes, plan: PlanPicture, sector_rad: float) -> None:
         a, b = (math.degrees(plan.heading_rad + part) for part in (-sector_rad, sector_rad))
         axes.add_patch(Wedge((x, y), _SECTOR_M, a, b, facecolor=NEXT, alpha=0.22, edgecolor=NEXT, linewidth=1))
     axes.plot(x, y, "*", color=NEXT, markersize=12, markeredgecolor="white", zorder=6)
+
+
+def _goal(axes: Axes, plan: PlanPicture) -> None:
+    """The goal, or at the map's edge an arrow towards it."""
+    left, right, bottom, top = extent(plan.grid)
+    rim = 0.04 * (right - left)
+    inside = np.clip(plan.goal_m, (left + rim, bottom + rim), (right - rim, top - rim))
+    away = plan.goal_m - plan.pose[:2]
+    beyond = not np.array_equal(inside, plan.goal_m)
+    marker = (3, 0, math.degrees(math.atan2(away[1], away[0])) - 90) if beyond else "o"
+    axes.plot(*inside, marker=marker, color=RED, markersize=10 if beyond else 8, markeredgecolor="white", zorder=7)
 
 
 def _rover(axes: Axes, pose: np.ndarray, body_m: tuple[float, float]) -> None:
@@ -95,7 +109,7 @@ def _legend(plans: Sequence[PlanPicture]) -> list[Patch | Line2D]:
         Line2D([], [], color=BLACK, linewidth=2, label="path to drive"),
         Line2D([], [], color=BLUE, linestyle=(0, (3, 2)), label="optimistic path"),
         Line2D([], [], color=NEXT, marker="*", linestyle="none", markersize=11, label="next sensing position, sector"),
-        Line2D([], [], color=RED, markersize=8, label="goal", **dot),
+        Line2D([], [], color=RED, markersize=8, label="goal, or the way to it", **dot),
     ]
     if any(len(plan.alternatives) for plan in plans):
         lines.append(Line2D([], [], color=BLUE, markersize=6, label="candidates", **dot))

@@ -38,10 +38,12 @@ def paths(ground: Ground, ways: Ways) -> Figure:
     """All ways on the shaded ground, equal axes in metres, cut to what the rover had to do with."""
     left, right, bottom, top = _window(ground, ways)
     width, height = right - left, top - bottom
-    page_in = min(PAGE_IN, 7.2 * width / height + 0.8)
-    made = figure(page_in, (page_in - 0.8) * height / width + 1.5)
+    page_in = min(PAGE_IN, 7.0 * width / height + 0.7)
+    made = figure(page_in, (page_in - 0.7) * height / width + 1.1)
     axes = made.subplots()
     draw_ground(axes, ground)
+    if len(ground.rocks):
+        axes.plot([], [], "o", markersize=8, markerfacecolor="none", markeredgecolor="#3a332b", label="rocks")
     _lines(axes, ways)
     _marks(axes, ways)
     axes.set_xlim(left, right)
@@ -69,7 +71,7 @@ def _lines(axes: Axes, ways: Ways) -> None:
 
 def _marks(axes: Axes, ways: Ways) -> None:
     goal = {"marker": "o", "color": RED, "markersize": 10, "markeredgecolor": "white", "linestyle": "none"}
-    axes.plot(*ways.goal_m, label=f"goal, {ways.tolerance_m:g} m", zorder=7, **goal)
+    axes.plot(*ways.goal_m, label=f"goal, within {ways.tolerance_m:g} m", zorder=7, **goal)
     axes.add_patch(Circle(ways.goal_m, ways.tolerance_m, fill=False, color=RED, zorder=7))
     if len(ways.stops):
         style = {"marker": "s", "color": "white", "markeredgecolor": BLACK, "markersize": 6, "linestyle": "none"}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -11,12 +12,13 @@ from matplotlib.colors import LinearSegmentedColormap, Normalize
 from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
 from matplotlib.patches import Circle
+from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from onboard.records import F32, F64, Gdem, Grid
 from pictures.style import PAGE_IN, RED, drawn, figure
 
-AZIMUTH_RAD, ALTITUDE_RAD = np.radians(135.0), np.radians(40.0)  # counter-clockwise from +x: from the north-west
+AZIMUTH_RAD, ALTITUDE_RAD = np.radians(135.0), np.radians(45.0)  # counter-clockwise from +x: from the north-west
 SOIL = LinearSegmentedColormap.from_list("soil", ["#a89c8b", "#cfc6b8", "#f4f0e8"])
 _NOTHING = (1.0, 1.0, 1.0)
 
@@ -55,18 +57,25 @@ def hillshade(heights_m: F32, cell_m: float, exaggeration: float = 1.5) -> NDArr
     return np.clip(up / np.sqrt(1 + slope_x**2 + slope_y**2), 0.0, 1.0)
 
 
-def draw_ground(axes: Axes, ground: Ground, rocks: bool = True) -> AxesImage:
-    """Shaded ground on map axes in metres; returns the image, whose colours are heights."""
+def height_scale(grounds: Sequence[Ground]) -> Normalize:
+    """One scale of colours for the heights of all of them."""
+    heights = np.concatenate([ground.heights_m.ravel() for ground in grounds])
+    known = heights[np.isfinite(heights)]
+    return Normalize(*(np.percentile(known, (1, 99)) if len(known) else (0, 1)), clip=True)
+
+
+def draw_ground(axes: Axes, ground: Ground, scale: Normalize | None = None) -> AxesImage:
+    """Shaded ground with its rocks on map axes in metres; returns the image, whose colours are heights."""
     heights = ground.heights_m.astype(np.float64)
-    scale = Normalize(*(np.nanpercentile(heights, (1, 99)) if np.isfinite(heights).any() else (0, 1)))
+    scale = scale or height_scale([ground])
     colour = SOIL(scale(np.nan_to_num(heights)))[..., :3]
-    bright = 0.42 + 0.75 * hillshade(ground.heights_m, ground.grid.cell_m)
+    bright = 0.35 + 0.85 * hillshade(ground.heights_m, ground.grid.cell_m)
     picture = np.clip(colour * bright[..., None], 0, 1)
     picture[~np.isfinite(heights)] = _NOTHING
     image = axes.imshow(picture, origin="lower", extent=extent(ground.grid), interpolation="nearest", zorder=0)
     image.set_cmap(SOIL)
     image.set_norm(scale)
-    if rocks and len(ground.rocks):
+    if len(ground.rocks):
         discs = [Circle((x, y), d / 2) for x, y, d in ground.rocks]
         axes.add_collection(PatchCollection(discs, facecolor="none", edgecolor="#3a332b", linewidth=0.7, zorder=1))
     map_axes(axes)
@@ -76,6 +85,8 @@ def draw_ground(axes: Axes, ground: Ground, rocks: bool = True) -> AxesImage:
 def map_axes(axes: Axes) -> None:
     """East and north in metres, one metre as long as the other."""
     axes.set_aspect("equal")
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_major_locator(MaxNLocator(nbins=9, steps=(1, 2, 5, 10), integer=True))
     axes.set_xlabel("east, m")
     axes.set_ylabel("north, m")
 
@@ -94,12 +105,16 @@ def scale_bar(axes: Axes, length_m: float) -> None:
 def terrain(known: Ground, truth: Ground | None, goal_m: tuple[float, float]) -> Figure:
     """The orbiter's map and, where it is given, the true ground with its rocks, beside each other."""
     grounds = [known] if truth is None else [truth, known]
-    made = figure(PAGE_IN if truth else PAGE_IN * 0.62, 4.6 if truth else 5.2)
-    for axes, ground in zip(made.subplots(1, len(grounds), squeeze=False)[0], grounds):
-        image = draw_ground(axes, ground)
+    scale = height_scale(grounds)
+    made = figure(PAGE_IN if truth else PAGE_IN * 0.62, 4.9 if truth else 5.2)
+    panels = made.subplots(1, len(grounds), squeeze=False)[0]
+    for axes, ground in zip(panels, grounds):
+        image = draw_ground(axes, ground, scale)
         axes.plot(*goal_m, marker="o", markersize=9, color=RED, markeredgecolor="white", linestyle="none")
         axes.plot(0, 0, marker="^", markersize=9, color="black", markeredgecolor="white", linestyle="none")
         note = f", {len(ground.rocks)} rocks" if len(ground.rocks) else ""
-        axes.set_title(f"{ground.name}: cells of {ground.grid.cell_m:g} m{note}")
-        made.colorbar(image, ax=axes, label="height, m", shrink=0.8, aspect=30)
+        axes.set_title(f"{ground.name}\n{ground.grid.cell_m:g} m cells{note}")
+        left, right, bottom, top = extent(grounds[0].grid)
+        axes.set(xlim=(left, right), ylim=(bottom, top))
+    made.colorbar(image, ax=panels, label="height, m", location="bottom", shrink=0.5, aspect=40)
     return made
