@@ -6,12 +6,12 @@ import re
 import numpy as np
 import pytest
 import typer
+from synthetic_run import GOAL, write_run
 from typer.testing import CliRunner
 
 from ground.report import report, report_command
 from ground.run_files import NoRunError, Told, angles_rad, read_run, spans_of
 from onboard.records import Pose
-from tests.ground.synthetic_run import GOAL, write_run
 
 
 @pytest.fixture(scope="module")
