@@ -56,9 +56,9 @@ def link_picture(run: Run) -> bytes:
     causes = ("queue_full", "blackout", "shadow", "noise")
     names = {"down": "rover to ground", "up": "ground to rover"}
     rows = {text: run.link[key] for key, text in names.items() if key in run.link}
-    delivered = {text: int(row.get("out", {}).get("datagrams", 0)) for text, row in rows.items()}
+    sent = {text: int(row.get("in", {}).get("datagrams", 0)) for text, row in rows.items()}
     lost = {text: {c.replace("_", " "): int(row.get(c, 0)) for c in causes} for text, row in rows.items()}
-    return png(figures.link(delivered, lost))
+    return png(figures.link(sent, lost))
 
 
 def error_picture(run: Run) -> bytes:

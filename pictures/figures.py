@@ -17,22 +17,23 @@ _SMOOTH_S = 1.0
 
 
 @drawn
-def link(delivered: Mapping[str, int], lost: Mapping[str, Mapping[str, int]]) -> Figure:
-    """Bars, one for each direction: datagrams delivered and lost by cause, with their numbers."""
-    made = figure(PAGE_IN, 1.3 + 0.65 * len(delivered))
+def link(sent: Mapping[str, int], lost: Mapping[str, Mapping[str, int]]) -> Figure:
+    """Bars, one for each direction: datagrams lost by cause and all others, with their numbers."""
+    made = figure(PAGE_IN, 1.3 + 0.65 * len(sent))
     axes = made.subplots()
     causes = list(dict.fromkeys(cause for rows in lost.values() for cause, count in rows.items() if count))
-    for row, name in enumerate(delivered):
-        parts = [("delivered", delivered[name], SKY)]
-        parts += [(f"lost: {c}", lost.get(name, {}).get(c, 0), LOSS_COLOURS[k % 4]) for k, c in enumerate(causes)]
+    for row, (name, count) in enumerate(sent.items()):
+        gone = [lost.get(name, {}).get(cause, 0) for cause in causes]
+        parts = [("delivered or on the way", count - sum(gone), SKY)]
+        parts += [(f"lost: {c}", part, LOSS_COLOURS[k % 4]) for k, (c, part) in enumerate(zip(causes, gone))]
         at = 0
-        for label, count, colour in parts:
-            axes.barh(row, count, left=at, color=colour, height=0.6, label=label if row == 0 else None)
-            at += count
-        share = 100 * (at - delivered[name]) / at if at else 0.0
-        axes.annotate(f"{at - delivered[name]} of {at} lost, {share:.1f} %", (at, row), xytext=(6, 0),
+        for label, part, colour in parts:
+            axes.barh(row, part, left=at, color=colour, height=0.6, label=label if row == 0 else None)
+            at += part
+        share = 100 * sum(gone) / count if count else 0.0
+        axes.annotate(f"{sum(gone)} of {count} lost, {share:.1f} %", (at, row), xytext=(6, 0),
                       textcoords="offset points", va="center")
-    axes.set_yticks(range(len(delivered)), list(delivered))
+    axes.set_yticks(range(len(sent)), list(sent))
     axes.invert_yaxis()
     axes.set_xlabel("datagrams")
     axes.margins(x=0.22)

@@ -116,8 +116,8 @@ def test_terrain_shows_truth_and_map_with_one_scale_of_heights():
 
 
 def test_the_link_shows_what_each_direction_lost_and_by_what():
-    made = figures.link({"down": 90, "up": 30}, {"down": {"noise": 10, "shadow": 0}, "up": {"noise": 0, "shadow": 0}})
-    assert legend(made) == {"delivered", "lost: noise"}
+    made = figures.link({"down": 100, "up": 30}, {"down": {"noise": 10, "shadow": 0}, "up": {"noise": 0, "shadow": 0}})
+    assert legend(made) == {"delivered or on the way", "lost: noise"}
     assert {text.get_text() for text in made.axes[0].texts} == {"10 of 100 lost, 10.0 %", "0 of 30 lost, 0.0 %"}
 
 
