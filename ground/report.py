@@ -6,18 +6,14 @@ Its facts come from the rover's record and the bench's files beside it; nothing 
 from __future__ import annotations
 
 import json
-import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated, Any
-
-import typer
+from typing import Any
 
 from ground import report_pictures as draw
 from ground.report_page import Section, facts, numbers, page, paragraph, picture, table, verdict
-from ground.run_files import NoRunError, Run, Told, read_run
+from ground.run_files import Run, Told, read_run
 
-NO_INPUT, CANNOT_CREATE = 66, 73
 _QUIET_EVENTS = ("PHASE", "DECISION", "MAP", "SCAN_DONE")
 _UNKNOWN = (
     "Nothing here has met real hardware: rover, scanner, bus and radio are emulated, byte for byte, on one machine.",
@@ -34,6 +30,13 @@ def report(folder: Path, with_truth: bool = True) -> Path:
     path = folder / "report.html"
     path.write_text(html(run), encoding="utf-8")
     return path
+
+
+def write_paths(folder: Path, file: Path, with_truth: bool = True) -> Path:
+    """Write the picture of the paths alone, a PNG file. Raises NoRunError, OSError."""
+    file.parent.mkdir(parents=True, exist_ok=True)
+    file.write_bytes(draw.paths_picture(read_run(folder, with_truth)))
+    return file
 
 
 def html(run: Run) -> str:
@@ -191,32 +194,3 @@ def _certificate(known: dict[str, Any]) -> str:
     return text + facts([line for line in lines if line[1]]) + table(
         ("channel", "pieces", "bytes", "SHA-256"), rows, hashes=True
     )
-
-
-def report_command(
-    folder: Annotated[Path, typer.Argument(metavar="FOLDER", help="Folder of a run, with its onboard.mcap.")],
-    truth: Annotated[bool, typer.Option(help="Use what the bench knows of rover and ground.")] = True,
-    picture_file: Annotated[Path | None, typer.Option(
-        "--picture", metavar="FILE", help="Write the picture of the paths alone, as a PNG file.")] = None,
-) -> None:
-    """Make one HTML file of a run: FOLDER/report.html.
-
-    Exit codes: 0 done, 66 no run or a damaged one, 73 cannot write.
-    """
-    try:
-        if picture_file:
-            picture_file.parent.mkdir(parents=True, exist_ok=True)
-            picture_file.write_bytes(draw.paths_picture(read_run(folder, truth)))
-            path = picture_file
-        else:
-            path = report(folder, truth)
-    except NoRunError as error:
-        raise _fail(NO_INPUT, str(error)) from None
-    except OSError as error:
-        raise _fail(CANNOT_CREATE, str(error)) from None
-    sys.stdout.write(f"{path}\n")
-
-
-def _fail(code: int, text: str) -> typer.Exit:
-    sys.stderr.write(f"ground: {text}\n")
-    return typer.Exit(code)

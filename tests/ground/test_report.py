@@ -9,7 +9,8 @@ import typer
 from synthetic_run import GOAL, write_run
 from typer.testing import CliRunner
 
-from ground.report import report, report_command
+from ground.report import report
+from ground.report_command import report_command
 from ground.run_files import NoRunError, Told, angles_rad, read_run, spans_of
 from onboard.records import Pose
 
