@@ -95,8 +95,6 @@ def _picture(file: Mapping[str, NDArray[Any]]) -> PlanPicture:
     heights_m = file["heights_m"]
     rows, columns = heights_m.shape
     grid = Grid(float(file["x0_m"]), float(file["y0_m"]), float(file["cell_m"]), rows, columns)
-    words = {name: str(file[name]) for name in ("kind", "rule", "reason")}
-    lists = ("path", "target_m", "global_path", "optimistic_path", "alternatives", "stops", "marked")
     return PlanPicture(
         grid=grid,
         heights_m=heights_m,
@@ -104,9 +102,17 @@ def _picture(file: Mapping[str, NDArray[Any]]) -> PlanPicture:
         score_map=file["score_map"],
         pose=file["pose"],
         goal_m=file["goal_m"],
+        kind=str(file["kind"]),
+        rule=str(file["rule"]),
+        reason=str(file["reason"]),
         heading_rad=float(file["heading_rad"]),
-        **words,
-        **{name: file[name] for name in lists},
+        path=file["path"],
+        target_m=file["target_m"],
+        global_path=file["global_path"],
+        optimistic_path=file["optimistic_path"],
+        alternatives=file["alternatives"],
+        stops=file["stops"],
+        marked=file["marked"],
     )
 
 
