@@ -14,6 +14,7 @@ from ground import report_pictures as draw
 from ground.report_page import Section, facts, numbers, page, paragraph, picture, table, verdict
 from ground.run_files import Run, Told, read_run
 
+_TERRAINS = {"fbm": "fractal ground", "real": "measured land", "flat": "flat ground"}
 _QUIET_EVENTS = ("PHASE", "DECISION", "MAP", "SCAN_DONE")
 _UNKNOWN = (
     "Nothing here has met real hardware: rover, scanner, bus and radio are emulated, byte for byte, on one machine.",
@@ -68,7 +69,7 @@ def html(run: Run) -> str:
 
 def _title(run: Run) -> str:
     terrain, seed = run.facts.get("terrain"), run.facts.get("seed")
-    return run.folder.name if terrain is None else f"{terrain} terrain, seed {seed}"
+    return run.folder.name if terrain is None else f"{_TERRAINS.get(terrain, terrain)}, seed {seed}"
 
 
 def _head(run: Run, title: str) -> str:
@@ -133,9 +134,13 @@ def _filled(text: str, known: dict[str, Any]) -> str | None:
 
 
 def _contacts(known: dict[str, Any]) -> str | None:
+    """How many, and by what was touched: how often and when first."""
     if "collisions" not in known:
         return None
-    what = "; ".join(f"{row['what']} at {row['t_s']:.1f} s" for row in known.get("contacts", ()))
+    times: dict[str, list[float]] = {}
+    for row in known.get("contacts", ()):
+        times.setdefault(row["what"], []).append(row["t_s"])
+    what = "; ".join(f"{name}, {len(found)} times from {found[0]:.1f} s on" for name, found in times.items())
     return f"{known['collisions']}{': ' if what else ''}{what}"
 
 

@@ -22,13 +22,17 @@ p { margin: .5rem 0; max-width: 48rem; }
 .numbers div { min-width: 5rem; } .numbers b { display: block; font-size: 1.45rem; line-height: 1.2; }
 table { border-collapse: collapse; width: 100%; font-size: .93rem; margin: .6rem 0 1.2rem; }
 th, td { text-align: left; vertical-align: top; padding: .3rem .8rem .3rem 0; border-bottom: 1px solid var(--line); }
-th { font-weight: 600; } .facts th { width: 15rem; font-weight: 400; color: var(--soft); }
+th { font-weight: 600; } .short { white-space: nowrap; }
+.facts th { width: 15rem; font-weight: 400; color: var(--soft); }
 code, .hash { font-family: ui-monospace, "DejaVu Sans Mono", monospace; font-size: .82em; overflow-wrap: anywhere; }
 figure { margin: 1rem 0; } img { max-width: 100%; height: auto; display: block; margin: 0 auto; }
 @media print { body { font-size: 10.5pt; max-width: none; padding: 0; }
   h2 { break-after: avoid; } figure, tr { break-inside: avoid; }
   .verdict { print-color-adjust: exact; -webkit-print-color-adjust: exact; } }
 """
+
+
+_SHORT = ' class="short"'
 
 
 class Section(NamedTuple):
@@ -79,7 +83,7 @@ def table(heads: Sequence[str], rows: Sequence[Sequence[str]], hashes: bool = Fa
         cells = [escape(cell) for cell in row]
         if hashes:
             cells[-1] = f'<span class="hash">{cells[-1]}</span>'
-        body += "<tr>" + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>\n"
+        body += "<tr>" + "".join(f'<td{_SHORT if len(c) <= 18 else ""}>{c}</td>' for c in cells) + "</tr>\n"
     return f"<table><thead><tr>{top}</tr></thead><tbody>\n{body}</tbody></table>\n" if rows else ""
 
 

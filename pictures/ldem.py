@@ -23,6 +23,8 @@ SET_NAMES = {NodeSet.OUTSIDE: "outside", NodeSet.OCCLUDED: "occluded", NodeSet.O
 NEXT = "#7a2d8f"
 COLUMNS = 3
 _SECTOR_M = 2.0
+_RING = {"marker": "o", "markersize": 11, "markerfacecolor": "none", "markeredgecolor": RED, "markeredgewidth": 2,
+         "linestyle": "none"}
 
 
 @drawn
@@ -31,7 +33,7 @@ def ldems(plans: Sequence[PlanPicture], sector_rad: float, body_m: tuple[float, 
     columns = min(COLUMNS, max(1, len(plans)))
     rows = math.ceil(max(1, len(plans)) / columns)
     side = PAGE_IN / COLUMNS
-    made = figure(max(side * columns, 6.0), (side if columns > 1 else 5.0) * rows * 1.08 + 0.9)
+    made = figure(max(side * columns, 6.0), (side + 0.05 if columns > 1 else 5.4) * rows + 0.85)
     panels = made.subplots(rows, columns, squeeze=False).ravel()
     for number, (axes, plan) in enumerate(zip(panels, plans), 1):
         _panel(axes, plan, sector_rad, body_m)
@@ -90,8 +92,11 @@ def _goal(axes: Axes, plan: PlanPicture) -> None:
     inside = np.clip(plan.goal_m, (left + rim, bottom + rim), (right - rim, top - rim))
     away = plan.goal_m - plan.pose[:2]
     beyond = not np.array_equal(inside, plan.goal_m)
-    marker = (3, 0, math.degrees(math.atan2(away[1], away[0])) - 90) if beyond else "o"
-    axes.plot(*inside, marker=marker, color=RED, markersize=10 if beyond else 8, markeredgecolor="white", zorder=7)
+    if beyond:
+        marker = (3, 0, math.degrees(math.atan2(away[1], away[0])) - 90)
+        axes.plot(*inside, marker=marker, color=RED, markersize=10, markeredgecolor="white", zorder=7)
+    else:
+        axes.plot(*inside, **_RING, zorder=7)
 
 
 def _rover(axes: Axes, pose: np.ndarray, body_m: tuple[float, float]) -> None:
@@ -109,7 +114,7 @@ def _legend(plans: Sequence[PlanPicture]) -> list[Patch | Line2D]:
         Line2D([], [], color=BLACK, linewidth=2, label="path to drive"),
         Line2D([], [], color=BLUE, linestyle=(0, (3, 2)), label="optimistic path"),
         Line2D([], [], color=NEXT, marker="*", linestyle="none", markersize=11, label="next sensing position, sector"),
-        Line2D([], [], color=RED, markersize=8, label="goal, or the way to it", **dot),
+        Line2D([], [], label="goal, or the way to it", **_RING),
     ]
     if any(len(plan.alternatives) for plan in plans):
         lines.append(Line2D([], [], color=BLUE, markersize=6, label="candidates", **dot))
