@@ -45,6 +45,9 @@ codec: .venv/.project ## make the generated files in protocol/ anew from rover.d
 	@$(B)/python -m tools.make_can_codec
 	@$(B)/python -m tools.make_dialect
 
+docs: .venv/.project ## make the pages docs/faults, modes, commands anew from the tables in protocol/
+	@$(B)/python -m tools.make_docs
+
 size: ## lines of each package
 	@git ls-files '*.py' '*.hpp' '*.cpp' | grep -v -e can_codec.py -e eldorado_dialect.py | xargs wc -l | sort -n | tail -40
 
@@ -54,4 +57,4 @@ clean: ## remove build and .venv
 help: ## this list
 	@grep -E '^[a-z-]+:.*##' Makefile | sed 's/:.*## /\t/' | expand -t 12
 
-.PHONY: demo sim test lint bench nightly codec size clean help
+.PHONY: demo sim test lint bench nightly codec docs size clean help

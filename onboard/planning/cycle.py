@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from onboard import config
 from onboard.perception.cell_classes import classify
-from onboard.planning import global_path, mission_rule, options
+from onboard.planning import archive, global_path, mission_rule, options
 from onboard.planning.global_path import GlobalField
 from onboard.planning.mission_rule import BLOCK_M, Again, MissionState, Situation, Stop
 from onboard.planning.next_position import Choice, Eyes, NextPosition
@@ -98,11 +98,17 @@ class PlanReport:
 
 @dataclass(frozen=True, slots=True)
 class PlanResult:
-    """The decision with its path, the mission's new state, the report."""
+    """The decision with its path, the mission's new state, the report; where the rover stood and wanted to go."""
 
     decision: Decision
     state: MissionState
     report: PlanReport
+    pose: Pose
+    goal_m: tuple[float, float]
+
+    def archive(self) -> bytes:
+        """For the record: the .npz of onboard.planning.archive."""
+        return archive.to_npz(self.pose, self.goal_m, self)
 
 
 def plan(request: PlanRequest) -> PlanResult:
@@ -137,7 +143,8 @@ def plan(request: PlanRequest) -> PlanResult:
     leg = first_leg(outcome, settings.mission.leg_m)
     if leg is not outcome:  # nothing was tried yet at the end of the way
         state = replace(state, targets=before.targets, tried=before.tried)
-    return PlanResult(leg, state, _report(request, fields, sets, field, answer))
+    report = _report(request, fields, sets, field, answer)
+    return PlanResult(leg, state, report, request.pose, request.goal_m)
 
 
 def first_leg(decision: Decision, leg_m: float) -> Decision:

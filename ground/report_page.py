@@ -1,0 +1,94 @@
+"""The report's page: headings, tables and pictures as one HTML text that needs nothing from outside itself."""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Iterable, Sequence
+from html import escape
+from typing import NamedTuple
+
+_CSS = """
+:root { --ink: #1d1f23; --soft: #5f6670; --line: #dfe2e6; --good: #00694c; --bad: #a33c00; }
+* { box-sizing: border-box; }
+body { font: 16px/1.55 system-ui, "Segoe UI", "DejaVu Sans", sans-serif; color: var(--ink); background: #fff;
+  margin: 0 auto; max-width: 62rem; padding: 2rem 1.5rem 4rem; }
+h1 { font-size: 1.9rem; line-height: 1.2; margin: 0 0 .4rem; }
+h2 { font-size: 1.25rem; margin: 2.6rem 0 .6rem; padding-top: .8rem; border-top: 1px solid var(--line); }
+p { margin: .5rem 0; max-width: 48rem; }
+.verdict { display: inline-block; font-weight: 600; color: #fff; padding: .1rem .7rem; border-radius: .3rem; }
+.good { background: var(--good); } .bad { background: var(--bad); } .open { background: var(--soft); }
+.soft, figcaption { color: var(--soft); font-size: .92rem; }
+.numbers { display: flex; flex-wrap: wrap; gap: .6rem 1.9rem; margin: 1.2rem 0; }
+.numbers div { min-width: 5rem; } .numbers b { display: block; font-size: 1.45rem; line-height: 1.2; }
+table { border-collapse: collapse; width: 100%; font-size: .93rem; margin: .6rem 0 1.2rem; }
+th, td { text-align: left; vertical-align: top; padding: .3rem .8rem .3rem 0; border-bottom: 1px solid var(--line); }
+th { font-weight: 600; } .short { white-space: nowrap; }
+.facts th { width: 15rem; font-weight: 400; color: var(--soft); }
+code, .hash { font-family: ui-monospace, "DejaVu Sans Mono", monospace; font-size: .82em; overflow-wrap: anywhere; }
+figure { margin: 1rem 0; } img { max-width: 100%; height: auto; display: block; margin: 0 auto; }
+@media print { body { font-size: 10.5pt; max-width: none; padding: 0; }
+  h2 { break-after: avoid; } figure, tr { break-inside: avoid; }
+  .verdict { print-color-adjust: exact; -webkit-print-color-adjust: exact; } }
+"""
+
+
+_SHORT = ' class="short"'
+
+
+class Section(NamedTuple):
+    """A heading with what stands under it, already HTML."""
+
+    title: str
+    body: str
+
+
+def page(title: str, head: str, sections: Iterable[Section]) -> str:
+    """The whole file. head: HTML above the first section."""
+    parts = "".join(f"<section><h2>{escape(s.title)}</h2>\n{s.body}</section>\n" for s in sections if s.body)
+    return (
+        '<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">'
+        '<meta name="viewport" content="width=device-width, initial-scale=1">'
+        f"<title>{escape(title)}</title><style>{_CSS}</style></head>\n<body>\n{head}\n{parts}</body></html>\n"
+    )
+
+
+def paragraph(text: str, kind: str = "") -> str:
+    """Plain text as a paragraph."""
+    return f'<p class="{kind}">{escape(text)}</p>\n' if kind else f"<p>{escape(text)}</p>\n"
+
+
+def verdict(good: bool | None, text: str) -> str:
+    """A word on a coloured patch; None: neither good nor bad."""
+    kind = "open" if good is None else "good" if good else "bad"
+    return f'<span class="verdict {kind}">{escape(text)}</span>'
+
+
+def numbers(pairs: Sequence[tuple[str, str]]) -> str:
+    """Large numbers with what they are, side by side."""
+    boxes = "".join(f"<div><b>{escape(number)}</b>{escape(name)}</div>" for name, number in pairs)
+    return f'<div class="numbers">{boxes}</div>\n'
+
+
+def facts(pairs: Sequence[tuple[str, str]]) -> str:
+    """Names and values under each other; '' where there are none."""
+    rows = "".join(f"<tr><th>{escape(name)}</th><td>{escape(text)}</td></tr>\n" for name, text in pairs)
+    return f'<table class="facts">\n{rows}</table>\n' if pairs else ""
+
+
+def table(heads: Sequence[str], rows: Sequence[Sequence[str]], hashes: bool = False) -> str:
+    """A table with heads; hashes: the last column is set in a narrow type that may break anywhere."""
+    top = "".join(f"<th>{escape(head)}</th>" for head in heads)
+    body = ""
+    for row in rows:
+        cells = [escape(cell) for cell in row]
+        if hashes:
+            cells[-1] = f'<span class="hash">{cells[-1]}</span>'
+        body += "<tr>" + "".join(f'<td{_SHORT if len(c) <= 18 else ""}>{c}</td>' for c in cells) + "</tr>\n"
+    return f"<table><thead><tr>{top}</tr></thead><tbody>\n{body}</tbody></table>\n" if rows else ""
+
+
+def picture(png: bytes, caption: str) -> str:
+    """A PNG inside the page, with a caption that is its text for those who cannot see it, too."""
+    data = base64.b64encode(png).decode()
+    text = escape(caption)
+    return f'<figure><img alt="{text}" src="data:image/png;base64,{data}"><figcaption>{text}</figcaption></figure>\n'

@@ -1,0 +1,174 @@
+"""A run's folder as plain data: the rover's own record and, where they lie beside it, what the bench knows.
+
+    onboard.mcap   poses, events and plans: needed     summary.json certificate.json link.json   facts of the bench
+    truth.mcap     what really happened: optional      field.npz                                 the true ground
+"""
+
+from __future__ import annotations
+
+import io
+import json
+import tomllib
+import zipfile
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from mcap.exceptions import McapError
+from mcap.reader import McapReader, make_reader
+from zstandard import ZstdError
+
+from onboard import gdem
+from onboard.planning import archive
+from onboard.planning.archive import PlanPicture
+from onboard.records import F64, Gdem, Grid
+from pictures.terrain import Ground
+from pictures.timelines import Span, Track
+
+EVERY = 10  # of the ticks' poses: ten a second
+_DAMAGE = (McapError, ZstdError, EOFError, ValueError, KeyError, UnicodeDecodeError)
+
+
+class NoRunError(ValueError):
+    """The folder holds no record of a run, or one that cannot be read; one line that says which file and what to do."""
+
+
+class Told(NamedTuple):
+    """An event of the rover. name: a row of protocol.modes.EVENTS."""
+
+    time_s: float
+    severity: str
+    name: str
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class Truth:
+    """The bench's truth, ten times a second. wheel_rates_radps, steer_rad: (k, 4)."""
+
+    track: Track
+    wheel_rates_radps: F64
+    steer_rad: F64
+
+
+@dataclass(frozen=True, slots=True)
+class Run:
+    """What is known of a run. plans: (time_s, plan) in order. facts, certificate, link: {} where there is no file."""
+
+    folder: Path
+    estimated: Track
+    events: tuple[Told, ...]
+    plans: tuple[tuple[float, PlanPicture], ...]
+    config: dict[str, Any]
+    versions: dict[str, str]
+    gdem: Gdem | None
+    truth: Truth | None = None
+    ground: Ground | None = None
+    facts: dict[str, Any] = field(default_factory=dict)
+    certificate: dict[str, Any] = field(default_factory=dict)
+    link: dict[str, Any] = field(default_factory=dict)
+
+    def spans(self) -> tuple[Span, ...]:
+        """The phases with their times."""
+        return spans_of(self.events, float(self.estimated.times_s[-1]) if len(self.estimated.times_s) else 0.0)
+
+
+def read_run(folder: Path, with_truth: bool = True) -> Run:
+    """All of a run's folder; without truth what the bench alone knows of rover and ground. Raises NoRunError."""
+    record = folder / "onboard.mcap"
+    if not record.is_file():
+        raise NoRunError(f"no record {record}; `hil demo --out {folder}` makes one")
+    try:
+        run = _record(folder, record)
+    except _DAMAGE as error:
+        raise NoRunError(f"{record} is damaged: {error}") from error
+    known = {name: _json(folder / f"{file}.json")
+             for name, file in (("facts", "summary"), ("certificate", "certificate"), ("link", "link"))}
+    truth = _truth(folder / "truth.mcap") if with_truth else None
+    ground = _ground(folder / "field.npz") if with_truth else None
+    return Run(folder, *run, truth=truth, ground=ground, **known)
+
+
+def spans_of(events: Sequence[Told], end_s: float) -> tuple[Span, ...]:
+    """Phases by their PHASE events; the mode's end of a mission ends the last one."""
+    spans: list[Span] = []
+    start: tuple[float, str] | None = None
+    for event in events:
+        ends = event.name == "MODE" and not event.text.split("->")[-1].strip().startswith("AUTONOMOUS")
+        if event.name != "PHASE" and not ends:
+            continue
+        if start:
+            spans.append(Span(start[0], event.time_s, start[1]))
+        start = (event.time_s, event.text.split()[0]) if event.name == "PHASE" else None
+    if start:
+        spans.append(Span(start[0], end_s, start[1]))
+    return tuple(spans)
+
+
+def angles_rad(quaternion_xyzw: F64) -> F64:
+    """(k, 4) unit quaternions as (k, 3) roll, pitch, yaw, intrinsic z-y-x."""
+    x, y, z, w = quaternion_xyzw.T
+    roll = np.arctan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y))
+    pitch = np.arcsin(np.clip(2 * (w * y - z * x), -1, 1))
+    return np.column_stack([roll, pitch, np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))])
+
+
+def _record(folder: Path, path: Path) -> tuple[Any, ...]:
+    poses, times, events, plans = [], [], [], []
+    with path.open("rb") as file:
+        reader: McapReader = make_reader(file)
+        attached = {a.name: a.data for a in reader.iter_attachments()}
+        for _, channel, message in reader.iter_messages(topics=["/out/event", "/out/pose", "/plan"]):
+            if channel.topic == "/out/pose":
+                if message.sequence % EVERY == 0:
+                    times.append(message.log_time / 1e9)
+                    poses.append(np.frombuffer(message.data, "<f8"))
+            elif channel.topic == "/plan":
+                plans.append((message.log_time / 1e9, archive.from_npz(message.data)))
+            else:
+                events += [Told(row["now_ns"] / 1e9, row["severity"], row["name"], row["text"])
+                           for row in json.loads(message.data)]
+    pose = np.array(poses, dtype=np.float64).reshape(-1, 6)
+    track = Track(np.array(times), pose[:, :3], pose[:, 3:])
+    config = tomllib.loads(attached["config.toml"].decode())
+    known = gdem.from_npz(attached["gdem.npz"]) if "gdem.npz" in attached else None
+    return track, tuple(events), tuple(plans), config, json.loads(attached.get("versions.json", b"{}")), known
+
+
+def _truth(path: Path) -> Truth | None:
+    if not path.is_file():
+        return None
+    try:
+        with path.open("rb") as file:
+            rows = [(m.log_time / 1e9, json.loads(m.data)) for _, _, m in make_reader(file).iter_messages(["/truth"])]
+    except _DAMAGE as error:
+        raise NoRunError(f"{path} is damaged: {error}; --no-truth leaves it out") from error
+    def column(name: str, width: int) -> F64:
+        return np.array([row[name] for _, row in rows], dtype=np.float64).reshape(-1, width)
+
+    angles = angles_rad(column("quaternion_xyzw", 4))
+    track = Track(np.array([time_s for time_s, _ in rows]), column("position_m", 3), angles)
+    return Truth(track, column("wheel_rate_radps", 4), column("steer_rad", 4))
+
+
+def _ground(path: Path) -> Ground | None:
+    if not path.is_file():
+        return None
+    try:
+        with np.load(io.BytesIO(path.read_bytes())) as file:
+            heights = file["truth_heights_m"]
+            grid = Grid(float(file["x0_m"]), float(file["y0_m"]), float(file["cell_m"]), *heights.shape)
+            return Ground(grid, heights, file["rocks"], "the true ground")
+    except (KeyError, ValueError, OSError, zipfile.BadZipFile) as error:
+        raise NoRunError(f"{path} is no field file: {error}; --no-truth leaves it out") from error
+
+
+def _json(path: Path) -> dict[str, Any]:
+    if not path.is_file():
+        return {}
+    try:
+        return dict(json.loads(path.read_text()))
+    except ValueError as error:
+        raise NoRunError(f"{path} is damaged: {error}") from error

@@ -1,0 +1,120 @@
+"""A stop's plan as the bytes of an .npz, for the record and for people; the same plan gives the same bytes.
+
+Keys, metres and radians in the map frame; grids are (rows, columns), row along +y; what is absent has no rows:
+
+    heights_m    float32, NaN unknown          x0_m y0_m cell_m   centre of cell (0, 0) and size
+    node_sets    uint8 of NodeSet              score_map          float32, NaN where no candidate
+    pose         (4,) x, y, z, yaw             goal_m             (2,)
+    kind rule reason                           heading_rad        to look at when the path is driven
+    path         (k, 3) x, y, yaw              target_m           (0 or 1, 2) what the stop is for
+    global_path optimistic_path  (k, 2)        alternatives       (m, 4) x, y, heading, score
+    stops        (k, 3) scanned from so far    marked             (k, 2) points that count as blocked
+"""
+
+from __future__ import annotations
+
+import io
+import zipfile
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from onboard.records import F32, F64, U8, Grid, Pose
+
+if TYPE_CHECKING:
+    from onboard.planning.cycle import PlanResult
+
+
+@dataclass(frozen=True, slots=True)
+class PlanPicture:
+    """What the archive of one stop holds; the fields are its keys, the grid apart. score_map: (0, 0) where none."""
+
+    grid: Grid
+    heights_m: F32
+    node_sets: U8
+    score_map: F32
+    pose: F64
+    goal_m: F64
+    kind: str
+    rule: str
+    reason: str
+    heading_rad: float
+    path: F64
+    target_m: F64
+    global_path: F64
+    optimistic_path: F64
+    alternatives: F64
+    stops: F64
+    marked: F64
+
+
+def to_npz(pose: Pose, goal_m: tuple[float, float], result: PlanResult) -> bytes:
+    """The archive of the plan made at `pose` for `goal_m`."""
+    decision, report, state = result.decision, result.report, result.state
+    grid = report.grid
+    target = decision.data.get("target_m")
+    buffer = io.BytesIO()
+    np.savez_compressed(
+        buffer,
+        heights_m=report.z_mean.astype(np.float32),
+        node_sets=report.node_sets,
+        score_map=np.empty((0, 0), np.float32) if report.score_map is None else report.score_map,
+        x0_m=grid.x0_m,
+        y0_m=grid.y0_m,
+        cell_m=grid.cell_m,
+        pose=np.array([pose.x_m, pose.y_m, pose.z_m, pose.yaw_rad]),
+        goal_m=np.array(goal_m, dtype=np.float64),
+        kind=decision.kind,
+        rule=decision.rule,
+        reason=decision.reason,
+        heading_rad=decision.heading_rad,
+        path=_rows(decision.path.stations, 3),
+        target_m=_rows([] if target is None else [target], 2),
+        global_path=_rows(report.global_path, 2),
+        optimistic_path=_rows(report.optimistic_path, 2),
+        alternatives=_rows([(c.x_m, c.y_m, c.heading_rad, c.score) for c in report.alternatives], 4),
+        stops=_rows(state.stops, 3),
+        marked=_rows(state.marked, 2),
+    )
+    return buffer.getvalue()
+
+
+def from_npz(data: bytes) -> PlanPicture:
+    """The plan of an archive. Raises ValueError when the bytes are no such archive."""
+    try:
+        with np.load(io.BytesIO(data)) as file:
+            return _picture(file)
+    except (KeyError, OSError, EOFError, zipfile.BadZipFile) as error:
+        raise ValueError(f"not the archive of a plan: {error}") from error
+
+
+def _picture(file: Mapping[str, NDArray[Any]]) -> PlanPicture:
+    heights_m = file["heights_m"]
+    rows, columns = heights_m.shape
+    grid = Grid(float(file["x0_m"]), float(file["y0_m"]), float(file["cell_m"]), rows, columns)
+    return PlanPicture(
+        grid=grid,
+        heights_m=heights_m,
+        node_sets=file["node_sets"],
+        score_map=file["score_map"],
+        pose=file["pose"],
+        goal_m=file["goal_m"],
+        kind=str(file["kind"]),
+        rule=str(file["rule"]),
+        reason=str(file["reason"]),
+        heading_rad=float(file["heading_rad"]),
+        path=file["path"],
+        target_m=file["target_m"],
+        global_path=file["global_path"],
+        optimistic_path=file["optimistic_path"],
+        alternatives=file["alternatives"],
+        stops=file["stops"],
+        marked=file["marked"],
+    )
+
+
+def _rows(values: Any, width: int) -> F64:
+    return np.asarray(values, dtype=np.float64).reshape(-1, width)

@@ -1,0 +1,100 @@
+"""Series of a run that are no map: what the link lost, how well the rover knew its pose, how its wheels turned."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from onboard.records import F64
+from pictures.style import BLACK, BLUE, GREEN, ORANGE, PAGE_IN, PURPLE, RED, SKY, drawn, figure, quiet
+from pictures.timelines import Span, Track, phase_patches, shade
+
+LOSS_COLOURS = (RED, ORANGE, PURPLE, BLACK)
+WHEEL_COLOURS = (BLUE, GREEN, ORANGE, PURPLE)
+_SMOOTH_S = 1.0
+
+
+@drawn
+def link(sent: Mapping[str, int], lost: Mapping[str, Mapping[str, int]]) -> Figure:
+    """Bars, one for each direction: datagrams lost by cause and all others, with their numbers."""
+    made = figure(PAGE_IN, 1.3 + 0.65 * len(sent))
+    axes = made.subplots()
+    causes = list(dict.fromkeys(cause for rows in lost.values() for cause, count in rows.items() if count))
+    for row, (name, count) in enumerate(sent.items()):
+        gone = [lost.get(name, {}).get(cause, 0) for cause in causes]
+        parts = [("delivered or on the way", count - sum(gone), SKY)]
+        parts += [(f"lost: {c}", part, LOSS_COLOURS[k % 4]) for k, (c, part) in enumerate(zip(causes, gone))]
+        at = 0
+        for label, part, colour in parts:
+            axes.barh(row, part, left=at, color=colour, height=0.6, label=label if row == 0 else None)
+            at += part
+        share = 100 * sum(gone) / count if count else 0.0
+        axes.annotate(f"{sum(gone)} of {count} lost, {share:.1f} %", (at, row), xytext=(6, 0),
+                      textcoords="offset points", va="center")
+    axes.set_yticks(range(len(sent)), list(sent))
+    axes.invert_yaxis()
+    axes.set_xlabel("datagrams")
+    axes.margins(x=0.22)
+    quiet(axes)
+    axes.grid(False, axis="y")
+    made.legend(*axes.get_legend_handles_labels(), loc="outside upper center", ncols=5)
+    return made
+
+
+@drawn
+def pose_error(estimated: Track, true: Track, spans: Sequence[Span]) -> Figure:
+    """Distance between estimated and true place, and of the yaws, over time."""
+    made = figure(PAGE_IN, 4.2)
+    place, yaw = made.subplots(2, 1, sharex=True)
+    told = estimated.at(true.times_s)
+    away = np.linalg.norm(told.position_m[:, :2] - true.position_m[:, :2], axis=1)
+    turned = np.degrees(np.angle(np.exp(1j * (told.angles_rad[:, 2] - true.angles_rad[:, 2]))))
+    for axes, values, name in ((place, away * 100, "place, cm"), (yaw, turned, "yaw, degrees")):
+        shade(axes, spans)
+        axes.plot(true.times_s, values, color=BLACK, linewidth=1.3)
+        axes.set_ylabel(f"error of {name}")
+        quiet(axes)
+    place.set_ylim(0, max(5.0, 110 * float(away.max(initial=0))))
+    widest = max(1.0, 1.1 * float(np.abs(turned).max(initial=0)))
+    yaw.set_ylim(-widest, widest)
+    place.margins(x=0)
+    yaw.set_xlabel("time, s")
+    made.legend(handles=phase_patches(spans), loc="outside upper center", ncols=5)
+    return made
+
+
+@drawn
+def motion(track: Track, wheel_times_s: F64, rates_radps: F64, steer_rad: F64, spans: Sequence[Span]) -> Figure:
+    """Speed of the rover, rates and steering of wheels 1 to 4. rates_radps, steer_rad: (k, 4), or no rows."""
+    wheels = len(wheel_times_s) > 0
+    made = figure(PAGE_IN, 6.2 if wheels else 2.6)
+    rows = made.subplots(3 if wheels else 1, 1, sharex=True, squeeze=False)[:, 0]
+    rows[0].plot(*_speed(track), color=BLACK, linewidth=1.3)
+    rows[0].set_ylabel("speed, m/s")
+    if wheels:
+        for wheel, colour in enumerate(WHEEL_COLOURS):
+            rows[1].plot(wheel_times_s, rates_radps[:, wheel], color=colour, linewidth=1, label=f"wheel {wheel + 1}")
+            rows[2].plot(wheel_times_s, np.degrees(steer_rad[:, wheel]), color=colour, linewidth=1)
+        rows[1].set_ylabel("wheel rate, rad/s")
+        rows[2].set_ylabel("steering, degrees")
+    for axes in rows:
+        shade(axes, spans)
+        quiet(axes)
+    rows[0].margins(x=0)
+    rows[-1].set_xlabel("time, s")
+    handles = rows[1].get_legend_handles_labels()[0] if wheels else []
+    made.legend(handles=[*handles, *phase_patches(spans)], loc="outside upper center", ncols=4)
+    return made
+
+
+def _speed(track: Track) -> tuple[F64, F64]:
+    """Times and speeds over the ground, each over about a second, so that steps of a record do not show as noise."""
+    if len(track.times_s) < 3:
+        return track.times_s, np.zeros(len(track.times_s))
+    times = np.arange(track.times_s[0], track.times_s[-1], _SMOOTH_S / 4)
+    after = track.at(np.minimum(times + _SMOOTH_S / 2, track.times_s[-1]))
+    before = track.at(np.maximum(times - _SMOOTH_S / 2, track.times_s[0]))
+    way = np.linalg.norm(after.position_m[:, :2] - before.position_m[:, :2], axis=1)
+    return times, way / np.maximum(after.times_s - before.times_s, 1e-6)

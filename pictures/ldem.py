@@ -1,0 +1,123 @@
+"""Figure 9 of the chapter, one panel for each stop: the local map's four node sets and the next sensing position."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch, Polygon, Wedge
+
+from onboard.planning.archive import PlanPicture
+from onboard.records import NodeSet
+from pictures.style import BLACK, BLUE, PAGE_IN, RED, drawn, figure
+from pictures.terrain import extent, hillshade, map_axes
+
+SET_COLOURS = {NodeSet.OUTSIDE: "#f7f7f7", NodeSet.OCCLUDED: "#9a9aa6", NodeSet.OBSTACLE: "#d98550",
+               NodeSet.FREE: "#bfe0d2"}
+SET_NAMES = {NodeSet.OUTSIDE: "outside", NodeSet.OCCLUDED: "occluded", NodeSet.OBSTACLE: "obstacle",
+             NodeSet.FREE: "free"}
+NEXT = "#7a2d8f"
+COLUMNS = 3
+_SECTOR_M = 2.0
+_RING = {"marker": "o", "markersize": 11, "markerfacecolor": "none", "markeredgecolor": RED, "markeredgewidth": 2,
+         "linestyle": "none"}
+
+
+@drawn
+def ldems(plans: Sequence[PlanPicture], sector_rad: float, body_m: tuple[float, float]) -> Figure:
+    """Small multiples in the order of the stops. sector_rad: half the scan's sector. body_m: length and width."""
+    columns = min(COLUMNS, max(1, len(plans)))
+    rows = math.ceil(max(1, len(plans)) / columns)
+    side = PAGE_IN / COLUMNS
+    made = figure(max(side * columns, 6.0), (side + 0.05 if columns > 1 else 5.4) * rows + 0.85)
+    panels = made.subplots(rows, columns, squeeze=False).ravel()
+    for number, (axes, plan) in enumerate(zip(panels, plans), 1):
+        _panel(axes, plan, sector_rad, body_m)
+        axes.set_title(f"stop {number}: {plan.kind}, {plan.rule}", fontsize=10)
+        if number % columns != 1 and columns > 1:
+            axes.set_ylabel("")
+        if number <= len(plans) - columns:
+            axes.set_xlabel("")
+    for axes in panels[len(plans) :]:
+        axes.set_axis_off()
+    made.legend(handles=_legend(plans), loc="outside upper center", ncols=5, fontsize=8.5)
+    return made
+
+
+def set_picture(plan: PlanPicture) -> np.ndarray:
+    """(rows, columns, 3) colours of the node sets, shaded by the heights where they are known."""
+    picture = np.ones((*plan.node_sets.shape, 3))
+    for node_set, colour in SET_COLOURS.items():
+        picture[plan.node_sets == node_set] = [int(colour[k : k + 2], 16) / 255 for k in (1, 3, 5)]
+    shade = np.where(np.isfinite(plan.heights_m), 0.55 + 0.7 * hillshade(plan.heights_m, plan.grid.cell_m), 1.0)
+    return np.clip(picture * shade[..., None], 0, 1)
+
+
+def _panel(axes: Axes, plan: PlanPicture, sector_rad: float, body_m: tuple[float, float]) -> None:
+    left, right, bottom, top = extent(plan.grid)
+    axes.imshow(set_picture(plan), origin="lower", extent=(left, right, bottom, top), interpolation="nearest")
+    if len(plan.optimistic_path):
+        axes.plot(*plan.optimistic_path[:, :2].T, color=BLUE, linestyle=(0, (3, 2)), linewidth=1.2)
+    if len(plan.path) > 1:
+        axes.plot(*plan.path[:, :2].T, color=BLACK, linewidth=2)
+    if len(plan.marked):
+        axes.plot(*plan.marked.T, "x", color=RED, markersize=6)
+    if len(plan.alternatives):
+        axes.plot(*plan.alternatives[:, :2].T, "o", color=BLUE, markersize=5, markeredgecolor="white")
+    if plan.kind in ("drive", "goal") and len(plan.path):
+        _next_position(axes, plan, sector_rad)
+    _rover(axes, plan.pose, body_m)
+    _goal(axes, plan)
+    axes.set_xlim(left, right)
+    axes.set_ylim(bottom, top)
+    map_axes(axes)
+
+
+def _next_position(axes: Axes, plan: PlanPicture, sector_rad: float) -> None:
+    x, y = plan.path[-1, :2]
+    if plan.kind == "drive":
+        a, b = (math.degrees(plan.heading_rad + part) for part in (-sector_rad, sector_rad))
+        axes.add_patch(Wedge((x, y), _SECTOR_M, a, b, facecolor=NEXT, alpha=0.22, edgecolor=NEXT, linewidth=1))
+    axes.plot(x, y, "*", color=NEXT, markersize=12, markeredgecolor="white", zorder=6)
+
+
+def _goal(axes: Axes, plan: PlanPicture) -> None:
+    """The goal, or at the map's edge an arrow towards it."""
+    left, right, bottom, top = extent(plan.grid)
+    rim = 0.04 * (right - left)
+    inside = np.clip(plan.goal_m, (left + rim, bottom + rim), (right - rim, top - rim))
+    away = plan.goal_m - plan.pose[:2]
+    beyond = not np.array_equal(inside, plan.goal_m)
+    if beyond:
+        marker = (3, 0, math.degrees(math.atan2(away[1], away[0])) - 90)
+        axes.plot(*inside, marker=marker, color=RED, markersize=10, markeredgecolor="white", zorder=7)
+    else:
+        axes.plot(*inside, **_RING, zorder=7)
+
+
+def _rover(axes: Axes, pose: np.ndarray, body_m: tuple[float, float]) -> None:
+    """The body's outline with a pointed nose."""
+    outline = np.array([(-0.5, -0.5), (0.3, -0.5), (0.5, 0), (0.3, 0.5), (-0.5, 0.5)]) * body_m
+    cosine, sine = math.cos(pose[3]), math.sin(pose[3])
+    corners = outline @ np.array([[cosine, sine], [-sine, cosine]]) + pose[:2]
+    axes.add_patch(Polygon(corners, facecolor="white", edgecolor=BLACK, linewidth=1.2, zorder=5))
+
+
+def _legend(plans: Sequence[PlanPicture]) -> list[Patch | Line2D]:
+    dot = {"marker": "o", "linestyle": "none", "markeredgecolor": "white"}
+    sets = [Patch(facecolor=c, edgecolor="#888888", label=SET_NAMES[s]) for s, c in SET_COLOURS.items()]
+    lines = [
+        Line2D([], [], color=BLACK, linewidth=2, label="path to drive"),
+        Line2D([], [], color=BLUE, linestyle=(0, (3, 2)), label="optimistic path"),
+        Line2D([], [], color=NEXT, marker="*", linestyle="none", markersize=11, label="next sensing position, sector"),
+        Line2D([], [], label="goal, or the way to it", **_RING),
+    ]
+    if any(len(plan.alternatives) for plan in plans):
+        lines.append(Line2D([], [], color=BLUE, markersize=6, label="candidates", **dot))
+    if any(len(plan.marked) for plan in plans):
+        lines.append(Line2D([], [], color=RED, marker="x", linestyle="none", label="counted as blocked"))
+    return [*sets, *lines]

@@ -1,0 +1,68 @@
+"""One look for every picture: colours that colour-blind eyes tell apart (Okabe and Ito), type legible at page size.
+
+Figures are drawn without pyplot and without a window; `png` makes the bytes of a figure, the same for the same figure.
+"""
+
+from __future__ import annotations
+
+import functools
+import io
+from collections.abc import Callable
+from typing import Any, ParamSpec
+
+from matplotlib import rc_context
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+P = ParamSpec("P")
+
+BLACK, BLUE, SKY, GREEN, ORANGE, RED, PURPLE, YELLOW = (
+    "#000000", "#0072B2", "#56B4E9", "#009E73", "#E69F00", "#D55E00", "#CC79A7", "#F0E442"
+)
+GREY, PALE = "#6b6b6b", "#e4e4e4"
+DOTS_PER_INCH = 150
+PAGE_IN = 9.0  # width of a picture on the page
+
+PHASE_COLOURS = {"SCANNING": SKY, "MAPPING": PALE, "PLANNING": PALE, "DRIVING": GREEN, "TURNING": ORANGE}
+
+_STYLE: dict[str, Any] = {
+    "font.family": "DejaVu Sans", "font.size": 10.0, "axes.titlesize": 11.0, "axes.titleweight": "bold",
+    "axes.labelsize": 10.0, "xtick.labelsize": 9.0, "ytick.labelsize": 9.0, "legend.fontsize": 9.0,
+    "legend.frameon": True, "legend.framealpha": 0.92, "legend.edgecolor": "#bbbbbb", "legend.fancybox": False,
+    "axes.edgecolor": "#555555", "axes.linewidth": 0.8, "axes.axisbelow": True, "axes.grid": False,
+    "grid.color": "#cccccc", "grid.linewidth": 0.6, "lines.linewidth": 1.6, "lines.solid_capstyle": "round",
+    "figure.facecolor": "white", "savefig.facecolor": "white", "path.simplify": True,
+}
+
+
+def drawn(draw: Callable[P, Figure]) -> Callable[P, Figure]:
+    """Decorator of a drawing function: whatever it makes has this style, and nothing outside it changes."""
+
+    @functools.wraps(draw)
+    def styled(*args: P.args, **kwargs: P.kwargs) -> Figure:
+        with rc_context(_STYLE):
+            return draw(*args, **kwargs)
+
+    return styled
+
+
+def figure(width_in: float, height_in: float) -> Figure:
+    """An empty figure with a canvas of its own; its parts make room for each other."""
+    made = Figure(figsize=(width_in, height_in), layout="constrained")
+    FigureCanvasAgg(made)
+    return made
+
+
+def png(made: Figure) -> bytes:
+    """The picture as the bytes of a PNG file."""
+    buffer = io.BytesIO()
+    with rc_context(_STYLE):
+        made.savefig(buffer, format="png", dpi=DOTS_PER_INCH, metadata={"Software": None})
+    return buffer.getvalue()
+
+
+def quiet(axes: Axes) -> None:
+    """Axes of a time series: a light grid, no box."""
+    axes.grid(True)
+    axes.spines[["top", "right"]].set_visible(False)

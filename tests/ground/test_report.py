@@ -1,0 +1,133 @@
+"""The mission report is one file that needs nothing else; a folder without a run is a one-line error."""
+
+import math
+import re
+
+import numpy as np
+import pytest
+import typer
+from synthetic_run import GOAL, write_run
+from typer.testing import CliRunner
+
+from ground.report import report
+from ground.report_command import report_command
+from ground.run_files import NoRunError, Told, angles_rad, read_run, spans_of
+from onboard.records import Pose
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    made = tmp_path_factory.mktemp("run")
+    write_run(made)
+    return made
+
+
+@pytest.fixture(scope="module")
+def page(folder):
+    return report(folder).read_text()
+
+
+def command(*words):
+    app = typer.Typer()
+    app.command()(report_command)
+    return CliRunner().invoke(app, [str(word) for word in words])
+
+
+def test_the_page_fetches_nothing_from_outside(page):
+    assert not re.search(r"""(src|href)\s*=\s*["'](?!data:)""", page)
+    assert "url(" not in page
+    assert "@import" not in page
+    assert "<script" not in page
+
+
+def test_every_picture_is_inside_the_page_and_has_words(page):
+    pictures = re.findall(r'<img alt="([^"]*)" src="data:image/png;base64,([^"]*)">', page)
+    assert page.count("<img") == len(pictures) == 7
+    assert all(len(words) > 20 and data.startswith("iVBORw0KGgo") for words, data in pictures)
+
+
+@pytest.mark.parametrize("fact", [
+    "fractal ground, seed 3", "goal reached", "no collisions", "replay identical", "median slope 5.0°",
+    "3000: the straight line is free", "6.0 times real time", "900 sent, 45 lost", "x 15.00 m, y 2.00 m", "ab" * 32,
+    "cd" * 32, "ef" * 32, "Nothing here has met real hardware", "arrived: 0.12 m from the goal", "ets8-b",
+])
+def test_the_facts_are_on_the_page(page, fact):
+    assert fact in page
+
+
+def test_decisions_stand_in_the_order_of_the_stops_with_their_reasons(page):
+    cell = r"<td[^>]*>"
+    rows = re.findall(rf"{cell}(\d)</td>{cell}([\d.]+) s</td>{cell}[^<]*</td>{cell}(\w+)</td>{cell}(R\d+)</td>", page)
+    assert rows == [("1", "12.0", "drive", "R5"), ("2", "42.0", "drive", "R5"), ("3", "68.0", "goal", "R4")]
+
+
+def test_words_of_the_record_cannot_become_markup(page):
+    assert "look at &lt;the rest&gt;" in page
+    assert "<the rest>" not in page
+
+
+def test_without_truth_the_page_shows_only_what_the_rover_knew(tmp_path):
+    write_run(tmp_path, ground=True, bench=False, step=50)
+    page = report(tmp_path, with_truth=False).read_text()
+    assert "estimated speed" in page
+    assert "against where it was" not in page
+    assert page.count("<img") == 5
+
+
+def test_a_record_alone_is_enough(tmp_path):
+    write_run(tmp_path, ground=False, bench=False, step=50)
+    assert "arrived: 0.12 m from the goal" in report(tmp_path).read_text()
+
+
+def test_a_run_is_read_as_it_was_written(folder):
+    run = read_run(folder)
+    assert [time_s for time_s, _ in run.plans] == [12.0, 42.0, 68.0]
+    assert run.plans[0][1].goal_m.tolist() == list(GOAL)
+    assert run.truth.track.position_m.shape == (900, 3)
+    assert run.gdem.note == "made up"
+    assert len(run.ground.rocks) > 50
+
+
+def test_a_phase_ends_where_the_next_begins_and_the_last_with_the_mode():
+    told = [("PHASE", "SCANNING at stop 0", 1), ("DECISION", "R5", 2), ("PHASE", "DRIVING at stop 1", 3),
+            ("MODE", "AUTONOMOUS -> STANDBY: arrived", 5), ("PHASE", "SCANNING at stop 0", 8)]
+    events = [Told(time_s, "info", name, text) for name, text, time_s in told]
+    assert spans_of(events, 9.0) == ((1, 3, "SCANNING"), (3, 5, "DRIVING"), (8, 9.0, "SCANNING"))
+
+
+def test_angles_of_a_quaternion_are_those_of_the_matrix():
+    w, x, y, z = 0.8, 0.1, -0.3, 0.5
+    norm = math.sqrt(w * w + x * x + y * y + z * z)
+    w, x, y, z = w / norm, x / norm, y / norm, z / norm
+    roll, pitch, yaw = angles_rad(np.array([[x, y, z, w]]))[0]
+    rotation = [[1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+                [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+                [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)]]
+    np.testing.assert_allclose(Pose(0, 0, 0, roll, pitch, yaw).matrix()[:3, :3], rotation, atol=1e-12)
+
+
+def test_the_command_says_where_the_report_is(folder):
+    result = command(folder)
+    assert (result.exit_code, result.stdout.strip()) == (0, str(folder / "report.html"))
+
+
+def test_the_command_writes_the_picture_of_the_paths_alone(folder, tmp_path):
+    file = tmp_path / "pictures" / "demo.png"
+    assert command(folder, "--picture", file).exit_code == 0
+    assert file.read_bytes().startswith(b"\x89PNG")
+
+
+def test_a_folder_without_a_record_is_one_line_and_66(tmp_path):
+    result = command(tmp_path / "nothing")
+    assert result.exit_code == 66
+    assert result.stderr.count("\n") == 1
+    assert "onboard.mcap" in result.stderr
+
+
+@pytest.mark.parametrize("name", ["onboard.mcap", "truth.mcap", "field.npz", "summary.json"])
+def test_a_damaged_file_is_named_in_one_line(tmp_path, name):
+    write_run(tmp_path, step=500)
+    path = tmp_path / name
+    path.write_bytes(path.read_bytes()[: path.stat().st_size // 3])
+    with pytest.raises(NoRunError, match=name):
+        read_run(tmp_path)

@@ -1,0 +1,146 @@
+"""Every picture is a PNG of the aspect it should have, and its legend names what is drawn."""
+
+import matplotlib as mpl
+import numpy as np
+import pytest
+
+from onboard.planning.archive import PlanPicture
+from onboard.records import Grid, NodeSet
+from pictures import figures
+from pictures.ldem import SET_COLOURS, ldems, set_picture
+from pictures.orientation import orientation
+from pictures.paths import Ways, paths
+from pictures.style import png
+from pictures.terrain import Ground, hillshade, terrain
+from pictures.timelines import Span, Track
+
+GRID = Grid(-1.9, -3.9, 0.2, 40, 80)
+HEIGHTS = np.sin(np.arange(80) / 7)[None, :].repeat(40, 0).astype(np.float32) * 0.2
+GROUND = Ground(GRID, HEIGHTS, np.array([[2.0, 1.0, 0.8], [6.0, -1.0, 0.4]]), "made up")
+LINE = np.column_stack([np.linspace(0, 10, 50), np.linspace(0, 2, 50), np.zeros(50)])
+TIMES = np.arange(0, 60, 0.1)
+TRACK = Track(TIMES, np.column_stack([TIMES / 6, 0 * TIMES, 0 * TIMES]), np.column_stack([np.sin(TIMES / 5)] * 3) * 0.2)
+SPANS = (Span(0, 10, "SCANNING"), Span(10, 11, "PLANNING"), Span(11, 50, "DRIVING"), Span(50, 60, "TURNING"))
+
+
+def size(data):
+    assert data.startswith(b"\x89PNG\r\n\x1a\n")
+    return int.from_bytes(data[16:20], "big"), int.from_bytes(data[20:24], "big")
+
+
+def legend(made):
+    return {text.get_text() for box in made.legends for text in box.get_texts()}
+
+
+def plan(kind="drive", choices=0):
+    sets = np.full((40, 40), NodeSet.FREE, np.uint8)
+    sets[:10], sets[10:20], sets[20:25] = NodeSet.OUTSIDE, NodeSet.OCCLUDED, NodeSet.OBSTACLE
+    heights = np.where(sets >= NodeSet.OBSTACLE, HEIGHTS[:, :40], np.nan).astype(np.float32)
+    none = np.empty((0, 2))
+    return PlanPicture(
+        Grid(-1.9, -3.9, 0.2, 40, 40), heights, sets, np.empty((0, 0), np.float32), np.array([0, 0, 0, 0.3]),
+        np.array([10.0, 2.0]), kind, "R5", "because", 0.5, LINE[:10], none, LINE[:, :2], LINE[:20, :2],
+        np.ones((choices, 4)), np.empty((0, 3)), none,
+    )
+
+
+def test_paths_are_drawn_with_equal_axes_and_every_line_in_the_legend():
+    made = paths(GROUND, Ways((10.0, 2.0), 0.3, LINE[:, :2], [LINE[:20], LINE[20:]], LINE, LINE, LINE[::20]))
+    axes = made.axes[0]
+    assert axes.get_aspect() == 1
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("east, m", "north, m")
+    assert legend(made) == {"rocks", "local paths", "global path", "true way", "estimated way", "goal, within 0.3 m",
+                            "stops, numbered"}
+    width, height = size(png(made))
+    assert 1.4 < width / height < 2.0
+
+
+def test_paths_without_truth_show_the_estimate_alone():
+    made = paths(Ground(GRID, HEIGHTS), Ways((10.0, 2.0), estimated=LINE))
+    assert legend(made) == {"estimated way", "goal, within 0.3 m"}
+
+
+def test_ways_that_do_not_move_still_make_a_picture():
+    assert size(png(paths(GROUND, Ways((0.0, 0.0)))))
+
+
+def test_stops_at_one_place_share_a_label():
+    stops = np.array([[0, 0], [0.05, 0], [4, 1]])
+    texts = {text.get_text() for text in paths(GROUND, Ways((10.0, 2.0), stops=stops)).axes[0].texts}
+    assert {"1,2", "3"} <= texts
+
+
+def test_the_light_comes_from_the_north_west():
+    slope = np.add.outer(np.arange(9.0), -np.arange(9.0)) * 0.3  # rises to the north-west, so it faces south-east
+    away, towards = hillshade(slope.astype(np.float32), 1.0)[4, 4], hillshade(-slope.astype(np.float32), 1.0)[4, 4]
+    flat = hillshade(np.zeros((9, 9), np.float32), 1.0)[4, 4]
+    assert away < flat < towards
+
+
+def test_unknown_ground_is_shaded_as_if_it_were_flat():
+    heights = np.full((5, 5), np.nan, np.float32)
+    heights[2, 2] = 3.0
+    assert np.ptp(hillshade(heights, 0.1)) == 0.0
+
+
+@pytest.mark.parametrize(("true", "names"), [(TRACK, {"true", "estimated"}), (None, {"estimated"})])
+def test_orientation_has_yaw_roll_and_pitch_over_the_phases(true, names):
+    made = orientation(TRACK, true, SPANS)
+    assert [axes.get_ylabel().split(",")[0] for axes in made.axes] == ["yaw", "roll", "pitch"]
+    assert legend(made) == names | {"scanning", "driving", "turning", "mapping, planning"}
+    width, height = size(png(made))
+    assert width > height
+
+
+@pytest.mark.parametrize(("count", "aspect"), [(1, (0.9, 1.4)), (3, (1.8, 2.6)), (7, (0.7, 1.1))])
+def test_every_stop_has_its_panel(count, aspect):
+    made = ldems([plan() for _ in range(count)], 1.1, (0.95, 0.56))
+    titles = [axes.get_title() for axes in made.axes if axes.axison]
+    assert titles == [f"stop {k + 1}: drive, R5" for k in range(count)]
+    width, height = size(png(made))
+    assert aspect[0] < width / height < aspect[1]
+
+
+def test_the_four_node_sets_have_four_colours_and_legend_entries():
+    assert len(set(SET_COLOURS.values())) == len(NodeSet) == len(SET_COLOURS)
+    made = ldems([plan(choices=2)], 1.1, (0.95, 0.56))
+    assert {"outside", "occluded", "obstacle", "free", "path to drive", "candidates"} <= legend(made)
+    assert len(np.unique(set_picture(plan()).reshape(-1, 3)[: 20 * 40], axis=0)) == 2
+
+
+def test_terrain_shows_truth_and_map_with_one_scale_of_heights():
+    made = terrain(Ground(GRID, HEIGHTS / 2, name="the map"), GROUND, (10.0, 2.0))
+    assert [axes.get_title().split("\n")[0] for axes in made.axes[:2]] == ["made up", "the map"]
+    assert made.axes[0].images[0].norm is made.axes[1].images[0].norm
+    assert size(png(made))[0] > 1000
+
+
+def test_the_link_shows_what_each_direction_lost_and_by_what():
+    made = figures.link({"down": 100, "up": 30}, {"down": {"noise": 10, "shadow": 0}, "up": {"noise": 0, "shadow": 0}})
+    assert legend(made) == {"delivered or on the way", "lost: noise"}
+    assert {text.get_text() for text in made.axes[0].texts} == {"10 of 100 lost, 10.0 %", "0 of 30 lost, 0.0 %"}
+
+
+def test_pose_error_is_the_distance_of_the_tracks():
+    moved = Track(TIMES, TRACK.position_m + np.array([0.03, 0.04, 0]), TRACK.angles_rad)
+    line = figures.pose_error(moved, TRACK, SPANS).axes[0].lines[0]
+    np.testing.assert_allclose(line.get_ydata(), 5.0)
+
+
+def test_speed_is_the_way_over_time():
+    made = figures.motion(TRACK, TIMES, np.ones((len(TIMES), 4)), np.zeros((len(TIMES), 4)), SPANS)
+    np.testing.assert_allclose(made.axes[0].lines[0].get_ydata(), 1 / 6)
+    assert {f"wheel {k}" for k in (1, 2, 3, 4)} <= legend(made)
+    assert len(figures.motion(TRACK, np.empty(0), np.empty((0, 4)), np.empty((0, 4)), ()).axes) == 1
+
+
+def test_an_angle_between_two_samples_takes_the_short_way_round():
+    track = Track(np.array([0.0, 1.0]), np.zeros((2, 3)), np.array([[0, 0, 3.1], [0, 0, -3.1]]))
+    assert track.at(np.array([0.5])).angles_rad[0, 2] == pytest.approx(np.pi)
+
+
+def test_drawing_leaves_the_style_of_others_alone_and_repeats():
+    before = mpl.rcParams["font.size"]
+    first, second = (png(figures.link({"down": 1}, {})) for _ in range(2))
+    assert first == second
+    assert mpl.rcParams["font.size"] == before

@@ -1,0 +1,44 @@
+"""The pages made from tables are current; what the pages name exists."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from protocol.commands import TABLE
+from protocol.faults import FAULTS
+from tools.make_docs import DOCS, PAGES, ROOT
+
+PAGE_FILES = sorted([ROOT / "README.md", ROOT / "CHANGELOG.md", *DOCS.glob("*.md")])
+
+
+@pytest.mark.parametrize("name", PAGES)
+def test_the_committed_page_is_what_the_tables_make(name):
+    assert (DOCS / name).read_text() == PAGES[name](), "run `make docs`"
+
+
+def test_every_fault_and_command_has_a_row():
+    assert all(f"| `{fault.name}` |" in PAGES["faults.md"]() for fault in FAULTS)
+    assert all(f"| {row.id} | `{row.name}` |" in PAGES["commands.md"]() for row in TABLE)
+
+
+@pytest.mark.parametrize("page", PAGE_FILES, ids=lambda path: path.name)
+def test_links_lead_to_files_of_the_project(page):
+    links = re.findall(r"\]\(([^)#]+)\)", page.read_text())
+    assert [link for link in links if not link.startswith("http") and not (page.parent / link).exists()] == []
+
+
+@pytest.mark.parametrize("page", PAGE_FILES, ids=lambda path: path.name)
+def test_paths_in_code_type_exist(page):
+    named = re.findall(r"`((?:protocol|onboard|hil|ground|pictures|tests|tools|docs)/[\w./]*)`", page.read_text())
+    assert [name for name in named if not (ROOT / name).exists()] == []
+
+
+def test_the_index_lists_every_page():
+    listed = set(re.findall(r"\]\(([\w-]+\.md)\)", (DOCS / "index.md").read_text()))
+    assert listed == {path.name for path in DOCS.glob("*.md")} - {"index.md"}
+
+
+def test_make_targets_named_in_the_readme_exist():
+    targets = set(re.findall(r"^([a-z-]+):", Path(ROOT / "Makefile").read_text(), re.MULTILINE))
+    assert set(re.findall(r"`make ([a-z-]+)", (ROOT / "README.md").read_text())) <= targets

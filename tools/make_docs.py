@@ -1,0 +1,107 @@
+"""Writes docs/faults.md, modes.md and commands.md from the tables in protocol/: `make docs`. A test compares."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterable, Sequence
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+sys.path.insert(0, str(ROOT))
+
+from protocol import commands, modes  # noqa: E402
+from protocol.faults import FAULTS, Step  # noqa: E402
+
+DOCS = ROOT / "docs"
+
+
+def faults() -> str:
+    """The fault table and what its steps mean."""
+    rows = [
+        (str(row.number), f"`{row.name}`", row.condition, f"{row.detect_s:g} s", _steps(row.response),
+         "yes" if row.latched else "", ", ".join(f"`{name}`" for name in row.suppressed_by))
+        for row in FAULTS
+    ]
+    heads = ("no.", "fault", "condition", "found within", "response", "latched", "suppressed by")
+    steps = [(f"`{step.name}`", step.value) for step in Step]
+    return _page(
+        "Faults", "protocol/faults.py",
+        "What the rover watches at each tick, how soon a fault is found, and what the rover does about it. The time "
+        "counts from the first missing or violating sample to the tick whose outputs hold the response.",
+        _table(heads, rows), "## Steps of a response", _table(("step", "means"), steps),
+    )
+
+
+def mode_page() -> str:
+    """Modes, phases, transitions as a drawing and as a table, events."""
+    arrows = [f"    {row.state.name} --> {row.next.name}: {row.event}" for row in modes.TRANSITIONS]
+    drawing = "\n".join(["```mermaid", "stateDiagram-v2", "    [*] --> BOOT", *arrows, "```"])
+    table = [(f"`{row.mode.name}`", row.wheels, row.meaning) for row in modes.TABLE]
+    ways = [(f"`{r.state.name}`", r.event, f"`{r.next.name}`", r.meaning) for r in modes.TRANSITIONS]
+    phases = ", ".join(f"`{phase.name}`" for phase in modes.Phase)
+    events = [(f"`{row.name}`", row.severity, row.meaning) for row in modes.EVENTS]
+    return _page(
+        "Modes and events", "protocol/modes.py", "What the rover is about, what leads from one mode to another, and "
+        "what it tells the ground of it.",
+        _table(("mode", "wheels", "meaning"), table), drawing, _table(("in", "event", "leads to", "when"), ways),
+        f"Phases within `AUTONOMOUS`: {phases}.", "## Events", _table(("event", "severity", "meaning"), events),
+    )
+
+
+def command_page() -> str:
+    """The commands with their arguments and the modes that allow them."""
+    rows = []
+    for row in commands.TABLE:
+        names = " ".join(_argument(argument) for argument in row.arguments)
+        where = "all" if len(row.modes) == len(modes.Mode) else ", ".join(mode.name for mode in row.modes)
+        rows.append((str(row.id), f"`{row.name}`", names, where, row.meaning))
+    arguments = [
+        (f"`{row.name}`", f"`{a.name}`", _range(a), "" if a.required else "may be left out", a.meaning)
+        for row in commands.TABLE for a in row.arguments
+    ]
+    return _page(
+        "Commands", "protocol/commands.py",
+        "What the ground may ask of the rover. Each crosses the link with a request id, is carried out once however "
+        "often it arrives, and is answered by reports until the ground has one. Not in an allowed mode, it is refused "
+        "with what would be allowed.",
+        _table(("id", "command", "arguments", "modes", "meaning"), rows),
+        "## Arguments", _table(("command", "argument", "allowed", "", "meaning"), arguments),
+        "`ground COMMAND --help` says how each is typed; there, angles are degrees.",
+    )
+
+
+PAGES: dict[str, Callable[[], str]] = {"faults.md": faults, "modes.md": mode_page, "commands.md": command_page}
+
+
+def _steps(steps: Iterable[Step]) -> str:
+    return ", ".join(f"`{step.name}`" for step in steps)
+
+
+def _argument(argument: commands.Argument) -> str:
+    return f"`{argument.name}`" if argument.required else f"[`{argument.name}`]"
+
+
+def _range(argument: commands.Argument) -> str:
+    if argument.choices:
+        return ", ".join(f"`{choice}`" for choice in argument.choices)
+    return f"{argument.low:g} to {argument.high:g} {argument.unit}".rstrip()
+
+
+def _table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    lines = [heads, ["---"] * len(heads), *rows]
+    return "\n".join("| " + " | ".join(cell.replace("|", "\\|") for cell in line) + " |" for line in lines)
+
+
+def _page(title: str, source: str, *parts: str) -> str:
+    note = f"<!-- Made from {source} by tools/make_docs.py: change the table there and run `make docs`. -->"
+    return "\n\n".join([note, f"# {title}", *parts]) + "\n"
+
+
+def main() -> None:
+    """Write every page."""
+    for name, made in PAGES.items():
+        (DOCS / name).write_text(made(), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
