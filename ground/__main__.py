@@ -18,6 +18,7 @@ import typer
 from ground import show
 from ground.clock import ClockError, parse_address
 from ground.operate import FAILED, TEMPORARY, Plan, Teller, operate
+from ground.report_command import report_command
 from ground.script import ScriptError, Step, parse, parse_command
 from ground.session import Session
 from ground.settings import NoStationError, load_settings
@@ -176,6 +177,9 @@ def script(
         if out is not None:
             save_product(session, product.name, out / f"{product.name}.npz")
     raise typer.Exit(code)
+
+
+app.command("report", epilog="Example: ground report build/demo")(report_command)
 
 
 def run(argv: list[str] | None = None) -> int:

@@ -35,6 +35,7 @@ from protocol.can_codec import TiltState
 from protocol.conventions import TICK_NS
 
 NS = 1_000_000_000
+DRIVING_MPS = 0.05  # base_link moves: not a turn on the spot
 WIRE_LIMIT_S = 30.0  # wall time for bytes that onboard says it has sent
 
 
@@ -211,7 +212,7 @@ class Bench:
         self._call_link(now_ns)
         ground = people.get("ground")
         down_out = counts.get("down_out", 0)
-        if ground and (down_out != counts.get("ground_knows") or self.tick >= ground.wake_tick):
+        if ground and self.ground_code is None and (down_out != counts.get("ground_knows") or self.tick >= ground.wake_tick):
             counts["ground_knows"] = down_out
             ground.begin(self.tick, now_ns, (Channel("down_out", down_out),))
             sent = ground.finish(self._alive).sent
@@ -234,7 +235,7 @@ class Bench:
         p.now_s = now_ns / NS
         p.distance_to_goal_m = float(np.hypot(goal[0] - x_m, goal[1] - y_m))
         p.way_m += float(np.hypot(self.state.velocity_mps[0], self.state.velocity_mps[1])) * TICK_NS / NS
-        p.driving = max(abs(w.rate_radps) for w in self.state.wheels) > 0.3
+        p.driving = float(np.hypot(self.state.velocity_mps[0], self.state.velocity_mps[1])) > DRIVING_MPS
         sweeping = self.nodes.tilt.state in (TiltState.SWEEPING, TiltState.GAP)
         p.sweeps += sweeping and not p.sweeping
         p.sweeping = sweeping

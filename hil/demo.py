@@ -15,6 +15,7 @@ from typing import Any
 
 from mcap.reader import make_reader
 
+from hil.devices.lidar_profile import IDEAL
 from hil.processes import FIXED_ENVIRONMENT
 from hil.run import RunResult
 from hil.scenario import Scenario
@@ -82,6 +83,9 @@ def summary(scenario: Scenario, result: RunResult, replay: dict[str, Any]) -> di
         "seed": scenario.seed,
         "terrain": scenario.terrain,
         "link_profile": scenario.link,
+        "soil": "nominal",
+        "sensor_noise": f"LIDAR {1e3 * IDEAL.noise_near_m:.0f} mm to 10 m, {1e3 * IDEAL.noise_far_m:.0f} mm beyond; "
+        "encoders, pots, gyro and accelerometer with noise, bias and walk",
         "field": result.accepted.field.stats,
         "goal_m": list(result.accepted.field.goal_m),
         "passed_over": [{"seed": seed, "reason": reason} for seed, reason in result.accepted.passed_over],

@@ -71,6 +71,10 @@ class Processes:
         self._children[name].kill()
         self._children[name].wait()
 
+    def killed(self, name: str) -> bool:
+        """Whether `kill` ended it."""
+        return name in self._expected
+
     def settle(self, limit_s: float) -> None:
         """Wait a little for a child that is just dying, so that `check` sees it."""
         deadline = time.monotonic() + limit_s

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from hil import field_file
 from hil.bench import Bench, Progress
 from hil.fields import Accepted
 from hil.grounds import GROUNDS
@@ -27,6 +28,7 @@ from protocol.conventions import TICK_NS
 
 NAMES = frozenset({"onboard", "link", "ground"})
 _END_S = 20.0
+FAILED, UNFINISHED = 1, 75  # exit codes of the operator's script
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,6 +65,7 @@ def run(
     folder.mkdir(parents=True, exist_ok=True)
     accepted = GROUNDS[scenario.terrain](scenario.seed)
     shutil.rmtree(folder / "ground", ignore_errors=True)  # the counters of an earlier run
+    (folder / "field.npz").write_bytes(field_file.to_npz(accepted.field))
     (folder / "gdem.npz").write_bytes(to_npz(accepted.field.gdem))
     goal = {"goal_x": f"{accepted.field.goal_m[0]:.3f}", "goal_y": f"{accepted.field.goal_m[1]:.3f}"}
     (folder / "script.txt").write_text(scenario.script.format(**goal))
@@ -82,8 +85,7 @@ def run(
         rss_bytes = processes.peak_rss_bytes("onboard")
         bench.close(error or "the run is over")
         codes = processes.wait(_END_S)
-        if not error:
-            error = "".join(f"{n} ended with {c}:\n{processes.tail(n)}" for n, c in codes.items() if c > 1 or (c and n != "ground"))
+        error = error or _bad_ends(scenario, codes, processes)
     state = bench.state
     report = folder / "link.json"
     return RunResult(
@@ -170,6 +172,15 @@ def _ended(scenario: Scenario, bench: Bench) -> bool:
     if scenario.end_s:
         return now_s >= scenario.end_s
     return bench.ground_code is not None or now_s >= scenario.limit_s
+
+
+def _bad_ends(scenario: Scenario, codes: dict[str, int], processes: Processes) -> str:
+    """Who ended otherwise than a run ends: killed by a fault and an unfinished or failed script are no errors here."""
+    good = {"ground": (0, FAILED, UNFINISHED) if scenario.end_s or scenario.live else (0, FAILED)}
+    return "\n".join(
+        f"{name} ended with {code}:\n{processes.tail(name)}"
+        for name, code in codes.items() if code not in good.get(name, (0,)) and not processes.killed(name)
+    )
 
 
 def _why(lost: Exception, processes: Processes) -> str:
