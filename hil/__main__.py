@@ -1,4 +1,4 @@
-"""The command `hil`: the bench."""
+"""The command `hil`: the bench. What is heavy is loaded by the command that needs it: `hil --help` is quick."""
 
 from __future__ import annotations
 
@@ -21,12 +21,19 @@ from hil.run import run as run_scenario
 from hil.scenario import Scenario, load_scenario
 from onboard.config import ConfigError
 
+SHOWN = (
+    "goal_reached", "outcome", "distance_to_goal_m", "collisions", "scans", "replans", "way_m", "bench_s", "rtf",
+    "replay", "link_datagrams", "link_lost", "onboard_peak_rss_mb",
+)
+TALLIED = (
+    "terrain", "seed", "goal_reached", "distance_to_goal_m", "collisions", "scans", "way_m", "rtf", "replay", "outcome",
+)
 EX_OK, EX_FAILED, EX_NOINPUT, EX_SOFTWARE, EX_CONFIG, EX_INTERRUPTED = 0, 1, 66, 70, 78, 130
 
 app = typer.Typer(
     no_args_is_help=True, pretty_exceptions_enable=False,
-    help="The hardware-in-the-loop bench.\n\nExamples:\n\n  hil demo --seed 3\n\n  hil run hil/scenarios/lidar_unplugged.toml\n\n"
-    "  hil link --profile moon-bad",
+    help="The hardware-in-the-loop bench.\n\nExamples:\n\n"
+    "  hil demo --seed 3\n\n  hil run hil/scenarios/lidar_unplugged.toml\n\n  hil link --profile moon-bad",
 )
 app.command("link")(link_command)
 
@@ -107,8 +114,7 @@ def _terrain(name: str) -> str:
 
 def _show(facts: dict[str, object]) -> None:
     table = Table(show_header=False, box=None)
-    for key in ("goal_reached", "outcome", "distance_to_goal_m", "collisions", "scans", "replans", "way_m", "bench_s", "rtf",
-                "replay", "link_datagrams", "link_lost", "onboard_peak_rss_mb"):
+    for key in SHOWN:
         table.add_row(key, str(facts[key]))
     Console().print(table)
 
@@ -159,8 +165,7 @@ def tally(
     rows = [json.loads(path.read_text()) for path in sorted(folder.glob("*/summary.json"))]
     table = Table("terrain", "seed", "goal", "distance", "collisions", "scans", "way", "rtf", "replay", "outcome")
     for r in rows:
-        table.add_row(*(str(r[k]) for k in ("terrain", "seed", "goal_reached", "distance_to_goal_m", "collisions", "scans",
-                                            "way_m", "rtf", "replay", "outcome")))
+        table.add_row(*(str(r[key]) for key in TALLIED))
     Console().print(table)
     reached = sum(bool(r["goal_reached"]) for r in rows)
     clean = all(r["collisions"] == 0 and r["replay"] == "identical" for r in rows)

@@ -5,8 +5,8 @@ One tick n (10 ms), in this order:
     devices' bytes and frames up to n -> TICK n -> onboard thinks ... meanwhile plant and devices go on to n + 1
     onboard's DONE -> its frames and bytes are drained -> link (down) -> ground -> link (up)
 
-So a command sent in tick n acts in the plant from n + 1 to n + 2: one tick of transport, and two cores are busy at once.
-Only counts decide when a tick may run, never arrival time: same seed, same bytes, every run.
+So a command sent in tick n acts in the plant from n + 1 to n + 2: one tick of transport, and two cores are busy at
+once. Only counts decide when a tick may run, never arrival time: same seed, same bytes, every run.
 """
 
 from __future__ import annotations
@@ -35,6 +35,7 @@ from protocol.can_codec import TiltState
 from protocol.conventions import TICK_NS
 
 NS = 1_000_000_000
+STREAMS = ("can_to_onboard", "can_to_nodes", "lidar_to_onboard", "lidar_to_sensor")
 DRIVING_MPS = 0.05  # base_link moves: not a turn on the spot
 WIRE_LIMIT_S = 30.0  # wall time for bytes that onboard says it has sent
 
@@ -89,7 +90,7 @@ class Bench:
         self.lidar = Lidar(seed, self._cast)
         self.hub, self.lidar_server, self.barrier = CanHub(), LidarServer("127.0.0.1"), Barrier()
         self.wires = Wires()
-        self.streams = {name: Stream() for name in ("can_to_onboard", "can_to_nodes", "lidar_to_onboard", "lidar_to_sensor")}
+        self.streams = {name: Stream() for name in STREAMS}
         self.progress = Progress()
         self.tick = 0
         self.ground_code: int | None = None  # exit code of the operator's script once it has ended
@@ -212,7 +213,8 @@ class Bench:
         self._call_link(now_ns)
         ground = people.get("ground")
         down_out = counts.get("down_out", 0)
-        if ground and self.ground_code is None and (down_out != counts.get("ground_knows") or self.tick >= ground.wake_tick):
+        news = down_out != counts.get("ground_knows")
+        if ground and self.ground_code is None and (news or self.tick >= ground.wake_tick):
             counts["ground_knows"] = down_out
             ground.begin(self.tick, now_ns, (Channel("down_out", down_out),))
             sent = ground.finish(self._alive).sent

@@ -96,7 +96,8 @@ def summary(scenario: Scenario, result: RunResult, replay: dict[str, Any]) -> di
 
 
 def _direction(row: dict[str, Any]) -> dict[str, int]:
-    return {name: int(row.get(key, 0)) for name, key in (("sent", "offered"), ("lost", "lost"), ("delivered", "delivered"))}
+    keys = {"sent": "offered", "lost": "lost", "delivered": "delivered"}
+    return {name: int(row.get(key, 0)) for name, key in keys.items()}
 
 
 def certificate(scenario: Scenario, result: RunResult) -> dict[str, Any]:

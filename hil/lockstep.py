@@ -1,12 +1,13 @@
 """The bench's end of the barrier: one master, several participants, each runs a tick when it is called.
 
-`begin` sends TICK to one participant, `finish` waits for its DONE; between the two the bench may do work of its own (it
-computes the next step of the plant while onboard thinks). A participant that dies or does not answer within the limit ends
-the run with its name.
+`begin` sends TICK to one participant, `finish` waits for its DONE; between the two the bench may do work of its own
+(it computes the next step of the plant while onboard thinks). A participant that dies or does not answer within the
+limit ends the run with its name.
 """
 
 from __future__ import annotations
 
+import contextlib
 import select
 import socket
 from collections.abc import Callable, Set
@@ -17,7 +18,7 @@ from protocol.conventions import TICK_NS
 ANSWER_LIMIT_S = 120.0
 
 
-class ParticipantLost(RuntimeError):
+class ParticipantLostError(RuntimeError):
     """A participant closed its connection or did not answer."""
 
     def __init__(self, name: str, what: str) -> None:
@@ -42,7 +43,7 @@ class Participant:
         try:
             self._socket.sendall(encode(Tick(number, now_ns, channels)))
         except OSError as error:
-            raise ParticipantLost(self.name, f"gone before tick {number} ({error})") from error
+            raise ParticipantLostError(self.name, f"gone before tick {number} ({error})") from error
 
     def finish(self, alive: Callable[[], None]) -> Done:
         """Its DONE. `alive` is called now and then while waiting and raises when a process has died."""
@@ -52,14 +53,16 @@ class Participant:
                 alive()
                 waited_s += 0.5
                 if waited_s > ANSWER_LIMIT_S:
-                    raise ParticipantLost(self.name, f"no answer to tick {self._waiting_for} in {ANSWER_LIMIT_S:.0f} s")
+                    what = f"no answer to tick {self._waiting_for} in {ANSWER_LIMIT_S:.0f} s"
+                    raise ParticipantLostError(self.name, what)
                 continue
             try:
                 data = self._socket.recv(65536)
             except OSError as error:
-                raise ParticipantLost(self.name, f"connection lost in tick {self._waiting_for} ({error})") from error
+                what = f"connection lost in tick {self._waiting_for} ({error})"
+                raise ParticipantLostError(self.name, what) from error
             if not data:
-                raise ParticipantLost(self.name, f"closed the barrier in tick {self._waiting_for}")
+                raise ParticipantLostError(self.name, f"closed the barrier in tick {self._waiting_for}")
             for message in self._receiver.receive(data):
                 assert isinstance(message, Done) and message.number == self._waiting_for, message
                 self.sent, self.wake_tick = message.sent, message.wake_tick
@@ -67,10 +70,8 @@ class Participant:
 
     def stop(self, reason: str) -> None:
         """The run is over."""
-        try:
+        with contextlib.suppress(OSError):  # it may be gone already
             self._socket.sendall(encode(Stop(reason)))
-        except OSError:
-            pass  # it is gone already
 
     def close(self) -> None:
         """Drop the connection."""
@@ -98,7 +99,7 @@ class Barrier:
             while not messages:
                 data = connection.recv(4096)
                 if not data:
-                    raise ParticipantLost("unknown", "left before HELLO")
+                    raise ParticipantLostError("unknown", "left before HELLO")
                 messages += receiver.receive(data)
             hello = messages[0]
             assert isinstance(hello, Hello)

@@ -1,6 +1,6 @@
 """The rover on its ground, by pybullet: bodies and rocks are the engine's, wheels on soil are hil.soil's.
 
-Only this file and hil/raycast.py know the engine. Same field, seed, step and commands give the same bits.
+Only this file and hil/raycast.py use the engine. Same field, seed, step and commands give the same bits.
 Engine traps that shape this file: links have a damping of 0.04 and joints a motor unless told otherwise; the base's
 pose is that of its centre of mass; an external force lives for one step; a rover off the mesh falls for ever, silently.
 """
@@ -13,9 +13,9 @@ from collections import deque
 from pathlib import Path
 
 import numpy as np
-import pybullet
 from numpy.typing import NDArray
 
+from hil.engine import pybullet
 from hil.raycast import BODY, ROCK, SOIL, WHEEL, Ground
 from hil.records import PlantState, WheelDrive, WheelTruth
 from hil.rover_model import CENTRE_OF_MASS_M, urdf
@@ -37,7 +37,7 @@ HISTORY = 11  # poses of the last 100 ms, one a tick
 SETTLE_TICKS = 150
 
 
-class PlantAbort(RuntimeError):  # noqa: N818 - the design's word
+class PlantAbortError(RuntimeError):
     """The run has no meaning from here on; the text says why."""
 
 
@@ -109,7 +109,7 @@ class Plant:
     def reset(self, pose: Pose) -> PlantState:
         """Put the rover at x, y, yaw of `pose` on the ground, wheels straight and still, let it settle; time is 0.
 
-        Raises PlantAbort if the rover does not stand there on its four wheels.
+        Raises PlantAbortError if the rover does not stand there on its four wheels.
         """
         z, roll, pitch = self._rest(pose.x_m, pose.y_m, pose.yaw_rad)
         quaternion = pybullet.getQuaternionFromEuler([roll, pitch, pose.yaw_rad])
@@ -128,7 +128,7 @@ class Plant:
             state = self.step()
         if min(wheel.load_n for wheel in state.wheels) <= 0:
             where = f"({pose.x_m:.2f}, {pose.y_m:.2f})"
-            raise PlantAbort(f"a wheel is in the air at {where}: does the rover stand in a rock?")
+            raise PlantAbortError(f"a wheel is in the air at {where}: does the rover stand in a rock?")
         return state
 
     def _rest(self, x_m: float, y_m: float, yaw_rad: float) -> tuple[float, float, float]:
@@ -156,7 +156,7 @@ class Plant:
         self._soil.set_soil(wheel - 1, name)
 
     def step(self, ticks_ns: int = TICK_NS) -> PlantState:
-        """One tick of physics; the truth at its end. Raises PlantAbort."""
+        """One tick of physics; the truth at its end. Raises PlantAbortError."""
         self._motors(ticks_ns * 1e-9)
         body, wheels, client, dt_s = self._body, self._wheels, self._client, self._dt_s
         states, forces, push, advance = (
@@ -231,20 +231,21 @@ class Plant:
     def _fence(self, position: tuple[float, ...], q: tuple[float, ...]) -> None:
         x, y, z = position
         if not all(map(math.isfinite, (*position, *q))):
-            raise PlantAbort("the state is not a number")
+            raise PlantAbortError("the state is not a number")
         grid = self.field.grid
         edge = min(
             x - grid.x0_m, grid.x0_m + (grid.columns - 1) * grid.cell_m - x,
             y - grid.y0_m, grid.y0_m + (grid.rows - 1) * grid.cell_m - y,
         )
         if edge < FENCE_M:
-            raise PlantAbort(f"{edge:.2f} m from the field's edge at ({x:.2f}, {y:.2f})")
+            raise PlantAbortError(f"{edge:.2f} m from the field's edge at ({x:.2f}, {y:.2f})")
         up = _rotate(q, (0.0, 0.0, 1.0))
         ahead, left = _rotate(q, (1.0, 0.0, 0.0)), _rotate(q, (0.0, 1.0, 0.0))
         if up[2] <= 0 or max(abs(ahead[2]), abs(left[2])) > math.sin(TIP_RAD):
-            raise PlantAbort(f"tipped: pitch or roll over {math.degrees(TIP_RAD):.0f} deg at ({x:.2f}, {y:.2f})")
+            raise PlantAbortError(f"tipped: pitch or roll over {math.degrees(TIP_RAD):.0f} deg at ({x:.2f}, {y:.2f})")
         if self._history and abs(z - self._history[-1][1][2]) > JUMP_M:
-            raise PlantAbort(f"height jumped from {self._history[-1][1][2]:.3f} to {z:.3f} m at ({x:.2f}, {y:.2f})")
+            before = self._history[-1][1][2]
+            raise PlantAbortError(f"height jumped from {before:.3f} to {z:.3f} m at ({x:.2f}, {y:.2f})")
 
     def poses_at(self, times_ns: I64) -> tuple[F64, F64]:
         """base_link at times (n,) within the last 100 ms: positions (n, 3), quaternions x y z w (n, 4)."""

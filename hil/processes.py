@@ -22,7 +22,7 @@ FIXED_ENVIRONMENT = {
 }
 
 
-class ProcessDied(RuntimeError):
+class ProcessDiedError(RuntimeError):
     """A process of the run ended when it should not have; the text holds its name, exit code and last lines."""
 
 
@@ -34,7 +34,9 @@ class Processes:
         self._children: dict[str, subprocess.Popen[bytes]] = {}
         self._expected: set[str] = set()
 
-    def start(self, name: str, module: str, arguments: Sequence[str], environment: Mapping[str, str] | None = None) -> None:
+    def start(
+        self, name: str, module: str, arguments: Sequence[str], environment: Mapping[str, str] | None = None
+    ) -> None:
         """Run `python -m module arguments`; its output goes to FOLDER/name.log."""
         log = (self._folder / f"{name}.log").open("wb")
         with log:
@@ -59,11 +61,11 @@ class Processes:
         return int(row.split()[1]) * 1024
 
     def check(self) -> None:
-        """Raise ProcessDied if a child has ended that was not expected to."""
+        """Raise ProcessDiedError if a child has ended that was not expected to."""
         for name, child in self._children.items():
             code = child.poll()
             if code is not None and name not in self._expected:
-                raise ProcessDied(f"{name} ended with {_code(code)}:\n{self.tail(name)}")
+                raise ProcessDiedError(f"{name} ended with {_code(code)}:\n{self.tail(name)}")
 
     def kill(self, name: str) -> None:
         """SIGKILL, as `kill -9` does; the end is expected."""

@@ -9,9 +9,9 @@ exactly 16,384 return nothing without a word.
 from __future__ import annotations
 
 import numpy as np
-import pybullet
 from numpy.typing import NDArray
 
+from hil.engine import pybullet
 from hil.terrain import Field, Rock
 
 F64 = NDArray[np.float64]

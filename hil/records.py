@@ -30,9 +30,9 @@ class WheelDrive(NamedTuple):
 class PlantState:
     """The rover as it really is at `now_ns`.
 
-    position_m (3,), quaternion_xyzw (4,): base_link in the map frame, float64. velocity_mps (3,): of base_link, map axes.
-    angular_radps (3,): base axes. specific_force_mps2 (3,): what an ideal accelerometer at base_link feels, base axes, mean
-    over the last tick. contact: '' or what touched ("body", "wheel 2 on a rock of 0.12 m").
+    position_m (3,), quaternion_xyzw (4,): base_link in the map frame, float64. velocity_mps (3,): of base_link, map
+    axes. angular_radps (3,): base axes. specific_force_mps2 (3,): what an ideal accelerometer at base_link feels, base
+    axes, mean over the last tick. contact: '' or what touched ("body", "wheel 2 on a rock of 0.12 m").
     """
 
     now_ns: int

@@ -17,9 +17,9 @@ from hil.fields import Accepted
 from hil.grounds import GROUNDS
 from hil.impairment import PROFILES, load_profile
 from hil.injection import Injector
-from hil.lockstep import ParticipantLost
-from hil.plant import PlantAbort
-from hil.processes import ProcessDied, Processes
+from hil.lockstep import ParticipantLostError
+from hil.plant import PlantAbortError
+from hil.processes import ProcessDiedError, Processes
 from hil.scenario import Scenario
 from hil.truth import Truth
 from onboard.config import load
@@ -79,7 +79,7 @@ def run(
             bench.gather(NAMES - {"ground"} if scenario.live else NAMES)
             started = time.monotonic()
             _loop(scenario, bench, processes, injector, progress, pace)
-        except (ParticipantLost, ProcessDied, PlantAbort) as lost:
+        except (ParticipantLostError, ProcessDiedError, PlantAbortError) as lost:
             error = _why(lost, processes)
         wall_s = time.monotonic() - started
         rss_bytes = processes.peak_rss_bytes("onboard")
@@ -103,14 +103,16 @@ def _start(scenario: Scenario, folder: Path, bench: Bench, processes: Processes)
     barrier = ("--barrier", bench.barrier.address)
     write_station(folder / "ground.toml", ground_side, scenario.seed)
     processes.start("link", "hil", [
-        "link", "--profile", scenario.link, "--profiles", str(_profiles(scenario, folder)), "--seed", str(scenario.seed),
+        "link", "--profile", scenario.link, "--profiles", str(_profiles(scenario, folder)),
+        "--seed", str(scenario.seed),
         "--rover", rover_side, "--ground", ground_side, "--report", str(folder / "link.json"), *barrier,
         *(("--real-time",) if scenario.live else ()),
     ])
     processes.start("onboard", "onboard", ["run", *_settings(scenario, folder, bench, rover_side)])
     if scenario.live:
         return
-    processes.start("ground", "ground", ["script", "--station", str(folder / "ground.toml"), *barrier, str(folder / "script.txt")])
+    station, script = str(folder / "ground.toml"), str(folder / "script.txt")
+    processes.start("ground", "ground", ["script", "--station", station, *barrier, script])
 
 
 def _settings(scenario: Scenario, folder: Path, bench: Bench, rover_side: str) -> list[str]:
@@ -130,7 +132,8 @@ def _profiles(scenario: Scenario, folder: Path) -> Path:
     """The profile file; with this scenario's blackouts where it has some."""
     if not scenario.blackout_s:
         return PROFILES
-    tables = PROFILES.read_text().replace(f"[{scenario.link}]", f"[{scenario.link}]\nblackouts_s = {list(scenario.blackout_s)}")
+    head = f"[{scenario.link}]"
+    tables = PROFILES.read_text().replace(head, f"{head}\nblackouts_s = {list(scenario.blackout_s)}")
     path = folder / "link_profiles.toml"
     path.write_text(tables)
     return path
@@ -149,8 +152,8 @@ def free_port() -> int:
 
 
 def _loop(
-    scenario: Scenario, bench: Bench, processes: Processes, injector: Injector, progress: Callable[[Progress, float], None],
-    pace: float,
+    scenario: Scenario, bench: Bench, processes: Processes, injector: Injector,
+    progress: Callable[[Progress, float], None], pace: float,
 ) -> None:
     started = shown = time.monotonic()
     while not _ended(scenario, bench):
@@ -188,6 +191,6 @@ def _why(lost: Exception, processes: Processes) -> str:
     try:
         processes.settle(2.0)
         processes.check()
-    except ProcessDied as died:
+    except ProcessDiedError as died:
         return str(died)
     return str(lost)

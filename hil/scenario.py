@@ -1,4 +1,4 @@
-"""A scenario: terrain, seed, link profile, the operator's script, timed faults, limits. A TOML file, checked when read."""
+"""A scenario: terrain, seed, link profile, operator's script, timed faults, limits. A TOML file, checked when read."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class Scenario:
     blackout_s: tuple[float, ...] = ()
     script: str = value("at 2.0: goto {goal_x} {goal_y}\nwait goto\nget ldem\n", "what the operator does")
     limit_s: float = value(1200.0, "bench time after which the run is ended", low=1, high=1e6)
-    end_s: float = value(0.0, "end after this much bench time whatever happens; 0: when the script is done", low=0, high=1e6)
+    end_s: float = value(0.0, "end after this much bench time; 0: when the script is done", low=0, high=1e6)
     live: bool = value(False, "no scripted operator: a live ground station may join; the run does not repeat")
     faults: tuple[Injection, ...] = ()
     set: Mapping[str, Any] = field(default_factory=dict)

@@ -31,7 +31,8 @@ def read_config(path: Path | None, settings: list[str]) -> Config:
     try:
         return load(path, dict(parse_override(text) for text in settings))
     except FileNotFoundError:
-        raise fail(EX_NOINPUT, f"no configuration file {path}; `onboard run --print-config > {path}` makes one") from None
+        hint = f"`onboard run --print-config > {path}` makes one"
+        raise fail(EX_NOINPUT, f"no configuration file {path}; {hint}") from None
     except IsADirectoryError:
         raise fail(EX_NOINPUT, f"{path} is a folder, not a configuration file") from None
     except PermissionError:
@@ -59,13 +60,13 @@ def run(
         print(to_toml(tree), end="")
         return
     from onboard.app import run as fly  # the drivers are heavy: not for --help and --print-config
-    from onboard.drivers.clock import ClockLost
+    from onboard.drivers.clock import ClockLostError
 
     try:
         raise typer.Exit(fly(tree))
     except ConfigError as error:
         raise fail(EX_CONFIG, str(error)) from None
-    except (ClockLost, OSError) as error:
+    except (ClockLostError, OSError) as error:
         raise fail(EX_UNAVAILABLE, str(error)) from None
 
 

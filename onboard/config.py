@@ -1,7 +1,7 @@
 """The configuration: one frozen tree with units and ranges, read from TOML, handed down in parts.
 
-Each value is declared once, by `value(...)`: default, range, unit, meaning. An unknown key, a wrong type or a value out of
-range is a ConfigError that names the file, the key, the value, what is allowed and what was probably meant.
+Each value is declared once, by `value(...)`: default, range, unit, meaning. An unknown key, a wrong type or a value out
+of range is a ConfigError that names the file, the key, the value, what is allowed and what was probably meant.
 `rover.toml` beside this file is `onboard run --print-config`.
 """
 
@@ -157,7 +157,7 @@ class Motion:
     look_ahead_m: float = value(0.35, "distance of the carrot", low=0.05, high=5)
     heading_gain_hz: float = value(0.8, "K_p: yaw rate for an error of heading", low=0.01, high=10)
     yaw_rate_limit_radps: float = value(0.25, "fastest turn", low=0.01, high=2)
-    point_turn_start_rad: float = value(45 * RAD, "error of heading at which the rover stops and turns", low=0.1, high=3)
+    point_turn_start_rad: float = value(45 * RAD, "error of heading at which it stops and turns", low=0.1, high=3)
     point_turn_end_rad: float = value(5 * RAD, "error of heading at which it goes on", low=0.01, high=1)
     arrive_m: float = value(0.05, "end of a path: this near to its last station", low=0.005, high=1)
     arrive_yaw_rad: float = value(2 * RAD, "end of a turn: this near to its heading", low=0.002, high=0.5)

@@ -213,14 +213,12 @@ class Pose:
         cr, sr = np.cos(self.roll_rad), np.sin(self.roll_rad)
         cp, sp = np.cos(self.pitch_rad), np.sin(self.pitch_rad)
         cy, sy = np.cos(self.yaw_rad), np.sin(self.yaw_rad)
-        return np.array(
-            [
-                [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr, self.x_m],
-                [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr, self.y_m],
-                [-sp, cp * sr, cp * cr, self.z_m],
-                [0.0, 0.0, 0.0, 1.0],
-            ]
-        )
+        return np.array([
+            [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr, self.x_m],
+            [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr, self.y_m],
+            [-sp, cp * sr, cp * cr, self.z_m],
+            [0.0, 0.0, 0.0, 1.0],
+        ])
 
 
 @dataclass(frozen=True, slots=True)
@@ -323,9 +321,9 @@ class Ldem:
     """The local digital elevation map: statistics of each cell, all (rows, columns); `10-navigation` section 3.
 
     n: int32 hits. sum_z, sum_z2: float64 of heights (m, m2). z_hi, z_lo: float32 highest and lowest hit, NaN without.
-    sum_sigma: float32, sum of sigma_z of the hits. z_ray: float32, lowest height at which a beam crossed the cell without
-    hitting in it, +inf where none did. view_m: float32 distance of the nearest view, inf where none. stop: int16 of the
-    nearest view, -1 where none. assumed_z: float32, the plane under the start, NaN where not assumed.
+    sum_sigma: float32, sum of sigma_z of the hits. z_ray: float32, lowest height at which a beam crossed the cell
+    without hitting in it, +inf where none did. view_m: float32 distance of the nearest view, inf where none.
+    stop: int16 of the nearest view, -1 where none. assumed_z: float32, plane under the start, NaN where not assumed.
     """
 
     grid: Grid

@@ -1,6 +1,6 @@
 """TABLE of faults: what is watched, how fast it must be found, what the rover does about it.
 
-The only list: the monitors yield these names, the executive walks the responses, the docs page and the tests come from here.
+The only list: the monitors yield these names, the executive walks the responses, docs page and tests come from here.
 Detection counts from the first missing or violating sample to the tick whose outputs hold the response.
 """
 

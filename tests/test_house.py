@@ -14,9 +14,9 @@ PACKAGES = ("protocol", "onboard", "hil", "ground", "pictures")
 GENERATED = {"protocol/can_codec.py", "protocol/eldorado_dialect.py"}
 
 ONE_IMPORTER = {
-    "can": {"onboard/drivers/can_bus.py", "hil/can_hub.py"},
+    "can": {"onboard/drivers/can_bus.py"},
     "zenoh": {"onboard/drivers/link_port.py", "hil/link_emulator.py", "ground/station.py"},
-    "pybullet": {"hil/plant.py", "hil/raycast.py"},
+    "pybullet": {"hil/engine.py"},
     "filterpy": {"onboard/perception/localisation.py"},
     "small_gicp": {"onboard/perception/registration.py"},
 }

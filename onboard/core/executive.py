@@ -153,8 +153,8 @@ class Executive:
         elif "product" in ctx.jobs.running:
             self._downlink.report(order.request_id, State.FAILED, "one is being packed already: ask again")
         else:
-            report = result.report
-            grid = MapGrid(report.grid.x0_m, report.grid.y0_m, report.grid.cell_m, report.grid.rows, report.grid.columns)
+            report, at = result.report, result.report.grid
+            grid = MapGrid(at.x0_m, at.y0_m, at.cell_m, at.rows, at.columns)
             arguments = (LdemProduct(grid, report.z_mean, report.node_sets),)
             ctx.jobs.submit("product", encode_ldem, arguments, ctx.tick + PRODUCT_TICKS)
             self._get_id = order.request_id

@@ -1,7 +1,7 @@
 """One `goto`: scan -> map -> plan -> drive -> turn -> scan ... until arrived or failed (section 9 of the chapter).
 
-At the first stop of a map the rover scans ahead, turns round and scans behind (R1). Each phase is one method; a phase ends
-by entering the next. The map outlives the mission: the next goto begins with what is known.
+At the first stop of a map the rover scans ahead, turns round and scans behind (R1). Each phase is one method; a phase
+ends by entering the next. The map outlives the mission: the next goto begins with what is known.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """One sweep of the tilting scanner at a stop: park, stream, sweep, collect.
 
 States: PREPARING (tilt goes to its first angle, the LIDAR starts to stream) -> SWEEPING (segments run, scans are kept)
--> SETTLING (the last turn comes in) -> the sweep. A silent LIDAR or a sweep that does not end discards what there is and
-begins again; `tries` counts.
+-> SETTLING (the last turn comes in) -> the sweep. A silent LIDAR or a sweep that does not end discards what there is
+and begins again; `tries` counts.
 """
 
 from __future__ import annotations

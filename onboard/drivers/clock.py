@@ -13,7 +13,7 @@ from protocol.barrier import Done, Hello, Receiver, Stop, Tick, Welcome, encode
 from protocol.conventions import TICK_NS
 
 
-class ClockLost(RuntimeError):
+class ClockLostError(RuntimeError):
     """The bench that owns time has gone."""
 
 
@@ -71,7 +71,7 @@ class LockStepClock:
         self._socket.settimeout(None)
         self._socket.sendall(encode(Hello(self._name)))
         if not isinstance(self._next(), Welcome):
-            raise ClockLost("the bench did not answer HELLO with WELCOME")
+            raise ClockLostError("the bench did not answer HELLO with WELCOME")
 
     def now_ns(self) -> int:
         """Bench time of the present tick."""
@@ -85,7 +85,7 @@ class LockStepClock:
             return message
         if message is None or isinstance(message, Stop):
             return None
-        raise ClockLost(f"the bench sent {type(message).__name__} where a tick was due")
+        raise ClockLostError(f"the bench sent {type(message).__name__} where a tick was due")
 
     def done(self, tick: Tick, sent: Mapping[str, int], connect: Sequence[str]) -> None:
         """Tell the bench that the tick is done and how much was sent so far."""
@@ -104,7 +104,7 @@ class LockStepClock:
                 continue
             data = self._socket.recv(65536)
             if not data:
-                raise ClockLost("the bench closed the barrier")
+                raise ClockLostError("the bench closed the barrier")
             self._inbox += self._receiver.receive(data)
         return self._inbox.pop(0)
 

@@ -1,7 +1,8 @@
 """The MAPPING work of a stop, as pure functions for beside the tick: cloud, registration, map.
 
-`look` makes the cloud of a sweep in base_link axes and registers it to what earlier stops saw. The filter then decides, in
-the tick, whether it believes the registration. `remember` enters the cloud into the map at the pose that was decided.
+`look` makes the cloud of a sweep in base_link axes and registers it to what earlier stops saw. The filter then
+decides, in the tick, whether it believes the registration. `remember` enters the cloud into the map at the pose that
+was decided.
 """
 
 from __future__ import annotations
@@ -37,7 +38,7 @@ class StopMap:
 
 
 def look(scans: Sequence[Scan], tilt: TiltTrack, guess: F64, target_points: F64, config: Config) -> Look:
-    """Cloud of a sweep; registered to `target_points` (m, 3, map frame) from `guess` (4, 4) T_map_base if there are any."""
+    """Cloud of a sweep, registered to `target_points` (m, 3, map frame), if any, from `guess` (4, 4) T_map_base."""
     far = replace(config.scanning, range_m=max(config.scanning.range_m, config.localisation.registration_range_m))
     seen = cloud(scans, tilt, np.eye(4), config.rover, far, config.lidar.range_noise_m)
     if not len(target_points):

@@ -24,7 +24,7 @@ from onboard.records import Gdem
 EX_OK, EX_DIFFERENT, EX_DATAERR, EX_NOINPUT = 0, 1, 65, 66
 
 
-class DamagedRecord(ValueError):
+class DamagedRecordError(ValueError):
     """The record is not what was written; the text names the tick and channel where that shows."""
 
 
@@ -43,7 +43,7 @@ class Verdict:
 
 
 def ticks_of(reader: McapReader) -> Iterator[tuple[int, dict[str, bytes]]]:
-    """(tick, topic -> message) in order; raises DamagedRecord where the file does not hold together."""
+    """(tick, topic -> message) in order; raises DamagedRecordError where the file does not hold together."""
     number = -1
     messages: dict[str, bytes] = {}
     try:
@@ -54,20 +54,20 @@ def ticks_of(reader: McapReader) -> Iterator[tuple[int, dict[str, bytes]]]:
                 number, messages = message.sequence, {}
             messages[channel.topic] = message.data
     except (McapError, ZstdError, EOFError) as error:
-        raise DamagedRecord(f"after tick {number}: {error}") from error
+        raise DamagedRecordError(f"after tick {number}: {error}") from error
     if messages:
         yield number, messages
 
 
 def replay(path: Path) -> Verdict:
-    """Run the core of this version on the record's inputs. Raises DamagedRecord, FileNotFoundError."""
+    """Run the core of this version on the record's inputs. Raises DamagedRecordError, FileNotFoundError."""
     verdict = Verdict(bytes_compared=dict.fromkeys(OUTPUTS, 0))
     with path.open("rb") as file:
         try:
             reader = make_reader(file, validate_crcs=True)
             config, gdem = _start_state(reader)
         except (McapError, ZstdError, EOFError, ValueError) as error:
-            raise DamagedRecord(f"at its start: {error}") from error
+            raise DamagedRecordError(f"at its start: {error}") from error
         rover, jobs = Rover(config, gdem), Inline()
         for number, recorded in ticks_of(reader):
             _check_inputs(number, recorded)
@@ -77,9 +77,10 @@ def replay(path: Path) -> Verdict:
             made = encode_outputs(outputs, recorded)
             verdict.ticks += 1
             for topic in OUTPUTS:
-                verdict.bytes_compared[topic] += len(recorded.get(topic, b""))
-                if made.get(topic, b"") != recorded.get(topic, b""):
-                    verdict.first_difference = _difference(number, topic, recorded.get(topic, b""), made.get(topic, b""))
+                old, new = recorded.get(topic, b""), made.get(topic, b"")
+                verdict.bytes_compared[topic] += len(old)
+                if new != old:
+                    verdict.first_difference = _difference(number, topic, old, new)
                     return verdict
     return verdict
 
@@ -87,7 +88,7 @@ def replay(path: Path) -> Verdict:
 def _start_state(reader: McapReader) -> tuple[Config, Gdem | None]:
     attachments = {a.name: a.data for a in reader.iter_attachments()}
     if "config.toml" not in attachments:
-        raise DamagedRecord("it holds no config.toml: not a record of this program, or cut off at its start")
+        raise DamagedRecordError("it holds no config.toml: not a record of this program, or cut off at its start")
     with TemporaryDirectory() as folder:
         toml = Path(folder) / "config.toml"
         toml.write_bytes(attachments["config.toml"])
@@ -96,10 +97,10 @@ def _start_state(reader: McapReader) -> tuple[Config, Gdem | None]:
 
 def _check_inputs(number: int, recorded: dict[str, bytes]) -> None:
     if "/in/tick" not in recorded or "/out/tick" not in recorded:
-        raise DamagedRecord(f"tick {number}: its message is missing")
+        raise DamagedRecordError(f"tick {number}: its message is missing")
     for topic, expected in input_checks(recorded["/out/tick"]).items():
         if crc32(recorded.get(topic, b"")) != expected:
-            raise DamagedRecord(f"tick {number}, channel {topic}: the bytes are not those that were recorded")
+            raise DamagedRecordError(f"tick {number}, channel {topic}: the bytes are not those that were recorded")
     assert set(INPUTS) >= {topic for topic in recorded if topic.startswith("/in/")}
 
 
@@ -118,7 +119,7 @@ def replay_command(path: Path, as_json: bool) -> int:
         return EX_NOINPUT
     try:
         verdict = replay(path)
-    except DamagedRecord as error:
+    except DamagedRecordError as error:
         print(f"onboard: {path} is damaged: {error}", file=sys.stderr)
         return EX_DATAERR
     word = "identical" if verdict.identical else "different"

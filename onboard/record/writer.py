@@ -1,7 +1,7 @@
 """One MCAP file for each run: every input and output of the core, tick by tick, with what is needed to run it again.
 
-Attachments: config.toml, gdem.npz, versions.json. Chunks of 256 KiB, zstd. Decisions with their maps ride on /plan as .npz, for
-the report; a replay makes them anew.
+Attachments: config.toml, gdem.npz, versions.json. Chunks of 256 KiB, zstd. Decisions with their maps ride on /plan as
+.npz, for the report; a replay makes them anew.
 """
 
 from __future__ import annotations

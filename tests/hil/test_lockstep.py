@@ -5,7 +5,7 @@ import threading
 
 import pytest
 
-from hil.lockstep import Barrier, ParticipantLost
+from hil.lockstep import Barrier, ParticipantLostError
 from protocol.barrier import Channel, Done, Hello, Receiver, Stop, Tick, encode
 
 
@@ -38,7 +38,9 @@ def quiet():
 
 def test_a_tick_carries_counts_out_and_back():
     barrier = Barrier()
-    thread, heard = participant(barrier.address, "onboard", lambda t: Done(t.number, 9, {"can": 3 * t.number}, ("lidar",)))
+    thread, heard = participant(
+        barrier.address, "onboard", lambda t: Done(t.number, 9, {"can": 3 * t.number}, ("lidar",))
+    )
     barrier.gather({"onboard"}, quiet)
     rover = barrier.participants["onboard"]
     channel = Channel("can", 11, stamps_us=(5, 6))
@@ -56,7 +58,7 @@ def test_a_participant_that_leaves_in_a_tick_is_named():
     thread, _ = participant(barrier.address, "ground", lambda t: None)
     barrier.gather({"ground"}, quiet)
     barrier.participants["ground"].begin(7, 0, ())
-    with pytest.raises(ParticipantLost, match="ground: .* tick 7"):
+    with pytest.raises(ParticipantLostError, match=r"ground: .* tick 7"):
         barrier.participants["ground"].finish(quiet)
     thread.join()
     barrier.close()
@@ -66,8 +68,8 @@ def test_waiting_for_participants_notices_that_a_process_died():
     barrier = Barrier()
 
     def dead():
-        raise ParticipantLost("onboard", "exit code 78")
+        raise ParticipantLostError("onboard", "exit code 78")
 
-    with pytest.raises(ParticipantLost, match="onboard: exit code 78"):
+    with pytest.raises(ParticipantLostError, match="onboard: exit code 78"):
         barrier.gather({"onboard"}, dead)
     barrier.close()

@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 
-from hil.plant import Plant, PlantAbort
+from hil.plant import Plant, PlantAbortError
 from hil.records import WheelDrive
 from hil.terrain import Rock
 from onboard.records import Pose
@@ -161,7 +161,7 @@ def test_body_and_wheel_contacts_are_told(plant_on):
 
 
 def test_a_start_in_a_rock_is_refused(plant_on):
-    with pytest.raises(PlantAbort, match="stand in a rock"):
+    with pytest.raises(PlantAbortError, match="stand in a rock"):
         plant_on(field_of(plane().soil_z, rocks=[octahedron(0.0, 0.0, 0.25)]))
 
 
@@ -175,7 +175,7 @@ def test_low_rock_under_a_wheel_is_no_collision(plant_on):
 def test_edge_of_the_field_aborts(plant_on):
     plant = plant_on(plane())
     plant.reset(Pose(3.4, 0.0))
-    with pytest.raises(PlantAbort, match="from the field's edge"):
+    with pytest.raises(PlantAbortError, match="from the field's edge"):
         run(plant, (WheelDrive(0.0, 1.1),) * 4, 5)
 
 

@@ -1,9 +1,9 @@
 """Rays against an exact, slow numpy caster: no miss, no false hit, no error over 0.1 mm."""
 
 import numpy as np
-import pybullet
 import pytest
 
+from hil.engine import pybullet
 from hil.raycast import Ground, squares
 from hil.terrain import height_at
 from tests.hil.small_fields import CELL_M, field_of, rough

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from onboard.config import Localisation
-from onboard.perception.registration import RANGE_M, difference, merge_target, register
+from onboard.perception.registration import difference, merge_target, register
 
 CONFIG = Localisation()
 DEG = math.pi / 180
@@ -182,7 +182,7 @@ def test_merged_target_holds_one_point_a_voxel_within_its_radius_and_does_not_gr
     once = merge_target(np.empty((0, 3)), points, (0.0, 0.0))
     again = merge_target(once, points, (0.0, 0.0))
     assert len(once) == len(again)
-    assert np.hypot(*once[:, :2].T).max() < RANGE_M
+    assert np.hypot(*once[:, :2].T).max() < CONFIG.registration_range_m
     voxels = {tuple(v) for v in np.floor(once / 0.1).astype(int)}
     assert len(voxels) > 0.95 * len(once)
     assert len(merge_target(once, points, (100.0, 0.0))) == 0
