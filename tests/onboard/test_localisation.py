@@ -87,10 +87,37 @@ def test_first_half_second_of_standing_gives_roll_and_pitch():
 
 
 def test_driving_up_a_slope_of_10_degrees_rises_by_its_sine():
-    drive = Drive(pitch=-10 * DEG).run(STILL, 1).run(Twist(0.1, 0, 0), 20)
+    drive = Drive(pitch=-10 * DEG, config=Config(slope_slip_ratio=0)).run(STILL, 1).run(Twist(0.1, 0, 0), 20)
     pose = drive.filter.pose
     assert pose.z_m == pytest.approx(2.0 * math.sin(10 * DEG), abs=0.005)
     assert pose.x_m == pytest.approx(2.0 * math.cos(10 * DEG), abs=0.005)
+
+
+@pytest.mark.parametrize(
+    ("tilt", "place"),
+    [
+        # 0.4 of 2 m times sin(10 deg) = 0.1389 m down the slope, from where 2 m of wheels would bring it
+        ({"pitch": 10 * DEG}, (2.1389 * 0.9848, 0.0, -2.1389 * 0.1736)),  # nose down: farther ahead
+        ({"pitch": -10 * DEG}, (1.8611 * 0.9848, 0.0, 1.8611 * 0.1736)),  # nose up: falls short
+        ({"roll": 10 * DEG}, (2.0, -0.1389 * 0.9848, -0.1389 * 0.1736)),  # left side up: to the right, and lower
+        ({"roll": -10 * DEG}, (2.0, 0.1389 * 0.9848, -0.1389 * 0.1736)),
+    ],
+)
+def test_a_way_of_2_m_slides_down_a_slope_of_10_degrees_by_14_cm(tilt, place):
+    drive = Drive(**tilt, config=Config(slope_slip_ratio=0.4)).run(STILL, 1).run(Twist(0.1, 0, 0), 20)
+    pose = drive.filter.pose
+    assert (pose.x_m, pose.y_m, pose.z_m) == pytest.approx(place, abs=0.005)
+
+
+def test_a_turn_on_the_spot_slides_by_the_way_of_the_rims_and_standing_does_not():
+    drive = Drive(pitch=10 * DEG, config=Config(slope_slip_ratio=0.4))
+    drive.steer = [math.atan2(a, -b) for a, b in PLACES]  # across the way to the centre, before it turns
+    drive.run(STILL, 3)
+    assert drive.filter.pose.x_m == drive.filter.pose.z_m == 0.0
+    pose = drive.run(Twist(0, 0, 0.25), 0.4).filter.pose  # 0.1 rad: each rim goes 0.1 of its wheel's distance
+    slide_m = 0.4 * 0.1 * math.hypot(*PLACES[0]) * math.sin(10 * DEG)
+    assert math.hypot(pose.x_m, pose.y_m, pose.z_m) == pytest.approx(slide_m, rel=0.05)
+    assert pose.z_m == pytest.approx(-slide_m * math.sin(10 * DEG), rel=0.05)
 
 
 def test_gravity_brings_back_a_tilt_within_three_time_constants_and_spikes_are_left_out():
