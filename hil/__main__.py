@@ -1,11 +1,11 @@
-"""The command `hil`: the bench. What is heavy is loaded by the command that needs it: `hil --help` is quick."""
+"""The command `hil`: the bench."""
 
 from __future__ import annotations
 
 import json
 import sys
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.console import Console
@@ -14,12 +14,13 @@ from rich.table import Table
 from rich.text import Text
 
 from hil import demo as after
-from hil.bench import Progress
 from hil.link_emulator import main as link_command
-from hil.run import RunResult
-from hil.run import run as run_scenario
 from hil.scenario import Scenario, load_scenario
 from onboard.config import ConfigError
+
+if TYPE_CHECKING:
+    from hil.bench import Progress
+    from hil.run import RunResult
 
 SHOWN = (
     "goal_reached", "outcome", "distance_to_goal_m", "collisions", "scans", "replans", "way_m", "bench_s", "rtf",
@@ -57,6 +58,8 @@ def line(progress: Progress, wall_s: float) -> Text:
 
 def fly(scenario: Scenario, out: Path, pace: float = 0.0) -> RunResult:
     """Run with a live line; exit 130 on Ctrl-C, nothing left behind."""
+    from hil.run import run as run_scenario  # the engine is heavy: not for --help and `hil link`
+
     console = Console(stderr=True)
     try:
         with Live(Text("starting bench, onboard, link and ground ..."), console=console, refresh_per_second=4) as live:

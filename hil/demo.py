@@ -11,14 +11,16 @@ import sys
 from dataclasses import asdict, dataclass
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from mcap.reader import make_reader
 
 from hil.devices.lidar_profile import IDEAL
 from hil.processes import FIXED_ENVIRONMENT
-from hil.run import RunResult
 from hil.scenario import Scenario
+
+if TYPE_CHECKING:
+    from hil.run import RunResult
 
 TOLERANCE_M = {"fbm": 0.3, "flat": 0.3, "real": 0.5}
 _PACKAGES = ("numpy", "scipy", "pybullet", "small-gicp", "filterpy", "python-can", "pymavlink", "eclipse-zenoh")

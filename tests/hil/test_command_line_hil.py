@@ -1,0 +1,33 @@
+"""The command `hil` answers at once, and says what is wrong in one line."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).parents[2]
+
+
+def hil(*arguments):
+    return subprocess.run([sys.executable, *arguments], capture_output=True, text=True, cwd=ROOT, check=False)
+
+
+def test_help_and_link_load_neither_the_engine_nor_the_bench():
+    code = "import sys, hil.__main__; print(sorted({'pybullet', 'hil.bench', 'hil.run'} & set(sys.modules)))"
+    assert hil("-c", code).stdout == "[]\n"
+
+
+def test_the_engine_loads_without_a_word():
+    done = hil("-c", "import hil.engine; print(hil.engine.pybullet.DIRECT)")
+    assert (done.stdout, done.stderr) == ("2\n", "")
+
+
+def test_a_missing_scenario_is_one_line_and_exit_66():
+    done = hil("-m", "hil", "run", "missing.toml")
+    assert done.returncode == 66
+    assert done.stderr == "hil: no scenario missing.toml; the bench's own are in hil/scenarios\n"
+
+
+def test_a_terrain_that_is_none_is_one_line_and_exit_64():
+    done = hil("-m", "hil", "demo", "--terrain", "moon")
+    assert done.returncode == 64
+    assert done.stderr == "hil: --terrain 'moon' should be one of fbm, flat, real\n"
