@@ -1,7 +1,7 @@
 """protocol/eldorado_dialect.py from protocol/eldorado.xml, by pymavlink's generator; no network.
 
-python -m tools.make_dialect [OUTPUT]. Of the common set, copied from the installed pymavlink, only the messages that the
-rover sends are kept, with their enums: all 219 would cost each process 6 MB, and 70 MB where they are compiled anew.
+python -m tools.make_dialect [OUTPUT]. Of the common set, copied from the installed pymavlink, only the messages that
+the rover sends are kept, with their enums: all 219 cost each process 6 MB, and 70 MB where they are compiled anew.
 """
 
 import argparse
