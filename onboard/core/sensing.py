@@ -14,6 +14,7 @@ from enum import Enum
 from onboard.config import Config
 from onboard.devices.lidar import LidarSession
 from onboard.devices.nodes import Nodes
+from onboard.perception.cloud import ahead
 from onboard.perception.sweep import segments
 from onboard.records import Scan, TiltTrack
 
@@ -61,7 +62,8 @@ class Sensing:
         if self.state is State.PREPARING:
             self._prepare(lidar, nodes, scans, now_ns)
             return None
-        self._scans.extend(scan for scan in scans if scan.start_ns >= self._start_ns)
+        sector_rad = self._config.scanning.sector_rad
+        self._scans.extend(ahead(scan, sector_rad) for scan in scans if scan.start_ns >= self._start_ns)
         if lidar.silent(now_ns) or now_ns > self._start_ns + 2 * self._length_ns:
             self._discard(nodes)
         elif self.state is State.SWEEPING and nodes.sweep_done(now_ns):

@@ -7,7 +7,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
+from dataclasses import replace
 from itertools import groupby
 
 import numpy as np
@@ -18,6 +20,7 @@ from protocol.conventions import WHEEL_SIGNS
 
 DECK_TOP_M = 0.50  # of the bare vehicle, above the wheel plane
 SELF_MARGIN_M = 0.03
+SCANS_AT_ONCE = 32  # a sweep has some 460: all at once would need 40 MB of temporaries
 
 
 def cloud(
@@ -35,13 +38,26 @@ def cloud(
     ends: list[F32] = [np.empty((0, 3), np.float32)]
     hits: list[Bool] = [np.empty(0, np.bool_)]
     for _, alike in groupby(scans if len(tilt.times_ns) else (), key=_geometry):
-        vectors_m, hit = _beams(list(alike), tilt, scanning)
-        points_base_m = vectors_m + origin_base_m
-        kept = ~(hit & _inside(points_base_m, boxes))
-        ends.append((points_base_m[kept] @ rotation.T + translation).astype(np.float32))
-        hits.append(hit[kept])
+        together = list(alike)
+        for first in range(0, len(together), SCANS_AT_ONCE):
+            points_base_m, hit = _beams(together[first : first + SCANS_AT_ONCE], tilt, scanning)
+            points_base_m += origin_base_m
+            kept = ~(hit & _inside(points_base_m, boxes))
+            ends.append((points_base_m[kept] @ rotation.T + translation).astype(np.float32))
+            hits.append(hit[kept])
     origin_m = rotation @ origin_base_m + translation
     return Cloud(origin_m, np.concatenate(ends), np.concatenate(hits), range_noise_m)
+
+
+def ahead(scan: Scan, sector_rad: float) -> Scan:
+    """The scan's beams within sector_rad of straight ahead, copied: about half of the memory."""
+    count, first_rad, step_rad, beam_ns = _geometry(scan)
+    low = max(0, math.ceil((-sector_rad - first_rad) / step_rad - 1e-9))
+    high = min(count, math.floor((sector_rad - first_rad) / step_rad + 1e-9) + 1)
+    return replace(
+        scan, start_ns=scan.start_ns + round(low * beam_ns), first_angle_rad=first_rad + low * step_rad,
+        ranges_m=scan.ranges_m[low:high].copy(), status=scan.status[low:high].copy(),
+    )
 
 
 def _geometry(scan: Scan) -> tuple[int, float, float, float]:
@@ -51,7 +67,7 @@ def _geometry(scan: Scan) -> tuple[int, float, float, float]:
 def _beams(scans: Sequence[Scan], tilt: TiltTrack, scanning: Scanning) -> tuple[F64, Bool]:
     """(vectors from the scanner to the beam's end in base axes (k, 3), whether it hit (k,)) of the beams that count.
 
-    The scans have one geometry, so they go through as one (scans, beams) array: a sweep in a few large steps.
+    The scans have one geometry, so they go through as one (scans, beams) array.
     """
     count, first_rad, step_rad, beam_ns = _geometry(scans[0])
     phi = first_rad + np.arange(count) * step_rad

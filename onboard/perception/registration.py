@@ -20,6 +20,7 @@ from onboard.config import Localisation
 from onboard.records import F32, F64
 
 VOXEL_M = 0.1
+POINTS_AT_ONCE = 1 << 14
 MARGIN_M = 2.0  # of the target around the source
 MATCH_M = 0.5
 NEIGHBOURS = 10
@@ -73,7 +74,7 @@ def register(
     makes incredible (99.9 %) is refused, as the filter itself would. Pure; one thread, the same bits every time.
     """
     source = _near(source_points_base, np.zeros(3), config.registration_range_m)
-    reach = float(np.linalg.norm(source, axis=1).max()) if len(source) else 0.0
+    reach = math.sqrt(float(np.einsum("ij,ij->i", source, source).max(initial=0.0)))
     target = _near(target_points_map, guess[:3, 3], reach + MARGIN_M)
     if min(len(source), len(target)) < LEAST_POINTS:
         return _refused(guess, f"{len(source)} points on {len(target)} are too few: {LEAST_POINTS} needed")
@@ -156,10 +157,13 @@ def credible(innovation: F64, covariance: F64) -> bool:
 
 
 def _near(points: F64 | F32, centre: F64, radius_m: float) -> F64:
-    exact = np.ascontiguousarray(points, dtype=np.float64).reshape(-1, 3)
-    off = exact - centre
-    near: F64 = exact[np.einsum("ij,ij->i", off, off) <= radius_m * radius_m]
-    return near
+    """Those within radius_m of the centre, (k, 3) float64; in parts, so that temporaries stay small."""
+    rows, kept = points.reshape(-1, 3), [np.empty((0, 3))]
+    for first in range(0, len(rows), POINTS_AT_ONCE):
+        exact = rows[first : first + POINTS_AT_ONCE].astype(np.float64)
+        off = exact - centre
+        kept.append(exact[np.einsum("ij,ij->i", off, off) <= radius_m * radius_m])
+    return np.concatenate(kept)
 
 
 def _loose(block: F64) -> F64:

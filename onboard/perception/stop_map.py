@@ -19,6 +19,7 @@ from onboard.perception.registration import RegistrationResult, merge_target, re
 from onboard.records import F64, Cloud, Ldem, Pose, Scan, TiltTrack
 
 NO_POINTS: F64 = np.empty((0, 3))
+POINTS_AT_ONCE = 1 << 14  # temporaries stay small beside the 240,000 points of a sweep
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,19 +66,27 @@ def remember(memory: StopMap | None, seen: Cloud, T_map_base: F64, stop: int, co
 
 def within(seen: Cloud, range_m: float) -> Cloud:
     """The same beams as if the scanner saw `range_m` far: longer ones end there without a hit."""
-    way = seen.ends_m - seen.origin_m.astype(np.float32)
-    length = np.sqrt(np.einsum("ij,ij->i", way, way))
-    beyond = length > range_m
-    ends = seen.ends_m.copy()
-    ends[beyond] -= way[beyond] * (1.0 - range_m / length[beyond])[:, None].astype(np.float32)
-    return replace(seen, ends_m=ends, hit=seen.hit & ~beyond)
+    ends, hit, origin = seen.ends_m.copy(), seen.hit.copy(), seen.origin_m.astype(np.float32)
+    for part in _parts(len(ends)):
+        way = ends[part] - origin
+        length = np.sqrt(np.einsum("ij,ij->i", way, way))
+        beyond = length > range_m
+        ends[part][beyond] -= way[beyond] * (1.0 - range_m / length[beyond])[:, None].astype(np.float32)
+        hit[part] &= ~beyond
+    return replace(seen, ends_m=ends, hit=hit)
 
 
 def moved(seen: Cloud, T_map_base: F64) -> Cloud:
     """The same beams in the frame that T_map_base leads to."""
     rotation, shift = T_map_base[:3, :3], T_map_base[:3, 3]
-    ends = seen.ends_m.astype(np.float64) @ rotation.T + shift
-    return replace(seen, origin_m=rotation @ seen.origin_m + shift, ends_m=ends.astype(np.float32))
+    ends = np.empty_like(seen.ends_m)
+    for part in _parts(len(ends)):
+        ends[part] = seen.ends_m[part].astype(np.float64) @ rotation.T + shift
+    return replace(seen, origin_m=rotation @ seen.origin_m + shift, ends_m=ends)
+
+
+def _parts(count: int) -> list[slice]:
+    return [slice(first, first + POINTS_AT_ONCE) for first in range(0, count, POINTS_AT_ONCE)]
 
 
 def pose_of(T_map_base: F64) -> Pose:
