@@ -116,6 +116,8 @@ def _facts(run: Run) -> list[tuple[str, str]]:
         ("replay of the record", _filled("{replay} over {replay_ticks} ticks", known)),
         ("first difference", known.get("replay_difference")),
         ("CAN frames, SCIP bytes", _filled("{can_frames}, {scip_bytes}", known)),
+        ("orbiter's map", known.get("gdem")),
+        ("wall time of a tick", _laps(known.get("tick_wall_ms", {}))),
         ("link profile", known.get("link_profile")),
         ("datagrams, rover to ground", _filled("{sent} sent, {lost} lost", down or {})),
         ("datagrams, ground to rover", _filled("{sent} sent, {lost} lost", up or {})),
@@ -198,4 +200,12 @@ def _certificate(known: dict[str, Any]) -> str:
              ("machine", str(known.get("machine", ""))), ("versions", versions)]
     return text + facts([line for line in lines if line[1]]) + table(
         ("channel", "pieces", "bytes", "SHA-256"), rows, hashes=True
+    )
+
+
+def _laps(laps: dict[str, dict[str, float]]) -> str:
+    """Wall time of a tick in words."""
+    return "; ".join(
+        f"{name.replace('_', ' ')}: " + ", ".join(f"{share.replace('_', '.')} {ms:.2f} ms" for share, ms in row.items())
+        for name, row in laps.items() if row
     )

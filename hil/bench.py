@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import hashlib
 import struct
+import time
 from collections.abc import Callable, Set
 from dataclasses import dataclass, field
 
@@ -92,6 +93,7 @@ class Bench:
         self.wires = Wires()
         self.streams = {name: Stream() for name in STREAMS}
         self.progress = Progress()
+        self.laps_ms: list[tuple[float, float]] = []  # wall time of a tick: plant, devices; and onboard
         self.tick = 0
         self.ground_code: int | None = None  # exit code of the operator's script once it has ended
         self.state: PlantState = self.plant.reset(world.start)
@@ -138,9 +140,12 @@ class Bench:
             onboard.begin(self.tick, now_ns, self._channels(now_ns))
         else:
             self._frames, self._lidar_out = [], []
+        begun = time.perf_counter()
         self._advance(now_ns + TICK_NS)
+        ready = time.perf_counter()
         if onboard:
             done = onboard.finish(self._alive)
+            self.laps_ms.append((1e3 * (ready - begun), 1e3 * (time.perf_counter() - begun)))
             self._drain(done.sent, "lidar" in done.connect, now_ns)
         self._link_and_ground(now_ns)
         self._note(now_ns)

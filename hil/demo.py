@@ -8,16 +8,21 @@ import os
 import platform
 import subprocess
 import sys
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from importlib.metadata import version
+from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 from mcap.reader import make_reader
+from numpy.typing import NDArray
 
 from hil.devices.lidar_profile import IDEAL
 from hil.processes import FIXED_ENVIRONMENT
 from hil.scenario import Scenario
+from onboard.planning.archive import from_npz
 
 if TYPE_CHECKING:
     from hil.run import RunResult
@@ -39,10 +44,13 @@ class Told:
 
 def told(record: Path) -> Told:
     """Outcome, scans and decisions from the events of a record."""
-    outcome, scans, decisions = "the mission did not end", 0, []
+    outcome, scans, decisions, global_paths = "the mission did not end", 0, [], []
     with record.open("rb") as file:
         reader = make_reader(file)
-        for _, _, message in reader.iter_messages(topics=["/out/event"]):
+        for _, channel, message in reader.iter_messages(topics=["/out/event", "/plan"]):
+            if channel.topic == "/plan":
+                global_paths.append(from_npz(message.data).global_path)
+                continue
             for event in json.loads(message.data):
                 if event["name"] in ("ARRIVED", "FAILED"):
                     outcome = f"{event['name'].lower()}: {event['text']}"
@@ -51,7 +59,7 @@ def told(record: Path) -> Told:
                     decisions.append(event["text"])
         config = next(a.data.decode() for a in reader.iter_attachments() if a.name == "config.toml")
     strategy = next(line.split('"')[1] for line in config.splitlines() if line.startswith("strategy ="))
-    return Told(outcome, scans, max(0, len(decisions) - 1), strategy, tuple(decisions))
+    return Told(outcome, scans, replans(global_paths), strategy, tuple(decisions))
 
 
 def summary(scenario: Scenario, result: RunResult, replay: dict[str, Any]) -> dict[str, Any]:
@@ -82,6 +90,8 @@ def summary(scenario: Scenario, result: RunResult, replay: dict[str, Any]) -> di
         "link_lost": sum(d["lost"] for d in directions.values()),
         "link_by_direction": directions,
         "onboard_peak_rss_mb": round(result.onboard_rss_bytes / 1e6, 1),
+        "tick_wall_ms": tick_wall_ms(result.laps_ms),
+        "gdem": result.accepted.field.gdem.note,
         "seed": scenario.seed,
         "terrain": scenario.terrain,
         "link_profile": scenario.link,
@@ -95,6 +105,22 @@ def summary(scenario: Scenario, result: RunResult, replay: dict[str, Any]) -> di
         "overruns": result.overruns,
         "error": result.error,
     }
+
+
+def tick_wall_ms(laps_ms: Sequence[tuple[float, float]]) -> dict[str, dict[str, float]]:
+    """Wall time of the bench's own work in a tick, and of the whole until onboard has answered (both run at once)."""
+    columns = np.array(laps_ms).reshape(-1, 2).T
+    names = ("plant_and_devices", "until_onboard_answered")
+    shares = {"p50": 50, "p99": 99, "p99_9": 99.9, "max": 100}
+    return {
+        name: {share: round(float(np.percentile(column, q)), 3) for share, q in shares.items()} if len(column) else {}
+        for name, column in zip(names, columns)
+    }
+
+
+def replans(paths: Sequence[NDArray[np.float64]]) -> int:
+    """How often the global path, solved again at a stop, was another than the rest of the one before."""
+    return sum(not {tuple(node) for node in new[1:]} <= {tuple(node) for node in old} for old, new in pairwise(paths))
 
 
 def _direction(row: dict[str, Any]) -> dict[str, int]:

@@ -52,6 +52,7 @@ class RunResult:
     way_m: float
     onboard_rss_bytes: int
     overruns: int
+    laps_ms: tuple[tuple[float, float], ...]
     error: str = ""
 
 
@@ -93,7 +94,7 @@ def run(
         bench.progress.distance_to_goal_m, tuple(truth.contacts), bench.progress.sweeps,
         {name: stream.report() for name, stream in bench.streams.items()}, truth.states, truth.sha256(),
         json.loads(report.read_text()) if report.exists() else {}, bench.ground_code, tuple(injector.log),
-        bench.progress.way_m, rss_bytes, bench.progress.overruns, error,
+        bench.progress.way_m, rss_bytes, bench.progress.overruns, tuple(bench.laps_ms), error,
     )
 
 
