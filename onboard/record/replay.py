@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import json
+import struct
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -12,6 +13,8 @@ from zlib import crc32
 
 from mcap.exceptions import McapError
 from mcap.reader import McapReader, make_reader
+from mcap.records import Channel, Chunk, McapRecord, Message
+from mcap.stream_reader import CRCValidationError, StreamReader, get_chunk_data_stream
 from zstandard import ZstdError
 
 from onboard.config import Config, load
@@ -20,8 +23,11 @@ from onboard.drivers.workers import Inline
 from onboard.gdem import from_npz
 from onboard.record.schema import INPUTS, OUTPUTS, decode_inputs, encode_outputs, input_checks
 from onboard.records import Gdem
+from protocol.conventions import TICK_NS
 
 EX_OK, EX_DIFFERENT, EX_DATAERR, EX_NOINPUT = 0, 1, 65, 66
+# what the reader of the file raises on bytes that were never written so
+UNREADABLE = (McapError, ZstdError, EOFError, ValueError, KeyError, OverflowError, MemoryError, struct.error)
 
 
 class DamagedRecordError(ValueError):
@@ -42,34 +48,51 @@ class Verdict:
         return not self.first_difference and self.ticks > 0 and sum(self.bytes_compared.values()) > 0
 
 
-def ticks_of(reader: McapReader) -> Iterator[tuple[int, dict[str, bytes]]]:
-    """(tick, topic -> message) in order; raises DamagedRecordError where the file does not hold together."""
+def verify(path: Path) -> None:
+    """Reads the whole file once and checks its sums. Raises DamagedRecordError, FileNotFoundError."""
+    tick = 0
+    with path.open("rb") as file:
+        reader = StreamReader(file, emit_chunks=True, validate_crcs=True, record_size_limit=path.stat().st_size)
+        try:
+            for record in reader.records:
+                if isinstance(record, Chunk):
+                    get_chunk_data_stream(record, validate_crc=True)
+                    tick = record.message_end_time // TICK_NS
+        except UNREADABLE as error:
+            what = "a checksum does not fit" if isinstance(error, CRCValidationError) else repr(error)
+            raise DamagedRecordError(f"it reads as far as tick {tick}; then: {what}") from error
+
+
+def ticks_of(records: Iterable[McapRecord]) -> Iterator[tuple[int, dict[str, bytes]]]:
+    """(tick, topic -> message), in the order of the file."""
+    topics: dict[int, str] = {}
     number = -1
     messages: dict[str, bytes] = {}
-    try:
-        for _, channel, message in reader.iter_messages(log_time_order=False):
-            if message.sequence != number:
+    for record in records:
+        if isinstance(record, Channel):
+            topics[record.id] = record.topic
+        elif isinstance(record, Message):
+            if record.sequence != number:
                 if messages:
                     yield number, messages
-                number, messages = message.sequence, {}
-            messages[channel.topic] = message.data
-    except (McapError, ZstdError, EOFError) as error:
-        raise DamagedRecordError(f"after tick {number}: {error}") from error
+                number, messages = record.sequence, {}
+            messages[topics[record.channel_id]] = record.data
     if messages:
         yield number, messages
 
 
 def replay(path: Path) -> Verdict:
     """Run the core of this version on the record's inputs. Raises DamagedRecordError, FileNotFoundError."""
+    verify(path)
     verdict = Verdict(bytes_compared=dict.fromkeys(OUTPUTS, 0))
     with path.open("rb") as file:
         try:
-            reader = make_reader(file, validate_crcs=True)
-            config, gdem = _start_state(reader)
-        except (McapError, ZstdError, EOFError, ValueError) as error:
+            config, gdem = _start_state(make_reader(file))
+        except ValueError as error:
             raise DamagedRecordError(f"at its start: {error}") from error
         rover, jobs = Rover(config, gdem), Inline()
-        for number, recorded in ticks_of(reader):
+        file.seek(0)
+        for number, recorded in ticks_of(StreamReader(file).records):
             _check_inputs(number, recorded)
             inputs, job_ids = decode_inputs(recorded)
             outputs = tick(rover, replace(inputs, jobs=jobs.take(job_ids)))

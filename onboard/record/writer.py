@@ -33,7 +33,9 @@ class Recorder:
         path = Path(config.record.path)
         path.parent.mkdir(parents=True, exist_ok=True)
         self._file = path.open("wb")
-        self._writer = Writer(self._file, chunk_size=1 << 18, compression=CompressionType.ZSTD)
+        self._writer = Writer(
+            self._file, chunk_size=1 << 18, compression=CompressionType.ZSTD, enable_data_crcs=True
+        )
         self._writer.start(profile="", library="el-dorado")
         self._attach("config.toml", to_toml(config).encode(), "application/toml")
         self._attach("versions.json", _versions(), "application/json")

@@ -138,7 +138,7 @@ def test_closeness_is_the_weight_beside_a_blocked_pose_and_0_from_half_a_metre_o
     freedom = np.full((8, 15, 15), Freedom.FREE, np.uint8)
     freedom[2, 7, 7] = Freedom.BLOCKED
     freedom[2, 7, 0] = Freedom.UNKNOWN
-    ratio = poses.closeness(freedom, PLANNING, 0.1)
+    ratio = poses.closeness(freedom, dataclasses.replace(PLANNING, closeness_weight=0.5), 0.1)
     assert ratio.dtype == np.float32 and ratio[[0, 1, 3, 4, 5, 6, 7]].max() == 0
     np.testing.assert_allclose(ratio[2, 7, 8:14], PLANNING.closeness_weight * np.array([1, 0.8, 0.6, 0.4, 0.2, 0]), atol=1e-6)
     assert ratio[2, 7, 0] == 0
