@@ -1,0 +1,90 @@
+"""`python -m tests.bench [--quick] [NAME ...]`: measures the rows that can be measured, writes build/bench.json.
+
+A row that is short or fails never changes the exit code; it is shown.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from rich.console import Console
+from rich.table import Table
+
+from tests.bench import flight, mapping, planning, wire
+from tests.bench.goals import GOALS, MISSING, Measured
+
+OUT = Path("build/bench.json")
+CORE_ROWS = {**mapping.ROWS, **planning.ROWS, **wire.ROWS}
+
+
+def pinned(work: Callable[[], Measured]) -> Measured:
+    """`work` on one core; children of other rows keep both."""
+    cores = os.sched_getaffinity(0)
+    os.sched_setaffinity(0, {max(cores)})
+    try:
+        return work()
+    finally:
+        os.sched_setaffinity(0, cores)
+
+
+def measure(name: str, repeats: int, mission: flight.Mission) -> Measured:
+    """One row."""
+    if name in CORE_ROWS:
+        return pinned(lambda: CORE_ROWS[name](repeats))
+    if name == "start":
+        return flight.start(repeats)
+    if name in ("tick-cost", "replay-rtf"):
+        assert mission.result  # flown on all cores before
+        return pinned(lambda: flight.ROWS[name](mission, repeats))
+    return flight.ROWS[name](mission, repeats) if name in flight.ROWS else MISSING
+
+
+def main(words: list[str]) -> None:
+    """Measure, write, show."""
+    repeats = 2 if "--quick" in words else 5
+    wanted = [word for word in words if not word.startswith("-")] or list(GOALS)
+    rows = []
+    with TemporaryDirectory() as folder:
+        mission = flight.Mission(Path(folder))
+        for name in wanted:
+            print(f"{name} ...", file=sys.stderr, flush=True)
+            try:
+                found = measure(name, repeats, mission)
+            except Exception as error:  # one broken row must not hide the others
+                found = Measured(0.0, 0.0, 0.0, "", f"failed: {type(error).__name__}: {error}"[:300], False)
+            rows.append(found.row(name))
+    OUT.parent.mkdir(exist_ok=True)
+    OUT.write_text(json.dumps(rows, indent=2) + "\n")
+    show([row for row in rows if row["note"] != MISSING.note], [row["name"] for row in rows if row["note"] == MISSING.note])
+
+
+def show(rows: list[dict], missing: list[str]) -> None:
+    """The measured rows as a table, the others by name."""
+    table = Table("row", "ratio", "goal", "", "ours", "reference", "against", "note")
+    for r in rows:
+        held = "[green]holds[/]" if r["holds"] else "[yellow]short[/]"
+        table.add_row(r["name"], f"{r['ratio']:.2f}", r["goal"], held, _time(r["ours_s"]), _time(r["reference_s"]), r["reference"],
+                      r["note"])
+    console = Console(width=None if sys.stdout.isatty() else 190)
+    console.print(table)
+    console.print(f"{sum(r['holds'] for r in rows)} of {len(rows)} measured rows hold; {OUT} has them all")
+    if missing:
+        console.print(f"not measured, part not built: {', '.join(missing)}")
+
+
+def _time(value_s: float) -> str:
+    if not value_s:
+        return "-"
+    for unit, scale in (("s", 1.0), ("ms", 1e-3), ("us", 1e-6)):
+        if value_s >= scale:
+            return f"{value_s / scale:.3g} {unit}"
+    return f"{value_s / 1e-9:.3g} ns"
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

@@ -1,0 +1,151 @@
+"""Rows of whole programs: hil-rtf, memory, tick-cost, replay-rtf, start. One mission is flown and serves the first four."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from dataclasses import replace as changed
+from pathlib import Path
+from statistics import mean, median
+from tempfile import TemporaryDirectory
+from time import perf_counter, sleep
+
+import numpy as np
+from mcap.reader import make_reader
+
+from hil.bench import Bench
+from hil.grounds import GROUNDS
+from hil.processes import Processes
+from hil.run import NAMES, RunResult, free_port, run, write_station
+from hil.scenario import Scenario
+from hil.truth import Truth
+from onboard.app import load_gdem
+from onboard.config import load
+from onboard.core.tick import Rover, tick
+from onboard.drivers.workers import Inline
+from onboard.record.replay import replay, ticks_of
+from onboard.record.schema import decode_inputs
+from protocol.conventions import TICK_NS
+from protocol.modes import Phase
+from tests.bench.goals import Measured
+
+FLAT = Scenario(name="bench", terrain="flat", link="lan", limit_s=600.0)
+LIMIT_BYTES = 200e6
+UP_S = 5.0  # until link and ground have loaded and wait for the rover
+MEAN_LIMIT, TAIL_LIMIT = 0.05, 0.20
+
+
+class Mission:
+    """A flat mission in lock-step, four processes, real sockets; flown when first asked for."""
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+        self._result: RunResult | None = None
+
+    @property
+    def result(self) -> RunResult:
+        """What came of it. Raises RuntimeError where it failed."""
+        if self._result is None:
+            self._result = run(FLAT, self._folder / "mission", lambda *_: None)
+            if self._result.error:
+                raise RuntimeError(self._result.error)
+        return self._result
+
+    @property
+    def record(self) -> Path:
+        """Its onboard record."""
+        return self.result.folder / "onboard.mcap"
+
+
+def hil_rtf(mission: Mission, repeats: int) -> Measured:
+    """Bench time over wall time."""
+    r = mission.result
+    return Measured(r.bench_s / r.wall_s, r.wall_s, r.bench_s, "real time",
+                    f"flat ground, {r.way_m:.1f} m, {r.sweeps} sweeps, once", r.ground_exit == 0)
+
+
+def memory(mission: Mission, repeats: int) -> Measured:
+    """Largest resident memory of the onboard process."""
+    rss = mission.result.onboard_rss_bytes
+    return Measured(rss / LIMIT_BYTES, 0.0, 0.0, "the limit", f"{rss / 1e6:.0f} MB in one mission; ten are not flown", rss > 0)
+
+
+def tick_cost(mission: Mission, repeats: int) -> Measured:
+    """The core's ticks while driving, on the inputs of the record; jobs run beside them and are left out."""
+    taken = []
+    with mission.record.open("rb") as file:
+        reader = make_reader(file)
+        rover, jobs = Rover(*_start(mission)), Inline()
+        for _, recorded in ticks_of(reader):
+            inputs, job_ids = decode_inputs(recorded)
+            inputs = changed(inputs, jobs=jobs.take(job_ids))
+            began = perf_counter()
+            outputs = tick(rover, inputs)
+            spent = perf_counter() - began
+            if rover.executive.phase is Phase.DRIVING:
+                taken.append(spent)
+            jobs.start(outputs.jobs)
+    period_s = TICK_NS / 1e9
+    mean_ratio, tail = mean(taken) / period_s / MEAN_LIMIT, float(np.percentile(taken, 99.9)) / period_s / TAIL_LIMIT
+    note = f"mean {1e6 * mean(taken):.0f} us, p99.9 {1e6 * float(np.percentile(taken, 99.9)):.0f} us over {len(taken)} ticks"
+    return Measured(max(mean_ratio, tail), mean(taken), period_s, "the period", note + "; without ports and record")
+
+
+def _start(mission: Mission) -> tuple:
+    with mission.record.open("rb") as file:
+        config = next(a.data for a in make_reader(file).iter_attachments() if a.name == "config.toml")
+    path = mission.result.folder / "config.toml"
+    path.write_bytes(config)
+    tree = load(path)
+    return tree, load_gdem(tree.mission.gdem)
+
+
+def replay_rtf(mission: Mission, repeats: int) -> Measured:
+    """The record replayed and compared."""
+    taken, verdict = [], None
+    for _ in range(max(1, repeats // 2)):
+        began = perf_counter()
+        verdict = replay(mission.record)
+        taken.append(perf_counter() - began)
+    assert verdict
+    bench_s = verdict.ticks * TICK_NS / 1e9
+    return Measured(bench_s / median(taken), median(taken), bench_s, "real time",
+                    verdict.first_difference or f"identical, {verdict.ticks} ticks", verdict.identical)
+
+
+def start(repeats: int) -> Measured:
+    """From the launch of `onboard run` to DONE of its first tick; bench, link and ground are up already."""
+    ours, theirs = [], []
+    for _ in range(repeats):
+        ours.append(_first_tick_s())
+        began = perf_counter()
+        subprocess.run([sys.executable, "-c", "import numpy, scipy, zenoh"], check=True)
+        theirs.append(perf_counter() - began)
+    return Measured(median(ours) / median(theirs), median(ours), median(theirs), "python -c 'import numpy, scipy, zenoh'")
+
+
+def _first_tick_s() -> float:
+    with TemporaryDirectory() as name, Processes(Path(name)) as processes:
+        folder = Path(name)
+        bench = Bench(GROUNDS["flat"](1).field, 1, load().rover, Truth(folder / "truth.mcap"), processes.check)
+        rover_side, ground_side = (f"tcp/127.0.0.1:{free_port()}" for _ in range(2))
+        processes.start("link", "hil", ["link", "--profile", "lan", "--seed", "1", "--rover", rover_side, "--ground", ground_side,
+                                        "--report", str(folder / "link.json"), "--barrier", bench.barrier.address])
+        write_station(folder / "ground.toml", ground_side, 1)
+        (folder / "script.txt").write_text("at 60.0: status\n")
+        processes.start("ground", "ground", ["script", "--station", str(folder / "ground.toml"), "--barrier",
+                                             bench.barrier.address, str(folder / "script.txt")])
+        sleep(UP_S)
+        began = perf_counter()
+        settings = {"clock.mode": "lockstep", "clock.barrier": bench.barrier.address, "can.uri": bench.hub.uri,
+                    "lidar.address": bench.lidar_server.address, "link.endpoint": rover_side, "link.bench_seed": 1}
+        processes.start("onboard", "onboard", ["run", *(w for k, v in settings.items() for w in ("--set", f"{k}={v}"))])
+        bench.gather(NAMES)
+        bench.step()
+        taken = perf_counter() - began
+        bench.close("measured")
+        processes.wait(10.0)
+        return taken
+
+
+ROWS = {"hil-rtf": hil_rtf, "memory": memory, "tick-cost": tick_cost, "replay-rtf": replay_rtf}

@@ -1,0 +1,95 @@
+"""The rows of the performance table: their goals, and what a measurement of one says."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from statistics import median
+from typing import Any, NamedTuple
+
+
+class Goal(NamedTuple):
+    """`ratio` holds at or above `limit` (at_least) or at or below it. Absolute goals: ratio = measured / limit."""
+
+    text: str
+    limit: float
+    at_least: bool = False
+
+
+GOALS: dict[str, Goal] = {
+    "visibility-total": Goal(">= 20 (AVX2), bit-identical", 20, True),
+    "visibility-numpy": Goal(">= 200", 200, True),
+    "visibility-limit": Goal("<= 1.6", 1.6),
+    "nsp-cycle": Goal("<= 5 x its time, regret 0", 5),
+    "pose-field": Goal(">= 12", 12, True),
+    "cell-classes": Goal(">= 10", 10, True),
+    "scan-to-map": Goal(">= 20", 20, True),
+    "local-cycle": Goal("<= 200 ms", 1),
+    "distance-200": Goal(">= 12", 12, True),
+    "distance-2000": Goal(">= 12", 12, True),
+    "distance-maze": Goal("<= 2 x", 2),
+    "distance-mcp": Goal(">= 20", 20, True),
+    "global-50": Goal(">= 15", 15, True),
+    "global-500": Goal(">= 12", 12, True),
+    "global-2000": Goal(">= 20", 20, True),
+    "rasterise-200k": Goal(">= 8", 8, True),
+    "rasterise-scan": Goal(">= 20", 20, True),
+    "fbm-1024": Goal("<= 1.6", 1.6),
+    "registration-100k": Goal("<= 1.3; <= 10 mm, <= 0.05 deg", 1.3),
+    "scip-decode": Goal(">= 30", 30, True),
+    "scip-poll": Goal("<= 60 us (context)", 1),
+    "can-codec": Goal(">= 8, bit-equal", 8, True),
+    "tick-cost": Goal("mean <= 5 %, p99.9 <= 20 % of 10 ms", 1),
+    "tick-jitter": Goal("p50 <= 2.5, p99.9 <= 3", 1),
+    "hil-rtf": Goal(">= 6", 6, True),
+    "hil-rtf-memory": Goal(">= 10", 10, True),
+    "hil-rtf-scan": Goal(">= 4", 4, True),
+    "replay-rtf": Goal(">= 20", 20, True),
+    "link-codec": Goal(">= 50,000 /s", 1, True),
+    "start": Goal("<= 1.5", 1.5),
+    "memory": Goal("<= 200 MB, flat over 10 missions", 1),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Measured:
+    """One row. `also`: what the goal asks beside the ratio (accuracy, equal bits)."""
+
+    ratio: float
+    ours_s: float
+    reference_s: float
+    reference: str
+    note: str = ""
+    also: bool = True
+
+    def row(self, name: str) -> dict[str, Any]:
+        """The entry of bench.json."""
+        goal = GOALS[name]
+        holds = self.also and (self.ratio >= goal.limit if goal.at_least else self.ratio <= goal.limit)
+        return {
+            "name": name, "ratio": float(self.ratio), "goal": goal.text, "holds": bool(holds),
+            "ours_s": float(self.ours_s), "reference_s": float(self.reference_s), "reference": self.reference,
+            "note": self.note,
+        }
+
+
+MISSING = Measured(0.0, 0.0, 0.0, "", "missing: part not built", False)
+
+
+def seconds(work: Callable[[], object], repeats: int, inner: int = 1) -> float:
+    """Median wall time of one call over `repeats` of `inner` calls each, after one to warm up."""
+    work()
+    taken = []
+    for _ in range(repeats):
+        began = time.perf_counter()
+        for _ in range(inner):
+            work()
+        taken.append((time.perf_counter() - began) / inner)
+    return median(taken)
+
+
+def against(ours: Callable[[], object], theirs: Callable[[], object], reference: str, repeats: int, inner: int = 1) -> Measured:
+    """Reference time over our time."""
+    ours_s, theirs_s = seconds(ours, repeats, inner), seconds(theirs, repeats, inner)
+    return Measured(theirs_s / ours_s, ours_s, theirs_s, reference)

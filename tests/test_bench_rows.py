@@ -1,0 +1,36 @@
+"""The rows of `make bench` are those of the performance design, each with one measurement or listed as missing."""
+
+from tests.bench import __main__ as bench
+from tests.bench import flight
+from tests.bench.goals import GOALS, MISSING, Measured
+
+DESIGN = """
+visibility-total visibility-numpy visibility-limit nsp-cycle pose-field cell-classes scan-to-map local-cycle
+distance-200 distance-2000 distance-maze distance-mcp global-50 global-500 global-2000 rasterise-200k rasterise-scan
+fbm-1024 registration-100k scip-decode scip-poll can-codec tick-cost tick-jitter hil-rtf hil-rtf-memory hil-rtf-scan
+replay-rtf link-codec start memory
+""".split()
+KEYS = ["name", "ratio", "goal", "holds", "ours_s", "reference_s", "reference", "note"]
+
+
+def test_the_rows_are_those_of_the_design_in_its_order():
+    assert list(GOALS) == DESIGN
+
+
+def test_every_measurement_belongs_to_a_row():
+    assert {*bench.CORE_ROWS, *flight.ROWS, "start"} <= set(GOALS)
+
+
+def test_a_missing_row_has_a_number_and_does_not_hold():
+    for name in GOALS:
+        row = MISSING.row(name)
+        assert list(row) == KEYS and row["ratio"] == 0.0 and row["holds"] is False
+        assert row["note"] == "missing: part not built"
+
+
+def test_a_row_holds_on_the_right_side_of_its_limit_and_only_with_what_else_is_asked():
+    assert Measured(12.0, 1.0, 12.0, "").row("pose-field")["holds"]
+    assert not Measured(11.9, 1.0, 11.9, "").row("pose-field")["holds"]
+    assert Measured(1.3, 1.3, 1.0, "").row("registration-100k")["holds"]
+    assert not Measured(1.31, 1.31, 1.0, "").row("registration-100k")["holds"]
+    assert not Measured(1.0, 1.0, 1.0, "", also=False).row("registration-100k")["holds"]
