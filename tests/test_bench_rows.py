@@ -4,12 +4,13 @@ from tests.bench import __main__ as bench
 from tests.bench import flight
 from tests.bench.goals import GOALS, MISSING, Measured
 
-DESIGN = """
-visibility-total visibility-numpy visibility-limit nsp-cycle pose-field cell-classes scan-to-map local-cycle
-distance-200 distance-2000 distance-maze distance-mcp global-50 global-500 global-2000 rasterise-200k rasterise-scan
-fbm-1024 registration-100k scip-decode scip-poll can-codec tick-cost tick-jitter hil-rtf hil-rtf-memory hil-rtf-scan
-replay-rtf link-codec start memory
-""".split()
+DESIGN = [
+    "visibility-total", "visibility-numpy", "visibility-limit", "nsp-cycle", "pose-field", "cell-classes",
+    "scan-to-map", "local-cycle", "distance-200", "distance-2000", "distance-maze", "distance-mcp", "global-50",
+    "global-500", "global-2000", "rasterise-200k", "rasterise-scan", "fbm-1024", "registration-100k",
+    "scip-decode", "scip-poll", "can-codec", "tick-cost", "tick-jitter", "hil-rtf", "hil-rtf-memory",
+    "hil-rtf-scan", "replay-rtf", "link-codec", "start", "memory",
+]  # fmt: skip
 KEYS = ["name", "ratio", "goal", "holds", "ours_s", "reference_s", "reference", "note"]
 
 

@@ -37,6 +37,7 @@ SETTLED_M = 0.003
 SETTLED_RAD = 0.001
 AXES = ("x", "y", "z")
 
+Prepared = tuple[small_gicp.PointCloud, small_gicp.KdTree]
 Loose = tuple[F64, F64]  # (3, k) directions that are not trusted: of the rotation, of the way
 
 
@@ -75,11 +76,12 @@ def register(
     """
     source = _near(source_points_base, np.zeros(3), config.registration_range_m)
     reach = math.sqrt(float(np.einsum("ij,ij->i", source, source).max(initial=0.0)))
+    source_count, source_cloud = len(source), _prepared(source)[0]
+    del source  # 7 MB, before as much is made of the target
     target = _near(target_points_map, guess[:3, 3], reach + MARGIN_M)
-    if min(len(source), len(target)) < LEAST_POINTS:
-        return _refused(guess, f"{len(source)} points on {len(target)} are too few: {LEAST_POINTS} needed")
-    target_cloud, tree = small_gicp.preprocess_points(target, VOXEL_M, NEIGHBOURS, 1)
-    source_cloud, _ = small_gicp.preprocess_points(source, VOXEL_M, NEIGHBOURS, 1)
+    if min(source_count, len(target)) < LEAST_POINTS:
+        return _refused(guess, f"{source_count} points on {len(target)} are too few: {LEAST_POINTS} needed")
+    target_cloud, tree = _prepared(target)
     shared = _overlap(source_cloud.points(), target_cloud.points(), guess)
     if shared < LEAST_OVERLAP_RATIO:
         return _refused(guess, f"{shared:.2f} of the points lie where the target is: {LEAST_OVERLAP_RATIO} needed")
@@ -154,6 +156,11 @@ def difference(T_map_base: F64, guess: F64) -> F64:
 def credible(innovation: F64, covariance: F64) -> bool:
     """Whether an innovation over x, y, z, yaw is within what its covariance allows (Mahalanobis, 99.9 %)."""
     return float(innovation @ np.linalg.solve(covariance, innovation)) <= SURPRISE_LIMIT
+
+
+def _prepared(points: F64) -> Prepared:
+    prepared: Prepared = small_gicp.preprocess_points(points, VOXEL_M, NEIGHBOURS, 1)
+    return prepared
 
 
 def _near(points: F64 | F32, centre: F64, radius_m: float) -> F64:

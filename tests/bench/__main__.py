@@ -55,12 +55,15 @@ def main(words: list[str]) -> None:
             print(f"{name} ...", file=sys.stderr, flush=True)
             try:
                 found = measure(name, repeats, mission)
-            except Exception as error:  # one broken row must not hide the others
+            except Exception as error:  # noqa: BLE001  one broken row must not hide the others
                 found = Measured(0.0, 0.0, 0.0, "", f"failed: {type(error).__name__}: {error}"[:300], False)
             rows.append(found.row(name))
     OUT.parent.mkdir(exist_ok=True)
     OUT.write_text(json.dumps(rows, indent=2) + "\n")
-    show([row for row in rows if row["note"] != MISSING.note], [row["name"] for row in rows if row["note"] == MISSING.note])
+    show(
+        [row for row in rows if row["note"] != MISSING.note],
+        [row["name"] for row in rows if row["note"] == MISSING.note],
+    )
 
 
 def show(rows: list[dict], missing: list[str]) -> None:
@@ -68,8 +71,16 @@ def show(rows: list[dict], missing: list[str]) -> None:
     table = Table("row", "ratio", "goal", "", "ours", "reference", "against", "note")
     for r in rows:
         held = "[green]holds[/]" if r["holds"] else "[yellow]short[/]"
-        table.add_row(r["name"], f"{r['ratio']:.2f}", r["goal"], held, _time(r["ours_s"]), _time(r["reference_s"]), r["reference"],
-                      r["note"])
+        table.add_row(
+            r["name"],
+            f"{r['ratio']:.2f}",
+            r["goal"],
+            held,
+            _time(r["ours_s"]),
+            _time(r["reference_s"]),
+            r["reference"],
+            r["note"],
+        )
     console = Console(width=None if sys.stdout.isatty() else 190)
     console.print(table)
     console.print(f"{sum(r['holds'] for r in rows)} of {len(rows)} measured rows hold; {OUT} has them all")

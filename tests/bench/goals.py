@@ -68,8 +68,13 @@ class Measured:
         goal = GOALS[name]
         holds = self.also and (self.ratio >= goal.limit if goal.at_least else self.ratio <= goal.limit)
         return {
-            "name": name, "ratio": float(self.ratio), "goal": goal.text, "holds": bool(holds),
-            "ours_s": float(self.ours_s), "reference_s": float(self.reference_s), "reference": self.reference,
+            "name": name,
+            "ratio": float(self.ratio),
+            "goal": goal.text,
+            "holds": bool(holds),
+            "ours_s": float(self.ours_s),
+            "reference_s": float(self.reference_s),
+            "reference": self.reference,
             "note": self.note,
         }
 
@@ -89,7 +94,9 @@ def seconds(work: Callable[[], object], repeats: int, inner: int = 1) -> float:
     return median(taken)
 
 
-def against(ours: Callable[[], object], theirs: Callable[[], object], reference: str, repeats: int, inner: int = 1) -> Measured:
+def against(
+    ours: Callable[[], object], theirs: Callable[[], object], reference: str, repeats: int, inner: int = 1
+) -> Measured:
     """Reference time over our time."""
     ours_s, theirs_s = seconds(ours, repeats, inner), seconds(theirs, repeats, inner)
     return Measured(theirs_s / ours_s, ours_s, theirs_s, reference)

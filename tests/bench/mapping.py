@@ -28,7 +28,12 @@ def sweep(lines: int = LINES) -> Cloud:
     x, y = length * np.cos(azimuth), length * np.sin(azimuth)
     z = np.where(length < 9.7, 0.05 * np.sin(x) * np.cos(1.3 * y), 0.7 - 9.7 * np.tan(down))
     hit = np.broadcast_to(length < 9.7, x.shape).ravel()
-    return Cloud(EYE_M, np.stack([x + EYE_M[0], y + EYE_M[1], z], -1).reshape(-1, 3).astype(np.float32), np.ascontiguousarray(hit), 0.03)
+    return Cloud(
+        EYE_M,
+        np.stack([x + EYE_M[0], y + EYE_M[1], z], -1).reshape(-1, 3).astype(np.float32),
+        np.ascontiguousarray(hit),
+        0.03,
+    )
 
 
 def by_ufunc(grid: Grid, cloud: Cloud) -> tuple[np.ndarray, ...]:
@@ -78,7 +83,9 @@ def rasterise_200k(repeats: int) -> Measured:
     rng = np.random.default_rng(1)
     ends = np.column_stack([rng.uniform(-9.9, 9.9, (200_000, 2)), rng.normal(0, 0.1, 200_000)]).astype(np.float32)
     cloud = Cloud(EYE_M, ends, np.ones(len(ends), np.bool_), 0.03)
-    made = against(lambda: native.rasterise(GRID, cloud), lambda: by_ufunc(GRID, cloud), "numpy bincount + ufunc.at", repeats)
+    made = against(
+        lambda: native.rasterise(GRID, cloud), lambda: by_ufunc(GRID, cloud), "numpy bincount + ufunc.at", repeats
+    )
     return replace(made, note="ours walks the beams for z_ray as well, the reference does not")
 
 
@@ -87,7 +94,9 @@ def rasterise_scan(repeats: int) -> Measured:
     whole = sweep()
     at = 300 * BEAMS
     cloud = Cloud(EYE_M, whole.ends_m[at : at + BEAMS], whole.hit[at : at + BEAMS], 0.03)
-    made = against(lambda: native.rasterise(GRID, cloud), lambda: by_ufunc(GRID, cloud), "numpy bincount + ufunc.at", repeats, 20)
+    made = against(
+        lambda: native.rasterise(GRID, cloud), lambda: by_ufunc(GRID, cloud), "numpy bincount + ufunc.at", repeats, 20
+    )
     return replace(made, note="ours walks the beams for z_ray as well and makes a new grid, the reference no beams")
 
 
@@ -98,8 +107,13 @@ def scan_to_map(repeats: int) -> Measured:
     differing = int((~np.isclose(ours.z_ray.ravel(), theirs[5], atol=1e-4)).sum())
     ours_s = seconds(lambda: native.rasterise(GRID, cloud), repeats)
     theirs_s = seconds(lambda: by_numpy(GRID, cloud), 1)
-    return Measured(theirs_s / ours_s, ours_s, theirs_s, "vectorised numpy, beams in step",
-                    f"z_ray differs in {differing} of {theirs[5].size} cells on 23 lines; the reference is run once, warm")
+    return Measured(
+        theirs_s / ours_s,
+        ours_s,
+        theirs_s,
+        "vectorised numpy, beams in step",
+        f"z_ray differs in {differing} of {theirs[5].size} cells on 23 lines; the reference is run once, warm",
+    )
 
 
 def registration_100k(repeats: int) -> Measured:
@@ -125,9 +139,14 @@ def registration_100k(repeats: int) -> Measured:
     x, y, z, yaw = difference(found.T_map_base, truth)
     error_mm, error_deg = 1e3 * math.hypot(x, y, z), abs(math.degrees(yaw))
     ours_s, theirs_s = seconds(lambda: register(source, target, guess, config), repeats), seconds(alone, repeats)
-    return Measured(ours_s / theirs_s, ours_s, theirs_s, "small_gicp GICP with its preprocessing",
-                    f"{error_mm:.1f} mm, {error_deg:.3f} deg; {found.reason or 'accepted'}",
-                    error_mm <= 10 and error_deg <= 0.05 and found.accepted)
+    return Measured(
+        ours_s / theirs_s,
+        ours_s,
+        theirs_s,
+        "small_gicp GICP with its preprocessing",
+        f"{error_mm:.1f} mm, {error_deg:.3f} deg; {found.reason or 'accepted'}",
+        error_mm <= 10 and error_deg <= 0.05 and found.accepted,
+    )
 
 
 def _transform(x_m: float, y_m: float, yaw_rad: float) -> np.ndarray:

@@ -38,7 +38,9 @@ def pose_graph(passable: np.ndarray, turn_m: float) -> sparse.csr_array:
             here.append(index[o][both])
             there.append(index[other][both])
             price.append(np.full(both.sum(), turn_m))
-    return sparse.csr_array((np.concatenate(price), (np.concatenate(here), np.concatenate(there))), (passable.size,) * 2)
+    return sparse.csr_array(
+        (np.concatenate(price), (np.concatenate(here), np.concatenate(there))), (passable.size,) * 2
+    )
 
 
 def pose_field(repeats: int) -> Measured:
@@ -87,8 +89,14 @@ def local_cycle(repeats: int) -> Measured:
 
     ours_s = seconds(stop, repeats)
     limit_s = 0.2
-    return Measured(ours_s / limit_s, ours_s, limit_s, "the limit", f"{len(cloud.ends_m)} beams; decides {kinds[-1]!r}",
-                    math.isfinite(ours_s))
+    return Measured(
+        ours_s / limit_s,
+        ours_s,
+        limit_s,
+        "the limit",
+        f"{len(cloud.ends_m)} beams; decides {kinds[-1]!r}",
+        math.isfinite(ours_s),
+    )
 
 
 ROWS = {"pose-field": pose_field, "local-cycle": local_cycle}

@@ -54,7 +54,9 @@ def can_codec(repeats: int) -> Measured:
 
     equal = ours() == theirs()
     made = against(ours, theirs, "cantools + python-can", repeats, 200)
-    return Measured(made.ratio, made.ours_s, made.reference_s, made.reference, "bit-equal" if equal else "BITS DIFFER", equal)
+    return Measured(
+        made.ratio, made.ours_s, made.reference_s, made.reference, "bit-equal" if equal else "BITS DIFFER", equal
+    )
 
 
 def link_codec(repeats: int) -> Measured:
@@ -69,7 +71,9 @@ def link_codec(repeats: int) -> Measured:
             opener.open(sealer.seal(link.Kind.MAVLINK, payload))
 
     each_s = seconds(work, repeats) / count
-    return Measured(1 / each_s / LINK_LIMIT_HZ, each_s, 1 / LINK_LIMIT_HZ, "the limit", f"{1 / each_s:,.0f} /s, one by one")
+    return Measured(
+        1 / each_s / LINK_LIMIT_HZ, each_s, 1 / LINK_LIMIT_HZ, "the limit", f"{1 / each_s:,.0f} /s, one by one"
+    )
 
 
 def scip_poll(repeats: int) -> Measured:
@@ -93,7 +97,9 @@ def scip_poll(repeats: int) -> Measured:
             twin.connect()
             state = PortState.OPEN
     p50_s = median(taken)
-    return Measured(p50_s / POLL_LIMIT_S, p50_s, POLL_LIMIT_S, "the limit", f"{len(taken)} scans; bytes are at hand, no socket")
+    return Measured(
+        p50_s / POLL_LIMIT_S, p50_s, POLL_LIMIT_S, "the limit", f"{len(taken)} scans; bytes are at hand, no socket"
+    )
 
 
 ROWS = {"can-codec": can_codec, "link-codec": link_codec, "scip-poll": scip_poll}
