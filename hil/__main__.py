@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import signal
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -156,7 +157,10 @@ def sim(
     scenario = Scenario(name="sim", terrain=_terrain(terrain), seed=seed, limit_s=1e6, live=True)
     print("ready in a few seconds; from another terminal, in this folder:\n"
           "  .venv/bin/ground status\n  .venv/bin/ground goto 8 3\n  .venv/bin/ground stop\nCtrl-C ends it.")
-    result = fly(scenario, out, pace=1.0)
+    try:
+        result = fly(scenario, out, pace=1.0)
+    except typer.Exit as ended:
+        raise typer.Exit(EX_OK if ended.exit_code == EX_INTERRUPTED else ended.exit_code) from None
     if result.error:
         raise fail(EX_SOFTWARE, f"after {result.bench_s:.1f} s of bench time: {result.error}")
 
@@ -182,6 +186,8 @@ def main() -> None:
     """Entry point; starts itself anew where the environment is not the one that gives the same bits every time."""
     if any(os.environ.get(name) != text for name, text in FIXED_ENVIRONMENT.items()):
         os.execve(sys.executable, [sys.executable, "-m", "hil", *sys.argv[1:]], {**os.environ, **FIXED_ENVIRONMENT})
+    for number in (signal.SIGINT, signal.SIGTERM):  # both end a run in order, also where a shell ignores Ctrl-C
+        signal.signal(number, signal.default_int_handler)
     app()
 
 

@@ -140,7 +140,7 @@ def test_closeness_is_the_weight_beside_a_blocked_pose_and_0_from_half_a_metre_o
     freedom[2, 7, 0] = Freedom.UNKNOWN
     ratio = poses.closeness(freedom, dataclasses.replace(PLANNING, closeness_weight=0.5), 0.1)
     assert ratio.dtype == np.float32 and ratio[[0, 1, 3, 4, 5, 6, 7]].max() == 0
-    np.testing.assert_allclose(ratio[2, 7, 8:14], PLANNING.closeness_weight * np.array([1, 0.8, 0.6, 0.4, 0.2, 0]), atol=1e-6)
+    np.testing.assert_allclose(ratio[2, 7, 8:14], 0.5 * np.array([1, 0.8, 0.6, 0.4, 0.2, 0]), atol=1e-6)
     assert ratio[2, 7, 0] == 0
 
 
