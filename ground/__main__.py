@@ -16,7 +16,7 @@ from typing import Annotated, Any
 import typer
 
 from ground import show
-from ground.clock import ClockError, parse_address
+from ground.clock import ClockError
 from ground.operate import FAILED, TEMPORARY, Plan, Teller, operate
 from ground.report_command import report_command
 from ground.script import ScriptError, Step, parse, parse_command
@@ -25,6 +25,7 @@ from ground.settings import NoStationError, load_settings
 from ground.station import StationError
 from onboard.config import ConfigError
 from protocol import commands
+from protocol.barrier import parse_address
 from protocol.products import LDEM_CODEC, decode_ldem
 
 USAGE, NO_INPUT, UNAVAILABLE, CANNOT_CREATE, CONFIG, INTERRUPTED = 64, 66, 69, 73, 78, 130

@@ -61,7 +61,7 @@ class LockstepClock:
     repeatable = True
 
     def __init__(self, address: str, limit_s: float = 120.0) -> None:
-        self._address, self._limit_s = parse_address(address), limit_s
+        self._address, self._limit_s = barrier.parse_address(address), limit_s
         self._stack = ExitStack()
         self._receiver = barrier.Receiver()
         self._messages: list[barrier.Message] = []
@@ -132,12 +132,3 @@ class LockstepClock:
 
 
 Clock = WallClock | LockstepClock
-
-
-def parse_address(address: str) -> tuple[str, int]:
-    """`tcp:HOST:PORT` as (host, port). Raises ValueError."""
-    scheme, _, rest = address.partition(":")
-    host, _, port = rest.rpartition(":")
-    if scheme != "tcp" or not host or not port.isdigit():
-        raise ValueError(f"barrier `{address}` should be tcp:HOST:PORT")
-    return host, int(port)

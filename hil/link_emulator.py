@@ -31,6 +31,7 @@ import zenoh
 from hil.impairment import PROFILES, Impairment, Profile, both_directions, load_profile
 from onboard.config import ConfigError
 from protocol import WireError, barrier, carrier
+from protocol.barrier import parse_address
 from protocol.link import KEY_DOWN, KEY_UP
 
 NEVER = 2**62
@@ -243,15 +244,6 @@ def run_wall(emulator: LinkEmulator, stop: Callable[[], bool], period_s: float =
         time.sleep(period_s)
 
 
-def parse_barrier(text: str) -> tuple[str, int]:
-    """`tcp:HOST:PORT` as (host, port)."""
-    scheme, _, rest = text.partition(":")
-    host, _, port = rest.rpartition(":")
-    if scheme != "tcp" or not host or not port.isdigit():
-        raise ConfigError(f"--barrier `{text}` should be tcp:HOST:PORT")
-    return host, int(port)
-
-
 def main(
     profile: Annotated[str, typer.Option(help="Name of a link profile.")] = "lan",
     profiles: Annotated[Path, typer.Option(help="File of link profiles.")] = PROFILES,
@@ -277,7 +269,10 @@ def main(
 def _link(
     profile: Profile, seed: int, endpoints: tuple[str, str], bench: str, live_ground: bool, report: Path | None
 ) -> None:
-    address = parse_barrier(bench) if bench else None
+    try:
+        address = parse_address(bench) if bench else None
+    except ValueError as error:
+        raise ConfigError(f"--{error}") from None
     with LinkEmulator(profile, seed, *endpoints) as emulator:
         try:
             if address:

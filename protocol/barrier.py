@@ -89,6 +89,15 @@ class Stop:
 Message = Hello | Welcome | Tick | Done | Stop
 
 
+def parse_address(text: str) -> tuple[str, int]:
+    """The bench's `tcp:HOST:PORT` as (host, port). Raises ValueError."""
+    kind, _, rest = text.partition(":")
+    host, _, port = rest.rpartition(":")
+    if kind != "tcp" or not host or not port.isdigit():
+        raise ValueError(f"barrier `{text}` should be tcp:HOST:PORT")
+    return host, int(port)
+
+
 def _text(value: str) -> bytes:
     raw = value.encode()[:255]
     return struct.pack("<B", len(raw)) + raw

@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 
 from onboard.config import ConfigError
-from protocol.barrier import Done, Hello, Receiver, Stop, Tick, Welcome, encode
+from protocol.barrier import Done, Hello, Receiver, Stop, Tick, Welcome, encode, parse_address
 from protocol.conventions import TICK_NS
 
 
@@ -55,7 +55,10 @@ class LockStepClock:
     """One participant of the barrier: time is what the bench says."""
 
     def __init__(self, address: str, name: str = "onboard") -> None:
-        self._address = _tcp(address)
+        try:
+            self._address = parse_address(address)
+        except ValueError as error:
+            raise ConfigError(f"clock.{error}") from None
         self._stack = ExitStack()
         self._receiver = Receiver()
         self._inbox: list[object] = []
@@ -107,11 +110,3 @@ class LockStepClock:
                 raise ClockLostError("the bench closed the barrier")
             self._inbox += self._receiver.receive(data)
         return self._inbox.pop(0)
-
-
-def _tcp(address: str) -> tuple[str, int]:
-    kind, _, rest = address.partition(":")
-    host, _, port = rest.rpartition(":")
-    if kind != "tcp" or not host or not port.isdigit():
-        raise ConfigError(f"clock.barrier = {address!r} should be tcp:HOST:PORT")
-    return host, int(port)

@@ -10,8 +10,7 @@ import pytest
 import zenoh
 
 from hil.impairment import both_directions, load_profile
-from hil.link_emulator import NEVER, LinkEmulator, LinkError, Side, parse_barrier, run_lockstep
-from onboard.config import ConfigError
+from hil.link_emulator import NEVER, LinkEmulator, LinkError, Side, run_lockstep
 from protocol import barrier, carrier
 from protocol.link import KEY_DOWN, KEY_UP
 
@@ -184,9 +183,3 @@ def test_an_endpoint_in_use_is_named():
          pytest.raises(LinkError, match="ground side: cannot listen"), \
          Side(carrier.GROUND, endpoint, KEY_UP, KEY_DOWN):
         pass
-
-
-@pytest.mark.parametrize("text", ["127.0.0.1:5", "tcp:host", "tcp::80", "udp:h:1"])
-def test_a_wrong_barrier_address_is_refused(text):
-    with pytest.raises(ConfigError, match="tcp:HOST:PORT"):
-        parse_barrier(text)

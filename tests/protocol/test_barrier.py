@@ -5,7 +5,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from protocol import WireError
-from protocol.barrier import Channel, Done, Hello, Receiver, Stop, Tick, Welcome, encode
+from protocol.barrier import Channel, Done, Hello, Receiver, Stop, Tick, Welcome, encode, parse_address
 
 NAMES = st.text(st.characters(min_codepoint=33, max_codepoint=126), min_size=1, max_size=20)
 COUNTS = st.integers(0, 2**40)
@@ -51,3 +51,13 @@ def test_noise_is_a_wire_error_and_nothing_else(body):
             Receiver().receive(raw)
         except WireError:
             continue
+
+
+@pytest.mark.parametrize("text", ["127.0.0.1:5", "tcp:host", "tcp::80", "udp:h:1"])
+def test_a_wrong_address_is_refused_with_the_right_form(text):
+    with pytest.raises(ValueError, match="tcp:HOST:PORT"):
+        parse_address(text)
+
+
+def test_an_address_is_host_and_port():
+    assert parse_address("tcp:127.0.0.1:80") == ("127.0.0.1", 80)
