@@ -22,8 +22,9 @@ from onboard.motion.follower import Follower
 from onboard.perception import ldem
 from onboard.perception.localisation import Localisation
 from onboard.perception.stop_map import NO_POINTS, Look, StopMap, look, remember
-from onboard.planning.cycle import PlanRequest, PlanResult, Settings, plan
+from onboard.planning.cycle import plan
 from onboard.planning.mission_rule import MissionState
+from onboard.planning.plan_records import PlanRequest, PlanResult, Settings
 from onboard.records import Decision, Gdem, Pose, Scan, Twist
 from protocol.conventions import wrap_rad
 from protocol.modes import Phase

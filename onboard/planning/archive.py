@@ -17,15 +17,13 @@ import io
 import zipfile
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from onboard.planning.plan_records import PlanResult
 from onboard.records import F32, F64, U8, Grid, Pose
-
-if TYPE_CHECKING:
-    from onboard.planning.cycle import PlanResult
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,13 +15,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from onboard import config
 from onboard.perception.cell_classes import classify
-from onboard.planning import archive, global_path, mission_rule, options
+from onboard.planning import global_path, mission_rule, options
 from onboard.planning.global_path import GlobalField
 from onboard.planning.mission_rule import BLOCK_M, Again, MissionState, Situation, Stop
-from onboard.planning.next_position import Choice, Eyes, NextPosition
+from onboard.planning.next_position import Eyes, NextPosition
 from onboard.planning.options import Fields
+from onboard.planning.plan_records import PlanReport, PlanRequest, PlanResult, Settings
 from onboard.planning.pose_field import cost_to_go
 from onboard.planning.poses import (
     ORIENTATIONS,
@@ -33,40 +33,13 @@ from onboard.planning.poses import (
     reachable,
     trail,
 )
-from onboard.records import F32, F64, U8, Bool, Decision, Gdem, Grid, Ldem, Path, Pose, Surface
+from onboard.records import F64, U8, Bool, Decision, Grid, Path, Surface
 
 STAND_M = 0.25  # around a rover whose own pose reads as not free
 DISC_PRICE = 2.0  # of a metre left within the goal's disc: driving on is cheaper
 CONFIRM_M = 3.0  # R7: blocked poses farther than this from every stop may be mistaken
 CONFIRM_RATIO = 0.5  # and a way over them costs so much more
 MOST_MARKS = 60  # in one job; then the rule is told that no way is left
-
-
-@dataclass(frozen=True, slots=True)
-class Settings:
-    """The parts of the configuration that planning reads."""
-
-    rover: config.Rover
-    mapping: config.Mapping_
-    planning: config.Planning
-    mission: config.Mission
-    scanning: config.Scanning
-
-
-@dataclass(frozen=True, slots=True)
-class PlanRequest:
-    """What the job is given. ldem: the window around the rover. trail: (k, 3) x, y, yaw driven so far (R2).
-
-    gdem None: nothing is known from orbit, the goal lies in a straight line.
-    """
-
-    ldem: Ldem
-    pose: Pose
-    goal_m: tuple[float, float]
-    gdem: Gdem | None
-    state: MissionState
-    settings: Settings
-    trail: F64
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,38 +50,6 @@ class _Stop:
     surface: Surface
     freedom: U8
     seeds: tuple[NDArray[np.int64], F64]
-
-
-@dataclass(frozen=True, slots=True)
-class PlanReport:
-    """For the record and for people. node_sets: uint8 of NodeSet, z_mean: float32, both on `grid`.
-
-    global_path: (k, 2) over the orbiter's map, empty where there is none. optimistic_path: (k, 2). score_map: float32,
-    NaN where no candidate, None where the strategy scores nothing; alternatives: the next best of its choices.
-    """
-
-    grid: Grid
-    node_sets: U8
-    z_mean: F32
-    global_path: F64
-    optimistic_path: F64
-    score_map: F32 | None
-    alternatives: tuple[Choice, ...]
-
-
-@dataclass(frozen=True, slots=True)
-class PlanResult:
-    """The decision with its path, the mission's new state, the report; where the rover stood and wanted to go."""
-
-    decision: Decision
-    state: MissionState
-    report: PlanReport
-    pose: Pose
-    goal_m: tuple[float, float]
-
-    def archive(self) -> bytes:
-        """For the record: the .npz of onboard.planning.archive."""
-        return archive.to_npz(self.pose, self.goal_m, self)
 
 
 def plan(request: PlanRequest) -> PlanResult:

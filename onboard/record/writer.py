@@ -16,6 +16,8 @@ from mcap.writer import CompressionType, Writer
 
 from onboard.config import Config, to_toml
 from onboard.gdem import to_npz
+from onboard.planning import archive
+from onboard.planning.plan_records import PlanResult
 from onboard.record.schema import INPUTS, OUTPUTS, encode_inputs, encode_outputs
 from onboard.records import Gdem, Inputs, Outputs
 
@@ -64,10 +66,10 @@ class Recorder:
                     data=data,
                 )
         for job in inputs.jobs:
-            if hasattr(job.value, "archive"):
+            if isinstance(job.value, PlanResult):
                 self._writer.add_message(
                     self._channels["/plan"], log_time=inputs.now_ns, publish_time=inputs.now_ns, sequence=inputs.tick,
-                    data=job.value.archive(),
+                    data=archive.to_npz(job.value.pose, job.value.goal_m, job.value),
                 )
 
     def __enter__(self) -> Recorder:

@@ -11,8 +11,9 @@ from scipy.sparse import csgraph
 
 from onboard.config import Config
 from onboard.perception import ldem
-from onboard.planning.cycle import PlanRequest, Settings, plan
+from onboard.planning.cycle import plan
 from onboard.planning.mission_rule import MissionState
+from onboard.planning.plan_records import PlanRequest, Settings
 from onboard.planning.pose_field import DIRECTIONS, cost_to_go, moves_m
 from onboard.records import Cloud, Grid, Pose
 from tests.bench.goals import Measured, against, seconds

@@ -10,9 +10,9 @@ from mcap.writer import Writer
 from hil import field_file
 from hil.terrain import Field, fractal_heights, scatter_rocks, truth_height
 from onboard.config import load
-from onboard.planning.cycle import PlanReport, PlanResult
 from onboard.planning.mission_rule import MissionState, Stop
 from onboard.planning.next_position import Choice
+from onboard.planning.plan_records import PlanReport, PlanResult
 from onboard.record.writer import Recorder
 from onboard.records import Decision, Event, Gdem, Grid, Inputs, JobDone, NodeSet, Outputs, Path, Pose
 

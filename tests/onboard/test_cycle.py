@@ -8,13 +8,13 @@ import pytest
 
 from onboard import config
 from onboard.perception import ldem as ldem_module
-from onboard.planning import cycle
+from onboard.planning import cycle, plan_records
 from onboard.planning.mission_rule import MissionState
 from onboard.planning.path import is_free
 from onboard.planning.poses import Freedom, pose_freedom, wheel_cells
 from onboard.records import CellClass, Gdem, Grid, NodeSet, Pose, Surface
 
-SETTINGS = cycle.Settings(
+SETTINGS = plan_records.Settings(
     config.Rover(), config.Mapping_(size_m=12.0), config.Planning(), config.Mission(), config.Scanning(range_m=4.0)
 )
 CELL = 0.1
@@ -68,7 +68,7 @@ def begin(world, pose):
 
 
 def request(world, pose, goal, state=None, settings=SETTINGS, trail=(), gdem=None):
-    return cycle.PlanRequest(
+    return plan_records.PlanRequest(
         world.window(pose), pose, goal, gdem, state or MissionState(), settings, np.array(trail).reshape(-1, 3)
     )
 

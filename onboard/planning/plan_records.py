@@ -1,0 +1,65 @@
+"""What the planning job is asked and what it answers: plain records, so that its archive need not know the job."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from onboard import config
+from onboard.planning.mission_rule import MissionState
+from onboard.planning.next_position import Choice
+from onboard.records import F32, F64, U8, Decision, Gdem, Grid, Ldem, Pose
+
+
+@dataclass(frozen=True, slots=True)
+class Settings:
+    """The parts of the configuration that planning reads."""
+
+    rover: config.Rover
+    mapping: config.Mapping_
+    planning: config.Planning
+    mission: config.Mission
+    scanning: config.Scanning
+
+
+@dataclass(frozen=True, slots=True)
+class PlanRequest:
+    """What the job is given. ldem: the window around the rover. trail: (k, 3) x, y, yaw driven so far (R2).
+
+    gdem None: nothing is known from orbit, the goal lies in a straight line.
+    """
+
+    ldem: Ldem
+    pose: Pose
+    goal_m: tuple[float, float]
+    gdem: Gdem | None
+    state: MissionState
+    settings: Settings
+    trail: F64
+
+
+@dataclass(frozen=True, slots=True)
+class PlanReport:
+    """For the record and for people. node_sets: uint8 of NodeSet, z_mean: float32, both on `grid`.
+
+    global_path: (k, 2) over the orbiter's map, empty where there is none. optimistic_path: (k, 2). score_map: float32,
+    NaN where no candidate, None where the strategy scores nothing; alternatives: the next best of its choices.
+    """
+
+    grid: Grid
+    node_sets: U8
+    z_mean: F32
+    global_path: F64
+    optimistic_path: F64
+    score_map: F32 | None
+    alternatives: tuple[Choice, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class PlanResult:
+    """The decision with its path, the mission's new state, the report; where the rover stood and wanted to go."""
+
+    decision: Decision
+    state: MissionState
+    report: PlanReport
+    pose: Pose
+    goal_m: tuple[float, float]
