@@ -146,7 +146,7 @@ def replay(folder: Path) -> dict[str, Any]:
     """`onboard replay` of the run's record, in a process of its own."""
     command = [sys.executable, "-m", "onboard", "replay", "--json", str(folder / "onboard.mcap")]
     done = subprocess.run(command, capture_output=True, text=True, env=_environment(), check=False)
-    if done.returncode not in (0, 1):
+    if done.returncode not in (0, 1) or not done.stdout.startswith("{"):
         return {"verdict": "failed", "first_difference": done.stderr.strip()[-400:]}
     return dict(json.loads(done.stdout))
 

@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from onboard.planning.plan_records import PlanResult
-from onboard.records import F32, F64, U8, Grid, Pose
+from onboard.records import F32, F64, U8, Grid
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,8 +49,8 @@ class PlanPicture:
     marked: F64
 
 
-def to_npz(pose: Pose, goal_m: tuple[float, float], result: PlanResult) -> bytes:
-    """The archive of the plan made at `pose` for `goal_m`."""
+def to_npz(result: PlanResult) -> bytes:
+    """The plan of a stop as the bytes of an .npz."""
     decision, report, state = result.decision, result.report, result.state
     grid = report.grid
     target = decision.data.get("target_m")
@@ -63,8 +63,8 @@ def to_npz(pose: Pose, goal_m: tuple[float, float], result: PlanResult) -> bytes
         x0_m=grid.x0_m,
         y0_m=grid.y0_m,
         cell_m=grid.cell_m,
-        pose=np.array([pose.x_m, pose.y_m, pose.z_m, pose.yaw_rad]),
-        goal_m=np.array(goal_m, dtype=np.float64),
+        pose=np.array([result.pose.x_m, result.pose.y_m, result.pose.z_m, result.pose.yaw_rad]),
+        goal_m=np.array(result.goal_m, dtype=np.float64),
         kind=decision.kind,
         rule=decision.rule,
         reason=decision.reason,

@@ -69,7 +69,7 @@ class Recorder:
             if isinstance(job.value, PlanResult):
                 self._writer.add_message(
                     self._channels["/plan"], log_time=inputs.now_ns, publish_time=inputs.now_ns, sequence=inputs.tick,
-                    data=archive.to_npz(job.value.pose, job.value.goal_m, job.value),
+                    data=archive.to_npz(job.value),
                 )
 
     def __enter__(self) -> Recorder:
