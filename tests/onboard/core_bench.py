@@ -35,7 +35,9 @@ POSTS = ((5.0, 2.0), (4.0, -2.5), (-3.0, 2.5), (-4.0, -2.0), (1.0, 4.5), (0.5, -
 STATION = 3
 
 QUICK = config.Config(
-    scanning=config.Scanning(spacing_m=0.15, floor_rad=0.004, cap_rad=0.02, range_m=6.0),
+    scanning=config.Scanning(
+        start_rad=0.8, end_rad=-0.1, spacing_m=0.15, floor_rad=0.006, cap_rad=0.03, range_m=6.0
+    ),
     mapping=config.Mapping_(size_m=14.0, near_m=3.0),
     jobs=config.Jobs(map_ticks=5, plan_ticks=5),
 )
