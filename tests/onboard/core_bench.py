@@ -6,6 +6,7 @@ The ground is the plane z = 0 with posts on it, so that a registration has somet
 
 from __future__ import annotations
 
+import hashlib
 import math
 from dataclasses import replace
 
@@ -64,7 +65,7 @@ class CoreBench:
 
     reports: (tick, Report) as the ground would hear them. phases: (tick, Phase), each entry into one.
     ordered: newest WHEEL_n_COMMAND values, wheels 1 to 4. memory: a map kept from before. lidar_plugged,
-    job_late_ticks, tilt_rad: faults.
+    job_late_ticks, tilt_rad, noise (frames of the next tick): faults. digests: of each tick's outputs.
     """
 
     def __init__(self, seed=1, settings=QUICK, posts=POSTS, memory=None):
@@ -76,8 +77,8 @@ class CoreBench:
         self.pose = [0.0, 0.0, 0.0]
         self.reports, self.events, self.phases = [], [], []
         self.ordered, self.digests, self.outputs = {}, [], None
-        self.can_state, self.lidar_plugged, self.contact = PortState.OPEN, True, True
-        self.job_late_ticks, self.tilt_rad = 0, 0.0
+        self.can_state, self.lidar_plugged = PortState.OPEN, True
+        self.job_late_ticks, self.tilt_rad, self.noise = 0, 0.0, ()
         self._posts, self._guard = posts, Guard()
         self._places = wheel_places(settings.rover)
         self._radius_m = settings.rover.wheel_radius_m
@@ -150,13 +151,13 @@ class CoreBench:
         self.tick += 1
         now_ns, was = self.now_ns, self.phase
         inputs = Inputs(
-            self.tick, now_ns, can_frames=tuple(self._frames), can_state=self.can_state,
+            self.tick, now_ns, can_frames=(*self._frames, *self.noise), can_state=self.can_state,
             lidar_chunks=tuple(self._bytes), lidar_state=PortState.OPEN if self._lidar_open else PortState.CLOSED,
             link_messages=tuple(self._messages), jobs=self._done(),
         )
-        self._frames, self._bytes, self._messages = [], [], []
+        self.noise, self._frames, self._bytes, self._messages = (), [], [], []
         outputs = self.outputs = tick(self.rover, inputs)
-        self.digests.append(outputs.state_digest)
+        self.digests.append(digest(outputs))
         self._jobs += outputs.jobs
         self.events += outputs.events
         if self.phase is not was:
@@ -267,6 +268,14 @@ class CoreBench:
         directions = np.column_stack([c * out - s * left, s * out + c * left, up])
         origin = (x_m + c * rover.lidar_x_m, y_m + s * rover.lidar_x_m, rover.lidar_z_m)
         return plane_and_posts(origin, directions, self._posts)
+
+
+def digest(outputs):
+    """Of everything that a tick gave: bytes, orders for the shell, events, state."""
+    jobs = [(job.job_id, job.name, job.due_tick) for job in outputs.jobs]
+    said = (outputs.can_frames, outputs.lidar_bytes, outputs.lidar_connect, outputs.link_payloads, jobs,
+            outputs.events, outputs.pose, outputs.state_digest)
+    return hashlib.blake2b(repr(said).encode(), digest_size=8).digest()
 
 
 def first_map():
