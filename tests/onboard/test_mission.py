@@ -110,12 +110,3 @@ def test_without_any_registration_on_a_kept_map_a_near_goal_is_looked_at_too(kno
     rover = fly((1.2, 0.2), known, localisation=tight)
     assert rover.told("REGISTRATION_REFUSED")
     assert word(rover).startswith("SMPDSMP")
-
-
-def test_the_limit_of_stops_fails_the_mission_with_the_reason(known):
-    rover = CoreBench(settings=quick(mission=config.Mission(leg_m=0.5, stop_limit=1)), memory=known)
-    rover.settle()
-    request = rover.goto(6.0, 0.5)
-    assert rover.until_final(request) is State.FAILED
-    assert "mission.stop_limit" in rover.text(request)
-    assert (rover.mode, rover.phase) == (Mode.STANDBY, Phase.FAILED)

@@ -1,4 +1,4 @@
-"""The core is a function of its inputs: the same bytes in give the same bytes out, whatever the day, load or hash seed."""
+"""The core is a function of its inputs: the same bytes in give the same bytes out, whatever the clock or hash seed."""
 
 import hashlib
 import os
@@ -44,8 +44,8 @@ def test_the_same_inputs_give_the_same_outputs_byte_for_byte(reference):
     assert short_mission() == reference
 
 
-@pytest.mark.parametrize("hash_seed", ["1", "271828"])
-def test_the_hash_seed_of_python_changes_no_byte(reference, hash_seed):
+def test_the_hash_seed_of_python_changes_no_byte(reference):
+    hash_seed = "2" if os.environ.get("PYTHONHASHSEED") == "1" else "1"  # other than the one of this process
     script = "import hashlib, test_tick; print(hashlib.sha256(b''.join(test_tick.short_mission())).hexdigest())"
     paths = os.pathsep.join((str(ROOT), str(Path(__file__).parent)))
     environment = {**os.environ, "PYTHONHASHSEED": hash_seed, "PYTHONPATH": paths}
