@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from mcap.reader import make_reader
 
-from hil.processes import ProcessDied, Processes
+from hil.processes import ProcessDiedError, Processes
 from hil.run import run
 from hil.scenario import load_scenario
 
@@ -85,7 +85,7 @@ def test_a_child_that_dies_is_reported_with_name_code_and_last_lines(tmp_path, s
         start(processes, "fine", WAITS)
         start(processes, "ill", "import sys\nprint('there')\nprint('no such port', file=sys.stderr)\nsys.exit(69)\n")
         processes.settle(20.0)
-        with pytest.raises(ProcessDied) as died:
+        with pytest.raises(ProcessDiedError) as died:
             processes.check()
     told = str(died.value)
     assert told.startswith("ill ended with exit code 69:")
@@ -97,7 +97,7 @@ def test_a_child_ended_by_a_signal_is_reported_with_its_name(tmp_path, start):
         start(processes, "one", WAITS)
         os.kill(processes.pid("one"), signal.SIGKILL)
         processes.settle(20.0)
-        with pytest.raises(ProcessDied, match="one ended with signal SIGKILL"):
+        with pytest.raises(ProcessDiedError, match="one ended with signal SIGKILL"):
             processes.check()
 
 
