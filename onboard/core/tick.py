@@ -101,7 +101,8 @@ def _steer(rover: Rover) -> tuple[WheelCommand, ...]:
 
 
 def _tell(rover: Rover, inputs: Inputs) -> tuple[Event, ...]:
-    events, rover.executive.events = tuple(rover.executive.events), []
+    events = (*rover.downlink.notices, *rover.executive.events)
+    rover.downlink.notices, rover.executive.events = [], []
     for event in events:
         rover.downlink.event(event)
     rover.worst_tick_ns = max(rover.worst_tick_ns, inputs.health.last_tick_ns)

@@ -73,6 +73,7 @@ def test_noise_on_the_bus_and_the_link_is_counted_and_changes_no_decision():
         rover.hear(LinkMessage(rover.now_ns, True, "ok", STATION + 1, kind, b"" if kind == 4 else rng.bytes(3)))
         rover.step()
     assert rover.rover.downlink.refused["tag"] == 300
+    assert rover.told("LINK_REFUSED")[0][1].endswith("tag 1")
     assert rover.rover.nodes.bad_frames + rover.rover.nodes.unknown_frames == 300
     assert rover.mode is Mode.AUTONOMOUS
     assert rover.states(request) == [State.STARTED]
