@@ -27,10 +27,10 @@ class ProcessDiedError(RuntimeError):
 
 
 class Processes:
-    """Starts children of this Python and ends them all when the block is left."""
+    """Starts children of this Python and ends them all when the block is left: SIGTERM, after `grace_s` SIGKILL."""
 
-    def __init__(self, folder: Path, quiet: set[str] | None = None) -> None:
-        self._folder = folder
+    def __init__(self, folder: Path, grace_s: float = 5.0) -> None:
+        self._folder, self._grace_s = folder, grace_s
         self._children: dict[str, subprocess.Popen[bytes]] = {}
         self._expected: set[str] = set()
 
@@ -105,15 +105,18 @@ class Processes:
         return self
 
     def __exit__(self, *_: object) -> None:
-        for child in self._children.values():
-            if child.poll() is None:
-                child.send_signal(signal.SIGTERM)
-        for child in self._children.values():
-            with contextlib.suppress(subprocess.TimeoutExpired):
-                child.wait(5)
-            if child.poll() is None:
-                child.kill()
-                child.wait()
+        try:
+            for child in self._children.values():
+                if child.poll() is None:
+                    child.send_signal(signal.SIGTERM)
+            for child in self._children.values():
+                with contextlib.suppress(subprocess.TimeoutExpired):
+                    child.wait(self._grace_s)
+        finally:  # a second Ctrl-C shortens the farewell
+            for child in self._children.values():
+                if child.poll() is None:
+                    child.kill()
+                    child.wait()
 
 
 def _code(code: int) -> str:

@@ -7,6 +7,7 @@ import shutil
 import socket
 import time
 from collections.abc import Callable
+from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -71,8 +72,9 @@ def run(
     goal = {"goal_x": f"{accepted.field.goal_m[0]:.3f}", "goal_y": f"{accepted.field.goal_m[1]:.3f}"}
     (folder / "script.txt").write_text(scenario.script.format(**goal))
     truth = Truth(folder / "truth.mcap")
-    with Processes(folder) as processes:
+    with Processes(folder) as processes, ExitStack() as interrupted:
         bench = Bench(accepted.field, scenario.seed, load().rover, truth, processes.check)
+        interrupted.callback(bench.close, "the run was interrupted")
         injector, error = Injector(scenario.faults), ""
         started = time.monotonic()
         try:
@@ -84,6 +86,7 @@ def run(
             error = _why(lost, processes)
         wall_s = time.monotonic() - started
         rss_bytes = processes.peak_rss_bytes("onboard")
+        interrupted.pop_all()
         bench.close(error or "the run is over")
         codes = processes.wait(_END_S)
         error = error or _bad_ends(scenario, codes, processes)

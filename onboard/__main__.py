@@ -61,12 +61,13 @@ def run(
         return
     from onboard.app import run as fly  # the drivers are heavy: not for --help and --print-config
     from onboard.drivers.clock import ClockLostError
+    from onboard.drivers.link_port import LinkPortError
 
     try:
-        raise typer.Exit(fly(tree))
+        raise typer.Exit(fly(tree, lambda text: print(f"onboard: {text}", file=sys.stderr, flush=True)))
     except ConfigError as error:
         raise fail(EX_CONFIG, str(error)) from None
-    except (ClockLostError, OSError) as error:
+    except (ClockLostError, LinkPortError, OSError) as error:
         raise fail(EX_UNAVAILABLE, str(error)) from None
 
 

@@ -6,6 +6,7 @@ import ctypes
 import gc
 import resource
 import signal
+from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
@@ -120,8 +121,11 @@ class LockStepPorts:
         return {"can": self.can.sent, "lidar": self.lidar.sent, "link": self.link.sent}
 
 
-def run(config: Config) -> int:
-    """The flight program: returns the exit code when the bench ends the run or a signal asks to stop."""
+def run(config: Config, announce: Callable[[str], None]) -> int:
+    """The flight program: returns the exit code when the bench ends the run or a signal asks to stop.
+
+    announce: told in one line that all ports are open and the ticks begin.
+    """
     _return_large_memory()
     gdem = load_gdem(config.mission.gdem)
     with ExitStack() as stack:
@@ -141,11 +145,13 @@ def run(config: Config) -> int:
         if isinstance(clock, LockStepClock):
             ports: LockStepPorts | WallPorts = LockStepPorts(can, lidar, link)
             link.wait_open(WAIT_S)
-            clock.start()
         else:
             ports = WallPorts(can, lidar, link, clock)
         rover = Rover(config, gdem)
         gc.freeze()  # what start-up made stays: collecting it anew would cost ticks of 30 ms
+        clock.start()
+        where = f"{config.can.uri}, {config.lidar.address}, {config.link.endpoint}"
+        announce(f"running: {config.clock.mode} clock, {where}")
         loop(rover, ports, clock, workers, recorder)
     return 0
 

@@ -36,7 +36,7 @@ class Downlink:
     """One owner of everything the rover says to the ground. Cheap at 100 Hz while nothing is due.
 
     last_contact_ns: when an authenticated datagram last came, the start before the first. mode: commands are checked
-    against it; `sample` sets it, and it may be set in every tick.
+    against it; `sample` sets it, and it may be set in every tick. notices: what it has to tell; the caller takes them.
     """
 
     def __init__(self, config: Link) -> None:
@@ -54,6 +54,7 @@ class Downlink:
         self.last_contact_ns = 0
         self.received, self.refused = 0, dict[str, int]()
         self._told_ns, self._told = -(1 << 62), 0
+        self.notices: list[Event] = []
         self.sent_bytes = 0
 
     # -- from the ground ---------------------------------------------------------------------------------------
@@ -78,7 +79,7 @@ class Downlink:
         if refused > self._told and now_ns - self._told_ns >= _REFUSALS_NS:
             self._told_ns, self._told = now_ns, refused
             text = ", ".join(f"{kind} {count}" for kind, count in sorted(self.refused.items()))
-            self.event(Event(now_ns, "warning", "LINK_REFUSED", text))
+            self.notices.append(Event(now_ns, "warning", "LINK_REFUSED", text))
         return orders
 
     def _take(self, message: LinkMessage, now_ns: int) -> Order | None:

@@ -11,8 +11,10 @@ from onboard.config import Config
 from onboard.core.downlink import Downlink
 from onboard.core.mission import MISSION_JOBS, Context, Mission
 from onboard.perception.stop_map import StopMap
+from onboard.planning.cycle import PlanResult
 from onboard.records import Event, Gdem, Twist
 from protocol.can_codec import StopReason
+from protocol.commands import check_mode
 from protocol.faults import BY_NAME, Step
 from protocol.modes import EVENTS, Mode, Phase, next_mode
 from protocol.products import LDEM_CODEC, LdemProduct, MapGrid, encode_ldem
@@ -33,7 +35,9 @@ class Executive:
         self.active: tuple[str, ...] = ()
         self._memory: StopMap | None = None
         self._goto_id: int | None = None
+        self._latest: PlanResult | None = None
         self._get_id = 0
+        self._reset_id: int | None = None
         self._standby_after_leg = False
         self._orders: Mapping[str, Callable[[Order, Context], None]] = {
             "goto": self._goto,
@@ -59,8 +63,9 @@ class Executive:
     def step(self, orders: Sequence[Order], faults: tuple[str, ...], ctx: Context) -> Twist:
         """One tick: obeys orders, answers faults, advances the mission. Returns the twist that is wanted."""
         for order in orders:
-            self._orders[order.name](order, ctx)
+            self._obey(order, ctx)
         self._answer(faults, ctx)
+        self._follow_reset(ctx)
         if "product" in ctx.taken:
             self._offer(ctx.taken["product"])
         if self.mode is not Mode.AUTONOMOUS or self.mission is None:
@@ -79,8 +84,9 @@ class Executive:
         for name, text in mission.notes:
             self._tell(ctx, name, text)
         mission.notes.clear()
-        self._memory = mission.memory
+        self._memory, self._latest = mission.memory, mission.result or self._latest
         if mission.outcome:
+            ctx.lidar.stream(False)
             state = State.COMPLETED if mission.outcome.completed else State.FAILED
             self._finish(state, mission.outcome.reason)
             event = "arrived" if mission.outcome.completed else "failed"
@@ -88,7 +94,7 @@ class Executive:
             self._change(event, ctx, mission.outcome.reason)
         elif self._standby_after_leg and mission.phase not in (Phase.DRIVING, Phase.TURNING):
             self._standby_after_leg = False
-            self._cancel(ctx, "no authenticated contact: leg finished, standing by")
+            self._cancel(ctx, State.FAILED, "no authenticated contact: leg finished, standing by")
             self._change("link_lost", ctx, "no authenticated contact")
 
     def _answer(self, faults: tuple[str, ...], ctx: Context) -> None:
@@ -98,23 +104,32 @@ class Executive:
             if new and Step.REPORT in row.response:
                 self._tell(ctx, "FAULT", f"{name}: {row.condition}")
             if Step.ESTOP in row.response and self.mode is not Mode.ESTOP:
-                self._cancel(ctx, f"{name}: {row.condition}")
+                self._cancel(ctx, State.FAILED, f"{name}: {row.condition}")
                 self._change("emergency_stop", ctx, name)
             elif Step.SAFE in row.response and self.mode not in (Mode.SAFE, Mode.ESTOP):
-                self._cancel(ctx, f"{name}: {row.condition}")
+                self._cancel(ctx, State.FAILED, f"{name}: {row.condition}")
                 self._change("fault", ctx, name)
             elif new and Step.STANDBY in row.response:
                 self._standby_after_leg = True
         for name in self.active:
             if name not in faults and Step.REPORT in BY_NAME[name].response:
                 self._tell(ctx, "FAULT_CLEARED", name)
+            if name not in faults and Step.STANDBY in BY_NAME[name].response:
+                self._standby_after_leg = False
         self.active = faults
 
     # -- orders ------------------------------------------------------------------------------------------------
 
+    def _obey(self, order: Order, ctx: Context) -> None:
+        try:
+            check_mode(order.name, self.mode)  # an order of the same tick may have changed it
+        except ValueError as error:
+            self._downlink.report(order.request_id, State.FAILED, str(error))
+            return
+        self._orders[order.name](order, ctx)
+
     def _goto(self, order: Order, ctx: Context) -> None:
-        if self.in_mission:
-            self._cancel(ctx, "another goto came")
+        self._cancel(ctx, State.CANCELLED, "another goto came")
         goal = (float(order.arguments["x_m"]), float(order.arguments["y_m"]))
         self.mission, self._goto_id = Mission(self._config, self._gdem, goal, self._memory), order.request_id
         self._standby_after_leg = False
@@ -122,14 +137,14 @@ class Executive:
         self._downlink.report(order.request_id, State.STARTED, f"to {goal[0]:.2f}, {goal[1]:.2f}")
 
     def _stop(self, order: Order, ctx: Context) -> None:
-        self._cancel(ctx, "stopped by the operator")
+        self._cancel(ctx, State.CANCELLED, "stopped by the operator")
         self._change("stop", ctx, "operator")
         self._downlink.report(order.request_id, State.COMPLETED, "stopped")
 
     def _safe(self, order: Order, ctx: Context) -> None:
-        self._cancel(ctx, "SAFE by the operator")
+        self._cancel(ctx, State.CANCELLED, "SAFE by the operator")
         self._change("safe", ctx, "operator")
-        self._downlink.report(order.request_id, State.COMPLETED, "SAFE")
+        self._downlink.report(order.request_id, State.COMPLETED, self.mode.name)
 
     def _resume(self, order: Order, ctx: Context) -> None:
         latched = [name for name in self.active if Step.SAFE in BY_NAME[name].response]
@@ -147,7 +162,7 @@ class Executive:
         self._downlink.report(order.request_id, State.COMPLETED, text)
 
     def _get(self, order: Order, ctx: Context) -> None:
-        result = self.mission.result if self.mission else None
+        result = self._latest
         if result is None:
             self._downlink.report(order.request_id, State.FAILED, "no LDEM yet: it comes with the first goto")
         elif "product" in ctx.jobs.running:
@@ -166,23 +181,37 @@ class Executive:
 
     def _emergency_stop(self, order: Order, ctx: Context) -> None:
         ctx.nodes.emergency_stop(StopReason.OPERATOR)
-        self._cancel(ctx, "emergency stop by the operator")
+        self._cancel(ctx, State.CANCELLED, "emergency stop by the operator")
         self._change("emergency_stop", ctx, "operator")
         self._downlink.report(order.request_id, State.COMPLETED, "ESTOP")
 
     def _reset(self, order: Order, ctx: Context) -> None:
         ctx.nodes.reset(order.request_id & 0xFFFF)
-        self._change("reset", ctx, "operator")
-        self._downlink.report(order.request_id, State.COMPLETED, self.mode.name)
+        self._reset_id = order.request_id
+        self._downlink.report(order.request_id, State.STARTED, "every node is asked twice")
+
+    def _follow_reset(self, ctx: Context) -> None:
+        if self._reset_id is None or ctx.nodes.resetting:
+            return
+        if ctx.nodes.emergency is None:
+            self._change("reset", ctx, "operator")
+            self._downlink.report(self._reset_id, State.COMPLETED, self.mode.name)
+        else:
+            sender, reason, _ = ctx.nodes.emergency
+            text = f"not every node answered; stopped by {sender}, {StopReason(reason).name}"
+            self._downlink.report(self._reset_id, State.FAILED, text)
+        self._reset_id = None
 
     # -- small things ------------------------------------------------------------------------------------------
 
-    def _cancel(self, ctx: Context, reason: str) -> None:
+    def _cancel(self, ctx: Context, state: State, reason: str) -> None:
         if self.in_mission:
-            self._finish(State.CANCELLED if "operator" in reason or "goto" in reason else State.FAILED, reason)
+            self._finish(state, reason)
             self.mission = None
             ctx.jobs.forget(MISSION_JOBS)
             ctx.lidar.stream(False)
+            if ctx.nodes.tilt_angle_rad is not None:
+                ctx.nodes.park_tilt(ctx.nodes.tilt_angle_rad)
 
     def _finish(self, state: State, reason: str) -> None:
         if self._goto_id is not None:

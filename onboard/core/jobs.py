@@ -46,6 +46,10 @@ class JobBook:
                 self.late_ticks += max(0, tick - due)
         return taken
 
+    def overdue_ticks(self, tick: int) -> int:
+        """How far past its tick the latest of the running jobs is; 0 while none is late."""
+        return max((tick - due for due in self._due.values() if tick > due), default=0)
+
     def forget(self, names: Collection[str]) -> None:
         """Results of running jobs of these names are no longer wanted (the mission was stopped)."""
         for job_id in [job_id for job_id, name in self._names.items() if name in names]:

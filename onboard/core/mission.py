@@ -71,13 +71,13 @@ class Mission:
         self.replans = 0
         self.result: PlanResult | None = None
         self.notes: list[tuple[str, str]] = []
-        self._rule = MissionState()
+        self._rule = MissionState(number=0 if memory is None else 1)
         self._behind_wanted = memory is None
         self._sensing: Sensing | None = None
         self._follower = Follower(config.rover, config.motion)
         self._turn_to_rad = 0.0
         self._trail: list[tuple[float, float, float]] = []
-        self._since_look_m = 0.0
+        self._since_look_m = 0.0 if memory is None else math.inf  # a kept map says nothing of the way since
         self._last_xy: tuple[float, float] | None = None
         self._phases = {
             Phase.SCANNING: self._scanning,
@@ -129,7 +129,7 @@ class Mission:
         assert self._sensing
         sweep = self._sensing.step(ctx.lidar, ctx.nodes, ctx.scans, ctx.now_ns)
         if self._sensing.tries > _TRIES:
-            self._end(Phase.FAILED, False, f"no whole sweep in {_TRIES} tries: the LIDAR is silent")
+            self._end(Phase.FAILED, False, f"no whole sweep, scanned again {_TRIES} times: the LIDAR is silent")
         elif sweep:
             self._look(ctx, sweep)
         return Twist()

@@ -27,7 +27,7 @@ class Watched:
     nodes: Nodes
     pose: Pose
     last_contact_ns: int
-    late_ticks: int
+    overdue_ticks: int
     in_mission: bool
 
 
@@ -71,7 +71,7 @@ def _command_lost(w: Watched) -> bool:
 
 
 def _job_late(w: Watched) -> bool:
-    return w.late_ticks > 0
+    return w.overdue_ticks > 0
 
 
 def _estop_pressed(w: Watched) -> bool:

@@ -2,7 +2,7 @@
 
 States: PREPARING (tilt goes to its first angle, the LIDAR starts to stream) -> SWEEPING (segments run, scans are kept)
 -> SETTLING (the last turn comes in) -> the sweep. A silent LIDAR or a sweep that does not end discards what there is
-and begins again; `tries` counts.
+and begins again, and so does one whose first scan does not come; `tries` counts.
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ from onboard.records import Scan, TiltTrack
 _LEAD_NS = 400_000_000  # a segment is sent at least 0.2 s ahead
 _SETTLE_NS = 60_000_000  # one turn and its transfer
 _PARKED_RAD = 0.01
+_PREPARE_NS = 10_000_000_000  # for the axis to park and the stream to begin, a reconnect of the scanner included
 
 
 class State(Enum):
@@ -51,6 +52,7 @@ class Sensing:
         self._scans: list[Scan] = []
         self._start_ns = 0
         self._end_ns = 0
+        self._prepare_ns: int | None = None
 
     @property
     def progress_ratio(self) -> float:
@@ -76,6 +78,8 @@ class Sensing:
         return None
 
     def _prepare(self, lidar: LidarSession, nodes: Nodes, scans: Sequence[Scan], now_ns: int) -> None:
+        if self._prepare_ns is None:
+            self._prepare_ns = now_ns
         lidar.stream(True)
         first_rad = self._config.scanning.start_rad
         nodes.park_tilt(first_rad)
@@ -85,9 +89,11 @@ class Sensing:
             self._start_ns = now_ns + _LEAD_NS
             nodes.sweep(self._segments, self._start_ns)
             self.state = State.SWEEPING
+        elif now_ns > self._prepare_ns + _PREPARE_NS:
+            self._discard(nodes)
 
     def _discard(self, nodes: Nodes) -> None:
         self.tries += 1
         self._scans.clear()
-        self.state = State.PREPARING
+        self.state, self._prepare_ns = State.PREPARING, None
         nodes.park_tilt(self._config.scanning.start_rad)

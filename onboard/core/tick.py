@@ -59,7 +59,7 @@ def tick(rover: Rover, inputs: Inputs) -> Outputs:
         inputs.tick, now_ns, scans, rover.lidar, rover.nodes, rover.localisation, rover.jobs, taken, held=False
     )
     rover.twist = rover.executive.step(orders, faults, context)
-    if inputs.tick % WHEEL_TICKS == 0:
+    if inputs.tick % WHEEL_TICKS == 0 or rover.twist == Twist():  # standing never waits
         rover.nodes.set_wheels(_steer(rover))
 
     events = _tell(rover, inputs)
@@ -86,7 +86,7 @@ def farewell(rover: Rover, now_ns: int) -> Outputs:
 def _watched(rover: Rover, inputs: Inputs) -> Watched:
     return Watched(
         inputs.now_ns, rover.config, inputs.can_state, rover.lidar, rover.nodes, rover.localisation.pose,
-        rover.downlink.last_contact_ns or 0, rover.jobs.late_ticks, rover.executive.in_mission,
+        rover.downlink.last_contact_ns, rover.jobs.overdue_ticks(inputs.tick), rover.executive.in_mission,
     )
 
 
@@ -101,7 +101,8 @@ def _steer(rover: Rover) -> tuple[WheelCommand, ...]:
 
 
 def _tell(rover: Rover, inputs: Inputs) -> tuple[Event, ...]:
-    events, rover.executive.events = tuple(rover.executive.events), []
+    events = (*rover.downlink.notices, *rover.executive.events)
+    rover.downlink.notices, rover.executive.events = [], []
     for event in events:
         rover.downlink.event(event)
     rover.worst_tick_ns = max(rover.worst_tick_ns, inputs.health.last_tick_ns)

@@ -27,6 +27,10 @@ class WallClock:
         self.slipped_ticks = 0
         self.stopping = False
 
+    def start(self) -> None:
+        """Time begins now: the opening of the ports is no part of the run."""
+        self._start_ns = time.monotonic_ns()
+
     def now_ns(self) -> int:
         """Nanoseconds since the start."""
         return time.monotonic_ns() - self._start_ns

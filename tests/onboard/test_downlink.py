@@ -179,7 +179,7 @@ def test_refused_datagrams_are_counted_by_kind_told_at_most_every_10_s_and_are_n
         made.receive(bad, n * 10 * MS)
     made.receive([LinkMessage(0, True, "", 1, Kind.TELECOMMAND, b"x"), LinkMessage(0, True, "", 1, 77, b"")], 3 * S)
     assert made.refused == {"tag": 400, "replay": 200, "telecommand": 1, "kind": 1}
-    assert made.events_waiting == 1
+    assert [event.text for event in made.notices] == ["replay 1, tag 2"]
     assert made.last_contact_ns == 3 * S
     made.receive(bad, 4 * S)
     assert made.last_contact_ns == 3 * S

@@ -17,6 +17,18 @@ def test_in_lock_step_a_result_comes_at_its_due_tick_and_no_earlier():
     assert book.running == ()
 
 
+def test_a_job_is_overdue_from_the_tick_after_its_own_until_it_is_taken_or_forgotten():
+    book = JobBook()
+    book.submit("plan", max, (1, 2), 110)
+    (request,) = book.outgoing()
+    assert [book.overdue_ticks(tick) for tick in (109, 110, 111, 140)] == [0, 0, 1, 30]
+    book.take((JobDone(request.job_id, 2),), 140)
+    assert book.overdue_ticks(141) == 0
+    book.submit("plan", max, (1, 2), 110)
+    book.forget({"plan"})
+    assert book.overdue_ticks(150) == 0
+
+
 def test_a_late_result_is_counted_in_ticks():
     book = JobBook()
     book.submit("plan", lambda: None, (), due_tick=10)

@@ -1,0 +1,367 @@
+"""Orders, faults and modes of the flight core, seen from outside: frames on the bus, reports and events on the link."""
+
+from pathlib import Path
+
+import pytest
+from core_bench import QUICK, STATION, CoreBench, first_map, quick
+
+from onboard import config
+from onboard.records import LinkMessage, PortState
+from protocol import bulk
+from protocol.can_codec import StopReason
+from protocol.faults import BY_NAME, FAULTS
+from protocol.link import Kind, payload_limit
+from protocol.modes import Mode, Phase
+from protocol.products import decode_ldem
+from protocol.transactions import State
+
+# Where each row of the fault table is tested; functions of this file or of tests/hil/test_missions.py.
+TESTED_BY = {
+    "LIDAR_SILENT": "test_a_lidar_silent_in_mid_sweep_discards_the_sweep_and_scans_again",
+    "WHEEL_STALE": "test_stale_wheel_feedback_stops_the_wheels_within_40_ms_and_they_go_on_by_themselves",
+    "WHEEL_SILENT": "test_a_silent_wheel_leads_to_safe_within_210_ms_with_the_reason",
+    "CAN_LOST": "test_a_closed_bus_leads_to_safe_within_50_ms_and_alone_is_named",
+    "NODE_LOST": "test_a_node_without_heartbeat_leads_to_safe_within_1600_ms",
+    "IMU_DEAD": "test_a_dead_imu_stops_the_wheels_within_40_ms_and_they_go_on_by_themselves",
+    "TILT_ANGLE": "test_roll_over_the_limit_leads_to_safe_in_the_tick_that_sees_it",
+    "COMMAND_LOST": "test_without_contact_the_leg_is_finished_then_the_rover_stands_by_and_says_so",
+    "JOB_LATE": "test_a_late_job_is_reported_while_it_is_late",
+    "ESTOP_PRESSED": "test_an_emergency_stop_frame_of_a_node_latches_estop_within_20_ms",
+}
+
+
+def bench(known=None, **sections):
+    made = CoreBench(settings=quick(**sections), memory=known)
+    made.settle()
+    return made
+
+
+def standing(rover):
+    return rover.rates == [0.0] * 4
+
+
+def contact(rover):
+    """An authenticated datagram that asks nothing: an acknowledgement of no events."""
+    rover.hear(LinkMessage(rover.now_ns, True, "ok", STATION, Kind.REPORT, bytes(4)))
+
+
+@pytest.fixture(scope="module")
+def known():
+    return first_map()
+
+
+@pytest.fixture
+def driving(known):
+    rover = bench(known)
+    rover.request = rover.goto(3.0, 0.5)
+    rover.until_driving()
+    return rover
+
+
+# -- orders ------------------------------------------------------------------------------------------------------
+
+
+def test_goto_is_started_and_completed(known):
+    rover = bench(known)
+    request = rover.goto(1.2, 0.2)
+    assert rover.until_final(request) is State.COMPLETED
+    assert rover.states(request) == [State.STARTED, State.COMPLETED]  # the newest report of a tick says it all
+    assert "from the goal" in rover.text(request)
+    assert rover.mode is Mode.STANDBY
+    rover.step()
+    assert standing(rover)
+    assert ((rover.pose[0] - 1.2) ** 2 + (rover.pose[1] - 0.2) ** 2) ** 0.5 < QUICK.mission.goal_tolerance_m
+
+
+def test_a_second_goto_cancels_the_first_and_begins_with_a_scan(driving):
+    second = driving.goto(1.0, 0.0)
+    driving.step()
+    assert driving.until_final(driving.request, 1.0) is State.CANCELLED
+    assert "another goto" in driving.text(driving.request)
+    assert driving.states(second) == [State.STARTED]
+    assert (driving.mode, driving.phase) == (Mode.AUTONOMOUS, Phase.SCANNING)
+    driving.step()
+    assert standing(driving)
+
+
+@pytest.mark.parametrize("odd", [0, 1])
+def test_stop_in_mid_drive_stands_by_in_the_same_tick_and_the_next_wheel_frames_have_zero_rates(driving, odd):
+    if driving.tick % 2 == odd:  # wheel frames go in even ticks
+        driving.step()
+    request = driving.order("stop")
+    driving.step()
+    assert driving.mode is Mode.STANDBY
+    assert driving.rover.twist == (0.0, 0.0, 0.0)
+    if not driving.outputs.can_frames or driving.tick % 2:
+        driving.step()
+    assert standing(driving)
+    driving.run(0.5)
+    assert driving.states(driving.request)[-1] is State.CANCELLED
+    assert "operator" in driving.text(driving.request)
+    assert driving.states(request)[-1] is State.COMPLETED
+    driving.run(1.5)
+    assert max(map(abs, driving.turning_rates)) == 0.0
+
+
+def test_stop_in_mid_sweep_ends_the_motion_of_the_tilt_axis_too():
+    rover = bench()
+    rover.goto(3.0, 0.5)
+    rover.until(lambda: rover.rover.nodes.tilt_moving and rover.lidar.scans > 20, 20.0)
+    rover.order("stop")
+    rover.run(0.5)
+    angle_rad = rover.rover.nodes.tilt_angle_rad
+    rover.run(2.0)
+    assert rover.rover.nodes.tilt_angle_rad == pytest.approx(angle_rad, abs=0.002)
+    assert not rover.rover.lidar.streaming
+
+
+def test_safe_refuses_goto_with_what_is_allowed_until_resume():
+    rover = bench()
+    safe = rover.order("safe")
+    rover.run(0.3)
+    assert rover.states(safe)[-1] is State.COMPLETED
+    assert rover.mode is Mode.SAFE
+    refused = rover.goto(1.0, 0.0)
+    rover.run(0.3)
+    assert rover.states(refused) == [State.FAILED]
+    assert rover.text(refused) == (
+        "goto is refused in SAFE; allowed: stop, safe, resume, status, get, emergency_stop"
+    )
+    resume = rover.order("resume")
+    rover.run(0.3)
+    assert rover.states(resume)[-1] is State.COMPLETED
+    assert rover.mode is Mode.STANDBY
+
+
+def test_of_two_orders_in_one_tick_the_second_meets_the_mode_that_the_first_made():
+    rover = bench()
+    rover.order("safe")
+    second = rover.goto(1.0, 0.0)
+    rover.run(0.3)
+    assert rover.mode is Mode.SAFE
+    assert rover.states(second) == [State.FAILED]
+    assert "refused in SAFE" in rover.text(second)
+    assert not rover.rover.executive.in_mission
+
+
+def test_status_says_mode_phase_and_place(driving):
+    request = driving.order("status")
+    driving.run(0.3)
+    assert driving.text(request).startswith("AUTONOMOUS DRIVING at ")
+
+
+def test_emergency_stop_latches_every_node_and_only_reset_releases_them(driving):
+    stop = driving.order("emergency_stop")
+    driving.run(0.3)
+    assert driving.mode is Mode.ESTOP
+    assert all(node.latched for node in driving.nodes.all)
+    assert driving.states(stop)[-1] is State.COMPLETED
+    assert driving.states(driving.request)[-1] is State.CANCELLED
+    refused = driving.order("resume")
+    driving.run(2.0)
+    assert driving.states(refused) == [State.FAILED]
+    assert max(map(abs, driving.turning_rates)) == 0.0
+    reset = driving.order("reset")
+    assert driving.until_final(reset, 4.0) is State.COMPLETED
+    assert driving.mode is Mode.STANDBY
+    assert not any(node.latched for node in driving.nodes.all)
+    driving.run(1.0)
+    assert driving.mode is Mode.STANDBY
+    assert driving.until_final(driving.goto(*driving.pose[:2])) is State.COMPLETED
+
+
+def test_an_emergency_stop_frame_of_a_node_latches_estop_within_20_ms(driving):
+    driving.nodes.wheels[2].assert_stop(StopReason.BUTTON)
+    took = driving.until(lambda: driving.mode is Mode.ESTOP, 1.0)
+    assert took <= BY_NAME["ESTOP_PRESSED"].detect_s + 0.01
+    driving.run(0.3)
+    assert standing(driving)
+    assert driving.states(driving.request)[-1] is State.FAILED
+    assert "ESTOP_PRESSED" in driving.text(driving.request)
+    assert driving.until_final(driving.order("reset"), 4.0) is State.COMPLETED
+    assert driving.mode is Mode.STANDBY
+
+
+def test_a_reset_that_a_node_does_not_answer_fails_and_the_stop_holds():
+    rover = bench()
+    rover.order("emergency_stop")
+    rover.run(0.5)
+    rover.nodes.wheels[0].hears.clear()
+    assert rover.until_final(rover.order("reset"), 4.0) is State.FAILED
+    assert rover.mode is Mode.ESTOP
+
+
+def test_get_ldem_before_any_mission_fails_with_help_and_after_a_plan_delivers_it(known):
+    rover = bench(known)
+    early = rover.order("get", product="ldem")
+    rover.run(0.3)
+    assert rover.states(early) == [State.FAILED]
+    assert "goto" in rover.text(early)
+    rover.goto(3.0, 0.5)
+    rover.until_driving()
+    rover.order("stop")
+    rover.run(0.1)
+    rover.goto(2.0, 0.5)
+    rover.run(0.1)
+    assert rover.phase is Phase.SCANNING
+    assert delivered(rover).grid.cell_m == pytest.approx(QUICK.mapping.cell_m)
+
+
+def delivered(rover):
+    """The object that `get ldem` brings, received as the ground does."""
+    receiver, got = bulk.Receiver(payload_limit(QUICK.link.rate_bps)), []
+    request = rover.order("get", product="ldem")
+    for _ in range(3000):
+        outputs = rover.step()
+        for kind, payload in outputs.link_payloads:
+            if kind == Kind.BULK_CHUNK:
+                got.append(receiver.receive(payload, rover.now_ns))
+        if any(got):
+            break
+    assert rover.states(request)[-1] is State.COMPLETED
+    return decode_ldem(got[-1].data)
+
+
+# -- faults ------------------------------------------------------------------------------------------------------
+
+
+def test_every_row_of_the_fault_table_has_a_test():
+    here = Path(__file__).parent
+    text = "".join(path.read_text() for path in (Path(__file__), here.parent / "hil" / "test_missions.py"))
+    assert set(TESTED_BY) == {fault.name for fault in FAULTS}
+    assert not [name for name in TESTED_BY.values() if f"def {name}(" not in text]
+
+
+def test_stale_wheel_feedback_stops_the_wheels_within_40_ms_and_they_go_on_by_themselves(driving):
+    wheel = driving.nodes.wheels[1]
+    wheel.silent = True
+    took = driving.until(lambda: standing(driving), 1.0)
+    assert took <= BY_NAME["WHEEL_STALE"].detect_s + 0.01  # the first frame that is missing comes a tick later
+    assert driving.mode is Mode.AUTONOMOUS
+    driving.run(0.05)
+    wheel.silent = False
+    driving.until(lambda: not standing(driving), 0.1)
+    driving.run(0.5)
+    assert (driving.mode, driving.phase) == (Mode.AUTONOMOUS, Phase.DRIVING)
+
+
+def test_a_silent_wheel_leads_to_safe_within_210_ms_with_the_reason(driving):
+    driving.nodes.wheels[1].silent = True
+    took = driving.until(lambda: driving.mode is Mode.SAFE, 1.0)
+    assert took <= BY_NAME["WHEEL_SILENT"].detect_s + 0.01
+    assert "WHEEL_SILENT" in driving.told("MODE")[-1][1]
+    assert driving.until_final(driving.request, 1.0) is State.FAILED
+    assert "WHEEL_SILENT" in driving.text(driving.request)
+    refused = driving.order("resume")
+    driving.run(0.3)
+    assert driving.text(refused) == "still active: WHEEL_SILENT"
+    driving.nodes.wheels[1].silent = False
+    driving.run(0.3)
+    assert driving.mode is Mode.SAFE  # latched
+    driving.order("resume")
+    driving.run(0.1)
+    assert driving.mode is Mode.STANDBY
+
+
+def test_a_closed_bus_leads_to_safe_within_50_ms_and_alone_is_named(driving):
+    driving.can_state = PortState.CLOSED
+    took = driving.until(lambda: driving.mode is Mode.SAFE, 1.0)
+    assert took <= BY_NAME["CAN_LOST"].detect_s
+    for node in driving.nodes.all:
+        node.silent = True
+    driving.run(2.0)
+    told = {text.partition(":")[0] for _, text in driving.told("FAULT")}
+    assert told == {"CAN_LOST"}
+
+
+@pytest.mark.parametrize("name", ["tilt", "imu", "power"])
+def test_a_node_without_heartbeat_leads_to_safe_within_1600_ms(name):
+    rover = bench()
+    rover.run(1.2)
+    getattr(rover.nodes, name).silent = True
+    rover.until(lambda: rover.mode is Mode.SAFE, 0.5 + BY_NAME["NODE_LOST"].detect_s)
+    assert "NODE_LOST" in rover.told("MODE")[-1][1]
+
+
+def test_a_dead_imu_stops_the_wheels_within_40_ms_and_they_go_on_by_themselves(driving):
+    driving.nodes.imu.silent = True
+    took = driving.until(lambda: standing(driving), 1.0)
+    assert took <= BY_NAME["IMU_DEAD"].detect_s + 0.01
+    assert driving.mode is Mode.AUTONOMOUS
+    driving.nodes.imu.silent = False
+    driving.until(lambda: not standing(driving), 0.1)
+
+
+def test_roll_over_the_limit_leads_to_safe_in_the_tick_that_sees_it(driving):
+    driving.tilt_rad = 1.2 * QUICK.safety.tilt_limit_rad
+    driving.until(lambda: abs(driving.rover.localisation.pose.roll_rad) > QUICK.safety.tilt_limit_rad, 60.0)
+    assert driving.mode is Mode.SAFE
+    assert "TILT_ANGLE" in driving.told("MODE")[-1][1]
+
+
+def test_without_contact_the_leg_is_finished_then_the_rover_stands_by_and_says_so(known):
+    rover = bench(known, safety=config.Safety(command_lost_ns=12_000_000_000), mission=config.Mission(leg_m=1.0))
+    request = rover.goto(4.0, 0.5)
+    rover.until_driving()
+    rover.until(lambda: any("COMMAND_LOST" in text for _, text in rover.told("FAULT")), 60.0)
+    at_s = rover.now_ns / 1e9
+    assert at_s == pytest.approx(2.0 + 12.0, abs=BY_NAME["COMMAND_LOST"].detect_s)
+    was_driving = rover.phase in (Phase.DRIVING, Phase.TURNING)
+    assert was_driving
+    assert rover.until_final(request, 60.0) is State.FAILED
+    assert "no authenticated contact" in rover.text(request)
+    assert rover.mode is Mode.STANDBY
+    assert rover.now_ns / 1e9 > at_s + 0.5
+
+
+def test_contact_before_the_leg_ends_lets_the_mission_go_on(known):
+    rover = bench(known, safety=config.Safety(command_lost_ns=12_000_000_000), mission=config.Mission(leg_m=1.0))
+    request = rover.goto(1.6, 0.2)
+    rover.until(lambda: rover.told("FAULT"), 60.0)
+    assert rover.phase is Phase.DRIVING
+    while not rover.states(request)[-1].final and rover.now_ns < 200e9:
+        contact(rover)
+        rover.run(1.0)
+    assert ("FAULT_CLEARED", "COMMAND_LOST") in [(e.name, e.text) for e in rover.events]
+    assert rover.states(request)[-1] is State.COMPLETED
+
+
+def test_a_late_job_is_reported_while_it_is_late():
+    rover = bench()
+    rover.job_late_ticks = 30
+    rover.goto(3.0, 0.5)
+    rover.until_phase(Phase.MAPPING)
+    rover.until(lambda: rover.told("FAULT"), 1.0)
+    assert rover.told("FAULT")[0][1].startswith("JOB_LATE")
+    rover.until(lambda: rover.told("FAULT_CLEARED"), 1.0)
+    assert rover.mode is Mode.AUTONOMOUS
+    assert rover.rover.jobs.late_ticks == 30
+
+
+def test_a_lidar_silent_in_mid_sweep_discards_the_sweep_and_scans_again():
+    rover = bench()
+    rover.goto(3.0, 0.5)
+    rover.until(lambda: rover.lidar.scans > 30, 20.0)
+    rover.lidar_plugged = False
+    begin_s = rover.now_ns / 1e9
+    rover.until(lambda: rover.told("FAULT"), 1.0)
+    at_s, text = rover.told("FAULT")[0]
+    assert text.startswith("LIDAR_SILENT")
+    assert at_s - begin_s <= 0.025 + BY_NAME["LIDAR_SILENT"].detect_s + 0.01
+    rover.run(3.0)
+    rover.lidar_plugged = True
+    rover.until_phase(Phase.MAPPING, 40.0)
+    assert rover.told("FAULT_CLEARED")[-1][1] == "LIDAR_SILENT"
+    assert rover.rover.executive.mission.scans_taken == 1
+
+
+def test_a_lidar_that_stays_silent_fails_the_mission_after_3_new_tries():
+    rover = bench()
+    request = rover.goto(3.0, 0.5)
+    rover.until(lambda: rover.lidar.scans > 30, 20.0)
+    rover.lidar_plugged = False
+    assert rover.until_final(request, 60.0) is State.FAILED
+    assert "the LIDAR is silent" in rover.text(request)
+    assert (rover.mode, rover.phase) == (Mode.STANDBY, Phase.FAILED)
+    rover.run(0.1)
+    assert rover.rover.executive.active == ()

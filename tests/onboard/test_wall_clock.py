@@ -1,0 +1,84 @@
+"""`onboard run` as on the rover: its own clock, no bench, no scanner, nobody at the other end of the link."""
+
+import os
+import signal
+import socket
+import subprocess
+import sys
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+EX_UNAVAILABLE, EX_CONFIG = 69, 78
+
+
+def free_port():
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return probe.getsockname()[1]
+
+
+def command(*words, **settings):
+    options = [f"--set={key.replace('__', '.')}={value}" for key, value in settings.items()]
+    return [sys.executable, "-m", "onboard", *words, *options]
+
+
+@contextmanager
+def started(*words, **settings):
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    program = subprocess.Popen(
+        command(*words, **settings), cwd=ROOT, env=environment, text=True, stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+    )
+    try:
+        yield program
+    finally:
+        program.kill()
+        program.communicate()
+
+
+def alone(record):
+    """Settings of a rover to which nothing is connected."""
+    return {
+        "clock__mode": "wall", "can__uri": "virtual:wall", "lidar__address": f"tcp:127.0.0.1:{free_port()}",
+        "link__endpoint": f"tcp/127.0.0.1:{free_port()}", "link__bench_seed": 1, "record__path": record,
+    }
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
+def test_without_scanner_and_link_it_runs_and_a_signal_ends_it_with_a_whole_record(tmp_path, number):
+    record = tmp_path / "onboard.mcap"
+    with started("run", **alone(record)) as program:
+        line = program.stderr.readline()
+        assert line.startswith("onboard: running: wall clock, virtual:wall"), line
+        with pytest.raises(subprocess.TimeoutExpired):  # it goes on by itself
+            program.wait(0.5)
+        program.send_signal(number)
+        out, rest = program.communicate(timeout=60)
+        assert (program.returncode, out, rest) == (0, "", "")
+    with started("replay", str(record)) as replay:
+        verdict, complaints = replay.communicate(timeout=120)
+        assert (replay.returncode, complaints) == (0, "")
+        assert verdict.startswith("identical: ")
+
+
+@pytest.mark.skipif(Path("/proc/net/can").exists(), reason="this kernel has AF_CAN")
+def test_socketcan_without_af_can_is_one_line_that_says_what_to_do(tmp_path):
+    settings = alone(tmp_path / "onboard.mcap") | {"can__uri": "socketcan:can0"}
+    with started("run", **settings) as program:
+        out, told = program.communicate(timeout=60)
+    assert (program.returncode, out) == (EX_UNAVAILABLE, "")
+    assert told.startswith("onboard: socketcan:can0 cannot be opened")
+    assert "socketcand:HOST:PORT/BUS" in told
+    assert told.count("\n") == 1
+
+
+def test_without_keys_it_is_refused_with_the_names_of_the_settings(tmp_path):
+    settings = alone(tmp_path / "onboard.mcap") | {"link__bench_seed": -1}
+    with started("run", **settings) as program:
+        out, told = program.communicate(timeout=60)
+    assert (program.returncode, out) == (EX_CONFIG, "")
+    assert "link.command_keys" in told
+    assert told.count("\n") == 1
