@@ -11,7 +11,7 @@ from onboard.config import Config
 from onboard.core.downlink import Downlink
 from onboard.core.mission import MISSION_JOBS, Context, Mission
 from onboard.perception.stop_map import StopMap
-from onboard.planning.cycle import PlanResult
+from onboard.planning.plan_records import PlanResult
 from onboard.records import Event, Gdem, Twist
 from protocol.can_codec import StopReason
 from protocol.commands import check_mode
