@@ -15,7 +15,7 @@ from ground.report_page import Section, facts, numbers, page, paragraph, picture
 from ground.run_files import Run, Told, read_run
 
 _TERRAINS = {"fbm": "fractal ground", "real": "measured land", "flat": "flat ground"}
-_QUIET_EVENTS = ("PHASE", "DECISION", "MAP", "SCAN_DONE")
+_QUIET_EVENTS = ("PHASE", "DECISION")
 _UNKNOWN = (
     "Nothing here has met real hardware: rover, scanner, bus and radio are emulated, byte for byte, on one machine.",
     "The soil's parameters and the sensors' noise are assumptions; other ground and other sensors were not tried in "

@@ -272,7 +272,7 @@ def _link(
     try:
         address = parse_address(bench) if bench else None
     except ValueError as error:
-        raise ConfigError(f"--{error}") from None
+        raise ConfigError(f"--barrier {error}") from None
     with LinkEmulator(profile, seed, *endpoints) as emulator:
         try:
             if address:

@@ -94,7 +94,7 @@ def parse_address(text: str) -> tuple[str, int]:
     kind, _, rest = text.partition(":")
     host, _, port = rest.rpartition(":")
     if kind != "tcp" or not host or not port.isdigit():
-        raise ValueError(f"barrier `{text}` should be tcp:HOST:PORT")
+        raise ValueError(f"`{text}` should be tcp:HOST:PORT")
     return host, int(port)
 
 

@@ -105,10 +105,6 @@ class EventRow(NamedTuple):
 EVENTS = (
     EventRow("MODE", "info", "the mode changed"),
     EventRow("PHASE", "info", "the phase changed"),
-    EventRow("GOAL", "info", "a goal was accepted"),
-    EventRow("SCAN_DONE", "info", "a sweep is complete"),
-    EventRow("SCAN_DISCARDED", "warning", "a sweep was thrown away and is repeated"),
-    EventRow("MAP", "info", "the map was extended"),
     EventRow("REGISTERED", "info", "the pose was corrected by the map"),
     EventRow("REGISTRATION_REFUSED", "warning", "a registration was outside the gate"),
     EventRow("DECISION", "info", "the mission rule chose, with its reason"),
@@ -116,13 +112,6 @@ EVENTS = (
     EventRow("FAILED", "error", "the mission ended without reaching the goal"),
     EventRow("FAULT", "warning", "a row of the fault table became active"),
     EventRow("FAULT_CLEARED", "info", "a row of the fault table is no longer active"),
-    EventRow("RESPONSE", "warning", "a response of the fault table was carried out"),
-    EventRow("SAFE", "error", "the rover went to SAFE, with the reason"),
-    EventRow("EMERGENCY_STOP", "critical", "the wheels are off and latched"),
-    EventRow("COMMAND", "info", "a command was taken or refused"),
     EventRow("LINK_REFUSED", "warning", "datagrams failed their checks; how many of which kind"),
-    EventRow("JOB_LATE", "warning", "long work missed its tick"),
-    EventRow("HAZARD", "warning", "the drive guard stopped the rover"),
-    EventRow("NOTE", "info", "anything else"),
 )
 SEVERITIES = ("debug", "info", "warning", "error", "critical")

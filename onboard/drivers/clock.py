@@ -62,7 +62,7 @@ class LockStepClock:
         try:
             self._address = parse_address(address)
         except ValueError as error:
-            raise ConfigError(f"clock.{error}") from None
+            raise ConfigError(f"clock.barrier: {error}") from None
         self._stack = ExitStack()
         self._receiver = Receiver()
         self._inbox: list[object] = []

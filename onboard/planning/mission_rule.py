@@ -13,7 +13,7 @@
     R9 give up   else unreachable, with the nearest reachable pose
 
 Every stop is new, or uses up a look or a try of a block of targets, or lowers the record; marks grow but for R8, which
-comes once; `stop_limit` bounds what is left.
+comes once; `stop_limit` bounds what is left, twice that the legs of a way that is free to the goal.
 """
 
 from __future__ import annotations
@@ -171,6 +171,11 @@ def tries_left(state: MissionState, target_m: tuple[float, float]) -> int:
 def decide(state: MissionState, situation: Situation, mission: Mission) -> tuple[Decision | Again, MissionState]:
     """The decision at this stop, or Again after which the caller plans again with the state returned."""
     away = math.dist(situation.pose[:2], situation.goal_m)
+    if state.number > mission.stop_limit and away <= mission.goal_tolerance_m:
+        text = f"{away:.2f} m from the goal, and {mission.stop_limit} stops are the limit (mission.stop_limit)"
+        return Decision("arrived", "R4", text, _stay(situation.pose), situation.pose.heading_rad), state
+    if state.number > 2 * mission.stop_limit:
+        return _give_up(situation, f"twice {mission.stop_limit} stops (mission.stop_limit) and still on the way"), state
     if _ends(state, situation, away, mission):
         return _terminal(situation, away, mission), state
     if state.number > mission.stop_limit:

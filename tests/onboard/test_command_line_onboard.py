@@ -43,7 +43,7 @@ def test_a_misspelt_key_exits_78_with_file_key_and_what_was_meant(tmp_path):
     [
         ("motion.cruise_mps=20.0", "out of range 0.005 to 2"),
         ("motion.cruise_mps", "section.key=value"),
-        ("clock.barrier=nowhere", "clock.barrier = 'nowhere' should be tcp:HOST:PORT"),
+        ("clock.barrier=nowhere", "clock.barrier: `nowhere` should be tcp:HOST:PORT"),
     ],
 )
 def test_a_wrong_setting_exits_78_and_is_named(setting, named):

@@ -163,3 +163,16 @@ def test_every_decision_has_a_rule_a_reason_and_a_path(kind):
     assert decision.rule.startswith("R")
     assert len(decision.reason) > 20
     assert len(decision.path.stations) >= 1
+
+
+def test_a_free_way_that_never_arrives_is_given_up_at_twice_the_stop_limit():
+    mission, far = replace(MISSION, stop_limit=3), situation(terminal=option(6.0, 0.0))
+    assert rule.decide(MissionState(number=6), far, mission)[0].kind == "goal"
+    ended, _ = rule.decide(MissionState(number=7), far, mission)
+    assert (ended.kind, ended.rule) == ("unreachable", "R9")
+
+
+def test_within_the_tolerance_the_stop_limit_is_an_arrival():
+    near = situation(pose=Stop(5.8, 0.0, 0.0), terminal=option(6.0, 0.0))
+    ended, _ = rule.decide(MissionState(number=4), near, replace(MISSION, stop_limit=3))
+    assert (ended.kind, ended.rule) == ("arrived", "R4")
