@@ -171,15 +171,11 @@ def tries_left(state: MissionState, target_m: tuple[float, float]) -> int:
 def decide(state: MissionState, situation: Situation, mission: Mission) -> tuple[Decision | Again, MissionState]:
     """The decision at this stop, or Again after which the caller plans again with the state returned."""
     away = math.dist(situation.pose[:2], situation.goal_m)
-    if state.number > mission.stop_limit and away <= mission.goal_tolerance_m:
-        text = f"{away:.2f} m from the goal, and {mission.stop_limit} stops are the limit (mission.stop_limit)"
-        return Decision("arrived", "R4", text, _stay(situation.pose), situation.pose.heading_rad), state
-    if state.number > 2 * mission.stop_limit:
-        return _give_up(situation, f"twice {mission.stop_limit} stops (mission.stop_limit) and still on the way"), state
+    ended = _at_the_limit(state, situation, away, mission)
+    if ended is not None:
+        return ended, state
     if _ends(state, situation, away, mission):
         return _terminal(situation, away, mission), state
-    if state.number > mission.stop_limit:
-        return _give_up(situation, f"{mission.stop_limit} stops are the limit (mission.stop_limit)"), state
     choice = situation.choice
     if choice is not None and state.since_record < RECORD_STOPS and not repeats(state, choice.stop):
         return _drive(choice, "R10", "the strategy's best stop; the way left still shrinks"), state
@@ -190,6 +186,19 @@ def decide(state: MissionState, situation: Situation, mission: Mission) -> tuple
         looked = state.targets if commit.target_m is None else (*state.targets, commit.target_m)
         return _drive(commit, rule, _commit_text(commit)), replace(state, targets=looked)
     return _failed_try(state, situation, commit)
+
+
+def _at_the_limit(state: MissionState, situation: Situation, away_m: float, mission: Mission) -> Decision | None:
+    """The end by count: past `stop_limit` only a way that is free to the goal goes on, and past twice that nothing."""
+    limit = mission.stop_limit
+    if state.number <= limit:
+        return None
+    if away_m <= mission.goal_tolerance_m:
+        text = f"{away_m:.2f} m from the goal; {limit} stops are the limit (mission.stop_limit)"
+        return Decision("arrived", "R4", text, _stay(situation.pose), situation.pose.heading_rad)
+    if situation.terminal is None or state.number > 2 * limit:
+        return _give_up(situation, f"{limit} stops are the limit (mission.stop_limit)")
+    return None
 
 
 def _ends(state: MissionState, situation: Situation, away_m: float, mission: Mission) -> bool:
