@@ -99,7 +99,7 @@ class Bench:
         self.state: PlantState = self.plant.reset(world.start)
         self._frames: list[Frame] = []
         self._lidar_out: list[tuple[int, bytes]] = []
-        self._lidar_open, self._lidar_epoch, self._lidar_count, self._lidar_taken = False, 0, 0, 0
+        self._lidar_open, self._lidar_epoch, self._lidar_count = False, 0, 0
         self._link_counts: dict[str, int] = {}
         self._directions = self._beam_directions()
 
@@ -192,22 +192,17 @@ class Bench:
         self.streams["can_to_nodes"].add(b"".join(pack_frame(f) for f in frames), len(frames))
         for frame in frames:
             self.nodes.receive(frame, stamp_ns)
-        data = b""
-        while self._lidar_open and self._lidar_taken + len(data) < sent.get("lidar", 0):
-            data += self.lidar_server.poll()
-        if data:
-            self._lidar_taken += len(data)
-            self.streams["lidar_to_sensor"].add(data)
+        if self._lidar_open:
+            data = self.lidar_server.poll_exactly(sent.get("lidar", 0), WIRE_LIMIT_S)
+            self.streams["lidar_to_sensor"].add(data, bool(data))
             self.lidar.receive(data, stamp_ns)
-        if connect and self.wires.lidar_plugged:
+        elif connect and self.wires.lidar_plugged:
             self._plug_in()
 
     def _plug_in(self) -> None:
-        while not self.lidar_server.connected:
-            self.lidar_server.poll()
-            self._alive()
-        self._lidar_open, self._lidar_epoch = True, self._lidar_epoch + 1
-        self._lidar_count = self._lidar_taken = 0
+        if not self.lidar_server.wait_client(WIRE_LIMIT_S):
+            raise TimeoutError(f"onboard asked for {self.lidar_server.address} and did not come")
+        self._lidar_open, self._lidar_epoch, self._lidar_count = True, self._lidar_epoch + 1, 0
         self.lidar.connect()
 
     def _link_and_ground(self, now_ns: int) -> None:

@@ -13,12 +13,13 @@ import socket
 import tempfile
 import time
 import tty
+from abc import ABC, abstractmethod
 from pathlib import Path
 
 BACKLOG = 1 << 18
 
 
-class Cable:
+class Cable(ABC):
     """What both ends have in common: counts, backlog and waiting. `address` is what `onboard` gets as lidar.address."""
 
     def __init__(self) -> None:
@@ -28,17 +29,17 @@ class Cable:
         self._backlog = bytearray()
 
     @property
+    @abstractmethod
     def connected(self) -> bool:
         """Whether a client is there, as of the last poll or write."""
-        raise NotImplementedError
 
+    @abstractmethod
     def fileno(self) -> int:
         """A descriptor to wait on for news, -1 while there is none."""
-        raise NotImplementedError
 
+    @abstractmethod
     def disconnect(self) -> None:
         """Pull the plug."""
-        raise NotImplementedError
 
     def refuse(self, refusing: bool) -> None:
         """While True nobody is let in (a sensor that boots)."""
@@ -101,14 +102,17 @@ class Cable:
             time.sleep(min(left_s, 0.002))  # a terminal that nobody has open is always "ready"
         return left_s > 0
 
+    @abstractmethod
     def _accept(self) -> None:
-        raise NotImplementedError
+        """Take who waits, if somebody does."""
 
+    @abstractmethod
     def _read(self) -> bytes:
-        raise NotImplementedError
+        """What the client sent, b'' for nothing."""
 
+    @abstractmethod
     def _flush(self) -> None:
-        raise NotImplementedError
+        """Send what the line takes now."""
 
 
 class LidarServer(Cable):

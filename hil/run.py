@@ -82,7 +82,7 @@ def run(
             bench.gather(NAMES - {"ground"} if scenario.live else NAMES)
             started = time.monotonic()
             _loop(scenario, bench, processes, injector, progress, pace)
-        except (ParticipantLostError, ProcessDiedError, PlantAbortError) as lost:
+        except (ParticipantLostError, ProcessDiedError, PlantAbortError, TimeoutError, ConnectionError) as lost:
             error = _why(lost, processes)
         wall_s = time.monotonic() - started
         rss_bytes = processes.peak_rss_bytes("onboard")

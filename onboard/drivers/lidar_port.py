@@ -14,6 +14,7 @@ import socket
 import termios
 import time
 import tty
+from abc import ABC, abstractmethod
 
 from onboard.config import ConfigError
 from onboard.records import Chunk, PortState
@@ -21,7 +22,7 @@ from onboard.records import Chunk, PortState
 _PIECE = 65536
 
 
-class LidarPort:
+class LidarPort(ABC):
     """What TCP and tty have in common: a non-blocking descriptor. Subclasses say how it is opened."""
 
     def __init__(self, address: str) -> None:
@@ -34,9 +35,9 @@ class LidarPort:
         self._pending = bytearray()  # read, but beyond what read_exactly was asked for
         self._unsent = bytearray()
 
+    @abstractmethod
     def connect(self) -> None:
         """One attempt, without waiting; while an attempt is under way, look whether it came through."""
-        raise NotImplementedError
 
     def fileno(self) -> int:
         """The descriptor to wait on, -1 while closed."""
