@@ -54,8 +54,8 @@ def line(progress: Progress, wall_s: float) -> Text:
     rtf = progress.now_s / wall_s if wall_s > 0 else 0.0
     link = f"link {progress.link.get('received', 0)}/{progress.link.get('sent', 0)}" if progress.link else ""
     return Text(
-        f"{progress.now_s:7.1f} s  x{rtf:4.1f}  {doing:9} scan {progress.sweeps:2d}  driven {progress.way_m:5.1f} m  "
-        f"to the goal {progress.distance_to_goal_m:5.2f} m  {link}"
+        f"{progress.now_s:6.1f} s  x{rtf:4.1f}  {doing:8}  scan {progress.sweeps:2d}  driven {progress.way_m:4.1f} m  "
+        f"to go {progress.distance_to_goal_m:5.2f} m  {link}"
     )
 
 
@@ -93,7 +93,7 @@ def demo(
     seed: SeedOption = 1,
     terrain: TerrainOption = "fbm",
     out: Annotated[Path, typer.Option(help="Folder of the run.")] = Path("build/demo"),
-    strategy: Annotated[str, typer.Option(help="optimistic, or visibility: the chapter's criterion.")] = "optimistic",
+    strategy: Annotated[str, typer.Option(help="Choice of the next stop: optimistic or visibility.")] = "optimistic",
 ) -> None:
     """Drive a rover across rocks to its goal; ends with the path of the report.
 
@@ -145,6 +145,7 @@ def run(
     if result.error:
         raise fail(EX_SOFTWARE, f"after {result.bench_s:.1f} s of bench time: {result.error}")
     _show(conclude(read, result))
+    print(f"files of the run: {folder}")
 
 
 @app.command()
@@ -188,7 +189,7 @@ def main() -> None:
         os.execve(sys.executable, [sys.executable, "-m", "hil", *sys.argv[1:]], {**os.environ, **FIXED_ENVIRONMENT})
     for number in (signal.SIGINT, signal.SIGTERM):  # both end a run in order, also where a shell ignores Ctrl-C
         signal.signal(number, signal.default_int_handler)
-    app()
+    app(prog_name="hil")
 
 
 if __name__ == "__main__":
