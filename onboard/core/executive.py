@@ -164,7 +164,7 @@ class Executive:
     def _get(self, order: Order, ctx: Context) -> None:
         result = self._latest
         if result is None:
-            self._downlink.report(order.request_id, State.FAILED, "no LDEM yet: it comes with the first goto")
+            self._downlink.report(order.request_id, State.FAILED, "no map yet: it comes after the first scan of a goto")
         elif "product" in ctx.jobs.running:
             self._downlink.report(order.request_id, State.FAILED, "one is being packed already: ask again")
         else:
