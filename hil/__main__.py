@@ -48,14 +48,14 @@ def fail(code: int, text: str) -> typer.Exit:
     return typer.Exit(code)
 
 
-def line(progress: Progress, wall_s: float) -> Text:
-    """The live progress line."""
+def line(progress: Progress, wall_s: float, live: bool = False) -> Text:
+    """The live progress line; with a live operator the bench does not know the goal."""
     doing = "scanning" if progress.sweeping else "driving" if progress.driving else "thinking"
     rtf = progress.now_s / wall_s if wall_s > 0 else 0.0
     link = f"link {progress.link.get('received', 0)}/{progress.link.get('sent', 0)}" if progress.link else ""
     return Text(
         f"{progress.now_s:6.1f} s  x{rtf:4.1f}  {doing:8}  scan {progress.sweeps:2d}  driven {progress.way_m:4.1f} m  "
-        f"to go {progress.distance_to_goal_m:5.2f} m  {link}"
+        + ("" if live else f"to go {progress.distance_to_goal_m:5.2f} m  ") + link
     )
 
 
@@ -66,7 +66,7 @@ def fly(scenario: Scenario, out: Path, pace: float = 0.0) -> RunResult:
     console = Console(stderr=True)
     try:
         with Live(Text("starting bench, onboard, link and ground ..."), console=console, refresh_per_second=4) as live:
-            return run_scenario(scenario, out, lambda p, wall_s: live.update(line(p, wall_s)), pace=pace)
+            return run_scenario(scenario, out, lambda p, wall_s: live.update(line(p, wall_s, scenario.live)), pace=pace)
     except KeyboardInterrupt:
         raise fail(EX_INTERRUPTED, "ended by Ctrl-C; all processes are gone") from None
     except ConfigError as error:

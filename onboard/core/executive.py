@@ -129,8 +129,12 @@ class Executive:
         self._orders[order.name](order, ctx)
 
     def _goto(self, order: Order, ctx: Context) -> None:
-        self._cancel(ctx, State.CANCELLED, "another goto came")
         goal = (float(order.arguments["x_m"]), float(order.arguments["y_m"]))
+        beyond = _beyond(self._gdem, goal)
+        if beyond:
+            self._downlink.report(order.request_id, State.FAILED, beyond)
+            return
+        self._cancel(ctx, State.CANCELLED, "another goto came")
         self.mission, self._goto_id = Mission(self._config, self._gdem, goal, self._memory), order.request_id
         self._standby_after_leg = False
         self._change("goto", ctx, f"goal {goal[0]:.2f} {goal[1]:.2f}")
@@ -226,3 +230,16 @@ class Executive:
 
     def _tell(self, ctx: Context, name: str, text: str) -> None:
         self.events.append(Event(ctx.now_ns, SEVERITY[name], name, text))
+
+
+def _beyond(gdem: Gdem | None, goal_m: tuple[float, float]) -> str:
+    """Why a goal cannot be gone to for want of a map, or ''."""
+    if gdem is None or gdem.grid.contains(*gdem.grid.cell(*goal_m)):
+        return ""
+    grid = gdem.grid
+    (west, south), half = grid.centre(0, 0), grid.cell_m / 2
+    east, north = grid.centre(grid.rows - 1, grid.columns - 1)
+    return (
+        f"({goal_m[0]:.1f}, {goal_m[1]:.1f}) is outside the orbiter's map: "
+        f"x {west - half:.0f} to {east + half:.0f}, y {south - half:.0f} to {north + half:.0f} m"
+    )

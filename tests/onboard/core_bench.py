@@ -68,8 +68,8 @@ class CoreBench:
     job_late_ticks, tilt_rad, noise (frames of the next tick): faults. digests: of each tick's outputs.
     """
 
-    def __init__(self, seed=1, settings=QUICK, posts=POSTS, memory=None):
-        self.rover = Rover(settings, None)
+    def __init__(self, seed=1, settings=QUICK, posts=POSTS, memory=None, gdem=None):
+        self.rover = Rover(settings, gdem)
         self.rover.executive._memory = memory  # as a mission before would have left it
         self.nodes = build_nodes(seed)
         self.lidar = Lidar(seed, self._cast)

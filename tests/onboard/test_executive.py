@@ -2,11 +2,12 @@
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 from core_bench import QUICK, STATION, CoreBench, first_map, quick
 
 from onboard import config
-from onboard.records import LinkMessage, PortState
+from onboard.records import Gdem, Grid, LinkMessage, PortState
 from protocol import bulk
 from protocol.can_codec import StopReason
 from protocol.faults import BY_NAME, FAULTS
@@ -71,6 +72,15 @@ def test_goto_is_started_and_completed(known):
     rover.step()
     assert standing(rover)
     assert ((rover.pose[0] - 1.2) ** 2 + (rover.pose[1] - 0.2) ** 2) ** 0.5 < QUICK.mission.goal_tolerance_m
+
+
+def test_a_goal_outside_the_orbiters_map_is_refused_with_the_maps_extent(known):
+    rover = CoreBench(memory=known, gdem=Gdem(Grid(-9.0, -9.0, 2.0, 10, 15), np.zeros((10, 15), np.float32)))
+    rover.settle()
+    request = rover.goto(50.0, 0.0)
+    assert rover.until_final(request, 1.0) is State.FAILED
+    assert "(50.0, 0.0) is outside the orbiter's map: x -10 to 20, y -10 to 10 m" in rover.text(request)
+    assert rover.mode is Mode.STANDBY
 
 
 def test_a_second_goto_cancels_the_first_and_begins_with_a_scan(driving):
