@@ -1,9 +1,9 @@
 """Whole missions with a fault, in four real processes on real sockets, in lock-step."""
 
 import json
+import os
 import sqlite3
-from contextlib import closing
-from dataclasses import replace
+from contextlib import closing, suppress
 from itertools import pairwise
 from pathlib import Path
 
@@ -17,8 +17,8 @@ SCENARIOS = Path(__file__).parents[2] / "hil" / "scenarios"
 pytestmark = pytest.mark.mission
 
 
-def fly(name, folder, **changes):
-    result = run(replace(load_scenario(SCENARIOS / f"{name}.toml"), **changes), folder, lambda progress, wall_s: None)
+def fly(name, folder, watch=lambda progress, wall_s: None):
+    result = run(load_scenario(SCENARIOS / f"{name}.toml"), folder, watch)
     assert result.error == ""
     return result
 
@@ -36,12 +36,23 @@ def truth(folder):
             yield message.log_time / 1e9, json.loads(message.data)
 
 
+def files_of_onboard(folder):
+    """Names of the run's files that the flight program has open now."""
+    for process in Path("/proc").glob("[0-9]*"):
+        with suppress(OSError):
+            words = (process / "cmdline").read_bytes()
+            if b"-m\0onboard\0run" in words and bytes(folder) in words:
+                paths = [Path(os.readlink(link)) for link in (process / "fd").iterdir()]
+                yield from (path.name for path in paths if folder in path.parents)
+
+
 def fault_times(result):
     return {row["what"]: row["t_s"] for row in result.faults}
 
 
 def test_lidar_unplugged_in_mid_sweep_is_scanned_again_and_the_goal_is_reached(tmp_path):
-    result = fly("lidar_unplugged", tmp_path)
+    opened = set()
+    result = fly("lidar_unplugged", tmp_path, lambda progress, wall_s: opened.update(files_of_onboard(tmp_path)))
     times = fault_times(result)
     told = [(t, text) for t, name, text in events(tmp_path) if name == "FAULT" and text.startswith("LIDAR_SILENT")]
     assert 0 < told[0][0] - times["begin"] <= 0.2
@@ -50,6 +61,7 @@ def test_lidar_unplugged_in_mid_sweep_is_scanned_again_and_the_goal_is_reached(t
     assert result.ground_exit == 0
     assert result.distance_to_goal_m <= 0.3
     assert not result.contacts
+    assert opened == {"onboard.mcap", "onboard.log"}  # the truth lies in the same folder, and is never opened
 
 
 def test_a_silent_wheel_stops_the_rover_at_once_and_safe_says_why(tmp_path):
