@@ -30,7 +30,7 @@ SHOWN = (
     "replay", "link_datagrams", "link_lost", "onboard_peak_rss_mb",
 )
 TALLIED = (
-    "terrain", "seed", "goal_reached", "distance_to_goal_m", "collisions", "scans", "way_m", "rtf", "replay", "outcome",
+    "terrain", "seed", "goal_reached", "distance_to_goal_m", "collisions", "scans", "way_m", "rtf", "replay",
 )
 EX_OK, EX_FAILED, EX_NOINPUT, EX_SOFTWARE, EX_CONFIG, EX_INTERRUPTED = 0, 1, 66, 70, 78, 130
 
@@ -173,10 +173,13 @@ def tally(
 ) -> None:
     """A table of many runs; exit 1 when too few reached their goal or any rover touched something."""
     rows = [json.loads(path.read_text()) for path in sorted(folder.glob("*/summary.json"))]
-    table = Table("terrain", "seed", "goal", "distance", "collisions", "scans", "way", "rtf", "replay", "outcome")
+    table = Table("terrain", "seed", "goal", "distance", "collisions", "scans", "way", "rtf", "replay")
     for r in rows:
         table.add_row(*(str(r[key]) for key in TALLIED))
     Console().print(table)
+    for r in rows:
+        if not r["goal_reached"] or r["collisions"]:
+            print(f"{r['terrain']} {r['seed']}: {r['outcome']}; {r['contacts'][:1]}")
     reached = sum(bool(r["goal_reached"]) for r in rows)
     clean = all(r["collisions"] == 0 and r["replay"] == "identical" for r in rows)
     print(f"{reached} of {len(rows)} reached their goal")

@@ -126,6 +126,8 @@ class Planning:
     slope_limit_rad: float = value(20 * RAD, "steepest ground", low=0.05, high=1)
     turn_cost_m: float = value(0.08, "price of a turn of 22.5 degrees", low=0, high=5)
     closeness_weight: float = value(1.5, "soft cost near what is not free", low=0, high=20)
+    touching_ratio: float = value(5.0, "likewise right beside a blocked pose: only where there is no other way",
+                                  low=0, high=100)
     unknown_ratio: float = value(0.2, "price of a metre over unknown ground, above that over free", low=0, high=10)
     planner: str = value("pose-field", "row of planning.PLANNERS", one_of=("pose-field", "distance-transform"))
     weight_roughness: float = value(1.0, "W_B of Eq. 25", low=0, high=100)

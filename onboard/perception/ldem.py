@@ -96,6 +96,19 @@ def window(ldem: Ldem, x_m: float, y_m: float, size_m: float) -> Ldem:
     return _crop(ldem, grid_around(x_m, y_m, size_m, ldem.grid.cell_m))
 
 
+def paste(ldem: Ldem, part: Ldem) -> Ldem:
+    """The map with the cells of `part` in place of its own. Raises ValueError where the part is not within the map."""
+    (first_j, first_i), (at_j, at_i) = _first(ldem.grid), _first(part.grid)
+    j, i, rows, columns = at_j - first_j, at_i - first_i, part.grid.rows, part.grid.columns
+    if min(j, i) < 0 or j + rows > ldem.grid.rows or i + columns > ldem.grid.columns:
+        raise ValueError(f"the part {part.grid} is not within the map {ldem.grid}")
+    layers: dict[str, Any] = {}
+    for name, _, _ in _LAYERS:
+        layers[name] = getattr(ldem, name).copy()
+        layers[name][j : j + rows, i : i + columns] = getattr(part, name)
+    return Ldem(grid=ldem.grid, **layers)
+
+
 def assume_disc(ldem: Ldem, pose: Pose, radius_m: float) -> Ldem:
     """The map with the plane under the wheels assumed within `radius_m` (R1); only cells without hits use it."""
     grid, (nx, ny, nz) = ldem.grid, pose.matrix()[:3, 2]

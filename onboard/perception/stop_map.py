@@ -60,7 +60,8 @@ def remember(memory: StopMap | None, seen: Cloud, T_map_base: F64, stop: int, co
     else:
         cells = ldem.grow(memory.cells, x_m, y_m, mapping.size_m / 2)
         target = memory.target_points
-    cells = ldem.insert(cells, within(here, config.scanning.range_m), stop, mapping.near_m)
+    near = ldem.window(cells, x_m, y_m, mapping.size_m)  # a scan reaches no farther: the map may be large
+    cells = ldem.paste(cells, ldem.insert(near, within(here, config.scanning.range_m), stop, mapping.near_m))
     return StopMap(cells, merge_target(target, here.ends_m[here.hit], (x_m, y_m)))
 
 

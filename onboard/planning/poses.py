@@ -80,8 +80,10 @@ def trail(freedom: U8, poses: NDArray[np.integer]) -> U8:
 def closeness(freedom: U8, planning: config.Planning, cell_m: float) -> F32:
     """Soft cost ratio >= 0 near blocked poses, float32 (8, rows, columns): a move's price is multiplied by 1 + it.
 
-    `closeness_weight` beside a blocked pose of the same orientation, falling linearly to 0 at 0.5 m. Unknown poses draw
-    no cost: an optimistic way must not shun them.
+    `closeness_weight` beside a blocked pose of the same orientation, falling linearly to 0 at 0.5 m; and
+    `touching_ratio` more where a neighbour cell or the next orientation is blocked: a wheel that passes there may brush
+    the foot of a rock, so it is done only where there is no other way. Unknown poses draw no cost: an optimistic way
+    must not shun them.
     """
     ratio = np.zeros(freedom.shape, np.float32)
     for layer, open_poses in zip(ratio, freedom != Freedom.BLOCKED):
@@ -89,6 +91,10 @@ def closeness(freedom: U8, planning: config.Planning, cell_m: float) -> F32:
             continue
         beyond_m = (ndimage.distance_transform_edt(open_poses) - 1.0) * cell_m
         layer[:] = planning.closeness_weight * np.clip(1.0 - beyond_m / CLOSE_M, 0.0, 1.0)
+    blocked = freedom == Freedom.BLOCKED
+    beside = ndimage.binary_dilation(blocked, np.ones((1, 3, 3), bool))
+    beside |= np.roll(blocked, 1, axis=0) | np.roll(blocked, -1, axis=0)
+    ratio[beside] += planning.touching_ratio
     return ratio
 
 

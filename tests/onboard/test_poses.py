@@ -138,7 +138,7 @@ def test_closeness_is_the_weight_beside_a_blocked_pose_and_0_from_half_a_metre_o
     freedom = np.full((8, 15, 15), Freedom.FREE, np.uint8)
     freedom[2, 7, 7] = Freedom.BLOCKED
     freedom[2, 7, 0] = Freedom.UNKNOWN
-    ratio = poses.closeness(freedom, dataclasses.replace(PLANNING, closeness_weight=0.5), 0.1)
+    ratio = poses.closeness(freedom, dataclasses.replace(PLANNING, closeness_weight=0.5, touching_ratio=0.0), 0.1)
     assert ratio.dtype == np.float32 and ratio[[0, 1, 3, 4, 5, 6, 7]].max() == 0
     np.testing.assert_allclose(ratio[2, 7, 8:14], 0.5 * np.array([1, 0.8, 0.6, 0.4, 0.2, 0]), atol=1e-6)
     assert ratio[2, 7, 0] == 0
@@ -185,3 +185,12 @@ def test_orientation_is_the_nearest_of_8_modulo_180_degrees() -> None:
         4,
     ]
     assert poses.pose_index(Grid(0.05, 0.05, 0.1, 9, 9), 0.31, 0.18, math.pi) == (1, 3, 0)
+
+
+def test_a_pose_beside_a_blocked_one_in_place_or_orientation_costs_more() -> None:
+    freedom = np.full((8, 9, 9), Freedom.FREE, np.uint8)
+    freedom[0, 4, 4] = Freedom.BLOCKED
+    ratio = poses.closeness(freedom, dataclasses.replace(PLANNING, closeness_weight=0.0, touching_ratio=5.0), 0.1)
+    assert ratio[0, 3:6, 3:6].min() == 5.0
+    assert ratio[1, 4, 4] == ratio[7, 4, 4] == 5.0
+    assert ratio[2, 4, 4] == ratio[0, 4, 6] == ratio[1, 4, 5] == 0.0
