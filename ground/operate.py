@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from ground import show
 from ground.archive import Archive
 from ground.clock import Clock, LockstepClock, WallClock
+from ground.contact import Contact
 from ground.script import Runner, Step
 from ground.session import Item, News, Progress, Session
 from ground.settings import Settings
@@ -61,6 +62,10 @@ class Teller:
             self._next_ns = now_ns + self._report_ns
             self._out(show.status_line(session, now_ns))
 
+    def silence(self, silent_s: float, now_ns: int) -> None:
+        """Nothing was heard of the rover for so long."""
+        self._out((show.silence_json if self._json else show.silence_line)(silent_s, now_ns))
+
     def _moved(self, progress: Progress) -> bool:
         tenth = 10 * progress.have // max(1, progress.total)
         moved = self._progress.get(progress.name) != tenth
@@ -86,8 +91,9 @@ def operate(settings: Settings, plan: Plan, teller: Teller) -> tuple[int, Sessio
 
 
 def _turns(station: Station, clock: Clock, plan: Plan, teller: Teller) -> int:
-    runner = Runner(list(plan.steps), plan.lifetime_s)
-    session, wake_ns = station.session, None
+    runner, contact = Runner(list(plan.steps), plan.lifetime_s), Contact()
+    session = station.session
+    wake_ns: int | None = None
     while True:
         turn = clock.turn(station.sent, wake_ns)
         if turn is None:
@@ -102,8 +108,17 @@ def _turns(station: Station, clock: Clock, plan: Plan, teller: Teller) -> int:
         if code is not None:
             clock.finish(station.sent, code)
             return code
-        wake_ns = min((t for t in (runner.next_due_ns(now_ns), session.next_due_ns(now_ns)) if t is not None),
-                      default=None)
+        _watch(contact, station, clock, teller, now_ns)
+        dues = (runner.next_due_ns(now_ns), session.next_due_ns(now_ns), contact.next_due_ns())
+        wake_ns = min(due for due in dues if due is not None)
+
+
+def _watch(contact: Contact, station: Station, clock: Clock, teller: Teller, now_ns: int) -> None:
+    silent_s = contact.silent_s(station.session.heard_ns, now_ns)
+    if silent_s is not None:
+        teller.silence(silent_s, now_ns)
+    if not clock.repeatable and contact.closed(station.linked, now_ns):
+        raise StationError("the link's carrier has closed; the rover carries on with what it was told")
 
 
 def _end(runner: Runner, session: Session, plan: Plan, now_ns: int) -> int | None:

@@ -43,6 +43,16 @@ def news_json(news: News) -> str:
     return json.dumps({key: _plain(item) for key, item in tree.items()})
 
 
+def silence_line(silent_s: float, now_ns: int) -> str:
+    """That the rover was silent for so long."""
+    return f"{clock(now_ns)}  link      no word from the rover for {silent_s:.0f} s"
+
+
+def silence_json(silent_s: float, now_ns: int) -> str:
+    """The same as one JSON object."""
+    return json.dumps({"news": "silence", "at_ns": now_ns, "silent_s": silent_s})
+
+
 def _plain(item: Any) -> Any:
     return None if isinstance(item, float) and not math.isfinite(item) else item
 

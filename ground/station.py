@@ -56,6 +56,7 @@ class Station:
         except zenoh.ZError as error:
             like = "tcp/127.0.0.1:7448"
             raise ConfigError(f"endpoint = {endpoint!r} should be a locator like {like}: {error}") from error
+        self._zenoh = session
         fifo = zenoh.handlers.FifoChannel
         reliable: dict[str, Any] = {"congestion_control": zenoh.CongestionControl.BLOCK, "express": True,
                                     "reliability": zenoh.Reliability.RELIABLE}
@@ -67,6 +68,12 @@ class Station:
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
         self._stack.close()
+
+    @property
+    def linked(self) -> bool:
+        """Whether anybody is at the other end of the session now."""
+        info = self._zenoh.info
+        return bool(info.peers_zid() or info.routers_zid())
 
     def wait_open(self, limit_s: float) -> None:
         """Knocks until the link's carrier answers. Raises StationError."""

@@ -1,0 +1,73 @@
+"""An operation whose rover falls silent, never answers or is cancelled; in virtual time, as the user meets it."""
+
+import json
+
+import pytest
+from virtual_station import VirtualClock, VirtualStation
+
+from ground.__main__ import run
+
+NEVER_S = 1e9
+
+
+@pytest.fixture
+def meet(tmp_path, monkeypatch, capsys):
+    """Runs the command line against a virtual station: exit code, lines, the last words on stderr."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "ground.toml").write_text("bench_seed = 7\n")
+
+    def meet(station: VirtualStation, *argv: str, clock: VirtualClock | None = None) -> tuple[int, list[str], str]:
+        used = clock or VirtualClock()
+        monkeypatch.setattr("ground.operate.Station", lambda *_: station)
+        monkeypatch.setattr("ground.operate.WallClock", lambda: used)
+        monkeypatch.setattr("ground.operate.LockstepClock", lambda _: used)
+        code = run(list(argv))
+        streams = capsys.readouterr()
+        assert "Traceback" not in streams.err
+        return code, streams.out.splitlines(), streams.err
+
+    return meet
+
+
+def silences(lines: list[str]) -> list[str]:
+    return [line.split("for ")[1] for line in lines if "no word from the rover" in line]
+
+
+def test_a_blackout_of_60_s_is_told_each_15_s_and_ends_nothing(meet):
+    code, lines, err = meet(VirtualStation(silent=((1.0, 61.0),)), "goto", "12", "3")
+    assert (code, err) == (0, "")
+    assert silences(lines) == ["15 s", "30 s", "45 s", "60 s"]
+    assert any("link      no word from the rover for 15 s" in line for line in lines)
+
+
+def test_after_a_word_of_the_rover_the_15_s_begin_anew(meet):
+    station = VirtualStation(silent=((1.0, 20.0), (22.0, 39.0)), drive_s=45.0)
+    code, lines, _ = meet(station, "goto", "12", "3")
+    assert (code, silences(lines)) == (0, ["15 s", "15 s"])
+
+
+def test_in_lock_step_a_silent_rover_is_told_by_bench_time_without_news_of_the_link(meet, tmp_path):
+    (tmp_path / "s").write_text("wait 40\n")
+    station, clock = VirtualStation(silent=((0.0, NEVER_S),)), VirtualClock(jumps=True, repeatable=True)
+    code, lines, _ = meet(station, "script", "s", "--barrier", "tcp:127.0.0.1:1", clock=clock)
+    assert (code, silences(lines)) == (0, ["15 s", "30 s"])
+
+
+def test_in_lock_step_the_carrier_is_the_bench_s_business(meet, tmp_path):
+    (tmp_path / "s").write_text("wait 40\n")
+    code, _, _ = meet(VirtualStation(closed_s=1.0), "script", "s", "--barrier", "tcp:127.0.0.1:1",
+                      clock=VirtualClock(repeatable=True))
+    assert code == 0
+
+
+def test_silence_in_json_is_an_object_of_its_own(meet):
+    _, lines, _ = meet(VirtualStation(silent=((1.0, 18.0),)), "goto", "12", "3", "--json")
+    told = [tree for tree in map(json.loads, lines) if tree["news"] == "silence"]
+    assert [round(tree["silent_s"]) for tree in told] == [15]
+
+
+def test_a_closed_carrier_ends_a_goto_with_69_after_5_s(meet):
+    code, _, err = meet(VirtualStation(closed_s=10.0, drive_s=NEVER_S), "goto", "12", "3",
+                        clock=VirtualClock(limit_s=15.1))
+    assert code == 69
+    assert err == "ground: the link's carrier has closed; the rover carries on with what it was told\n"
