@@ -14,10 +14,10 @@ from ground.contact import Contact
 from ground.script import Runner, Step
 from ground.session import Item, News, Progress, Session
 from ground.settings import Settings
-from ground.station import Station, StationError
+from ground.station import TO_HAVE_A_ROVER, Station, StationError
 
 OK, FAILED, UNAVAILABLE, TEMPORARY = 0, 1, 69, 75
-_LINK_LIMIT_S = 20.0
+_LINK_LIMIT_S, _ALONE_LIMIT_S = 20.0, 3.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,7 +84,8 @@ def operate(settings: Settings, plan: Plan, teller: Teller) -> tuple[int, Sessio
         archive = stack.enter_context(Archive(settings.archive or ":memory:", utc_ns))
         station = stack.enter_context(Station(settings, archive))
         # The emulator says HELLO only after our probe, the bench starts only after both: knock before the barrier.
-        station.wait_open(6 * _LINK_LIMIT_S if lockstep else _LINK_LIMIT_S)
+        limits_s = (6 * _LINK_LIMIT_S,) * 2 if lockstep else (_LINK_LIMIT_S, _ALONE_LIMIT_S)
+        station.wait_open(*limits_s)
         clock: Clock = LockstepClock(plan.barrier) if lockstep else WallClock()
         stack.enter_context(clock)
         return _turns(station, clock, plan, teller), station.session
@@ -125,7 +126,7 @@ def _end(runner: Runner, session: Session, plan: Plan, now_ns: int) -> int | Non
     if plan.steps and runner.result is not None:
         return OK if runner.result else FAILED
     if plan.contact_s and session.heard_ns is None and now_ns > plan.contact_s * 1e9:
-        raise StationError(f"nothing heard of the rover within {plan.contact_s:g} s")
+        raise StationError(f"nothing heard of the rover within {plan.contact_s:g} s; {TO_HAVE_A_ROVER}")
     if plan.limit_s and now_ns > plan.limit_s * 1e9:
         return TEMPORARY
     return None

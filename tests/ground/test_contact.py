@@ -71,3 +71,10 @@ def test_a_closed_carrier_ends_a_goto_with_69_after_5_s(meet):
                         clock=VirtualClock(limit_s=15.1))
     assert code == 69
     assert err == "ground: the link's carrier has closed; the rover carries on with what it was told\n"
+
+
+@pytest.mark.parametrize("argv", [["status"], ["goto", "12", "3"], ["get", "ldem"], ["stop"]])
+def test_a_rover_that_never_answers_is_exit_code_69_after_20_s_and_names_make_sim(meet, argv):
+    code, _, err = meet(VirtualStation(silent=((0.0, NEVER_S),)), *argv, clock=VirtualClock(limit_s=20.1))
+    assert code == 69
+    assert err == "ground: nothing heard of the rover within 20 s; `make sim` starts a rover to talk to\n"
