@@ -67,7 +67,7 @@ def status(session: Session, now_ns: int) -> dict[str, Any]:
 
 
 def status_line(session: Session, now_ns: int) -> str:
-    """One line: mode, phase, pose, distance to the goal, age."""
+    """One line: mode, phase, pose, distance to the goal, age; or that none of them has come yet."""
     if session.heard_ns is None:
         return f"{clock(now_ns)}  nothing heard yet"
     parts = [clock(now_ns), " " + "/".join(_names(session))]
@@ -79,6 +79,8 @@ def status_line(session: Session, now_ns: int) -> str:
     distance_m = _number(session, "goal_distance_m")
     if distance_m is not None:
         parts.append(f"to goal {distance_m:.2f} m")
+    if parts[1:] == [" ?"]:
+        return f"{parts[0]}  waiting for telemetry"
     parts.append(f"({(now_ns - session.heard_ns) / 1e9:.1f} s old)")
     return "  ".join(parts)
 

@@ -78,3 +78,20 @@ def test_a_rover_that_never_answers_is_exit_code_69_after_20_s_and_names_make_si
     code, _, err = meet(VirtualStation(silent=((0.0, NEVER_S),)), *argv, clock=VirtualClock(limit_s=20.1))
     assert code == 69
     assert err == "ground: nothing heard of the rover within 20 s; `make sim` starts a rover to talk to\n"
+
+
+def test_before_the_first_telemetry_the_status_line_says_that_it_waits_for_it(meet):
+    station = VirtualStation()
+    station.rover.tells = False
+    station.rover.event(0, "BOOT", "the first word of the rover")
+    _, lines, _ = meet(station, "goto", "12", "3")
+    told = [line for line in lines if "telemetry" in line]
+    assert told
+    assert all(line.endswith(" s  waiting for telemetry") for line in told)
+    assert not any(" old)" in line for line in lines)
+
+
+def test_with_telemetry_the_status_line_tells_mode_pose_and_age(meet):
+    _, lines, _ = meet(VirtualStation(drive_s=12.0), "goto", "12", "3")
+    assert not any("waiting for telemetry" in line for line in lines)
+    assert any("AUTONOMOUS" in line and "x 10." in line and " s old)" in line for line in lines)
