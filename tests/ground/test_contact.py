@@ -3,7 +3,7 @@
 import json
 
 import pytest
-from virtual_station import VirtualClock, VirtualStation
+from virtual_station import S, VirtualClock, VirtualStation
 
 from ground.__main__ import run
 
@@ -95,3 +95,41 @@ def test_with_telemetry_the_status_line_tells_mode_pose_and_age(meet):
     _, lines, _ = meet(VirtualStation(drive_s=12.0), "goto", "12", "3")
     assert not any("waiting for telemetry" in line for line in lines)
     assert any("AUTONOMOUS" in line and "x 10." in line and " s old)" in line for line in lines)
+
+
+def test_a_cancelled_command_ends_with_its_reason_and_exit_code_1(meet, tmp_path):
+    (tmp_path / "s").write_text("at 2: goto 12 3\nat 4: stop\n")
+    code, _, err = meet(VirtualStation(drive_s=NEVER_S), "script", "s")
+    assert (code, err) == (1, "ground: the command was cancelled: stopped by the operator\n")
+
+
+def test_a_goto_replaces_the_one_that_runs(meet, tmp_path):
+    (tmp_path / "s").write_text("at 2: goto 12 3\nat 4: goto 3 12\n")
+    code, _, err = meet(VirtualStation(), "script", "s")
+    assert (code, err) == (1, "ground: the command was cancelled: another goto came\n")
+
+
+def test_a_failure_is_told_before_a_cancellation(meet, tmp_path):
+    (tmp_path / "s").write_text("at 2: goto 12 3\nat 4: goto 3 12\n")
+    station = VirtualStation()
+    station.rover.fails = True
+    assert meet(station, "script", "s")[::2] == (1, "ground: the rover reported a failure\n")
+
+
+def test_a_goto_that_another_station_ends_is_cancelled_for_its_user(meet):
+    station = VirtualStation(drive_s=NEVER_S)
+    turn = station.turn
+
+    def stopped_at_5_s(now):
+        if now.now_ns == 5 * S:
+            station.rover.cancel(now.now_ns, "stopped by the operator")
+        return turn(now)
+
+    station.turn = stopped_at_5_s
+    code, _, err = meet(station, "goto", "12", "3")
+    assert (code, err) == (1, "ground: the command was cancelled: stopped by the operator\n")
+
+
+def test_a_command_that_is_not_finished_in_time_is_exit_code_75(meet):
+    code, _, err = meet(VirtualStation(drive_s=NEVER_S), "goto", "12", "3", "--timeout", "10")
+    assert (code, err) == (75, "ground: not finished in time; the rover carries on\n")

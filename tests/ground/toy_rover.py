@@ -65,9 +65,12 @@ class ToyRover:
         self.executed.append(order.name)
         data: tuple[float, ...] = ()
         if order.name == "goto":
+            self.cancel(now_ns, "another goto came")
             self._busy[order.request_id] = now_ns + self._drive_ns
             self._executor.report(order.request_id, transactions.State.STARTED, now_ns)
             return
+        if order.name == "stop":
+            self.cancel(now_ns, "stopped by the operator")
         if order.name == "get":
             object_id = self._bulk.offer("ldem", self.map, LDEM_CODEC, now_ns)
             data = (object_id,) if self.names_object else ()
@@ -104,6 +107,12 @@ class ToyRover:
             self._mavlink.local_position_ned_encode(ms, *ned_from_enu(ms / 1000, 2.0, 0.0), 0.0, 0.0, 0.0),
         )
         return b"".join(message.pack(self._mavlink) for message in messages)
+
+    def cancel(self, now_ns: int, reason: str) -> None:
+        """Ends what is under way, as a stop or another goto does."""
+        for request_id in self._busy:
+            self._executor.report(request_id, transactions.State.CANCELLED, now_ns, reason)
+        self._busy.clear()
 
     def event(self, now_ns: int, name: str, text: str) -> None:
         message = self._mavlink.event_encode(now_ns // 1000, self._events.serial + 1, 6, name.encode(), text.encode())
