@@ -91,7 +91,8 @@ def _one(words: list[str], contact_s: float, timeout_s: float, lifetime_s: float
 
 
 @app.command(context_settings={"ignore_unknown_options": True},
-             epilog="Examples: ground goto 12 3 | ground goto -- -4 0.5 --heading 90")
+             epilog="A goto replaces one that runs: that is cancelled and the rover plans anew from where it is.\n\n"
+                    "Examples: ground goto 12 3 | ground goto -4 0.5 --heading 90")
 def goto(
     x_m: Annotated[float, typer.Argument(metavar="X", help="East in the map frame, m.")],
     y_m: Annotated[float, typer.Argument(metavar="Y", help="North in the map frame, m.")],

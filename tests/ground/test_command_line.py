@@ -43,6 +43,10 @@ def test_help_of_a_verb_has_an_example(capsys, verb):
     assert "Example" in text
 
 
+def test_help_of_goto_says_that_it_replaces_one_that_runs(capsys):
+    assert "A goto replaces one that runs" in ended(capsys, "goto", "--help")[1]
+
+
 @pytest.mark.parametrize("argv", [
     ["goto"], ["goto", "12"], ["goto", "12", "east"], ["fly"], ["stop", "--loud"], ["get", "cheese"],
     ["goto", "1e9", "0"], ["script", "-", "--barrier", "somewhere"],
@@ -68,6 +72,7 @@ def test_no_station_file_is_exit_code_66_and_says_where_it_looked(capsys):
 
 def test_negative_coordinates_are_numbers_not_options(capsys):
     assert ended(capsys, "goto", "-4", "-0.5")[0] == 66  # past the parser, at the missing station file
+    assert ended(capsys, "goto", "-4", "0.5", "--heading", "90")[0] == 66  # the example of its help
 
 
 def test_a_missing_script_is_exit_code_66(capsys, tmp_path):
