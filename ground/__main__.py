@@ -1,7 +1,8 @@
 """The ground command: parse, call, print; every way it can end has an exit code of sysexits.h.
 
-0 done, 1 the rover reported a failure, 64 usage, 66 no station or script file, 69 no link or no rover,
-73 cannot write a file, 75 not finished in time, 78 wrong settings or keys, 130 ended by Ctrl-C.
+0 done, 1 the rover reported a failure or a command was cancelled, 64 usage, 66 no station or script file,
+69 no link or no rover, or the link's carrier closed, 73 cannot write a file, 75 not finished in time,
+78 wrong settings or keys, 130 ended by Ctrl-C.
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ import signal
 import sqlite3
 import sys
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, NoReturn
 
 import typer
 
@@ -27,6 +28,7 @@ from onboard.config import ConfigError
 from protocol import commands
 from protocol.barrier import parse_address
 from protocol.products import LDEM_CODEC, decode_ldem
+from protocol.transactions import State
 
 USAGE, NO_INPUT, UNAVAILABLE, CANNOT_CREATE, CONFIG, INTERRUPTED = 64, 66, 69, 73, 78, 130
 
@@ -34,7 +36,6 @@ _CODES: tuple[tuple[type[Exception], int], ...] = (
     (ScriptError, USAGE), (NoStationError, NO_INPUT), (StationError, UNAVAILABLE), (ClockError, UNAVAILABLE),
     (ConfigError, CONFIG), (OSError, CANNOT_CREATE), (sqlite3.Error, CANNOT_CREATE),
 )
-_ENDINGS = {FAILED: "the rover reported a failure", TEMPORARY: "not finished in time; the rover carries on"}
 
 app = typer.Typer(
     help="Fly the rover over the space link.\n\nStart with `ground status`, then `ground goto 12 3`.",
@@ -57,6 +58,28 @@ def _run(station: Path | None, plan: Plan, as_json: bool) -> tuple[int, Session]
     return operate(settings, plan, Teller(_out, as_json, plan.report_s or settings.report_s))
 
 
+def _leave(code: int, session: Session) -> NoReturn:
+    """Ends the command; what did not succeed is told in one last line."""
+    if code == TEMPORARY:
+        _last_words("not finished in time; the rover carries on")
+    elif code == FAILED:
+        _last_words(_failure(session))
+    raise typer.Exit(code)
+
+
+def _failure(session: Session) -> str:
+    """What the rover said of what did not succeed: cancelled, where nothing worse happened."""
+    lost = [r for r in session.requester.requests.values() if r.state != State.COMPLETED]
+    if not lost or any(request.state != State.CANCELLED for request in lost):
+        return "the rover reported a failure"
+    report = lost[0].report
+    return "the command was cancelled" + (f": {report.text}" if report is not None and report.text else "")
+
+
+def _last_words(text: str) -> None:
+    sys.stderr.write(f"ground: {text}\n")
+
+
 def _one(words: list[str], contact_s: float, timeout_s: float, lifetime_s: float = 60.0) -> Plan:
     """The plan of a single command."""
     try:
@@ -68,7 +91,8 @@ def _one(words: list[str], contact_s: float, timeout_s: float, lifetime_s: float
 
 
 @app.command(context_settings={"ignore_unknown_options": True},
-             epilog="Examples: ground goto 12 3 | ground goto -- -4 0.5 --heading 90")
+             epilog="A goto replaces one that runs: that is cancelled and the rover plans anew from where it is.\n\n"
+                    "Examples: ground goto 12 3 | ground goto -4 0.5 --heading 90")
 def goto(
     x_m: Annotated[float, typer.Argument(metavar="X", help="East in the map frame, m.")],
     y_m: Annotated[float, typer.Argument(metavar="Y", help="North in the map frame, m.")],
@@ -81,14 +105,14 @@ def goto(
 ) -> None:
     """Drive to a place by itself; ends when the rover reports the outcome."""
     words = ["goto", repr(x_m), repr(y_m)] + ([] if heading is None else [repr(heading)])
-    raise typer.Exit(_run(station, _one(words, contact, timeout, expires), as_json)[0])
+    _leave(*_run(station, _one(words, contact, timeout, expires), as_json))
 
 
 def _simple(row: commands.Command) -> None:
     """A verb for a command without arguments."""
     def verb(timeout: Timeout = 60.0, contact: Contact = 20.0, station: StationFile = None,
              as_json: Json = False) -> None:
-        raise typer.Exit(_run(station, _one([row.name], contact, timeout), as_json)[0])
+        _leave(*_run(station, _one([row.name], contact, timeout), as_json))
     verb.__doc__ = f"{row.meaning[0].upper()}{row.meaning[1:]}."
     name = row.name.replace("_", "-")
     app.command(name, epilog=f"Example: ground {name}")(verb)
@@ -112,7 +136,7 @@ def status(
         for name, item in known["items"].items():
             _out(f"{name:24} {'?' if item is None else f'{item:g}'}")
         _out(f"{'rtt_s':24} {known['link']['rtt_s']:.2f}")
-    raise typer.Exit(code)
+    _leave(code, session)
 
 
 @app.command(epilog="Examples: ground get ldem | ground get ldem --out map.npz")
@@ -128,7 +152,7 @@ def get(
     code, session = _run(station, _one(["get", product], contact, timeout), as_json)
     if code == 0:
         save_product(session, product, out or Path(f"{product}.npz"))
-    raise typer.Exit(code)
+    _leave(code, session)
 
 
 def save_product(session: Session, name: str, path: Path) -> None:
@@ -150,7 +174,7 @@ def save_product(session: Session, name: str, path: Path) -> None:
 @app.command(epilog="Example: ground watch")
 def watch(contact: Contact = 0.0, station: StationFile = None, as_json: Json = False) -> None:
     """Show events and a status line each second until Ctrl-C."""
-    raise typer.Exit(_run(station, Plan(contact_s=contact, report_s=1.0), as_json)[0])
+    _leave(*_run(station, Plan(contact_s=contact, report_s=1.0), as_json))
 
 
 @app.command(epilog="Examples: ground script mission.txt | echo 'goto 12 3' | ground script -")
@@ -177,7 +201,7 @@ def script(
     for product in session.products.values():
         if out is not None:
             save_product(session, product.name, out / f"{product.name}.npz")
-    raise typer.Exit(code)
+    _leave(code, session)
 
 
 app.command("report", epilog="Example: ground report build/demo")(report_command)
@@ -198,9 +222,8 @@ def run(argv: list[str] | None = None) -> int:
     except tuple(kind for kind, _ in _CODES) as error:
         code, text = next(code for kind, code in _CODES if isinstance(error, kind)), str(error)
     else:
-        text = _ENDINGS.get(code, "")
-    if text:
-        sys.stderr.write(f"ground: {text}\n")
+        return code
+    _last_words(text)
     return code
 
 

@@ -10,13 +10,14 @@ from dataclasses import dataclass
 from ground import show
 from ground.archive import Archive
 from ground.clock import Clock, LockstepClock, WallClock
+from ground.contact import Contact
 from ground.script import Runner, Step
 from ground.session import Item, News, Progress, Session
 from ground.settings import Settings
-from ground.station import Station, StationError
+from ground.station import TO_HAVE_A_ROVER, Station, StationError
 
 OK, FAILED, UNAVAILABLE, TEMPORARY = 0, 1, 69, 75
-_LINK_LIMIT_S = 20.0
+_LINK_LIMIT_S, _ALONE_LIMIT_S = 20.0, 3.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,6 +62,10 @@ class Teller:
             self._next_ns = now_ns + self._report_ns
             self._out(show.status_line(session, now_ns))
 
+    def silence(self, silent_s: float, now_ns: int) -> None:
+        """Nothing was heard of the rover for so long."""
+        self._out((show.silence_json if self._json else show.silence_line)(silent_s, now_ns))
+
     def _moved(self, progress: Progress) -> bool:
         tenth = 10 * progress.have // max(1, progress.total)
         moved = self._progress.get(progress.name) != tenth
@@ -79,15 +84,17 @@ def operate(settings: Settings, plan: Plan, teller: Teller) -> tuple[int, Sessio
         archive = stack.enter_context(Archive(settings.archive or ":memory:", utc_ns))
         station = stack.enter_context(Station(settings, archive))
         # The emulator says HELLO only after our probe, the bench starts only after both: knock before the barrier.
-        station.wait_open(6 * _LINK_LIMIT_S if lockstep else _LINK_LIMIT_S)
+        limits_s = (6 * _LINK_LIMIT_S,) * 2 if lockstep else (_LINK_LIMIT_S, _ALONE_LIMIT_S)
+        station.wait_open(*limits_s)
         clock: Clock = LockstepClock(plan.barrier) if lockstep else WallClock()
         stack.enter_context(clock)
         return _turns(station, clock, plan, teller), station.session
 
 
 def _turns(station: Station, clock: Clock, plan: Plan, teller: Teller) -> int:
-    runner = Runner(list(plan.steps), plan.lifetime_s)
-    session, wake_ns = station.session, None
+    runner, contact = Runner(list(plan.steps), plan.lifetime_s), Contact()
+    session = station.session
+    wake_ns: int | None = None
     while True:
         turn = clock.turn(station.sent, wake_ns)
         if turn is None:
@@ -102,15 +109,24 @@ def _turns(station: Station, clock: Clock, plan: Plan, teller: Teller) -> int:
         if code is not None:
             clock.finish(station.sent, code)
             return code
-        wake_ns = min((t for t in (runner.next_due_ns(now_ns), session.next_due_ns(now_ns)) if t is not None),
-                      default=None)
+        _watch(contact, station, clock, teller, now_ns)
+        dues = (runner.next_due_ns(now_ns), session.next_due_ns(now_ns), contact.next_due_ns())
+        wake_ns = min(due for due in dues if due is not None)
+
+
+def _watch(contact: Contact, station: Station, clock: Clock, teller: Teller, now_ns: int) -> None:
+    silent_s = contact.silent_s(station.session.heard_ns, now_ns)
+    if silent_s is not None:
+        teller.silence(silent_s, now_ns)
+    if not clock.repeatable and contact.closed(station.linked, now_ns):
+        raise StationError("the link's carrier has closed; the rover carries on with what it was told")
 
 
 def _end(runner: Runner, session: Session, plan: Plan, now_ns: int) -> int | None:
     if plan.steps and runner.result is not None:
         return OK if runner.result else FAILED
     if plan.contact_s and session.heard_ns is None and now_ns > plan.contact_s * 1e9:
-        raise StationError(f"nothing heard of the rover within {plan.contact_s:g} s")
+        raise StationError(f"nothing heard of the rover within {plan.contact_s:g} s; {TO_HAVE_A_ROVER}")
     if plan.limit_s and now_ns > plan.limit_s * 1e9:
         return TEMPORARY
     return None

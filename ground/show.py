@@ -43,6 +43,16 @@ def news_json(news: News) -> str:
     return json.dumps({key: _plain(item) for key, item in tree.items()})
 
 
+def silence_line(silent_s: float, now_ns: int) -> str:
+    """That the rover was silent for so long."""
+    return f"{clock(now_ns)}  link      no word from the rover for {silent_s:.0f} s"
+
+
+def silence_json(silent_s: float, now_ns: int) -> str:
+    """The same as one JSON object."""
+    return json.dumps({"news": "silence", "at_ns": now_ns, "silent_s": silent_s})
+
+
 def _plain(item: Any) -> Any:
     return None if isinstance(item, float) and not math.isfinite(item) else item
 
@@ -57,7 +67,7 @@ def status(session: Session, now_ns: int) -> dict[str, Any]:
 
 
 def status_line(session: Session, now_ns: int) -> str:
-    """One line: mode, phase, pose, distance to the goal, age."""
+    """One line: mode, phase, pose, distance to the goal, age; or that none of them has come yet."""
     if session.heard_ns is None:
         return f"{clock(now_ns)}  nothing heard yet"
     parts = [clock(now_ns), " " + "/".join(_names(session))]
@@ -69,6 +79,8 @@ def status_line(session: Session, now_ns: int) -> str:
     distance_m = _number(session, "goal_distance_m")
     if distance_m is not None:
         parts.append(f"to goal {distance_m:.2f} m")
+    if parts[1:] == [" ?"]:
+        return f"{parts[0]}  waiting for telemetry"
     parts.append(f"({(now_ns - session.heard_ns) / 1e9:.1f} s old)")
     return "  ".join(parts)
 

@@ -19,6 +19,7 @@ from onboard.config import ConfigError
 from protocol import carrier
 from protocol.link import KEY_DOWN, KEY_UP
 
+TO_HAVE_A_ROVER = "`make sim` starts a rover to talk to"
 _SPARE = 512  # more numbers than one turn can use
 _MOST_PER_TURN = 2000
 
@@ -56,6 +57,7 @@ class Station:
         except zenoh.ZError as error:
             like = "tcp/127.0.0.1:7448"
             raise ConfigError(f"endpoint = {endpoint!r} should be a locator like {like}: {error}") from error
+        self._zenoh = session
         fifo = zenoh.handlers.FifoChannel
         reliable: dict[str, Any] = {"congestion_control": zenoh.CongestionControl.BLOCK, "express": True,
                                     "reliability": zenoh.Reliability.RELIABLE}
@@ -68,14 +70,21 @@ class Station:
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
         self._stack.close()
 
-    def wait_open(self, limit_s: float) -> None:
-        """Knocks until the link's carrier answers. Raises StationError."""
-        until_s = time.monotonic() + limit_s
+    @property
+    def linked(self) -> bool:
+        """Whether anybody is at the other end of the session now."""
+        info = self._zenoh.info
+        return bool(info.peers_zid() or info.routers_zid())
+
+    def wait_open(self, limit_s: float, alone_s: float) -> None:
+        """Knocks until the link's carrier answers; with no peer at all only for alone_s. Raises StationError."""
+        start_s = time.monotonic()
         while not self._probe.open:
             self._knock()
-            if time.monotonic() > until_s:
-                raise StationError(f"no link at {self._settings.endpoint}: nobody answered within {limit_s:g} s; "
-                                   "is `hil link` or the rover's carrier running?")
+            waited_s = time.monotonic() - start_s
+            if waited_s > limit_s or (waited_s > alone_s and not self.linked):
+                found = f"nobody answered within {limit_s:g} s" if self.linked else "nobody is there"
+                raise StationError(f"no link at {self._settings.endpoint}: {found}; {TO_HAVE_A_ROVER}")
             time.sleep(0.001)
 
     def _knock(self) -> None:

@@ -1,5 +1,7 @@
 """The ground command as a user meets it: help, mistakes, exit codes; never a traceback."""
 
+from types import SimpleNamespace
+
 import pytest
 
 from ground.__main__ import run
@@ -41,6 +43,10 @@ def test_help_of_a_verb_has_an_example(capsys, verb):
     assert "Example" in text
 
 
+def test_help_of_goto_says_that_it_replaces_one_that_runs(capsys):
+    assert "A goto replaces one that runs" in ended(capsys, "goto", "--help")[1]
+
+
 @pytest.mark.parametrize("argv", [
     ["goto"], ["goto", "12"], ["goto", "12", "east"], ["fly"], ["stop", "--loud"], ["get", "cheese"],
     ["goto", "1e9", "0"], ["script", "-", "--barrier", "somewhere"],
@@ -66,6 +72,7 @@ def test_no_station_file_is_exit_code_66_and_says_where_it_looked(capsys):
 
 def test_negative_coordinates_are_numbers_not_options(capsys):
     assert ended(capsys, "goto", "-4", "-0.5")[0] == 66  # past the parser, at the missing station file
+    assert ended(capsys, "goto", "-4", "0.5", "--heading", "90")[0] == 66  # the example of its help
 
 
 def test_a_missing_script_is_exit_code_66(capsys, tmp_path):
@@ -102,11 +109,26 @@ def test_no_bench_at_the_barrier_is_exit_code_69(capsys, tmp_path, monkeypatch):
 
 
 def test_nobody_on_the_link_is_exit_code_69(capsys, tmp_path, monkeypatch):
-    monkeypatch.setattr("ground.operate._LINK_LIMIT_S", 0.0)
+    monkeypatch.setattr("ground.operate._ALONE_LIMIT_S", 0.0)  # the limit of 20 s for a peer that is silent stays
     station(tmp_path)
     code, text = ended(capsys, "stop")
     assert code == 69
-    assert "no link at tcp/127.0.0.1:1" in text
+    assert text == "ground: no link at tcp/127.0.0.1:1: nobody is there; `make sim` starts a rover to talk to\n"
+
+
+@pytest.mark.parametrize(("linked", "waited_s"), [(False, 3), (True, 20)])
+def test_a_link_without_a_peer_is_given_up_after_3_s_a_silent_peer_after_20_s(capsys, tmp_path, monkeypatch, linked,
+                                                                               waited_s):
+    now_s = [0.0]
+    monkeypatch.setattr("ground.station.time", SimpleNamespace(
+        monotonic=lambda: now_s[0], monotonic_ns=lambda: round(now_s[0] * 1e9),
+        sleep=lambda _: now_s.__setitem__(0, now_s[0] + 0.25)))
+    monkeypatch.setattr("ground.station.Station.linked", linked)
+    station(tmp_path)
+    code, text = ended(capsys, "stop")
+    assert (code, now_s[0]) == (69, waited_s + 0.25)
+    assert "`make sim` starts a rover to talk to" in text
+    assert ("nobody answered within 20 s" if linked else "nobody is there") in text
 
 
 @pytest.mark.parametrize(("text", "part"), [

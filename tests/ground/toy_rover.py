@@ -36,7 +36,7 @@ class ToyRover:
         self.map = encode_ldem(a_map())
         self.executed: list[str] = []
         self.refused = 0
-        self.fails, self.names_object = False, True
+        self.fails, self.names_object, self.tells = False, True, True
 
     def receive(self, datagram: bytes, now_ns: int) -> None:
         try:
@@ -65,9 +65,12 @@ class ToyRover:
         self.executed.append(order.name)
         data: tuple[float, ...] = ()
         if order.name == "goto":
+            self.cancel(now_ns, "another goto came")
             self._busy[order.request_id] = now_ns + self._drive_ns
             self._executor.report(order.request_id, transactions.State.STARTED, now_ns)
             return
+        if order.name == "stop":
+            self.cancel(now_ns, "stopped by the operator")
         if order.name == "get":
             object_id = self._bulk.offer("ldem", self.map, LDEM_CODEC, now_ns)
             data = (object_id,) if self.names_object else ()
@@ -82,10 +85,10 @@ class ToyRover:
                 del self._busy[request_id]
                 state = transactions.State.FAILED if self.fails else transactions.State.COMPLETED
                 self._executor.report(request_id, state, now_ns, "no way" if self.fails else "there")
-                self._event(now_ns, "FAILED" if self.fails else "ARRIVED", "no way" if self.fails else "there")
+                self.event(now_ns, "FAILED" if self.fails else "ARRIVED", "no way" if self.fails else "there")
         self._tokens = min(self._tokens + self._bytes_per_tick, 2000.0)
         out: list[tuple[int, bytes]] = [(Kind.REPORT, p) for p in self._executor.send(now_ns)]
-        if now_ns % 500_000_000 == 0:
+        if self.tells and now_ns % 500_000_000 == 0:
             out.append((Kind.MAVLINK, self._telemetry(now_ns)))
         for serial, frame in self._events.due(now_ns):
             out.append((Kind.MAVLINK, frame))
@@ -105,6 +108,12 @@ class ToyRover:
         )
         return b"".join(message.pack(self._mavlink) for message in messages)
 
-    def _event(self, now_ns: int, name: str, text: str) -> None:
+    def cancel(self, now_ns: int, reason: str) -> None:
+        """Ends what is under way, as a stop or another goto does."""
+        for request_id in self._busy:
+            self._executor.report(request_id, transactions.State.CANCELLED, now_ns, reason)
+        self._busy.clear()
+
+    def event(self, now_ns: int, name: str, text: str) -> None:
         message = self._mavlink.event_encode(now_ns // 1000, self._events.serial + 1, 6, name.encode(), text.encode())
         self._events.add(message.pack(self._mavlink), now_ns)

@@ -1,0 +1,135 @@
+"""An operation whose rover falls silent, never answers or is cancelled; in virtual time, as the user meets it."""
+
+import json
+
+import pytest
+from virtual_station import S, VirtualClock, VirtualStation
+
+from ground.__main__ import run
+
+NEVER_S = 1e9
+
+
+@pytest.fixture
+def meet(tmp_path, monkeypatch, capsys):
+    """Runs the command line against a virtual station: exit code, lines, the last words on stderr."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "ground.toml").write_text("bench_seed = 7\n")
+
+    def meet(station: VirtualStation, *argv: str, clock: VirtualClock | None = None) -> tuple[int, list[str], str]:
+        used = clock or VirtualClock()
+        monkeypatch.setattr("ground.operate.Station", lambda *_: station)
+        monkeypatch.setattr("ground.operate.WallClock", lambda: used)
+        monkeypatch.setattr("ground.operate.LockstepClock", lambda _: used)
+        code = run(list(argv))
+        streams = capsys.readouterr()
+        assert "Traceback" not in streams.err
+        return code, streams.out.splitlines(), streams.err
+
+    return meet
+
+
+def silences(lines: list[str]) -> list[str]:
+    return [line.split("for ")[1] for line in lines if "no word from the rover" in line]
+
+
+def test_a_blackout_of_60_s_is_told_each_15_s_and_ends_nothing(meet):
+    code, lines, err = meet(VirtualStation(silent=((1.0, 61.0),)), "goto", "12", "3")
+    assert (code, err) == (0, "")
+    assert silences(lines) == ["15 s", "30 s", "45 s", "60 s"]
+    assert any("link      no word from the rover for 15 s" in line for line in lines)
+
+
+def test_after_a_word_of_the_rover_the_15_s_begin_anew(meet):
+    station = VirtualStation(silent=((1.0, 20.0), (22.0, 39.0)), drive_s=45.0)
+    code, lines, _ = meet(station, "goto", "12", "3")
+    assert (code, silences(lines)) == (0, ["15 s", "15 s"])
+
+
+def test_in_lock_step_a_silent_rover_is_told_by_bench_time_without_news_of_the_link(meet, tmp_path):
+    (tmp_path / "s").write_text("wait 40\n")
+    station, clock = VirtualStation(silent=((0.0, NEVER_S),)), VirtualClock(jumps=True, repeatable=True)
+    code, lines, _ = meet(station, "script", "s", "--barrier", "tcp:127.0.0.1:1", clock=clock)
+    assert (code, silences(lines)) == (0, ["15 s", "30 s"])
+
+
+def test_in_lock_step_the_carrier_is_the_bench_s_business(meet, tmp_path):
+    (tmp_path / "s").write_text("wait 40\n")
+    code, _, _ = meet(VirtualStation(closed_s=1.0), "script", "s", "--barrier", "tcp:127.0.0.1:1",
+                      clock=VirtualClock(repeatable=True))
+    assert code == 0
+
+
+def test_silence_in_json_is_an_object_of_its_own(meet):
+    _, lines, _ = meet(VirtualStation(silent=((1.0, 18.0),)), "goto", "12", "3", "--json")
+    told = [tree for tree in map(json.loads, lines) if tree["news"] == "silence"]
+    assert [round(tree["silent_s"]) for tree in told] == [15]
+
+
+def test_a_closed_carrier_ends_a_goto_with_69_after_5_s(meet):
+    code, _, err = meet(VirtualStation(closed_s=10.0, drive_s=NEVER_S), "goto", "12", "3",
+                        clock=VirtualClock(limit_s=15.1))
+    assert code == 69
+    assert err == "ground: the link's carrier has closed; the rover carries on with what it was told\n"
+
+
+@pytest.mark.parametrize("argv", [["status"], ["goto", "12", "3"], ["get", "ldem"], ["stop"]])
+def test_a_rover_that_never_answers_is_exit_code_69_after_20_s_and_names_make_sim(meet, argv):
+    code, _, err = meet(VirtualStation(silent=((0.0, NEVER_S),)), *argv, clock=VirtualClock(limit_s=20.1))
+    assert code == 69
+    assert err == "ground: nothing heard of the rover within 20 s; `make sim` starts a rover to talk to\n"
+
+
+def test_before_the_first_telemetry_the_status_line_says_that_it_waits_for_it(meet):
+    station = VirtualStation()
+    station.rover.tells = False
+    station.rover.event(0, "BOOT", "the first word of the rover")
+    _, lines, _ = meet(station, "goto", "12", "3")
+    told = [line for line in lines if "telemetry" in line]
+    assert told
+    assert all(line.endswith(" s  waiting for telemetry") for line in told)
+    assert not any(" old)" in line for line in lines)
+
+
+def test_with_telemetry_the_status_line_tells_mode_pose_and_age(meet):
+    _, lines, _ = meet(VirtualStation(drive_s=12.0), "goto", "12", "3")
+    assert not any("waiting for telemetry" in line for line in lines)
+    assert any("AUTONOMOUS" in line and "x 10." in line and " s old)" in line for line in lines)
+
+
+def test_a_cancelled_command_ends_with_its_reason_and_exit_code_1(meet, tmp_path):
+    (tmp_path / "s").write_text("at 2: goto 12 3\nat 4: stop\n")
+    code, _, err = meet(VirtualStation(drive_s=NEVER_S), "script", "s")
+    assert (code, err) == (1, "ground: the command was cancelled: stopped by the operator\n")
+
+
+def test_a_goto_replaces_the_one_that_runs(meet, tmp_path):
+    (tmp_path / "s").write_text("at 2: goto 12 3\nat 4: goto 3 12\n")
+    code, _, err = meet(VirtualStation(), "script", "s")
+    assert (code, err) == (1, "ground: the command was cancelled: another goto came\n")
+
+
+def test_a_failure_is_told_before_a_cancellation(meet, tmp_path):
+    (tmp_path / "s").write_text("at 2: goto 12 3\nat 4: goto 3 12\n")
+    station = VirtualStation()
+    station.rover.fails = True
+    assert meet(station, "script", "s")[::2] == (1, "ground: the rover reported a failure\n")
+
+
+def test_a_goto_that_another_station_ends_is_cancelled_for_its_user(meet):
+    station = VirtualStation(drive_s=NEVER_S)
+    turn = station.turn
+
+    def stopped_at_5_s(now):
+        if now.now_ns == 5 * S:
+            station.rover.cancel(now.now_ns, "stopped by the operator")
+        return turn(now)
+
+    station.turn = stopped_at_5_s
+    code, _, err = meet(station, "goto", "12", "3")
+    assert (code, err) == (1, "ground: the command was cancelled: stopped by the operator\n")
+
+
+def test_a_command_that_is_not_finished_in_time_is_exit_code_75(meet):
+    code, _, err = meet(VirtualStation(drive_s=NEVER_S), "goto", "12", "3", "--timeout", "10")
+    assert (code, err) == (75, "ground: not finished in time; the rover carries on\n")
