@@ -78,13 +78,13 @@ def grow(ldem: Ldem, x_m: float, y_m: float, half_size_m: float) -> Ldem:
     """
     grid = ldem.grid
     block = max(1, round(BLOCK_M / grid.cell_m))
-    j, i = grid.cell(x_m, y_m)
+    first_j, first_i = _first(grid)
+    j, i = math.floor(y_m / grid.cell_m) - first_j, math.floor(x_m / grid.cell_m) - first_i  # the same on any grid
     around = math.ceil(half_size_m / grid.cell_m) + 1
     below, above = _blocks(around - j, block), _blocks(j + around + 1 - grid.rows, block)
     left, right = _blocks(around - i, block), _blocks(i + around + 1 - grid.columns, block)
     if not (below or above or left or right):
         return ldem
-    first_j, first_i = _first(grid)
     return _crop(
         ldem,
         _grid(first_j - below, first_i - left, grid.rows + below + above, grid.columns + left + right, grid.cell_m),
