@@ -113,7 +113,7 @@ def test_the_assumed_disc_is_the_plane_of_the_wheels() -> None:
 def test_a_scan_entered_into_the_window_and_pasted_is_the_scan_entered_into_the_map() -> None:
     ground = maps.grow(maps.empty(maps.grid_around(0, 0, 4, 0.1)), 12.0, -3.0, 4.0)
     large = maps.insert(ground, hits(1.05, 0.05, [0.3]), 0, 5.0)
-    seen = hits(11.03, -2.47, [0.1, 0.2, 0.15], origin=(12.0, -3.0, 0.7))
+    seen = hits(11.03, -2.47, [0.1, 0.2, 0.15], origin=(12.03, -2.96, 0.7))
     part = maps.insert(maps.window(large, 12.0, -3.0, 6.0), seen, 1, 5.0)
     same(maps.paste(large, part), maps.insert(large, seen, 1, 5.0))
 
