@@ -1,18 +1,25 @@
-"""Series of a run that are no map: what the link lost, how well the rover knew its pose, how its wheels turned."""
+"""Series of a run that are no map: what the link lost, how long ticks took, how well the rover knew its pose, how its
+wheels turned.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.ticker import StrMethodFormatter
 
 from onboard.records import F64
-from pictures.style import BLACK, BLUE, GREEN, ORANGE, PAGE_IN, PURPLE, RED, SKY, drawn, figure, quiet
+from pictures.style import BLACK, ORANGE, PAGE_IN, PURPLE, RED, SKY, YELLOW, drawn, figure, quiet
 from pictures.timelines import Span, Track, phase_patches, shade
 
 LOSS_COLOURS = (RED, ORANGE, PURPLE, BLACK)
-WHEEL_COLOURS = (BLUE, GREEN, ORANGE, PURPLE)
+WHEEL_LINES: tuple[dict[str, Any], ...] = (  # each may lie under the next and still be seen
+    {"color": SKY, "linewidth": 5.0}, {"color": YELLOW, "linewidth": 3.0},
+    {"color": RED, "linewidth": 1.5}, {"color": BLACK, "linewidth": 0.9, "linestyle": (0, (4, 3))},
+)
 _SMOOTH_S = 1.0
 
 
@@ -66,6 +73,26 @@ def pose_error(estimated: Track, true: Track, spans: Sequence[Span]) -> Figure:
 
 
 @drawn
+def ticks(edges_ms: Sequence[float], counts: Mapping[str, Sequence[int]], period_ms: float) -> Figure:
+    """Histograms of a tick's wall time, a step line for each name. edges_ms: one more than counts, spaced by ratio."""
+    made = figure(PAGE_IN, 3.2)
+    axes = made.subplots()
+    for (name, values), (colour, width) in zip(counts.items(), ((SKY, 3.6), (BLACK, 1.3))):
+        axes.stairs(values, edges_ms, color=colour, linewidth=width, label=name)
+    axes.axvline(period_ms, color=RED, linewidth=1.2, linestyle=(0, (5, 3)), label=f"{period_ms:g} ms: real time")
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    axes.set_xlim(edges_ms[0], edges_ms[-1])
+    axes.set_ylim(0.7, 2 * max((max(values, default=0) for values in counts.values()), default=1) + 1)
+    axes.xaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
+    axes.set_xlabel("wall time of a tick, ms")
+    axes.set_ylabel("ticks")
+    quiet(axes)
+    made.legend(*axes.get_legend_handles_labels(), loc="outside upper center", ncols=3)
+    return made
+
+
+@drawn
 def motion(track: Track, wheel_times_s: F64, rates_radps: F64, steer_rad: F64, spans: Sequence[Span]) -> Figure:
     """Speed of the rover, rates and steering of wheels 1 to 4. rates_radps, steer_rad: (k, 4), or no rows."""
     wheels = len(wheel_times_s) > 0
@@ -74,9 +101,9 @@ def motion(track: Track, wheel_times_s: F64, rates_radps: F64, steer_rad: F64, s
     rows[0].plot(*_speed(track), color=BLACK, linewidth=1.3)
     rows[0].set_ylabel("speed, m/s")
     if wheels:
-        for wheel, colour in enumerate(WHEEL_COLOURS):
-            rows[1].plot(wheel_times_s, rates_radps[:, wheel], color=colour, linewidth=1, label=f"wheel {wheel + 1}")
-            rows[2].plot(wheel_times_s, np.degrees(steer_rad[:, wheel]), color=colour, linewidth=1)
+        for wheel, look in enumerate(WHEEL_LINES):
+            rows[1].plot(wheel_times_s, rates_radps[:, wheel], label=f"wheel {wheel + 1}", **look)
+            rows[2].plot(wheel_times_s, np.degrees(steer_rad[:, wheel]), **look)
         rows[1].set_ylabel("wheel rate, rad/s")
         rows[2].set_ylabel("steering, degrees")
     for axes in rows:

@@ -92,6 +92,15 @@ def test_orientation_has_yaw_roll_and_pitch_over_the_phases(true, names):
     assert width > height
 
 
+def test_yaw_stays_within_180_degrees_and_its_line_breaks_where_it_goes_round():
+    turning = np.column_stack([0 * TIMES, 0 * TIMES, -TIMES / 6])  # -573 degrees in a minute
+    yaw = orientation(Track(TIMES, TRACK.position_m, turning), None, SPANS).axes[0].lines[0].get_ydata()
+    assert np.nanmin(yaw) > -180
+    assert np.nanmax(yaw) <= 180
+    assert np.nanmax(np.abs(np.diff(yaw))) < 2
+    assert np.isnan(yaw).sum() == 2
+
+
 @pytest.mark.parametrize(("count", "aspect"), [(1, (0.9, 1.4)), (3, (1.8, 2.6)), (7, (0.7, 1.1))])
 def test_every_stop_has_its_panel(count, aspect):
     made = ldems([plan() for _ in range(count)], 1.1, (0.95, 0.56))
@@ -121,6 +130,16 @@ def test_the_link_shows_what_each_direction_lost_and_by_what():
     assert {text.get_text() for text in made.axes[0].texts} == {"10 of 100 lost, 10.0 %", "0 of 30 lost, 0.0 %"}
 
 
+def test_ticks_are_two_step_lines_beside_the_length_of_a_tick():
+    made = figures.ticks([0.1, 1.0, 10.0, 100.0], {"plant": [90, 9, 1], "onboard": [80, 18, 2]}, 10.0)
+    axes = made.axes[0]
+    assert legend(made) == {"plant", "onboard", "10 ms: real time"}
+    assert (axes.get_xscale(), axes.get_yscale()) == ("log", "log")
+    assert [patch.get_data().values.tolist() for patch in axes.patches] == [[90, 9, 1], [80, 18, 2]]
+    width, height = size(png(made))
+    assert width > 2 * height
+
+
 def test_pose_error_is_the_distance_of_the_tracks():
     moved = Track(TIMES, TRACK.position_m + np.array([0.03, 0.04, 0]), TRACK.angles_rad)
     line = figures.pose_error(moved, TRACK, SPANS).axes[0].lines[0]
@@ -131,6 +150,10 @@ def test_speed_is_the_way_over_time():
     made = figures.motion(TRACK, TIMES, np.ones((len(TIMES), 4)), np.zeros((len(TIMES), 4)), SPANS)
     np.testing.assert_allclose(made.axes[0].lines[0].get_ydata(), 1 / 6)
     assert {f"wheel {k}" for k in (1, 2, 3, 4)} <= legend(made)
+    for rates in made.axes[1:]:
+        widths = [line.get_linewidth() for line in rates.lines[:4]]
+        assert widths == sorted(widths, reverse=True)
+        assert len(set(widths)) == len({line.get_color() for line in rates.lines[:4]}) == 4
     assert len(figures.motion(TRACK, np.empty(0), np.empty((0, 4)), np.empty((0, 4)), ()).axes) == 1
 
 
