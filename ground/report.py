@@ -6,12 +6,14 @@ Its facts come from the rover's record and the bench's files beside it; nothing 
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from ground import report_pictures as draw
 from ground.report_page import Section, facts, numbers, page, paragraph, picture, table, verdict
+from ground.report_words import ALWAYS, EXPECTED_REFUSAL, RULES, TICKS, WHEELS
 from ground.run_files import Run, Told, read_run
 
 _TERRAINS = {"fbm": "fractal ground", "real": "measured land", "flat": "flat ground"}
@@ -53,13 +55,14 @@ def html(run: Run) -> str:
         Section("Decisions, stop by stop", _decisions(run)),
         Section("What the rover knew at each stop", _maps(run)),
         Section("Orientation", picture(
-            draw.orientation_picture(run), "Yaw, roll and pitch over bench time; the bands are the mission's phases."
+            draw.orientation_picture(run), "Yaw, roll and pitch over bench time; the bands are the mission's phases. "
+            "The line of yaw breaks where the rover turns past 180 degrees: the same heading as -180."
         )),
         Section("Pose and motion", _motion(run)),
         Section("Terrain", picture(
             draw.terrain_picture(run), "What lies there and what the orbiter knows of it; triangle: start, dot: goal."
         )),
-        Section("Link", _link(run)),
+        Section("Link and tick", _link_and_tick(run)),
         Section("Events", _events(run.events)),
         Section("Certificate", _certificate(run.certificate)),
         Section("What is not known", "".join(paragraph(text) for text in _UNKNOWN)),
@@ -86,10 +89,11 @@ def _head(run: Run, title: str) -> str:
         head += f'<p>{" ".join(words)}</p>'
     else:
         head += f'<p>{verdict(None if end is None else end.name == "ARRIVED", told)}</p>'
-    head += paragraph(f"The rover's own words: {told}.", "soft")
+    head += paragraph(f"The rover's own word, by its own estimate: {told}.", "soft")
     boxes = (
-        ("to the goal", "distance_to_goal_m", "{:.2f} m"), ("scans", "scans", "{}"), ("replans", "replans", "{}"),
-        ("driven", "way_m", "{:.1f} m"), ("bench time", "bench_s", "{:.0f} s"), ("times real time", "rtf", "{:.1f}"),
+        ("true distance to the goal", "distance_to_goal_m", "{:.2f} m"), ("scans", "scans", "{}"),
+        ("replans", "replans", "{}"), ("driven", "way_m", "{:.1f} m"),
+        ("bench time", "bench_s", "{:.0f} s"), ("times real time", "rtf", "{:.1f}"),
     )
     return head + numbers([(name, shape.format(known[key])) for name, key, shape in boxes if key in known])
 
@@ -107,7 +111,8 @@ def _facts(run: Run) -> list[tuple[str, str]]:
         ("soil", known.get("soil")),
         ("sensor noise", known.get("sensor_noise")),
         ("goal", "x {:.2f} m, y {:.2f} m".format(*known["goal_m"]) if "goal_m" in known else None),
-        ("true distance to the goal", _filled("{distance_to_goal_m:.3f} m", known)),
+        ("true distance to the goal, from the bench", _filled("{distance_to_goal_m:.3f} m", known)),
+        ("the rover's own word, by its estimate", known.get("outcome")),
         ("collisions", _contacts(known)),
         ("strategy", known.get("strategy")),
         ("scans, replans", _filled("{scans}, {replans}", known)),
@@ -118,7 +123,7 @@ def _facts(run: Run) -> list[tuple[str, str]]:
         ("CAN frames, SCIP bytes", _filled("{can_frames}, {scip_bytes}", known)),
         ("orbiter's map", known.get("gdem")),
         ("wall time of a tick", _laps(known.get("tick_wall_ms", {}))),
-        ("link profile", known.get("link_profile")),
+        ("link profile", _filled("{link_profile}: {link_note}", {"link_note": "see hil/link_profiles.toml", **known})),
         ("datagrams, rover to ground", _filled("{sent} sent, {lost} lost", down or {})),
         ("datagrams, ground to rover", _filled("{sent} sent, {lost} lost", up or {})),
         ("onboard's largest memory", _filled("{onboard_peak_rss_mb} MB", known)),
@@ -154,7 +159,9 @@ def _decisions(run: Run) -> str:
     if not rows:
         told = (event for event in run.events if event.name == "DECISION")
         rows = [("", f"{event.time_s:.1f} s", "", "", event.text.split()[0], event.text) for event in told]
-    return table(("stop", "time", "at, m", "decision", "rule", "reason"), rows)
+    told = " ".join(" ".join(row[4:]) for row in rows)
+    rules = [(rule, text) for rule, text in RULES.items() if rule in ALWAYS or re.search(rf"\b{rule}\b", told)]
+    return table(("stop", "time", "at, m", "decision", "rule", "reason"), rows) + (facts(rules) if rows else "")
 
 
 def _maps(run: Run) -> str:
@@ -171,19 +178,24 @@ def _motion(run: Run) -> str:
     body = ""
     if run.truth:
         body = picture(draw.error_picture(run), "Where the rover believed itself to be, against where it was.")
-    of = "true speed, wheel rates and steering angles" if run.truth else "estimated speed"
+    of = f"true speed, wheel rates and steering angles ({WHEELS})" if run.truth else "estimated speed"
     return body + picture(draw.motion_picture(run), f"Over bench time: {of}.")
 
 
-def _link(run: Run) -> str:
-    if not run.link:
-        return ""
-    return picture(draw.link_picture(run), "Datagrams over the emulated space link, delivered and lost, by cause.")
+def _link_and_tick(run: Run) -> str:
+    body = ""
+    if run.link:
+        body = picture(draw.link_picture(run), "Datagrams over the emulated space link, delivered and lost, by cause.")
+    histogram = run.facts.get("tick_wall_ms", {}).get("histogram", {})
+    if any(sum(counts) for name, counts in histogram.items() if name != "edges_ms"):
+        body += picture(draw.tick_picture(histogram), TICKS)
+    return body
 
 
 def _events(events: Sequence[Told]) -> str:
     rows = [(f"{e.time_s:.2f} s", e.severity, e.name, e.text) for e in events if e.name not in _QUIET_EVENTS]
-    return table(("time", "severity", "event", "text"), rows)
+    refused = any(e.name == "REGISTRATION_REFUSED" for e in events)
+    return table(("time", "severity", "event", "text"), rows) + (paragraph(EXPECTED_REFUSAL, "soft") if refused else "")
 
 
 def _certificate(known: dict[str, Any]) -> str:
@@ -203,9 +215,9 @@ def _certificate(known: dict[str, Any]) -> str:
     )
 
 
-def _laps(laps: dict[str, dict[str, float]]) -> str:
+def _laps(laps: dict[str, dict[str, Any]]) -> str:
     """Wall time of a tick in words."""
     return "; ".join(
         f"{name.replace('_', ' ')}: " + ", ".join(f"{share.replace('_', '.')} {ms:.2f} ms" for share, ms in row.items())
-        for name, row in laps.items() if row
+        for name, row in laps.items() if row and name != "histogram"
     )

@@ -14,6 +14,7 @@ from pictures.orientation import orientation
 from pictures.paths import Ways, paths
 from pictures.style import png
 from pictures.terrain import Ground, ground_of, terrain
+from protocol.conventions import TICK_NS
 
 
 def paths_picture(run: Run) -> bytes:
@@ -59,6 +60,12 @@ def link_picture(run: Run) -> bytes:
     sent = {text: int(row.get("in", {}).get("datagrams", 0)) for text, row in rows.items()}
     lost = {text: {c.replace("_", " "): int(row.get(c, 0)) for c in causes} for text, row in rows.items()}
     return png(figures.link(sent, lost))
+
+
+def tick_picture(histogram: dict[str, list[float]]) -> bytes:
+    """Wall times of the ticks, PNG. histogram: edges_ms and counts, as in summary.json."""
+    counts = {name.replace("_", " "): [int(n) for n in row] for name, row in histogram.items() if name != "edges_ms"}
+    return png(figures.ticks(histogram["edges_ms"], counts, TICK_NS / 1e6))
 
 
 def error_picture(run: Run) -> bytes:

@@ -20,6 +20,7 @@ from mcap.reader import make_reader
 from numpy.typing import NDArray
 
 from hil.devices.lidar_profile import IDEAL
+from hil.impairment import Profile, load_profile
 from hil.processes import FIXED_ENVIRONMENT
 from hil.scenario import Scenario
 from onboard.planning.archive import from_npz
@@ -28,6 +29,7 @@ if TYPE_CHECKING:
     from hil.run import RunResult
 
 TOLERANCE_M = {"fbm": 0.3, "flat": 0.3, "real": 0.5}
+HISTOGRAM_MS, HISTOGRAM_BINS = (0.1, 1000.0), 40
 _PACKAGES = ("numpy", "scipy", "pybullet", "small-gicp", "filterpy", "python-can", "pymavlink", "eclipse-zenoh")
 
 
@@ -95,6 +97,7 @@ def summary(scenario: Scenario, result: RunResult, replay: dict[str, Any]) -> di
         "seed": scenario.seed,
         "terrain": scenario.terrain,
         "link_profile": scenario.link,
+        "link_note": link_note(load_profile(scenario.link)),
         "soil": "nominal",
         "sensor_noise": f"LIDAR {1e3 * IDEAL.noise_near_m:.0f} mm to 10 m, {1e3 * IDEAL.noise_far_m:.0f} mm beyond; "
         "encoders, pots, gyro and accelerometer with noise, bias and walk",
@@ -107,15 +110,33 @@ def summary(scenario: Scenario, result: RunResult, replay: dict[str, Any]) -> di
     }
 
 
-def tick_wall_ms(laps_ms: Sequence[tuple[float, float]]) -> dict[str, dict[str, float]]:
-    """Wall time of the bench's own work in a tick, and of the whole until onboard has answered (both run at once)."""
+def tick_wall_ms(laps_ms: Sequence[tuple[float, float]]) -> dict[str, dict[str, Any]]:
+    """Wall time of the bench's own work in a tick, and of the whole until onboard has answered (both run at once).
+
+    Shares and histograms; what is shorter or longer than the histograms' edges counts in their outermost bins.
+    """
     columns = np.array(laps_ms).reshape(-1, 2).T
     names = ("plant_and_devices", "until_onboard_answered")
     shares = {"p50": 50, "p99": 99, "p99_9": 99.9, "max": 100}
-    return {
+    rows: dict[str, dict[str, Any]] = {
         name: {share: round(float(np.percentile(column, q)), 3) for share, q in shares.items()} if len(column) else {}
         for name, column in zip(names, columns)
     }
+    edges_ms = np.geomspace(*HISTOGRAM_MS, HISTOGRAM_BINS + 1)
+    counts = {n: np.histogram(np.clip(c, *HISTOGRAM_MS), edges_ms)[0].tolist() for n, c in zip(names, columns)}
+    return {**rows, "histogram": {"edges_ms": edges_ms.round(4).tolist(), **counts}}
+
+
+def link_note(profile: Profile) -> str:
+    """A link profile in words: rates, delay, losses, what it stands for."""
+    down, up = (f"{bps / 1e3:g} kbit/s" for bps in (profile.down_bps, profile.up_bps))
+    words = [f"{down} both ways" if down == up else f"{down} to the ground, {up} to the rover"]
+    words.append(f"{profile.one_way_s:g} s one way")
+    if profile.loss:
+        words.append(f"{100 * profile.loss:g} % loss")
+    if profile.mean_bad_s:
+        words.append(f"shadows of {profile.mean_bad_s:g} s every {profile.mean_bad_s + profile.mean_good_s:g} s, mean")
+    return f"{', '.join(words)}: {profile.note}"
 
 
 def replans(paths: Sequence[NDArray[np.float64]]) -> int:

@@ -20,6 +20,12 @@ GOAL = (15.0, 2.0)
 END_S, SCAN_S = 90.0, 12.0
 LEGS = ((12.0, 30.0), (42.0, 56.0), (68.0, 82.0))  # when it drives, s
 LDEM_CELLS, LDEM_CELL_M = 100, 0.1
+TICK_WALL_MS = {
+    "plant_and_devices": {"p50": 0.4, "p99": 3.0, "p99_9": 7.0, "max": 20.0},
+    "until_onboard_answered": {"p50": 0.5, "p99": 4.0, "p99_9": 9.0, "max": 300.0},
+    "histogram": {"edges_ms": [0.1, 1.0, 10.0, 1000.0], "plant_and_devices": [8000, 990, 10],
+                  "until_onboard_answered": [7000, 1980, 20]},
+}
 
 
 def way(share):
@@ -142,7 +148,8 @@ def write_bench(folder, made):
         "way_m": 17.25, "replay": "identical", "replay_ticks": 9000, "can_frames": 123456, "scip_bytes": 7890123,
         "link_by_direction": {"down": {"sent": 900, "lost": 45, "delivered": 855}, "up": {"sent": 300, "lost": 15,
                               "delivered": 285}}, "onboard_peak_rss_mb": 190.1, "seed": 3, "terrain": "fbm",
-        "link_profile": "ets8-b", "field": made.stats, "goal_m": list(GOAL), "faults": [],
+        "link_profile": "ets8-b", "link_note": "256 kbit/s both ways", "tick_wall_ms": TICK_WALL_MS,
+        "field": made.stats, "goal_m": list(GOAL), "faults": [],
         "passed_over": [{"seed": 3000, "reason": "the straight line is free"}], "replay_difference": "",
     }
     (folder / "summary.json").write_text(json.dumps(summary))

@@ -2,6 +2,8 @@
 
 import math
 import re
+from dataclasses import replace
+from html import escape
 
 import numpy as np
 import pytest
@@ -9,9 +11,11 @@ import typer
 from synthetic_run import GOAL, write_run
 from typer.testing import CliRunner
 
-from ground.report import report
+from ground.report import html, report
 from ground.report_command import report_command
+from ground.report_words import EXPECTED_REFUSAL, RULES
 from ground.run_files import NoRunError, Told, angles_rad, read_run, spans_of
+from onboard.planning import mission_rule
 from onboard.records import Pose
 
 
@@ -42,14 +46,16 @@ def test_the_page_fetches_nothing_from_outside(page):
 
 def test_every_picture_is_inside_the_page_and_has_words(page):
     pictures = re.findall(r'<img alt="([^"]*)" src="data:image/png;base64,([^"]*)">', page)
-    assert page.count("<img") == len(pictures) == 7
+    assert page.count("<img") == len(pictures) == 8
     assert all(len(words) > 20 and data.startswith("iVBORw0KGgo") for words, data in pictures)
 
 
 @pytest.mark.parametrize("fact", [
     "fractal ground, seed 3", "goal reached", "no collisions", "replay identical", "median slope 5.0°",
     "3000: the straight line is free", "6.0 times real time", "900 sent, 45 lost", "x 15.00 m, y 2.00 m", "ab" * 32,
-    "cd" * 32, "ef" * 32, "Nothing here has met real hardware", "arrived: 0.12 m from the goal", "ets8-b",
+    "cd" * 32, "ef" * 32, "Nothing here has met real hardware", "arrived: 0.12 m from the goal",
+    "ets8-b: 256 kbit/s both ways", "p99.9 9.00 ms", "wall time of a tick",
+    "true distance to the goal, from the bench", "the rover&#x27;s own word, by its estimate",
 ])
 def test_the_facts_are_on_the_page(page, fact):
     assert fact in page
@@ -59,6 +65,21 @@ def test_decisions_stand_in_the_order_of_the_stops_with_their_reasons(page):
     cell = r"<td[^>]*>"
     rows = re.findall(rf"{cell}(\d)</td>{cell}([\d.]+) s</td>{cell}[^<]*</td>{cell}(\w+)</td>{cell}(R\d+)</td>", page)
     assert rows == [("1", "12.0", "drive", "R5"), ("2", "42.0", "drive", "R5"), ("3", "68.0", "goal", "R4")]
+
+
+def test_only_the_rules_that_occur_are_explained_under_the_decisions(page):
+    assert re.findall(r"<tr><th>(R\d+)</th>", page) == ["R1", "R2", "R4", "R5"]
+
+
+def test_every_rule_of_the_mission_has_its_sentence():
+    told = re.findall(r"^    (R\d+) ", mission_rule.__doc__, re.MULTILINE)
+    assert set(RULES) == set(told)
+
+
+@pytest.mark.parametrize(("name", "told"), [("REGISTERED", False), ("REGISTRATION_REFUSED", True)])
+def test_a_refused_registration_is_explained_where_there_is_one(folder, name, told):
+    run = replace(read_run(folder), events=(Told(3.0, "info", name, ""),))
+    assert (escape(EXPECTED_REFUSAL) in html(run)) == told
 
 
 def test_words_of_the_record_cannot_become_markup(page):

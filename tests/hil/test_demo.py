@@ -1,0 +1,27 @@
+"""What the summary says of ticks and link."""
+
+import pytest
+
+from hil.demo import link_note, tick_wall_ms
+from hil.impairment import load_profile
+
+
+def test_every_tick_is_in_the_histogram_even_beyond_its_edges():
+    row = tick_wall_ms([(0.01, 0.5), (0.5, 0.6), (0.5, 5000.0)])["histogram"]
+    assert len(row["edges_ms"]) == 41
+    assert (row["edges_ms"][0], row["edges_ms"][-1]) == (0.1, 1000.0)
+    assert sum(row["plant_and_devices"]) == sum(row["until_onboard_answered"]) == 3
+    assert (row["plant_and_devices"][0], row["until_onboard_answered"][-1]) == (1, 1)
+
+
+def test_a_run_without_ticks_has_an_empty_histogram():
+    assert sum(tick_wall_ms([])["histogram"]["plant_and_devices"]) == 0
+
+
+@pytest.mark.parametrize(("name", "text"), [
+    ("ets8-b", "256 kbit/s both ways, 0.3 s one way, 5 % loss: geostationary, middle (assumption)"),
+    ("moon", "64 kbit/s to the ground, 16 kbit/s to the rover, 1.28 s one way, 1 % loss: mean distance of the Moon"),
+    ("lan", "100000 kbit/s both ways, 0.001 s one way: a cable"),
+])
+def test_a_link_profile_is_told_in_numbers(name, text):
+    assert link_note(load_profile(name)) == text
