@@ -160,7 +160,8 @@ def _decisions(run: Run) -> str:
         told = (event for event in run.events if event.name == "DECISION")
         rows = [("", f"{event.time_s:.1f} s", "", "", event.text.split()[0], event.text) for event in told]
     told = " ".join(" ".join(row[4:]) for row in rows)
-    rules = [(rule, text) for rule, text in RULES.items() if rule in ALWAYS or re.search(rf"\b{rule}\b", told)]
+    occur = [rule for rule in RULES if rule in ALWAYS or re.search(rf"\b{rule}\b", told)]
+    rules = [(f"{rule} {RULES[rule][0]}", RULES[rule][1]) for rule in occur]
     return table(("stop", "time", "at, m", "decision", "rule", "reason"), rows) + (facts(rules) if rows else "")
 
 

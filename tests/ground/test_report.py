@@ -68,7 +68,7 @@ def test_decisions_stand_in_the_order_of_the_stops_with_their_reasons(page):
 
 
 def test_only_the_rules_that_occur_are_explained_under_the_decisions(page):
-    assert re.findall(r"<tr><th>(R\d+)</th>", page) == ["R1", "R2", "R4", "R5"]
+    assert re.findall(r"<tr><th>(R\d+ \w+)</th>", page) == ["R1 start", "R2 trail", "R4 terminal", "R5 commit"]
 
 
 def test_every_rule_of_the_mission_has_its_sentence():
