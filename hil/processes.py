@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import os
 import signal
+import socket
 import subprocess
 import sys
 import time
@@ -121,3 +122,20 @@ class Processes:
 
 def _code(code: int) -> str:
     return f"signal {signal.Signals(-code).name}" if code < 0 else f"exit code {code}"
+
+
+def free_ports(count: int) -> list[int]:
+    """Ports of the loopback that nobody listens on now, below those the system hands out for outgoing connections.
+
+    A port of that range could be taken by any connection before its child listens on it.
+    """
+    first, found = 20_000 + 16 * os.getpid() % 12_000, []
+    with contextlib.ExitStack() as held:
+        for port in (*range(first, 32_000), *range(20_000, first)):
+            probe = held.enter_context(socket.socket())
+            with contextlib.suppress(OSError):
+                probe.bind(("127.0.0.1", port))
+                found.append(port)
+            if len(found) == count:
+                return found
+    raise OSError(f"fewer than {count} free ports from 20000 to 32000 on 127.0.0.1")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import shutil
-import socket
 import time
 from collections.abc import Callable
 from contextlib import ExitStack
@@ -20,7 +19,7 @@ from hil.impairment import PROFILES, load_profile
 from hil.injection import Injector
 from hil.lockstep import ParticipantLostError
 from hil.plant import PlantAbortError
-from hil.processes import ProcessDiedError, Processes
+from hil.processes import ProcessDiedError, Processes, free_ports
 from hil.scenario import Scenario
 from hil.truth import Truth
 from onboard.config import load
@@ -103,7 +102,7 @@ def run(
 
 def _start(scenario: Scenario, folder: Path, bench: Bench, processes: Processes) -> None:
     """Onboard, link and ground, each with its addresses."""
-    rover_side, ground_side = f"tcp/127.0.0.1:{free_port()}", f"tcp/127.0.0.1:{free_port()}"
+    rover_side, ground_side = (f"tcp/127.0.0.1:{port}" for port in free_ports(2))
     barrier = ("--barrier", bench.barrier.address)
     write_station(folder / "ground.toml", ground_side, scenario.seed)
     processes.start("link", "hil", [
@@ -146,13 +145,6 @@ def _profiles(scenario: Scenario, folder: Path) -> Path:
 def write_station(path: Path, endpoint: str, seed: int) -> None:
     """The ground station's file for this run: bench keys, from the seed; counters and archive in ground/ beside it."""
     path.write_text(f'endpoint = "{endpoint}"\nbench_seed = {seed}\nstate = "ground"\narchive = "ground/archive.db"\n')
-
-
-def free_port() -> int:
-    """A port of the loopback that nobody listens on now."""
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return int(probe.getsockname()[1])
 
 
 def _loop(

@@ -17,8 +17,8 @@ from mcap.stream_reader import StreamReader
 
 from hil.bench import Bench
 from hil.grounds import GROUNDS
-from hil.processes import Processes
-from hil.run import NAMES, RunResult, free_port, run, write_station
+from hil.processes import Processes, free_ports
+from hil.run import NAMES, RunResult, run, write_station
 from hil.scenario import Scenario
 from hil.truth import Truth
 from onboard.app import load_gdem
@@ -149,7 +149,7 @@ def _first_tick_s() -> float:
     with TemporaryDirectory() as name, Processes(Path(name)) as processes:
         folder = Path(name)
         bench = Bench(GROUNDS["flat"](1).field, 1, load().rover, Truth(folder / "truth.mcap"), processes.check)
-        rover_side, ground_side = (f"tcp/127.0.0.1:{free_port()}" for _ in range(2))
+        rover_side, ground_side = (f"tcp/127.0.0.1:{port}" for port in free_ports(2))
         processes.start(
             "link",
             "hil",

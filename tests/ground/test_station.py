@@ -13,6 +13,7 @@ import pytest
 from toy_rover import TICK_NS, ToyRover
 
 from ground.memory import COUNTERS, Memory
+from hil.processes import free_ports
 from onboard.config import ConfigError
 from onboard.drivers.link_port import LinkPort
 from protocol import barrier
@@ -24,10 +25,8 @@ LIMIT_S = 30.0
 SCRIPT = "at 2.0: goto 12 3\nwait goto\nget ldem\n"
 
 
-def free_endpoint() -> str:
-    with socket.socket() as s:
-        s.bind(("127.0.0.1", 0))
-        return f"tcp/127.0.0.1:{s.getsockname()[1]}"
+def free_endpoints(count: int) -> list[str]:
+    return [f"tcp/127.0.0.1:{port}" for port in free_ports(count)]
 
 
 class Peer:
@@ -74,7 +73,7 @@ def start(stack: ExitStack, folder: Path, *argv: str, stdin: str = "") -> subpro
 def fly(folder: Path, profile: str, *extra: str, fails: bool = False) -> dict:
     """A whole run in a folder; what the station said, its exit code, the emulator's report."""
     folder.mkdir()
-    rover_end, ground_end = free_endpoint(), free_endpoint()
+    rover_end, ground_end = free_endpoints(2)
     (folder / "ground.toml").write_text(f"bench_seed = 7\nendpoint = '{ground_end}'\narchive = 'archive.db'\n")
     with ExitStack() as stack:
         server = stack.enter_context(socket.create_server(("127.0.0.1", 0)))

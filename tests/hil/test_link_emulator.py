@@ -11,6 +11,7 @@ import zenoh
 
 from hil.impairment import both_directions, load_profile
 from hil.link_emulator import NEVER, LinkEmulator, LinkError, Side, run_lockstep
+from hil.processes import free_ports
 from protocol import barrier, carrier
 from protocol.link import KEY_DOWN, KEY_UP
 
@@ -18,10 +19,8 @@ TICK_NS = 10_000_000
 LIMIT_S = 20.0
 
 
-def free_endpoint() -> str:
-    with socket.socket() as s:
-        s.bind(("127.0.0.1", 0))
-        return f"tcp/127.0.0.1:{s.getsockname()[1]}"
+def free_endpoints(count: int) -> list[str]:
+    return [f"tcp/127.0.0.1:{port}" for port in free_ports(count)]
 
 
 class End:
@@ -65,7 +64,7 @@ class Bench:
 
     def __init__(self, stack: ExitStack, profile: str, seed: int) -> None:
         server = stack.enter_context(socket.create_server(("127.0.0.1", 0)))
-        endpoints = free_endpoint(), free_endpoint()
+        endpoints = free_endpoints(2)
         self.emulator = stack.enter_context(LinkEmulator(load_profile(profile), seed, *endpoints))
         self.reason: list[str] = []
         self._thread = threading.Thread(
@@ -172,13 +171,13 @@ def test_a_restarted_sender_counts_from_zero_in_a_new_epoch():
 
 
 def test_a_datagram_that_never_comes_ends_the_run_with_its_side():
-    with Side(carrier.ROVER, free_endpoint(), KEY_DOWN, KEY_UP) as side, \
+    with Side(carrier.ROVER, *free_endpoints(1), KEY_DOWN, KEY_UP) as side, \
          pytest.raises(LinkError, match="rover side: 0 of 1 datagrams"):
         side.take(barrier.Channel("down_in", 1), 0.0)
 
 
 def test_an_endpoint_in_use_is_named():
-    endpoint = free_endpoint()
+    (endpoint,) = free_endpoints(1)
     with Side(carrier.ROVER, endpoint, KEY_DOWN, KEY_UP), \
          pytest.raises(LinkError, match="ground side: cannot listen"), \
          Side(carrier.GROUND, endpoint, KEY_UP, KEY_DOWN):

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from mcap.reader import make_reader
 
-from hil.processes import ProcessDiedError, Processes
+from hil.processes import ProcessDiedError, Processes, free_ports
 from hil.run import run
 from hil.scenario import load_scenario
 
@@ -146,3 +146,9 @@ def test_a_link_killed_in_mid_run_ends_it_with_an_error_that_names_it(tmp_path, 
         assert result.error.startswith("link ended with signal SIGKILL"), result.error
     assert killed
     assert set(children()) <= before
+
+
+def test_free_ports_are_different_and_below_those_of_outgoing_connections():
+    ports = free_ports(3)
+    assert len(set(ports)) == 3
+    assert all(20_000 <= port < 32_000 for port in ports)
