@@ -28,6 +28,7 @@ from onboard.planning.archive import from_npz
 if TYPE_CHECKING:
     from hil.run import RunResult
 
+REPLANNED_M = 1.0
 TOLERANCE_M = {"fbm": 0.3, "flat": 0.3, "real": 0.5}
 HISTOGRAM_MS, HISTOGRAM_BINS = (0.1, 1000.0), 40
 _PACKAGES = ("numpy", "scipy", "pybullet", "small-gicp", "filterpy", "python-can", "pymavlink", "eclipse-zenoh")
@@ -140,8 +141,16 @@ def link_note(profile: Profile) -> str:
 
 
 def replans(paths: Sequence[NDArray[np.float64]]) -> int:
-    """How often the global path, solved again at a stop, was another than the rest of the one before."""
-    return sum(not {tuple(node) for node in new[1:]} <= {tuple(node) for node in old} for old, new in pairwise(paths))
+    """How often the global path, solved again at a stop, lay somewhere farther than REPLANNED_M from the one before."""
+    return sum(_apart_m(new, old) > REPLANNED_M for old, new in pairwise(paths))
+
+
+def _apart_m(path: NDArray[np.float64], other: NDArray[np.float64]) -> float:
+    """Largest distance of a node of one path, (k, 2), to the polyline of the other."""
+    start, way = other[:-1], np.diff(other, axis=0)
+    off = path[:, None, :] - start[None, :, :]
+    share = np.clip((off * way).sum(axis=2) / np.maximum((way**2).sum(axis=1), 1e-12), 0.0, 1.0)
+    return float(np.linalg.norm(off - share[:, :, None] * way, axis=2).min(axis=1).max())
 
 
 def _direction(row: dict[str, Any]) -> dict[str, int]:

@@ -29,7 +29,11 @@ FILE = Path("mpl-data") / "sample_data" / "jacksboro_fault_dem.npz"
 DEM_CELL_M, HEIGHT_RATIO = 10.0, 10 / 84 * 0.6
 CELL_M, SIDE_M, GOAL_AWAY_M, DETAIL_LONGEST_M = 0.1, 60.0, 40.0, 20.0
 GENTLE_DEG = 4.0
-NOTE = "Jacksboro fault elevation grid (matplotlib sample data), cells of 74 m x 93 m scaled to 10 m, heights by 0.0714"
+GDEM_CELLS = 25
+NOTE = (
+    "Jacksboro fault elevation grid (matplotlib sample data), cells of 74 m x 93 m scaled to 10 m, heights by 0.0714; "
+    "500 m x 500 m around the start"
+)
 
 
 def real_field(seed_index: int) -> Accepted:
@@ -67,10 +71,17 @@ def make_field(heights: F64, seed: int) -> Field:
     level = ground[grid.cell(0.0, 0.0)]
     soil = (ground - level).astype(np.float32)
     rocks = scatter_rocks(grid, soil, ratio, ((0.0, 0.0, START_CLEAR_M), (*goal, GOAL_CLEAR_M)), rng)
-    whole = Grid((0.5 - corner_i) * DEM_CELL_M, (0.5 - corner_j) * DEM_CELL_M, DEM_CELL_M, *heights.shape)
     stats = field_stats(grid, soil, rocks, hurst) | {"land_relief_m": float(np.ptp(land))}
     start = Pose(0.0, 0.0, yaw_rad=bearing)
-    return Field(grid, soil, rocks, start, goal, Gdem(whole, (heights - level).astype(np.float32), NOTE), seed, stats)
+    return Field(grid, soil, rocks, start, goal, _gdem(heights - level, corner_j, corner_i), seed, stats)
+
+
+def _gdem(heights: F64, corner_j: int, corner_i: int) -> Gdem:
+    """The orbiter's map: GDEM_CELLS to each side of the corner, or to the border of the grid."""
+    low_j, low_i = max(0, corner_j - GDEM_CELLS), max(0, corner_i - GDEM_CELLS)
+    part = heights[low_j : corner_j + GDEM_CELLS, low_i : corner_i + GDEM_CELLS].astype(np.float32)
+    x0_m, y0_m = (0.5 - corner_i + low_i) * DEM_CELL_M, (0.5 - corner_j + low_j) * DEM_CELL_M
+    return Gdem(Grid(x0_m, y0_m, DEM_CELL_M, *part.shape), part, NOTE)
 
 
 def _gentle_corner(heights: F64, rng: np.random.Generator) -> tuple[int, int]:

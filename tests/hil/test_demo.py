@@ -1,8 +1,9 @@
 """What the summary says of ticks and link."""
 
+import numpy as np
 import pytest
 
-from hil.demo import link_note, tick_wall_ms
+from hil.demo import link_note, replans, tick_wall_ms
 from hil.impairment import load_profile
 
 
@@ -25,3 +26,12 @@ def test_a_run_without_ticks_has_an_empty_histogram():
 ])
 def test_a_link_profile_is_told_in_numbers(name, text):
     assert link_note(load_profile(name)) == text
+
+
+def test_a_global_path_counts_as_replanned_when_it_leaves_the_one_before_by_more_than_a_metre():
+    first = np.array([[0.0, 0.0], [10.0, 0.0], [20.0, 0.0]])
+    rest = np.array([[6.0, 0.9], [10.0, 0.0], [20.0, 0.0]])  # begins where the rover stands, near the path
+    other = np.array([[12.0, -3.0], [20.0, 0.0]])
+    assert replans([first, rest]) == 0
+    assert replans([first, rest, other]) == 1
+    assert replans([first]) == 0
