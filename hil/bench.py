@@ -64,7 +64,6 @@ class Wires:
     """What faults may change on the bench's side of the wires."""
 
     lidar_plugged: bool = True
-    onboard_alive: bool = True
 
 
 @dataclass(slots=True)

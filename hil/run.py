@@ -39,7 +39,6 @@ class RunResult:
     accepted: Accepted
     bench_s: float
     wall_s: float
-    truth_xy_m: tuple[float, float]
     distance_to_goal_m: float
     contacts: tuple[tuple[float, str], ...]
     sweeps: int
@@ -89,10 +88,9 @@ def run(
         bench.close(error or "the run is over")
         codes = processes.wait(_END_S)
         error = error or _bad_ends(scenario, codes, processes)
-    state = bench.state
     report = folder / "link.json"
     return RunResult(
-        folder, accepted, bench.tick * TICK_NS / 1e9, wall_s, (float(state.position_m[0]), float(state.position_m[1])),
+        folder, accepted, bench.tick * TICK_NS / 1e9, wall_s,
         bench.progress.distance_to_goal_m, tuple(truth.contacts), bench.progress.sweeps,
         {name: stream.report() for name, stream in bench.streams.items()}, truth.states, truth.sha256(),
         json.loads(report.read_text()) if report.exists() else {}, bench.ground_code, tuple(injector.log),

@@ -10,7 +10,7 @@ import typer
 
 from onboard.config import Config, ConfigError, load, parse_override, to_toml
 
-EX_USAGE, EX_NOINPUT, EX_UNAVAILABLE, EX_SOFTWARE, EX_CONFIG = 64, 66, 69, 70, 78
+EX_NOINPUT, EX_UNAVAILABLE, EX_CONFIG = 66, 69, 78
 
 app = typer.Typer(
     no_args_is_help=True, add_completion=True, pretty_exceptions_enable=False,

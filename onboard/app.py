@@ -10,7 +10,6 @@ from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
-from typing import Protocol
 
 from onboard.config import Config, ConfigError
 from onboard.core.tick import Rover, farewell, tick
@@ -27,16 +26,6 @@ from protocol.barrier import Channel, Tick
 MMAP_THRESHOLD = -3  # of mallopt(3)
 LARGE_BYTES = 1 << 18
 WAIT_S = 60.0  # wall-clock limit for bytes that the bench says are on their way
-
-
-class Ports(Protocol):
-    """The outside of one tick, whoever owns time."""
-
-    def read(self, now: Tick) -> Inputs:
-        """All that arrived by this tick, without the jobs."""
-
-    def write(self, outputs: Outputs) -> None:
-        """Send what the core asked for."""
 
 
 class WallPorts:

@@ -68,7 +68,6 @@ class Mission:
         self.outcome: Outcome | None = None
         self.stop = 0
         self.scans_taken = 0
-        self.replans = 0
         self.result: PlanResult | None = None
         self.notes: list[tuple[str, str]] = []
         self._rule = MissionState(number=0 if memory is None else 1)
@@ -186,8 +185,6 @@ class Mission:
     def _planning(self, ctx: Context) -> Twist:
         if "plan" not in ctx.taken:
             return Twist()
-        if self.result is not None:
-            self.replans += 1
         self.result = ctx.taken["plan"]
         assert self.result
         self._rule, decision = self.result.state, self.result.decision
