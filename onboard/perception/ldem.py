@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import DTypeLike
 
-from onboard import native
+from onboard.native import raster
 from onboard.records import Bool, Cloud, Grid, Ldem, Pose
 
 BLOCK_M = 5.0  # the map grows by whole blocks of this side
@@ -53,7 +53,7 @@ def insert(ldem: Ldem, cloud: Cloud, stop: int, near_m: float) -> Ldem:
     z_ray too; elsewhere counts and sums add up and bounds widen. Beams are cut at the border of the grid: `grow` it
     first.
     """
-    new = native.rasterise(ldem.grid, cloud)
+    new = raster.rasterise(ldem.grid, cloud)
     alone: Bool = (new.n >= REPLACING_HITS) & (new.view_m < near_m)
     nearer: Bool = alone | (new.view_m < ldem.view_m)
     return Ldem(

@@ -13,7 +13,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from onboard import config, native
+from onboard import config
+from onboard.native import pose_field as native
 from onboard.planning.poses import ORIENTATIONS, Freedom
 from onboard.records import F32, I32, U8
 

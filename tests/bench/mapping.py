@@ -9,8 +9,8 @@ import numpy as np
 import small_gicp
 
 from hil.terrain import fractal_heights
-from onboard import native
 from onboard.config import Localisation
+from onboard.native import raster
 from onboard.perception.registration import MATCH_M, NEIGHBOURS, VOXEL_M, difference, register
 from onboard.records import Cloud, Grid
 from tests.bench.goals import Measured, against, seconds
@@ -84,7 +84,7 @@ def rasterise_200k(repeats: int) -> Measured:
     ends = np.column_stack([rng.uniform(-9.9, 9.9, (200_000, 2)), rng.normal(0, 0.1, 200_000)]).astype(np.float32)
     cloud = Cloud(EYE_M, ends, np.ones(len(ends), np.bool_), 0.03)
     made = against(
-        lambda: native.rasterise(GRID, cloud), lambda: by_ufunc(GRID, cloud), "numpy bincount + ufunc.at", repeats
+        lambda: raster.rasterise(GRID, cloud), lambda: by_ufunc(GRID, cloud), "numpy bincount + ufunc.at", repeats
     )
     return replace(made, note="ours walks the beams for z_ray as well, the reference does not")
 
@@ -95,7 +95,7 @@ def rasterise_scan(repeats: int) -> Measured:
     at = 300 * BEAMS
     cloud = Cloud(EYE_M, whole.ends_m[at : at + BEAMS], whole.hit[at : at + BEAMS], 0.03)
     made = against(
-        lambda: native.rasterise(GRID, cloud), lambda: by_ufunc(GRID, cloud), "numpy bincount + ufunc.at", repeats, 20
+        lambda: raster.rasterise(GRID, cloud), lambda: by_ufunc(GRID, cloud), "numpy bincount + ufunc.at", repeats, 20
     )
     return replace(made, note="ours walks the beams for z_ray as well and makes a new grid, the reference no beams")
 
@@ -103,9 +103,9 @@ def rasterise_scan(repeats: int) -> Measured:
 def scan_to_map(repeats: int) -> Measured:
     """460 lines of 1081 beams, z_ray along each beam's cells."""
     cloud, few = sweep(), sweep(23)
-    ours, theirs = native.rasterise(GRID, few), by_numpy(GRID, few)
+    ours, theirs = raster.rasterise(GRID, few), by_numpy(GRID, few)
     differing = int((~np.isclose(ours.z_ray.ravel(), theirs[5], atol=1e-4)).sum())
-    ours_s = seconds(lambda: native.rasterise(GRID, cloud), repeats)
+    ours_s = seconds(lambda: raster.rasterise(GRID, cloud), repeats)
     theirs_s = seconds(lambda: by_numpy(GRID, cloud), 1)
     return Measured(
         theirs_s / ours_s,

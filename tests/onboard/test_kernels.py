@@ -7,7 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from onboard import native
+from onboard.native import pose_field as door
+from onboard.native import raster
 from onboard.planning import pose_field
 from onboard.records import Cloud, Grid
 from tests import oracles
@@ -27,13 +28,13 @@ def test_rasterise_equals_beams_cut_with_every_cell(seed: int, origin_on_grid: b
     rng = np.random.default_rng(seed)
     origin = rng.uniform([-0.5, -0.7, 0.2], [0.5, 0.7, 0.9]) + (0.0 if origin_on_grid else np.array([1.5, -2.0, 0.0]))
     made = Cloud(origin, rng.uniform([-1, -1, -0.2], [1, 1, 1.2], (25, 3)).astype(np.float32), rng.random(25) < 0.6)
-    got, want = native.rasterise(GRID, made), oracles.rasterise(GRID, made)
+    got, want = raster.rasterise(GRID, made), oracles.rasterise(GRID, made)
     for name, layer in want.items():
         np.testing.assert_allclose(getattr(got, name), layer, rtol=1e-5, atol=1e-6, err_msg=name)
 
 
 def test_a_beam_along_one_row_keeps_the_height_at_the_far_side_of_each_cell() -> None:
-    got = native.rasterise(GRID, cloud((-0.45, 0.05, 0.9), [(0.45, 0.05, 0.0)]))
+    got = raster.rasterise(GRID, cloud((-0.45, 0.05, 0.9), [(0.45, 0.05, 0.0)]))
     j, first = GRID.cell(-0.45, 0.05)
     np.testing.assert_allclose(got.z_ray[j, first : first + 9], np.arange(0.85, 0.0, -0.1), atol=1e-6)
     assert got.z_ray[j, first + 9] == np.inf  # the hit's own cell
@@ -42,7 +43,7 @@ def test_a_beam_along_one_row_keeps_the_height_at_the_far_side_of_each_cell() ->
 
 
 def test_a_rising_beam_keeps_the_height_where_it_enters() -> None:
-    got = native.rasterise(GRID, cloud((-0.45, 0.05, 0.0), [(0.45, 0.05, 0.9)], hit=[False]))
+    got = raster.rasterise(GRID, cloud((-0.45, 0.05, 0.0), [(0.45, 0.05, 0.9)], hit=[False]))
     j, first = GRID.cell(-0.45, 0.05)
     np.testing.assert_allclose(got.z_ray[j, first + 1 : first + 10], np.arange(0.05, 0.9, 0.1), atol=1e-6)
     assert got.n.sum() == 0
@@ -57,7 +58,7 @@ def test_beams_through_corners_along_borders_straight_down_and_broken_stay_on_th
         (0.1, np.inf, 0.0),
         (9e30, 1e30, 0),
     ]
-    got = native.rasterise(GRID, cloud((0.0, 0.0, 0.7), ends))
+    got = raster.rasterise(GRID, cloud((0.0, 0.0, 0.7), ends))
     assert got.n.sum() == 3
     assert np.isfinite(got.sum_z).all()
 
@@ -67,7 +68,7 @@ def test_beams_through_corners_along_borders_straight_down_and_broken_stay_on_th
 def test_every_hit_on_the_grid_is_counted_once(seed: int) -> None:
     rng = np.random.default_rng(seed)
     ends = rng.uniform([-0.6, -0.8, 0], [0.6, 0.8, 0.1], (500, 3)).astype(np.float32)
-    assert native.rasterise(GRID, Cloud(np.array([0.0, 0.0, 0.7]), ends, np.ones(500, bool))).n.sum() == 500
+    assert raster.rasterise(GRID, Cloud(np.array([0.0, 0.0, 0.7]), ends, np.ones(500, bool))).n.sum() == 500
 
 
 @pytest.mark.parametrize(
@@ -86,7 +87,7 @@ def test_every_hit_on_the_grid_is_counted_once(seed: int) -> None:
 )
 def test_the_door_of_rasterise_names_what_is_wrong(broken: Cloud, words: str) -> None:
     with pytest.raises(ValueError, match=words):
-        native.rasterise(GRID, broken)
+        raster.rasterise(GRID, broken)
 
 
 @pytest.mark.parametrize(
@@ -113,6 +114,6 @@ def test_the_door_of_the_pose_field_names_what_is_wrong(changed: dict, words: st
         "turn_m": 0.08,
         "closeness": None,
     }
-    native.cost_to_go(**good)
+    door.cost_to_go(**good)
     with pytest.raises(ValueError, match=words):
-        native.cost_to_go(**{**good, **changed})
+        door.cost_to_go(**{**good, **changed})

@@ -1,0 +1,18 @@
+// What every binding file shares: arrays as they cross Python's border. Checks are in the doors (raster.py, ...).
+#pragma once
+
+#include <nanobind/nanobind.h>
+#include <nanobind/ndarray.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace nb = nanobind;
+using namespace nb::literals;
+
+// Rows without gaps, in this machine's memory.
+template <typename T, int N>
+using Array = nb::ndarray<T, nb::ndim<N>, nb::c_contig, nb::device::cpu>;

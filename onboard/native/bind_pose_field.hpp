@@ -1,0 +1,41 @@
+// The pose field for Python.
+#pragma once
+
+#include "bind.hpp"
+#include "pose_field.hpp"
+
+namespace eldorado {
+
+static void cost_to_go_into(Array<const std::uint8_t, 3> freedom, int least_freedom, nb::object closeness,
+                            Array<const float, 2> moves_m, float turn_m, float width_m, float dearest_m,
+                            Array<const std::int64_t, 1> seeds, Array<const float, 1> seed_costs_m,
+                            Array<float, 3> cost) {
+    const bool soft = !closeness.is_none();
+    Array<const float, 3> ratios;
+    if (soft) ratios = nb::cast<Array<const float, 3>>(closeness);
+    const std::size_t states = freedom.size();
+    std::size_t heads = 4;
+    while (static_cast<float>(heads) < dearest_m / width_m + 3.0f) heads *= 2;
+    const PoseProblem problem{static_cast<std::int64_t>(freedom.shape(1)),
+                              static_cast<std::int64_t>(freedom.shape(2)),
+                              freedom.data(),
+                              static_cast<std::uint8_t>(least_freedom),
+                              soft ? ratios.data() : nullptr,
+                              moves_m.data(),
+                              turn_m,
+                              seeds.data(),
+                              seed_costs_m.data(),
+                              static_cast<std::int64_t>(seeds.size())};
+    nb::gil_scoped_release unlocked;
+    std::vector<PoseLink> links(states);
+    std::vector<std::int32_t> buckets(heads);
+    const PoseWork work{links.data(), buckets.data(), static_cast<std::int64_t>(heads), width_m};
+    PoseSearch(problem, work, cost.data()).run();
+}
+
+inline void bind_pose_field(nb::module_& m) {
+    m.def("cost_to_go_into", &cost_to_go_into, "freedom"_a, "least_freedom"_a, "closeness"_a.none(), "moves_m"_a, "turn_m"_a,
+          "width_m"_a, "dearest_m"_a, "seeds"_a, "seed_costs_m"_a, "cost"_a);
+}
+
+}  // namespace eldorado
