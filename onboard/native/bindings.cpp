@@ -2,10 +2,12 @@
 // binds itself: unpack arrays, own the workspace, release the lock, no logic.
 #include "bind_pose_field.hpp"
 #include "bind_raster.hpp"
+#include "bind_visibility.hpp"
 #include "cpu.hpp"
 
 NB_MODULE(KERNELS_MODULE, m) {
     m.def("simd_width", &eldorado::simd_width);
     eldorado::bind_raster(m);
     eldorado::bind_pose_field(m);
+    eldorado::bind_visibility(m);
 }

@@ -86,12 +86,14 @@ def choose(question: Question, eyes: Eyes, mission: Mission) -> NextPosition:
     if len(cells) == 0:
         return NextPosition(None, (), score_map, rejections)
     table = visibility.beams(eyes.range_m, question.grid.cell_m, eyes.beams)
-    ground = visibility.scene(question.z_mean, table)
-    seen = visibility.look(ground, table, cells, eyes.height_m, eyes.optimistic)
+    ground = visibility.scene(question.z_mean, optimistic=eyes.optimistic)
+    where = np.zeros(question.z_mean.shape, dtype=bool)
+    where[cells[:, 0], cells[:, 1]] = True
+    seen = visibility.total(ground, table, eyes.height_m, visibility.Asked(where, new_half_rad=eyes.sector_rad))
+    index, new, heading = (layer[where] for layer in (seen.index, seen.new_cells, seen.heading_rad))
     cost = question.cost_m[cells[:, 0], cells[:, 1]].astype(np.float64)
-    score = evaluate(seen.index, cost, mission)
+    score = evaluate(index, cost, mission)
     score_map[cells[:, 0], cells[:, 1]] = score
-    heading, new = visibility.best_heading(seen.new, eyes.sector_rad)
     order = np.lexsort((cells[:, 1], cells[:, 0], cost, -score))
     choices = []
     for n in _apart(order, cells.astype(np.float64) * question.grid.cell_m):
@@ -99,7 +101,7 @@ def choose(question: Question, eyes: Eyes, mission: Mission) -> NextPosition:
         x, y = question.grid.centre(j, i)
         towards = float(heading[n]) if new[n] > 0.0 else math.atan2(question.goal_m[1] - y, question.goal_m[0] - x)
         choices.append(
-            Choice((j, i), x, y, towards, float(score[n]), float(seen.index[n]), float(cost[n]), float(new[n]))
+            Choice((j, i), x, y, towards, float(score[n]), float(index[n]), float(cost[n]), float(new[n]))
         )
     return NextPosition(choices[0], tuple(choices[1:]), score_map, rejections)
 

@@ -128,9 +128,8 @@ def viewpoint(fields: Fields, target_m: tuple[float, float], state: MissionState
     if len(cells) == 0:
         return None
     table = visibility.beams(VIEW_M + TARGET_M, fields.surface.grid.cell_m, 240)
-    scene = visibility.scene(fields.surface.z_mean, table)
-    wanted = np.pad(unknown & (from_target <= TARGET_M), scene.pad).ravel()
-    seen = visibility.look(replace(scene, on_map=wanted), table, cells, eyes.height_m).seen
+    asked = visibility.Asked(allowed, new_half_rad=math.pi, targets=unknown & (from_target <= TARGET_M))
+    seen = visibility.total(visibility.scene(fields.surface.z_mean), table, eyes.height_m, asked).new_cells[allowed]
     if seen.max() <= 0.0:
         return None
     from_rover = _distances(fields, fields.start[:2])[cells[:, 0], cells[:, 1]]
@@ -156,9 +155,7 @@ def nearest(fields: Fields) -> Nearest:
 
 def _plan(fields: Fields, goals: Bool, end: tuple[float, float] | None) -> Plan:
     """By the configured planner; where that finds no way, by the pose field, and the reason says so."""
-    problem = Problem(
-        fields.freedom, fields.surface.grid, fields.start, goals, fields.planning, fields.closeness, end
-    )
+    problem = Problem(fields.freedom, fields.surface.grid, fields.start, goals, fields.planning, fields.closeness, end)
     plan = PLANNERS[fields.planning.planner]().plan(problem)
     if plan.path is not None or fields.planning.planner == "pose-field":
         return plan

@@ -5,8 +5,9 @@
          |     /\\        --   (it starts at -inf), so flat ground is seen whole: Vis = 1.000.
     -----+----/  \\----------
 
-The offsets (dx, dy) of step k of beam t are the same for every observer: one table, `Beams`. Near the observer many
-beams sample one cell, so each sample weighs 1 / (samples with that offset) and sums count distinct cells.
+The offsets (dj, di) of step k of beam t are the same for every observer: one table, `Beams`. Near the observer many
+beams sample one cell, so each sample counts a share of it and sums count distinct cells: a cell that half of its
+beams see counts half. The shares are integers, so sums and ties are exact.
 """
 
 from __future__ import annotations
@@ -18,63 +19,120 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt
 
-from onboard.records import F32, F64, Bool
+from onboard.native import visibility as native
+from onboard.native.progress import Progress
+from onboard.native.visibility import Beams
+from onboard.records import F32, F64, I32, Bool
 
-TOLERANCE = 1e-6
-
-
-@dataclass(frozen=True, slots=True)
-class Beams:
-    """The table of samples, all (beams, steps). dj, di: cells from the observer; distance_m: of the sample's cell.
-
-    weight: 1 / multiplicity of the offset, 0 for the observer's own cell. Beam t has azimuth t * 2 pi / beams.
-    """
-
-    dj: NDArray[np.int64]
-    di: NDArray[np.int64]
-    distance_m: F64
-    weight: F64
+__all__ = [
+    "Asked",
+    "Beams",
+    "Scene",
+    "Sector",
+    "View",
+    "Visibility",
+    "beams",
+    "from_node",
+    "predicted",
+    "scene",
+    "total",
+]
 
 
 @dataclass(frozen=True, slots=True)
 class Scene:
-    """Ground to look over, padded by the beams' reach on every side. Flat arrays of padded rows.
+    """Ground to look over, arrays (rows, columns).
 
-    heights_m: float32 (predicted where unknown). unknown, on_map: bool.
+    height_m: float32, predicted where unknown. unknown: bool. veil: float32, what `native.visibility.total` adds to
+    the slope of a cell before it hides others; None where every cell is known.
     """
 
-    heights_m: F32
+    height_m: F32
     unknown: Bool
-    on_map: Bool
-    stride: int
-    pad: int
+    veil: F32 | None
 
 
 @dataclass(frozen=True, slots=True)
-class Seen:
-    """What n observers would see. index: (n,) Vis, cells seen / cells of the map in range (Eq. 6).
+class Sector:
+    """The beams within half_rad of a heading: one for all nodes, or (rows, columns) of them. Finite angles."""
 
-    seen, in_range: (n,) numbers of distinct cells. new: (n, beams) unknown cells newly seen along each beam.
+    heading_rad: float | F64
+    half_rad: float
+
+
+@dataclass(frozen=True, slots=True)
+class Asked:
+    """What `total` is asked. where: bool (rows, columns), nodes to answer for; None = all. sector: None = all round.
+
+    new_half_rad: half width of the sector in which newly seen cells are sought, pi = all round; None = not asked.
+    targets: bool (rows, columns), the cells that count as newly seen; None = the unknown ones.
+    """
+
+    where: Bool | None = None
+    sector: Sector | None = None
+    new_half_rad: float | None = None
+    targets: Bool | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Visibility:
+    """For every node, float64 (rows, columns), NaN where not asked.
+
+    index: Vis (Eq. 6), cells seen / cells of the map in range and sector. seen_cells, range_cells: both numbers.
+    new_cells: targets seen in the best sector of the asked width; heading_rad: its middle, in (-pi, pi], the smallest
+    azimuth of equal ones. gain: new_cells / all cells of that sector in range, those beyond the map included.
     """
 
     index: F64
-    seen: F64
-    in_range: F64
-    new: F64
+    seen_cells: F64
+    range_cells: F64
+    new_cells: F64
+    heading_rad: F64
+    gain: F64
+
+
+@dataclass(frozen=True, slots=True)
+class View:
+    """What one observer sees. seen: bool (rows, columns), cells of which a beam sees some. The rest as `Visibility`."""
+
+    seen: Bool
+    index: float
+    seen_cells: float
+    range_cells: float
 
 
 def beams(range_m: float, cell_m: float, count: int = 360) -> Beams:
-    """The table for a range and a number of beams round the circle; steps are one cell long."""
-    steps = int(range_m / cell_m + 1e-9)
-    k = np.arange(1, steps + 1)
+    """The table for a range and a number of beams round the circle; steps are one cell long.
+
+    Raises ValueError for a range below one cell, no beams or a table of 2^31 cells or more.
+    """
+    if not (cell_m > 0 and cell_m <= range_m + 1e-9 * cell_m and math.isfinite(range_m)):
+        raise ValueError(f"range_m: expected at least one cell of {cell_m} m, given {range_m}")
+    if count < 1:
+        raise ValueError(f"count: expected at least 1 beam, given {count}")
+    k = np.arange(1, int(range_m / cell_m + 1e-9) + 1)
     angle = np.arange(count) * (math.tau / count)
-    di = np.rint(k * np.cos(angle)[:, None]).astype(np.int64)
-    dj = np.rint(k * np.sin(angle)[:, None]).astype(np.int64)
-    flat = (dj + steps) * (2 * steps + 1) + di + steps
-    multiplicity = np.bincount(flat.ravel(), minlength=(2 * steps + 1) ** 2)[flat]
-    own = (di == 0) & (dj == 0)
-    distance = np.where(own, 1.0, np.hypot(di, dj) * cell_m)
-    return Beams(dj, di, distance, np.where(own, 0.0, 1.0 / multiplicity))
+    # a nanocell decides which way a half rounds, not the last bit of this machine's cosine
+    di = np.rint(np.round(k * np.cos(angle)[:, None], 9)).astype(np.int32)
+    dj = np.rint(np.round(k * np.sin(angle)[:, None], 9)).astype(np.int32)
+    inverse = (1.0 / (np.hypot(di, dj) * cell_m)).astype(np.float32)
+    share, whole, cells = _shares(dj, di)
+    return Beams(dj, di, inverse, share, whole, cells)
+
+
+def _shares(dj: I32, di: I32) -> tuple[I32, int, int]:
+    """Integers that sum to `whole` over the samples of each cell; whole is a power of 2, whole * cells < 2^31."""
+    side = 2 * dj.shape[1] + 1
+    flat = ((dj.astype(np.int64) + dj.shape[1]) * side + di + dj.shape[1]).ravel()
+    _, cell, samples = np.unique(flat, return_inverse=True, return_counts=True)
+    order = np.argsort(cell, kind="stable")
+    rank = np.empty(len(flat), np.int64)
+    rank[order] = np.arange(len(flat)) - np.repeat(np.cumsum(samples) - samples, samples)
+    cells = len(samples)
+    whole = 1 << ((2**31 - 1) // cells).bit_length() - 1
+    of = samples[cell]
+    share = (rank + 1) * whole // of - rank * whole // of
+    return share.astype(np.int32).reshape(dj.shape), whole, cells
 
 
 def predicted(z_mean: F32) -> F32:
@@ -86,52 +144,85 @@ def predicted(z_mean: F32) -> F32:
     return np.asarray(z_mean[j, i], dtype=np.float32)
 
 
-def scene(z_mean: F32, table: Beams, prediction: F32 | None = None) -> Scene:
-    """A scene from heights (rows, columns), NaN = unknown; `prediction` defaults to `predicted`."""
-    heights = predicted(z_mean) if prediction is None else np.where(np.isnan(z_mean), prediction, z_mean)
-    pad = int(max(np.abs(table.dj).max(), np.abs(table.di).max()))
-    unknown = np.pad(np.isnan(z_mean), pad, constant_values=True)
-    on_map = np.pad(np.ones(z_mean.shape, dtype=bool), pad)
-    padded = np.pad(heights.astype(np.float32), pad, mode="edge")
-    return Scene(padded.ravel(), unknown.ravel(), on_map.ravel(), padded.shape[1], pad)
-
-
-def look(ground: Scene, table: Beams, cells: NDArray[np.integer], height_m: float, optimistic: bool = True) -> Seen:
-    """What observers on `cells` (n, 2) of (j, i), eyes `height_m` above the ground there, would see.
+def scene(z_mean: F32, prediction: F32 | None = None, optimistic: bool = True) -> Scene:
+    """A scene from heights (rows, columns), NaN = unknown; `prediction` (rows, columns) defaults to `predicted`.
 
     Unknown cells never hide what lies behind them when `optimistic`, always when not.
     """
-    base = (cells[:, 0] + ground.pad) * ground.stride + cells[:, 1] + ground.pad
-    eye = ground.heights_m[base].astype(np.float64) + height_m
-    seen, in_range = np.zeros(len(cells)), np.zeros(len(cells))
-    new = np.zeros((len(cells), len(table.dj)))
-    behind_unknown = -np.inf if optimistic else np.inf
-    offsets = table.dj * ground.stride + table.di
-    for t in range(len(offsets)):
-        at = base[:, None] + offsets[t]
-        unknown, on_map = ground.unknown[at], ground.on_map[at]
-        slope = (ground.heights_m[at] - eye[:, None]) / table.distance_m[t]
-        blocks = np.where(table.weight[t] > 0.0, np.where(unknown, behind_unknown, slope), -np.inf)
-        before = np.full_like(slope, -np.inf)
-        np.maximum.accumulate(blocks[:, :-1], axis=1, out=before[:, 1:])
-        visible = (slope >= before - TOLERANCE) & on_map
-        seen += visible @ table.weight[t]
-        in_range += on_map @ table.weight[t]
-        new[:, t] = (visible & unknown) @ table.weight[t]
-    return Seen(seen / np.maximum(in_range, 1e-12), seen, in_range, new)
+    unknown = np.isnan(z_mean)
+    if not unknown.any():
+        return Scene(np.ascontiguousarray(z_mean, dtype=np.float32), unknown, None)
+    height = np.where(unknown, predicted(z_mean) if prediction is None else prediction, z_mean).astype(np.float32)
+    veil = np.where(unknown, np.float32(-np.inf if optimistic else np.inf), np.float32(0.0))
+    return Scene(height, unknown, veil)
 
 
-def best_heading(new: F64, sector_rad: float) -> tuple[F64, F64]:
-    """For each observer the heading whose sector (half width `sector_rad`) holds most newly seen cells.
+def total(
+    ground: Scene, table: Beams, eye_m: float, asked: Asked | None = None, progress: Progress | None = None
+) -> Visibility:
+    """What observers on every node, eyes `eye_m` above the ground there, would see.
 
-    new: (n, beams). Returns headings (n,) in (-pi, pi] and the sectors' cells (n,); ties take the smallest azimuth.
+    `progress` counts nodes and can stop the run. Raises ValueError for wrong shapes, dtypes or heights that are not
+    finite, CancelledError when stopped.
     """
-    count = new.shape[1]
-    half = min(int(sector_rad / (math.tau / count)), (count - 1) // 2)
-    wrapped = np.concatenate([new[:, count - half :], new, new[:, :half]], axis=1)
-    sums = np.concatenate([np.zeros((len(new), 1)), np.cumsum(wrapped, axis=1)], axis=1)
-    width = 2 * half + 1
-    held = sums[:, width : width + count] - sums[:, :count]
-    best = np.argmax(np.round(held, 9), axis=1)
-    heading = best * (math.tau / count)
-    return np.where(heading > math.pi, heading - math.tau, heading), held[np.arange(len(new)), best]
+    question = Asked() if asked is None else asked
+    shape, count = ground.height_m.shape, len(table.dj)
+    first, width = _sector(question.sector, count, shape)
+    new_width = 1 if question.new_half_rad is None else _width(question.new_half_rad, count)
+    targets = ground.unknown if question.targets is None else question.targets
+    request = native.Request(
+        eye_m, question.where, first, width, None if question.new_half_rad is None else targets, new_width
+    )
+    sums = native.total(table, ground.height_m, ground.veil, request, progress)
+
+    def answer(values: NDArray[np.number]) -> F64:
+        return np.where(True if question.where is None else question.where, values, np.nan).astype(np.float64)
+
+    index = answer(sums.seen / np.maximum(sums.in_range, 1))
+    seen, in_range = answer(sums.seen / table.whole), answer(sums.in_range / table.whole)
+    if sums.fresh is None or sums.heading is None:
+        nothing = np.full(shape, np.nan)
+        return Visibility(index, seen, in_range, nothing, nothing, nothing)
+    heading = sums.heading * (math.tau / count)
+    gain = answer(sums.fresh / _shares_of_sectors(table, new_width)[sums.heading])
+    turned = answer(np.where(heading > math.pi, heading - math.tau, heading))
+    return Visibility(index, seen, in_range, answer(sums.fresh / table.whole), turned, gain)
+
+
+def from_node(ground: Scene, table: Beams, eye_m: float, node: tuple[int, int], sector: Sector | None = None) -> View:
+    """What one observer on `node` (j, i) would see. Raises ValueError for a node off the map, else as `total`."""
+    first, width = _sector(sector, len(table.dj), (1, 1))
+    beam = 0 if first is None else int(first[0, 0])
+    seen, sees, in_range = native.view(table, (ground.height_m, ground.veil), node, eye_m, (beam, width))
+    return View(seen, sees / max(in_range, 1), sees / table.whole, in_range / table.whole)
+
+
+def _width(half_rad: float, count: int) -> int:
+    """Beams within half_rad of a beam."""
+    if not half_rad >= 0.0:
+        raise ValueError(f"half width of a sector: expected >= 0 rad, given {half_rad}")
+    return min(2 * int(min(half_rad, math.pi) / (math.tau / count) + 1e-9) + 1, count)
+
+
+def _sector(sector: Sector | None, count: int, shape: tuple[int, ...]) -> tuple[I32 | None, int]:
+    """First beam for each node and number of beams; headings are those of the nearest beam."""
+    if sector is None:
+        return None, count
+    heading = np.asarray(sector.heading_rad, dtype=np.float64)
+    if heading.shape not in ((), shape):
+        raise ValueError(f"heading_rad: expected one or {shape}, given {heading.shape}")
+    if not np.isfinite(heading).all():
+        raise ValueError("heading_rad: expected finite angles, given nan or inf")
+    width = _width(sector.half_rad, count)
+    middle = np.rint(heading / (math.tau / count)).astype(np.int64)
+    first = np.mod(middle - width // 2, count).astype(np.int32)
+    return np.ascontiguousarray(np.broadcast_to(first, shape)), width
+
+
+def _shares_of_sectors(table: Beams, width: int) -> F64:
+    """Shares of all samples in the sector of `width` beams round each beam."""
+    of_beam = table.share.sum(axis=1, dtype=np.int64)
+    half = width // 2
+    wrapped = np.concatenate([of_beam[len(of_beam) - half :], of_beam, of_beam[: width - half - 1]])
+    sums = np.concatenate([[0], np.cumsum(wrapped)])
+    return np.asarray(sums[width:] - sums[:-width], dtype=np.float64)

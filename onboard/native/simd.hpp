@@ -1,0 +1,45 @@
+// Vectors as wide as the instruction set that this file is compiled for: 4, 8 or 16 floats (gcc vector extensions).
+#pragma once
+
+#include <cstdint>
+#include <cstring>
+
+namespace eldorado {
+
+#if defined(__AVX512F__)
+constexpr int kLanes = 16;
+#elif defined(__AVX2__)
+constexpr int kLanes = 8;
+#else
+constexpr int kLanes = 4;
+#endif
+
+typedef float Floats __attribute__((vector_size(4 * kLanes)));
+typedef std::int32_t Ints __attribute__((vector_size(4 * kLanes)));  // also the result of a comparison: 0 or -1
+
+inline Floats all(float value) { return value - Floats{}; }
+inline Ints all(std::int32_t value) { return value - Ints{}; }
+
+inline Floats load(const float* from) {
+    Floats value;
+    std::memcpy(&value, from, sizeof value);
+    return value;
+}
+
+inline Ints load(const std::int32_t* from) {
+    Ints value;
+    std::memcpy(&value, from, sizeof value);
+    return value;
+}
+
+inline void store(std::int32_t* to, Ints value) { std::memcpy(to, &value, sizeof value); }
+
+inline Floats larger(Floats a, Floats b) { return a > b ? a : b; }
+
+inline bool any(Ints mask) {
+    std::int32_t found = 0;
+    for (int lane = 0; lane < kLanes; ++lane) found |= mask[lane];
+    return found != 0;
+}
+
+}  // namespace eldorado
