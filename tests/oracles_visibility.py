@@ -91,3 +91,19 @@ class Look:
         """Vis of one node."""
         seen, in_range, _ = self.sums(node)
         return seen / max(in_range, 1)
+
+
+def best_heading(fresh: np.ndarray, count: int, half_deg: float) -> tuple[int, int]:
+    """The first beam round which the beams within half_deg hold most, and how much: every one tried."""
+    step_deg = 360 / count
+
+    def held(middle: int) -> int:
+        return sum(int(fresh[t]) for t in range(count) if _apart_deg(t, middle, step_deg) <= half_deg + 1e-9)
+
+    best = max(range(count), key=lambda middle: (held(middle), -middle))
+    return best, held(best)
+
+
+def _apart_deg(a: int, b: int, step_deg: float) -> float:
+    off = abs(a - b) * step_deg
+    return min(off, 360 - off)

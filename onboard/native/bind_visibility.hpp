@@ -7,7 +7,6 @@
 #include <optional>
 
 #include "bind.hpp"
-#include "visibility_ceiling.hpp"
 #include "visibility_total.hpp"
 
 namespace eldorado {
@@ -32,19 +31,31 @@ static BeamTable beam_table(const Layer<const std::int32_t>& dj, const Layer<con
             share.data()};
 }
 
-// Runs the kernel with its workspace; every instance of <kVeiled, kFresh> is one case of the call below.
+template <bool kVeiled, bool kFresh>
+struct TotalSpace {
+    std::vector<float> height_m, veil;
+    std::vector<std::int32_t> target, offset, before, reach_i, reach_j, area, fresh;
+
+    TotalSpace(const BeamTable& table, const SightMap& map) {
+        const std::size_t cells = PaddedSize(map.rows, map.columns).cells, starts = table.beams * (table.steps + 1);
+        height_m.resize(cells), veil.resize(kVeiled ? cells : 0), target.resize(kFresh ? cells : 0);
+        offset.resize(table.beams * table.steps), before.resize(starts), reach_i.resize(starts), reach_j.resize(starts);
+        area.resize((2 * table.steps + 2) * (2 * table.steps + 2));
+        fresh.resize(kFresh ? table.beams * kTile * kRows : 0);
+    }
+
+    SightWork work() {
+        return {height_m.data(), veil.data(),    target.data(), offset.data(), before.data(),
+                reach_i.data(),  reach_j.data(), area.data(),   fresh.data()};
+    }
+};
+
 struct RunTotal {
     template <bool kVeiled, bool kFresh>
     static bool run(const BeamTable& table, const SightMap& map, const SightQuestion& asked, const SightControl& control,
                     const SightSums& sums) {
-        const std::size_t cells = PaddedSize(map.rows, map.columns).cells;
-        const std::size_t samples = table.beams * table.steps, starts = table.beams * (table.steps + 1);
-        std::vector<float> height_m(cells), veil(kVeiled ? cells : 0);
-        std::vector<std::int32_t> target(kFresh ? cells : 0), offset(samples), before(starts), reach_i(starts),
-            reach_j(starts), fresh(kFresh ? table.beams * kTile * kRows : 0);
-        const SightWork work{height_m.data(), veil.data(),    target.data(),  offset.data(),
-                             before.data(),   reach_i.data(), reach_j.data(), fresh.data()};
-        return TotalVisibility<kVeiled, kFresh>(table, map, asked, work, sums).run(control);
+        TotalSpace<kVeiled, kFresh> space(table, map);
+        return TotalVisibility<kVeiled, kFresh>(table, map, asked, space.work(), sums).run(control);
     }
 };
 
@@ -94,6 +105,19 @@ static std::pair<std::int32_t, std::int32_t> view_from_into(Layer<const std::int
     return {sums.seen, sums.in_range};
 }
 
+static std::pair<std::int64_t, std::int64_t> repeat_first_beam(Layer<const std::int32_t> dj, Layer<const std::int32_t> di,
+                                                               Layer<const float> inverse_pm,
+                                                               Layer<const std::int32_t> share, Layer<const float> height_m,
+                                                               float eye_m, std::int64_t times) {
+    const BeamTable table = beam_table(dj, di, inverse_pm, share);
+    const SightMap map{static_cast<std::int64_t>(height_m.shape(0)), static_cast<std::int64_t>(height_m.shape(1)),
+                       height_m.data(), nullptr, nullptr};
+    nb::gil_scoped_release unlocked;
+    TotalSpace<false, false> space(table, map);
+    const SightQuestion asked{eye_m, nullptr, nullptr, table.beams, 1};
+    return TotalVisibility<false, false>(table, map, asked, space.work(), SightSums{}).repeat_first_beam(times);
+}
+
 inline void bind_visibility(nb::module_& m) {
     const auto bind = [&m](const char* name, auto function) {
         m.def(name, function, "dj"_a, "di"_a, "inverse_pm"_a, "share"_a, "height_m"_a, "veil"_a.none(), "target"_a.none(),
@@ -104,7 +128,8 @@ inline void bind_visibility(nb::module_& m) {
     bind("visibility_scalar_into", &visibility_into<RunScalar>);
     m.def("view_from_into", &view_from_into, "dj"_a, "di"_a, "inverse_pm"_a, "share"_a, "height_m"_a, "veil"_a.none(),
           "node"_a, "eye_m"_a, "first"_a, "width"_a, "seen"_a);
-    m.def("visibility_ceiling", &visibility_ceiling, "repeats"_a);
+    m.def("repeat_first_beam", &repeat_first_beam, "dj"_a, "di"_a, "inverse_pm"_a, "share"_a, "height_m"_a, "eye_m"_a,
+          "times"_a);
 }
 
 }  // namespace eldorado

@@ -68,7 +68,7 @@ void walk(const BeamTable& table, const SightMap& map, std::int64_t j0, std::int
         const float slope = (map.height_m[cell] - eye_m) * table.inverse_pm[k];
         each(cell, table.share[k], slope >= steepest - kSlopeTolerance);
         const float hides = kVeiled ? slope + map.veil[cell] : slope;
-        if (hides > steepest) steepest = hides;
+        steepest = hides > steepest ? hides : steepest;
     }
 }
 
@@ -103,10 +103,10 @@ bool visibility_scalar(const BeamTable& table, const SightMap& map, const SightQ
             if (!asked.first || in_sector(t, asked.first[node], asked.width, table.beams))
                 walk<kVeiled>(table, map, node / map.columns, node % map.columns, eye_m, t,
                               [&](std::int64_t cell, std::int32_t share, bool visible) {
+                                  const std::int32_t sees = visible ? share : 0;
                                   in_range += share;
-                                  if (!visible) return;
-                                  seen += share;
-                                  if constexpr (kFresh) fresh += share & map.target[cell];
+                                  seen += sees;
+                                  if constexpr (kFresh) fresh += sees & map.target[cell];
                               });
             if constexpr (kFresh) fresh_of_beam[t] = fresh;
         }

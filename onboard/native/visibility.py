@@ -115,6 +115,16 @@ def view(
     return seen.view(np.bool_), *sums
 
 
+def arithmetic(table: Beams, height_m: F32, eye_m: float, times: int) -> int:
+    """The arithmetic of `total` alone: the first beam from the map's first corner, over and over. Returns its samples.
+
+    On a map and a table of a few kilobytes this is as fast as this machine can do it: the limit of the bench.
+    """
+    _check_ground(height_m, None, eye_m)
+    samples, _ = kernels.repeat_first_beam(table.dj, table.di, table.inverse_pm, table.share, height_m, eye_m, times)
+    return samples
+
+
 def _run(
     kernel: Callable[..., bool],
     table: Beams,

@@ -3,15 +3,16 @@
 //      block: kLanes observers of a row ride in a vector,      The cells of step k of a beam are the same for every
 //      kRows rows of them, S_max and sums in registers         observer, so those of a block's rows are loads of
 //        o o o o o o o o                                       neighbours: no gather. Maps have a margin as wide as a
-//        o o o o o o o o   ->  one load for each row and step  block, at -inf, so loads need no test: a beam of a
-//        o o o o o o o o                                       block ends where it leaves the map for its last
-//        o o o o o o o o                                       observer; from where it leaves it for the first on,
-//                                                              cells of the margin must not count: the "border" part.
+//        o o o o o o o o   ->  one load for each row and step  block, at -inf, where nothing is ever seen: no test in
+//        o o o o o o o o                                       the loop, and a beam of a block ends where it leaves
+//        o o o o o o o o                                       the map for its last observer.
 //
 // Work goes by tiles of kTile x kRows nodes, beam by beam over a tile's blocks, so a beam's table stays in the first cache.
 #pragma once
 
 #include <algorithm>
+#include <cstdlib>
+#include <utility>
 
 #include "simd.hpp"
 #include "visibility.hpp"
@@ -36,6 +37,7 @@ struct SightWork {
     std::int32_t* offset;          // (beams, steps)
     std::int32_t* share_before;    // (beams, steps + 1)
     std::int32_t *reach_i, *reach_j;  // (steps + 1, beams)
+    std::int32_t* area;            // (2 steps + 2, 2 steps + 2)
     std::int32_t* fresh;           // (beams, kTile * kRows), or null
 };
 
@@ -57,6 +59,7 @@ class TotalVisibility {
             find_reach(t, t_.di, w_.reach_i);
             find_reach(t, t_.dj, w_.reach_j);
         }
+        find_area();
     }
 
     // False if cancelled.
@@ -70,6 +73,21 @@ class TotalVisibility {
         return true;
     }
 
+    // The arithmetic alone: the first block's first beam, over and over. Returns how many samples that were and, so that
+    // none is left out, the sum of what was seen.
+    std::pair<std::int64_t, std::int64_t> repeat_first_beam(std::int64_t times) {
+        Block b;
+        if (!open(b, 0, 0)) return {0, 0};
+        const std::int64_t steps = steps_within(0, b.columns - 1, m_.columns - b.columns, b.rows - 1, m_.rows - b.rows);
+        std::int64_t seen = 0;
+        for (std::int64_t n = 0; n < times; ++n) {
+            Row r0 = row(b, 0), r1 = row(b, 1), r2 = row(b, 2), r3 = row(b, 3);
+            trace(0, steps, b.at, r0, r1, r2, r3);
+            seen += (r0.seen + r1.seen + r2.seen + r3.seen)[n % kLanes];
+        }
+        return {times * steps * kRows * kLanes, seen};
+    }
+
    private:
     static constexpr int kBlocks = kTile / kLanes;
 
@@ -77,13 +95,13 @@ class TotalVisibility {
     struct Block {
         std::int64_t j, i, rows, columns, at;  // `at`: of its first observer in padded maps
         Floats eye_m[kRows];
-        Ints seen[kRows], in_range[kRows], first[kRows];
+        Ints seen[kRows], first[kRows], looks[kRows];
     };
 
-    // What one beam adds to a block.
-    struct Sums {
-        Floats steepest[kRows];
-        Ints seen[kRows], in_range[kRows], fresh[kRows];
+    // What one beam finds for the observers of one row of a block.
+    struct Row {
+        Floats eye_m, steepest;
+        Ints seen, fresh;
     };
 
     template <typename T>
@@ -116,6 +134,7 @@ class TotalVisibility {
              size_.origin + j * size_.stride + i, {}, {}, {}, {}};
         for (int r = 0; r < kRows; ++r) {
             b.eye_m[r] = load(w_.height_m + b.at + r * size_.stride) + q_.eye_m;
+            b.looks[r] = all(-1);
             for (int lane = 0; q_.first && lane < kLanes; ++lane)
                 b.first[r][lane] = wanted(j + r, i + lane) ? q_.first[(j + r) * m_.columns + i + lane] : 0;
         }
@@ -131,52 +150,54 @@ class TotalVisibility {
         return std::min(w_.reach_i[i * t_.beams + t], w_.reach_j[j * t_.beams + t]);
     }
 
-    template <bool kBorder>
-    void trace(std::int64_t t, std::int64_t from, std::int64_t to, const Block& b, Sums& sums) const {
+    static Row row(const Block& b, int r) { return {b.eye_m[r], all(kLevel), Ints{}, Ints{}}; }
+
+    __attribute__((always_inline)) void step(Row& row, std::int64_t at, float inverse_pm, std::int32_t share) const {
+        const Floats z = load(w_.height_m + at);
+        const Floats slope = (z - row.eye_m) * inverse_pm;
+        const Ints seen = (slope >= row.steepest - kSlopeTolerance) & share;
+        row.seen += seen;
+        if constexpr (kFresh) row.fresh += seen & load(w_.target + at);
+        row.steepest = larger(row.steepest, kVeiled ? slope + load(w_.veil + at) : slope);
+    }
+
+    __attribute__((always_inline)) void trace(std::int64_t t, std::int64_t steps, std::int64_t at, Row& a, Row& b,
+                                              Row& c, Row& d) const {
         const std::int32_t *offset = w_.offset + t * t_.steps, *share = t_.share + t * t_.steps;
-        const float* inverse = t_.inverse_pm + t * t_.steps;
-        Sums s = sums;
-        for (std::int64_t k = from; k < to; ++k) {
-            const std::int64_t cell = b.at + offset[k];
-            for (int r = 0; r < kRows; ++r) {
-                const std::int64_t at = cell + r * size_.stride;
-                const Floats z = load(w_.height_m + at);
-                const Floats slope = (z - b.eye_m[r]) * inverse[k];
-                const Ints seen = (slope >= s.steepest[r] - kSlopeTolerance) & share[k];
-                s.seen[r] += seen;
-                if constexpr (kFresh) s.fresh[r] += seen & load(w_.target + at);
-                if constexpr (kBorder) s.in_range[r] += (z > kOffMap) & share[k];
-                s.steepest[r] = larger(s.steepest[r], kVeiled ? slope + load(w_.veil + at) : slope);
-            }
+        const float* inverse_pm = t_.inverse_pm + t * t_.steps;
+        const std::int64_t stride = size_.stride;
+        for (std::int64_t k = 0; k < steps; ++k) {
+            const std::int64_t cell = at + offset[k];
+            step(a, cell, inverse_pm[k], share[k]);
+            step(b, cell + stride, inverse_pm[k], share[k]);
+            step(c, cell + 2 * stride, inverse_pm[k], share[k]);
+            step(d, cell + 3 * stride, inverse_pm[k], share[k]);
         }
-        sums = s;
+    }
+
+    // Sets which observers have beam t in their sector; false where none has.
+    __attribute__((noinline)) bool looks_along(std::int64_t t, Block& b) const {
+        const auto beam = static_cast<std::int32_t>(t), beams = static_cast<std::int32_t>(t_.beams);
+        Ints some{};
+        for (int r = 0; r < kRows; ++r) {
+            const Ints past = beam - b.first[r];
+            b.looks[r] = past + ((past < 0) & beams) < static_cast<std::int32_t>(q_.width);
+            some |= b.looks[r];
+        }
+        return any(some);
     }
 
     void beam(std::int64_t t, Block& b, std::int32_t* fresh) const {
-        Ints looks[kRows], looks_at_all{};
-        for (int r = 0; r < kRows; ++r) {
-            const Ints past = static_cast<std::int32_t>(t) - b.first[r];
-            const auto beams = static_cast<std::int32_t>(t_.beams), width = static_cast<std::int32_t>(q_.width);
-            looks[r] = q_.first ? past + ((past < 0) & beams) < width : all(-1);
-            looks_at_all |= looks[r];
-        }
-        if (!any(looks_at_all)) return;
-        const std::int64_t i = b.i, j = b.j, i1 = i + b.columns - 1, j1 = j + b.rows - 1;
-        const std::int64_t right = m_.columns - 1, top = m_.rows - 1;
-        const std::int64_t inside = steps_within(t, i, right - i1, j, top - j1);
-        const std::int64_t end = steps_within(t, i1, right - i, j1, top - j);
-        Sums s{};
-        for (int r = 0; r < kRows; ++r) {
-            s.steepest[r] = all(kLevel);
-            s.in_range[r] = all(w_.share_before[t * (t_.steps + 1) + inside]);
-        }
-        trace<false>(t, 0, inside, b, s);
-        trace<true>(t, inside, end, b, s);
-        for (int r = 0; r < kRows; ++r) {
-            b.seen[r] += s.seen[r] & looks[r];
-            b.in_range[r] += s.in_range[r] & looks[r];
-            if constexpr (kFresh) store(fresh + r * kLanes, s.fresh[r] & looks[r]);
-        }
+        if (q_.first && !looks_along(t, b)) return;
+        static_assert(kRows == 4);  // named, not counted: gcc 12 keeps an array that a loop indexes in memory
+        Row r0 = row(b, 0), r1 = row(b, 1), r2 = row(b, 2), r3 = row(b, 3);
+        const std::int64_t left = b.i + b.columns - 1, below = b.j + b.rows - 1;  // the most room an observer has
+        trace(t, steps_within(t, left, m_.columns - 1 - b.i, below, m_.rows - 1 - b.j), b.at, r0, r1, r2, r3);
+        const auto add = [&](int r, const Row& found) {
+            b.seen[r] += found.seen & b.looks[r];
+            if constexpr (kFresh) store(fresh + r * kLanes, found.fresh & b.looks[r]);
+        };
+        add(0, r0), add(1, r1), add(2, r2), add(3, r3);
     }
 
     void tile(std::int64_t j, std::int64_t i0) {
@@ -192,6 +213,42 @@ class TotalVisibility {
 
     std::int32_t* fresh_of(std::int64_t t, int block) const { return w_.fresh + (t * kBlocks + block) * kRows * kLanes; }
 
+    // Shares of the cells of a node's beams that are on the map.
+    std::int32_t in_range(std::int64_t j, std::int64_t i) const {
+        const std::int64_t right = m_.columns - 1 - i, above = m_.rows - 1 - j;
+        if (!q_.first) {
+            const auto within = [this](std::int64_t room) { return std::min(room, t_.steps); };
+            return area(within(j), within(above), within(i), within(right));
+        }
+        std::int32_t sum = 0;
+        std::int64_t t = q_.first[j * m_.columns + i];
+        for (std::int64_t n = 0; n < q_.width; ++n, t = t + 1 < t_.beams ? t + 1 : 0)
+            sum += w_.share_before[t * (t_.steps + 1) + steps_within(t, i, right, j, above)];
+        return sum;
+    }
+
+    // Shares of all samples at most so many cells below, above, left and right of the observer.
+    std::int32_t area(std::int64_t below, std::int64_t above, std::int64_t left, std::int64_t right) const {
+        const std::int64_t s = t_.steps, side = 2 * s + 2;
+        const std::int32_t *low = w_.area + (s - below) * side, *high = w_.area + (s + above + 1) * side;
+        return high[s + right + 1] - high[s - left] - (low[s + right + 1] - low[s - left]);
+    }
+
+    // area[j, i]: shares of all samples with dj < j - steps and di < i - steps.
+    void find_area() const {
+        const std::int64_t s = t_.steps, side = 2 * s + 2;
+        std::fill(w_.area, w_.area + side * side, 0);
+        for (std::int64_t k = 0; k < t_.beams * s; ++k)
+            w_.area[(t_.dj[k] + s + 1) * side + t_.di[k] + s + 1] += t_.share[k];
+        for (std::int64_t j = 1; j < side; ++j) {
+            std::int32_t row = 0;
+            for (std::int64_t i = 1; i < side; ++i) {
+                row += w_.area[j * side + i];
+                w_.area[j * side + i] = w_.area[(j - 1) * side + i] + row;
+            }
+        }
+    }
+
     void close(const Block& b, int block) const {
         for (int r = 0; r < kRows; ++r) {
             Ints heading{}, best{};
@@ -200,7 +257,7 @@ class TotalVisibility {
                 if (!wanted(b.j + r, b.i + lane)) continue;
                 const std::int64_t node = (b.j + r) * m_.columns + b.i + lane;
                 s_.seen[node] = b.seen[r][lane];
-                s_.in_range[node] = b.in_range[r][lane];
+                s_.in_range[node] = in_range(b.j + r, b.i + lane);
                 if constexpr (kFresh) s_.fresh[node] = best[lane], s_.heading[node] = heading[lane];
             }
         }
