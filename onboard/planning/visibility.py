@@ -145,8 +145,9 @@ def predicted(z_mean: F32) -> F32:
 
 
 def scene(z_mean: F32, prediction: F32 | None = None, optimistic: bool = True) -> Scene:
-    """A scene from heights (rows, columns), NaN = unknown; `prediction` (rows, columns) defaults to `predicted`.
+    """A scene from heights (rows, columns) of any float type, taken in single precision; NaN = unknown.
 
+    `prediction`, (rows, columns), stands in for unknown heights; it defaults to `predicted`.
     Unknown cells never hide what lies behind them when `optimistic`, always when not.
     """
     unknown = np.isnan(z_mean)
