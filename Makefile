@@ -19,7 +19,7 @@ FIXED := PYTHONHASHSEED=0 OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1
 	@$(B)/python -m pip install --quiet --disable-pip-version-check --no-build-isolation --no-deps --editable .
 	@touch $@
 
-demo: .venv/.project ## drive a rover across rocks to its goal on the bench; SEED=n, TERRAIN=real
+demo: .venv/.project ## drive a rover across rocks to its goal on the bench; SEED=n, TERRAIN=real or craters
 	@$(B)/hil demo --seed $(SEED) --terrain $(TERRAIN)
 
 sim: .venv/.project ## bench, rover and link in real time until Ctrl-C; try `ground` from another terminal
