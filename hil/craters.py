@@ -1,9 +1,9 @@
-"""Simple craters on top of the soil: a bowl, a raised rim, ejecta that thin out.
+r"""Simple craters on top of the soil: a bowl, a raised rim, ejecta that thin out.
 
-    rim height h  ____                      ____          z = h - d (1 - (r / R)^2)   within the rim, R = D / 2
-           ______/    \\                    /    \\______    z = h (R / r)^3             outside, to 10 R
-                       \\__            __/
-                          \\____d____/   depth d, from rim to floor
+    rim height h  _                         _
+           ______/ \                       / \______     z = h - d (1 - (r / R)^2)   within the rim, R = D / 2
+                    \__                 __/              z = h (R / r)^3             outside, to 10 R
+                       \____ depth ____/                 depth d, from rim to floor
 
 Depth and rim height are Pike's for fresh lunar craters under 15 km (Impact and Explosion Cratering, 1977, p. 489; D in
 km there): d = 0.196 D^1.010, h = 0.036 D^1.014. At a few metres this goes beyond what he measured: d = 0.18 D. The rim
