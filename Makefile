@@ -19,7 +19,7 @@ FIXED := PYTHONHASHSEED=0 OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1
 	@$(B)/python -m pip install --quiet --disable-pip-version-check --no-build-isolation --no-deps --editable .
 	@touch $@
 
-demo: .venv/.project ## drive a rover across rocks to its goal on the bench; SEED=n, TERRAIN=real
+demo: .venv/.project ## drive a rover across rocks to its goal on the bench; SEED=n, TERRAIN=real or craters
 	@$(B)/hil demo --seed $(SEED) --terrain $(TERRAIN)
 
 sim: .venv/.project ## bench, rover and link in real time until Ctrl-C; try `ground` from another terminal
@@ -36,9 +36,10 @@ lint: .venv/.project ## ruff, mypy --strict on protocol and onboard, import cont
 bench: .venv/.project ## measure; QUICK=1 for two repeats; writes build/bench.json
 	@$(FIXED) $(B)/python -m tests.bench $(if $(QUICK),--quick)
 
-nightly: lint test bench ## everything that tests or measures, with ten demo seeds and real ground
+nightly: lint test bench ## everything that tests or measures, with ten demo seeds, real ground and craters
 	@for seed in 1 2 3 4 5 6 7 8 9 10; do $(B)/hil demo --seed $$seed --out build/nightly/seed-$$seed || echo "seed $$seed failed" >> build/nightly/failed; done
 	@$(B)/hil demo --terrain real --out build/nightly/real
+	@$(B)/hil demo --terrain craters --out build/nightly/craters
 	@$(B)/hil tally build/nightly
 
 codec: .venv/.project ## make the generated files in protocol/ anew from rover.dbc and eldorado.xml

@@ -16,7 +16,7 @@ from ground.report_page import Section, facts, numbers, page, paragraph, picture
 from ground.report_words import ALWAYS, EXPECTED_REFUSAL, RULES, TICKS, WHEELS
 from ground.run_files import Run, Told, read_run
 
-_TERRAINS = {"fbm": "fractal ground", "real": "measured land", "flat": "flat ground"}
+_TERRAINS = {"fbm": "fractal ground", "craters": "cratered ground", "real": "measured land", "flat": "flat ground"}
 _QUIET_EVENTS = ("PHASE", "DECISION")
 _UNKNOWN = (
     "Nothing here has met real hardware: rover, scanner, bus and radio are emulated, byte for byte, on one machine.",

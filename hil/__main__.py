@@ -85,7 +85,7 @@ def conclude(scenario: Scenario, result: RunResult) -> dict[str, object]:
 
 
 SeedOption = Annotated[int, typer.Option(min=1, help="The n-th accepted field.")]
-TerrainOption = Annotated[str, typer.Option(help="fbm: 20 m fractal field; real: real elevation grid; flat.")]
+TerrainOption = Annotated[str, typer.Option(help="fbm: 20 m fractal field, craters: with them, real: DEM, flat.")]
 
 
 @app.command()

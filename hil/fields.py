@@ -1,4 +1,4 @@
-"""The demo's fields: rough ground with rocks that a seed stands for, accepted by rule before any run.
+"""The demo's fields: rough ground with rocks, and craters if asked, accepted by rule before any run.
 
 A field of 20 m x 20 m, 0.05 m cells, start 2.5 m from its left side, goal 15 m away. Of the seeds 1000 * index, + 1,
 + 2, ... the first is taken whose field passes, in this order, on the true ground in 0.1 m cells:
@@ -9,7 +9,8 @@ A field of 20 m x 20 m, 0.05 m cells, start 2.5 m from its left side, goal 15 m 
      (config: 0.08, 0.10, 25), and whose four neighbour cells are free too, so that noise of the scan and a few
      centimetres of drift do not close it.
 The seeds passed over and their reasons are kept: choosing is part of the result. Of the first 40 seeds 38 pass; the
-other two have a free straight line.
+other two have a free straight line. Cratered fields (TERRAIN=craters) pass by the same rules, 16 of the first 20;
+the others have a crater or its rim where the rover should start or end.
 """
 
 from __future__ import annotations
@@ -21,15 +22,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from hil.terrain import Field, block_mean, fractal_heights, scatter_rocks, slopes_deg, truth_height
+from hil.craters import CraterLaw
+from hil.recipe import GOAL_AWAY_M, Course, Recipe, compose
+from hil.rock_sizes import Golombek, PowerLaw
+from hil.terrain import Field, truth_height
 from onboard.config import Planning, Rover
 from onboard.planning import poses
-from onboard.records import CellClass, Gdem, Grid, Pose, Surface
+from onboard.records import CellClass, Grid, Surface
 
-CELL_M, SIDE_M, TILE_M, GDEM_CELL_M = 0.05, 20.0, 40.0, 2.0
 PLAN_CELL_M = 0.1
-START_FROM_EDGE_M, GOAL_AWAY_M = 2.5, 15.0
-START_CLEAR_M, GOAL_CLEAR_M = 1.2, 0.6
 SEEDS_PER_INDEX = 1000
 NEAR_M = 0.1
 
@@ -48,6 +49,11 @@ def demo_field(seed_index: int) -> Accepted:
     return first_accepted(seed_index, make_field)
 
 
+def crater_field(seed_index: int) -> Accepted:
+    """The field of `make demo TERRAIN=craters SEED=seed_index`. Raises ValueError if none of its seeds passes."""
+    return first_accepted(seed_index, make_crater_field)
+
+
 def first_accepted(seed_index: int, make: Callable[[int], Field]) -> Accepted:
     """The first field of the seeds 1000 * seed_index ... that passes; ValueError if none does."""
     passed_over: list[tuple[int, str]] = []
@@ -64,46 +70,22 @@ def make_field(seed: int) -> Field:
     """The field of a seed, passed or not."""
     rng = np.random.default_rng([seed, 20])
     hurst, median_deg, ratio = rng.uniform(0.75, 0.9), rng.uniform(4.7, 7.3), rng.uniform(0.026, 0.049)
-    south_m = round(rng.uniform(7.0, 13.0), 1)  # of the start in the field
-    bearing = math.asin(max(-0.5, min(0.5, (rng.uniform(4.0, 16.0) - south_m) / GOAL_AWAY_M)))
-    goal = (GOAL_AWAY_M * math.cos(bearing), GOAL_AWAY_M * math.sin(bearing))
-
-    tile = fractal_heights(round(TILE_M / CELL_M), CELL_M, hurst, 1.0, rng)
-    inset, nodes = round((TILE_M - SIDE_M) / 2 / CELL_M), round(SIDE_M / CELL_M)
-    window = (slice(inset, inset + nodes),) * 2
-    tile *= math.tan(math.radians(median_deg)) / math.tan(math.radians(np.median(slopes_deg(tile[window], CELL_M))))
-    grid = Grid(-START_FROM_EDGE_M + CELL_M / 2, -south_m + CELL_M / 2, CELL_M, nodes, nodes)
-    row, column = grid.cell(0.0, 0.0)
-    tile -= tile[window][row, column]
-    soil = tile[window].astype(np.float32)
-    rocks = scatter_rocks(grid, soil, ratio, ((0.0, 0.0, START_CLEAR_M), (*goal, GOAL_CLEAR_M)), rng)
-    margin = (TILE_M - SIDE_M) / 2
-    gdem = _gdem(tile, -START_FROM_EDGE_M - margin, -south_m - margin)
-    start = Pose(0.0, 0.0, yaw_rad=bearing)
-    return Field(grid, soil, rocks, start, goal, gdem, seed, field_stats(grid, soil, rocks, hurst))
+    course = draw_course(rng)
+    return compose(Recipe(hurst, median_slope_deg=median_deg, rocks=PowerLaw(ratio)), course, rng, seed)
 
 
-def field_stats(grid: Grid, soil_z: NDArray[np.float32], rocks: tuple, hurst: float) -> dict[str, float]:
-    """What the fields are chosen by: slopes of the soil, roughness exponent, share of the area under rocks."""
-    slopes = slopes_deg(soil_z, grid.cell_m)
-    area = grid.rows * grid.columns * grid.cell_m**2
-    return {
-        "median_slope_deg": float(np.median(slopes)),
-        "p95_slope_deg": float(np.percentile(slopes, 95)),
-        "hurst": hurst,
-        "rock_area_ratio": sum(math.pi / 4 * rock.diameter_m**2 for rock in rocks) / area,
-        "rocks": len(rocks),
-    }
+def make_crater_field(seed: int) -> Field:
+    """The field of a seed, passed or not, with craters in steady state and rocks by Golombek's law."""
+    rng = np.random.default_rng([seed, 61])
+    hurst, median_deg, k = rng.uniform(0.75, 0.9), rng.uniform(4.2, 5.8), rng.uniform(0.055, 0.075)
+    course = draw_course(rng)
+    return compose(Recipe(hurst, None, median_deg, CraterLaw(), Golombek(k)), course, rng, seed)
 
 
-def _gdem(tile: NDArray[np.float64], west_m: float, south_m: float) -> Gdem:
-    """The whole tile in cells of 2 m whose borders are multiples of 2 m."""
-    first_x, first_y = (math.ceil(edge / GDEM_CELL_M - 1e-9) * GDEM_CELL_M for edge in (west_m, south_m))
-    i, j = round((first_x - west_m) / CELL_M), round((first_y - south_m) / CELL_M)
-    heights = block_mean(tile[j:, i:], round(GDEM_CELL_M / CELL_M)).astype(np.float32)
-    half = GDEM_CELL_M / 2
-    grid = Grid(first_x + half, first_y + half, GDEM_CELL_M, *heights.shape)
-    return Gdem(grid, heights, "fractal ground in 2 m cells, no rocks")
+def draw_course(rng: np.random.Generator) -> Course:
+    """Start and goal, each 7 to 13 m and 4 to 16 m from the south side."""
+    south_m = round(rng.uniform(7.0, 13.0), 1)
+    return Course(south_m, math.asin(max(-0.5, min(0.5, (rng.uniform(4.0, 16.0) - south_m) / GOAL_AWAY_M))))
 
 
 def true_surface(field: Field) -> Surface:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from hil.fields import Accepted, demo_field
+from hil.fields import Accepted, crater_field, demo_field
 from hil.real_ground import real_field
 from hil.terrain import Field
 from onboard.records import Gdem, Grid, Pose
@@ -25,4 +25,6 @@ def flat_field(seed_index: int) -> Accepted:
     return Accepted(field, seed_index, ())
 
 
-GROUNDS: Mapping[str, Callable[[int], Accepted]] = {"fbm": demo_field, "real": real_field, "flat": flat_field}
+GROUNDS: Mapping[str, Callable[[int], Accepted]] = {
+    "fbm": demo_field, "craters": crater_field, "real": real_field, "flat": flat_field,
+}

@@ -16,11 +16,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hil.engine import pybullet
+from hil.mesh import soil_height
 from hil.raycast import BODY, ROCK, SOIL, WHEEL, Ground
 from hil.records import PlantState, WheelDrive, WheelTruth
 from hil.rover_model import CENTRE_OF_MASS_M, urdf
 from hil.soil import SoilContacts
-from hil.terrain import Field, soil_height
+from hil.terrain import Field
 from onboard.config import Rover
 from onboard.records import Pose
 from protocol.conventions import TICK_NS, WHEEL_SIGNS, WHEELS

@@ -12,7 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hil.engine import pybullet
-from hil.terrain import Field, Rock
+from hil.rocks import Rock
+from hil.terrain import Field
 
 F64 = NDArray[np.float64]
 SOIL, ROCK, BODY, WHEEL = 1, 2, 4, 8  # collision groups; rays carry group 1

@@ -20,8 +20,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from hil.fields import GOAL_CLEAR_M, START_CLEAR_M, Accepted, field_stats, first_accepted
-from hil.terrain import Field, fractal_heights, scatter_rocks, slopes_deg
+from hil.fields import Accepted, first_accepted
+from hil.fractal import fractal_heights
+from hil.mesh import slopes_deg
+from hil.recipe import GOAL_CLEAR_M, START_CLEAR_M
+from hil.rock_sizes import PowerLaw
+from hil.rocks import scatter_rocks
+from hil.terrain import Field, field_stats
 from onboard.records import Gdem, Grid, Pose
 
 F64 = NDArray[np.float64]
@@ -70,7 +75,7 @@ def make_field(heights: F64, seed: int) -> Field:
     ground = land + detail
     level = ground[grid.cell(0.0, 0.0)]
     soil = (ground - level).astype(np.float32)
-    rocks = scatter_rocks(grid, soil, ratio, ((0.0, 0.0, START_CLEAR_M), (*goal, GOAL_CLEAR_M)), rng)
+    rocks = scatter_rocks(grid, soil, PowerLaw(ratio), ((0.0, 0.0, START_CLEAR_M), (*goal, GOAL_CLEAR_M)), rng)
     stats = field_stats(grid, soil, rocks, hurst) | {"land_relief_m": float(np.ptp(land))}
     start = Pose(0.0, 0.0, yaw_rad=bearing)
     return Field(grid, soil, rocks, start, goal, _gdem(heights - level, corner_j, corner_i), seed, stats)

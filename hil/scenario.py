@@ -29,7 +29,7 @@ class Scenario:
     """What a run is; `script` may use {goal_x} and {goal_y}. `set` changes onboard's configuration."""
 
     name: str = value("demo", "name in reports")
-    terrain: str = value("fbm", "fbm, real or flat", one_of=("fbm", "real", "flat"))
+    terrain: str = value("fbm", "a row of hil.grounds.GROUNDS", one_of=("fbm", "craters", "real", "flat"))
     seed: int = value(1, "the n-th accepted field", low=1, high=1_000_000)
     link: str = value("ets8-b", "row of hil/link_profiles.toml")
     blackout_s: tuple[float, ...] = ()

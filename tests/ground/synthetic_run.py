@@ -8,7 +8,10 @@ import numpy as np
 from mcap.writer import Writer
 
 from hil import field_file
-from hil.terrain import Field, fractal_heights, scatter_rocks, truth_height
+from hil.fractal import fractal_heights
+from hil.rock_sizes import PowerLaw
+from hil.rocks import scatter_rocks
+from hil.terrain import Field, truth_height
 from onboard.config import load
 from onboard.planning.mission_rule import MissionState, Stop
 from onboard.planning.next_position import Choice
@@ -47,7 +50,7 @@ def field(seed=3):
     soil = fractal_heights(256, 0.1, 0.8, 0.012, rng)[:200, :200].astype(np.float32)
     soil -= soil[80, 25]
     clear = tuple((*way(k / 20)[:2], 0.8) for k in range(21))
-    rocks = scatter_rocks(grid, soil, 0.035, clear, rng)
+    rocks = scatter_rocks(grid, soil, PowerLaw(0.035), clear, rng)
     coarse = soil.reshape(10, 20, 10, 20).mean(axis=(1, 3)).astype(np.float32)
     gdem = Gdem(Grid(-1.5, -7.0, 2.0, 10, 10), coarse, "made up")
     stats = {"median_slope_deg": 5.0, "p95_slope_deg": 11.0, "rock_area_ratio": 0.035, "rocks": float(len(rocks))}

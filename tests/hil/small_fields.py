@@ -4,7 +4,11 @@ import math
 
 import numpy as np
 
-from hil.terrain import Field, fractal_heights, scatter_rocks, slopes_deg
+from hil.fractal import fractal_heights
+from hil.mesh import slopes_deg
+from hil.rock_sizes import PowerLaw
+from hil.rocks import scatter_rocks
+from hil.terrain import Field
 from onboard.records import Gdem, Grid, Pose
 
 CELL_M = 0.05
@@ -29,4 +33,4 @@ def rough(seed, median_deg=6.0, side=160, ratio=0.04, lift_m=0.0):
     z = fractal_heights(2 * side, CELL_M, 0.8, 1.0, rng)[:side, :side]
     z *= math.tan(math.radians(median_deg)) / math.tan(math.radians(np.median(slopes_deg(z, CELL_M))))
     bare = field_of(z - z[side // 2, side // 2] + lift_m)
-    return field_of(bare.soil_z, rocks=scatter_rocks(bare.grid, bare.soil_z, ratio, ((0, 0, 0.8),), rng))
+    return field_of(bare.soil_z, rocks=scatter_rocks(bare.grid, bare.soil_z, PowerLaw(ratio), ((0, 0, 0.8),), rng))

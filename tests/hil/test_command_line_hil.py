@@ -30,4 +30,4 @@ def test_a_missing_scenario_is_one_line_and_exit_66():
 def test_a_terrain_that_is_none_is_one_line_and_exit_64():
     done = hil("-m", "hil", "demo", "--terrain", "moon")
     assert done.returncode == 64
-    assert done.stderr == "hil: --terrain 'moon' should be one of fbm, flat, real\n"
+    assert done.stderr == "hil: --terrain 'moon' should be one of fbm, craters, flat, real\n"

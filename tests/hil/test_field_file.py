@@ -5,13 +5,15 @@ import io
 import numpy as np
 
 from hil import field_file
-from hil.terrain import Field, scatter_rocks, truth_height
+from hil.rock_sizes import PowerLaw
+from hil.rocks import scatter_rocks
+from hil.terrain import Field, truth_height
 from onboard.records import Gdem, Grid, Pose
 
 
 def field():
     grid, soil = Grid(-1.95, -1.95, 0.1, 40, 50), np.zeros((40, 50), np.float32)
-    rocks = scatter_rocks(grid, soil, 0.04, ((0.0, 0.0, 0.5),), np.random.default_rng(4))
+    rocks = scatter_rocks(grid, soil, PowerLaw(0.04), ((0.0, 0.0, 0.5),), np.random.default_rng(4))
     return Field(grid, soil, rocks, Pose(0.0, 0.0, yaw_rad=0.3), (2.0, 1.0), Gdem(grid, soil), 4, {})
 
 

@@ -8,7 +8,7 @@ import pytest
 
 from hil.plant import Plant, PlantAbortError
 from hil.records import WheelDrive
-from hil.terrain import Rock
+from hil.rocks import Rock
 from onboard.records import Pose
 from tests.hil.small_fields import field_of, plane, rough
 

@@ -22,7 +22,7 @@ def test_the_benchs_own_scenarios_are_named_as_their_files_and_their_faults_exis
     ("text", "complaint"),
     [
         ("terain = 'flat'", r"unknown key `terain`; did you mean `terrain`\?"),
-        ("terrain = 'mud'", r"should be one of fbm, real, flat"),
+        ("terrain = 'mud'", r"should be one of fbm, craters, real, flat"),
         ("seed = 0", r"out of range"),
         ("[[faults]]\nwhen = 'driving'", r"`faults.when` = 'driving' should be one of time, sweep, drive"),
         ("blackout_s = [1.0]", r"should be pairs of start and end"),

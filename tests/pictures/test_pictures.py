@@ -7,6 +7,7 @@ import pytest
 from onboard.planning.archive import PlanPicture
 from onboard.records import Grid, NodeSet
 from pictures import figures
+from pictures.ground_kinds import Profile, Sizes, craters, fractals, rock_sizes
 from pictures.ldem import SET_COLOURS, ldems, set_picture
 from pictures.orientation import orientation
 from pictures.paths import Ways, paths
@@ -167,3 +168,25 @@ def test_drawing_leaves_the_style_of_others_alone_and_repeats():
     first, second = (png(figures.link({"down": 1}, {})) for _ in range(2))
     assert first == second
     assert mpl.rcParams["font.size"] == before
+
+
+def test_fractal_grounds_stand_side_by_side_with_their_relief():
+    made = fractals([GROUND, GROUND])
+    assert [axes.get_title() for axes in made.axes] == ["made up\nrelief 0.40 m"] * 2
+    assert size(png(made))[0] == 1350
+
+
+def test_craters_are_named_and_the_field_beside_them_has_equal_axes():
+    x = np.linspace(-3, 3, 61)
+    made = craters([Profile("fresh", x, x**2 - 1), Profile("worn", x, (x**2 - 1) / 2)], GROUND)
+    assert legend(made) == {"fresh", "worn"} and made.axes[1].get_aspect() == 1
+    assert size(png(made))[0] == 1350
+
+
+def test_rocks_drawn_add_up_to_the_share_and_number_of_the_law_beside_them():
+    d = np.array([0.2, 0.4, 0.8])
+    made = rock_sizes([Sizes("a law", np.array([0.4, 0.2]), 10.0, d, 0.01 / d, 0.1 / d)])
+    share, number = (axes.lines[1].get_ydata() for axes in made.axes)
+    np.testing.assert_allclose(share, np.pi / 4 * np.array([0.16, 0.2]) / 10)
+    np.testing.assert_allclose(number, [0.1, 0.2])
+    assert legend(made) == {"a law, law", "2 rocks drawn"}

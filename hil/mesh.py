@@ -1,0 +1,36 @@
+"""Heights on a grid: slope, mean, and the one triangulation that physics, soil, scanner and truth maps all read.
+
+Heights stand on the centres of a grid; each square of four centres is two triangles, cut from (x + 1, y) to (x, y + 1).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from onboard.records import F32, F64, Grid
+
+
+def slopes_deg(heights: F64 | F32, cell_m: float) -> F64:
+    """Slope of the ground over two cells, degrees, (rows - 2, columns - 2)."""
+    z = heights.astype(np.float64)
+    dy, dx = (z[2:, 1:-1] - z[:-2, 1:-1]) / (2 * cell_m), (z[1:-1, 2:] - z[1:-1, :-2]) / (2 * cell_m)
+    return np.degrees(np.arctan(np.hypot(dx, dy)))
+
+
+def block_mean(heights: F64, factor: int) -> F64:
+    """Mean over squares of factor x factor cells."""
+    rows, columns = heights.shape[0] // factor, heights.shape[1] // factor
+    return heights[: rows * factor, : columns * factor].reshape(rows, factor, columns, factor).mean(axis=(1, 3))
+
+
+def soil_height(grid: Grid, soil_z: F32, x_m: F64, y_m: F64) -> F64:
+    """Height of the triangulated soil at points (n,); a point off the mesh takes the nearest edge."""
+    u = np.clip((np.asarray(x_m) - grid.x0_m) / grid.cell_m, 0, grid.columns - 1)
+    v = np.clip((np.asarray(y_m) - grid.y0_m) / grid.cell_m, 0, grid.rows - 1)
+    i = np.minimum(u.astype(np.int64), grid.columns - 2)
+    j = np.minimum(v.astype(np.int64), grid.rows - 2)
+    u, v, z = u - i, v - j, soil_z.astype(np.float64, copy=False)
+    z00, z10, z01, z11 = z[j, i], z[j, i + 1], z[j + 1, i], z[j + 1, i + 1]
+    lower = z00 + u * (z10 - z00) + v * (z01 - z00)
+    upper = z11 + (1 - u) * (z01 - z11) + (1 - v) * (z10 - z11)
+    return np.where(u + v <= 1, lower, upper)

@@ -1,0 +1,112 @@
+"""How many rocks of which size: two laws, each a record with its dial.
+
+PowerLaw     N(>= D) ~ D^-2 until the rocks cover a given share of the area.
+Golombek     the share of the area under rocks of diameter >= D is F_k(D) = k exp(-q(k) D), q(k) = 1.79 + 0.152 / k,
+             fitted to rocks at the Viking sites and on Earth (Golombek and Rapp, J. Geophys. Res. 102 (1997) 4117). The
+             dial k is the share under all rocks: about 0.07 at Viking 1 and 0.18 at Viking 2.
+A rock's share of the area is its disc, pi / 4 D^2. Both laws are cut at a smallest and a largest diameter.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from scipy.special import expn
+
+from onboard.records import F64
+
+SMALLEST_M, LARGEST_M = 0.15, 1.2
+FULL = 0.5  # rocks that do not overlap find no room for more
+
+
+class RockLaw(Protocol):
+    """What a law of sizes can do."""
+
+    def diameters_m(self, area_m2: float, rng: np.random.Generator) -> F64:
+        """Diameters of the rocks on so much ground, largest first."""
+
+
+@dataclass(frozen=True, slots=True)
+class PowerLaw:
+    """N(>= D) ~ D^-2. area_ratio: share of the area under the rocks, all of them."""
+
+    area_ratio: float
+    smallest_m: float = SMALLEST_M
+    largest_m: float = LARGEST_M
+
+    def __post_init__(self) -> None:
+        check_sizes(self.smallest_m, self.largest_m)
+        if not 0 <= self.area_ratio < FULL:
+            raise ValueError(f"area_ratio should be 0 or more and under {FULL}, found {self.area_ratio}")
+
+    def diameters_m(self, area_m2: float, rng: np.random.Generator) -> F64:
+        """Rocks drawn until their discs fill the share, largest first.
+
+        A rock that would overshoot the target is drawn anew, so the few largest cannot spoil the ratio.
+        """
+        target, total, drawn = area_m2 * self.area_ratio, 0.0, []
+        smallest, largest = self.smallest_m**-2, self.largest_m**-2
+        while total < target - math.pi / 4 * self.smallest_m**2:
+            diameter = (smallest - rng.random() * (smallest - largest)) ** -0.5
+            disc = math.pi / 4 * diameter**2
+            if total + disc <= target:
+                drawn.append(diameter)
+                total += disc
+            elif total > 0.98 * target:
+                break
+        return np.sort(np.array(drawn))[::-1]
+
+
+@dataclass(frozen=True, slots=True)
+class Golombek:
+    """F_k(D) = k exp(-q(k) D) between smallest_m and largest_m: what F_k gives to larger rocks is left out."""
+
+    k: float
+    smallest_m: float = SMALLEST_M
+    largest_m: float = LARGEST_M
+
+    def __post_init__(self) -> None:
+        check_sizes(self.smallest_m, self.largest_m)
+        if not 0 < self.k < FULL:
+            raise ValueError(f"k should be over 0 and under {FULL}, found {self.k}")
+
+    @property
+    def q_per_m(self) -> float:
+        """q(k) = 1.79 + 0.152 / k."""
+        return 1.79 + 0.152 / self.k
+
+    def area_ratio(self, diameter_m: F64 | float) -> F64 | float:
+        """F_k(D): share of the area under rocks of this diameter or larger, without limit upwards."""
+        return self.k * np.exp(-self.q_per_m * diameter_m)
+
+    def number_per_m2(self, diameter_m: F64 | float) -> F64 | float:
+        """Rocks of this diameter or larger on a square metre, without limit upwards.
+
+        -dF / (pi / 4 D^2) integrated: 4 k q / pi * E2(q D) / D, where E2 is the exponential integral of order 2.
+        """
+        return 4 * self.k * self.q_per_m / math.pi * expn(2, self.q_per_m * diameter_m) / diameter_m
+
+    def diameters_m(self, area_m2: float, rng: np.random.Generator) -> F64:
+        """As many as the law gives, largest first, spread evenly over its quantiles: each field follows the law."""
+        ladder = np.geomspace(self.largest_m, self.smallest_m, 1000)  # 0.2 % a rung
+        number = (self.number_per_m2(ladder) - self.number_per_m2(self.largest_m)) * area_m2
+        ranks = even_shares(number[-1], rng) * number[-1]
+        return np.exp(np.interp(ranks, number, np.log(ladder)))
+
+
+def even_shares(expected: float, rng: np.random.Generator) -> F64:
+    """n numbers of 0..1 in rising order, one drawn in each of n equal parts; n is `expected`, rounded by chance.
+
+    Any function of them has the mean that n independent numbers give, and a far smaller scatter.
+    """
+    count = math.floor(expected + rng.random())
+    return (np.arange(count) + rng.random(count)) / max(count, 1)
+
+
+def check_sizes(smallest_m: float, largest_m: float) -> None:
+    """ValueError unless 0 < smallest < largest."""
+    if not 0 < smallest_m < largest_m < math.inf:
+        raise ValueError(f"diameters should be 0 < smallest_m < largest_m, found {smallest_m} and {largest_m}")
