@@ -2,9 +2,15 @@
 .DEFAULT_GOAL := help
 PYTHON ?= $(shell command -v python3.11 || command -v python3)
 SEED ?= 1
+FUZZ_S ?= 120
 TERRAIN ?= fbm
 B := .venv/bin
 NATIVE := CMakeLists.txt pyproject.toml $(wildcard onboard/native/*.?pp hil/native/*.?pp)
+KERNEL_TESTS := tests/onboard/test_kernels.py tests/onboard/test_live_grid.py tests/onboard/test_pose_field.py \
+	tests/onboard/test_ldem.py tests/onboard/test_cell_classes.py tests/onboard/test_visibility.py \
+	tests/onboard/test_next_position.py tests/onboard/test_distance_transform.py tests/hil/test_soil.py
+SANITIZED := EL_DORADO_KERNELS=build/sanitize ASAN_OPTIONS=detect_leaks=0 PYTHONMALLOC=malloc \
+	LD_PRELOAD="$$(g++ -print-file-name=libasan.so) $$(g++ -print-file-name=libstdc++.so)"
 FIXED := PYTHONHASHSEED=0 OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1
 
 .venv/.packages: requirements.lock tools/check_system.sh
@@ -27,6 +33,19 @@ sim: .venv/.project ## bench, rover and link in real time until Ctrl-C; try `gro
 
 test: .venv/.project ## the fast test suite (under 5 minutes on two cores)
 	@$(FIXED) $(B)/python -m pytest -n 2 --dist loadgroup
+
+build/sanitize/.built: .venv/.packages $(NATIVE)
+	@echo "building the kernels with sanitizers"
+	@mkdir -p build/sanitize
+	@$(B)/cmake -S . -B build/sanitize -G Ninja -DSANITIZE=ON -DCMAKE_BUILD_TYPE=Debug \
+		-DCMAKE_MAKE_PROGRAM=$(abspath $(B))/ninja -DPython_EXECUTABLE=$(abspath $(B))/python \
+		-Dnanobind_DIR=$$($(B)/python -m nanobind --cmake_dir) > build/sanitize.log
+	@$(B)/ninja -C build/sanitize >> build/sanitize.log || { tail -20 build/sanitize.log; exit 1; }
+	@touch $@
+
+test-sanitize: .venv/.project build/sanitize/.built ## kernel tests and two minutes of fuzz on a build with ASan and UBSan
+	@$(FIXED) $(SANITIZED) $(B)/python -m pytest $(KERNEL_TESTS)
+	@$(FIXED) $(SANITIZED) $(B)/python -m tests.fuzz_kernels --seconds $(FUZZ_S) --seed $(SEED)
 
 lint: .venv/.project ## ruff, mypy --strict on protocol and onboard, import contracts
 	@$(B)/ruff check .
@@ -58,4 +77,4 @@ clean: ## remove build and .venv
 help: ## this list
 	@grep -E '^[a-z-]+:.*##' Makefile | sed 's/:.*## /\t/' | expand -t 12
 
-.PHONY: demo sim test lint bench nightly codec docs size clean help
+.PHONY: demo sim test test-sanitize lint bench nightly codec docs size clean help

@@ -46,6 +46,8 @@ class SoilContacts:
     def __init__(
         self, grid: Grid, soil_z: NDArray[np.float32], radius_m: float, width_m: float, soils: tuple[str, ...]
     ) -> None:
+        if grid.rows < 2 or grid.columns < 2:
+            raise ValueError(f"grid: expected at least 2 x 2 nodes, given {grid.rows} x {grid.columns}")
         heights = np.ascontiguousarray(soil_z, np.float32)
         if heights.shape != (grid.rows, grid.columns) or not np.isfinite(heights).all():
             raise ValueError(f"soil {heights.shape} on a grid {(grid.rows, grid.columns)}, or heights not finite")

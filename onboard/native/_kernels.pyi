@@ -20,6 +20,20 @@ def rasterise_into(
     z_ray: F32,
     view_m: F32,
 ) -> None: ...
+def points_into(x0_m: float, y0_m: float, cell_m: float, points_m: F32, cells: U8) -> None: ...
+def turn_into(
+    x0_m: float,
+    y0_m: float,
+    cell_m: float,
+    ranges_m: F32,
+    azimuths: F64,
+    tilts: F64,
+    longest_m: float,
+    scanner_m: F64,
+    hull_m: F64,
+    T_map_base: F64,
+    cells: U8,
+) -> None: ...
 def cost_to_go_into(
     freedom: U8,
     least_freedom: int,

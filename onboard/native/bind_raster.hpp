@@ -2,6 +2,7 @@
 #pragma once
 
 #include "bind.hpp"
+#include "cells.hpp"
 #include "rasterise.hpp"
 
 namespace eldorado {
@@ -18,6 +19,35 @@ static void rasterise_into(double x0_m, double y0_m, double cell_m, Array<const 
     rasterise(grid, beams, cells);
 }
 
-inline void bind_raster(nb::module_& m) { m.def("rasterise_into", &rasterise_into); }
+// (rows, columns, 32): records as bytes; the door saw to their layout.
+static Cell* records(const Array<std::uint8_t, 3>& cells) { return reinterpret_cast<Cell*>(cells.data()); }
+
+static RasterGrid grid_of(double x0_m, double y0_m, double cell_m, const Array<std::uint8_t, 3>& cells) {
+    return {x0_m, y0_m, cell_m, static_cast<std::int64_t>(cells.shape(0)), static_cast<std::int64_t>(cells.shape(1))};
+}
+
+static void points_into(double x0_m, double y0_m, double cell_m, Array<const float, 2> points_m,
+                        Array<std::uint8_t, 3> cells) {
+    const RasterGrid grid = grid_of(x0_m, y0_m, cell_m, cells);
+    nb::gil_scoped_release unlocked;
+    add_points(grid, points_m.data(), static_cast<std::int64_t>(points_m.shape(0)), records(cells));
+}
+
+static void turn_into(double x0_m, double y0_m, double cell_m, Array<const float, 1> ranges_m,
+                        Array<const double, 2> azimuths, Array<const double, 2> tilts, double longest_m,
+                        Array<const double, 1> scanner_m, Array<const double, 3> hull_m, Array<const double, 2> T_map_base,
+                        Array<std::uint8_t, 3> cells) {
+    const RasterGrid grid = grid_of(x0_m, y0_m, cell_m, cells);
+    const Turn turn{ranges_m.data(), azimuths.data(), tilts.data(), static_cast<std::int64_t>(ranges_m.shape(0)), longest_m};
+    const Mount mount{scanner_m.data(), hull_m.data(), static_cast<std::int64_t>(hull_m.shape(0)), T_map_base.data()};
+    nb::gil_scoped_release unlocked;
+    add_turn(grid, turn, mount, records(cells));
+}
+
+inline void bind_raster(nb::module_& m) {
+    m.def("rasterise_into", &rasterise_into);
+    m.def("points_into", &points_into);
+    m.def("turn_into", &turn_into);
+}
 
 }  // namespace eldorado

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from onboard.native.checks import check_array
+from onboard.native.checks import check_array, check_grid
 from onboard.native.variant import kernels
 from onboard.records import F32, F64, I32, Cloud, Grid
 
@@ -36,8 +36,7 @@ def rasterise(grid: Grid, cloud: Cloud) -> Raster:
     check_array("cloud.hit", cloud.hit, (len(cloud.ends_m),), np.bool_)
     if not np.isfinite(cloud.origin_m).all():
         raise ValueError(f"cloud.origin_m: expected finite coordinates, given {cloud.origin_m}")
-    if not (grid.cell_m > 0 and grid.rows > 0 and grid.columns > 0):
-        raise ValueError(f"grid: expected a cell > 0 and at least one cell, given {grid}")
+    check_grid(grid)
     shape = (grid.rows, grid.columns)
     raster = Raster(
         n=np.zeros(shape, np.int32),

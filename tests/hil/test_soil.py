@@ -129,3 +129,8 @@ def test_parked_wheel_keeps_its_shear_and_rolling_renews_the_soil():
 def test_unknown_soil_is_an_error_that_names_the_rows():
     with pytest.raises(ValueError, match="firm, nominal, soft"):
         flat("mud")
+
+
+def test_a_field_without_a_whole_square_is_refused():
+    with pytest.raises(ValueError, match="at least 2 x 2 nodes, given 1 x 3"):
+        SoilContacts(Grid(0.0, 0.0, 0.1, 1, 3), np.zeros((1, 3), np.float32), 0.1, 0.1, ("firm",))

@@ -1,0 +1,95 @@
+"""The door to the live grid: hits to five statistics of map cells, by points or by ranges; no beam is walked.
+
+The kernels add in the order of the hits, so what came in parts has the bits of what came at once.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from onboard.native.checks import check_array, check_grid
+from onboard.native.variant import kernels
+from onboard.records import F32, F64, Grid
+
+LARGEST_GRID = 2**31 - 1  # cells: the kernel counts them in int32
+CELL = np.dtype([
+    ("sum_z", np.float64), ("sum_z2", np.float64), ("z_hi", np.float32), ("z_lo", np.float32), ("n", np.int32),
+    ("unused", np.int32),
+])  # fmt: skip
+
+
+class Turn(NamedTuple):
+    """Beams of one turn of the scanner, or of a part of it, k of them.
+
+    ranges_m: (k,) float32, NaN for a beam without a return. azimuths: (2, k) float64, cosines and sines of the angles
+    in the scanner's plane. tilts: (2, k) float64 likewise of the tilt at each beam's own time, positive down. Returns
+    farther than longest_m are no hits.
+    """
+
+    ranges_m: F32
+    azimuths: F64
+    tilts: F64
+    longest_m: float
+
+
+@dataclass(frozen=True, slots=True)
+class Mount:
+    """Where the scanner sits, what it sees of the rover, where the rover stands. Raises ValueError for other arrays.
+
+    scanner_m: (3,) float64 in base axes, on the tilt axis. hull_m: (any, 2, 3) float64, lowest and highest corner of
+    boxes in base axes; hits in them are the rover's own. T_map_base: (4, 4) float64.
+    """
+
+    scanner_m: F64
+    hull_m: F64
+    T_map_base: F64
+
+    def __post_init__(self) -> None:
+        check_array("scanner_m", self.scanner_m, (3,), np.float64)
+        check_array("hull_m", self.hull_m, (None, 2, 3), np.float64)
+        check_array("T_map_base", self.T_map_base, (4, 4), np.float64)
+
+
+class LiveGrid:
+    """Five statistics of each cell of a grid, growing hit by hit.
+
+    cells: (rows, columns) of CELL, so `cells["n"]` and the others are views; their meanings are those of records.Ldem.
+    """
+
+    def __init__(self, grid: Grid) -> None:
+        """Without hits: 0, and NaN for highest and lowest. Raises ValueError for a grid without cells."""
+        check_grid(grid)
+        if grid.rows * grid.columns > LARGEST_GRID:
+            raise ValueError(f"grid: expected at most {LARGEST_GRID} cells, given {grid.rows} x {grid.columns}")
+        self.grid = grid
+        self.cells: NDArray[np.void] = np.zeros((grid.rows, grid.columns), CELL)
+        self.cells["z_hi"] = self.cells["z_lo"] = np.nan
+        self._bytes = self.cells.view(np.uint8).reshape(grid.rows, grid.columns, CELL.itemsize)
+        self._place = grid.x0_m, grid.y0_m, grid.cell_m
+
+    def add_points(self, points_m: F32) -> None:
+        """Points (n, 3) float32 of the map frame; those off the grid or not finite are left out.
+
+        Raises ValueError for a wrong shape, dtype or layout.
+        """
+        check_array("points_m", points_m, (None, 3), np.float32)
+        kernels.points_into(*self._place, points_m, self._bytes)
+
+    def add_turn(self, turn: Turn, mount: Mount) -> None:
+        """The hits of one turn: p_map = T_map_base (scanner + R_y(tilt) range (cos azimuth, sin azimuth, 0)).
+
+        Hits in the rover's hull, off the grid or not finite are left out. Raises ValueError for wrong shapes, dtypes
+        or layout.
+        """
+        check_array("ranges_m", turn.ranges_m, (None,), np.float32)
+        count = len(turn.ranges_m)
+        check_array("azimuths", turn.azimuths, (2, count), np.float64)
+        check_array("tilts", turn.tilts, (2, count), np.float64)
+        kernels.turn_into(
+            *self._place, turn.ranges_m, turn.azimuths, turn.tilts, turn.longest_m, mount.scanner_m, mount.hull_m,
+            mount.T_map_base, self._bytes,
+        )  # fmt: skip

@@ -1,0 +1,46 @@
+"""One turn of the scanner straight into a live grid: what `cloud` and `native.raster` make of it, without the cloud.
+
+    live = LiveGrid(grid)
+    live.add_turn(turn_of(scan, tilt, scanning), mount_of(T_map_base, rover))
+
+For maps that take a line as it comes, at a pose that is known: the strip before the wheels while driving. The map of a
+stop cannot be made so: its cloud is registered first, which decides the pose, and it wants z_ray, for which each beam
+is walked (`stop_map`).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from onboard.config import Rover, Scanning
+from onboard.native.cells import LiveGrid, Mount, Turn
+from onboard.perception.cloud import hull_boxes
+from onboard.records import F64, Scan, TiltTrack
+
+__all__ = ["LiveGrid", "mount_of", "turn_of"]
+_NONE: F64 = np.empty(0)
+
+
+def turn_of(scan: Scan, tilt: TiltTrack, scanning: Scanning) -> Turn:
+    """The beams of one scan that `cloud` would keep: within scanning.sector_rad, fired while the tilt was measured.
+
+    The tilt is interpolated at each beam's own time, never extrapolated.
+    """
+    if not len(tilt.times_ns):
+        return Turn(scan.ranges_m[:0], _directions(_NONE), _directions(_NONE), scanning.range_m)
+    beams, origin_ns = np.arange(len(scan.ranges_m)), int(tilt.times_ns[0])
+    phi = scan.first_angle_rad + beams * scan.step_rad
+    times_ns = float(scan.start_ns - origin_ns) + beams * scan.beam_ns
+    track_ns = (tilt.times_ns - origin_ns).astype(np.float64)
+    good = (np.abs(phi) <= scanning.sector_rad) & (times_ns >= 0.0) & (times_ns <= track_ns[-1])
+    angle = np.interp(times_ns[good], track_ns, tilt.angles_rad)
+    return Turn(scan.ranges_m[good], _directions(phi[good]), _directions(angle), scanning.range_m)
+
+
+def mount_of(T_map_base: F64, rover: Rover) -> Mount:
+    """The scanner on a rover whose base_link stands at T_map_base (4, 4), with the hull that `cloud` masks."""
+    return Mount(np.array([rover.lidar_x_m, 0.0, rover.lidar_z_m]), hull_boxes(rover), T_map_base)
+
+
+def _directions(angles_rad: F64) -> F64:
+    return np.stack([np.cos(angles_rad), np.sin(angles_rad)])

@@ -1,0 +1,181 @@
+"""The table of doors to the kernels for tests/fuzz_kernels.py, each with a generator of good, odd and wrong arguments.
+
+A new door is one row of ROWS: the modules whose `kernels` it uses, its arguments by name, and a call with them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from types import ModuleType
+from typing import Any, NamedTuple
+
+import numpy as np
+from hypothesis import strategies as st
+from numpy.typing import DTypeLike
+
+from hil.soil import CLASSES, SoilContacts
+from onboard.native import cells, pose_field, raster
+from onboard.records import Cloud, Grid
+
+# -- numbers and arrays, the plain ones first: hypothesis shrinks towards them -----------------------------------
+
+
+
+def mostly(usual: st.SearchStrategy[Any], odd: st.SearchStrategy[Any]) -> st.SearchStrategy[Any]:
+    """One in sixteen is odd: few enough that many calls of some ten arguments get past the door."""
+    return st.sampled_from([usual] * 15 + [odd]).flatmap(lambda one: one)
+
+
+SIZES = st.one_of(st.integers(0, 3), st.integers(0, 40))
+SIDES = mostly(st.one_of(st.integers(1, 3), st.integers(1, 40)), st.just(0))
+USUAL = st.floats(-2, 2, width=32)
+NUMBERS = mostly(USUAL, st.floats(width=32))
+PRICES = mostly(st.floats(0.125, 8, width=32), st.floats(width=32))
+BYTES = st.integers(0, 255)
+
+
+def _odd_address(array: np.ndarray) -> np.ndarray:
+    memory = np.zeros(array.nbytes + 1, np.uint8)
+    odd = memory[1:].view(array.dtype).reshape(array.shape)
+    odd[...] = array
+    return odd
+
+
+def _read_only(array: np.ndarray) -> np.ndarray:
+    array.flags.writeable = False
+    return array
+
+
+ODD: tuple[Callable[[np.ndarray], Any], ...] = (
+    np.asfortranarray,
+    lambda a: np.repeat(a, 2, axis=-1)[..., ::2],
+    lambda a: a[::-1],
+    _odd_address,
+    _read_only,
+    lambda a: a.astype(a.dtype.newbyteorder(">")),
+    lambda a: a.astype(np.float64 if a.dtype == np.float32 else np.float32),
+    lambda a: a[None],
+    lambda a: a[:-1],
+    lambda a: a.tolist(),
+    lambda a: None,
+)
+LAYOUTS = mostly(st.just(np.ascontiguousarray), st.sampled_from(ODD))
+
+
+@st.composite
+def arrays(draw: st.DrawFn, shape: tuple[int, ...], dtype: DTypeLike, values: st.SearchStrategy[Any] = NUMBERS) -> Any:
+    """Up to five values strewn over `shape`; some are laid out or typed as no door expects."""
+    palette = np.array(draw(st.lists(values, min_size=1, max_size=5)))
+    strewn = np.random.default_rng(draw(st.integers(0, 99))).choice(palette, shape)
+    made = strewn.astype(np.uint8).view(np.bool_) if dtype is np.bool_ else strewn.astype(dtype)
+    return draw(LAYOUTS)(made.reshape(shape))
+
+
+GRIDS = st.builds(
+    Grid,
+    x0_m=mostly(USUAL, st.floats()),
+    y0_m=mostly(USUAL, st.floats()),
+    cell_m=mostly(st.just(0.1), st.floats()),
+    rows=SIDES,
+    columns=SIDES,
+)
+
+
+def together(**each: st.SearchStrategy[Any]) -> st.SearchStrategy[dict[str, Any]]:
+    """Arguments by name."""
+    return st.fixed_dictionaries(each)
+
+
+# -- the doors ---------------------------------------------------------------------------------------------------
+
+
+class Row(NamedTuple):
+    """`call(**arguments)` gives the arrays that every build must give alike, or raises ValueError."""
+
+    doors: tuple[ModuleType, ...]
+    arguments: st.SearchStrategy[dict[str, Any]]
+    call: Callable[..., tuple[np.ndarray, ...]]
+
+
+def _rasterise(grid: Grid, origin_m: Any, ends_m: Any, hit: Any, sigma_m: float) -> tuple[np.ndarray, ...]:
+    return tuple(raster.rasterise(grid, Cloud(origin_m, ends_m, hit, sigma_m)))
+
+
+def _points(grid: Grid, parts: list[Any]) -> tuple[np.ndarray, ...]:
+    live = cells.LiveGrid(grid)
+    for part in parts:
+        live.add_points(part)
+    return tuple(live.cells[name] for name in cells.CELL.names or ())
+
+
+def _turn(grid: Grid, turn: tuple[Any, ...], mount: tuple[Any, ...]) -> tuple[np.ndarray, ...]:
+    live = cells.LiveGrid(grid)
+    live.add_turn(cells.Turn(*turn), cells.Mount(*mount))
+    return tuple(live.cells[name] for name in cells.CELL.names or ())
+
+
+def _soil(rows: int, columns: int, heights_m: Any, states: list[Any], dt_s: float) -> tuple[np.ndarray, ...]:
+    contacts = SoilContacts(Grid(-1.0, -1.0, 0.1, rows, columns), heights_m, 0.1, 0.1, tuple(CLASSES))
+    wheels = tuple((s[:3], s[3:7], 0, 0, 0, 0, s[7:10], s[10:]) for s in states)
+    return tuple(np.array([*c[0], *c[1], *c[2:]]) for c in contacts.step(wheels, dt_s))
+
+
+def _places(size: int) -> st.SearchStrategy[int]:
+    return mostly(st.integers(0, max(0, size - 1)), st.integers(-1, size))
+
+
+_beams = SIZES.flatmap(
+    lambda n: together(
+        grid=GRIDS,
+        origin_m=arrays((3,), np.float64),
+        ends_m=arrays((n, 3), np.float32),
+        hit=arrays((n,), np.bool_, BYTES),
+        sigma_m=st.floats(),
+    )
+)
+_turns = st.tuples(SIZES, st.integers(0, 6)).flatmap(
+    lambda n: together(
+        grid=GRIDS,
+        turn=st.tuples(
+            arrays((n[0],), np.float32), arrays((2, n[0]), np.float64), arrays((2, n[0]), np.float64), st.floats()
+        ),
+        mount=st.tuples(
+            arrays((3,), np.float64), arrays((n[1], 2, 3), np.float64), arrays((4, 4), np.float64)
+        ),
+    )
+)  # fmt: skip
+_poses = st.tuples(SIZES, SIZES, st.integers(0, 4)).flatmap(
+    lambda n: together(
+        freedom=arrays((8, n[0], n[1]), np.uint8, BYTES),
+        least_freedom=st.integers(-1, 256),
+        seeds=st.tuples(
+            arrays((n[2],), np.int64, _places(8 * n[0] * n[1])), arrays((n[2],), np.float32, PRICES)
+        ),
+        moves_m=arrays((8, 8), np.float32, PRICES),
+        turn_m=PRICES,
+        closeness=st.one_of(st.none(), arrays((8, n[0], n[1]), np.float32, PRICES)),
+    )
+)
+_wheels = st.tuples(SIDES, SIDES).flatmap(
+    lambda n: together(
+        rows=st.just(n[0]),
+        columns=st.just(n[1]),
+        heights_m=arrays(n, np.float32),
+        states=st.lists(st.lists(USUAL, min_size=13, max_size=13), min_size=3, max_size=3),
+        dt_s=st.sampled_from((0.002, 0.01)),
+    )
+)
+
+ROWS: dict[str, Row] = {
+    "rasterise": Row((raster,), _beams, _rasterise),
+    "live-points": Row(
+        (cells,),
+        together(
+            grid=GRIDS, parts=st.lists(SIZES.flatmap(lambda n: arrays((n, 3), np.float32)), min_size=1, max_size=3)
+        ),
+        _points,
+    ),
+    "live-turn": Row((cells,), _turns, _turn),
+    "pose-field": Row((pose_field,), _poses, lambda **given: (pose_field.cost_to_go(**given),)),
+    "soil": Row((), _wheels, _soil),
+}
