@@ -23,6 +23,7 @@ FIXED := PYTHONHASHSEED=0 OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1
 .venv/.project: .venv/.packages $(NATIVE)
 	@echo "building and installing the project"
 	@$(B)/python -m pip install --quiet --disable-pip-version-check --no-build-isolation --no-deps --editable .
+	@$(B)/python -m compileall -q protocol onboard hil ground pictures
 	@touch $@
 
 demo: .venv/.project ## drive a rover across rocks to its goal on the bench; SEED=n, TERRAIN=real or craters

@@ -1,0 +1,98 @@
+"""An elevation file becomes the orbiter's map of a mission: cut out around the start, on the map's own cells.
+
+The map's origin is the start, in place and in height: what was subtracted stands in `Gdem.note`, beside the projection,
+the value for "no data" and the vertical datum of the file.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from onboard.drivers.dem_file import Dem, Reading, Site, open_dem, place
+from onboard.drivers.dem_words import DemError
+from onboard.gdem_resample import resample
+from onboard.records import F64, Gdem, Grid
+
+MOST_CELLS = 5000  # of a side: what the global planner is made for
+
+
+@dataclass(frozen=True, slots=True)
+class Wanted:
+    """The map that is asked for. start_kind: as dem_file.place, or 'middle' of the file; `start` its two numbers."""
+
+    start_kind: str = "middle"
+    start: tuple[float, float] = (0.0, 0.0)
+    size_m: float = 500.0
+    cell_m: float = 10.0
+
+
+@dataclass(frozen=True, slots=True)
+class Imported:
+    """A map and where it came from. level_m: height of the start in the file, subtracted from all heights."""
+
+    gdem: Gdem
+    site: Site
+    level_m: float
+    cells_read: int
+
+    @property
+    def known_ratio(self) -> float:
+        """Share of the map's cells that have a height."""
+        return float(np.isfinite(self.gdem.heights_m).mean())
+
+
+def import_gdem(path: Path, how: Reading, wanted: Wanted, progress: Callable[[int, int], None]) -> Imported:
+    """The map of a file. Raises DemError (its text goes on after the file's name), or OSError without a file."""
+    grid = map_grid(wanted)
+    with open_dem(path, how) as dem:
+        site = _place(dem, wanted)
+        heights, cells_read = resample(site, grid, progress)
+        if not np.isfinite(heights).any():
+            raise DemError(f"has no data within the {wanted.size_m:g} m around the start; name another start or --size")
+        level_m = _level_m(heights)
+        note = f"{path.name}: {_note(site, wanted.cell_m, level_m)}"
+    return Imported(Gdem(grid, (heights - level_m).astype(np.float32), note), site, level_m, cells_read)
+
+
+def map_grid(wanted: Wanted) -> Grid:
+    """A square around the origin, an even number of cells wide: the asked size or a little more. Raises DemError."""
+    cells = wanted.size_m / wanted.cell_m
+    if not 0 < cells <= MOST_CELLS:
+        raise DemError(f"would fill {cells:g} cells a side, of {MOST_CELLS} at most; ask for other --size or --cell")
+    half = math.ceil(cells / 2 - 1e-9)
+    first_m = (0.5 - half) * wanted.cell_m
+    return Grid(first_m, first_m, wanted.cell_m, 2 * half, 2 * half)
+
+
+def _place(dem: Dem, wanted: Wanted) -> Site:
+    if wanted.start_kind == "middle":
+        return place(dem, "rowcol", dem.rows / 2, dem.columns / 2)
+    return place(dem, wanted.start_kind, *wanted.start)
+
+
+def _level_m(heights_m: F64) -> float:
+    """Height of the start: mean of the known cells of the four that meet there, else the median of the map."""
+    j, i = heights_m.shape[0] // 2, heights_m.shape[1] // 2
+    around = heights_m[j - 1 : j + 1, i - 1 : i + 1]
+    return float(np.nanmean(around) if np.isfinite(around).any() else np.nanmedian(heights_m))
+
+
+def _note(site: Site, cell_m: float, level_m: float) -> str:
+    dem = site.dem
+    at = f"x {site.x_m:.3f}, y {site.y_m:.3f}"
+    if site.lonlat_deg:
+        at += f" (longitude {site.lonlat_deg[0]:.6f}, latitude {site.lonlat_deg[1]:.6f})"
+    parts = [
+        f"projection {site.projection}",
+        f"file in {dem.projection}" if dem.projection != site.projection else "",
+        f"start at {at}",
+        f"heights minus {level_m:.3f} m, over {dem.vertical or 'a datum that the file does not name'}",
+        f"no data {'not marked' if dem.nodata is None else f'{dem.nodata:g}'}",
+        f"cells of {cell_m:g} m from {site.cell_m:.4g} m",
+    ]
+    return "; ".join(part for part in parts if part)
