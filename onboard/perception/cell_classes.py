@@ -25,7 +25,7 @@ def classify(ldem: Ldem, mapping: config.Mapping_) -> Surface:
 
     All (rows, columns) on the Ldem's grid: cell_class uint8, z_mean, z_top, z_bot and z_ray float32, metres in the map
     frame. Occluded and outside cells have NaN heights; filled, hole and assumed ones the same z_mean, z_top and z_bot.
-    An Ldem without a hit gives no error but a surface without a known cell.
+    An Ldem without hits and assumed cells gives no error but a surface without a known cell.
     """
     hit = ldem.n > 0
     mean, top, bottom = _bounds(ldem, hit)
