@@ -65,7 +65,10 @@ AS_PRINTED = Mended()
 
 
 def algorithm_1(heights_m: F32, at: tuple[int, int], fan: Fan, mended: Mended = AS_PRINTED) -> Classified:
-    """Classify the nodes that the beams from node `at` (j, i) sample. heights_m: (rows, columns), all known."""
+    """Classify the nodes that the beams from node `at` (j, i) sample. heights_m: (rows, columns), all known.
+
+    Samples off the map and in the sensor's own node, which has no slope, are left out; the chapter is silent on them.
+    """
     rows, columns = heights_m.shape
     p_org = np.array([at[1] * fan.cell_m, at[0] * fan.cell_m, float(heights_m[at]) + mended.mast_m])
     way = _ways(heights_m, p_org, fan, mended)  # 2

@@ -13,6 +13,8 @@ from onboard.as_printed.next_position import (
     obs_of_algorithm_2,
     obs_of_the_text,
 )
+from onboard.as_printed.visibility import Fan, algorithm_1
+from onboard.as_printed.visibility import Mended as MendedVisibility
 from onboard.config import Mission
 from onboard.planning import next_position as flies
 from onboard.planning.distance_transform import cost_to_go
@@ -69,6 +71,16 @@ def test_the_text_of_eq_28_sends_the_rover_into_an_obstacle_and_algorithm_2_says
     by_algorithm = eq_28(CONE, 0 * CONE, obs_of_algorithm_2(obstacle), (1.0, 0.5))
     assert obstacle[best(by_text)] and by_text.max() > LARGE
     assert best(by_algorithm) == best(CONE) == (25, 12)
+
+
+def test_vis_rates_places_that_show_nothing_new_above_all_that_do():
+    z, unknown_from, fan = np.zeros((60, 60), np.float32), 40, Fan(1.5, 0.1, 90)  # flat, as far as anyone knows
+    z[:, 26:40] = np.random.default_rng(0).uniform(0.0, 0.1, (60, 14))
+    corrected = MendedVisibility(ray_advances=True, flat_is_seen=True, mast_m=0.7, plan_steps=True)
+    vis = np.array([[algorithm_1(z, (j, i), fan, corrected).vis for i in range(0, 40, 3)] for j in range(0, 60, 6)])
+    shows_new = np.arange(0, 40, 3) + 15 >= unknown_from
+    score = eq_28(vis, 0 * vis, 0 * vis, (1.0, 0.5))
+    assert score[:, shows_new].max() < score[:, ~shows_new].max() == 1.0
 
 
 def test_a_climb_as_printed_walks_to_and_fro_over_the_peak_and_never_ends():
