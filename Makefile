@@ -66,8 +66,9 @@ codec: .venv/.project ## make the generated files in protocol/ anew from rover.d
 	@$(B)/python -m tools.make_can_codec
 	@$(B)/python -m tools.make_dialect
 
-docs: .venv/.project ## make the pages docs/faults, modes, commands anew from the tables in protocol/
+docs: .venv/.project ## make the pages docs/faults, modes, commands and the pictures of docs/as-printed anew
 	@$(B)/python -m tools.make_docs
+	@$(B)/python -m tools.make_pictures
 
 size: ## lines of each package
 	@git ls-files '*.py' '*.hpp' '*.cpp' | grep -v -e can_codec.py -e eldorado_dialect.py | xargs wc -l | sort -n | tail -40

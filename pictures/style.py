@@ -54,11 +54,11 @@ def figure(width_in: float, height_in: float) -> Figure:
     return made
 
 
-def png(made: Figure) -> bytes:
+def png(made: Figure, dots_per_inch: int = DOTS_PER_INCH) -> bytes:
     """The picture as the bytes of a PNG file."""
     buffer = io.BytesIO()
     with rc_context(_STYLE):
-        made.savefig(buffer, format="png", dpi=DOTS_PER_INCH, metadata={"Software": None})
+        made.savefig(buffer, format="png", dpi=dots_per_inch, metadata={"Software": None})
     return buffer.getvalue()
 
 

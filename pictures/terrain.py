@@ -75,11 +75,16 @@ def draw_ground(axes: Axes, ground: Ground, scale: Normalize | None = None) -> A
     image = axes.imshow(picture, origin="lower", extent=extent(ground.grid), interpolation="nearest", zorder=0)
     image.set_cmap(SOIL)
     image.set_norm(scale)
-    if len(ground.rocks):
-        discs = [Circle((x, y), d / 2) for x, y, d in ground.rocks]
-        axes.add_collection(PatchCollection(discs, facecolor="none", edgecolor="#3a332b", linewidth=0.7, zorder=1))
+    draw_rocks(axes, ground.rocks)
     map_axes(axes)
     return image
+
+
+def draw_rocks(axes: Axes, rocks: F64) -> None:
+    """The outlines of rocks, (n, 3) x, y, diameter."""
+    if len(rocks):
+        discs = [Circle((x, y), d / 2) for x, y, d in rocks]
+        axes.add_collection(PatchCollection(discs, facecolor="none", edgecolor="#3a332b", linewidth=0.7, zorder=1))
 
 
 def map_axes(axes: Axes) -> None:

@@ -8,6 +8,7 @@ import pytest
 from protocol.commands import TABLE
 from protocol.faults import FAULTS
 from tools.make_docs import DOCS, PAGES, ROOT
+from tools.make_pictures import MADE
 
 PAGE_FILES = sorted([ROOT / "README.md", ROOT / "CHANGELOG.md", *DOCS.glob("*.md")])
 
@@ -32,6 +33,11 @@ def test_links_lead_to_files_of_the_project(page):
 def test_paths_in_code_type_exist(page):
     named = re.findall(r"`((?:protocol|onboard|hil|ground|pictures|tests|tools|docs)/[\w./]*)`", page.read_text())
     assert [name for name in named if not (ROOT / name).exists()] == []
+
+
+def test_the_page_of_printed_equations_shows_every_picture_that_is_made_for_it():
+    shown = re.findall(r"\]\(pictures/([\w.-]+)\)", (DOCS / "as-printed.md").read_text())
+    assert shown == list(MADE)
 
 
 def test_the_index_lists_every_page():

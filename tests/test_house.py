@@ -20,7 +20,10 @@ ONE_IMPORTER = {
     "rasterio": {"onboard/drivers/dem_file.py"},
     "small_gicp": {"onboard/perception/registration.py"},
 }
-PURE = ("protocol", "onboard/core", "onboard/devices", "onboard/perception", "onboard/planning", "onboard/motion")
+PURE = (
+    "protocol", "onboard/core", "onboard/devices", "onboard/perception", "onboard/planning", "onboard/motion",
+    "onboard/as_printed",
+)
 BANNED_IN_PURE = {"time", "socket", "threading", "random", "os", "subprocess", "select", "asyncio"}
 
 
@@ -49,6 +52,15 @@ def test_a_library_has_its_importers_and_no_others(library):
 def test_matplotlib_is_imported_in_pictures_only():
     found = {name for name, tree in sources(*PACKAGES) for module, _ in imports(tree) if module == "matplotlib"}
     assert all(name.startswith("pictures/") for name in found)
+
+
+def test_nothing_that_flies_or_tests_the_rover_imports_the_equations_as_printed():
+    broken = [
+        f"{name}:{node.lineno}" for name, tree in sources(*PACKAGES) if not name.startswith("onboard/as_printed/")
+        for node in ast.walk(tree)
+        if isinstance(node, ast.Import | ast.ImportFrom) and "as_printed" in ast.unparse(node)
+    ]
+    assert not broken
 
 
 def test_the_core_reads_no_clock_socket_or_environment_and_prints_nothing():

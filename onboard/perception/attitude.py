@@ -36,7 +36,7 @@ class Attitude:
         return self._samples >= START_SAMPLES
 
     def update(self, imu: ImuSample, elapsed_s: float, standing: bool) -> None:
-        """Takes one sample; `elapsed_s` since the last one."""
+        """Takes one sample; `elapsed_s` since the last one. standing: the wheels rest, so the gyro reads its bias."""
         if not self.ready:
             self._start(imu)
             return

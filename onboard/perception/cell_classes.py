@@ -21,7 +21,12 @@ DIRECTIONS = ((0, 1), (1, 0), (1, 1), (1, -1))  # rows, columns, both diagonals:
 
 
 def classify(ldem: Ldem, mapping: config.Mapping_) -> Surface:
-    """Classes and de-biased heights of every cell."""
+    """Classes and de-biased heights of every cell (Eq. 1's z with its uncertainty; `10-navigation` section 3).
+
+    All (rows, columns) on the Ldem's grid: cell_class uint8, z_mean, z_top, z_bot and z_ray float32, metres in the map
+    frame. Occluded and outside cells have NaN heights; filled, hole and assumed ones the same z_mean, z_top and z_bot.
+    An Ldem without hits and assumed cells gives no error but a surface without a known cell.
+    """
     hit = ldem.n > 0
     mean, top, bottom = _bounds(ldem, hit)
     gap = _gaps(hit, mean, ldem.z_ray, mapping.fill_cells)

@@ -73,6 +73,7 @@ def register(
 
     guess: T_map_base from the filter. prior: its covariance (4, 4) over x, y, z, yaw; where given, a result that it
     makes incredible (99.9 %) is refused, as the filter itself would. Pure; one thread, the same bits every time.
+    Too few points, overlap or matches raise nothing: the result is not accepted and says why.
     """
     source = _near(source_points_base, np.zeros(3), config.registration_range_m)
     reach = math.sqrt(float(np.einsum("ij,ij->i", source, source).max(initial=0.0)))
@@ -147,14 +148,17 @@ def merge_target(
 
 
 def difference(T_map_base: F64, guess: F64) -> F64:
-    """(4,): x, y, z and yaw of a transform minus those of another, yaw wrapped."""
+    """(4,) float64: x, y, z (m) and yaw (rad, wrapped) of a transform (4, 4) minus those of another."""
     yaw = math.atan2(T_map_base[1, 0], T_map_base[0, 0]) - math.atan2(guess[1, 0], guess[0, 0])
     x, y, z = T_map_base[:3, 3] - guess[:3, 3]
     return np.array([x, y, z, math.remainder(yaw, math.tau)])
 
 
 def credible(innovation: F64, covariance: F64) -> bool:
-    """Whether an innovation over x, y, z, yaw is within what its covariance allows (Mahalanobis, 99.9 %)."""
+    """Whether an innovation (4,) over x, y, z, yaw is within what its covariance (4, 4) allows (Mahalanobis, 99.9 %).
+
+    m, rad. Raises numpy.linalg.LinAlgError for a singular covariance.
+    """
     return float(innovation @ np.linalg.solve(covariance, innovation)) <= SURPRISE_LIMIT
 
 

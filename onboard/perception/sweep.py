@@ -44,7 +44,11 @@ class TiltSegment(NamedTuple):
 
 
 def line_angles(scanning: Scanning, height_m: float) -> F64:
-    """Tilt at the start of each line, (lines,) rad, falling: the smooth profile that the segments follow."""
+    """Tilt at the start of each line, (lines,) float64 rad, falling: the smooth profile that the segments follow.
+
+    From the higher of start_rad and end_rad to the first angle at or under the lower one, a line every 25 ms
+    (`10-navigation` section 3). height_m: the tilt axis above the ground, over 0.
+    """
     angle = max(scanning.start_rad, scanning.end_rad)
     end = min(scanning.start_rad, scanning.end_rad)
     angles, step = [angle], 0.0
@@ -60,9 +64,11 @@ def line_angles(scanning: Scanning, height_m: float) -> F64:
 
 
 def segments(scanning: Scanning, height_m: float) -> tuple[TiltSegment, ...]:
-    """The sweep of a stop for a scanner at `height_m`: at most 24 segments of at least 0.2 s.
+    """The sweep of a stop for a scanner at `height_m` over the ground: at most 24 segments of at least 0.2 s.
 
-    Upwards (start_rad > end_rad) as drawn above; with start_rad < end_rad the same backwards.
+    Angles rad and rates rad/s in the steps of TILT_COMMAND, times ns; each follows the mean rate of `line_angles`
+    (`10-navigation` section 3). Upwards (start_rad > end_rad) as drawn above; with start_rad < end_rad the
+    same backwards.
     """
     profile = _Profile(line_angles(scanning, height_m), min(scanning.start_rad, scanning.end_rad))
     ratio = 1.10

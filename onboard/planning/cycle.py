@@ -53,7 +53,11 @@ class _Stop:
 
 
 def plan(request: PlanRequest) -> PlanResult:
-    """Decide at a stop. Call it once for each stop, after its scans are in the map."""
+    """Decide at a stop (`10-navigation` section 5). Call it once for each stop, after its scans are in the map.
+
+    Pure: the same request gives the same bits. A goal that cannot be reached is a decision of kind 'unreachable' with
+    its reason, never an error and never a straight line.
+    """
     settings = request.settings
     surface = classify(request.ldem, settings.mapping)
     field = None
@@ -91,7 +95,7 @@ def plan(request: PlanRequest) -> PlanResult:
 def first_leg(decision: Decision, leg_m: float) -> Decision:
     """The decision itself where its way is short, else its first `leg_m`, to scan there: odometry slips with the way.
 
-    A way up to a quarter longer is driven whole. The heading to scan at is that of the way.
+    leg_m: metres. A way up to a quarter longer is driven whole. The heading to scan at is that of the way.
     """
     stations = decision.path.stations
     way = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(stations[:, :2], axis=0).T))])

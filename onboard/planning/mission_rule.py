@@ -126,7 +126,7 @@ class Situation:
 
 
 def scan_headings(state: MissionState) -> tuple[float, ...]:
-    """R1: the yaws relative to the rover's at which to scan at this stop."""
+    """R1: the yaws (rad) relative to the rover's at which to scan at this stop."""
     return (0.0, math.pi) if state.number == 0 else (0.0,)
 
 
@@ -169,7 +169,10 @@ def tries_left(state: MissionState, target_m: tuple[float, float]) -> int:
 
 
 def decide(state: MissionState, situation: Situation, mission: Mission) -> tuple[Decision | Again, MissionState]:
-    """The decision at this stop, or Again after which the caller plans again with the state returned."""
+    """The decision at this stop by R4 to R10, or Again after which the caller plans again with the state returned.
+
+    Pure; each Again has marked a target, or cleared the marks for the once in a mission (R8).
+    """
     away = math.dist(situation.pose[:2], situation.goal_m)
     ended = _at_the_limit(state, situation, away, mission)
     if ended is not None:

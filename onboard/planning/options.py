@@ -51,14 +51,14 @@ class Fields:
 
 
 def optimistic_chain(cost: F32, cell: tuple[int, int, int], planning: config.Planning, cell_m: float, near: F32) -> I32:
-    """Descent of a field from a pose, (k, 3); (0, 3) where its cost is inf."""
+    """Descent of a pose field (8, rows, columns) from a pose, int32 (k, 3) of j, i, o; (0, 3) where its cost is inf."""
     if not np.isfinite(cost[cell[2], cell[0], cell[1]]):
         return np.empty((0, 3), dtype=np.int32)
     return descend(cost, cell, planning, cell_m, near)
 
 
 def terminal(fields: Fields, tolerance_m: float) -> Option | None:
-    """R4: the way to the reachable pose nearest to the goal, if one lies within the tolerance."""
+    """R4: the way to the reachable pose nearest to the goal; None where none lies within the tolerance."""
     away = _distances(fields, fields.goal_m)
     open_cells = np.asarray(fields.reach.any(axis=0))
     nearest = float(np.min(away[open_cells], initial=np.inf))
@@ -79,7 +79,10 @@ def terminal(fields: Fields, tolerance_m: float) -> Option | None:
 
 
 def commit(fields: Fields) -> Option | None:
-    """R5: the way to the last free pose of the optimistic path, looking at the first that is not free."""
+    """R5: the way to the last free pose of the optimistic path, looking at the first that is not free.
+
+    None where there is no such path, or no free way to that pose.
+    """
     chain = fields.chain
     if len(chain) == 0:
         return None
@@ -116,7 +119,10 @@ def choice(
 
 
 def viewpoint(fields: Fields, target_m: tuple[float, float], state: MissionState, eyes: Eyes) -> Option | None:
-    """R6: the reachable place within 4 m of a target, 0.5 m from all stops, that sees most of its unknown cells."""
+    """R6: the reachable place within 4 m of a target, 0.5 m from all stops, that sees most of its unknown cells.
+
+    None where no such place sees any of them, or none can be driven to.
+    """
     unknown = fields.surface.cell_class <= CellClass.OCCLUDED
     from_target = _distances(fields, target_m)
     allowed = fields.reach.any(axis=0) & (from_target <= VIEW_M)

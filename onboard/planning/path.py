@@ -68,12 +68,12 @@ class Ground(NamedTuple):
 
 
 def ground_of(freedom: U8, grid: Grid, closeness: F32 | None = None) -> Ground:
-    """Ground from (8, rows, columns) uint8 of Freedom."""
+    """Ground from (8, rows, columns) uint8 of Freedom and, for prices, float32 closeness of the same shape."""
     return Ground(freedom == Freedom.FREE, grid, closeness)
 
 
 def is_free(stations: F64, freedom: U8, grid: Grid) -> bool:
-    """Whether every station (k, 3) of x, y, yaw stands on a free pose."""
+    """Whether every station (k, 3) of x, y (m), yaw (rad) stands on a free pose; outside the grid none does."""
     return ground_of(freedom, grid).allows(np.asarray(stations, dtype=np.float64))
 
 
@@ -97,7 +97,11 @@ def drivable(
 
 
 def shorten(points: list[tuple[float, float]], axes: list[int], yaw_rad: float, ground: Ground) -> list[Leg]:
-    """Legs along the points with the chain's orientations `axes`; every leg and the turns between are free."""
+    """Legs along the points with the chain's orientations `axes`; every leg and the turns between are free.
+
+    points: (x, y), m; axes: orientation 0..7 at each. yaw_rad: of the rover at the first. Raises ValueError where two
+    points in turn are not joined over free poses.
+    """
     legs: list[Leg] = []
     at, axis = 0, yaw_rad
     last = len(points) - 1
@@ -172,7 +176,10 @@ def _turn(at: tuple[float, float], from_rad: float, to_rad: float, ground: Groun
 
 
 def turn_to(at: tuple[float, float], from_rad: float, to_rad: float, ground: Ground) -> F64 | None:
-    """Stations of a free turn on the spot from one yaw to another, both included; None where neither way is free."""
+    """Stations (k, 3) of a free turn on the spot from one yaw to another, both included.
+
+    The shorter way is tried first; None where neither is free. at: x, y, m.
+    """
     delta = wrap_rad(to_rad - from_rad)
     for angle in (delta, delta - math.copysign(math.tau, delta)):
         stations = _spin(at, from_rad, angle)
@@ -190,7 +197,10 @@ def _spin(at: tuple[float, float], from_rad: float, angle_rad: float) -> F64:
 
 
 def lead(legs: list[Leg], start: tuple[float, float, float], ground: Ground) -> F64:
-    """Stations (k, 3) over the legs with real yaws: which end leads, where to turn round."""
+    """Stations (k, 3) of x, y (m), yaw (rad) over the legs from `start`: which end leads, where to turn round.
+
+    Raises ValueError where a turn between two legs is not free.
+    """
     stations = [np.array([start], dtype=np.float64)]
     place, yaw = (start[0], start[1]), start[2]
     for k, leg in enumerate(legs):

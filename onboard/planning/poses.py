@@ -52,17 +52,22 @@ class _Ground(NamedTuple):
 
 
 def orientation(yaw_rad: float) -> int:
-    """The orientation 0..7 nearest to a yaw."""
+    """The orientation 0..7 nearest to a yaw (rad, any number of turns)."""
     return round(yaw_rad / (math.pi / ORIENTATIONS)) % ORIENTATIONS
 
 
 def pose_index(grid: Grid, x_m: float, y_m: float, yaw_rad: float) -> tuple[int, int, int]:
-    """(j, i, o) of the pose nearest to a place and yaw; the cell may lie outside the grid."""
+    """(j, i, o) of the pose nearest to a place (m) and yaw (rad); the cell may lie outside the grid."""
     return (*grid.cell(x_m, y_m), orientation(yaw_rad))
 
 
 def pose_freedom(surface: Surface, rover: config.Rover, planning: config.Planning) -> U8:
-    """Freedom of every pose, uint8 (8, rows, columns). Cells beyond the grid are unknown."""
+    """Freedom of every pose, uint8 of Freedom (8, rows, columns); `10-navigation` section 3.
+
+    Free: every wheel's cell and its 4 neighbours known with steps up to step_m, roll, pitch and slope within their
+    limits, and nothing under the body over under_belly_m above the wheel plane, by hits or by a beam that passed.
+    Blocked: a known cell breaks a rule. Else unknown. Cells beyond the grid are unknown.
+    """
     ground = _ground(surface, planning)
     return np.stack([_layer(ground, o, rover, planning, surface.grid.cell_m) for o in range(ORIENTATIONS)])
 
@@ -102,6 +107,7 @@ def reachable(freedom: U8, j: int, i: int, o: int) -> Bool:
     """Free poses connected with pose (j, i, o) over free poses, bool (8, rows, columns); all False if it is not free.
 
     Connected by the edges of the pose field: the 8 neighbour cells in the same orientation, the two next orientations.
+    The pose has to lie on the grid.
     """
     free = freedom == Freedom.FREE
     if not free[o, j, i]:
@@ -121,7 +127,8 @@ def reachable(freedom: U8, j: int, i: int, o: int) -> Bool:
 def node_sets(surface: Surface, freedom: U8, reachable_mask: Bool) -> U8:
     """The sets chi of the cells, uint8 of NodeSet (rows, columns); disjoint, their union is the grid (Eq. 2 to 5).
 
-    The first that fits: free (centre of a free pose that the rover can reach), outside, occluded, obstacle.
+    The first that fits: free (centre of a free pose that the rover can reach), outside, occluded, obstacle. As printed
+    each set is defined by the others; here the beams and `reachable` say it. reachable_mask: bool (8, rows, columns).
     """
     free = ((freedom == Freedom.FREE) & reachable_mask).any(axis=0)
     sets = np.full(free.shape, NodeSet.OBSTACLE, np.uint8)
@@ -132,7 +139,7 @@ def node_sets(surface: Surface, freedom: U8, reachable_mask: Bool) -> U8:
 
 
 def wheel_cells(o: int, rover: config.Rover, cell_m: float) -> tuple[tuple[int, int], ...]:
-    """(dj, di) of the cells under wheels 1 to 4 in orientation o, from the cell of base_link."""
+    """(dj, di) of the cells under wheels 1 to 4 in orientation o, from the cell of base_link (Eq. 31, 32)."""
     yaw = o * math.pi / ORIENTATIONS
     ahead = (rover.half_wheelbase_m * math.cos(yaw), rover.half_wheelbase_m * math.sin(yaw))
     left = (-rover.half_track_m * math.sin(yaw), rover.half_track_m * math.cos(yaw))

@@ -1,0 +1,162 @@
+"""What the chapter's equations do as printed, beside what flies: the pictures of `docs/as-printed.md`."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Rectangle
+from matplotlib.ticker import FixedFormatter, FixedLocator, NullLocator
+from matplotlib.transforms import Affine2D
+
+from onboard.records import F64, I32, Grid
+from pictures.style import BLACK, BLUE, GREY, PAGE_IN, RED, drawn, figure, quiet
+from pictures.terrain import Ground, draw_ground, draw_rocks, extent, hillshade, map_axes
+
+WHEEL_M = (0.2, 0.1)
+_RING = {"marker": "o", "markersize": 11, "markerfacecolor": "none", "markeredgecolor": RED, "markeredgewidth": 2,
+         "linestyle": "none"}
+_PALE_BOX = {"boxstyle": "square,pad=0.2", "facecolor": "white", "edgecolor": "none", "alpha": 0.85}
+
+
+@dataclass(frozen=True, slots=True)
+class Scores:
+    """E over a grid of nodes, (rows, columns), NaN where none; climbs: (k, 2) nodes j, i; best: the node taken."""
+
+    title: str
+    score: F64
+    climbs: Sequence[I32] = ()
+    best: tuple[int, int] | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Steered:
+    """A rover's wheels: places (4, 2) m in body axes, angles (4,) rad, and the turn it was told to make."""
+
+    title: str
+    places_m: F64
+    angles_rad: F64
+    v_mps: float
+    rate_radps: float
+
+
+@drawn
+def visibility(ground: Ground, nodes: Grid, maps: Sequence[tuple[str, F64]]) -> Figure:
+    """The ground and Vis of each of its nodes by several rules, all on one scale from 0 to 1."""
+    made = figure(PAGE_IN * 0.78, 7.6)
+    panels = made.subplots(2, 2).ravel()
+    draw_ground(panels[0], ground)
+    panels[0].set_title("the ground\n")
+    for axes, (title, vis) in zip(panels[1:], maps):
+        image = axes.imshow(vis, origin="lower", extent=extent(nodes), vmin=0, vmax=1, cmap="viridis",
+                            interpolation="nearest")
+        axes.set_title(f"{title}\nmedian Vis {np.median(vis):.3f}")
+        map_axes(axes)
+    made.colorbar(image, ax=panels, label="Vis", location="bottom", shrink=0.5, aspect=40)
+    return made
+
+
+@drawn
+def search(ground: Ground, nodes: Grid, goal_m: tuple[float, float], answers: Sequence[Scores]) -> Figure:
+    """E by several rules, with the climbs over it and the node that was taken."""
+    made = figure(PAGE_IN, 5.3)
+    for axes, answer in zip(made.subplots(1, len(answers)), answers):
+        axes.imshow(hillshade(ground.heights_m, ground.grid.cell_m), origin="lower", extent=extent(ground.grid),
+                    cmap="gray", vmin=0.2, vmax=1.2, interpolation="nearest")
+        image = axes.imshow(answer.score, origin="lower", extent=extent(nodes), cmap="viridis", alpha=0.75,
+                            interpolation="nearest")
+        for climb in answer.climbs:
+            x, y = nodes.x0_m + climb[:, 1] * nodes.cell_m, nodes.y0_m + climb[:, 0] * nodes.cell_m
+            axes.plot(x, y, color="white", linewidth=2.6)
+            axes.plot(x, y, color=BLACK, linewidth=1.2)
+            axes.plot(x[0], y[0], "o", color="white", markeredgecolor=BLACK, markersize=6)
+            axes.plot(x[-1], y[-1], "X", color=RED, markeredgecolor="white", markersize=9)
+        draw_rocks(axes, ground.rocks)
+        if answer.best is not None:
+            axes.plot(*nodes.centre(*answer.best), "*", color="white", markeredgecolor=BLACK, markersize=16)
+        axes.plot(*goal_m, **_RING)
+        axes.set_title(answer.title)
+        map_axes(axes)
+        made.colorbar(image, ax=axes, location="bottom", shrink=0.8, label="E")
+    dot = {"color": "none", "markeredgecolor": BLACK, "markerfacecolor": "white"}
+    made.legend(loc="outside upper center", ncols=4, handles=[
+        Line2D([], [], marker="o", markersize=6, label="start of a climb", **dot),
+        Line2D([], [], marker="X", markersize=9, color="none", markerfacecolor=RED, markeredgecolor="white",
+               label="where it was cut off"),
+        Line2D([], [], marker="*", markersize=15, label="best node", **dot),
+        Line2D([], [], label="goal", **_RING),
+    ])
+    return made
+
+
+@drawn
+def steering(turns: Sequence[Steered], rates_radps: F64, rims_mps: Sequence[tuple[str, F64]]) -> Figure:
+    """Wheels from above with their axles, and the rim's speed of wheel 1 over the rate of turn."""
+    made = figure(PAGE_IN, 2.9)
+    *plans, chart = made.subplots(1, len(turns) + 1, width_ratios=[1.25] * len(turns) + [1])
+    for axes, turn in zip(plans, turns):
+        _rover(axes, turn)
+    for (name, rim), (colour, style) in zip(rims_mps, ((RED, "-"), (BLACK, (0, (5, 2))))):
+        chart.plot(rates_radps, rim, color=colour, linestyle=style, label=name)
+    chart.set_title("rim speed of wheel 1")
+    chart.set_xlabel("rate of turn, rad/s")
+    chart.set_ylabel("m/s")
+    chart.margins(x=0)
+    chart.set_ylim(0, 0.2)
+    chart.set_yticks(np.arange(0, 0.21, 0.05))
+    quiet(chart)
+    chart.legend(loc="upper left")
+    return made
+
+
+def _rover(axes: Axes, turn: Steered) -> None:
+    """A plan view, ahead upwards: map +x up, +y to the left."""
+    centre = -turn.v_mps / turn.rate_radps  # across the picture: the left is -x here
+    for number, ((a, b), angle) in enumerate(zip(turn.places_m, turn.angles_rad), 1):
+        length, width = WHEEL_M
+        shape = Rectangle((-width / 2, -length / 2), width, length, facecolor=GREY, edgecolor=BLACK, zorder=4)
+        shape.set_transform(Affine2D().rotate(angle).translate(-b, a) + axes.transData)
+        axes.add_patch(shape)
+        reach = np.array([-1.75, 1.75])
+        axes.plot(-b + reach * math.cos(angle), a + reach * math.sin(angle), color=BLUE, linewidth=0.8, zorder=2)
+        side = -1 if b > 0 else 1
+        axes.text(side * 0.48, math.copysign(0.62, a), f"{math.degrees(angle):+.1f}°", ha="center", va="center",
+                  fontsize=8.5, bbox=_PALE_BOX, zorder=6)
+        axes.text(-b, a, str(number), color="white", ha="center", va="center", fontsize=8, zorder=5)
+    axes.add_patch(Rectangle((-0.14, -0.375), 0.28, 0.75, facecolor="white", edgecolor=BLACK, zorder=3))
+    axes.annotate("", (0, 0.3), (0, -0.1), arrowprops={"arrowstyle": "-|>", "color": BLACK}, zorder=6)
+    axes.plot(centre, 0, **_RING, zorder=6)
+    axes.set_title(turn.title)
+    axes.set_aspect("equal")
+    axes.set(xlim=(-1.4, 1.4), ylim=(-0.85, 0.85))
+    axes.set_xlabel("to the right, m")
+    axes.set_ylabel("ahead, m")
+
+
+@drawn
+def fractal(sizes: Sequence[int], sigmas: Sequence[tuple[str, F64]], grounds: Sequence[Ground]) -> Figure:
+    """The share of sigma that comes back over the map's size, and what the frequencies make of the ground."""
+    made = figure(PAGE_IN, 3.7)
+    chart, *maps = made.subplots(1, 1 + len(grounds), width_ratios=[1.25] + [1] * len(grounds))
+    for (name, sigma), (colour, marker) in zip(sigmas, ((RED, "s"), (BLACK, "o"))):
+        chart.plot(sizes, sigma, color=colour, marker=marker, markersize=5, label=name)
+    chart.set_xscale("log")
+    chart.xaxis.set_major_locator(FixedLocator(list(sizes)))
+    chart.xaxis.set_major_formatter(FixedFormatter([str(size) for size in sizes]))
+    chart.xaxis.set_minor_locator(NullLocator())
+    chart.set_ylim(0, 1.35)
+    chart.set_xlabel("cells of the map's side")
+    chart.set_ylabel("sigma found / sigma asked for")
+    quiet(chart)
+    chart.legend(loc="upper right")
+    for axes, ground in zip(maps, grounds):
+        axes.imshow(hillshade(ground.heights_m, ground.grid.cell_m), origin="lower", extent=extent(ground.grid),
+                    cmap="gray", vmin=0.2, vmax=1, interpolation="nearest")
+        axes.set_title(ground.name)
+        map_axes(axes)
+    return made

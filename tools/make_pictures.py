@@ -1,0 +1,158 @@
+"""Makes the pictures of docs/as-printed.md anew, from the code that flies and from onboard/as_printed: `make docs`."""
+
+from __future__ import annotations
+
+import math
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+from matplotlib.figure import Figure
+
+ROOT = Path(__file__).resolve().parent.parent
+sys.path.insert(0, str(ROOT))
+
+from onboard.as_printed import motion, next_position, terrain  # noqa: E402
+from onboard.as_printed import visibility as seen_as_printed  # noqa: E402
+from onboard.config import Mission, Rover  # noqa: E402
+from onboard.motion.kinematics import wheel_angles, wheel_places  # noqa: E402
+from onboard.planning import next_position as flown  # noqa: E402
+from onboard.planning import visibility as seen  # noqa: E402
+from onboard.records import F64, Grid, Twist  # noqa: E402
+from pictures import printed  # noqa: E402
+from pictures.style import png  # noqa: E402
+from pictures.terrain import Ground  # noqa: E402
+
+PICTURES = ROOT / "docs" / "pictures"
+CELL_M, SIZE, STRIDE, HURST = 0.1, 80, 2, 0.8
+RANGE_M, BEAMS, MAST_M = 4.0, 180, 0.7
+SIGMA = 0.006
+DOTS_PER_INCH = 100  # small files: the pages show them no wider
+NODES_SHAPE = (SIZE // STRIDE, SIZE // STRIDE)
+NODES = Grid(CELL_M / 2, CELL_M / 2, CELL_M * STRIDE, *NODES_SHAPE)
+GOAL_M = (7.3, 6.8)
+MENDED = terrain.Mended(signed=True, per_area=True)
+
+
+def ground() -> Ground:
+    """8 m x 8 m of fractal ground with 12 half-buried balls."""
+    rng = np.random.default_rng(6)
+    z = terrain.eq_17(terrain.eq_20(SIZE, CELL_M, HURST, SIGMA, MENDED), CELL_M, rng).real
+    y, x = (np.mgrid[0:SIZE, 0:SIZE] + 0.5) * CELL_M
+    rocks = np.column_stack([rng.uniform(0.4, SIZE * CELL_M - 0.4, (12, 2)), rng.uniform(0.4, 1.2, 12)])
+    for a, b, diameter in rocks:
+        z = z + np.sqrt(np.maximum(diameter**2 / 4 - (x - a) ** 2 - (y - b) ** 2, 0))
+    return Ground(Grid(CELL_M / 2, CELL_M / 2, CELL_M, SIZE, SIZE), z.astype(np.float32), rocks)
+
+
+def vis_as_printed(on: Ground, mended: seen_as_printed.Mended) -> F64:
+    """Vis of every second node by Algorithm 1 as printed, faults taken out or not."""
+    fan = seen_as_printed.Fan(RANGE_M, CELL_M, BEAMS)
+    places = np.arange(0, SIZE, STRIDE)
+    return np.array([[seen_as_printed.algorithm_1(on.heights_m, (j, i), fan, mended).vis for i in places]
+                     for j in places])
+
+
+def vis_as_flown(on: Ground) -> F64:
+    """Vis of the same nodes by what flies."""
+    table = seen.beams(RANGE_M, CELL_M, BEAMS)
+    cells = np.argwhere(np.ones(NODES_SHAPE, bool)) * STRIDE
+    return seen.look(seen.scene(on.heights_m, table), table, cells, MAST_M).index.reshape(NODES_SHAPE)
+
+
+def visibility() -> Figure:
+    """Vis over a rocky field: as printed, with the ray moving on, and as it flies."""
+    on, advancing = ground(), seen_as_printed.Mended(ray_advances=True)
+    maps = (
+        ("as printed", vis_as_printed(on, seen_as_printed.AS_PRINTED)),
+        ("as printed, but the ray moves on", vis_as_printed(on, advancing)),
+        ("as it flies", vis_as_flown(on)),
+    )
+    return printed.visibility(on, NODES, maps)
+
+
+def search() -> Figure:
+    """E over the same field and what is made of it: Eq. 28 and Algorithm 2 as printed, and as they fly."""
+    on = ground()
+    vis = vis_as_flown(on)  # the same on both sides: here only the search differs
+    places = np.argwhere(np.ones(NODES_SHAPE, bool)) * NODES.cell_m + NODES.x0_m
+    nodes = np.column_stack([places[:, ::-1], on.heights_m[::STRIDE, ::STRIDE].ravel()])
+    length = next_position.eq_27(nodes, np.array([*GOAL_M, 0.0])).reshape(NODES_SHAPE)
+    as_printed = next_position.eq_28(vis, length, 0 * vis, (1.0, 0.1))
+    starts = np.array([[12, 14], [27, 34], [33, 8], [8, 30]])
+    away = np.hypot(*(places[:, None, ::-1] - on.rocks[:, :2]).transpose(2, 0, 1)) - on.rocks[:, 2] / 2
+    free = (away.min(axis=1) > 0.3).reshape(NODES_SHAPE)
+    climbs = [next_position.algorithm_2(as_printed, vis > 0, start[None], step_limit=60).climbs[0] for start in starts]
+    score = np.full(NODES_SHAPE, np.nan)
+    score[free] = flown.evaluate(vis[free], length[free], Mission())
+    j, i = np.unravel_index(int(np.nanargmax(score)), NODES_SHAPE)
+    answers = (
+        printed.Scores("as printed: away from the goal,\nand four climbs, cut after 60 steps", as_printed, climbs),
+        printed.Scores("as it flies: every free node scored,\nthe best one taken", score, best=(int(j), int(i))),
+    )
+    return printed.search(on, NODES, GOAL_M, answers)
+
+
+def steering() -> Figure:
+    """A turn to the left at 0.11 m/s and 0.1 rad/s, and the rim's speed that a wheel gets for rates up to 0.4 rad/s."""
+    vehicle, rover = motion.Vehicle(), Rover(half_track_m=0.25)
+    going = motion.Going(0.11, 0.0, 0.1)
+    places = np.array(wheel_places(rover))
+    angles = np.array([motion.eq_34(wheel, going, vehicle) for wheel in range(4)])
+    right = np.array(wheel_angles(Twist(0.11, 0.0, 0.1), rover), dtype=float)
+    rates = np.linspace(0.0, 0.4, 81)
+    rims, needed = [], []
+    for rate in rates:
+        steer = wheel_angles(Twist(0.11, 0.0, float(rate)), rover)[0]
+        rims.append(motion.eq_37(0, motion.Going(0.11, 0.0, float(rate)), float(steer or 0.0), vehicle) * vehicle.r_m)
+        needed.append(math.hypot(0.11 - rate * vehicle.d_m, rate * vehicle.l_m))
+    turns = (
+        printed.Steered("Eq. 34 as printed", places, angles, 0.11, 0.1),
+        printed.Steered("as it flies", places, right, 0.11, 0.1),
+    )
+    lines = (("Eq. 37 as printed", np.array(rims)), ("its hub's speed", np.array(needed)))
+    return printed.steering(turns, rates, lines)
+
+
+def fractal() -> Figure:
+    """Sigma that comes back from maps of 32 to 512 cells of 0.1 m, and ground of signed and unsigned frequencies."""
+    sizes = (32, 64, 128, 256, 512)
+    as_printed, mended = terrain.Mended(signed=True), MENDED
+    shares = [(name, np.array([_sigma(size, how) for size in sizes]))
+              for name, how in (("Eq. 20 as printed", as_printed), ("as it flies", mended))]
+    grounds = [Ground(Grid(0.05, 0.05, 0.1, 96, 96), _heights(96, how).astype(np.float32), name=name)
+               for name, how in (("frequencies 0 to N - 1", terrain.Mended(per_area=True)), ("signed", mended))]
+    return printed.fractal(sizes, shares, grounds)
+
+
+def _heights(size: int, mended: terrain.Mended) -> F64:
+    amplitude = terrain.eq_20(size, CELL_M, HURST, SIGMA, mended)
+    return terrain.eq_17(amplitude, CELL_M, np.random.default_rng(4)).real
+
+
+def _sigma(size: int, mended: terrain.Mended) -> float:
+    """Share of sigma found in a map, its longest three waves left out."""
+    u = np.fft.fftfreq(size, CELL_M)
+    radius = np.hypot(u[:, None], u[None, :])
+    band = (radius * size * CELL_M >= 4) & (radius * 2 * CELL_M < 1)
+    density = terrain.eq_15(_heights(size, mended), CELL_M, MENDED)
+    return math.sqrt((density[band] * radius[band] ** (2 * HURST + 2)).mean()) / SIGMA
+
+
+MADE: dict[str, Callable[[], Figure]] = {
+    "as-printed-visibility.png": visibility,
+    "as-printed-search.png": search,
+    "as-printed-steering.png": steering,
+    "as-printed-terrain.png": fractal,
+}
+
+
+def main() -> None:
+    """Write every picture."""
+    for name, made in MADE.items():
+        (PICTURES / name).write_bytes(png(made(), DOTS_PER_INCH))
+
+
+if __name__ == "__main__":
+    main()
