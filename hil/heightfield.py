@@ -14,11 +14,12 @@ from onboard.records import F32, F64, Grid
 
 
 class HeightField:
-    """Heights (rows, columns) on the corners of squares, cut from (i + 1, j) to (i, j + 1) as `hil.terrain` cuts them."""
+    """Heights (rows, columns) on the corners of squares, cut from (i + 1, j) to (i, j + 1) like the engine's ground."""
 
     def __init__(self, grid: Grid, heights_m: F32) -> None:
         if heights_m.shape != (grid.rows, grid.columns) or min(heights_m.shape) < 2:
-            raise ValueError(f"heights_m: expected {(grid.rows, grid.columns)}, at least (2, 2), given {heights_m.shape}")
+            wanted = f"{(grid.rows, grid.columns)}, at least (2, 2)"
+            raise ValueError(f"heights_m: expected {wanted}, given {heights_m.shape}")
         if not np.isfinite(heights_m).all():
             raise ValueError("heights_m: expected finite heights, given some that are not")
         self.grid = grid

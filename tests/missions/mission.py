@@ -13,7 +13,6 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from onboard.config import Config
 from onboard.perception import ldem
 from onboard.perception.stop_map import NO_POINTS, StopMap, look, remember
 from onboard.planning.cycle import plan

@@ -11,7 +11,7 @@ from onboard.config import Config
 from onboard.planning.contract import Problem
 from onboard.planning.pose_planner import PoseFieldPlanner
 from onboard.planning.poses import Freedom, closeness, pose_freedom, pose_index, reachable
-from onboard.records import U8, Bool, F64, Path, Surface
+from onboard.records import F64, U8, Bool, Path, Surface
 from tests.missions.world import World, true_surface
 
 
