@@ -1,7 +1,7 @@
 """What the rover has seen put into the orbiter's map: the global path is solved again on it at each stop (Fig. 7).
 
-A cell of the orbiter's map that the local map covers by half or more takes the mean of the known heights there. One that
-a lethal obstacle spans loses its height, which closes it: within it no ground that may be passed joins two of its sides.
+A cell of the orbiter's map that the local map covers by half or more takes the mean of the known heights there. One
+that a lethal obstacle spans loses its height, which closes it: no ground that may be passed joins two of its sides.
 Both maps have one origin; heights are the map frame's, so the first refresh of a cell also takes out the orbiter's
 vertical datum there.
 """
