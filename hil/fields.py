@@ -90,16 +90,21 @@ def draw_course(rng: np.random.Generator) -> Course:
 
 def true_surface(field: Field) -> Surface:
     """The true ground as a planner would know it at best: every cell of 0.1 m hit."""
-    top = truth_height(field)
-    factor = round(PLAN_CELL_M / field.grid.cell_m)
+    return surface_of(field.grid, truth_height(field), PLAN_CELL_M)
+
+
+def surface_of(fine: Grid, top: NDArray[np.float32], cell_m: float) -> Surface:
+    """Heights (rows, columns) on `fine` as a surface of cells of `cell_m`, a whole multiple, every cell hit."""
+    factor = round(cell_m / fine.cell_m)
     if factor > 1:
         rows, columns = top.shape[0] // factor, top.shape[1] // factor
-        parts = top.reshape(rows, factor, columns, factor).transpose(0, 2, 1, 3).reshape(rows, columns, -1)
+        cut = top[: rows * factor, : columns * factor]
+        parts = cut.reshape(rows, factor, columns, factor).transpose(0, 2, 1, 3).reshape(rows, columns, -1)
         mean, high, low = parts.mean(axis=2), parts.max(axis=2), parts.min(axis=2)
     else:
         mean, high, low = top, top, top
-    shift = (PLAN_CELL_M - field.grid.cell_m) / 2
-    grid = Grid(field.grid.x0_m + shift, field.grid.y0_m + shift, PLAN_CELL_M, *mean.shape)
+    shift = (cell_m - fine.cell_m) / 2
+    grid = Grid(fine.x0_m + shift, fine.y0_m + shift, cell_m, *mean.shape)
     hit = np.full(mean.shape, CellClass.HIT, np.uint8)
     return Surface(grid, hit, mean, high, low, np.full(mean.shape, np.inf, np.float32))
 

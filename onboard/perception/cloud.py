@@ -92,15 +92,15 @@ def _beams(scans: Sequence[Scan], tilt: TiltTrack, scanning: Scanning) -> tuple[
     return vectors_m, hit
 
 
-def hull_boxes(rover: Rover) -> F64:
-    """(5, 2, 3) lowest and highest corner in base_link of the deck and the wheels, however steered, margin included."""
+def hull_boxes(rover: Rover, margin_m: float = SELF_MARGIN_M) -> F64:
+    """(5, 2, 3) lowest and highest corner in base_link of the deck and the wheels, however steered, and the margin."""
     length, width, radius = rover.half_wheelbase_m, rover.half_track_m, rover.wheel_radius_m
     reach = float(np.hypot(radius, rover.wheel_width_m / 2))
     boxes = [[[-length, -width, rover.belly_m], [length, width, DECK_TOP_M]]]
     for along, across in WHEEL_SIGNS:
         x, y = along * length, across * width
         boxes.append([[x - reach, y - reach, 0.0], [x + reach, y + reach, 2 * radius]])
-    corners: F64 = np.array(boxes, np.float64) + np.array([[-SELF_MARGIN_M], [SELF_MARGIN_M]])
+    corners: F64 = np.array(boxes, np.float64) + np.array([[-margin_m], [margin_m]])
     return corners
 
 

@@ -1,0 +1,104 @@
+// Rays against a triangulated raster of heights, exact to rounding. No Python types, no exceptions, no heap.
+//
+// Heights stand on the corners of squares; each square is two triangles, cut from (i + 1, j) to (i, j + 1):
+//
+//     j + 1  +---+      A ray walks from square to square (Amanatides and Woo 1987). Within one its height over either
+//            |\ 2|      triangle is linear in t, so it is looked at where it enters, where it crosses the cut and where
+//     j      | 1\|      it leaves: the first change from above to below is the hit.
+//            +---+
+//            i  i + 1   Squares whose highest corner lies under the ray's piece are passed over.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+
+namespace heightfield {
+
+struct Raster {
+    const float* z;           // (rows, columns)
+    const float* top;         // (rows - 1, columns - 1) highest corner of each square
+    std::int64_t rows, columns;
+    double x0_m, y0_m, cell_m;
+};
+
+struct Ray {
+    double u, v, z;     // where it is, in cells and metres
+    double du, dv, dz;  // per metre of way
+};
+
+constexpr double kMiss = std::numeric_limits<double>::infinity();
+
+namespace detail {
+
+// Height of the ray over the lower (u + v <= 1) or the upper triangle of square (j, i), at t.
+inline double over(const Raster& r, const Ray& ray, std::int64_t j, std::int64_t i, double t, bool lower) {
+    const float* at = r.z + j * r.columns + i;
+    const double z10 = at[1], z01 = at[r.columns];
+    const double u = ray.u + t * ray.du - static_cast<double>(i), v = ray.v + t * ray.dv - static_cast<double>(j);
+    const double ground = lower ? at[0] + u * (z10 - at[0]) + v * (z01 - at[0])
+                                : at[r.columns + 1] + (1 - u) * (z01 - at[r.columns + 1]) + (1 - v) * (z10 - at[r.columns + 1]);
+    return ray.z + t * ray.dz - ground;
+}
+
+// The way to the hit within [t0, t1] over one triangle, kMiss where the ray stays above.
+inline double piece(const Raster& r, const Ray& ray, std::int64_t j, std::int64_t i, double t0, double t1) {
+    const double middle = 0.5 * (t0 + t1);
+    const double sum = ray.u + middle * ray.du - static_cast<double>(i) + ray.v + middle * ray.dv - static_cast<double>(j);
+    const bool lower = sum <= 1.0;
+    const double a = over(r, ray, j, i, t0, lower), b = over(r, ray, j, i, t1, lower);
+    if (b > 0.0) return kMiss;
+    return a > 0.0 ? t0 + (t1 - t0) * (a / (a - b)) : t0;
+}
+
+inline double square(const Raster& r, const Ray& ray, std::int64_t j, std::int64_t i, double t0, double t1) {
+    const double lowest = ray.z + ray.dz * (ray.dz < 0.0 ? t1 : t0);
+    if (lowest > r.top[j * (r.columns - 1) + i]) return kMiss;
+    const double along = ray.du + ray.dv;
+    const double cut = along != 0.0 ? (static_cast<double>(i + j + 1) - ray.u - ray.v) / along : kMiss;
+    if (!(cut > t0 && cut < t1)) return piece(r, ray, j, i, t0, t1);
+    const double first = piece(r, ray, j, i, t0, cut);
+    return first < kMiss ? first : piece(r, ray, j, i, cut, t1);
+}
+
+}  // namespace detail
+
+// Way to the first hit, kMiss where nothing is met within `range_m` or on the raster.
+inline double cast(const Raster& r, const Ray& ray, double range_m) {
+    const double width = static_cast<double>(r.columns - 1), height = static_cast<double>(r.rows - 1);
+    double t = 0.0, end = range_m;
+    for (const auto& [at, way, size] : {std::array{ray.u, ray.du, width}, std::array{ray.v, ray.dv, height}}) {
+        if (way == 0.0) {
+            if (at < 0.0 || at >= size) return kMiss;
+            continue;
+        }
+        const double a = -at / way, b = (size - at) / way;
+        t = std::max(t, std::min(a, b));
+        end = std::min(end, std::max(a, b));
+    }
+    if (!(t < end)) return kMiss;
+    auto i = std::clamp(static_cast<std::int64_t>(std::floor(ray.u + t * ray.du)), std::int64_t{0}, r.columns - 2);
+    auto j = std::clamp(static_cast<std::int64_t>(std::floor(ray.v + t * ray.dv)), std::int64_t{0}, r.rows - 2);
+    const double step_u = ray.du != 0.0 ? 1.0 / std::abs(ray.du) : kMiss, step_v = ray.dv != 0.0 ? 1.0 / std::abs(ray.dv) : kMiss;
+    const std::int64_t way_i = ray.du > 0.0 ? 1 : -1, way_j = ray.dv > 0.0 ? 1 : -1;
+    double next_u = ray.du != 0.0 ? (static_cast<double>(i + (way_i > 0)) - ray.u) / ray.du : kMiss;
+    double next_v = ray.dv != 0.0 ? (static_cast<double>(j + (way_j > 0)) - ray.v) / ray.dv : kMiss;
+    while (t < end && i >= 0 && j >= 0 && i < r.columns - 1 && j < r.rows - 1) {
+        const double leave = std::min({next_u, next_v, end});
+        const double hit = detail::square(r, ray, j, i, t, std::max(t, leave));
+        if (hit < kMiss) return hit;
+        if (next_u <= next_v) {
+            i += way_i;
+            next_u += step_u;
+        } else {
+            j += way_j;
+            next_v += step_v;
+        }
+        t = std::max(t, leave);
+    }
+    return kMiss;
+}
+
+}  // namespace heightfield

@@ -1,0 +1,72 @@
+"""What the rover has seen put into the orbiter's map: the global path is solved again on it at each stop (Fig. 7).
+
+A cell of the orbiter's map that the local map covers by half or more takes the mean of the known heights there. One
+that a lethal obstacle spans loses its height, which closes it: no ground that may be passed joins two of its sides.
+Both maps have one origin; heights are the map frame's, so the first refresh of a cell also takes out the orbiter's
+vertical datum there.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from scipy import ndimage
+
+from onboard.planning.poses import Freedom
+from onboard.records import F32, U8, Bool, CellClass, Gdem, Grid, Surface
+
+COVERED_RATIO = 0.5
+EIGHT = np.ones((3, 3), bool)
+
+
+def refresh(gdem: Gdem, surface: Surface, freedom: U8) -> Gdem:
+    """The orbiter's map with the cells under the local map's window brought up to date; the same one if none is.
+
+    surface: the window; freedom: (8, rows, columns) uint8 on its grid. Cells are compared by their area; a cell of the
+    orbiter's map that is finer than the local map's, or that reaches beyond the window with more than half, stays.
+    """
+    heights: F32 = gdem.heights_m.copy()
+    known = surface.cell_class >= CellClass.HIT
+    passable = (freedom != Freedom.BLOCKED).any(axis=0)
+    for j, i in np.argwhere(_overlapping(gdem.grid, surface.grid)):
+        part = _part(gdem.grid, surface.grid, int(j), int(i))
+        whole = (gdem.grid.cell_m / surface.grid.cell_m) ** 2
+        if known[part].sum() >= COVERED_RATIO * whole:
+            heights[j, i] = np.float32(surface.z_mean[part][known[part]].mean(dtype=np.float64))
+        if passable[part].size >= COVERED_RATIO * whole and _spanned(passable[part]):
+            heights[j, i] = np.nan
+    return gdem if np.array_equal(heights, gdem.heights_m, equal_nan=True) else replace(gdem, heights_m=heights)
+
+
+def _overlapping(coarse: Grid, fine: Grid) -> Bool:
+    """Cells of the coarse grid that share ground with the fine one, (rows, columns)."""
+
+    def axis(first_m: float, count: int, low_m: float, high_m: float) -> Bool:
+        centres = first_m + np.arange(count) * coarse.cell_m
+        half = coarse.cell_m / 2
+        return np.asarray((centres + half > low_m) & (centres - half < high_m))
+
+    edge = fine.cell_m / 2
+    columns = axis(coarse.x0_m, coarse.columns, fine.x0_m - edge, fine.x0_m + fine.columns * fine.cell_m - edge)
+    rows = axis(coarse.y0_m, coarse.rows, fine.y0_m - edge, fine.y0_m + fine.rows * fine.cell_m - edge)
+    return np.asarray(rows[:, None] & columns[None, :])
+
+
+def _part(coarse: Grid, fine: Grid, j: int, i: int) -> tuple[slice, slice]:
+    """The fine cells whose centres lie in a coarse cell, cut at the fine grid's border."""
+    x_m, y_m = coarse.centre(j, i)
+
+    def span(centre_m: float, first_m: float, count: int) -> slice:
+        low = np.ceil((centre_m - coarse.cell_m / 2 - first_m) / fine.cell_m - 1e-9)
+        high = np.ceil((centre_m + coarse.cell_m / 2 - first_m) / fine.cell_m - 1e-9)
+        return slice(int(np.clip(low, 0, count)), int(np.clip(high, 0, count)))
+
+    return span(y_m, fine.y0_m, fine.rows), span(x_m, fine.x0_m, fine.columns)
+
+
+def _spanned(passable: Bool) -> bool:
+    """Whether no piece of passable ground touches two sides of the cell."""
+    labels, _ = ndimage.label(passable, EIGHT)
+    sides = [set(side[side > 0].tolist()) for side in (labels[0], labels[-1], labels[:, 0], labels[:, -1])]
+    return not any(sides[a] & sides[b] for a in range(4) for b in range(a))

@@ -1,0 +1,121 @@
+"""Many missions: what is flown, one row for each, and the table that sums them up."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import asdict, dataclass, field
+
+import numpy as np
+
+from onboard.config import Config, load
+from tests.missions.fields import FIELDS
+from tests.missions.mission import Errors, Kinematic
+from tests.missions.scanner import scanner
+from tests.missions.truth import truth
+
+POSE_ERROR = Errors(0.05, math.radians(1.0))
+UNGUARDED_STOPS = 25
+
+
+@dataclass(frozen=True)
+class Run:
+    """One set of fields under one rule. name: as in the table. settings: over the defaults of the configuration."""
+
+    name: str
+    fields: str
+    seeds: tuple[int, ...]
+    settings: dict[str, object] = field(default_factory=dict)
+    errors: Errors = Errors()
+
+
+@dataclass(frozen=True)
+class Row:
+    """What came of one mission. ratio: way over the truth optimum, nan where there is none."""
+
+    run: str
+    seed: int
+    kind: str
+    reachable: bool
+    optimum_m: float
+    outcome: str
+    reason: str
+    stops: int
+    scans: int
+    way_m: float
+    ratio: float
+    miss_m: float
+    hard: int
+    soft: int
+    rules: str
+
+    def as_json(self) -> dict[str, object]:
+        """For a file; what is not finite is null."""
+        return {k: v if not isinstance(v, float) or math.isfinite(v) else None for k, v in asdict(self).items()}
+
+
+def config_of(run: Run) -> Config:
+    """A whole leg at once: nothing slips here, so no leg needs to be short for the registration."""
+    return load(None, {"mission.leg_m": 100.0, **run.settings})
+
+
+def fly(run: Run, seed: int) -> Row:
+    """One mission of a run."""
+    config = config_of(run)
+    world = FIELDS[run.fields](seed)
+    perfect = truth(world, config)
+    flight = Kinematic(world, scanner(config), run.errors, seed).fly()
+    arrived = flight.kind == "arrived"
+    ratio = flight.way_m / perfect.way_m if arrived and perfect.way_m < math.inf else math.nan
+    rules = " ".join(stop.result.decision.rule for stop in flight.stops)
+    return Row(
+        run.name, seed, world.kind, perfect.reachable, perfect.way_m, flight.kind, flight.reason, len(flight.stops),
+        flight.scans, flight.way_m, ratio, flight.miss_m, flight.hard, flight.soft, rules,
+    )
+
+
+def fly_all(runs: Sequence[Run], workers: int) -> Iterator[Row]:
+    """Every mission of every run, as they end."""
+    with ProcessPoolExecutor(workers) as pool:
+        jobs = [pool.submit(fly, run, seed) for run in runs for seed in run.seeds]
+        try:
+            for job in as_completed(jobs):
+                yield job.result()
+        finally:
+            pool.shutdown(wait=True, cancel_futures=True)
+
+
+@dataclass(frozen=True)
+class Summary:
+    """A line of the table. Stops and ratios are of the reachable goals that were reached: (median, p90, most)."""
+
+    name: str
+    missions: int
+    reachable: int
+    reached: int
+    beyond: int
+    reported: int
+    endless: int
+    stops: tuple[float, float, float]
+    ratio: tuple[float, float, float]
+    hard: int
+    soft: int
+
+
+def summary(name: str, rows: Sequence[Row]) -> Summary:
+    """beyond: goals that the truth planner calls unreachable and that were reached all the same."""
+    good = [row for row in rows if row.reachable and row.outcome == "arrived"]
+    return Summary(
+        name, len(rows), sum(row.reachable for row in rows), len(good),
+        sum(not row.reachable and row.outcome == "arrived" for row in rows),
+        sum(row.outcome == "unreachable" for row in rows), sum(row.outcome == "endless" for row in rows),
+        _spread([row.stops for row in good]), _spread([row.ratio for row in good]),
+        sum(row.hard > 0 for row in rows), sum(row.soft > 0 for row in rows),
+    )  # fmt: skip
+
+
+def _spread(values: Sequence[float]) -> tuple[float, float, float]:
+    if not values:
+        return math.nan, math.nan, math.nan
+    return float(np.median(values)), float(np.percentile(values, 90)), float(np.max(values))

@@ -1,0 +1,196 @@
+"""One mission in the kinematic world: the flight program's map, poses and rule; only clock and devices are replaced.
+
+    scan (true beams, range noise) -> cloud -> map at the estimated pose -> plan -> drive -> turn -> scan ...
+
+The estimate is off by an error drawn anew at each stop (registration would leave it); a path is planned in the
+estimate's frame and driven in the true one. Contacts are looked for at every station of the path and on turns.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from onboard.perception import ldem
+from onboard.perception.stop_map import NO_POINTS, StopMap, look, remember
+from onboard.planning.cycle import plan
+from onboard.planning.mission_rule import MissionState
+from onboard.planning.plan_records import PlanRequest, PlanResult, Settings
+from onboard.records import F64, Decision, Gdem, Pose
+from protocol.conventions import wrap_rad
+from tests.missions.scanner import Scanner
+from tests.missions.world import HARD, SOFT, World
+
+TRAIL_POSES = 400
+TURN_STEP_RAD = math.radians(10)
+
+
+@dataclass(frozen=True)
+class Errors:
+    """1 sigma of the estimate at a stop: each of x and y, and heading."""
+
+    place_m: float = 0.0
+    heading_rad: float = 0.0
+
+
+@dataclass(frozen=True)
+class Stop:
+    """One sensing stop: where the rover truly stood, and what was decided there."""
+
+    pose: Pose
+    result: PlanResult
+    driven: F64  # (k, 3) true stations of the way from here
+
+
+@dataclass
+class Flight:
+    """What came of a mission. kind: 'arrived', 'unreachable' or 'endless' (the stop limit of an unguarded rule).
+
+    miss_m: true distance from the goal at the end. hard, soft: poses in contact. contacts: (k, 3) x, y, severity.
+    """
+
+    kind: str = ""
+    reason: str = ""
+    stops: list[Stop] = field(default_factory=list)
+    scans: int = 0
+    way_m: float = 0.0
+    miss_m: float = math.inf
+    contacts: list[tuple[float, float, int]] = field(default_factory=list)
+    memory: StopMap | None = None
+
+    @property
+    def hard(self) -> int:
+        """Poses in hard contact."""
+        return sum(severity == HARD for _, _, severity in self.contacts)
+
+    @property
+    def soft(self) -> int:
+        """Poses in soft contact."""
+        return sum(severity == SOFT for _, _, severity in self.contacts)
+
+
+class Kinematic:
+    """State of one mission; `fly` runs it to its end."""
+
+    def __init__(self, world: World, scanner: Scanner, errors: Errors, seed: int, gdem: Gdem | None = None) -> None:
+        self.world, self.scanner, self.config, self.errors, self.gdem = world, scanner, scanner.config, errors, gdem
+        self.rng = np.random.default_rng([seed, 77])
+        self.flight = Flight()
+        self.true = self._stand(world.start.x_m, world.start.y_m, world.start.yaw_rad)
+        self.estimate = self.true
+        self.rule = MissionState()
+        self.trail: list[tuple[float, float, float]] = []
+
+    def fly(self) -> Flight:
+        """The whole mission."""
+        self._scan()
+        self._turn(wrap_rad(self.estimate.yaw_rad + math.pi))
+        self._scan()
+        while not self._decided():
+            self._err()
+            self._scan()
+        self.flight.miss_m = math.dist((self.true.x_m, self.true.y_m), self.world.goal_m)
+        return self.flight
+
+    def _decided(self) -> bool:
+        """Plans and drives; whether the mission has ended."""
+        result = self._plan()
+        decision = result.decision
+        self.rule = result.state
+        self.flight.stops.append(Stop(self.true, result, np.empty((0, 3))))
+        if decision.kind in ("arrived", "unreachable"):
+            self._end(decision.kind, decision.reason)
+            return True
+        if len(self.flight.stops) > self._most_stops():
+            self._end("endless", f"{len(self.flight.stops)} stops")
+            return True
+        self._drive(decision)
+        if decision.kind == "goal" and self._at_goal():
+            self._end("arrived", "at the goal")
+            return True
+        self._turn(decision.heading_rad)
+        return False
+
+    def _most_stops(self) -> int:
+        return 3 * self.config.mission.stop_limit
+
+    def _end(self, kind: str, reason: str) -> None:
+        self.flight.kind, self.flight.reason = kind, reason
+
+    def _at_goal(self) -> bool:
+        here = (self.estimate.x_m, self.estimate.y_m)
+        return math.dist(here, self.world.goal_m) <= self.config.mission.goal_tolerance_m
+
+    def _scan(self) -> None:
+        scans = self.scanner.sweep(self.world, self.true, self.rng)
+        T_map_base = self.estimate.matrix()
+        seen = look(scans, self.scanner.tilt, T_map_base, NO_POINTS, self.config)
+        stop = len(self.flight.stops)
+        kept = remember(self.flight.memory, seen.cloud_base, T_map_base, stop, self.config)
+        self.flight.memory = replace(kept, target_points=NO_POINTS)  # nothing is registered here
+        self.flight.scans += 1
+
+    def _plan(self) -> PlanResult:
+        assert self.flight.memory
+        config, pose = self.config, self.estimate
+        request = PlanRequest(
+            ldem=ldem.window(self.flight.memory.cells, pose.x_m, pose.y_m, config.mapping.size_m),
+            pose=pose,
+            goal_m=self.world.goal_m,
+            gdem=self.gdem,
+            state=self.rule,
+            settings=Settings(config.rover, config.mapping, config.planning, config.mission, config.scanning),
+            trail=np.array(self.trail[-TRAIL_POSES:]).reshape(-1, 3),
+        )
+        return plan(request)
+
+    def _drive(self, decision: Decision) -> None:
+        """Along the path, station by station, in the true frame."""
+        stations = decision.path.stations
+        true = self._in_truth(stations)
+        self.trail += [tuple(station) for station in stations]  # type: ignore[misc]
+        self.flight.stops[-1] = replace(self.flight.stops[-1], driven=true)
+        self.flight.way_m += decision.path.length_m
+        for x, y, yaw in true:
+            self._feel(self._stand(x, y, yaw))
+        self.true = self._stand(*true[-1])
+        self.estimate = self._believed(*stations[-1])
+
+    def _turn(self, yaw_rad: float) -> None:
+        """On the spot, to a heading of the estimate."""
+        turn = wrap_rad(yaw_rad - self.estimate.yaw_rad)
+        for k in range(1, math.ceil(abs(turn) / TURN_STEP_RAD) + 1):
+            part = self.true.yaw_rad + turn * k / math.ceil(abs(turn) / TURN_STEP_RAD)
+            self._feel(self._stand(self.true.x_m, self.true.y_m, part))
+        self.true = self._stand(self.true.x_m, self.true.y_m, wrap_rad(self.true.yaw_rad + turn))
+        self.estimate = self._believed(self.estimate.x_m, self.estimate.y_m, yaw_rad)
+        self.trail.append((self.estimate.x_m, self.estimate.y_m, self.estimate.yaw_rad))
+
+    def _err(self) -> None:
+        """A new error of the estimate, as the registration of a new stop leaves it."""
+        dx, dy = self.rng.normal(0.0, self.errors.place_m, 2) if self.errors.place_m else (0.0, 0.0)
+        turn = float(self.rng.normal(0.0, self.errors.heading_rad)) if self.errors.heading_rad else 0.0
+        self.estimate = self._believed(self.true.x_m + dx, self.true.y_m + dy, wrap_rad(self.true.yaw_rad + turn))
+
+    def _in_truth(self, stations: F64) -> F64:
+        """Stations (k, 3) of the estimate's frame where they truly lie, by the error of this stop."""
+        turn = self.true.yaw_rad - self.estimate.yaw_rad
+        c, s = math.cos(turn), math.sin(turn)
+        x, y = stations[:, 0] - self.estimate.x_m, stations[:, 1] - self.estimate.y_m
+        return np.column_stack(
+            [self.true.x_m + c * x - s * y, self.true.y_m + s * x + c * y, stations[:, 2] + turn]
+        )
+
+    def _believed(self, x_m: float, y_m: float, yaw_rad: float) -> Pose:
+        """An estimate there; height and attitude are the true ones (IMU)."""
+        return replace(self.true, x_m=float(x_m), y_m=float(y_m), yaw_rad=float(yaw_rad))
+
+    def _stand(self, x_m: float, y_m: float, yaw_rad: float) -> Pose:
+        return self.world.stand(float(x_m), float(y_m), float(yaw_rad), self.config.rover)
+
+    def _feel(self, pose: Pose) -> None:
+        severity = self.world.contact(pose, self.config.rover)
+        if severity:
+            self.flight.contacts.append((pose.x_m, pose.y_m, severity))

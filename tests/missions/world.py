@@ -1,0 +1,116 @@
+"""A world without physics: true ground in 5 cm steps, a rover that stands on its four wheels, contacts that count.
+
+The rocker differential lets the body follow the plane of the four wheels: pitch from the mean of front and rear, roll
+from left and right. Holes are part of the raster, with steep walls.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from hil.mesh import soil_height
+
+from hil.fields import surface_of
+from hil.heightfield import HeightField
+from hil.terrain import Field, truth_height
+from onboard.config import Rover
+from onboard.records import F32, F64, Grid, Pose, Surface
+
+HARD_BELLY_M, SOFT_BELLY_M = 0.15, 0.12  # ground above the wheel plane under the body
+HARD_STEP_M, SOFT_STEP_M = 0.12, 0.10  # under one wheel
+HARD_TILT_RAD, SOFT_TILT_RAD = math.radians(30), math.radians(27)
+CLEAR, SOFT, HARD = 0, 1, 2
+
+
+@dataclass(frozen=True)
+class World:
+    """True heights (rows, columns) on `grid`; where the rover starts and wants to go; what is drawn into the ground.
+
+    holes: (n, 4) x, y, width, depth.
+    """
+
+    grid: Grid
+    heights_m: F32
+    start: Pose
+    goal_m: tuple[float, float]
+    seed: int
+    kind: str
+    holes: F64
+
+    @cached_property
+    def rays(self) -> HeightField:
+        """What beams meet."""
+        return HeightField(self.grid, self.heights_m)
+
+    def height_m(self, x_m: F64, y_m: F64) -> F64:
+        """True height at points."""
+        return soil_height(self.grid, self.heights_m, x_m, y_m)
+
+    def sunk(self, holes: F64) -> World:
+        """The same world with round holes (n, 4) of x, y, width, depth, their walls steep."""
+        grid, heights = self.grid, self.heights_m.copy()
+        x, y = grid.x0_m + np.arange(grid.columns) * grid.cell_m, grid.y0_m + np.arange(grid.rows) * grid.cell_m
+        for at_x, at_y, width_m, depth_m in holes:
+            heights[np.hypot(x[None, :] - at_x, y[:, None] - at_y) <= width_m / 2] -= np.float32(depth_m)
+        return replace(self, heights_m=heights, holes=np.concatenate([self.holes, holes]))
+
+    def stand(self, x_m: float, y_m: float, yaw_rad: float, rover: Rover) -> Pose:
+        """The pose of the rover set down there, from the heights under its wheels."""
+        c, s = math.cos(yaw_rad), math.sin(yaw_rad)
+        length, width = rover.half_wheelbase_m, rover.half_track_m
+        along, across = np.array([length, -length, -length, length]), np.array([width, width, -width, -width])
+        z = self.height_m(x_m + c * along - s * across, y_m + s * along + c * across)
+        pitch = math.atan2(float(z[1] + z[2] - z[0] - z[3]) / 2, 2 * length)  # nose up is negative (REP-103)
+        roll = math.atan2(float(z[0] + z[1] - z[2] - z[3]) / 2, 2 * width)
+        return Pose(x_m, y_m, float(z.mean()), roll, pitch, yaw_rad)
+
+    def contact(self, pose: Pose, rover: Rover) -> int:
+        """CLEAR, SOFT or HARD of the rover standing at a pose: belly, a step under a wheel, tilt."""
+        tilt = max(abs(pose.roll_rad), abs(pose.pitch_rad))
+        belly, step = self._belly_m(pose, rover), self._step_m(pose, rover)
+        if belly > HARD_BELLY_M or step > HARD_STEP_M or tilt > HARD_TILT_RAD:
+            return HARD
+        return SOFT if belly > SOFT_BELLY_M or step > SOFT_STEP_M or tilt > SOFT_TILT_RAD else CLEAR
+
+    def _belly_m(self, pose: Pose, rover: Rover) -> float:
+        """How far the ground under the deck rises above the wheel plane at most."""
+        x, y = _lattice(2 * rover.half_wheelbase_m, 2 * rover.half_track_m, self.grid.cell_m / 2)
+        return float(self._above(pose, x, y).max())
+
+    def _step_m(self, pose: Pose, rover: Rover) -> float:
+        """The largest range of the ground under one wheel, with the wheel plane taken out."""
+        x, y = _lattice(2 * rover.wheel_radius_m, rover.wheel_width_m, self.grid.cell_m / 2)
+        ranges = [
+            np.ptp(self._above(pose, x + a * rover.half_wheelbase_m, y + b * rover.half_track_m))
+            for a, b in ((1, 1), (-1, 1), (-1, -1), (1, -1))
+        ]
+        return float(max(ranges))
+
+    def _above(self, pose: Pose, along_m: F64, across_m: F64) -> F64:
+        """Height of the ground over the wheel plane at points of the body."""
+        c, s = math.cos(pose.yaw_rad), math.sin(pose.yaw_rad)
+        plane = pose.z_m - along_m * math.tan(pose.pitch_rad) + across_m * math.tan(pose.roll_rad)
+        return self.height_m(pose.x_m + c * along_m - s * across_m, pose.y_m + s * along_m + c * across_m) - plane
+
+
+def _lattice(length_m: float, width_m: float, step_m: float) -> tuple[F64, F64]:
+    """Points over a rectangle about the origin, its border included."""
+    x = np.linspace(-length_m / 2, length_m / 2, math.ceil(length_m / step_m) + 1)
+    y = np.linspace(-width_m / 2, width_m / 2, math.ceil(width_m / step_m) + 1)
+    across, along = np.meshgrid(y, x)
+    return along.ravel(), across.ravel()
+
+
+def of_field(field: Field, kind: str) -> World:
+    """The world of a field, without holes."""
+    return World(
+        field.grid, truth_height(field), field.start, field.goal_m, field.seed, kind, holes=np.empty((0, 4))
+    )
+
+
+def true_surface(world: World, cell_m: float) -> Surface:
+    """The whole true ground as a planner would know it at best: every cell hit."""
+    return surface_of(world.grid, world.heights_m, cell_m)
