@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 REPLANNED_M = 1.0
 TOLERANCE_M = {"fbm": 0.3, "craters": 0.3, "flat": 0.3, "real": 0.5}
 HISTOGRAM_MS, HISTOGRAM_BINS = (0.1, 1000.0), 40
-_PACKAGES = ("numpy", "scipy", "pybullet", "small-gicp", "python-can", "pymavlink", "eclipse-zenoh")
+_PACKAGES = ("numpy", "scipy", "pybullet", "small-gicp", "filterpy", "python-can", "pymavlink", "eclipse-zenoh")
 
 
 @dataclass(frozen=True, slots=True)

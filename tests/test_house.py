@@ -17,6 +17,7 @@ ONE_IMPORTER = {
     "can": {"onboard/drivers/can_bus.py"},
     "zenoh": {"onboard/drivers/link_port.py", "hil/link_emulator.py", "ground/station.py"},
     "pybullet": {"hil/engine.py"},
+    "filterpy": {"onboard/perception/localisation.py"},
     "rasterio": {"onboard/drivers/dem_file.py"},
     "small_gicp": {"onboard/perception/registration.py"},
 }

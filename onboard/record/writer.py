@@ -22,7 +22,7 @@ from onboard.record.schema import INPUTS, OUTPUTS, encode_inputs, encode_outputs
 from onboard.records import Gdem, Inputs, Outputs
 
 _SCHEMA_TEXT = b"layout: see onboard/record/schema.py of the version in versions.json"
-_PACKAGES = ("numpy", "scipy", "small-gicp", "python-can", "pymavlink", "eclipse-zenoh", "mcap")
+_PACKAGES = ("numpy", "scipy", "filterpy", "small-gicp", "python-can", "pymavlink", "eclipse-zenoh", "mcap")
 
 
 class Recorder:

@@ -15,11 +15,11 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 import numpy as np
+
 from hil.fractal import fractal_heights
 from hil.mesh import slopes_deg
 from hil.rock_sizes import Golombek, PowerLaw, RockLaw
 from hil.rocks import scatter_rocks
-
 from hil.terrain import Field
 from onboard.records import F32, F64, Gdem, Grid, Pose
 from tests.missions.world import World, of_field

@@ -11,10 +11,10 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from hil.mesh import soil_height
 
 from hil.fields import surface_of
 from hil.heightfield import HeightField
+from hil.mesh import soil_height
 from hil.terrain import Field, truth_height
 from onboard.config import Rover
 from onboard.records import F32, F64, Grid, Pose, Surface
