@@ -9,7 +9,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <cstring>
 #include <limits>
 
 namespace eldorado {
@@ -71,7 +70,10 @@ class GridSearch {
         }
         const double cell_m = p_.cell_m;
         double* const end = cost_ + (p_.rows + 2) * stride_;
-        for (double* cost = cost_; cost != end; ++cost) *cost = *cost < 0.0 ? kFar : *cost * cell_m;
+        for (double* cost = cost_; cost != end; ++cost) {
+            const double metres = *cost * cell_m;
+            *cost = metres < 0.0 ? kFar : metres;
+        }
         __atomic_store_n(w_.progress, p_.rows * p_.columns, __ATOMIC_RELAXED);
         return true;
     }
@@ -81,9 +83,6 @@ class GridSearch {
     static constexpr double kClosed = -1.0;  // an obstacle: no price is lower
     static constexpr double kDiagonal = 1.4142135623730951;
     static constexpr std::int32_t kNone = -1;
-
-    typedef double Four __attribute__((vector_size(32)));
-    typedef std::int64_t Bits __attribute__((vector_size(32)));
 
     // To a neighbour `way` further; a diagonal leads between the cells `beside` and `across` (0: the cell itself).
     struct Step {
@@ -135,15 +134,12 @@ class GridSearch {
     void expand(std::int64_t cell) {
         const double from = cost_[cell], straight = from + 1.0, slant = from + kDiagonal;
         const double* const at = cost_ + cell;
-        const Four above{slant, straight, slant, kClosed}, own{straight, kClosed, straight, kClosed};
-        const Four below{kClosed, slant, straight, slant};
-        Four north, level, south;  // from the left neighbour, and up to the right one: never past the field
-        std::memcpy(&north, at - stride_ - 1, sizeof north);
-        std::memcpy(&level, at - 1, sizeof level);
-        std::memcpy(&south, at + stride_ - 2, sizeof south);
-        const Bits found =
-            ((above < north) & Bits{1, 2, 4, 0}) | ((own < level) & Bits{8, 0, 16, 0}) | ((below < south) & Bits{0, 32, 64, 128});
-        auto cheaper = static_cast<unsigned>((found[0] | found[1]) | (found[2] | found[3]));
+        const double* const north = at - stride_;
+        const double* const south = at + stride_;
+        unsigned cheaper = static_cast<unsigned>(slant < north[-1]) | static_cast<unsigned>(straight < north[0]) << 1 |
+                           static_cast<unsigned>(slant < north[1]) << 2 | static_cast<unsigned>(straight < at[-1]) << 3 |
+                           static_cast<unsigned>(straight < at[1]) << 4 | static_cast<unsigned>(slant < south[-1]) << 5 |
+                           static_cast<unsigned>(straight < south[0]) << 6 | static_cast<unsigned>(slant < south[1]) << 7;
         for (; cheaper != 0; cheaper &= cheaper - 1) {
             const Step& step = steps_[__builtin_ctz(cheaper)];
             if (at[step.beside] < 0.0 && at[step.across] < 0.0) continue;
