@@ -3,7 +3,6 @@
 #include "bind_grid_search.hpp"
 #include "bind_pose_field.hpp"
 #include "bind_raster.hpp"
-
 #include "bind_sight.hpp"
 #include "bind_visibility.hpp"
 #include "cpu.hpp"
