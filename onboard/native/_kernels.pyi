@@ -102,4 +102,27 @@ def view_from_into(
 def repeat_first_beam(
     dj: I32, di: I32, inverse_pm: F32, share: I32, height_m: F32, eye_m: float, times: int
 ) -> tuple[int, int]: ...
+def distance_into(
+    free: U8,
+    goals: U8,
+    closeness: F32 | None,
+    cell_m: float,
+    dearest: float,
+    progress: NDArray[np.int64],
+    cancel: U8,
+    cost: F64,
+) -> bool: ...
+def sight_price_m(
+    free: U8,
+    closeness: F32 | None,
+    x0_m: float,
+    y0_m: float,
+    cell_m: float,
+    ax_m: float,
+    ay_m: float,
+    bx_m: float,
+    by_m: float,
+    spacing_m: float,
+    orientation: int,
+) -> float: ...
 def simd_width() -> int: ...

@@ -1,23 +1,25 @@
 // The pose field for Python.
 #pragma once
 
+#include <memory>
+
 #include "bind.hpp"
 #include "pose_field.hpp"
 
 namespace eldorado {
 
 static void cost_to_go_into(Array<const std::uint8_t, 3> freedom, int least_freedom, nb::object closeness,
-                            Array<const float, 2> moves_m, float turn_m, float width_m, float dearest_m,
+                            Array<const float, 2> moves_m, double turn_m, double width_m, double dearest_m,
                             Array<const std::int64_t, 1> seeds, Array<const float, 1> seed_costs_m,
                             Array<float, 3> cost) {
     const bool soft = !closeness.is_none();
     Array<const float, 3> ratios;
     if (soft) ratios = nb::cast<Array<const float, 3>>(closeness);
-    const std::size_t states = freedom.size();
+    const auto rows = static_cast<std::int64_t>(freedom.shape(1)), columns = static_cast<std::int64_t>(freedom.shape(2));
     std::size_t heads = 4;
-    while (static_cast<float>(heads) < dearest_m / width_m + 3.0f) heads *= 2;
-    const PoseProblem problem{static_cast<std::int64_t>(freedom.shape(1)),
-                              static_cast<std::int64_t>(freedom.shape(2)),
+    while (static_cast<double>(heads) < dearest_m / width_m + 3.0) heads *= 2;
+    const PoseProblem problem{rows,
+                              columns,
                               freedom.data(),
                               static_cast<std::uint8_t>(least_freedom),
                               soft ? ratios.data() : nullptr,
@@ -27,10 +29,12 @@ static void cost_to_go_into(Array<const std::uint8_t, 3> freedom, int least_free
                               seed_costs_m.data(),
                               static_cast<std::int64_t>(seeds.size())};
     nb::gil_scoped_release unlocked;
-    std::vector<PoseLink> links(states);
+    const auto cells = static_cast<std::size_t>(PoseSearch::cells_needed(rows, columns));
+    const std::unique_ptr<PoseLanes[]> costs(new PoseLanes[cells]), halves(soft ? new PoseLanes[cells] : nullptr);
+    const std::unique_ptr<PoseLink[]> links(new PoseLink[cells]);
     std::vector<std::int32_t> buckets(heads);
-    const PoseWork work{links.data(), buckets.data(), static_cast<std::int64_t>(heads), width_m};
-    PoseSearch(problem, work, cost.data()).run();
+    const PoseWork work{costs.get(), halves.get(), links.get(), buckets.data(), static_cast<std::int64_t>(heads), width_m};
+    PoseSearch(problem, work).run(cost.data());
 }
 
 inline void bind_pose_field(nb::module_& m) {

@@ -1,7 +1,9 @@
 // The extension module, built once for each instruction set (CMakeLists.txt) under the name KERNELS_MODULE. Each subject
 // binds itself: unpack arrays, own the workspace, release the lock, no logic.
+#include "bind_grid_search.hpp"
 #include "bind_pose_field.hpp"
 #include "bind_raster.hpp"
+#include "bind_sight.hpp"
 #include "bind_visibility.hpp"
 #include "cpu.hpp"
 
@@ -10,4 +12,6 @@ NB_MODULE(KERNELS_MODULE, m) {
     eldorado::bind_raster(m);
     eldorado::bind_pose_field(m);
     eldorado::bind_visibility(m);
+    eldorado::bind_grid_search(m);
+    eldorado::bind_sight(m);
 }

@@ -10,9 +10,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from scipy.sparse import csr_matrix
-from scipy.sparse.csgraph import dijkstra
 
+from onboard.native import distance as native
 from onboard.planning.contract import Plan, Problem
 from onboard.planning.path import drivable, ground_of
 from onboard.planning.poses import Freedom, orientation
@@ -21,45 +20,16 @@ from onboard.records import F32, F64, I32, Bool
 NEIGHBOURS = ((0, 1), (1, 1), (1, 0), (1, -1), (0, -1), (-1, -1), (-1, 0), (-1, 1))  # (dj, di)
 
 
-def cost_to_go(free: Bool, goals: Bool, cell_m: float, closeness: F32 | None = None) -> F32:
-    """Price in metres from each free cell to the nearest goal cell, float32 (rows, columns), inf where there is no way.
+def cost_to_go(free: Bool, goals: Bool, cell_m: float, closeness: F32 | None = None) -> F64:
+    """Price in metres from each free cell to the nearest goal cell, float64 (rows, columns), inf where there is no way.
 
-    closeness: ratio >= 0; an edge costs its length times 1 + its mean at both ends. Goals that are not free count for
-    nothing.
+    closeness: float32 ratio >= 0; an edge costs its length times 1 + its mean at both ends. Goals that are not free
+    count for nothing. Raises ValueError for wrong shapes, dtypes or ratios.
     """
-    rows, columns = free.shape
-    nodes, index = free.size, np.arange(free.size).reshape(free.shape)
-    price = np.ones(free.shape) if closeness is None else 1.0 + closeness.astype(np.float64)
-    start, end, weight = [], [], []
-    for dj, di in NEIGHBOURS:
-        j, i = np.nonzero(_moves(free, dj, di))
-        start.append(index[j, i])
-        end.append(index[j + dj, i + di])
-        weight.append(cell_m * np.hypot(dj, di) * 0.5 * (price[j, i] + price[j + dj, i + di]))
-    seeds = index[free & goals]
-    if len(seeds) == 0:
-        return np.full(free.shape, np.inf, dtype=np.float32)
-    graph = csr_matrix((np.concatenate(weight), (np.concatenate(start), np.concatenate(end))), shape=(nodes, nodes))
-    cost = dijkstra(graph, indices=seeds, min_only=True)
-    return np.asarray(cost.reshape(rows, columns), dtype=np.float32)
+    return native.cost_to_go(free, goals, cell_m, closeness)
 
 
-def _moves(free: Bool, dj: int, di: int) -> Bool:
-    """Cells (j, i) from which the step (dj, di) is allowed: both ends free, not between two obstacles."""
-    rows, columns = free.shape
-    padded = np.zeros((rows + 2, columns + 2), dtype=bool)
-    padded[1:-1, 1:-1] = free
-
-    def at(down: int, right: int) -> Bool:
-        return padded[1 + down : 1 + down + rows, 1 + right : 1 + right + columns]
-
-    allowed = free & at(dj, di)
-    if dj and di:
-        allowed &= at(dj, 0) | at(0, di)
-    return np.asarray(allowed)
-
-
-def descend(cost: F32, free: Bool, start: tuple[int, int]) -> I32:
+def descend(cost: F64, free: Bool, start: tuple[int, int]) -> I32:
     """The cells (k, 2) of the steepest descent from `start` to a goal, both included; empty where there is no way.
 
     Each next cell is the lowest among the allowed neighbours that lie strictly lower, per length of the step.
@@ -74,7 +44,7 @@ def descend(cost: F32, free: Bool, start: tuple[int, int]) -> I32:
     return np.array(cells, dtype=np.int32)
 
 
-def _lowest(cost: F32, free: Bool, j: int, i: int) -> tuple[int, int]:
+def _lowest(cost: F64, free: Bool, j: int, i: int) -> tuple[int, int]:
     rows, columns = cost.shape
     best, best_fall = (j, i), 0.0
     for dj, di in NEIGHBOURS:

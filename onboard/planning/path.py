@@ -18,6 +18,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from onboard.native import sight
 from onboard.planning.poses import ORIENTATIONS, Freedom, orientation
 from onboard.records import F32, F64, I32, U8, Bool, Grid, Path
 from protocol.conventions import wrap_rad
@@ -51,14 +52,12 @@ class Ground(NamedTuple):
         inside = (i >= 0) & (i < self.grid.columns) & (j >= 0) & (j < self.grid.rows)
         return bool(inside.all() and self.free[o, j, i].all())
 
-    def price_m(self, line: F64) -> float:
-        """Length of a line of free stations (k, 3), each piece times 1 + its closeness."""
-        pieces = np.hypot(*np.diff(line[:, :2], axis=0).T)
-        if self.closeness is None:
-            return float(pieces.sum())
-        j, i, o = self._poses(line)
-        near = self.closeness[o, j, i]
-        return float((pieces * (1.0 + 0.5 * (near[1:] + near[:-1]))).sum())
+    def price_m(
+        self, a: tuple[float, float], b: tuple[float, float], axis_rad: float, spacing_m: float = SPACING_M
+    ) -> float:
+        """Price of the straight way from a to b with the axis held, inf where a pose of its stations is not free."""
+        line = (a, b, round(axis_rad / STEP_RAD) % ORIENTATIONS)
+        return sight.price_m(self.free, self.closeness, self.grid, line, spacing_m)
 
     def _poses(self, stations: F64) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
         grid = self.grid
@@ -128,7 +127,7 @@ def _prices(points: list[tuple[float, float]], axes: list[int], ground: Ground) 
     """Price of the chain from its first point to each."""
     gone = [0.0]
     for a, b, axis in zip(points, points[1:], axes[1:]):
-        gone.append(gone[-1] + ground.price_m(np.array([(*a, axis * STEP_RAD), (*b, axis * STEP_RAD)])))
+        gone.append(gone[-1] + ground.price_m(a, b, axis * STEP_RAD, math.inf))
     return gone
 
 
@@ -142,8 +141,7 @@ def _sight(
     if math.dist(a, b) < 1e-9:
         return None
     heading = math.atan2(b[1] - a[1], b[0] - a[0])
-    line = _line(a, b, heading)
-    if not ground.allows(line) or ground.price_m(line) > most_m or _turn(a, axis_rad, heading, ground) is None:
+    if ground.price_m(a, b, heading) > most_m or _turn(a, axis_rad, heading, ground) is None:
         return None
     return heading
 
@@ -152,7 +150,7 @@ def _step(
     a: tuple[float, float], b: tuple[float, float], axis_rad: float, before_rad: float, ground: Ground
 ) -> float | None:
     """A step of the chain as it is: turn at a from `before_rad`, then to b with a fixed axis; None where not free."""
-    free = ground.allows(_line(a, b, axis_rad)) and _turn(a, before_rad, axis_rad, ground) is not None
+    free = math.isfinite(ground.price_m(a, b, axis_rad)) and _turn(a, before_rad, axis_rad, ground) is not None
     return axis_rad if free else None
 
 
