@@ -182,7 +182,7 @@ def decide(state: MissionState, situation: Situation, mission: Mission) -> tuple
         return _terminal(situation, away, mission), state
     choice = situation.choice
     if choice is not None and state.since_record < RECORD_STOPS and not repeats(state, choice.stop):
-        return _drive(choice, "R10", f"{choice.reason}; the way left still shrinks"), state
+        return _drive(choice, "R10", f"the way left still shrinks; {choice.reason}"), state
     commit, rule = (situation.commit, "R5") if situation.commit else (situation.confirm, "R7")
     if commit is None:
         return _no_way(state, situation)
