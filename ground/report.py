@@ -172,7 +172,12 @@ def _maps(run: Run) -> str:
         "The local elevation map after the scans of each stop, in its four node sets; the star is where the rover goes "
         "next, the wedge what it will look at from there."
     )
-    return picture(draw.ldem_picture(run), caption)
+    chosen = [
+        picture(draw.choice_picture(run, plan), f"Stop {number}: where the strategy would scan next, and why there.")
+        for number, (_, plan) in enumerate(run.plans, 1)
+        if plan.scoring
+    ]
+    return picture(draw.ldem_picture(run), caption) + "".join(chosen)
 
 
 def _motion(run: Run) -> str:

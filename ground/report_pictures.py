@@ -7,9 +7,11 @@ import math
 import numpy as np
 
 from ground.run_files import Run
+from onboard.planning.archive import PlanPicture
 from onboard.records import F64, Gdem, Grid
 from pictures import figures
 from pictures.ldem import ldems
+from pictures.next_position import next_position
 from pictures.orientation import orientation
 from pictures.paths import Ways, paths
 from pictures.style import png
@@ -39,10 +41,19 @@ def orientation_picture(run: Run) -> bytes:
 
 def ldem_picture(run: Run) -> bytes:
     """Fig. 9, a panel for each stop, PNG."""
+    return png(ldems([plan for _, plan in run.plans], *_looks(run)))
+
+
+def choice_picture(run: Run, plan: PlanPicture) -> bytes:
+    """What the strategy scored at one stop, PNG."""
+    return png(next_position(plan, *_looks(run)))
+
+
+def _looks(run: Run) -> tuple[float, tuple[float, float]]:
+    """Half the scan's sector; length and width of the body."""
     rover = run.config.get("rover", {})
     body_m = (float(rover.get("body_length_m", 0.95)), float(rover.get("body_width_m", 0.56)))
-    sector_rad = float(run.config.get("scanning", {}).get("sector_rad", math.radians(65)))
-    return png(ldems([plan for _, plan in run.plans], sector_rad, body_m))
+    return float(run.config.get("scanning", {}).get("sector_rad", math.radians(65))), body_m
 
 
 def terrain_picture(run: Run) -> bytes:

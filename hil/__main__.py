@@ -85,6 +85,7 @@ def conclude(scenario: Scenario, result: RunResult) -> dict[str, object]:
 
 
 SeedOption = Annotated[int, typer.Option(min=1, help="The n-th accepted field.")]
+StrategyOption = Annotated[str, typer.Option(help="Next stop by optimistic, explore, visibility or hill-climb.")]
 TerrainOption = Annotated[str, typer.Option(help="fbm: 20 m fractal field, craters: with them, real: DEM, flat.")]
 
 
@@ -93,7 +94,7 @@ def demo(
     seed: SeedOption = 1,
     terrain: TerrainOption = "fbm",
     out: Annotated[Path, typer.Option(help="Folder of the run.")] = Path("build/demo"),
-    strategy: Annotated[str, typer.Option(help="Choice of the next stop: optimistic or visibility.")] = "optimistic",
+    strategy: StrategyOption = "optimistic",
 ) -> None:
     """Drive a rover across rocks to its goal; ends with the path of the report.
 

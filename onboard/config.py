@@ -140,13 +140,15 @@ class Planning:
 class Mission:
     """The mission rule."""
 
-    strategy: str = value("optimistic", "how the next stop is chosen", one_of=("optimistic", "visibility"))
+    strategy: str = value("optimistic", "row of planning.strategies.STRATEGIES: how the next stop is chosen",
+                          one_of=("optimistic", "explore", "visibility", "hill-climb"))
     goal_tolerance_m: float = value(0.3, "arrived when the estimate is this near", low=0.05, high=10)
     leg_m: float = value(4.0, "longest way between two scans: odometry slips", low=0.5, high=100)
     stop_limit: int = value(40, "most sensing stops of one mission", low=1, high=10_000)
     weight_occlusion: float = value(1.0, "W_occ of Eq. 28", low=0, high=100)
     weight_distance: float = value(0.5, "W_L of Eq. 28", low=0, high=100)
-    candidate_stride: int = value(4, "every n-th free cell is a candidate of the next sensing position", low=1, high=50)
+    distance: str = value("cost-to-go", "L of Eq. 28: over the map's ways, or Eq. 27's straight line",
+                          one_of=("cost-to-go", "straight-line"))
     ground: str = value("smooth", "smooth, or pitted: holes are possible", one_of=("smooth",))
     gdem: str = value("", "the orbiter's map, an .npz of heights_m, x0_m, y0_m, cell_m; empty: flat, unknown")
 

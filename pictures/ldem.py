@@ -9,10 +9,11 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.patches import Patch, Polygon, Wedge
+from matplotlib.patches import Patch
 
 from onboard.planning.archive import PlanPicture
 from onboard.records import NodeSet
+from pictures.marks import NEXT, RING, goal, rover, sector, star
 from pictures.style import BLACK, BLUE, PAGE_IN, RED, drawn, figure
 from pictures.terrain import extent, hillshade, map_axes
 
@@ -20,11 +21,7 @@ SET_COLOURS = {NodeSet.OUTSIDE: "#f7f7f7", NodeSet.OCCLUDED: "#9a9aa6", NodeSet.
                NodeSet.FREE: "#bfe0d2"}
 SET_NAMES = {NodeSet.OUTSIDE: "outside", NodeSet.OCCLUDED: "occluded", NodeSet.OBSTACLE: "obstacle",
              NodeSet.FREE: "free"}
-NEXT = "#7a2d8f"
 COLUMNS = 3
-_SECTOR_M = 2.0
-_RING = {"marker": "o", "markersize": 11, "markerfacecolor": "none", "markeredgecolor": RED, "markeredgewidth": 2,
-         "linestyle": "none"}
 
 
 @drawn
@@ -69,42 +66,14 @@ def _panel(axes: Axes, plan: PlanPicture, sector_rad: float, body_m: tuple[float
     if len(plan.alternatives):
         axes.plot(*plan.alternatives[:, :2].T, "o", color=BLUE, markersize=5, markeredgecolor="white")
     if plan.kind in ("drive", "goal") and len(plan.path):
-        _next_position(axes, plan, sector_rad)
-    _rover(axes, plan.pose, body_m)
-    _goal(axes, plan)
+        if plan.kind == "drive":
+            sector(axes, (*plan.path[-1, :2], plan.heading_rad), sector_rad)
+        star(axes, plan.path[-1, :2])
+    rover(axes, plan.pose, body_m)
+    goal(axes, plan)
     axes.set_xlim(left, right)
     axes.set_ylim(bottom, top)
     map_axes(axes)
-
-
-def _next_position(axes: Axes, plan: PlanPicture, sector_rad: float) -> None:
-    x, y = plan.path[-1, :2]
-    if plan.kind == "drive":
-        a, b = (math.degrees(plan.heading_rad + part) for part in (-sector_rad, sector_rad))
-        axes.add_patch(Wedge((x, y), _SECTOR_M, a, b, facecolor=NEXT, alpha=0.22, edgecolor=NEXT, linewidth=1))
-    axes.plot(x, y, "*", color=NEXT, markersize=12, markeredgecolor="white", zorder=6)
-
-
-def _goal(axes: Axes, plan: PlanPicture) -> None:
-    """The goal, or at the map's edge an arrow towards it."""
-    left, right, bottom, top = extent(plan.grid)
-    rim = 0.04 * (right - left)
-    inside = np.clip(plan.goal_m, (left + rim, bottom + rim), (right - rim, top - rim))
-    away = plan.goal_m - plan.pose[:2]
-    beyond = not np.array_equal(inside, plan.goal_m)
-    if beyond:
-        marker = (3, 0, math.degrees(math.atan2(away[1], away[0])) - 90)
-        axes.plot(*inside, marker=marker, color=RED, markersize=10, markeredgecolor="white", zorder=7)
-    else:
-        axes.plot(*inside, **_RING, zorder=7)
-
-
-def _rover(axes: Axes, pose: np.ndarray, body_m: tuple[float, float]) -> None:
-    """The body's outline with a pointed nose."""
-    outline = np.array([(-0.5, -0.5), (0.3, -0.5), (0.5, 0), (0.3, 0.5), (-0.5, 0.5)]) * body_m
-    cosine, sine = math.cos(pose[3]), math.sin(pose[3])
-    corners = outline @ np.array([[cosine, sine], [-sine, cosine]]) + pose[:2]
-    axes.add_patch(Polygon(corners, facecolor="white", edgecolor=BLACK, linewidth=1.2, zorder=5))
 
 
 def _legend(plans: Sequence[PlanPicture]) -> list[Patch | Line2D]:
@@ -114,7 +83,7 @@ def _legend(plans: Sequence[PlanPicture]) -> list[Patch | Line2D]:
         Line2D([], [], color=BLACK, linewidth=2, label="path to drive"),
         Line2D([], [], color=BLUE, linestyle=(0, (3, 2)), label="optimistic path"),
         Line2D([], [], color=NEXT, marker="*", linestyle="none", markersize=11, label="next sensing position, sector"),
-        Line2D([], [], label="goal, or the way to it", **_RING),
+        Line2D([], [], label="goal, or the way to it", **RING),
     ]
     if any(len(plan.alternatives) for plan in plans):
         lines.append(Line2D([], [], color=BLUE, markersize=6, label="candidates", **dot))

@@ -7,7 +7,8 @@ Keys, metres and radians in the map frame; grids are (rows, columns), row along 
     pose         (4,) x, y, z, yaw             goal_m             (2,)
     kind rule reason                           heading_rad        to look at when the path is driven
     path         (k, 3) x, y, yaw              target_m           (0 or 1, 2) what the stop is for
-    global_path optimistic_path  (k, 2)        alternatives       (m, 4) x, y, heading, score
+    global_path optimistic_path  (k, 2)        scoring            how the strategy chose, empty where not asked
+    choice       (0 or 1, 4) x, y, heading, E  alternatives       (m, 4) likewise, its next best
     stops        (k, 3) scanned from so far    marked             (k, 2) points that count as blocked
 """
 
@@ -15,13 +16,14 @@ from __future__ import annotations
 
 import io
 import zipfile
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from onboard.planning.next_position import Choice
 from onboard.planning.plan_records import PlanResult
 from onboard.records import F32, F64, U8, Grid
 
@@ -44,6 +46,8 @@ class PlanPicture:
     target_m: F64
     global_path: F64
     optimistic_path: F64
+    scoring: str
+    choice: F64
     alternatives: F64
     stops: F64
     marked: F64
@@ -52,14 +56,15 @@ class PlanPicture:
 def to_npz(result: PlanResult) -> bytes:
     """The plan of a stop as the bytes of an .npz."""
     decision, report, state = result.decision, result.report, result.state
-    grid = report.grid
+    grid, found = report.grid, report.next_position
+    best = () if found is None or found.best is None else (found.best,)
     target = decision.data.get("target_m")
     buffer = io.BytesIO()
     np.savez_compressed(
         buffer,
         heights_m=report.z_mean.astype(np.float32),
         node_sets=report.node_sets,
-        score_map=np.empty((0, 0), np.float32) if report.score_map is None else report.score_map,
+        score_map=np.empty((0, 0), np.float32) if found is None else found.score_map.astype(np.float32),
         x0_m=grid.x0_m,
         y0_m=grid.y0_m,
         cell_m=grid.cell_m,
@@ -73,7 +78,9 @@ def to_npz(result: PlanResult) -> bytes:
         target_m=_rows([] if target is None else [target], 2),
         global_path=_rows(report.global_path, 2),
         optimistic_path=_rows(report.optimistic_path, 2),
-        alternatives=_rows([(c.x_m, c.y_m, c.heading_rad, c.score) for c in report.alternatives], 4),
+        scoring="" if found is None else found.reason,
+        choice=_places(best),
+        alternatives=_places(() if found is None else found.alternatives),
         stops=_rows(state.stops, 3),
         marked=_rows(state.marked, 2),
     )
@@ -108,10 +115,16 @@ def _picture(file: Mapping[str, NDArray[Any]]) -> PlanPicture:
         target_m=file["target_m"],
         global_path=file["global_path"],
         optimistic_path=file["optimistic_path"],
+        scoring=str(file["scoring"]),
+        choice=file["choice"],
         alternatives=file["alternatives"],
         stops=file["stops"],
         marked=file["marked"],
     )
+
+
+def _places(choices: Sequence[Choice]) -> F64:
+    return _rows([(c.x_m, c.y_m, c.heading_rad, c.score) for c in choices], 4)
 
 
 def _rows(values: Any, width: int) -> F64:

@@ -17,9 +17,10 @@ from numpy.typing import NDArray
 
 from onboard.perception.cell_classes import classify
 from onboard.planning import global_path, mission_rule, options
+from onboard.planning.gain import Eyes
 from onboard.planning.global_path import GlobalField
 from onboard.planning.mission_rule import BLOCK_M, Again, MissionState, Situation, Stop
-from onboard.planning.next_position import Eyes, NextPosition
+from onboard.planning.next_position import NextPosition
 from onboard.planning.options import Fields
 from onboard.planning.plan_records import PlanReport, PlanRequest, PlanResult, Settings
 from onboard.planning.pose_field import cost_to_go
@@ -119,11 +120,9 @@ def _situation(stop: _Stop, fields: Fields, state: MissionState) -> tuple[Situat
     terminal = situation.terminal
     if terminal is not None and math.dist(terminal.stop[:2], request.goal_m) <= mission.goal_tolerance_m / 2:
         return situation, None
-    answer = None
     eyes = _eyes(request.settings)
-    if mission.strategy == "visibility":
-        found, answer = options.choice(fields, eyes, state, mission)
-        situation = replace(situation, choice=found)
+    found, answer = options.choice(fields, eyes, state, mission)
+    situation = replace(situation, choice=found)
     commit = options.commit(fields)
     situation = replace(situation, commit=commit)
     if commit is None:
@@ -231,6 +230,5 @@ def _report(
         z_mean=fields.surface.z_mean,
         global_path=np.array([start, request.goal_m]) if field is None else global_path.path(field, start),
         optimistic_path=np.array([grid.x0_m, grid.y0_m]) + chain[:, 1::-1] * grid.cell_m,
-        score_map=None if answer is None else answer.score_map,
-        alternatives=() if answer is None else answer.alternatives,
+        next_position=answer,
     )

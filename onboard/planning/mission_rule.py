@@ -58,7 +58,7 @@ class Tried(NamedTuple):
 class Option:
     """A stop that can be driven to. target_m: the first pose that is not free (R5), where there is one.
 
-    data: numbers for the report.
+    data: numbers for the report. reason: why the strategy chose this place.
     """
 
     stop: Stop
@@ -66,6 +66,7 @@ class Option:
     cost_m: float
     target_m: tuple[float, float] | None = None
     data: dict[str, Any] = field(default_factory=dict)
+    reason: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -181,7 +182,7 @@ def decide(state: MissionState, situation: Situation, mission: Mission) -> tuple
         return _terminal(situation, away, mission), state
     choice = situation.choice
     if choice is not None and state.since_record < RECORD_STOPS and not repeats(state, choice.stop):
-        return _drive(choice, "R10", "the strategy's best stop; the way left still shrinks"), state
+        return _drive(choice, "R10", f"the way left still shrinks; {choice.reason}"), state
     commit, rule = (situation.commit, "R5") if situation.commit else (situation.confirm, "R7")
     if commit is None:
         return _no_way(state, situation)

@@ -9,10 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from onboard import config
-from onboard.planning import PLANNERS, visibility
+from onboard.planning import PLANNERS, strategies, visibility
 from onboard.planning.contract import Plan, Problem
+from onboard.planning.gain import Eyes
 from onboard.planning.mission_rule import MissionState, Nearest, Option, Stop
-from onboard.planning.next_position import Eyes, NextPosition, Question, choose
+from onboard.planning.next_position import NextPosition, Question, straight_line_m
 from onboard.planning.path import Ground, turn_to
 from onboard.planning.pose_field import descend
 from onboard.planning.pose_planner import PoseFieldPlanner
@@ -102,20 +103,24 @@ def commit(fields: Fields) -> Option | None:
 
 def choice(
     fields: Fields, eyes: Eyes, state: MissionState, mission: config.Mission
-) -> tuple[Option | None, NextPosition]:
-    """The chapter's next sensing position (Eq. 28) as an option, with its whole answer for the report."""
+) -> tuple[Option | None, NextPosition | None]:
+    """The strategy's next sensing position as an option, with its whole answer; None, None where it scores nothing."""
+    surface = fields.surface
     cost = np.where(fields.reach, fields.optimistic_m, np.float32(np.inf)).min(axis=0)
+    if mission.distance == "straight-line":
+        cost = np.where(np.isfinite(cost), straight_line_m(surface.grid, surface.z_mean, fields.goal_m), cost)
     stops = tuple((s.x_m, s.y_m) for s in state.stops)
     free = np.asarray(fields.reach.any(axis=0))
-    asked = Question(fields.surface.grid, fields.surface.z_mean, free, cost, fields.goal_m, stops)
-    answer = choose(asked, eyes, mission)
-    best = answer.best
-    if best is None:
+    asked = Question(surface.grid, surface.z_mean, free, cost, fields.goal_m, stops)
+    answer = strategies.next_position(asked, eyes, mission, state.number)
+    best = None if answer is None else answer.best
+    if answer is None or best is None:
         return None, answer
     look = (best.x_m + math.cos(best.heading_rad), best.y_m + math.sin(best.heading_rad))
     plan = _plan(fields, _only(fields, best.cell), None)
     data = {"score": best.score, "visibility": best.visibility, "new_cells": best.new_cells}
-    return _looking(fields, plan, look, Option(Stop(*fields.start), _nowhere(fields), best.cost_m, None, data)), answer
+    sketch = Option(Stop(*fields.start), _nowhere(fields), best.cost_m, None, data, answer.reason)
+    return _looking(fields, plan, look, sketch), answer
 
 
 def viewpoint(fields: Fields, target_m: tuple[float, float], state: MissionState, eyes: Eyes) -> Option | None:

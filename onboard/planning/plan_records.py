@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from onboard import config
 from onboard.planning.mission_rule import MissionState
-from onboard.planning.next_position import Choice
+from onboard.planning.next_position import NextPosition
 from onboard.records import F32, F64, U8, Decision, Gdem, Grid, Ldem, Pose
 
 
@@ -41,8 +41,8 @@ class PlanRequest:
 class PlanReport:
     """For the record and for people. node_sets: uint8 of NodeSet, z_mean: float32, both on `grid`.
 
-    global_path: (k, 2) over the orbiter's map, empty where there is none. optimistic_path: (k, 2). score_map: float32,
-    NaN where no candidate, None where the strategy scores nothing; alternatives: the next best of its choices.
+    global_path: (k, 2) over the orbiter's map, empty where there is none. optimistic_path: (k, 2). next_position: what
+    the strategy found, None where it was not asked.
     """
 
     grid: Grid
@@ -50,8 +50,7 @@ class PlanReport:
     z_mean: F32
     global_path: F64
     optimistic_path: F64
-    score_map: F32 | None
-    alternatives: tuple[Choice, ...]
+    next_position: NextPosition | None
 
 
 @dataclass(frozen=True, slots=True)

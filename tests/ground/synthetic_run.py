@@ -14,7 +14,7 @@ from hil.rocks import scatter_rocks
 from hil.terrain import Field, truth_height
 from onboard.config import load
 from onboard.planning.mission_rule import MissionState, Stop
-from onboard.planning.next_position import Choice
+from onboard.planning.next_position import Choice, NextPosition
 from onboard.planning.plan_records import PlanReport, PlanResult
 from onboard.record.writer import Recorder
 from onboard.records import Decision, Event, Gdem, Grid, Inputs, JobDone, NodeSet, Outputs, Path, Pose
@@ -81,10 +81,11 @@ def plan_at(number, heights, grid):
     reason = "the goal is reached over free poses" if last else "3.00 m to the last free pose, then look at <the rest>"
     decision = Decision("goal" if last else "drive", "R4" if last else "R5", reason, Path(path), path[-1, 2],
                         {} if last else {"target_m": tuple(ahead[-1])})
-    choices = () if last else tuple(Choice((1, 2), x + k, y + 1, 0.5, 0.6, 0.7, 9.0, 50.0) for k in (1, 2, 3))
+    best, *others = (Choice((1, 2), x + k, y + 1, 0.5, 0.6, 0.7, -0.1, 0.7, 50.0, 9.0) for k in (1, 2, 3))
+    found = None if last else NextPosition(best, tuple(others), z.astype(np.float64), {"not free": 9})
     report = PlanReport(
         Grid(x0, y0, LDEM_CELL_M, LDEM_CELLS, LDEM_CELLS), sets.astype(np.uint8), z, np.array([(x, y), GOAL]), ahead,
-        z if choices else None, choices,
+        found,
     )
     state = MissionState(number=number + 1, stops=(Stop(x, y, yaw),))
     return PlanResult(decision, state, report, Pose(x, y, 0, yaw_rad=yaw), GOAL)

@@ -46,7 +46,9 @@ def test_the_page_fetches_nothing_from_outside(page):
 
 def test_every_picture_is_inside_the_page_and_has_words(page):
     pictures = re.findall(r'<img alt="([^"]*)" src="data:image/png;base64,([^"]*)">', page)
-    assert page.count("<img") == len(pictures) == 8
+    assert page.count("<img") == len(pictures) == 10
+    scored = [words for words, _ in pictures if "where the strategy would scan next" in words]
+    assert [words.split(":")[0] for words in scored] == ["Stop 1", "Stop 2"]  # the last decides by R4 alone
     assert all(len(words) > 20 and data.startswith("iVBORw0KGgo") for words, data in pictures)
 
 
@@ -92,7 +94,7 @@ def test_without_truth_the_page_shows_only_what_the_rover_knew(tmp_path):
     page = report(tmp_path, with_truth=False).read_text()
     assert "estimated speed" in page
     assert "against where it was" not in page
-    assert page.count("<img") == 5
+    assert page.count("<img") == 7
 
 
 def test_a_record_alone_is_enough(tmp_path):

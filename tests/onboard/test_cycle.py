@@ -12,6 +12,7 @@ from onboard.planning import cycle, plan_records
 from onboard.planning.mission_rule import MissionState
 from onboard.planning.path import is_free
 from onboard.planning.poses import Freedom, pose_freedom, wheel_cells
+from onboard.planning.strategies import STRATEGIES
 from onboard.records import CellClass, Gdem, Grid, NodeSet, Pose, Surface
 
 SETTINGS = plan_records.Settings(
@@ -106,7 +107,7 @@ def test_open_ground_is_crossed_in_a_few_commits_in_a_straight_line():
     assert length(trail) < 1.05 * math.dist((-4, 0), (3, 1.03))
 
 
-@pytest.mark.parametrize("strategy", ["optimistic", "visibility"])
+@pytest.mark.parametrize("strategy", STRATEGIES)
 def test_goal_behind_a_u_shaped_wall_is_reached(strategy):
     world = World([(1.0, -2.2, 1.3, 2.2), (-1.2, 1.9, 1.3, 2.2), (-1.2, -2.2, 1.3, -1.9)])
     settings = replace(SETTINGS, mission=config.Mission(strategy=strategy))
@@ -169,17 +170,34 @@ def test_report_holds_disjoint_sets_and_the_paths():
     j, i = report.grid.cell(pose.x_m, pose.y_m)
     assert report.node_sets[j, i] == NodeSet.FREE
     assert math.dist(report.optimistic_path[-1], (1.5, 0.0)) < 0.35
-    assert report.score_map is None
+    assert report.next_position is None
 
 
-def test_visibility_strategy_reports_its_scores_and_alternatives():
+@pytest.mark.parametrize("strategy", [name for name, row in STRATEGIES.items() if row])
+def test_a_strategy_reports_its_scores_alternatives_and_reason(strategy):
     world, pose = World([]), Pose(-4.0, 0.0)
     begin(world, pose)
-    settings = replace(SETTINGS, mission=config.Mission(strategy="visibility"))
+    settings = replace(SETTINGS, mission=config.Mission(strategy=strategy))
     result = cycle.plan(request(world, pose, (3.0, 0.0), settings=settings))
+    found = result.report.next_position
     assert result.decision.rule == "R10"
-    assert np.isfinite(result.report.score_map).any()
-    assert 1 <= len(result.report.alternatives) <= 5
+    assert result.decision.reason == f"the way left still shrinks; {found.reason}"
+    assert 1 <= len(found.alternatives) <= 5
+    end = result.decision.path.stations[-1]
+    assert math.dist(end[:2], (found.best.x_m, found.best.y_m)) < 1.6  # backed off to turn
+
+
+@pytest.mark.parametrize("distance", ["cost-to-go", "straight-line"])
+def test_distance_of_the_score_is_that_of_the_configuration(distance):
+    world, pose = World([(-1.0, -3.0, -0.7, 3.0)]), Pose(-4.0, 0.0)
+    begin(world, pose)
+    settings = replace(SETTINGS, mission=config.Mission(strategy="visibility", distance=distance))
+    best = cycle.plan(request(world, pose, (3.0, 0.0), settings=settings)).report.next_position.best
+    straight = math.dist((best.x_m, best.y_m), (3.0, 0.0))
+    if distance == "straight-line":
+        assert best.cost_m == pytest.approx(straight, abs=1e-4)
+    else:
+        assert best.cost_m > straight + 0.3  # round the wall
 
 
 def test_a_rover_whose_own_pose_reads_as_blocked_still_moves():

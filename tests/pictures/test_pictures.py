@@ -1,14 +1,18 @@
 """Every picture is a PNG of the aspect it should have, and its legend names what is drawn."""
 
+from dataclasses import replace
+
 import matplotlib as mpl
 import numpy as np
 import pytest
+from matplotlib.patches import Wedge
 
 from onboard.planning.archive import PlanPicture
 from onboard.records import Grid, NodeSet
 from pictures import figures
 from pictures.ground_kinds import Profile, Sizes, craters, fractals, rock_sizes
 from pictures.ldem import SET_COLOURS, ldems, set_picture
+from pictures.next_position import next_position
 from pictures.orientation import orientation
 from pictures.paths import Ways, paths
 from pictures.style import png
@@ -41,7 +45,7 @@ def plan(kind="drive", choices=0):
     return PlanPicture(
         Grid(-1.9, -3.9, 0.2, 40, 40), heights, sets, np.empty((0, 0), np.float32), np.array([0, 0, 0, 0.3]),
         np.array([10.0, 2.0]), kind, "R5", "because", 0.5, LINE[:10], none, LINE[:, :2], LINE[:20, :2],
-        np.ones((choices, 4)), np.empty((0, 3)), none,
+        "", np.empty((0, 4)), np.ones((choices, 4)), np.empty((0, 3)), none,
     )
 
 
@@ -116,6 +120,37 @@ def test_the_four_node_sets_have_four_colours_and_legend_entries():
     made = ldems([plan(choices=2)], 1.1, (0.95, 0.56))
     assert {"outside", "occluded", "obstacle", "free", "path to drive", "candidates"} <= legend(made)
     assert len(np.unique(set_picture(plan()).reshape(-1, 3)[: 20 * 40], axis=0)) == 2
+
+
+def scored(choices):
+    made = plan(choices=0)
+    scores = np.where(made.node_sets == NodeSet.FREE, HEIGHTS[:, :40], np.nan).astype(np.float32)
+    places = np.array([(1.0, 2.0, 0.5, 0.9), (3.0, 2.5, 3.0, 0.8), (-1.0, 3.0, -1.0, 0.7)])[:choices]
+    return replace(made, score_map=scores, scoring="E = because", choice=places[:1], alternatives=places[1:])
+
+
+def test_next_position_shows_scores_the_best_and_numbered_alternatives_with_their_sectors():
+    made = next_position(scored(3), 1.1, (0.95, 0.56))
+    axes, bar = made.axes
+    assert axes.get_title() == "E = because"
+    assert bar.get_ylabel() == "score E (Eq. 28)"
+    assert [text.get_text() for text in axes.texts] == ["1", "2"]
+    wedges = [patch for patch in axes.patches if isinstance(patch, Wedge)]
+    assert [w.center for w in wedges] == [(3.0, 2.5), (-1.0, 3.0), (1.0, 2.0)]
+    assert all(w.theta2 - w.theta1 == pytest.approx(np.degrees(2.2)) for w in wedges)
+    shown = np.ma.filled(axes.images[1].get_array(), np.nan)
+    np.testing.assert_array_equal(shown, scored(3).score_map)
+    assert {"best, its sector", "alternatives, in order", "occluded, no score"} <= legend(made)
+    width, height = size(png(made))
+    assert 0.9 < width / height < 1.1
+
+
+def test_a_stop_without_scores_says_so():
+    made = next_position(plan(), 1.1, (0.95, 0.56))
+    assert made.axes[0].get_title() == "the strategy scored nothing here"
+    assert len(made.axes) == 1
+    assert not any("best" in text for text in legend(made))
+    assert size(png(made))
 
 
 def test_terrain_shows_truth_and_map_with_one_scale_of_heights():
