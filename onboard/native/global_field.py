@@ -20,6 +20,7 @@ from onboard.records import F32, F64, I32, U8
 AXES = 4
 MOST_NODES = 2**31 - 1  # of a map: next_node is int32
 STEPS = 3
+HIGHEST_M = 1e7  # farther from zero is no height: no data
 
 
 class PlanCancelledError(Exception):
@@ -85,7 +86,7 @@ def workspace(rows: int, columns: int) -> Workspace:
 def make_layers(heights_m: F32, cell_m: float, raw_roughness: bool, work: Workspace) -> float:
     """Eq. 21, 23, 24: fills `work.layers`; the largest roughness in metres, 0 without data.
 
-    heights_m: float32 (rows, columns); NaN, infinite or more than 10,000 km from zero: no data. `raw_roughness`: the
+    heights_m: float32 (rows, columns); NaN, infinite or more than HIGHEST_M from zero: no data. `raw_roughness`: the
     standard deviation as printed in Eq. 21. Raises ValueError for wrong shape, dtype, layout or cell,
     PlanCancelledError.
     """

@@ -58,9 +58,10 @@ class GlobalField:
 def layers(gdem: Gdem, raw_roughness: bool = False) -> Layers:
     """Roughness about the 3 x 3 window's plane and the plane's gradient (Eq. 21, 23, 24).
 
-    Beyond the border the ground goes on as a straight line. A missing neighbour is replaced by the reflection of the one
-    opposite (linear), both missing by the node itself. `raw_roughness`: the standard deviation as printed in Eq. 21, which counts the slope as roughness. Raises
-    ValueError for an empty map or heights that are not contiguous float32 of the grid's shape.
+    Beyond the border the ground goes on as a straight line. A missing neighbour is replaced by the reflection of the
+    one opposite (linear), both missing by the node itself. `raw_roughness`: the standard deviation as Eq. 21 prints it,
+    which counts the slope as roughness. Raises ValueError for an empty map or heights that are not contiguous float32
+    of the grid's shape.
     """
     work = _room(gdem)
     global_field.make_layers(gdem.heights_m, gdem.grid.cell_m, raw_roughness, work)
@@ -86,7 +87,7 @@ def edge_costs(gdem: Gdem, planning: Planning) -> F32:
 def solve(gdem: Gdem, goal_m: tuple[float, float], planning: Planning, work: Workspace | None = None) -> GlobalField:
     """The whole cost-to-go field of a goal (Eq. 26 for every start at once).
 
-    The goal is joined to its 8 nearest nodes by straight lines; off the map it is joined to none, so no node reaches it.
+    The goal is joined to its 8 nearest nodes by straight lines; off the map to none, so that no node reaches it.
     `work`: room for the map's size, to use it again, to watch `done` rise to 3 * rows * columns and to `cancel` from
     another thread. Raises as `layers` does, ValueError for a goal that is not finite, PlanCancelledError.
     """
@@ -122,7 +123,8 @@ def _joined(gdem: Gdem, goal_m: tuple[float, float]) -> tuple[NDArray[np.int64],
     if not gdem.grid.contains(*gdem.grid.cell(*goal_m)):
         return np.empty(0, np.int64), np.empty(0)
     near, way = _nearest(gdem.grid, np.array([goal_m]))
-    joined = np.isfinite(gdem.heights_m.ravel()[near[0]]) & np.isfinite(way[0])
+    heights_m = gdem.heights_m.ravel()[near[0]]
+    joined = (np.abs(heights_m) <= global_field.HIGHEST_M) & np.isfinite(way[0])
     return near[0][joined], way[0][joined]
 
 

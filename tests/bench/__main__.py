@@ -15,11 +15,11 @@ from tempfile import TemporaryDirectory
 from rich.console import Console
 from rich.table import Table
 
-from tests.bench import flight, mapping, planning, visibility, wire
+from tests.bench import flight, global_field, mapping, planning, visibility, wire
 from tests.bench.goals import GOALS, MISSING, Measured
 
 OUT = Path("build/bench.json")
-CORE_ROWS = {**mapping.ROWS, **planning.ROWS, **visibility.ROWS, **wire.ROWS}
+CORE_ROWS = {**global_field.ROWS, **mapping.ROWS, **planning.ROWS, **visibility.ROWS, **wire.ROWS}
 
 
 def pinned(work: Callable[[], Measured]) -> Measured:
