@@ -75,7 +75,7 @@ def edge_costs(gdem: Gdem, planning: Planning) -> F32:
     and so is an edge to or from a node without data. Raises as `layers` does.
     """
     work = _room(gdem)
-    _edges(gdem, planning, work)
+    make_edges(gdem, planning, work)
     rows, columns = gdem.grid.rows, gdem.grid.columns
     costs = np.full((len(NEIGHBOURS), rows, columns), np.inf, np.float32)
     costs[:4] = np.moveaxis(work.edges_m[columns + 1 :].reshape(rows, columns, 4), 2, 0)
@@ -94,7 +94,7 @@ def solve(gdem: Gdem, goal_m: tuple[float, float], planning: Planning, work: Wor
     if not np.isfinite(goal_m).all():
         raise ValueError(f"goal_m: expected finite coordinates, given {goal_m}")
     room = _room(gdem, work)
-    _edges(gdem, planning, room)
+    make_edges(gdem, planning, room)
     cost_m, next_node = global_field.cost_to_go(_joined(gdem, goal_m), gdem.grid.cell_m, room)
     return GlobalField(gdem.grid, goal_m, cost_m, next_node)
 
@@ -105,7 +105,8 @@ def _room(gdem: Gdem, work: Workspace | None = None) -> Workspace:
     return room
 
 
-def _edges(gdem: Gdem, planning: Planning, work: Workspace) -> None:
+def make_edges(gdem: Gdem, planning: Planning, work: Workspace) -> None:
+    """`layers` and `edge_costs` in a workspace, for `native.global_field.cost_to_go`. Raises as they do."""
     cell_m, limit = gdem.grid.cell_m, planning.slope_limit_rad
     roughest_m = max(global_field.make_layers(gdem.heights_m, cell_m, False, work), ROUGHNESS_FLOOR_M)
     per_length = 1.0 / planning.weight_length

@@ -68,15 +68,15 @@ def by_scipy(heights_m: np.ndarray, goal: int, planning: Planning) -> np.ndarray
 
 
 def measure(side: int, repeats: int, inner: int = 1) -> Measured:
-    """The whole field of a goal in the middle, in a workspace that is used again as at each stop."""
+    """The whole field of the node in the middle, in a workspace that is used again as at each stop."""
     heights_m, planning = ground(side), Planning(slope_limit_rad=LIMIT_RAD)
     gdem = Gdem(Grid(CELL_M / 2, CELL_M / 2, CELL_M, side, side), heights_m)
-    goal_m = (CELL_M * (side // 2 + 0.5),) * 2
-    work = door.workspace(side, side)
-    flat = side // 2 * side + side // 2
+    flat, work = side // 2 * side + side // 2, door.workspace(side, side)
+    seed = (np.array([flat]), np.zeros(1))
 
     def ours() -> np.ndarray:
-        return global_path.solve(gdem, goal_m, planning, work).cost_m
+        global_path.make_edges(gdem, planning, work)
+        return door.cost_to_go(seed, CELL_M, work)[0]
 
     made = against(
         ours,
