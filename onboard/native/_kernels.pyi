@@ -126,3 +126,26 @@ def sight_price_m(
     orientation: int,
 ) -> float: ...
 def simd_width() -> int: ...
+
+GLOBAL_CHUNK_NODES: int
+GLOBAL_BUCKETS: int
+
+def global_layers_into(
+    heights_m: F32, cell_m: float, raw: bool, layers: F32, done: NDArray[np.int64], cancel: U8
+) -> float: ...
+def global_edges_into(
+    heights_m: F32, cell_m: float, layers: F32, prices: F32, edges_m: F32, done: NDArray[np.int64], cancel: U8
+) -> bool: ...
+def global_cost_to_go_into(
+    edges_m: F32,
+    shortest_m: float,
+    seeds: NDArray[np.int64],
+    seed_costs_m: F64,
+    work_m: F64,
+    came: U8,
+    chunks: I32,
+    done: NDArray[np.int64],
+    cancel: U8,
+    cost_m: F32,
+    next_node: I32,
+) -> bool: ...

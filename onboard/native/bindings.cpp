@@ -1,5 +1,6 @@
 // The extension module, built once for each instruction set (CMakeLists.txt) under the name KERNELS_MODULE. Each subject
 // binds itself: unpack arrays, own the workspace, release the lock, no logic.
+#include "bind_global.hpp"
 #include "bind_grid_search.hpp"
 #include "bind_pose_field.hpp"
 #include "bind_raster.hpp"
@@ -12,6 +13,7 @@ NB_MODULE(KERNELS_MODULE, m) {
     eldorado::bind_raster(m);
     eldorado::bind_pose_field(m);
     eldorado::bind_visibility(m);
+    eldorado::bind_global(m);
     eldorado::bind_grid_search(m);
     eldorado::bind_sight(m);
 }

@@ -1,4 +1,4 @@
-"""The way over the orbiter's map (Eq. 21 to 26, corrected): layers, directed edge costs, Dijkstra from the goal.
+"""The way over the orbiter's map (Eq. 21 to 26, corrected): layers, directed edge costs, cost-to-go from the goal.
 
 A cell of the GDEM (10 m) is far larger than the rover, so roughness and inclination come from the 3 x 3 window about
 each node. Eq. 25 of an edge, in metres:
@@ -7,7 +7,10 @@ each node. Eq. 25 of an edge, in metres:
 
 that is Eq. 25 divided by W_L / l_grid, with the penalties counted by length (by node, as printed, a diagonal would pay
 less per metre). It is never below 1 per metre, so the field continues the LDEM's cost-to-go, which is in metres too.
-Roll and pitch are those of a body that heads along the edge: the cost of an edge depends on its direction's axis.
+Roll and pitch are those of a body that heads along the edge: the cost of an edge depends on its direction. As the law
+takes magnitudes, the way back costs the same.
+
+`native.global_field` does the work. Long plans are watched and cancelled through a `Workspace` of the caller's.
 """
 
 from __future__ import annotations
@@ -16,10 +19,10 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import csr_matrix
-from scipy.sparse.csgraph import dijkstra
 
 from onboard.config import Planning
+from onboard.native import global_field
+from onboard.native.global_field import Workspace, workspace
 from onboard.records import F32, F64, I32, Gdem, Grid
 
 NEIGHBOURS = ((0, 1), (1, 1), (1, 0), (1, -1), (0, -1), (-1, -1), (-1, 0), (-1, 1))  # (dj, di), 45 degrees apart
@@ -29,14 +32,14 @@ NEAREST = 8
 
 @dataclass(frozen=True, slots=True)
 class Layers:
-    """What Eq. 21 to 24 need of each node, all (rows, columns) float64; NaN where the GDEM has no data.
+    """What Eq. 21 to 24 need of each node, all (rows, columns) float32; NaN where the GDEM has no data.
 
     roughness_m: standard deviation in the window (Eq. 21). slope_x, slope_y: gradient of the fitted plane.
     """
 
-    roughness_m: F64
-    slope_x: F64
-    slope_y: F64
+    roughness_m: F32
+    slope_x: F32
+    slope_y: F32
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,105 +58,75 @@ class GlobalField:
 def layers(gdem: Gdem, raw_roughness: bool = False) -> Layers:
     """Roughness about the 3 x 3 window's plane and the plane's gradient (Eq. 21, 23, 24).
 
-    A missing neighbour is replaced by the reflection of the one opposite (linear), both missing by the node itself.
-    `raw_roughness`: the standard deviation as printed in Eq. 21, which counts the slope as roughness.
+    Beyond the border the ground goes on as a straight line. A missing neighbour is replaced by the reflection of the
+    one opposite (linear), both missing by the node itself. `raw_roughness`: the standard deviation as Eq. 21 prints it,
+    which counts the slope as roughness. Raises ValueError for an empty map or heights that are not contiguous float32
+    of the grid's shape.
     """
-    z = gdem.heights_m.astype(np.float64)
-    window = _window(z)
-    u = np.array([di for _, di in NEIGHBOURS])
-    v = np.array([dj for dj, _ in NEIGHBOURS])
-    cell = gdem.grid.cell_m
-    slope_x = np.tensordot(u, window, 1) / (6.0 * cell)
-    slope_y = np.tensordot(v, window, 1) / (6.0 * cell)
-    mean = window.sum(axis=0) / 9.0  # heights relative to the node's own, whose share is 0
-    residual = window - mean
-    own = -mean
-    if not raw_roughness:
-        residual = residual - cell * (u[:, None, None] * slope_x + v[:, None, None] * slope_y)
-    roughness = np.sqrt((np.sum(residual**2, axis=0) + own**2) / 9.0)
-    return Layers(roughness, slope_x, slope_y)
+    work = _room(gdem)
+    global_field.make_layers(gdem.heights_m, gdem.grid.cell_m, raw_roughness, work)
+    return Layers(*work.layers)
 
 
-def _window(z: F64) -> F64:
-    """Heights of the eight neighbours relative to the node's own, (8, rows, columns)."""
-    rows, columns = z.shape
-    padded = np.pad(z, 1, mode="reflect", reflect_type="odd")  # the border goes on as a straight line
-    relative = np.stack([padded[1 + dj : 1 + dj + rows, 1 + di : 1 + di + columns] - z for dj, di in NEIGHBOURS])
-    opposite = np.roll(relative, 4, axis=0)
-    relative = np.where(np.isnan(relative), -opposite, relative)
-    return np.where(np.isnan(relative) & np.isfinite(z), 0.0, relative)
-
-
-def edge_costs(gdem: Gdem, planning: Planning) -> F64:
+def edge_costs(gdem: Gdem, planning: Planning) -> F32:
     """Cost of leaving each node towards each of NEIGHBOURS, (8, rows, columns) metres, inf where impassable (Eq. 25).
 
     Penalties are the mean of both ends; steeper than `slope_limit_rad` about either axis at either end is impassable,
-    and so is an edge to or from a node without data.
+    and so is an edge to or from a node without data. Raises as `layers` does.
     """
-    ground = layers(gdem)
-    z = gdem.heights_m.astype(np.float64)
-    rough_max = max(float(np.nanmax(ground.roughness_m, initial=0.0)), ROUGHNESS_FLOOR_M)
-    return np.stack([_edges(k, z, ground, rough_max, gdem.grid.cell_m, planning) for k in range(len(NEIGHBOURS))])
+    work = _room(gdem)
+    make_edges(gdem, planning, work)
+    rows, columns = gdem.grid.rows, gdem.grid.columns
+    costs = np.full((len(NEIGHBOURS), rows, columns), np.inf, np.float32)
+    costs[:4] = np.moveaxis(work.edges_m[columns + 1 :].reshape(rows, columns, 4), 2, 0)
+    for ahead, back, (dj, di) in zip(costs[:4], costs[4:], NEIGHBOURS):
+        back[dj:, max(0, di) : columns + min(0, di)] = ahead[: rows - dj, max(0, -di) : columns - max(0, di)]
+    return costs
 
 
-def _edges(k: int, z: F64, ground: Layers, rough_max: float, cell_m: float, planning: Planning) -> F64:
-    dj, di = NEIGHBOURS[k]
-    run = cell_m * np.hypot(dj, di)
-    along, left = (di * cell_m / run, dj * cell_m / run), (-dj * cell_m / run, di * cell_m / run)
-    limit = planning.slope_limit_rad
-    pitch = np.abs(np.arctan(ground.slope_x * along[0] + ground.slope_y * along[1]))
-    roll = np.abs(np.arctan(ground.slope_x * left[0] + ground.slope_y * left[1]))
-    price = (
-        planning.weight_roughness * ground.roughness_m / rough_max
-        + planning.weight_roll * roll / limit
-        + planning.weight_pitch * pitch / limit
-    ) / planning.weight_length
-    price = np.where((pitch > limit) | (roll > limit), np.inf, price)
-    length = np.hypot(run, _shifted(z, dj, di) - z)
-    cost = length * (1.0 + 0.5 * (price + _shifted(price, dj, di)))
-    return np.where(np.isfinite(cost), cost, np.inf)
-
-
-def _shifted(a: F64, dj: int, di: int) -> F64:
-    """a[j + dj, i + di] at [j, i], NaN outside."""
-    out = np.full_like(a, np.nan)
-    rows, columns = a.shape
-    to_j, to_i = slice(max(0, -dj), rows - max(0, dj)), slice(max(0, -di), columns - max(0, di))
-    from_j, from_i = slice(max(0, dj), rows + min(0, dj)), slice(max(0, di), columns + min(0, di))
-    out[to_j, to_i] = a[from_j, from_i]
-    return out
-
-
-def solve(gdem: Gdem, goal_m: tuple[float, float], planning: Planning) -> GlobalField:
+def solve(gdem: Gdem, goal_m: tuple[float, float], planning: Planning, work: Workspace | None = None) -> GlobalField:
     """The whole cost-to-go field of a goal (Eq. 26 for every start at once).
 
-    The goal is joined to its 8 nearest nodes by straight lines, a goal outside the map to the border's.
+    The goal is joined to its 8 nearest nodes by straight lines; off the map to none, so that no node reaches it.
+    `work`: room for the map's size, to use it again, to watch `done` rise to 3 * rows * columns and to `cancel` from
+    another thread. Raises as `layers` does, ValueError for a goal that is not finite, PlanCancelledError.
     """
-    grid, costs = gdem.grid, edge_costs(gdem, planning)
-    nodes = grid.rows * grid.columns
-    index = np.arange(nodes).reshape(grid.rows, grid.columns)
-    start, end, weight = [], [], []
-    for k, (dj, di) in enumerate(NEIGHBOURS):
-        ok = np.isfinite(costs[k])
-        j, i = np.nonzero(ok)
-        start.append(index[j + dj, i + di])  # reversed: the search runs from the goal backwards along the edges
-        end.append(index[j, i])
-        weight.append(costs[k][ok])
-    near, way = _nearest(grid, np.array([goal_m]))
-    has_data = np.isfinite(gdem.heights_m.ravel()[near[0]])
-    start.append(np.full(int(has_data.sum()), nodes))
-    end.append(near[0][has_data])
-    weight.append(np.maximum(way[0][has_data], 1e-9))
-    graph = csr_matrix(
-        (np.concatenate(weight), (np.concatenate(start), np.concatenate(end))), shape=(nodes + 1, nodes + 1)
+    if not np.isfinite(goal_m).all():
+        raise ValueError(f"goal_m: expected finite coordinates, given {goal_m}")
+    room = _room(gdem, work)
+    make_edges(gdem, planning, room)
+    cost_m, next_node = global_field.cost_to_go(_joined(gdem, goal_m), gdem.grid.cell_m, room)
+    return GlobalField(gdem.grid, goal_m, cost_m, next_node)
+
+
+def _room(gdem: Gdem, work: Workspace | None = None) -> Workspace:
+    room = workspace(gdem.grid.rows, gdem.grid.columns) if work is None else work
+    room.done[0] = 0
+    return room
+
+
+def make_edges(gdem: Gdem, planning: Planning, work: Workspace) -> None:
+    """`layers` and `edge_costs` in a workspace, for `native.global_field.cost_to_go`. Raises as they do."""
+    cell_m, limit = gdem.grid.cell_m, planning.slope_limit_rad
+    roughest_m = max(global_field.make_layers(gdem.heights_m, cell_m, False, work), ROUGHNESS_FLOOR_M)
+    per_length = 1.0 / planning.weight_length
+    prices = (
+        planning.weight_roughness * per_length / roughest_m,
+        planning.weight_roll * per_length / limit,
+        planning.weight_pitch * per_length / limit,
+        limit,
     )
-    every_cost, every_before = dijkstra(graph, indices=np.array([nodes]), return_predecessors=True)
-    cost, before = every_cost[0], every_before[0]
-    following = np.where(before[:nodes] == nodes, np.arange(nodes), np.where(before[:nodes] < 0, -1, before[:nodes]))
-    shape = (grid.rows, grid.columns)
-    return GlobalField(
-        grid, goal_m, cost[:nodes].reshape(shape).astype(np.float32), following.reshape(shape).astype(np.int32)
-    )
+    global_field.make_edges(gdem.heights_m, cell_m, prices, work)
+
+
+def _joined(gdem: Gdem, goal_m: tuple[float, float]) -> tuple[NDArray[np.int64], F64]:
+    """Nodes with data beside the goal and the straight ways from them; none where the goal is off the map."""
+    if not gdem.grid.contains(*gdem.grid.cell(*goal_m)):
+        return np.empty(0, np.int64), np.empty(0)
+    near, way = _nearest(gdem.grid, np.array([goal_m]))
+    heights_m = gdem.heights_m.ravel()[near[0]]
+    joined = (np.abs(heights_m) <= global_field.HIGHEST_M) & np.isfinite(way[0])
+    return near[0][joined], way[0][joined]
 
 
 def _nearest(grid: Grid, points_m: F64) -> tuple[NDArray[np.int64], F64]:
@@ -179,11 +152,12 @@ def _nearest(grid: Grid, points_m: F64) -> tuple[NDArray[np.int64], F64]:
 
 
 def values_at(field: GlobalField, points_m: F64) -> F64:
-    """Cost-to-go at points (k, 2) in metres, (k,) float64: least of field + way over the 8 nearest nodes.
+    """Cost-to-go at points (k, 2) in metres, (k,) float64, inf where there is no way.
 
-    Within one and a half cells of the goal the straight line to it counts too, so the value at the goal is 0. On even
-    ground it is continuous to a twentieth of a cell; where a node leaves the eight beside rough ground it may jump by
-    that node's penalty, which a field that is seeded with these values smooths again (its own ways are shorter).
+    A GDEM value at a point is the minimum over its 8 nearest nodes of field + way, so L is continuous. Within one and a
+    half cells of the goal the straight line to it counts too, so the value at the goal is 0. On even ground it is
+    continuous to a twentieth of a cell; where a node leaves the eight beside rough ground it may jump by that node's
+    penalty, which a field that is seeded with these values smooths again (its own ways are shorter).
     """
     near, way = _nearest(field.grid, points_m)
     value = np.min(field.cost_m.ravel()[near].astype(np.float64) + way, axis=1)

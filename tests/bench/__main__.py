@@ -15,11 +15,12 @@ from tempfile import TemporaryDirectory
 from rich.console import Console
 from rich.table import Table
 
-from tests.bench import flight, mapping, next_position, planning, search, visibility, wire
+from tests.bench import flight, global_field, mapping, next_position, planning, search, visibility, wire
 from tests.bench.goals import GOALS, MISSING, Measured
 
 OUT = Path("build/bench.json")
-CORE_ROWS = {**mapping.ROWS, **next_position.ROWS, **planning.ROWS, **search.ROWS, **visibility.ROWS, **wire.ROWS}
+CORE_MODULES = (global_field, mapping, next_position, planning, search, visibility, wire)
+CORE_ROWS = {name: row for module in CORE_MODULES for name, row in module.ROWS.items()}
 
 
 def pinned(work: Callable[[], Measured]) -> Measured:

@@ -1,0 +1,62 @@
+// The global planner for Python: three steps, each in the arrays of one workspace (global_field.py).
+#pragma once
+
+#include "bind.hpp"
+#include "global_field.hpp"
+
+namespace eldorado {
+
+using Done = Array<std::int64_t, 1>;
+using Cancel = Array<const std::uint8_t, 1>;
+
+static GlobalMap map_of(const Array<const float, 2>& heights_m, float cell_m) {
+    return {static_cast<std::int64_t>(heights_m.shape(0)), static_cast<std::int64_t>(heights_m.shape(1)), cell_m,
+            heights_m.data()};
+}
+
+static GlobalLayers layers_in(const Array<float, 3>& layers) {
+    const std::size_t nodes = layers.shape(1) * layers.shape(2);
+    return {layers.data(), layers.data() + nodes, layers.data() + 2 * nodes};
+}
+
+static float global_layers_into(Array<const float, 2> heights_m, float cell_m, bool raw, Array<float, 3> layers, Done done,
+                                Cancel cancel) {
+    const GlobalMap map = map_of(heights_m, cell_m);
+    nb::gil_scoped_release unlocked;
+    std::vector<double> rows(3 * (map.columns + 2));
+    std::vector<float> roughest(map.columns);
+    return global_layers(map, raw, layers_in(layers), rows.data(), roughest.data(), {done.data(), cancel.data()});
+}
+
+static bool global_edges_into(Array<const float, 2> heights_m, float cell_m, Array<float, 3> layers,
+                              Array<const float, 1> prices, Array<float, 2> edges_m, Done done, Cancel cancel) {
+    const GlobalMap map = map_of(heights_m, cell_m);
+    const GlobalPrices per{prices.data()[0], prices.data()[1], prices.data()[2], prices.data()[3]};
+    nb::gil_scoped_release unlocked;
+    std::vector<float> rows(10 * (map.columns + 2), 0.0f);
+    float* const first = edges_m.data() + kAxes * (map.columns + 1);
+    return global_edges(map, layers_in(layers), per, first, rows.data(), {done.data(), cancel.data()});
+}
+
+static bool global_cost_to_go_into(Array<const float, 2> edges_m, float shortest_m, Array<const std::int64_t, 1> seeds,
+                                   Array<const double, 1> seed_costs_m, Array<double, 1> work_m, Array<std::uint8_t, 1> came,
+                                   Array<std::int32_t, 2> chunks, Done done, Cancel cancel, Array<float, 2> cost_m,
+                                   Array<std::int32_t, 2> next_node) {
+    const auto rows = static_cast<std::int64_t>(cost_m.shape(0)), columns = static_cast<std::int64_t>(cost_m.shape(1));
+    const GlobalProblem problem{rows,         columns,           edges_m.data() + kAxes * (columns + 1),
+                                shortest_m,   seeds.data(),      seed_costs_m.data(),
+                                static_cast<std::int64_t>(seeds.size())};
+    const GlobalWork work{work_m.data() + columns + 1, came.data(), reinterpret_cast<Chunk*>(chunks.data())};
+    nb::gil_scoped_release unlocked;
+    return GlobalSearch(problem, work, {done.data(), cancel.data()}).run(cost_m.data(), next_node.data());
+}
+
+inline void bind_global(nb::module_& m) {
+    m.def("global_layers_into", &global_layers_into);
+    m.def("global_edges_into", &global_edges_into);
+    m.def("global_cost_to_go_into", &global_cost_to_go_into);
+    m.attr("GLOBAL_CHUNK_NODES") = kChunkNodes;
+    m.attr("GLOBAL_BUCKETS") = kBuckets;
+}
+
+}  // namespace eldorado
