@@ -15,10 +15,11 @@ sys.path.insert(0, str(ROOT))
 
 from onboard.as_printed import motion, next_position, terrain  # noqa: E402
 from onboard.as_printed import visibility as seen_as_printed  # noqa: E402
-from onboard.config import Mission, Rover  # noqa: E402
+from onboard.config import Rover  # noqa: E402
 from onboard.motion.kinematics import wheel_angles, wheel_places  # noqa: E402
-from onboard.planning import next_position as flown  # noqa: E402
 from onboard.planning import visibility as seen  # noqa: E402
+from onboard.planning.gain import Eyes  # noqa: E402
+from onboard.planning.next_position import Criterion, Question, choose, straight_line_m  # noqa: E402
 from onboard.records import F64, Grid, Twist  # noqa: E402
 from pictures import printed  # noqa: E402
 from pictures.style import png  # noqa: E402
@@ -55,10 +56,8 @@ def vis_as_printed(on: Ground, mended: seen_as_printed.Mended) -> F64:
 
 
 def vis_as_flown(on: Ground) -> F64:
-    """Vis of the same nodes by what flies."""
-    table = seen.beams(RANGE_M, CELL_M, BEAMS)
-    cells = np.argwhere(np.ones(NODES_SHAPE, bool)) * STRIDE
-    return seen.look(seen.scene(on.heights_m, table), table, cells, MAST_M).index.reshape(NODES_SHAPE)
+    """Vis of every node by what flies."""
+    return seen.total(seen.scene(on.heights_m), seen.beams(RANGE_M, CELL_M, BEAMS), MAST_M).index
 
 
 def visibility() -> Figure:
@@ -67,7 +66,7 @@ def visibility() -> Figure:
     maps = (
         ("as printed", vis_as_printed(on, seen_as_printed.AS_PRINTED)),
         ("as printed, but the ray moves on", vis_as_printed(on, advancing)),
-        ("as it flies", vis_as_flown(on)),
+        ("as it flies", vis_as_flown(on)[::STRIDE, ::STRIDE]),
     )
     return printed.visibility(on, NODES, maps)
 
@@ -76,22 +75,21 @@ def search() -> Figure:
     """E over the same field and what is made of it: Eq. 28 and Algorithm 2 as printed, and as they fly."""
     on = ground()
     vis = vis_as_flown(on)  # the same on both sides: here only the search differs
-    places = np.argwhere(np.ones(NODES_SHAPE, bool)) * NODES.cell_m + NODES.x0_m
-    nodes = np.column_stack([places[:, ::-1], on.heights_m[::STRIDE, ::STRIDE].ravel()])
-    length = next_position.eq_27(nodes, np.array([*GOAL_M, 0.0])).reshape(NODES_SHAPE)
-    as_printed = next_position.eq_28(vis, length, 0 * vis, (1.0, 0.1))
-    starts = np.array([[12, 14], [27, 34], [33, 8], [8, 30]])
-    away = np.hypot(*(places[:, None, ::-1] - on.rocks[:, :2]).transpose(2, 0, 1)) - on.rocks[:, 2] / 2
-    free = (away.min(axis=1) > 0.3).reshape(NODES_SHAPE)
-    climbs = [next_position.algorithm_2(as_printed, vis > 0, start[None], step_limit=60).climbs[0] for start in starts]
-    score = np.full(NODES_SHAPE, np.nan)
-    score[free] = flown.evaluate(vis[free], length[free], Mission())
-    j, i = np.unravel_index(int(np.nanargmax(score)), NODES_SHAPE)
+    length = straight_line_m(on.grid, on.heights_m, GOAL_M)
+    as_printed = next_position.eq_28(vis, length.astype(np.float64), 0 * vis, (1.0, 0.1))
+    starts = np.array([[24, 28], [54, 68], [66, 16], [16, 60]])
+    climbs = [next_position.algorithm_2(as_printed, vis > 0, start[None], step_limit=100).climbs[0] for start in starts]
+    y, x = on.grid.y0_m + CELL_M * np.mgrid[0:SIZE, 0:SIZE]
+    away = np.hypot(x[..., None] - on.rocks[:, 0], y[..., None] - on.rocks[:, 1]) - on.rocks[:, 2] / 2
+    question = Question(on.grid, on.heights_m, away.min(axis=-1) > 0.3, length, GOAL_M)
+    answer = choose(question, Eyes(MAST_M, RANGE_M, math.pi, BEAMS), Criterion())
+    assert answer.best is not None
     answers = (
-        printed.Scores("as printed: away from the goal,\nand four climbs, cut after 60 steps", as_printed, climbs),
-        printed.Scores("as it flies: every free node scored,\nthe best one taken", score, best=(int(j), int(i))),
+        printed.Scores("as printed: away from the goal,\nand four climbs, cut after 100 steps", as_printed, climbs),
+        printed.Scores("as it flies: every free node scored,\nthe best one taken", answer.score_map,
+                       best=answer.best.cell),
     )
-    return printed.search(on, NODES, GOAL_M, answers)
+    return printed.search(on, on.grid, GOAL_M, answers)
 
 
 def steering() -> Figure:

@@ -31,9 +31,7 @@ def test_flat_ground_is_invisible_as_printed_and_seen_whole_as_corrected():
     assert algorithm_1(FLAT, (100, 100), FAN).vis == 0.0
     assert algorithm_1(FLAT, (100, 100), FAN, Mended(ray_advances=True, mast_m=0.7)).vis == 0.0
     assert algorithm_1(FLAT, (100, 100), FAN, CORRECTED).vis == 1.0
-    table = visibility.beams(10.0, 0.1, 720)
-    seen = visibility.look(visibility.scene(FLAT, table), table, np.array([[100, 100]]), 0.7)
-    assert seen.index[0] == pytest.approx(1.0, abs=1e-9)
+    assert visibility.from_node(visibility.scene(FLAT), visibility.beams(10.0, 0.1, 720), 0.7, (100, 100)).index == 1.0
 
 
 def test_the_ray_is_never_advanced_so_only_the_8_neighbours_are_ever_sampled(rough):
@@ -100,7 +98,7 @@ def test_counting_samples_misjudges_vis_and_weights_of_1_over_multiplicity_do_no
 
 
 def test_with_every_fault_taken_out_it_is_what_flies(rough):
-    table, cells = visibility.beams(10.0, 0.1, 720), np.array([[100, 100], [3, 180], [60, 20]])
-    flies = visibility.look(visibility.scene(rough, table), table, cells, 0.7).index
-    mended = [algorithm_1(rough, tuple(at), FAN, CORRECTED).vis_of_shares for at in cells]
-    np.testing.assert_allclose(mended, flies, atol=1e-3)  # beams at 60 degrees meet borders of cells: rounding decides
+    flies = visibility.total(visibility.scene(rough), visibility.beams(10.0, 0.1, 720), 0.7).index
+    for at in ((100, 100), (3, 180), (60, 20)):
+        mended = algorithm_1(rough, at, FAN, CORRECTED).vis_of_shares
+        assert mended == pytest.approx(flies[at], abs=1e-3)  # where beams meet borders of cells rounding decides
