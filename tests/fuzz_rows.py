@@ -14,7 +14,8 @@ from hypothesis import strategies as st
 from numpy.typing import DTypeLike
 
 from hil.soil import CLASSES, SoilContacts
-from onboard.native import cells, pose_field, raster
+from onboard.native import cells, pose_field, raster, visibility
+from onboard.planning.visibility import beams
 from onboard.records import Cloud, Grid
 
 # -- numbers and arrays, the plain ones first: hypothesis shrinks towards them -----------------------------------
@@ -114,6 +115,17 @@ def _turn(grid: Grid, turn: tuple[Any, ...], mount: tuple[Any, ...]) -> tuple[np
     return tuple(live.cells[name] for name in cells.CELL.names or ())
 
 
+def _visibility(
+    reach: tuple[float, int], ground: tuple[Any, Any], asked: tuple[Any, ...], node: tuple[int, int]
+) -> tuple[np.ndarray, ...]:
+    table, request = beams(reach[0], 0.1, reach[1]), visibility.Request(*asked)
+    sums = [kernel(table, *ground, request) for kernel in (visibility.total, visibility.scalar)]
+    layers = [[layer for layer in (s.seen, s.in_range, s.fresh, s.heading) if layer is not None] for s in sums]
+    assert all(np.array_equal(a, b) for a, b in zip(*layers)), "total is not the scalar loop"
+    seen, *both = visibility.view(table, ground, node, request.eye_m, (0, reach[1]))
+    return *layers[0], seen, np.array(both)
+
+
 def _soil(rows: int, columns: int, heights_m: Any, states: list[Any], dt_s: float) -> tuple[np.ndarray, ...]:
     contacts = SoilContacts(Grid(-1.0, -1.0, 0.1, rows, columns), heights_m, 0.1, 0.1, tuple(CLASSES))
     wheels = tuple((s[:3], s[3:7], 0, 0, 0, 0, s[7:10], s[10:]) for s in states)
@@ -156,6 +168,24 @@ _poses = st.tuples(SIZES, SIZES, st.integers(0, 4)).flatmap(
         closeness=st.one_of(st.none(), arrays((8, n[0], n[1]), np.float32, PRICES)),
     )
 )
+_scenes = st.tuples(SIDES, SIDES, st.integers(1, 40)).flatmap(
+    lambda n: together(
+        reach=st.tuples(st.floats(0.1, 3), st.just(n[2])),
+        ground=st.tuples(
+            arrays((n[0], n[1]), np.float32),
+            st.none() | arrays((n[0], n[1]), np.float32, st.sampled_from((0.0, -np.inf, np.inf))),
+        ),
+        asked=st.tuples(
+            mostly(st.floats(0, 2), st.floats()),
+            st.none() | arrays((n[0], n[1]), np.bool_, BYTES),
+            st.none() | arrays((n[0], n[1]), np.int32, _places(n[2])),
+            _places(n[2]).map(lambda width: width + 1),
+            st.none() | arrays((n[0], n[1]), np.bool_, BYTES),
+            _places(n[2]).map(lambda width: width + 1),
+        ),
+        node=st.tuples(_places(n[0]), _places(n[1])),
+    )
+)
 _wheels = st.tuples(SIDES, SIDES).flatmap(
     lambda n: together(
         rows=st.just(n[0]),
@@ -177,5 +207,6 @@ ROWS: dict[str, Row] = {
     ),
     "live-turn": Row((cells,), _turns, _turn),
     "pose-field": Row((pose_field,), _poses, lambda **given: (pose_field.cost_to_go(**given),)),
+    "visibility": Row((visibility,), _scenes, _visibility),
     "soil": Row((), _wheels, _soil),
 }
