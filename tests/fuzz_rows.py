@@ -6,6 +6,7 @@ A new door is one row of ROWS: the modules whose `kernels` it uses, its argument
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from types import ModuleType
 from typing import Any, NamedTuple
 
@@ -14,7 +15,7 @@ from hypothesis import strategies as st
 from numpy.typing import DTypeLike
 
 from hil.soil import CLASSES, SoilContacts
-from onboard.native import cells, pose_field, raster, visibility
+from onboard.native import cells, distance, global_field, pose_field, raster, sight, visibility
 from onboard.planning.visibility import beams
 from onboard.records import Cloud, Grid
 
@@ -126,6 +127,22 @@ def _visibility(
     return *layers[0], seen, np.array(both)
 
 
+def _distance(free: Any, goals: Any, cell_m: float, closeness: Any) -> tuple[np.ndarray, ...]:
+    return (distance.cost_to_go(free, goals, cell_m, closeness),)
+
+
+def _sight(free: Any, closeness: Any, grid: Grid, line: tuple[Any, Any, int], spacing_m: float) -> tuple[np.ndarray]:
+    return (np.array([sight.price_m(free, closeness, grid, line, spacing_m)]),)
+
+
+def _global(heights_m: Any, cell_m: float, raw: bool, prices: Any, seeds: Any) -> tuple[np.ndarray, ...]:
+    shape = heights_m.shape if isinstance(heights_m, np.ndarray) and heights_m.ndim == 2 else (1, 1)
+    work = global_field.workspace(*shape)
+    global_field.make_layers(heights_m, cell_m, raw, work)
+    global_field.make_edges(heights_m, cell_m, prices, work)
+    return *global_field.cost_to_go(seeds, cell_m, work), work.layers
+
+
 def _soil(rows: int, columns: int, heights_m: Any, states: list[Any], dt_s: float) -> tuple[np.ndarray, ...]:
     contacts = SoilContacts(Grid(-1.0, -1.0, 0.1, rows, columns), heights_m, 0.1, 0.1, tuple(CLASSES))
     wheels = tuple((s[:3], s[3:7], 0, 0, 0, 0, s[7:10], s[10:]) for s in states)
@@ -186,6 +203,33 @@ _scenes = st.tuples(SIDES, SIDES, st.integers(1, 40)).flatmap(
         node=st.tuples(_places(n[0]), _places(n[1])),
     )
 )
+_cells = st.tuples(SIZES, SIZES).flatmap(
+    lambda n: together(
+        free=arrays(n, np.bool_, BYTES),
+        goals=arrays(n, np.bool_, BYTES),
+        cell_m=mostly(st.just(0.1), st.floats()),
+        closeness=st.none() | arrays(n, np.float32, PRICES),
+    )
+)
+_ends = st.tuples(mostly(USUAL, st.floats()), mostly(USUAL, st.floats()))
+_lines = st.tuples(st.integers(0, 8), SIDES, SIDES).flatmap(
+    lambda n: together(
+        free=arrays(n, np.bool_, BYTES),
+        closeness=st.none() | arrays(n, np.float32),
+        grid=GRIDS.map(lambda grid: replace(grid, rows=n[1], columns=n[2])),
+        line=st.tuples(_ends, _ends, _places(n[0])),
+        spacing_m=mostly(st.floats(0.02, 1), st.floats(1e-3)),
+    )
+)
+_maps = st.tuples(SIDES, SIDES, st.integers(0, 4)).flatmap(
+    lambda n: together(
+        heights_m=arrays(n[:2], np.float32),
+        cell_m=mostly(st.floats(0.1, 100), st.floats()),
+        raw=st.booleans(),
+        prices=mostly(st.tuples(*[st.floats(0.125, 8)] * 4), st.tuples(*[st.floats()] * 4)),
+        seeds=st.tuples(arrays((n[2],), np.int64, _places(n[0] * n[1])), arrays((n[2],), np.float64, PRICES)),
+    )
+)
 _wheels = st.tuples(SIDES, SIDES).flatmap(
     lambda n: together(
         rows=st.just(n[0]),
@@ -208,5 +252,8 @@ ROWS: dict[str, Row] = {
     "live-turn": Row((cells,), _turns, _turn),
     "pose-field": Row((pose_field,), _poses, lambda **given: (pose_field.cost_to_go(**given),)),
     "visibility": Row((visibility,), _scenes, _visibility),
+    "distance": Row((distance,), _cells, _distance),
+    "sight": Row((sight,), _lines, _sight),
+    "global-field": Row((global_field,), _maps, _global),
     "soil": Row((), _wheels, _soil),
 }

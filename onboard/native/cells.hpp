@@ -140,7 +140,8 @@ inline void add_turn(const RasterGrid& grid, const Turn& turn, const Mount& moun
             y[k] = ranges[k] * azimuth[turn.count + k] + scanner[1];
             z[k] = -ahead * tilt[turn.count + k] + scanner[2];
             height[k] = detail::mapped(T + 8, x[k], y[k], z[k]);
-            const std::int32_t cell = hits.at(detail::mapped(T, x[k], y[k], z[k]), detail::mapped(T + 4, x[k], y[k], z[k]), height[k]);
+            const float east = detail::mapped(T, x[k], y[k], z[k]), north = detail::mapped(T + 4, x[k], y[k], z[k]);
+            const std::int32_t cell = hits.at(east, north, height[k]);
             at[k] = ranges[k] <= turn.longest_m ? cell : -1;
         }
         for (std::int64_t k = 0; k < size; ++k)
