@@ -2,18 +2,19 @@
 
     heights -> layers -> edges -> cost to go
 
-Each step adds the nodes it has done to `Workspace.done`, three times rows * columns in all, and stops soon after
-`Workspace.cancel` is set: both may be touched by another thread while a step runs, for it holds no lock.
+Each step adds the nodes it has done to `Workspace.progress`, three times rows * columns in all, and stops soon after it
+is cancelled: another thread may look and cancel while a step runs, for it holds no lock.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from onboard.native.checks import check_array
+from onboard.native.progress import CancelledError, Progress
 from onboard.native.variant import kernels
 from onboard.records import F32, F64, I32, U8
 
@@ -23,18 +24,14 @@ STEPS = 3
 HIGHEST_M = 1e7  # farther from zero is no height: no data
 
 
-class PlanCancelledError(Exception):
-    """The flag in the workspace was set: there is no result."""
-
-
 @dataclass(frozen=True, slots=True)
 class Workspace:
     """Room for one plan over a map of (rows, columns), used again and again; one plan at a time.
 
     layers: float32 (3, rows, columns) roughness (m) and the slopes along x and y, NaN without data. edges_m: float32,
     columns + 1 impassable nodes, then (rows * columns, 4): cost of the edge to the E, NE, N, NW, +inf impassable. The
-    other four are the neighbours' (both directions cost the same). cost_m, came, chunks: the search's. done: int64
-    (1,) nodes done since `done[0] = 0`. cancel: uint8 (1,), not 0: stop.
+    other four are the neighbours' (both directions cost the same). cost_m, came, chunks: the search's.
+    progress.done: nodes done since it was 0.
     """
 
     rows: int
@@ -44,8 +41,7 @@ class Workspace:
     cost_m: F64
     came: U8
     chunks: I32
-    done: NDArray[np.int64]
-    cancel: U8
+    progress: Progress = field(default_factory=Progress)
 
     def __post_init__(self) -> None:
         nodes, more = self.rows * self.columns, self.columns + 1
@@ -54,8 +50,8 @@ class Workspace:
         check_array("cost_m", self.cost_m, (nodes + 2 * more,), np.float64)
         check_array("came", self.came, (nodes,), np.uint8)
         check_array("chunks", self.chunks, (_chunks(nodes), kernels.GLOBAL_CHUNK_NODES + 2), np.int32)
-        check_array("done", self.done, (1,), np.int64)
-        check_array("cancel", self.cancel, (1,), np.uint8)
+        check_array("progress.done", self.progress.done, (1,), np.int64)
+        check_array("progress.stop", self.progress.stop, (1,), np.uint8)
 
 
 def _chunks(nodes: int) -> int:
@@ -78,8 +74,6 @@ def workspace(rows: int, columns: int) -> Workspace:
         np.empty(nodes + 2 * more),
         np.empty(nodes, np.uint8),
         np.empty((_chunks(nodes), kernels.GLOBAL_CHUNK_NODES + 2), np.int32),
-        np.zeros(1, np.int64),
-        np.zeros(1, np.uint8),
     )
 
 
@@ -88,12 +82,12 @@ def make_layers(heights_m: F32, cell_m: float, raw_roughness: bool, work: Worksp
 
     heights_m: float32 (rows, columns); NaN, infinite or more than HIGHEST_M from zero: no data. `raw_roughness`: the
     standard deviation as printed in Eq. 21. Raises ValueError for wrong shape, dtype, layout or cell,
-    PlanCancelledError.
+    CancelledError.
     """
     _check_map(heights_m, cell_m, work)
-    roughest_m = kernels.global_layers_into(heights_m, cell_m, raw_roughness, work.layers, work.done, work.cancel)
+    roughest_m = kernels.global_layers_into(heights_m, cell_m, raw_roughness, work.layers, *_watched(work))
     if roughest_m < 0.0:
-        raise PlanCancelledError("while the layers were made")
+        raise CancelledError("global plan, while the layers were made")
     return roughest_m
 
 
@@ -101,14 +95,14 @@ def make_edges(heights_m: F32, cell_m: float, prices: tuple[float, float, float,
     """Eq. 25: fills `work.edges_m` from `work.layers`.
 
     prices: what a metre costs above 1 for each metre of roughness, radian of roll and radian of pitch, all >= 0, and
-    the steepest roll or pitch in radians. Raises ValueError for wrong arguments, PlanCancelledError.
+    the steepest roll or pitch in radians. Raises ValueError for wrong arguments, CancelledError.
     """
     _check_map(heights_m, cell_m, work)
     given = np.array(prices, np.float32)
     if given.shape != (4,) or not (np.isfinite(given).all() and given.min() >= 0.0):
         raise ValueError(f"prices: expected 4 finite numbers >= 0, given {prices}")
-    if not kernels.global_edges_into(heights_m, cell_m, work.layers, given, work.edges_m, work.done, work.cancel):
-        raise PlanCancelledError("while the edges were made")
+    if not kernels.global_edges_into(heights_m, cell_m, work.layers, given, work.edges_m, *_watched(work)):
+        raise CancelledError("global plan, while the edges were made")
 
 
 def cost_to_go(seeds: tuple[NDArray[np.int64], F64], cell_m: float, work: Workspace) -> tuple[F32, I32]:
@@ -117,7 +111,7 @@ def cost_to_go(seeds: tuple[NDArray[np.int64], F64], cell_m: float, work: Worksp
     seeds: int64 (k,) flat indices of nodes and float64 (k,) what is left to go from each, metres >= 0. cost: float32
     metres, +inf where there is no way. next: int32 flat index of the next node on the way, the node itself where its
     seed is the least, -1 where there is no way. Exact to rounding of the result. Raises ValueError for wrong
-    arguments, PlanCancelledError.
+    arguments, CancelledError.
     """
     places, costs_m = seeds
     nodes = work.rows * work.columns
@@ -130,10 +124,14 @@ def cost_to_go(seeds: tuple[NDArray[np.int64], F64], cell_m: float, work: Worksp
         raise ValueError(f"seed costs: expected finite costs >= 0, given {costs_m.min()} to {costs_m.max()}")
     cost_m = np.empty((work.rows, work.columns), np.float32)
     next_node = np.empty((work.rows, work.columns), np.int32)
-    scratch = (work.cost_m, work.came, work.chunks, work.done, work.cancel)
+    scratch = (work.cost_m, work.came, work.chunks, *_watched(work))
     if not kernels.global_cost_to_go_into(work.edges_m, cell_m, places, costs_m, *scratch, cost_m, next_node):
-        raise PlanCancelledError("while the way was searched")
+        raise CancelledError("global plan, while the way was searched")
     return cost_m, next_node
+
+
+def _watched(work: Workspace) -> tuple[NDArray[np.int64], U8]:
+    return work.progress.done, work.progress.stop
 
 
 def _check_map(heights_m: F32, cell_m: float, work: Workspace) -> None:

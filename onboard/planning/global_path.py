@@ -88,8 +88,8 @@ def solve(gdem: Gdem, goal_m: tuple[float, float], planning: Planning, work: Wor
     """The whole cost-to-go field of a goal (Eq. 26 for every start at once).
 
     The goal is joined to its 8 nearest nodes by straight lines; off the map to none, so that no node reaches it.
-    `work`: room for the map's size, to use it again, to watch `done` rise to 3 * rows * columns and to `cancel` from
-    another thread. Raises as `layers` does, ValueError for a goal that is not finite, PlanCancelledError.
+    `work`: room for the map's size, to use it again, to watch `progress` rise to 3 * rows * columns and to cancel it from
+    another thread. Raises as `layers` does, ValueError for a goal that is not finite, CancelledError.
     """
     if not np.isfinite(goal_m).all():
         raise ValueError(f"goal_m: expected finite coordinates, given {goal_m}")
@@ -101,7 +101,7 @@ def solve(gdem: Gdem, goal_m: tuple[float, float], planning: Planning, work: Wor
 
 def _room(gdem: Gdem, work: Workspace | None = None) -> Workspace:
     room = workspace(gdem.grid.rows, gdem.grid.columns) if work is None else work
-    room.done[0] = 0
+    room.progress.done[0] = 0
     return room
 
 

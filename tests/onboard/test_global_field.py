@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from onboard.config import Planning
 from onboard.native import global_field as door
 from onboard.native import variant
+from onboard.native.progress import CancelledError, Progress
 from onboard.planning import global_path
 from onboard.records import Gdem, Grid
 from tests import oracles_global as oracle
@@ -250,8 +251,8 @@ def test_wrong_numbers_are_named() -> None:
         door.cost_to_go((np.array([30]), np.zeros(1)), 10.0, work)
     with pytest.raises(ValueError, match="seed costs: expected finite costs >= 0, given nan"):
         door.cost_to_go((np.array([3]), np.array([np.nan])), 10.0, work)
-    with pytest.raises(ValueError, match=r"cancel: expected uint8 \(1\), given bool"):
-        replace(work, cancel=np.zeros(1, bool))
+    with pytest.raises(ValueError, match=r"progress.stop: expected uint8 \(1\), given bool"):
+        replace(work, progress=Progress(stop=np.zeros(1, bool)))
 
 
 # -- progress and cancelling -----------------------------------------------------------------------------------
@@ -261,12 +262,12 @@ def test_progress_ends_at_three_times_the_nodes_reached_or_not() -> None:
     gdem, work = rough_map(4, (31, 47), holes=0.4), door.workspace(31, 47)
     for _ in range(2):
         global_path.solve(gdem, (155.0, 155.0), PLANNING, work)
-        assert work.done[0] == door.STEPS * 31 * 47
+        assert work.progress.done[0] == door.STEPS * 31 * 47
 
 
 def test_a_cancelled_plan_has_no_result_at_any_step() -> None:
     gdem, work = rough_map(4, (30, 30)), door.workspace(30, 30)
-    work.cancel[0] = 1
+    work.progress.cancel()
     steps = (
         lambda: door.make_layers(gdem.heights_m, 10.0, False, work),
         lambda: door.make_edges(gdem.heights_m, 10.0, (1.0, 1.0, 1.0, 0.3), work),
@@ -274,9 +275,9 @@ def test_a_cancelled_plan_has_no_result_at_any_step() -> None:
         lambda: global_path.solve(gdem, (155.0, 155.0), PLANNING, work),
     )
     for step in steps:
-        with pytest.raises(door.PlanCancelledError):
+        with pytest.raises(CancelledError):
             step()
-    work.cancel[0] = 0
+    work.progress.stop[0] = 0
     assert np.isfinite(global_path.solve(gdem, (155.0, 155.0), PLANNING, work).cost_m).any()
 
 
@@ -287,14 +288,14 @@ def test_a_plan_is_watched_and_cancelled_from_another_thread_while_it_runs() -> 
     def plan() -> None:
         try:
             global_path.solve(gdem, (7505.0, 7505.0), PLANNING, work)
-        except door.PlanCancelledError as error:
+        except CancelledError as error:
             ended.append(str(error))
 
     planner = threading.Thread(target=plan)
-    work.done[0] = 0
+    work.progress.done[0] = 0
     planner.start()
-    while work.done[0] == 0 and planner.is_alive():
+    while work.progress.done[0] == 0 and planner.is_alive():
         pass
-    work.cancel[0] = 1
+    work.progress.cancel()
     planner.join()
-    assert ended and 0 < work.done[0] < door.STEPS * 1500 * 1500
+    assert ended and 0 < work.progress.done[0] < door.STEPS * 1500 * 1500
