@@ -6,7 +6,7 @@ nanoseconds since the start of the run unless a name says otherwise; angles radi
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import IntEnum
 from typing import Any, NamedTuple
@@ -70,11 +70,11 @@ class JobDone(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class JobRequest:
-    """Long work for beside the tick: `function(*arguments)` is pure; its result is taken at `due_tick`."""
+    """Long work for beside the tick: `function` ("module:name") of `arguments`; its result is taken at `due_tick`."""
 
     job_id: int
     name: str
-    function: Callable[..., Any]
+    function: str
     arguments: tuple[Any, ...]
     due_tick: int
 

@@ -6,19 +6,22 @@ Orders come checked from the downlink; faults from the monitors; both only ever 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING
 
 from onboard.config import Config
 from onboard.core.downlink import Downlink
 from onboard.core.mission import MISSION_JOBS, Context, Mission
-from onboard.perception.stop_map import StopMap
 from onboard.planning.plan_records import PlanResult
 from onboard.records import Event, Gdem, Twist
 from protocol.can_codec import StopReason
 from protocol.commands import check_mode
 from protocol.faults import BY_NAME, Step
 from protocol.modes import EVENTS, Mode, Phase, next_mode
-from protocol.products import LDEM_CODEC, LdemProduct, MapGrid, encode_ldem
+from protocol.products import LDEM_CODEC, LdemProduct, MapGrid
 from protocol.transactions import Order, State
+
+if TYPE_CHECKING:
+    from onboard.perception.stop_map import StopMap
 
 PRODUCT_TICKS = 50
 SEVERITY = {row.name: row.severity for row in EVENTS}
@@ -175,7 +178,7 @@ class Executive:
             report, at = result.report, result.report.grid
             grid = MapGrid(at.x0_m, at.y0_m, at.cell_m, at.rows, at.columns)
             arguments = (LdemProduct(grid, report.z_mean, report.node_sets),)
-            ctx.jobs.submit("product", encode_ldem, arguments, ctx.tick + PRODUCT_TICKS)
+            ctx.jobs.submit("product", arguments, ctx.tick + PRODUCT_TICKS)
             self._get_id = order.request_id
             self._downlink.report(order.request_id, State.STARTED, "packing the LDEM")
 

@@ -3,20 +3,34 @@
 Why a fixed tick: the core must be a function of its inputs. Were a result taken as soon as it is there, the run would
 depend on the load of the machine. So each job has a budget in ticks; in lock-step the tick waits for it, on the wall
 clock a late job is a counted miss and the tick at which it was taken is recorded, so that a replay does the same.
+
+Why by name: a job's modules (the planners, the registration, scipy) load where it runs, beside the tick. The core that
+asks for it loads its records alone, so the first tick need not wait for what is first needed minutes later.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
+from types import MappingProxyType
 from typing import Any
 
 from onboard.records import JobDone, JobRequest
 
+JOBS: Mapping[str, str] = MappingProxyType(
+    {
+        "look": "onboard.perception.stop_map:look",
+        "remember": "onboard.perception.stop_map:remember",
+        "plan": "onboard.planning.cycle:plan",
+        "product": "protocol.products:encode_ldem",
+    }
+)  # name -> module:function, which is pure
+
 
 class JobBook:
-    """One owner's jobs, each with a name; at most one of a name at a time."""
+    """One owner's jobs, each a row of its table `functions`; at most one of a name at a time."""
 
-    def __init__(self) -> None:
+    def __init__(self, functions: Mapping[str, str] = JOBS) -> None:
+        self._functions = functions
         self._next_id = 1
         self._names: dict[int, str] = {}
         self._due: dict[int, int] = {}
@@ -28,11 +42,11 @@ class JobBook:
         """Names of the jobs whose results are still to be taken."""
         return tuple(self._names.values())
 
-    def submit(self, name: str, function: Callable[..., Any], arguments: tuple[Any, ...], due_tick: int) -> None:
-        """Start `function(*arguments)` beside the tick; its result comes with `take` at `due_tick`."""
+    def submit(self, name: str, arguments: tuple[Any, ...], due_tick: int) -> None:
+        """Start the job of this name beside the tick; its result comes with `take` at `due_tick`."""
         assert name not in self._names.values(), f"job {name} is already running"
         self._names[self._next_id], self._due[self._next_id] = name, due_tick
-        self._requests.append(JobRequest(self._next_id, name, function, arguments, due_tick))
+        self._requests.append(JobRequest(self._next_id, name, self._functions[name], arguments, due_tick))
         self._next_id += 1
 
     def take(self, done: Sequence[JobDone], tick: int) -> dict[str, Any]:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -21,13 +21,14 @@ from onboard.devices.nodes import Nodes
 from onboard.motion.follower import Follower
 from onboard.perception import ldem
 from onboard.perception.localisation import Localisation
-from onboard.perception.stop_map import NO_POINTS, Look, StopMap, look, remember
-from onboard.planning.cycle import plan
 from onboard.planning.mission_rule import MissionState
 from onboard.planning.plan_records import PlanRequest, PlanResult, Settings
 from onboard.records import Decision, Gdem, Pose, Scan, Twist
 from protocol.conventions import wrap_rad
 from protocol.modes import Phase
+
+if TYPE_CHECKING:  # these come from the jobs, which run elsewhere
+    from onboard.perception.stop_map import Look, StopMap
 
 MISSION_JOBS = frozenset({"look", "remember", "plan"})
 _TRAIL_M = 0.1
@@ -136,9 +137,8 @@ class Mission:
     def _look(self, ctx: Context, sweep: Sweep) -> None:
         self.scans_taken += 1
         guess = ctx.localisation.pose.matrix()
-        target = self.memory.target_points if self.memory else NO_POINTS
-        arguments = (sweep.scans, sweep.tilt, guess, target, self._config)
-        ctx.jobs.submit("look", look, arguments, ctx.tick + self._config.jobs.map_ticks)
+        arguments = (sweep.scans, sweep.tilt, guess, self.memory, self._config)
+        ctx.jobs.submit("look", arguments, ctx.tick + self._config.jobs.map_ticks)
         self.phase = Phase.MAPPING
 
     def _mapping(self, ctx: Context) -> Twist:
@@ -164,7 +164,7 @@ class Mission:
             why = found.reason or "the filter finds it incredible"
             self.notes.append(("REGISTRATION_REFUSED", f"{why} ({found.moved_m:.3f} m, {found.moved_rad:.4f} rad)"))
         arguments = (self.memory, seen.cloud_base, T_map_base, self.stop, self._config)
-        ctx.jobs.submit("remember", remember, arguments, ctx.tick + self._config.jobs.map_ticks)
+        ctx.jobs.submit("remember", arguments, ctx.tick + self._config.jobs.map_ticks)
 
     def _plan(self, ctx: Context) -> None:
         assert self.memory
@@ -179,7 +179,7 @@ class Mission:
             settings=Settings(config.rover, config.mapping, config.planning, config.mission, config.scanning),
             trail=np.array(self._trail[-_TRAIL_POSES:]).reshape(-1, 3),
         )
-        ctx.jobs.submit("plan", plan, (request,), ctx.tick + self._config.jobs.plan_ticks)
+        ctx.jobs.submit("plan", (request,), ctx.tick + self._config.jobs.plan_ticks)
         self.phase = Phase.PLANNING
 
     def _planning(self, ctx: Context) -> Twist:

@@ -17,17 +17,22 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
-from filterpy.kalman import ExtendedKalmanFilter
 
 from onboard.config import Localisation as LocalisationConfig
 from onboard.config import Rover
 from onboard.motion.odometry import Odometry, Step
 from onboard.perception.attitude import START_SAMPLES, Attitude
-from onboard.perception.registration import RegistrationResult, credible
+from onboard.perception.credibility import credible
 from onboard.records import F64, Estimate, ImuSample, Pose, Twist, WheelState
 from protocol.conventions import wrap_rad
+
+if TYPE_CHECKING:
+    from filterpy.kalman import ExtendedKalmanFilter
+
+    from onboard.perception.registration import RegistrationResult
 
 X, Y, Z, YAW, BIAS, SLIP = range(6)
 PREDICT_NS = 100_000_000
@@ -53,12 +58,10 @@ class Localisation:
     def __init__(self, rover: Rover, config: LocalisationConfig, stale_ns: int = 30_000_000) -> None:
         self._config = config
         self._odometry, self._attitude = Odometry(rover, stale_ns), Attitude()
-        self._filter = ExtendedKalmanFilter(dim_x=6, dim_z=4)
-        self._filter.predict_x = self._already_there
+        self._filter: ExtendedKalmanFilter | None = None
         bias = config.gyro_noise_radps / math.sqrt(START_SAMPLES) + BIAS_FLOOR_RADPS
-        self._filter.P = np.diag([*START_SIGMA, bias, config.odometry_noise_ratio]) ** 2
+        self._covariance = np.diag([*START_SIGMA, bias, config.odometry_noise_ratio]) ** 2
         self._state = [config.start_x_m, config.start_y_m, 0.0, config.start_yaw_rad, 0.0, 0.0]
-        self._filter.x = np.array(self._state)
         self._now_ns = self._imu_ns = -1
         self.step = Step(0.0, 0.0, 0.0, Twist(), 0.0, 0, True)
         self.yaw_rate_radps = 0.0
@@ -94,7 +97,7 @@ class Localisation:
         """The filter's word now; its covariance (4, 4) over x, y, z, yaw is at most 100 ms old."""
         twist = self.step.twist
         speed = (1.0 - self._state[SLIP]) * math.hypot(twist.vx_mps, twist.vy_mps)
-        return Estimate(self.pose, self._filter.P[:4, :4].copy(), speed, self.yaw_rate_radps)
+        return Estimate(self.pose, self._covariance[:4, :4].copy(), speed, self.yaw_rate_radps)
 
     def update(self, wheels: Sequence[WheelState | None], imu: ImuSample | None, now_ns: int) -> None:
         """One tick: the newest state of each wheel (None: not known), the newest IMU sample (None: none came)."""
@@ -129,10 +132,10 @@ class Localisation:
             not result.accepted
             or float(np.linalg.norm(innovation[:3])) > config.gate_m
             or abs(float(innovation[3])) > config.gate_rad
-            or not credible(innovation, self._filter.P[:4, :4] + result.covariance)
+            or not credible(innovation, self._covariance[:4, :4] + result.covariance)
         ):
             scale = np.array([math.sqrt(WIDEN)] * 4 + [1.0, 1.0])
-            self._filter.P = self._filter.P * np.outer(scale, scale)
+            self._covariance = self._covariance * np.outer(scale, scale)
             return False
         self._correct(measured, MEASURES, result.covariance)
         return True
@@ -141,15 +144,14 @@ class Localisation:
         """Puts the rover at a pose known from elsewhere, to within 5 cm and 1 degree; bias and slip stay as learned."""
         self._predict()
         self._state[:4] = [pose.x_m, pose.y_m, pose.z_m, pose.yaw_rad]
-        self._filter.x = np.array(self._state)
         covariance = np.zeros((6, 6))
-        covariance[4:, 4:] = self._filter.P[4:, 4:]
+        covariance[4:, 4:] = self._covariance[4:, 4:]
         covariance[:4, :4] = np.diag([0.05, 0.05, 0.05, 0.02]) ** 2
-        self._filter.P = covariance
+        self._covariance = covariance
 
     def digest_items(self) -> tuple[float, ...]:
         """What the state digest of the record is made of."""
-        diagonal = self._filter.P.diagonal().tolist()
+        diagonal = self._covariance.diagonal().tolist()
         return (*self._state, self._attitude.roll_rad, self._attitude.pitch_rad, *diagonal)
 
     def _turn_rad(self, imu: ImuSample | None, now_ns: int, elapsed_s: float) -> float:
@@ -205,11 +207,24 @@ class Localisation:
             yaw += TURN_WITHOUT_GYRO**2 * turn
         walk = WAY_WALK**2 * way
         Q = [walk, walk, HEIGHT_WALK**2 * way, yaw, BIAS_WALK**2 * seconds, SLIP_WALK**2 * way]
-        self._filter.F, self._filter.Q = F, np.diag(Q)
-        self._filter.predict()
+        kalman = self._kalman()
+        kalman.F, kalman.Q = F, np.diag(Q)
+        kalman.predict()
+        self._covariance = kalman.P
 
-    def _already_there(self, u: object = 0) -> None:
-        self._filter.x = np.array(self._state)
+    def _kalman(self) -> ExtendedKalmanFilter:
+        """The filter with the state and covariance of now; made where it is first needed.
+
+        filterpy loads all of scipy.stats, ten times what the rest of a first tick loads, and nothing is predicted or
+        corrected before the rover has moved or stood for half a second.
+        """
+        if self._filter is None:
+            from filterpy.kalman import ExtendedKalmanFilter
+
+            self._filter = ExtendedKalmanFilter(dim_x=6, dim_z=4)
+            self._filter.predict_x = lambda u: None  # the state has moved already
+        self._filter.x, self._filter.P = np.array(self._state), self._covariance
+        return self._filter
 
     def _learn_bias(self) -> None:
         if not self._rates or not self._attitude.ready:
@@ -220,12 +235,12 @@ class Localisation:
         self._correct(np.array([self._rates_sum / self._rates]), measures, np.array([[noise]]))
 
     def _correct(self, measured: F64, measures: F64, noise: F64) -> None:
-        self._filter.x = np.array(self._state)
-        self._filter.update(
+        kalman = self._kalman()
+        kalman.update(
             measured, lambda x: measures, lambda x: measures @ x, R=noise,
             residual=_residual if len(measured) == 4 else np.subtract,
         )  # fmt: skip
-        self._state = self._filter.x.tolist()
+        self._state, self._covariance = kalman.x.tolist(), kalman.P
         self._state[YAW] = wrap_rad(self._state[YAW])
         self._state[SLIP] = max(SLIP_LIMITS[0], min(SLIP_LIMITS[1], self._state[SLIP]))
 

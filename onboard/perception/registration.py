@@ -17,6 +17,7 @@ import numpy as np
 import small_gicp
 
 from onboard.config import Localisation
+from onboard.perception.credibility import credible
 from onboard.records import F32, F64
 
 VOXEL_M = 0.1
@@ -30,7 +31,6 @@ LEAST_OVERLAP_RATIO = 0.2  # at the guess; sectors that share 0.3 register to 30
 OVERLAP_CELL_M = 0.5
 TRUST_RATIO = 4e-3
 UNKNOWN_M2 = 100.0  # variance in a direction that is not trusted
-SURPRISE_LIMIT = 18.5  # chi-square, 4 degrees of freedom, 99.9 %
 MOST_ITERATIONS = 60
 SETTLING_ROUNDS = 3
 SETTLED_M = 0.003
@@ -152,14 +152,6 @@ def difference(T_map_base: F64, guess: F64) -> F64:
     yaw = math.atan2(T_map_base[1, 0], T_map_base[0, 0]) - math.atan2(guess[1, 0], guess[0, 0])
     x, y, z = T_map_base[:3, 3] - guess[:3, 3]
     return np.array([x, y, z, math.remainder(yaw, math.tau)])
-
-
-def credible(innovation: F64, covariance: F64) -> bool:
-    """Whether an innovation (4,) over x, y, z, yaw is within what its covariance (4, 4) allows (Mahalanobis, 99.9 %).
-
-    m, rad. Raises numpy.linalg.LinAlgError for a singular covariance.
-    """
-    return float(innovation @ np.linalg.solve(covariance, innovation)) <= SURPRISE_LIMIT
 
 
 def _prepared(points: F64) -> Prepared:

@@ -38,13 +38,13 @@ class StopMap:
     target_points: F64
 
 
-def look(scans: Sequence[Scan], tilt: TiltTrack, guess: F64, target_points: F64, config: Config) -> Look:
-    """Cloud of a sweep, registered to `target_points` (m, 3, map frame), if any, from `guess` (4, 4) T_map_base."""
+def look(scans: Sequence[Scan], tilt: TiltTrack, guess: F64, memory: StopMap | None, config: Config) -> Look:
+    """Cloud of a sweep, registered to the points of `memory`, if any, from `guess` (4, 4) T_map_base."""
     far = replace(config.scanning, range_m=max(config.scanning.range_m, config.localisation.registration_range_m))
     seen = cloud(scans, tilt, np.eye(4), config.rover, far, config.lidar.range_noise_m)
-    if not len(target_points):
+    if memory is None or not len(memory.target_points):
         return Look(seen, None)
-    return Look(seen, register(seen.ends_m[seen.hit], target_points, guess, config.localisation))
+    return Look(seen, register(seen.ends_m[seen.hit], memory.target_points, guess, config.localisation))
 
 
 def remember(memory: StopMap | None, seen: Cloud, T_map_base: F64, stop: int, config: Config) -> StopMap:

@@ -1,4 +1,4 @@
-"""What every local planner is asked and answers; `planning.PLANNERS` lists them, one contract test runs over the table.
+"""What every local planner is asked and answers; `planners.PLANNERS` lists them, one contract test runs over the table.
 
 The contract: the path starts at the problem's start, ends on one of its goal poses' cells, every station stands on a
 free pose, the same problem gives the same path; a goal that cannot be reached is `path = None` with the reason for

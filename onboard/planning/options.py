@@ -9,12 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from onboard import config
-from onboard.planning import PLANNERS, strategies, visibility
+from onboard.planning import strategies, visibility
 from onboard.planning.contract import Plan, Problem
 from onboard.planning.gain import Eyes
 from onboard.planning.mission_rule import MissionState, Nearest, Option, Stop
 from onboard.planning.next_position import NextPosition, Question, straight_line_m
 from onboard.planning.path import Ground, turn_to
+from onboard.planning.planners import PLANNERS
 from onboard.planning.pose_field import descend
 from onboard.planning.pose_planner import PoseFieldPlanner
 from onboard.planning.poses import Freedom

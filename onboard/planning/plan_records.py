@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from onboard import config
 from onboard.planning.mission_rule import MissionState
-from onboard.planning.next_position import NextPosition
 from onboard.records import F32, F64, U8, Decision, Gdem, Grid, Ldem, Pose
+
+if TYPE_CHECKING:  # its module loads scipy, and the records travel without it
+    from onboard.planning.next_position import NextPosition
 
 
 @dataclass(frozen=True, slots=True)

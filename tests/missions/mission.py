@@ -126,7 +126,7 @@ class Kinematic:
     def _scan(self) -> None:
         scans = self.scanner.sweep(self.world, self.true, self.rng)
         T_map_base = self.estimate.matrix()
-        seen = look(scans, self.scanner.tilt, T_map_base, NO_POINTS, self.config)
+        seen = look(scans, self.scanner.tilt, T_map_base, None, self.config)
         stop = len(self.flight.stops)
         kept = remember(self.flight.memory, seen.cloud_base, T_map_base, stop, self.config)
         self.flight.memory = replace(kept, target_points=NO_POINTS)  # nothing is registered here

@@ -17,6 +17,7 @@ from hil.devices.nodes import build_nodes
 from hil.records import PlantState, WheelTruth
 from onboard import config
 from onboard.core.tick import Rover, tick
+from onboard.drivers.workers import perform
 from onboard.motion.kinematics import wheel_places
 from onboard.motion.odometry import body_twist
 from onboard.records import Chunk, Inputs, JobDone, LinkMessage, PortState
@@ -208,7 +209,7 @@ class CoreBench:
     def _done(self):
         due = [job for job in self._jobs if self.tick >= job.due_tick + self.job_late_ticks]
         self._jobs = [job for job in self._jobs if job not in due]
-        return tuple(JobDone(job.job_id, job.function(*job.arguments)) for job in due)
+        return tuple(JobDone(job.job_id, perform(job)) for job in due)
 
     def _advance(self, until_ns):
         hubs = []

@@ -1,4 +1,4 @@
-"""The contract of planning.PLANNERS, run over the whole table."""
+"""The contract of planning.planners.PLANNERS, run over the whole table."""
 
 import dataclasses
 import math
@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from onboard.config import Planning
-from onboard.planning import PLANNERS
 from onboard.planning.contract import Problem
 from onboard.planning.path import is_free
+from onboard.planning.planners import PLANNERS
 from onboard.planning.poses import Freedom
 from onboard.records import Grid
 

@@ -1,0 +1,19 @@
+"""The local planners: `PLANNERS` maps the names of `planning.planner` in the configuration to classes with
+`plan(problem) -> Plan` (`contract`). A new planner is a file here and a row in the table.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from types import MappingProxyType
+
+from onboard.planning.contract import Planner
+from onboard.planning.distance_transform import DistanceTransformPlanner
+from onboard.planning.pose_planner import PoseFieldPlanner
+
+PLANNERS: Mapping[str, type[Planner]] = MappingProxyType(
+    {
+        "pose-field": PoseFieldPlanner,
+        "distance-transform": DistanceTransformPlanner,
+    }
+)
