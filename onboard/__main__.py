@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import sys
 from pathlib import Path
 from typing import Annotated, Optional
@@ -61,6 +62,7 @@ def run(
     if print_config:
         print(to_toml(tree), end="")
         return
+    gc.disable()  # until all is loaded: loading makes much and drops little, and a tenth of it would be collecting
     from onboard.app import run as fly  # the drivers are heavy: not for --help and --print-config
     from onboard.drivers.clock import ClockLostError
     from onboard.drivers.link_port import LinkPortError

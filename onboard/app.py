@@ -142,6 +142,7 @@ def run(config: Config, announce: Callable[[str], None]) -> int:
             workers.preload(LATER).result()  # beside the ticks it would make them late
         rover = Rover(config, gdem)
         gc.freeze()  # what start-up made stays: collecting it anew would cost ticks of 30 ms
+        gc.enable()
         clock.start()
         where = f"{config.can.uri}, {config.lidar.address}, {config.link.endpoint}"
         announce(f"running: {config.clock.mode} clock, {where}")
