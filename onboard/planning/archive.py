@@ -18,14 +18,16 @@ import io
 import zipfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from onboard.planning.next_position import Choice
 from onboard.planning.plan_records import PlanResult
 from onboard.records import F32, F64, U8, Grid
+
+if TYPE_CHECKING:
+    from onboard.planning.next_position import Choice
 
 
 @dataclass(frozen=True, slots=True)
