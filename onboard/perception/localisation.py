@@ -215,7 +215,7 @@ class Localisation:
     def _kalman(self) -> ExtendedKalmanFilter:
         """The filter with the state and covariance of now; made where it is first needed.
 
-        filterpy loads all of scipy.stats, ten times what the rest of a first tick loads, and nothing is predicted or
+        filterpy loads all of scipy.stats, twice what all else before a first tick takes, and nothing is predicted or
         corrected before the rover has moved or stood for half a second.
         """
         if self._filter is None:
