@@ -88,8 +88,8 @@ def solve(gdem: Gdem, goal_m: tuple[float, float], planning: Planning, work: Wor
     """The whole cost-to-go field of a goal (Eq. 26 for every start at once).
 
     The goal is joined to its 8 nearest nodes by straight lines; off the map to none, so that no node reaches it.
-    `work`: room for the map's size, to use it again, to watch `progress` rise to 3 * rows * columns and to cancel it from
-    another thread. Raises as `layers` does, ValueError for a goal that is not finite, CancelledError.
+    `work`: room for the map's size, to use it again; its `progress` rises to 3 * rows * columns and can be cancelled
+    from another thread. Raises as `layers` does, ValueError for a goal that is not finite, CancelledError.
     """
     if not np.isfinite(goal_m).all():
         raise ValueError(f"goal_m: expected finite coordinates, given {goal_m}")
