@@ -7,8 +7,8 @@ TERRAIN ?= fbm
 B := .venv/bin
 NATIVE := CMakeLists.txt pyproject.toml $(wildcard onboard/native/*.?pp hil/native/*.?pp)
 KERNEL_TESTS := tests/onboard/test_kernels.py tests/onboard/test_live_grid.py tests/onboard/test_pose_field.py \
-	tests/onboard/test_ldem.py tests/onboard/test_cell_classes.py tests/onboard/test_visibility.py \
-	tests/onboard/test_visibility_kernels.py tests/onboard/test_fuzz.py \
+	tests/onboard/test_ldem.py tests/onboard/test_cell_classes.py tests/onboard/test_class_kernels.py \
+	tests/onboard/test_visibility.py tests/onboard/test_visibility_kernels.py tests/onboard/test_fuzz.py \
 	tests/onboard/test_next_position.py tests/onboard/test_distance_transform.py tests/onboard/test_global_path.py \
 	tests/onboard/test_search_kernels.py $(wildcard tests/onboard/test_global_field*.py) tests/onboard/test_path.py tests/hil/test_soil.py
 SANITIZED := EL_DORADO_KERNELS=build/sanitize ASAN_OPTIONS=detect_leaks=0 PYTHONMALLOC=malloc \

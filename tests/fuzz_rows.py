@@ -1,6 +1,7 @@
 """The table of doors to the kernels for tests/fuzz_kernels.py, each with a generator of good, odd and wrong arguments.
 
-A new door is one row of ROWS: the modules whose `kernels` it uses, its arguments by name, and a call with them.
+A new door is one row of ROWS: the modules whose `kernels` it uses, its arguments by name, and a call with them. One
+table, so one file, though of over 300 lines.
 """
 
 from __future__ import annotations
@@ -15,9 +16,20 @@ from hypothesis import strategies as st
 from numpy.typing import DTypeLike
 
 from hil.soil import CLASSES, SoilContacts
-from onboard.native import cells, distance, global_field, pose_field, raster, sight, visibility
+from onboard.native import (
+    cell_classes,
+    cells,
+    distance,
+    global_field,
+    pose_field,
+    poses,
+    raster,
+    sight,
+    visibility,
+)
+from onboard.perception import ldem as maps
 from onboard.planning.visibility import beams
-from onboard.records import Cloud, Grid
+from onboard.records import Cloud, Grid, Surface
 
 # -- numbers and arrays, the plain ones first: hypothesis shrinks towards them -----------------------------------
 
@@ -149,6 +161,17 @@ def _soil(rows: int, columns: int, heights_m: Any, states: list[Any], dt_s: floa
     return tuple(np.array([*c[0], *c[1], *c[2:]]) for c in contacts.step(wheels, dt_s))
 
 
+def _classes(layers: dict[str, Any], rules: tuple[Any, ...]) -> tuple[np.ndarray, ...]:
+    ldem = replace(maps.empty(Grid(0.0, 0.0, 0.1, 1, 1)), **layers)
+    return tuple(cell_classes.classify(ldem, cell_classes.Rules(*rules)))
+
+
+def _freedom(cell_m: float, layers: dict[str, Any], footprint: tuple[Any, Any], limits: tuple[Any, ...]) -> tuple:
+    surface = Surface(Grid(0.0, 0.0, cell_m, 1, 1), **layers)
+    body = np.sort(footprint[1], axis=0) if isinstance(footprint[1], np.ndarray) else footprint[1]
+    return (poses.pose_freedom(surface, poses.Footprint(footprint[0], body), poses.Limits(*limits)),)
+
+
 def _places(size: int) -> st.SearchStrategy[int]:
     return mostly(st.integers(0, max(0, size - 1)), st.integers(-1, size))
 
@@ -230,6 +253,44 @@ _maps = st.tuples(SIDES, SIDES, st.integers(0, 4)).flatmap(
         seeds=st.tuples(arrays((n[2],), np.int64, _places(n[0] * n[1])), arrays((n[2],), np.float64, PRICES)),
     )
 )
+_statistics = st.tuples(SIZES, SIZES).flatmap(
+    lambda n: together(
+        layers=together(
+            n=arrays(n, np.int32, mostly(st.integers(-1, 9), st.integers(-(2**31), 2**31 - 1))),
+            sum_z=arrays(n, np.float64),
+            **{name: arrays(n, np.float32) for name in ("z_hi", "z_lo", "sum_sigma", "z_ray", "assumed_z")},
+        ),
+        rules=st.tuples(mostly(st.integers(0, 5), st.integers(-1, 2**40)), *[PRICES] * 5),
+    )
+)
+OFFSETS = mostly(st.integers(-6, 6), st.integers(-129, 129))
+_surfaces = st.tuples(SIZES, SIZES, st.integers(0, 20)).flatmap(
+    lambda n: together(
+        cell_m=PRICES,
+        layers=together(
+            cell_class=arrays(n[:2], np.uint8, mostly(st.integers(0, 5), BYTES)),
+            **{name: arrays(n[:2], np.float32) for name in ("z_mean", "z_top", "z_bot", "z_ray")},
+        ),
+        footprint=st.tuples(
+            arrays((8, 4, 2), np.int32, OFFSETS), arrays((n[2], 4), np.int32, mostly(st.integers(0, 7), OFFSETS))
+        ),
+        limits=st.tuples(*[PRICES] * 4, mostly(st.integers(0, 6), st.integers(-1, 129)), st.integers(0, 30)),
+    )
+)
+_fields = st.tuples(SIZES, SIZES).flatmap(
+    lambda n: together(
+        freedom=arrays((8, *n), np.uint8, st.integers(0, 2)),
+        falloff=mostly(st.integers(3, 9), st.integers(0, 129)).flatmap(lambda k: arrays((k * k,), np.float32)),
+        touching=NUMBERS,
+    )
+)
+_floods = st.tuples(SIZES, SIZES).flatmap(
+    lambda n: together(
+        freedom=arrays((8, *n), np.uint8, st.integers(0, 2)),
+        free=st.integers(-1, 256),
+        pose=st.tuples(_places(n[0]), _places(n[1]), _places(8)),
+    )
+)
 _wheels = st.tuples(SIDES, SIDES).flatmap(
     lambda n: together(
         rows=st.just(n[0]),
@@ -255,5 +316,9 @@ ROWS: dict[str, Row] = {
     "distance": Row((distance,), _cells, _distance),
     "sight": Row((sight,), _lines, _sight),
     "global-field": Row((global_field,), _maps, _global),
+    "cell-classes": Row((cell_classes,), _statistics, _classes),
+    "pose-freedom": Row((poses,), _surfaces, _freedom),
+    "closeness": Row((poses,), _fields, lambda **given: (poses.closeness(**given),)),
+    "reachable": Row((poses,), _floods, lambda **given: (poses.reachable(**given),)),
     "soil": Row((), _wheels, _soil),
 }

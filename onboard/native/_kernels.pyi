@@ -125,6 +125,43 @@ def sight_price_m(
     spacing_m: float,
     orientation: int,
 ) -> float: ...
+def classify_into(
+    fill_cells: int,
+    rules_m: F64,
+    n: I32,
+    sum_z: F64,
+    z_hi: F32,
+    z_lo: F32,
+    sum_sigma: F32,
+    z_ray: F32,
+    assumed_z: F32,
+    cell_class: U8,
+    z_mean: F32,
+    z_top: F32,
+    z_bot: F32,
+) -> None: ...
+def pose_freedom_into(
+    cell_class: U8,
+    z_mean: F32,
+    z_top: F32,
+    z_bot: F32,
+    z_ray: F32,
+    wheels: I32,
+    body: I32,
+    reach: int,
+    half: int,
+    least_cells: float,
+    level_m: float,
+    step_m: float,
+    steepest_per_cell_m: float,
+    tilt_ratio: float,
+    slope_ratio: float,
+    belly_m: float,
+    cell_m: float,
+    freedom: U8,
+) -> None: ...
+def closeness_into(freedom: U8, falloff: F32, reach: int, touching: float, ratio: F32) -> None: ...
+def reachable_into(freedom: U8, free: int, j: int, i: int, o: int, reached: U8) -> None: ...
 def simd_width() -> int: ...
 
 GLOBAL_CHUNK_NODES: int

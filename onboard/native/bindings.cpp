@@ -1,8 +1,10 @@
 // The extension module, built once for each instruction set (CMakeLists.txt) under the name KERNELS_MODULE. Each subject
 // binds itself: unpack arrays, own the workspace, release the lock, no logic.
+#include "bind_cell_classes.hpp"
 #include "bind_global.hpp"
 #include "bind_grid_search.hpp"
 #include "bind_pose_field.hpp"
+#include "bind_poses.hpp"
 #include "bind_raster.hpp"
 #include "bind_sight.hpp"
 #include "bind_visibility.hpp"
@@ -16,4 +18,6 @@ NB_MODULE(KERNELS_MODULE, m) {
     eldorado::bind_global(m);
     eldorado::bind_grid_search(m);
     eldorado::bind_sight(m);
+    eldorado::bind_cell_classes(m);
+    eldorado::bind_poses(m);
 }

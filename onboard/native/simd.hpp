@@ -35,6 +35,7 @@ inline Ints load(const std::int32_t* from) {
 inline void store(std::int32_t* to, Ints value) { std::memcpy(to, &value, sizeof value); }
 
 inline Floats larger(Floats a, Floats b) { return a > b ? a : b; }
+inline Floats smaller(Floats a, Floats b) { return a < b ? a : b; }
 
 inline bool any(Ints mask) {
     std::int32_t found = 0;

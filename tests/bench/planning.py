@@ -1,4 +1,4 @@
-"""Rows of the planner: pose-field, local-cycle."""
+"""Rows of the planner: cell-classes, pose-field, local-cycle."""
 
 from __future__ import annotations
 
@@ -11,12 +11,14 @@ from scipy.sparse import csgraph
 
 from onboard.config import Config
 from onboard.perception import ldem
+from onboard.perception.cell_classes import classify
 from onboard.planning.cycle import plan
 from onboard.planning.mission_rule import MissionState
 from onboard.planning.plan_records import PlanRequest, Settings
 from onboard.planning.pose_field import DIRECTIONS, cost_to_go, moves_m
-from onboard.planning.poses import closeness
-from onboard.records import Cloud, Grid, Pose
+from onboard.planning.poses import Freedom, closeness, pose_freedom
+from onboard.records import Cloud, Grid, Pose, Surface
+from tests import oracles_classes
 from tests.bench.goals import Measured, against, seconds
 from tests.bench.mapping import sweep
 
@@ -76,6 +78,33 @@ def pose_field(repeats: int) -> Measured:
     return replace(made, note=note, also=equal)
 
 
+def cell_classes(repeats: int) -> Measured:
+    """Classes, bounds and pose freedom of 200 x 200 cells x 8: one sweep over rough ground with rocks and holes."""
+    config = Config()
+    grid = Grid(-9.95, -9.95, CELL_M, SIDE, SIDE)
+    rng, seen = np.random.default_rng(4), sweep()
+    shape = (SIDE + 1, SIDE + 1)
+    relief = rng.normal(0, 0.005, shape) + rng.choice([0.0, 0.15, -0.2], shape, p=(0.995, 0.003, 0.002))
+    i, j = np.clip((seen.ends_m[:, :2] + 10.0) / CELL_M, 0, SIDE).astype(np.int64).T
+    ends = seen.ends_m.copy()
+    ends[:, 2] += relief[j, i] * seen.hit
+    cells = ldem.insert(ldem.empty(grid), replace(seen, ends_m=ends), 0, config.mapping.near_m)
+
+    def ours() -> tuple[Surface, np.ndarray]:
+        surface = classify(cells, config.mapping)
+        return surface, pose_freedom(surface, config.rover, config.planning)
+
+    def theirs() -> tuple[Surface, np.ndarray]:
+        surface = oracles_classes.classify(cells, config.mapping)
+        return surface, oracles_classes.pose_freedom(surface, config.rover, config.planning)
+
+    (surface, freedom), (known, free) = ours(), theirs()
+    equal = np.array_equal(freedom, free) and np.array_equal(surface.cell_class, known.cell_class)
+    made = against(ours, theirs, "vectorised numpy", 2 * repeats)
+    share = ", ".join(f"{np.mean(freedom == kind):.0%} {kind.name.lower()}" for kind in Freedom)
+    return replace(made, note=f"{'equal' if equal else 'NOT EQUAL'}; poses: {share}", also=equal)
+
+
 def local_cycle(repeats: int) -> Measured:
     """One sweep into a map of 200 x 200, classes, poses, decision, path, default strategy."""
     config = Config()
@@ -104,4 +133,4 @@ def local_cycle(repeats: int) -> Measured:
     )
 
 
-ROWS = {"pose-field": pose_field, "local-cycle": local_cycle}
+ROWS = {"cell-classes": cell_classes, "pose-field": pose_field, "local-cycle": local_cycle}

@@ -70,12 +70,12 @@ class World:
     def contact(self, pose: Pose, rover: Rover) -> int:
         """CLEAR, SOFT or HARD of the rover standing at a pose: belly, a step under a wheel, tilt."""
         tilt = max(abs(pose.roll_rad), abs(pose.pitch_rad))
-        belly, step = self._belly_m(pose, rover), self._step_m(pose, rover)
+        belly, step = self.belly_m(pose, rover), self._step_m(pose, rover)
         if belly > HARD_BELLY_M or step > HARD_STEP_M or tilt > HARD_TILT_RAD:
             return HARD
         return SOFT if belly > SOFT_BELLY_M or step > SOFT_STEP_M or tilt > SOFT_TILT_RAD else CLEAR
 
-    def _belly_m(self, pose: Pose, rover: Rover) -> float:
+    def belly_m(self, pose: Pose, rover: Rover) -> float:
         """How far the ground under the deck rises above the wheel plane at most."""
         x, y = _lattice(2 * rover.half_wheelbase_m, 2 * rover.half_track_m, self.grid.cell_m / 2)
         return float(self._above(pose, x, y).max())

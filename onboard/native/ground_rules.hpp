@@ -1,0 +1,120 @@
+// What the pose rules ask of each cell: heights, steps, slope, and what is known. The rules and their reasons are in
+// onboard/planning/poses.py. No Python types, no exceptions, no heap.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+
+#include "cell_classes.hpp"
+#include "plane_fit.hpp"
+#include "simd.hpp"
+
+namespace eldorado {
+
+// Layers of records.Surface, (rows, columns), and the limits.
+struct GroundProblem {
+    PlaneProblem plane;
+    const float *z_top, *z_bot, *z_ray;
+    double step_m, steepest_per_cell_m;
+};
+
+// Flags of a cell.
+constexpr std::int32_t kKnown = 1;
+constexpr std::int32_t kWhole = 2;   // the cell and its 4 neighbours are known
+constexpr std::int32_t kSmooth = 4;  // the step over those of them that are known is not too high
+constexpr std::int32_t kGentle = 8;  // the fitted plane is not too steep
+
+// Layers padded by `reach` >= 1 cells all round, beyond the grid nothing is known; a row has room for one vector more. Memory
+// is the caller's, `padded` numbers each.
+struct Ground {
+    std::int64_t rows, columns, reach;
+    float *z;          // height a wheel stands on, NaN where unknown
+    float *top, *bot;  // of known cells, -inf and +inf where unknown
+    float *ray;        // lowest beam over an unknown cell, -inf where known
+    std::int32_t* flags;
+
+    static std::int64_t padded(std::int64_t rows, std::int64_t columns, std::int64_t reach) {
+        return (rows + 2 * reach) * (columns + 2 * reach + kLanes);
+    }
+    std::int64_t stride() const { return columns + 2 * reach + kLanes; }
+    std::int64_t at(std::int64_t j, std::int64_t i) const { return (j + reach) * stride() + i + reach; }
+};
+
+class GroundRules {
+   public:
+    GroundRules(const GroundProblem& problem, const Ground& ground) : p_(problem), g_(ground) {}
+
+    // Fills the ground; `work`: PlaneFit::needed doubles.
+    void run(double* work) const {
+        spread();
+        PlaneFit plane(p_.plane, work);
+        for (std::int64_t j = 0; j < g_.rows; ++j) {
+            plane.fit_row(j);
+            for (std::int64_t i = 0; i < g_.columns; i += kLanes) mark(plane, j, i);
+        }
+    }
+
+   private:
+    void spread() const {
+        const std::int64_t size = Ground::padded(g_.rows, g_.columns, g_.reach);
+        constexpr float kHigh = std::numeric_limits<float>::infinity(), kNone = std::numeric_limits<float>::quiet_NaN();
+        std::fill(g_.z, g_.z + size, kNone);
+        std::fill(g_.top, g_.top + size, -kHigh);
+        std::fill(g_.bot, g_.bot + size, kHigh);
+        std::fill(g_.ray, g_.ray + size, kHigh);
+        std::fill(g_.flags, g_.flags + size, kSmooth | kGentle);
+        for (std::int64_t j = 0; j < g_.rows; ++j)
+            for (std::int64_t i = 0; i < g_.columns; ++i) {
+                const std::int64_t from = j * g_.columns + i, to = g_.at(j, i);
+                const bool known = p_.plane.cell_class[from] >= kHit;
+                g_.z[to] = known ? p_.plane.z_mean[from] : kNone;
+                g_.top[to] = known ? p_.z_top[from] : -kHigh;
+                g_.bot[to] = known ? p_.z_bot[from] : kHigh;
+                g_.ray[to] = known ? -kHigh : p_.z_ray[from];
+                g_.flags[to] |= known ? kKnown : 0;
+            }
+    }
+
+    // Flags of kLanes cells of row j from column i on.
+    void mark(const PlaneFit& plane, std::int64_t j, std::int64_t i) const {
+        const std::int64_t at = g_.at(j, i), stride = g_.stride();
+        Floats high = load(g_.top + at), low = load(g_.bot + at);
+        Ints known = load(g_.flags + at);
+        for (const std::int64_t by : {std::int64_t{1}, std::int64_t{-1}, stride, -stride}) {
+            high = larger(load(g_.top + at + by), high);
+            low = smaller(load(g_.bot + at + by), low);
+            known &= load(g_.flags + at + by);
+        }
+        const Ints stepped = high - low > static_cast<float>(0.999 * p_.step_m);  // in float: whether to look closer
+        for (int lane = 0; lane < kLanes && i + lane < g_.columns; ++lane) {
+            const double x = plane.slope_x(i + lane), y = plane.slope_y(i + lane), limit = p_.steepest_per_cell_m;
+            std::int32_t& flags = g_.flags[at + lane];
+            if (known[lane] & kKnown) flags |= kWhole;
+            if (stepped[lane] && step(at + lane, 0.0, 0.0) > p_.step_m && step(at + lane, x, y) > p_.step_m)
+                flags &= ~kSmooth;
+            if (std::abs(x) + std::abs(y) > limit && std::hypot(x, y) > limit) flags &= ~kGentle;
+        }
+    }
+
+    // Highest over lowest of the known ones of a cell and its 4 neighbours, a plane of these slopes taken out.
+    double step(std::int64_t at, double slope_x, double slope_y) const {
+        const std::int64_t stride = g_.stride();
+        double high = g_.top[at], low = g_.bot[at];
+        const auto see = [&](std::int64_t by, double plane) {
+            high = std::max(high, g_.top[at + by] - plane);
+            low = std::min(low, g_.bot[at + by] - plane);
+        };
+        see(1, slope_x);
+        see(-1, -slope_x);
+        see(stride, slope_y);
+        see(-stride, -slope_y);
+        return high - low;
+    }
+
+    const GroundProblem p_;
+    const Ground g_;
+};
+
+}  // namespace eldorado

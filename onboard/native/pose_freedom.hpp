@@ -1,0 +1,130 @@
+// Which poses (8 orientations, rows, columns) are free, blocked or unknown. The rules and their reasons are in
+// onboard/planning/poses.py. No Python types, no exceptions, no heap.
+//
+// The ground is padded by the rover's reach, so a wheel or a cell under the body is one load for kLanes poses side by side.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+
+#include "ground_rules.hpp"
+#include "pose_field.hpp"
+#include "simd.hpp"
+
+namespace eldorado {
+
+enum Freedom : std::uint8_t { kBlocked, kUnknown, kFree };  // poses.Freedom
+
+// The cells under the rover, from the cell of base_link.
+struct Footprint {
+    const std::int32_t* wheels;  // (8, 4, 2): dj, di of wheels 1 to 4 of each orientation; 1 lies opposite 3, 2 opposite 4
+    const std::int32_t* body;    // (body_rows, 4): orientation, dj, first di, last di, by rising orientation
+    std::int64_t body_rows;
+};
+
+struct PoseLimits {
+    float tilt_ratio, slope_ratio, belly_m, cell_m;
+};
+
+class PoseFreedom {
+   public:
+    PoseFreedom(const Ground& ground, const Footprint& print, const PoseLimits& limits)
+        : g_(ground), f_(print), l_(limits), stride_(ground.stride()) {}
+
+    void run(std::uint8_t* freedom) const {
+        const std::int32_t *body = f_.body, *const last = f_.body + 4 * f_.body_rows;
+        for (int o = 0; o < kOrientations; ++o) {
+            const Orientation way(o, *this);
+            const std::int32_t* end = body;
+            while (end < last && end[0] == o) end += 4;
+            for (std::int64_t j = 0; j < g_.rows; ++j)
+                for (std::int64_t i = 0; i < g_.columns; i += kLanes) {
+                    const Bytes found = __builtin_convertvector(judge(way, g_.at(j, i), body, end), Bytes);
+                    const std::int64_t count = std::min<std::int64_t>(kLanes, g_.columns - i);
+                    std::memcpy(freedom + (o * g_.rows + j) * g_.columns + i, &found, static_cast<std::size_t>(count));
+                }
+            body = end;
+        }
+    }
+
+   private:
+    typedef std::uint8_t Bytes __attribute__((vector_size(kLanes)));
+
+    // What all poses of one orientation share.
+    struct Orientation {
+        Orientation(int o, const PoseFreedom& of) {
+            const std::int32_t* const wheels = of.f_.wheels + 8 * o;
+            for (int k = 0; k < 4; ++k) wheel[k] = wheels[2 * k] * of.stride_ + wheels[2 * k + 1];
+            const std::int64_t y1 = wheels[0], x1 = wheels[1], y2 = wheels[2], x2 = wheels[3];
+            first_x = static_cast<float>(x1);
+            first_y = static_cast<float>(y1);
+            second_x = static_cast<float>(x2);
+            second_y = static_cast<float>(y2);
+            per_area = static_cast<float>(1.0 / static_cast<double>(x1 * y2 - x2 * y1));
+            cosine = static_cast<float>(std::cos(o * M_PI / kOrientations));
+            sine = static_cast<float>(std::sin(o * M_PI / kOrientations));
+        }
+
+        std::int64_t wheel[4];
+        float first_x, first_y, second_x, second_y, per_area, cosine, sine;
+    };
+
+    // The plane of the wheels: height at the centre, slopes along +x and +y per cell; NaN where a height is not known.
+    struct Plane {
+        Floats middle, slope_x, slope_y;
+    };
+
+    static Floats size_of(Floats v) { return v < 0.0f ? -v : v; }
+
+    // Freedom of kLanes poses side by side.
+    Ints judge(const Orientation& way, std::int64_t at, const std::int32_t* body, const std::int32_t* end) const {
+        Ints flags = all(kWhole | kSmooth);
+        for (const std::int64_t wheel : way.wheel) flags &= load(g_.flags + at + wheel);
+        const Plane plane = plane_of(way, at);
+        const Floats along = (plane.slope_x * way.cosine + plane.slope_y * way.sine) / l_.cell_m;
+        const Floats across = (plane.slope_y * way.cosine - plane.slope_x * way.sine) / l_.cell_m;
+        Ints blocked = ((flags & kSmooth) == 0) | (size_of(along) > l_.tilt_ratio) | (size_of(across) > l_.tilt_ratio);
+        const Ints steep = (load(g_.flags + at) & kGentle) == 0;
+        if (any(steep))
+            for (int lane = 0; lane < kLanes; ++lane)
+                if (steep[lane] && std::hypot(along[lane], across[lane]) > l_.slope_ratio) blocked[lane] = -1;
+
+        const Floats limit = plane.middle + l_.belly_m;
+        Ints vouched = limit == limit;
+        if (any(vouched & ~blocked)) look_under(plane, limit, at, body, end, &blocked, &vouched);
+        const Ints free = vouched & ((flags & kWhole) != 0);
+        return blocked ? all(static_cast<std::int32_t>(kBlocked))
+                       : free ? all(static_cast<std::int32_t>(kFree)) : all(static_cast<std::int32_t>(kUnknown));
+    }
+
+    Plane plane_of(const Orientation& way, std::int64_t at) const {
+        const Floats z1 = load(g_.z + at + way.wheel[0]), z2 = load(g_.z + at + way.wheel[1]);
+        const Floats z3 = load(g_.z + at + way.wheel[2]), z4 = load(g_.z + at + way.wheel[3]);
+        const Floats first = (z1 - z3) * 0.5f, second = (z2 - z4) * 0.5f;
+        return {(z1 + z2 + z3 + z4) * 0.25f, (first * way.second_y - second * way.first_y) * way.per_area,
+                (second * way.first_x - first * way.second_x) * way.per_area};
+    }
+
+    // Blocked: a known cell under the body stands over the limit. Not vouched: a beam over an unknown one does.
+    void look_under(const Plane& plane, Floats limit, std::int64_t at, const std::int32_t* body, const std::int32_t* end,
+                    Ints* blocked, Ints* vouched) const {
+        for (; body < end; body += 4) {
+            const Floats rise = plane.slope_y * static_cast<float>(body[1]);
+            const std::int64_t row = at + body[1] * stride_;
+            for (std::int32_t di = body[2]; di <= body[3]; ++di) {
+                const Floats ground = plane.slope_x * static_cast<float>(di) + rise;
+                *blocked |= load(g_.top + row + di) - ground > limit;
+                *vouched &= load(g_.ray + row + di) - ground <= limit;
+            }
+        }
+    }
+
+    const Ground g_;
+    const Footprint f_;
+    const PoseLimits l_;
+    const std::int64_t stride_;
+};
+
+}  // namespace eldorado

@@ -1,0 +1,159 @@
+"""What the map says against the true ground: two scans by the true beams, ahead and behind, then the rules."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+from scipy import ndimage
+
+from onboard.config import Config
+from onboard.perception import ldem
+from onboard.perception.cell_classes import classify
+from onboard.perception.stop_map import NO_POINTS, look, remember
+from onboard.planning import poses
+from onboard.planning.poses import Freedom
+from onboard.records import CellClass, Grid, NodeSet, Pose, Surface
+from tests.missions.fields import main_field, pits
+from tests.missions.scanner import scanner
+from tests.missions.world import HARD, HARD_BELLY_M, SOFT, World, true_surface
+
+CONFIG = Config()
+SCANNER = scanner(CONFIG)
+SEEDS = range(1, 9)
+POSES = 10_000 // len(SEEDS)
+pytestmark = pytest.mark.xdist_group("map-semantics")  # the scans are made once
+
+
+class Seen(NamedTuple):
+    """A world, what two scans at its start make of it, and the way of each cell from there, (rows, columns) m."""
+
+    world: World
+    surface: Surface
+    freedom: np.ndarray
+    away_m: np.ndarray
+
+
+def see(world: World) -> Seen:
+    start, memory = world.start, None
+    rng = np.random.default_rng([world.seed, 78])
+    for turn in (0.0, math.pi):
+        pose = world.stand(start.x_m, start.y_m, start.yaw_rad + turn, CONFIG.rover)
+        scans = SCANNER.sweep(world, pose, rng)
+        seen = look(scans, SCANNER.tilt, pose.matrix(), NO_POINTS, CONFIG)
+        memory = remember(memory, seen.cloud_base, pose.matrix(), 0, CONFIG)
+    surface = classify(ldem.window(memory.cells, start.x_m, start.y_m, CONFIG.mapping.size_m), CONFIG.mapping)
+    x, y = centres(surface.grid)
+    away_m = np.hypot(x[None, :] - start.x_m, y[:, None] - start.y_m)
+    return Seen(world, surface, poses.pose_freedom(surface, CONFIG.rover, CONFIG.planning), away_m)
+
+
+def centres(grid: Grid) -> tuple[np.ndarray, np.ndarray]:
+    return grid.x0_m + np.arange(grid.columns) * grid.cell_m, grid.y0_m + np.arange(grid.rows) * grid.cell_m
+
+
+@pytest.fixture(scope="module")
+def smooth() -> list[Seen]:
+    """Fields of the campaign without holes."""
+    return [see(main_field(seed)) for seed in SEEDS]
+
+
+@pytest.fixture(scope="module")
+def pitted() -> list[Seen]:
+    """Fields with 60 holes per 400 m2."""
+    return [see(pits(seed)) for seed in SEEDS]
+
+
+def drawn(seen: Seen, within_m: float) -> list[Pose]:
+    """Poses that the map calls free, the rover settled there on the true ground."""
+    free = np.argwhere((seen.freedom == Freedom.FREE) & (seen.away_m <= within_m))
+    x, y = centres(seen.surface.grid)
+    chosen = np.random.default_rng([seen.world.seed, 79]).permutation(len(free))[:POSES]
+    assert len(chosen) == POSES
+    return [
+        seen.world.stand(x[i], y[j], o * math.pi / poses.ORIENTATIONS, CONFIG.rover) for o, j, i in free[chosen]
+    ]
+
+
+def test_flat_ground_has_no_occluded_cell_from_the_blind_ring_to_the_range() -> None:
+    nodes, cell_m = 400, 0.05
+    first_m = -(nodes - 1) / 2 * cell_m
+    grid, flat = Grid(first_m, first_m, cell_m, nodes, nodes), np.zeros((nodes, nodes), np.float32)
+    seen = see(World(grid, flat, Pose(0.0, 0.0), (5.0, 0.0), 0, "flat", np.empty((0, 4))))
+    x, y = centres(seen.surface.grid)
+    beside = np.abs(np.arctan2(y[:, None], np.abs(x[None, :])))  # from the way ahead or behind
+    inside = (seen.away_m >= 1.5) & (seen.away_m <= CONFIG.scanning.range_m - 0.15)
+    inside &= beside <= CONFIG.scanning.sector_rad - math.radians(5)
+    assert inside.sum() > 10_000
+    kinds, counts = np.unique(seen.surface.cell_class[inside], return_counts=True)
+    assert set(kinds) <= {CellClass.HIT, CellClass.FILLED}, dict(zip(kinds, counts))
+    assert not (seen.freedom == Freedom.BLOCKED).any()
+
+
+def test_the_sets_are_disjoint_and_complete_and_the_free_one_is_connected_with_the_rover(
+    smooth: list[Seen], pitted: list[Seen]
+) -> None:
+    for seen in smooth + pitted:
+        start = seen.world.start
+        own = poses.pose_index(seen.surface.grid, start.x_m, start.y_m, start.yaw_rad)
+        freedom = poses.trail(seen.freedom, np.array([own]))
+        sets = poses.node_sets(seen.surface, freedom, poses.reachable(freedom, *own))
+        members = np.array([sets == one for one in NodeSet])
+        assert (members.sum(axis=0) == 1).all() and members.any(axis=(1, 2)).all()
+        labels, count = ndimage.label(sets == NodeSet.FREE, np.ones((3, 3)))
+        assert count == 1 and labels[own[:2]] == 1
+
+
+def test_20_mm_of_noise_make_at_most_1_percent_of_the_good_cells_within_3_m_obstacles(smooth: list[Seen]) -> None:
+    """Good: free in all orientations on the true ground. Obstacle: no orientation free, at least one blocked."""
+    assert CONFIG.lidar.range_noise_m == 0.02
+    goods = obstacles = 0
+    for seen in smooth:
+        truth = true_surface(seen.world, CONFIG.mapping.cell_m)
+        free = (poses.pose_freedom(truth, CONFIG.rover, CONFIG.planning) == Freedom.FREE).all(axis=0)
+        x, y = centres(truth.grid)
+        good = np.zeros_like(seen.away_m, bool)
+        cells = np.array([seen.surface.grid.cell(x[i], y[j]) for j, i in np.argwhere(free)])
+        on = ((cells >= 0) & (cells < good.shape)).all(axis=1)
+        good[tuple(cells[on].T)] = True
+        good &= (seen.away_m <= 3.0) & (seen.surface.cell_class == CellClass.HIT)
+        goods += good.sum()
+        closed = ~(seen.freedom == Freedom.FREE).any(axis=0) & (seen.freedom == Freedom.BLOCKED).any(axis=0)
+        obstacles += (good & closed).sum()
+    print(f"\n{obstacles} of {goods} good cells within 3 m became obstacles: {obstacles / goods:.2%}")
+    assert goods > 5_000
+    assert obstacles <= 0.01 * goods
+
+
+def test_a_rover_settled_at_10000_poses_free_in_the_map_of_hole_free_fields_never_touches(smooth: list[Seen]) -> None:
+    """No belly on the ground. A step under a wheel may pass its limit of 0.12 m by a hair: 1 in 2,000 at most."""
+    settled = [(seen.world, pose) for seen in smooth for pose in drawn(seen, math.inf)]
+    belly_m = max(world.belly_m(pose, CONFIG.rover) for world, pose in settled)
+    found = [world.contact(pose, CONFIG.rover) for world, pose in settled]
+    print(f"\n{len(found)} free poses: ground up to {belly_m:.3f} m above the wheel plane, "
+          f"{found.count(HARD)} hard, {found.count(SOFT)} soft contacts")  # fmt: skip
+    assert len(found) == 10_000
+    assert belly_m <= HARD_BELLY_M
+    assert found.count(HARD) <= len(found) / 2_000
+
+
+def wheel_in_hole(world: World, pose: Pose) -> bool:
+    """Whether a wheel's contact point lies in a hole."""
+    c, s = math.cos(pose.yaw_rad), math.sin(pose.yaw_rad)
+    for a, b in ((1, 1), (-1, 1), (-1, -1), (1, -1)):
+        along, across = a * CONFIG.rover.half_wheelbase_m, b * CONFIG.rover.half_track_m
+        x, y = pose.x_m + c * along - s * across, pose.y_m + s * along + c * across
+        if (np.hypot(world.holes[:, 0] - x, world.holes[:, 1] - y) <= world.holes[:, 2] / 2).any():
+            return True
+    return False
+
+
+def test_at_most_0_7_percent_of_the_free_poses_within_4_m_put_a_wheel_into_one_of_60_holes(pitted: list[Seen]) -> None:
+    """Printed beside it: hard contacts by any reason; most are a hole's rim under a part of a wheel's width."""
+    settled = [(seen.world, pose) for seen in pitted for pose in drawn(seen, 4.0)]
+    in_hole = sum(wheel_in_hole(world, pose) for world, pose in settled)
+    hard = np.mean([world.contact(pose, CONFIG.rover) == HARD for world, pose in settled[::5]])
+    print(f"\n{len(settled)} free poses: {in_hole} with a wheel in a hole, {in_hole / len(settled):.2%}; {hard:.2%} hard")
+    assert in_hole <= 0.007 * len(settled)
