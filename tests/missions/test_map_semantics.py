@@ -12,7 +12,7 @@ from scipy import ndimage
 from onboard.config import Config
 from onboard.perception import ldem
 from onboard.perception.cell_classes import classify
-from onboard.perception.stop_map import NO_POINTS, look, remember
+from onboard.perception.stop_map import look, remember
 from onboard.planning import poses
 from onboard.planning.poses import Freedom
 from onboard.records import CellClass, Grid, NodeSet, Pose, Surface
@@ -42,7 +42,7 @@ def see(world: World) -> Seen:
     for turn in (0.0, math.pi):
         pose = world.stand(start.x_m, start.y_m, start.yaw_rad + turn, CONFIG.rover)
         scans = SCANNER.sweep(world, pose, rng)
-        seen = look(scans, SCANNER.tilt, pose.matrix(), NO_POINTS, CONFIG)
+        seen = look(scans, SCANNER.tilt, pose.matrix(), None, CONFIG)
         memory = remember(memory, seen.cloud_base, pose.matrix(), 0, CONFIG)
     surface = classify(ldem.window(memory.cells, start.x_m, start.y_m, CONFIG.mapping.size_m), CONFIG.mapping)
     x, y = centres(surface.grid)
