@@ -70,8 +70,7 @@ class CoreBench:
     """
 
     def __init__(self, seed=1, settings=QUICK, posts=POSTS, memory=None, gdem=None):
-        self.rover = Rover(settings, gdem)
-        self.rover.executive._memory = memory  # as a mission before would have left it
+        self.rover = Rover(settings, gdem, memory)
         self.nodes = build_nodes(seed)
         self.lidar = Lidar(seed, self._cast)
         self.tick = 0
