@@ -122,8 +122,8 @@ def _show(folder: Path, rows: list[dict[str, Any]], dropped: tuple[str, ...]) ->
     from rich.console import Console
     from rich.table import Table
 
-    console, size = Console(), sum(row["bytes"] for row in rows)
-    table = Table(title=f"{folder}: {len(rows)} tiles, {size / 1e6:.1f} MB", box=None, title_justify="left")
+    console, table = Console(), Table(box=None)
+    print(f"{folder}: {len(rows)} tiles, {sum(row['bytes'] for row in rows) / 1e6:.2f} MB")
     for name in ("tile", "from x, m", "from y, m", "hit", "points", "kB", "age"):
         table.add_column(name, justify="left" if name == "tile" else "right")
     for row in rows:
@@ -133,7 +133,7 @@ def _show(folder: Path, rows: list[dict[str, Any]], dropped: tuple[str, ...]) ->
         )  # fmt: skip
     console.print(table)
     for line in dropped:
-        console.print(f"dropped: {line}", markup=False, highlight=False, soft_wrap=True)
+        print(f"dropped: {line}")
 
 
 def _age(seconds: float) -> str:

@@ -48,7 +48,7 @@ def write_npy(surface: Surface, path: Path) -> None:
 
 
 def write_npz(surface: Surface, path: Path) -> None:
-    """The keys of an orbiter's map (heights_m, x0_m, y0_m, cell_m, note), and cell_class: `mission.gdem` reads it."""
+    """The keys of an orbiter's map (heights_m, x0_m, y0_m, cell_m, note), and cell_class beside them."""
     grid = surface.grid
     with path.open("wb") as file:
         np.savez_compressed(

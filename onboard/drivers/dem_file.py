@@ -289,6 +289,7 @@ def write_raster(path: Path, driver: str, bands: Any, grid: Grid | None, names: 
 
     grid: where the cells lie, in plain metres; None: a picture of no place. Raises OSError where it cannot be written.
     """
+    path.open("wb").close()  # says why it cannot be: some of GDAL's errors are none of rasterio's
     count, rows, columns = bands.shape
     place: dict[str, Any] = {}
     if grid is not None:

@@ -1,4 +1,4 @@
-"""The folder of the kept map: what cannot be used is dropped alone, a crash leaves the old tile, only changes are saved."""
+"""The folder of the kept map: what cannot be used is dropped alone, a crash leaves the old tile, changes are saved."""
 
 from __future__ import annotations
 
@@ -144,9 +144,14 @@ def test_a_crash_before_the_rename_leaves_the_old_tile(folder: Path, monkeypatch
 
 
 def test_the_tile_and_then_its_name_are_forced_to_the_disk(folder: Path, monkeypatch) -> None:
-    steps = []
+    steps: list[str] = []
     fsync, replace = os.fsync, Path.replace
-    monkeypatch.setattr(os, "fsync", lambda fd: (steps.append(Path(os.readlink(f"/proc/self/fd/{fd}")).name), fsync(fd)))
+
+    def forced(descriptor: int) -> None:
+        steps.append(Path(os.readlink(f"/proc/self/fd/{descriptor}")).name)
+        fsync(descriptor)
+
+    monkeypatch.setattr(os, "fsync", forced)
     monkeypatch.setattr(Path, "replace", lambda a, b: (steps.append("rename"), replace(a, b)))
     disk.save(folder, next(tiles.cut(seen(0.9), NO_POINTS)))
     assert steps == ["x-0001_y-0001.new", "rename", "map"]

@@ -134,7 +134,7 @@ def test_a_flipped_byte_anywhere_is_detected() -> None:
 
 def test_a_tile_of_a_later_version_is_named_even_where_its_form_is_unknown() -> None:
     later = b"ELDTILE\n" + struct.pack("<H", 2) + b"whatever version 2 holds, forty bytes and more of it"
-    with pytest.raises(TileError, match="^is of version 2; this program reads 1$"):
+    with pytest.raises(TileError, match=r"^is of version 2; this program reads 1$"):
         tiles.decode(later)
 
 
@@ -159,7 +159,7 @@ def test_bytes_with_a_good_checksum_but_wrong_inside_are_refused(at: int, kind: 
 
 def test_a_body_that_is_not_packed_is_refused() -> None:
     content = tiles.encode(tile())[:-16].replace(b"\x28\xb5\x2f\xfd", b"raw?", 1)  # zstd's mark
-    with pytest.raises(TileError, match="^does not unpack: "):
+    with pytest.raises(TileError, match=r"^does not unpack: "):
         tiles.decode(sealed(content))
 
 
