@@ -1,4 +1,4 @@
-"""The command `onboard`: run the flight program, show its configuration, replay a record, import an orbiter's map."""
+"""The command `onboard`: run the flight program, show its configuration, replay a record, bring maps in and out."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Annotated, Optional
 
 import typer
 
-from onboard import gdem_command
+from onboard import gdem_command, map_command
 from onboard.config import Config, ConfigError, load, parse_override, to_toml
 
 EX_NOINPUT, EX_UNAVAILABLE, EX_CONFIG = 66, 69, 78
@@ -18,9 +18,11 @@ app = typer.Typer(
     no_args_is_help=True, add_completion=True, pretty_exceptions_enable=False,
     help="Flight program of a four-wheel-steered rover.\n\nExamples:\n\n"
     "  onboard run --config rover.toml\n\n  onboard run --print-config > rover.toml\n\n"
-    "  onboard replay build/demo/onboard.mcap\n\n  onboard gdem import LDEM.tif --start-lonlat -45.3 -85.1",
+    "  onboard replay build/demo/onboard.mcap\n\n  onboard gdem import LDEM.tif --start-lonlat -45.3 -85.1\n\n"
+    "  onboard map export map/ --out site.tif",
 )
 app.add_typer(gdem_command.app, name="gdem")
+app.add_typer(map_command.app, name="map")
 
 
 def fail(code: int, text: str) -> typer.Exit:

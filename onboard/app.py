@@ -11,12 +11,14 @@ from concurrent.futures import Future
 from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from onboard.config import Config, ConfigError
 from onboard.core.jobs import JOBS
 from onboard.core.tick import Rover, farewell, tick
 from onboard.drivers.can_bus import CanBus, open_bus
 from onboard.drivers.clock import LockStepClock, WallClock
+from onboard.drivers.disk import Keeper, Kept, load
 from onboard.drivers.lidar_port import LidarPort, open_port
 from onboard.drivers.link_port import LinkPort, link_keys
 from onboard.drivers.workers import Workers
@@ -24,6 +26,9 @@ from onboard.gdem import from_npz
 from onboard.record.writer import Recorder
 from onboard.records import Chunk, Frame, Gdem, Health, Inputs, LinkMessage, Outputs, PortState
 from protocol.barrier import Channel, Tick
+
+if TYPE_CHECKING:
+    from onboard.perception.stop_map import StopMap
 
 MMAP_THRESHOLD = -3  # of mallopt(3)
 LARGE_BYTES = 1 << 18
@@ -116,10 +121,14 @@ class LockStepPorts:
 def run(config: Config, announce: Callable[[str], None]) -> int:
     """The flight program: returns the exit code when the bench ends the run or a signal asks to stop.
 
-    announce: told in one line that all ports are open and the ticks begin.
+    announce: told in one line that all ports are open and the ticks begin, and what of a kept map cannot be used.
     """
     _return_large_memory()
     gdem = load_gdem(config.mission.gdem)
+    kept = load_tiles(config)
+    for line in kept.dropped:
+        announce(f"dropped: {line}")
+    memory = recall_map(config, kept)
     with ExitStack() as stack:
         lockstep = config.clock.mode == "lockstep"
         clock = LockStepClock(config.clock.barrier) if lockstep else WallClock()
@@ -131,7 +140,9 @@ def run(config: Config, announce: Callable[[str], None]) -> int:
         link = stack.enter_context(LinkPort(config.link.endpoint, link_keys(config), config.link.boot_count))
         workers = Workers(wait=lockstep)
         stack.callback(workers.close)
-        recorder = stack.enter_context(Recorder(config, gdem))
+        recorder = stack.enter_context(Recorder(config, gdem, kept.tiles))
+        keeper = Keeper(config.mapping.folder, memory, announce)
+        stack.callback(keeper.close)
         for number in (signal.SIGTERM, signal.SIGINT):
             signal.signal(number, lambda *_: setattr(clock, "stopping", True))
         if isinstance(clock, LockStepClock):
@@ -140,24 +151,31 @@ def run(config: Config, announce: Callable[[str], None]) -> int:
         else:
             ports = WallPorts(can, lidar, link, clock)
             workers.preload(LATER).result()  # beside the ticks it would make them late
-        rover = Rover(config, gdem)
+        rover = Rover(config, gdem, memory)
+
+        def keep(inputs: Inputs, outputs: Outputs) -> None:
+            recorder.write(inputs, outputs)
+            keeper.keep(rover.executive.memory)
+
         gc.freeze()  # what start-up made stays: collecting it anew would cost ticks of 30 ms
         gc.enable()
         clock.start()
         where = f"{config.can.uri}, {config.lidar.address}, {config.link.endpoint}"
         announce(f"running: {config.clock.mode} clock, {where}")
-        loop(rover, ports, clock, workers, recorder)
+        loop(rover, ports, clock, workers, keep)
+        recorder.end(rover.executive.memory)
     return 0
 
 
 def loop(
     rover: Rover, ports: LockStepPorts | WallPorts, clock: LockStepClock | WallClock, workers: Workers,
-    recorder: Recorder,
+    keep: Callable[[Inputs, Outputs], None],
 ) -> None:
     """Tick after tick until the clock says that the run is over; then the wheels stand and the LIDAR is quiet.
 
     In lock-step the modules in LATER load beside the ticks from the first one on: bench time stands where a tick must
     wait for one, so that the load moves no result. On the wall clock they are there already.
+    keep: takes each tick's inputs and outputs when they have gone out.
     """
     loading: Future[None] | None = None
     while (now := clock.wait()) is not None:
@@ -168,7 +186,7 @@ def loop(
         connect = ("lidar",) if outputs.lidar_connect else ()
         clock.done(now, ports.sent() if isinstance(ports, LockStepPorts) else {}, connect)
         loading = loading or workers.preload(LATER)
-        recorder.write(inputs, outputs)
+        keep(inputs, outputs)
     ports.write(farewell(rover, clock.now_ns()))
 
 
@@ -180,6 +198,29 @@ def load_gdem(path: str) -> Gdem | None:
         return from_npz(Path(path).read_bytes())
     except (OSError, ValueError) as error:
         raise ConfigError(f"mission.gdem = {path!r} cannot be read: {error}") from error
+
+
+def load_tiles(config: Config) -> Kept:
+    """The tiles in mapping.folder; none where none is named or it is not there yet."""
+    folder = config.mapping.folder
+    try:
+        return load(Path(folder), config.mapping.cell_m) if folder else Kept()
+    except FileNotFoundError:
+        return Kept()
+    except OSError as error:
+        raise ConfigError(f"mapping.folder = {folder!r} cannot be read: {error.strerror}") from error
+
+
+def recall_map(config: Config, kept: Kept) -> StopMap | None:
+    """The map of kept tiles; None without any."""
+    if not kept.files:
+        return None
+    from onboard.perception.stop_map import recall  # with the registration it is heavy, and most starts have no map
+
+    try:
+        return recall(kept.tiles)
+    except ValueError as error:
+        raise ConfigError(f"mapping.folder = {config.mapping.folder!r}: {error}") from error
 
 
 def _state(channel: Channel | None) -> PortState:

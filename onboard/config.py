@@ -114,6 +114,7 @@ class Mapping_:
     near_m: float = value(5.0, "a cell with 3 hits from nearer takes the newest scan alone (R3)", low=0, high=30)
     assumed_m: float = value(0.9, "radius of the assumed disc at the start (R1)", low=0, high=3)
     fill_cells: int = value(2, "most missing cells that are filled between hits", low=0, high=10)
+    folder: str = value("", "where the map is kept from run to run, in tiles; empty: it is not")
 
 
 @dataclass(frozen=True, slots=True)

@@ -28,15 +28,17 @@ SEVERITY = {row.name: row.severity for row in EVENTS}
 
 
 class Executive:
-    """Owns mode, mission and the map that outlives it."""
+    """Owns mode, mission and the map that outlives it: `memory`, None until the first stop unless one was kept."""
 
-    def __init__(self, config: Config, gdem: Gdem | None, downlink: Downlink) -> None:
+    def __init__(
+        self, config: Config, gdem: Gdem | None, downlink: Downlink, memory: StopMap | None = None
+    ) -> None:
         self._config, self._gdem, self._downlink = config, gdem, downlink
         self.mode = next_mode(Mode.BOOT, "booted") or Mode.BOOT
         self.mission: Mission | None = None
         self.events: list[Event] = []
         self.active: tuple[str, ...] = ()
-        self._memory: StopMap | None = None
+        self.memory = memory
         self._goto_id: int | None = None
         self._latest: PlanResult | None = None
         self._get_id = 0
@@ -87,7 +89,7 @@ class Executive:
         for name, text in mission.notes:
             self._tell(ctx, name, text)
         mission.notes.clear()
-        self._memory, self._latest = mission.memory, mission.result or self._latest
+        self.memory, self._latest = mission.memory, mission.result or self._latest
         if mission.outcome:
             ctx.lidar.stream(False)
             state = State.COMPLETED if mission.outcome.completed else State.FAILED
@@ -138,7 +140,7 @@ class Executive:
             self._downlink.report(order.request_id, State.FAILED, beyond)
             return
         self._cancel(ctx, State.CANCELLED, "another goto came")
-        self.mission, self._goto_id = Mission(self._config, self._gdem, goal, self._memory), order.request_id
+        self.mission, self._goto_id = Mission(self._config, self._gdem, goal, self.memory), order.request_id
         self._standby_after_leg = False
         self._change("goto", ctx, f"goal {goal[0]:.2f} {goal[1]:.2f}")
         self._downlink.report(order.request_id, State.STARTED, f"to {goal[0]:.2f}, {goal[1]:.2f}")

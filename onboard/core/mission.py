@@ -1,7 +1,7 @@
 """One `goto`: scan -> map -> plan -> drive -> turn -> scan ... until arrived or failed (section 9 of the chapter).
 
-At the first stop of a map the rover scans ahead, turns round and scans behind (R1). Each phase is one method; a phase
-ends by entering the next. The map outlives the mission: the next goto begins with what is known.
+Where the map does not know the ground under the rover, it scans ahead, turns round and scans behind (R1). Each phase
+is one method; a phase ends by entering the next. The map outlives the mission: the next goto begins with what is known.
 """
 
 from __future__ import annotations
@@ -71,8 +71,8 @@ class Mission:
         self.scans_taken = 0
         self.result: PlanResult | None = None
         self.notes: list[tuple[str, str]] = []
-        self._rule = MissionState(number=0 if memory is None else 1)
-        self._behind_wanted = memory is None
+        self._rule = MissionState()
+        self._behind_wanted = True
         self._sensing: Sensing | None = None
         self._follower = Follower(config.rover, config.motion)
         self._turn_to_rad = 0.0
@@ -104,10 +104,16 @@ class Mission:
     def step(self, ctx: Context) -> Twist:
         """One tick: the body twist that is wanted now."""
         if self.phase is Phase.NONE:
-            self._scan()
+            self._begin(ctx.localisation.pose)
         self._note_way(ctx.localisation.pose)
         phase = self._phases.get(self.phase)
         return phase(ctx) if phase else Twist()
+
+    def _begin(self, pose: Pose) -> None:
+        half_m = self._config.rover.body_length_m / 2
+        if self.memory is not None and ldem.knows(self.memory.cells, pose.x_m, pose.y_m, half_m):
+            self._rule, self._behind_wanted = MissionState(number=1), False
+        self._scan()
 
     def _note_way(self, pose: Pose) -> None:
         here = (pose.x_m, pose.y_m)

@@ -8,6 +8,7 @@ The shell (app.py) reads and writes; everything between is here, a deterministic
 from __future__ import annotations
 
 import hashlib
+from typing import TYPE_CHECKING
 
 from onboard.config import Config
 from onboard.core.downlink import Downlink
@@ -24,19 +25,22 @@ from onboard.records import Event, Gdem, Inputs, Outputs, Twist, WheelCommand, W
 from protocol.faults import BY_NAME
 from protocol.modes import Mode
 
+if TYPE_CHECKING:  # made beside the tick, with modules that the core does not load
+    from onboard.perception.stop_map import StopMap
+
 WHEEL_TICKS = 2  # 50 Hz wheel commands
 
 
 class Rover:
-    """Everything the core owns. One owner each; nothing is shared."""
+    """Everything the core owns. One owner each; nothing is shared. memory: a map kept from an earlier run."""
 
-    def __init__(self, config: Config, gdem: Gdem | None) -> None:
+    def __init__(self, config: Config, gdem: Gdem | None, memory: StopMap | None = None) -> None:
         self.config = config
         self.lidar = LidarSession(config.lidar)
         self.nodes = Nodes(config.rover, config.can)
         self.localisation = Localisation(config.rover, config.localisation)
         self.downlink = Downlink(config.link)
-        self.executive = Executive(config, gdem, self.downlink)
+        self.executive = Executive(config, gdem, self.downlink, memory)
         self.jobs = JobBook()
         self.wheels: tuple[WheelCommand, ...] = (WheelCommand(WheelMode.HOLD, 0.0, 0.0),) * 4
         self.twist = Twist()

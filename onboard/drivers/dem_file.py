@@ -1,4 +1,6 @@
-"""Elevation files: whatever rasterio opens (GeoTIFF, ESRI ASCII grid, PDS image), and .npy. The one door to rasterio.
+"""Elevation files: whatever rasterio opens (GeoTIFF, ESRI ASCII grid, PDS image), and .npy; and rasters of our own.
+
+The one door to rasterio, so a little over 300 lines: reading, placing and writing share its projections.
 
     file --open_dem--> Dem --read--> heights of a window of cells, in metres, NaN where there are none
     start --place--> Site: the projection of the map, and where the mission starts in it
@@ -27,7 +29,7 @@ from rasterio.warp import transform
 from rasterio.windows import Window
 
 from onboard.drivers.dem_words import DemError, ellipsoid, projection_name, unit_m, vertical_datum
-from onboard.records import F64
+from onboard.records import F64, Grid
 
 TRUE_RATIO = 0.002
 # projection of files that name none
@@ -277,3 +279,29 @@ def _moved(source: CRS, target: CRS, x: float, y: float) -> tuple[float, float]:
         return x, y
     xs, ys = transform(source, target, [x], [y])
     return float(xs[0]), float(ys[0])
+
+
+# -- writing ---------------------------------------------------------------------------------------------------
+
+
+def write_raster(path: Path, driver: str, bands: Any, grid: Grid | None, names: tuple[str, ...]) -> None:
+    """Bands (k, rows, columns), row along +y, as a file whose first row is the north; NaN is nodata where they have it.
+
+    grid: where the cells lie, in plain metres; None: a picture of no place. Raises OSError where it cannot be written.
+    """
+    path.open("wb").close()  # says why it cannot be: some of GDAL's errors are none of rasterio's
+    count, rows, columns = bands.shape
+    place: dict[str, Any] = {}
+    if grid is not None:
+        west, north = grid.x0_m - grid.cell_m / 2, grid.y0_m + (rows - 0.5) * grid.cell_m
+        place = {"transform": Affine(grid.cell_m, 0, west, 0, -grid.cell_m, north), "crs": PLAIN, "nodata": math.nan}
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", NotGeoreferencedWarning)
+            with rasterio.open(
+                path, "w", driver=driver, count=count, height=rows, width=columns, dtype=bands.dtype, **place
+            ) as file:
+                file.write(bands[:, ::-1])
+                file.descriptions = names if grid is not None else file.descriptions
+    except RasterioError as error:
+        raise OSError(str(error)) from None

@@ -16,7 +16,7 @@ from onboard.records import JobDone, JobRequest
 
 
 class Workers:
-    """The only threads on board."""
+    """The thread of the core's long work."""
 
     def __init__(self, wait: bool) -> None:
         self._wait = wait

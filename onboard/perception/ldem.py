@@ -16,9 +16,10 @@ from onboard.native import raster
 from onboard.records import Bool, Cloud, Grid, Ldem, Pose
 
 BLOCK_M = 5.0  # the map grows by whole blocks of this side
+LEAST_KNOWN_RATIO = 0.25  # lines of a coarse sweep leave cells between them without a hit
 REPLACING_HITS = 3  # R3: with as many near hits the newest scan speaks alone
 
-_LAYERS: tuple[tuple[str, DTypeLike, float], ...] = (
+LAYERS: tuple[tuple[str, DTypeLike, float], ...] = (
     ("n", np.int32, 0),
     ("sum_z", np.float64, 0.0),
     ("sum_z2", np.float64, 0.0),
@@ -36,13 +37,13 @@ def grid_around(x_m: float, y_m: float, size_m: float, cell_m: float) -> Grid:
     """The square grid of `size_m` whose cell (rows // 2, columns // 2) holds the point."""
     count = max(1, round(size_m / cell_m))
     first_i, first_j = math.floor(x_m / cell_m) - count // 2, math.floor(y_m / cell_m) - count // 2
-    return _grid(first_j, first_i, count, count, cell_m)
+    return lattice_grid(first_j, first_i, count, count, cell_m)
 
 
 def empty(grid: Grid) -> Ldem:
     """A map nobody has seen anything of."""
     shape = (grid.rows, grid.columns)
-    layers: dict[str, Any] = {name: np.full(shape, unseen, dtype) for name, dtype, unseen in _LAYERS}
+    layers: dict[str, Any] = {name: np.full(shape, unseen, dtype) for name, dtype, unseen in LAYERS}
     return Ldem(grid=grid, **layers)
 
 
@@ -78,35 +79,42 @@ def grow(ldem: Ldem, x_m: float, y_m: float, half_size_m: float) -> Ldem:
     """
     grid = ldem.grid
     block = max(1, round(BLOCK_M / grid.cell_m))
-    first_j, first_i = _first(grid)
+    first_j, first_i = first_cell(grid)
     j, i = math.floor(y_m / grid.cell_m) - first_j, math.floor(x_m / grid.cell_m) - first_i  # the same on any grid
     around = math.ceil(half_size_m / grid.cell_m) + 1
     below, above = _blocks(around - j, block), _blocks(j + around + 1 - grid.rows, block)
     left, right = _blocks(around - i, block), _blocks(i + around + 1 - grid.columns, block)
     if not (below or above or left or right):
         return ldem
-    return _crop(
-        ldem,
-        _grid(first_j - below, first_i - left, grid.rows + below + above, grid.columns + left + right, grid.cell_m),
-    )
+    rows, columns = grid.rows + below + above, grid.columns + left + right
+    return crop(ldem, lattice_grid(first_j - below, first_i - left, rows, columns, grid.cell_m))
 
 
 def window(ldem: Ldem, x_m: float, y_m: float, size_m: float) -> Ldem:
     """The square of `size_m` whose cell (rows // 2, columns // 2) holds the point; unseen beyond the map (Eq. 1)."""
-    return _crop(ldem, grid_around(x_m, y_m, size_m, ldem.grid.cell_m))
+    return crop(ldem, grid_around(x_m, y_m, size_m, ldem.grid.cell_m))
 
 
 def paste(ldem: Ldem, part: Ldem) -> Ldem:
     """The map with the cells of `part` in place of its own. Raises ValueError where the part is not within the map."""
-    (first_j, first_i), (at_j, at_i) = _first(ldem.grid), _first(part.grid)
+    (first_j, first_i), (at_j, at_i) = first_cell(ldem.grid), first_cell(part.grid)
     j, i, rows, columns = at_j - first_j, at_i - first_i, part.grid.rows, part.grid.columns
     if min(j, i) < 0 or j + rows > ldem.grid.rows or i + columns > ldem.grid.columns:
         raise ValueError(f"the part {part.grid} is not within the map {ldem.grid}")
     layers: dict[str, Any] = {}
-    for name, _, _ in _LAYERS:
+    for name, _, _ in LAYERS:
         layers[name] = getattr(ldem, name).copy()
         layers[name][j : j + rows, i : i + columns] = getattr(part, name)
     return Ldem(grid=ldem.grid, **layers)
+
+
+def knows(ldem: Ldem, x_m: float, y_m: float, radius_m: float) -> bool:
+    """Whether enough cells within `radius_m` of the point were hit or assumed to say what a rover there stands on."""
+    part = window(ldem, x_m, y_m, 2.0 * (radius_m + ldem.grid.cell_m))
+    dx = part.grid.x0_m + np.arange(part.grid.columns) * part.grid.cell_m - x_m
+    dy = (part.grid.y0_m + np.arange(part.grid.rows) * part.grid.cell_m - y_m)[:, None]
+    known = ((part.n > 0) | np.isfinite(part.assumed_z))[dx * dx + dy * dy <= radius_m * radius_m]
+    return int(known.sum()) > LEAST_KNOWN_RATIO * known.size
 
 
 def assume_disc(ldem: Ldem, pose: Pose, radius_m: float) -> Ldem:
@@ -116,7 +124,7 @@ def assume_disc(ldem: Ldem, pose: Pose, radius_m: float) -> Ldem:
     dy = (grid.y0_m + np.arange(grid.rows) * grid.cell_m - pose.y_m)[:, None]
     plane = pose.z_m - (nx * dx + ny * dy) / nz
     assumed = np.where(dx * dx + dy * dy <= radius_m * radius_m, plane, ldem.assumed_z).astype(np.float32)
-    layers = {name: getattr(ldem, name) for name, _, _ in _LAYERS}
+    layers = {name: getattr(ldem, name) for name, _, _ in LAYERS}
     return Ldem(grid=grid, **{**layers, "assumed_z": assumed})
 
 
@@ -124,23 +132,24 @@ def _blocks(missing: int, block: int) -> int:
     return block * -(-max(0, missing) // block)
 
 
-def _first(grid: Grid) -> tuple[int, int]:
+def first_cell(grid: Grid) -> tuple[int, int]:
     """(j, i) of cell (0, 0) counted from the origin of the map frame: its centre is at (k + 1/2) * cell."""
     return round(grid.y0_m / grid.cell_m - 0.5), round(grid.x0_m / grid.cell_m - 0.5)
 
 
-def _grid(first_j: int, first_i: int, rows: int, columns: int, cell_m: float) -> Grid:
+def lattice_grid(first_j: int, first_i: int, rows: int, columns: int, cell_m: float) -> Grid:
+    """The grid that begins at cell (first_j, first_i) of the lattice."""
     return Grid((first_i + 0.5) * cell_m, (first_j + 0.5) * cell_m, cell_m, rows, columns)
 
 
-def _crop(ldem: Ldem, grid: Grid) -> Ldem:
+def crop(ldem: Ldem, grid: Grid) -> Ldem:
     """What `ldem` holds of `grid`, a copy; unseen where it holds nothing. Both have the same cells."""
-    (old_j, old_i), (new_j, new_i) = _first(ldem.grid), _first(grid)
+    (old_j, old_i), (new_j, new_i) = first_cell(ldem.grid), first_cell(grid)
     low_j, high_j = max(old_j, new_j), min(old_j + ldem.grid.rows, new_j + grid.rows)
     low_i, high_i = max(old_i, new_i), min(old_i + ldem.grid.columns, new_i + grid.columns)
     made = empty(grid)
     if low_j < high_j and low_i < high_i:
-        for name, _, _ in _LAYERS:
+        for name, _, _ in LAYERS:
             getattr(made, name)[low_j - new_j : high_j - new_j, low_i - new_i : high_i - new_i] = getattr(ldem, name)[
                 low_j - old_j : high_j - old_j, low_i - old_i : high_i - old_i
             ]

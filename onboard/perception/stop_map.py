@@ -2,7 +2,7 @@
 
 `look` makes the cloud of a sweep in base_link axes and registers it to what earlier stops saw. The filter then
 decides, in the tick, whether it believes the registration. `remember` enters the cloud into the map at the pose that
-was decided.
+was decided. `recall` is the map that an earlier run of the program kept on disk.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from onboard.config import Config
 from onboard.perception import ldem
 from onboard.perception.cloud import cloud
 from onboard.perception.registration import RegistrationResult, merge_target, register
+from onboard.perception.tiles import Tile, join
 from onboard.records import F64, Cloud, Ldem, Pose, Scan, TiltTrack
 
 NO_POINTS: F64 = np.empty((0, 3))
@@ -48,21 +49,29 @@ def look(scans: Sequence[Scan], tilt: TiltTrack, guess: F64, memory: StopMap | N
 
 
 def remember(memory: StopMap | None, seen: Cloud, T_map_base: F64, stop: int, config: Config) -> StopMap:
-    """The map with one more cloud, entered at T_map_base; the first one starts it, with the assumed disc (R1)."""
+    """The map with one more cloud, entered at T_map_base; the first one starts it.
+
+    Where the map says nothing of the ground under the rover (the first stop, a kept map of elsewhere), it is assumed
+    to be the disc that the wheels stand on (R1).
+    """
     mapping = config.mapping
     x_m, y_m = float(T_map_base[0, 3]), float(T_map_base[1, 3])
     here = moved(seen, T_map_base)
     if memory is None:
-        start = ldem.empty(ldem.grid_around(x_m, y_m, mapping.cell_m, mapping.cell_m))
-        cells = ldem.grow(start, x_m, y_m, mapping.size_m / 2)
-        cells = ldem.assume_disc(cells, pose_of(T_map_base), mapping.assumed_m)
-        target = NO_POINTS
+        cells, target = ldem.empty(ldem.grid_around(x_m, y_m, mapping.cell_m, mapping.cell_m)), NO_POINTS
     else:
-        cells = ldem.grow(memory.cells, x_m, y_m, mapping.size_m / 2)
-        target = memory.target_points
+        cells, target = memory.cells, memory.target_points
+    cells = ldem.grow(cells, x_m, y_m, mapping.size_m / 2)
+    if not ldem.knows(cells, x_m, y_m, config.rover.body_length_m / 2):
+        cells = ldem.assume_disc(cells, pose_of(T_map_base), mapping.assumed_m)
     near = ldem.window(cells, x_m, y_m, mapping.size_m)  # a scan reaches no farther: the map may be large
     cells = ldem.paste(cells, ldem.insert(near, within(here, config.scanning.range_m), stop, mapping.near_m))
     return StopMap(cells, merge_target(target, here.ends_m[here.hit], (x_m, y_m)))
+
+
+def recall(tiles: Sequence[Tile]) -> StopMap | None:
+    """The map of kept tiles; None without any. Raises ValueError where they lie too far apart to be held."""
+    return StopMap(*join(tiles)) if tiles else None
 
 
 def within(seen: Cloud, range_m: float) -> Cloud:

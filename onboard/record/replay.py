@@ -21,7 +21,10 @@ from onboard.config import Config, load
 from onboard.core.tick import Rover, tick
 from onboard.drivers.workers import Inline
 from onboard.gdem import from_npz
+from onboard.perception.stop_map import StopMap, recall
+from onboard.perception.tiles import Tile, decode
 from onboard.record.schema import INPUTS, OUTPUTS, decode_inputs, encode_outputs, input_checks
+from onboard.record.writer import MAP_END, MAP_START
 from onboard.records import Gdem
 from protocol.conventions import TICK_NS
 
@@ -87,10 +90,10 @@ def replay(path: Path) -> Verdict:
     verdict = Verdict(bytes_compared=dict.fromkeys(OUTPUTS, 0))
     with path.open("rb") as file:
         try:
-            config, gdem = _start_state(make_reader(file))
+            config, gdem, memory = _start_state(make_reader(file))
         except ValueError as error:
             raise DamagedRecordError(f"at its start: {error}") from error
-        rover, jobs = Rover(config, gdem), Inline()
+        rover, jobs = Rover(config, gdem, memory), Inline()
         file.seek(0)
         for number, recorded in ticks_of(StreamReader(file).records):
             _check_inputs(number, recorded)
@@ -108,14 +111,30 @@ def replay(path: Path) -> Verdict:
     return verdict
 
 
-def _start_state(reader: McapReader) -> tuple[Config, Gdem | None]:
+def _start_state(reader: McapReader) -> tuple[Config, Gdem | None, StopMap | None]:
     attachments = {a.name: a.data for a in reader.iter_attachments()}
     if "config.toml" not in attachments:
         raise DamagedRecordError("it holds no config.toml: not a record of this program, or cut off at its start")
     with TemporaryDirectory() as folder:
         toml = Path(folder) / "config.toml"
         toml.write_bytes(attachments["config.toml"])
-        return load(toml), from_npz(attachments["gdem.npz"]) if "gdem.npz" in attachments else None
+        config = load(toml)
+    gdem = from_npz(attachments["gdem.npz"]) if "gdem.npz" in attachments else None
+    return config, gdem, recall([decode(data) for name, data in attachments.items() if name.startswith(MAP_START)])
+
+
+def last_map(path: Path) -> tuple[Tile, ...]:
+    """Tiles of the map that the run of a record left, or where it left none, began with.
+
+    Raises DamagedRecordError, FileNotFoundError.
+    """
+    verify(path)
+    with path.open("rb") as file:
+        attachments = {a.name: a.data for a in make_reader(file).iter_attachments()}
+    for prefix in (MAP_END, MAP_START):
+        if found := tuple(decode(data) for name, data in attachments.items() if name.startswith(prefix)):
+            return found
+    return ()
 
 
 def _check_inputs(number: int, recorded: dict[str, bytes]) -> None:

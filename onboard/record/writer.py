@@ -1,26 +1,33 @@
 """One MCAP file for each run: every input and output of the core, tick by tick, with what is needed to run it again.
 
-Attachments: config.toml, gdem.npz, versions.json. Chunks of 256 KiB, zstd. Decisions with their maps ride on /plan as
-.npz, for the report; a replay makes them anew.
+Attachments: config.toml, gdem.npz, versions.json, the tiles of the map at the start and at the end of the run. Chunks
+of 256 KiB, zstd. Decisions with their maps ride on /plan as .npz, for the report; a replay makes them anew.
 """
 
 from __future__ import annotations
 
 import json
 import platform
+from collections.abc import Iterable
 from importlib.metadata import version
 from pathlib import Path
 from types import TracebackType
+from typing import TYPE_CHECKING
 
 from mcap.writer import CompressionType, Writer
 
 from onboard.config import Config, to_toml
 from onboard.gdem import to_npz
+from onboard.perception.tiles import Tile, cut, encode
 from onboard.planning import archive
 from onboard.planning.plan_records import PlanResult
 from onboard.record.schema import INPUTS, OUTPUTS, encode_inputs, encode_outputs
 from onboard.records import Gdem, Inputs, Outputs
 
+if TYPE_CHECKING:
+    from onboard.perception.stop_map import StopMap
+
+MAP_START, MAP_END = "map-start/", "map-end/"  # names of the attachments that are tiles begin so
 _SCHEMA_TEXT = b"layout: see onboard/record/schema.py of the version in versions.json"
 _PACKAGES = ("numpy", "scipy", "filterpy", "small-gicp", "python-can", "pymavlink", "eclipse-zenoh", "mcap")
 
@@ -28,7 +35,7 @@ _PACKAGES = ("numpy", "scipy", "filterpy", "small-gicp", "python-can", "pymavlin
 class Recorder:
     """Writes the record of config.record.path; with an empty path it does nothing. Used as a context manager."""
 
-    def __init__(self, config: Config, gdem: Gdem | None) -> None:
+    def __init__(self, config: Config, gdem: Gdem | None, tiles: Iterable[Tile] = ()) -> None:
         self._file = None
         if not config.record.path:
             return
@@ -43,10 +50,15 @@ class Recorder:
         self._attach("versions.json", _versions(), "application/json")
         if gdem is not None:
             self._attach("gdem.npz", to_npz(gdem), "application/octet-stream")
+        self._attach_tiles(MAP_START, tiles)
         self._channels = {topic: self._channel(topic) for topic in (*INPUTS, *OUTPUTS, "/plan")}
 
     def _attach(self, name: str, data: bytes, media_type: str) -> None:
         self._writer.add_attachment(0, 0, name, media_type, data)
+
+    def _attach_tiles(self, prefix: str, tiles: Iterable[Tile]) -> None:
+        for tile in tiles:
+            self._attach(f"{prefix}{tile.i}_{tile.j}", encode(tile), "application/octet-stream")
 
     def _channel(self, topic: str) -> int:
         encoding = "json" if topic == "/out/event" else "application/octet-stream"
@@ -71,6 +83,11 @@ class Recorder:
                     self._channels["/plan"], log_time=inputs.now_ns, publish_time=inputs.now_ns, sequence=inputs.tick,
                     data=archive.to_npz(job.value),
                 )
+
+    def end(self, memory: StopMap | None) -> None:
+        """The map as the run leaves it; after the last tick."""
+        if self._file is not None and memory is not None:
+            self._attach_tiles(MAP_END, cut(memory.cells, memory.target_points))
 
     def __enter__(self) -> Recorder:
         return self

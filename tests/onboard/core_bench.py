@@ -67,17 +67,17 @@ class CoreBench:
     reports: (tick, Report) as the ground would hear them. phases: (tick, Phase), each entry into one.
     ordered: newest WHEEL_n_COMMAND values, wheels 1 to 4. memory: a map kept from before. lidar_plugged,
     job_late_ticks, tilt_rad, noise (frames of the next tick): faults. digests: of each tick's outputs.
+    inputs, outputs: of the tick last run.
     """
 
     def __init__(self, seed=1, settings=QUICK, posts=POSTS, memory=None, gdem=None):
-        self.rover = Rover(settings, gdem)
-        self.rover.executive._memory = memory  # as a mission before would have left it
+        self.rover = Rover(settings, gdem, memory)
         self.nodes = build_nodes(seed)
         self.lidar = Lidar(seed, self._cast)
         self.tick = 0
         self.pose = [0.0, 0.0, 0.0]
         self.reports, self.events, self.phases = [], [], []
-        self.ordered, self.digests, self.outputs = {}, [], None
+        self.ordered, self.digests, self.inputs, self.outputs = {}, [], None, None
         self.can_state, self.lidar_plugged = PortState.OPEN, True
         self.job_late_ticks, self.tilt_rad, self.noise = 0, 0.0, ()
         self._posts, self._guard = posts, Guard()
@@ -151,7 +151,7 @@ class CoreBench:
         """One tick of everything."""
         self.tick += 1
         now_ns, was = self.now_ns, self.phase
-        inputs = Inputs(
+        inputs = self.inputs = Inputs(
             self.tick, now_ns, can_frames=(*self._frames, *self.noise), can_state=self.can_state,
             lidar_chunks=tuple(self._bytes), lidar_state=PortState.OPEN if self._lidar_open else PortState.CLOSED,
             link_messages=tuple(self._messages), jobs=self._done(),

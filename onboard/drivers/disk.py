@@ -1,0 +1,156 @@
+"""The folder of map tiles: the only part of the flight program that keeps a map on disk.
+
+A tile is written beside its place, forced to the disk and renamed, and the folder is forced too: after a crash there is
+the old tile or the new one, whole. What cannot be read is dropped alone and said; the others load.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+from collections import Counter
+from collections.abc import Callable
+from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from onboard.perception.tiles import Tile, TileError, cut, decode, encode
+from onboard.records import Ldem
+
+if TYPE_CHECKING:
+    from onboard.perception.stop_map import StopMap
+
+FREE_BYTES = 64 << 20  # stay free: a full disk would end the record of the run too
+SUFFIX, TEMPORARY = ".tile", ".new"
+
+
+@dataclass(frozen=True, slots=True)
+class TileFile:
+    """A tile, with the file it came from and its bytes."""
+
+    path: Path
+    data: bytes
+    tile: Tile
+
+
+@dataclass(frozen=True, slots=True)
+class Kept:
+    """What a folder holds: tiles in the order of their names, and a line for each file that was dropped."""
+
+    files: tuple[TileFile, ...] = ()
+    dropped: tuple[str, ...] = ()
+
+    @property
+    def tiles(self) -> tuple[Tile, ...]:
+        """The tiles alone."""
+        return tuple(file.tile for file in self.files)
+
+
+def name_of(tile: Tile) -> str:
+    """Name of the file of a tile: its numbers along x and along y."""
+    return f"x{tile.i:+05d}_y{tile.j:+05d}{SUFFIX}"
+
+
+def load(folder: Path, cell_m: float = 0.0) -> Kept:
+    """The tiles of a folder with cells of `cell_m`; of 0: with the cells that most tiles have.
+
+    Raises OSError where the folder cannot be listed; a file that cannot be used is dropped with a message.
+    """
+    files: list[TileFile] = []
+    dropped: list[str] = []
+    for path in sorted(path for path in folder.iterdir() if path.suffix != TEMPORARY):
+        try:
+            files.append(_read(path))
+        except TileError as error:
+            dropped.append(f"{path} {error}")
+        except OSError as error:
+            dropped.append(f"{path} cannot be read: {error.strerror}")
+    wanted_m = cell_m or _most_common(files)
+    others = [file for file in files if file.tile.cells.grid.cell_m != wanted_m]
+    dropped += [f"{f.path} has cells of {f.tile.cells.grid.cell_m:g} m; this map's are {wanted_m:g} m" for f in others]
+    return Kept(tuple(file for file in files if file not in others), tuple(sorted(dropped)))
+
+
+def _read(path: Path) -> TileFile:
+    if path.suffix != SUFFIX:
+        raise TileError("is no map tile")
+    data = path.read_bytes()
+    tile = decode(data)
+    if path.name != name_of(tile):
+        raise TileError(f"holds the tile of {name_of(tile)}: it was renamed or copied")
+    return TileFile(path, data, tile)
+
+
+def _most_common(files: list[TileFile]) -> float:
+    counted = Counter(file.tile.cells.grid.cell_m for file in files)
+    return counted.most_common(1)[0][0] if counted else 0.0
+
+
+def save(folder: Path, tile: Tile) -> None:
+    """The tile in place of what the folder holds of it. Raises OSError, a disk that is nearly full included."""
+    data, path = encode(tile), folder / name_of(tile)
+    free = shutil.disk_usage(folder).free
+    if free < FREE_BYTES + len(data):
+        raise OSError(f"{free >> 20} MB are free on the disk, and {FREE_BYTES >> 20} MB are to stay free")
+    temporary = path.with_suffix(TEMPORARY)
+    try:
+        with temporary.open("wb") as file:
+            file.write(data)
+            file.flush()
+            os.fsync(file.fileno())
+        temporary.replace(path)
+    except OSError:
+        temporary.unlink(missing_ok=True)
+        raise
+    _force(folder)
+
+
+def _force(folder: Path) -> None:
+    """The names in a folder are on the disk when this returns."""
+    descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
+
+
+class Keeper:
+    """Saves the tiles of a map that have changed, in a thread of its own: a disk may take seconds.
+
+    `memory`: the map as the folder holds it. tell: hears in one line what could not be saved; that is tried again with
+    the next map. An empty `folder` keeps nothing. Raises OSError where the folder cannot be made.
+    """
+
+    def __init__(self, folder: str, memory: StopMap | None, tell: Callable[[str], None]) -> None:
+        self._folder = Path(folder) if folder else None
+        self._given, self._tell = memory, tell
+        self._saved: Ldem | None = memory.cells if memory else None
+        self._pool = ThreadPoolExecutor(max_workers=1, thread_name_prefix="disk")
+        self._last: Future[None] | None = None
+        if self._folder:
+            self._folder.mkdir(parents=True, exist_ok=True)
+            for stray in self._folder.glob(f"*{TEMPORARY}"):  # a crash while it was written; its tile is the old one
+                stray.unlink()
+
+    def keep(self, memory: StopMap | None) -> None:
+        """This is the map now; called each tick, returns at once."""
+        if self._folder is None or memory is None or memory is self._given:
+            return
+        self._given = memory
+        self._last = self._pool.submit(self._save, self._folder, memory)
+
+    def _save(self, folder: Path, memory: StopMap) -> None:
+        try:
+            for tile in cut(memory.cells, memory.target_points, self._saved):
+                save(folder, tile)
+        except OSError as error:
+            self._tell(f"the map is not saved in {folder}: {error.strerror or error}")
+        else:
+            self._saved = memory.cells
+
+    def close(self) -> None:
+        """Returns when all is saved."""
+        self._pool.shutdown(wait=True)
+        if self._last is not None:
+            self._last.result()  # what was our own error shows

@@ -1,0 +1,148 @@
+"""The commands `onboard map ...`: what a kept map holds, and the map for other tools."""
+
+from __future__ import annotations
+
+import json
+import sys
+import time
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+if TYPE_CHECKING:
+    from onboard.drivers.disk import Kept, TileFile
+    from onboard.perception.tiles import Tile
+
+EX_USAGE, EX_DATAERR, EX_NOINPUT, EX_CANTCREAT = 64, 65, 66, 73
+EXAMPLES = (
+    "Examples:\n\n"
+    "  onboard map info map/\n\n"
+    "  onboard map export map/ --out site.tif\n\n"
+    "  onboard map export build/demo/onboard.mcap --format png --out site.png"
+)
+
+app = typer.Typer(no_args_is_help=True, help=f"The map that the rover keeps.\n\n{EXAMPLES}")
+
+
+@app.command("info", epilog=EXAMPLES)
+def info_command(
+    folder: Annotated[Path, typer.Argument(help="Folder of tiles (mapping.folder).")],
+    as_json: Annotated[bool, typer.Option("--json", help="The list as JSON.")] = False,
+) -> None:
+    """List the tiles of a kept map, and the files that cannot be used with the reason.
+
+    Exit codes: 0 some tiles can be used, 65 none, 66 no such folder.
+    """
+    kept = _kept(folder)
+    now_s = time.time()
+    rows = [_row(file, now_s) for file in kept.files]
+    if as_json:
+        print(json.dumps({"folder": str(folder), "tiles": rows, "dropped": kept.dropped}))
+    else:
+        _show(folder, rows, kept.dropped)
+    if not rows:
+        raise _fail(EX_DATAERR, f"{folder} holds no map tile that can be used")
+
+
+@app.command("export", epilog=EXAMPLES)
+def export_command(
+    source: Annotated[Path, typer.Argument(help="Folder of tiles, or the record of a run.")],
+    out: Annotated[Path, typer.Option("--out", "-o", help="Where the map goes.")],
+    form: Annotated[str, typer.Option("--format", "-f", help="geotiff, npy, npz, ply or png; else by OUT.")] = "",
+    as_json: Annotated[bool, typer.Option("--json", help="The summary as JSON.")] = False,
+) -> None:
+    """Write heights and classes of a kept map, or of the map that a run left, for another tool.
+
+    Exit codes: 0 done, 64 no such format, 65 no map in it, 66 no such folder or record, 73 no place to write.
+    """
+    from onboard.config import Mapping_
+    from onboard.map_export import ENDINGS, FORMATS, trimmed
+    from onboard.perception.cell_classes import classify
+    from onboard.perception.tiles import join
+
+    name = form or ENDINGS.get(out.suffix.lower(), "")
+    if name not in FORMATS:
+        what = f"no format is called {form!r}" if form else f"the name {out} tells no format"
+        raise _fail(EX_USAGE, f"{what}; --format is one of {', '.join(FORMATS)}")
+    tiles, dropped = _tiles(source)
+    for line in dropped:
+        print(f"onboard: dropped: {line}", file=sys.stderr)
+    try:
+        cells, _ = join(tiles)
+        surface = trimmed(classify(cells, replace(Mapping_(), cell_m=cells.grid.cell_m)))
+    except ValueError as error:
+        raise _fail(EX_DATAERR, f"{source} holds no map to export: {error}") from None
+    try:
+        FORMATS[name](surface, out)
+    except OSError as error:
+        raise _fail(EX_CANTCREAT, f"{out} cannot be written: {error.strerror or error}") from None
+    grid = surface.grid
+    told = {"out": str(out), "format": name, "tiles": len(tiles), "rows": grid.rows, "columns": grid.columns,
+            "cell_m": grid.cell_m, "x0_m": grid.x0_m, "y0_m": grid.y0_m}  # fmt: skip
+    text = (f"{out}: {name}, {grid.rows} x {grid.columns} cells of {grid.cell_m:g} m from {len(tiles)} tiles; "
+            f"centre of the south-west cell at x {grid.x0_m:.3f}, y {grid.y0_m:.3f} m")  # fmt: skip
+    print(json.dumps(told) if as_json else text)
+
+
+def _tiles(source: Path) -> tuple[tuple[Tile, ...], tuple[str, ...]]:
+    """Tiles of a folder or of a record, and what was dropped."""
+    if not source.is_file():
+        kept = _kept(source)
+        return kept.tiles, kept.dropped
+    from onboard.record.replay import last_map
+
+    try:
+        return last_map(source), ()
+    except ValueError as error:
+        raise _fail(EX_DATAERR, f"{source} is no record of a run, or a damaged one: {error}") from None
+
+
+def _kept(folder: Path) -> Kept:
+    from onboard.drivers.disk import load
+
+    try:
+        return load(folder)
+    except OSError as error:
+        raise _fail(EX_NOINPUT, f"{folder} cannot be read: {error.strerror}") from None
+
+
+def _row(file: TileFile, now_s: float) -> dict[str, Any]:
+    cells = file.tile.cells
+    south_west = [k * cells.grid.cell_m * cells.grid.rows for k in (file.tile.i, file.tile.j)]
+    return {
+        "file": file.path.name, "x_m": south_west[0], "y_m": south_west[1], "cell_m": cells.grid.cell_m,
+        "hit_ratio": float((cells.n > 0).mean()), "points": len(file.tile.points_m), "bytes": len(file.data),
+        "age_s": now_s - file.path.stat().st_mtime,
+    }  # fmt: skip
+
+
+def _show(folder: Path, rows: list[dict[str, Any]], dropped: tuple[str, ...]) -> None:
+    from rich.console import Console
+    from rich.table import Table
+
+    console, table = Console(), Table(box=None)
+    print(f"{folder}: {len(rows)} tiles, {sum(row['bytes'] for row in rows) / 1e6:.2f} MB")
+    for name in ("tile", "from x, m", "from y, m", "hit", "points", "kB", "age"):
+        table.add_column(name, justify="left" if name == "tile" else "right")
+    for row in rows:
+        table.add_row(
+            row["file"], f"{row['x_m']:g}", f"{row['y_m']:g}", f"{100 * row['hit_ratio']:.0f} %", str(row["points"]),
+            f"{row['bytes'] / 1e3:.0f}", _age(row["age_s"]),
+        )  # fmt: skip
+    console.print(table)
+    for line in dropped:
+        print(f"dropped: {line}")
+
+
+def _age(seconds: float) -> str:
+    for unit, size in (("d", 86400.0), ("h", 3600.0), ("min", 60.0)):
+        if seconds >= size:
+            return f"{seconds / size:.0f} {unit}"
+    return f"{seconds:.0f} s"
+
+
+def _fail(code: int, text: str) -> typer.Exit:
+    print(f"onboard: {text}", file=sys.stderr)
+    return typer.Exit(code)
