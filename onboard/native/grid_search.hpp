@@ -1,5 +1,5 @@
-// Least prices over the cells of a grid from a set of goal cells (Jarvis' distance transform, exact). No Python types, no
-// exceptions, no heap: the caller owns every array.
+// Least prices over the cells of a grid from a set of goal cells (Jarvis' distance transform, exact), with closeness; without
+// it plain_search.hpp is faster. No Python types, no exceptions, no heap: the caller owns every array.
 //
 // Prices are in cells, double: 1 or sqrt(2) for a step, times 1 + the mean closeness of its ends. Cells wait in buckets one
 // cell wide, which is the cheapest step, so no step leads back into the open bucket and every cell is opened once (Dial
@@ -11,16 +11,9 @@
 #include <cstdint>
 #include <limits>
 
-namespace eldorado {
+#include "grid_problem.hpp"
 
-// The field has a rim of one closed cell around rows x columns: padded sizes, flat indices of it.
-struct GridProblem {
-    std::int64_t rows, columns;    // without the rim
-    const std::uint8_t* free;      // (rows, columns) 0 or 1
-    const std::uint8_t* goals;     // (rows, columns) 0 or 1; counts where it is free
-    const float* closeness;        // (rows, columns) >= 0, or null
-    double cell_m;
-};
+namespace eldorado {
 
 // A block of waiting cells: one cache line.
 struct GridBlock {
@@ -38,8 +31,7 @@ struct GridWork {
     GridBlock* blocks;
     GridBucket* buckets;
     std::int64_t bucket_count;
-    std::int64_t* progress;      // cells done so far; read by others meanwhile
-    const std::uint8_t* cancel;  // the search stops soon after it is not 0
+    GridWatch watch;
 };
 
 class GridSearch {
@@ -55,18 +47,18 @@ class GridSearch {
         : p_(problem), w_(work), cost_(cost), stride_(problem.columns + 2) {
         for (int k = 0, j = -1; j <= 1; ++j)
             for (int i = -1; i <= 1; ++i)
-                if (j != 0 && i != 0) steps_[k++] = {j * stride_ + i, j * stride_, i, kDiagonal};
+                if (j != 0 && i != 0) steps_[k++] = {j * stride_ + i, j * stride_, i, kGridDiagonal};
                 else if (j != 0 || i != 0) steps_[k++] = {j * stride_ + i, 0, 0, 1.0};
     }
 
     // Fills `cost`: metres to the nearest goal, +inf where there is no way and on the rim. False if it was cancelled.
     bool run() {
-        __atomic_store_n(w_.progress, 0, __ATOMIC_RELAXED);
+        __atomic_store_n(w_.watch.progress, 0, __ATOMIC_RELAXED);
         begin();
         for (std::int64_t bucket = 0; open_ > 0; ++bucket) {
-            if (__atomic_load_n(w_.cancel, __ATOMIC_RELAXED) != 0) return false;
-            p_.closeness ? empty<true>(bucket) : empty<false>(bucket);
-            __atomic_store_n(w_.progress, done_, __ATOMIC_RELAXED);
+            if (__atomic_load_n(w_.watch.cancel, __ATOMIC_RELAXED) != 0) return false;
+            empty(bucket);
+            __atomic_store_n(w_.watch.progress, done_, __ATOMIC_RELAXED);
         }
         const double cell_m = p_.cell_m;
         double* const end = cost_ + (p_.rows + 2) * stride_;
@@ -74,14 +66,13 @@ class GridSearch {
             const double metres = *cost * cell_m;
             *cost = metres < 0.0 ? kFar : metres;
         }
-        __atomic_store_n(w_.progress, p_.rows * p_.columns, __ATOMIC_RELAXED);
+        __atomic_store_n(w_.watch.progress, p_.rows * p_.columns, __ATOMIC_RELAXED);
         return true;
     }
 
    private:
     static constexpr double kFar = std::numeric_limits<double>::infinity();
     static constexpr double kClosed = -1.0;  // an obstacle: no price is lower
-    static constexpr double kDiagonal = 1.4142135623730951;
     static constexpr std::int32_t kNone = -1;
 
     // To a neighbour `way` further; a diagonal leads between the cells `beside` and `across` (0: the cell itself).
@@ -106,7 +97,6 @@ class GridSearch {
                 if (p_.goals[j * p_.columns + i]) improve((j + 1) * stride_ + i + 1, 0.0);
     }
 
-    template <bool kSoft>
     void empty(std::int64_t bucket) {
         GridBucket& from = w_.buckets[bucket & (w_.bucket_count - 1)];
         std::int32_t block = from.block, filled = from.filled;
@@ -117,7 +107,7 @@ class GridSearch {
                 const std::int32_t cell = waiting.cell[k];
                 if (static_cast<std::int64_t>(cost_[cell]) != bucket) continue;
                 ++done_;
-                expand<kSoft>(cell);
+                expand(cell);
             }
             open_ -= filled;
             filled = GridBlock::kSize;
@@ -130,9 +120,8 @@ class GridSearch {
 
     // Which of the 8 neighbours would get cheaper on open ground is found without a branch (what they are is anybody's guess
     // to the processor); these few are then looked at one by one.
-    template <bool kSoft>
     void expand(std::int64_t cell) {
-        const double from = cost_[cell], straight = from + 1.0, slant = from + kDiagonal;
+        const double from = cost_[cell], straight = from + 1.0, slant = from + kGridDiagonal;
         const double* const at = cost_ + cell;
         const double* const north = at - stride_;
         const double* const south = at + stride_;
@@ -143,9 +132,8 @@ class GridSearch {
         for (; cheaper != 0; cheaper &= cheaper - 1) {
             const Step& step = steps_[__builtin_ctz(cheaper)];
             if (at[step.beside] < 0.0 && at[step.across] < 0.0) continue;
-            double price = step.price;
-            if constexpr (kSoft) price *= 1.0 + 0.5 * (closeness_at(cell) + closeness_at(cell + step.way));
-            improve(cell + step.way, from + price);
+            const double ratio = 1.0 + 0.5 * (closeness_at(cell) + closeness_at(cell + step.way));
+            improve(cell + step.way, from + step.price * ratio);
         }
     }
 

@@ -76,7 +76,7 @@ def test_no_step_leads_between_two_obstacles(turned: int) -> None:
     goals = np.rot90(corner(np.ones((3, 3), bool)), turned).copy()
     assert np.isfinite(distance.cost_to_go(free, goals, 1.0)).sum() == 1
     free |= np.rot90(np.array([[0, 1, 0], [0, 0, 0], [0, 0, 0]], bool), turned)
-    assert np.rot90(distance.cost_to_go(free, goals, 1.0), -turned)[1, 1] == math.sqrt(2.0)
+    assert np.rot90(distance.cost_to_go(free, goals, 1.0), -turned)[1, 1] == pytest.approx(math.sqrt(2.0), rel=1e-12)
 
 
 @pytest.mark.parametrize("shape", [(0, 0), (0, 5), (5, 0), (1, 1), (4, 7)])

@@ -1,0 +1,171 @@
+// Least lengths over the cells of a grid from a set of goal cells (Jarvis' distance transform, exact), without closeness: a
+// step costs 1 or sqrt(2). No Python types, no exceptions, no heap: the caller owns every array.
+//
+// Cells wait in lists by the whole part of their price. Every step costs at least 1 and less than 2, so a cell of the open
+// list is settled, is opened once, and leads to the next list or the one after (Dial 1969). It is followed only where its
+// best ways have to go on (grid_ways.hpp): one neighbour for most cells, not eight.
+//
+// A cell is one number: its price in fixed point, and below it the set of neighbours to go on to. Equal prices join their
+// sets, so equal must mean equal: fixed point sums are exact, and only the price of a diagonal step is rounded.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <cstring>
+#include <limits>
+
+#include "grid_problem.hpp"
+#include "grid_ways.hpp"
+
+namespace eldorado {
+
+// cells_needed() of each.
+struct PlainWork {
+    std::uint64_t* cells;  // price << 8 | neighbours to go on to; in the end the bits of a double, the cost in metres
+    std::uint8_t* free;    // with the rim
+    std::uint8_t* around;  // the free neighbours of a cell
+    std::int32_t* lists[3];
+    GridWatch watch;
+};
+
+class PlainSearch {
+   public:
+    static std::int64_t cells_needed(const GridProblem& problem) { return (problem.rows + 2) * (problem.columns + 2); }
+
+    PlainSearch(const GridProblem& problem, const PlainWork& work)
+        : p_(problem), w_(work), cells_(cells_needed(problem)), stride_(problem.columns + 2), shift_(kSetBits + fraction_bits(cells_)) {
+        for (int k = 0; k < 8; ++k) {
+            const double price = (kGridSteps[k].diagonal() ? kGridDiagonal : 1.0) * one();
+            steps_[k] = {kGridSteps[k].down * stride_ + kGridSteps[k].right, static_cast<std::uint64_t>(price + 0.5) << kSetBits};
+        }
+    }
+
+    // Fills the cells with doubles: metres to the nearest goal, +inf where there is no way and on the rim. False: cancelled.
+    bool run() {
+        __atomic_store_n(w_.watch.progress, 0, __ATOMIC_RELAXED);
+        std::fill(w_.cells, w_.cells + cells_, kFar);
+        look_around();
+        Waiting open{w_.lists[0], plant()}, next{w_.lists[1], 0}, after{w_.lists[2], 0};
+        std::int64_t done = 0;
+        for (std::uint64_t list = 0; open.count + next.count > 0; ++list) {
+            if (__atomic_load_n(w_.watch.cancel, __ATOMIC_RELAXED) != 0) return false;
+            done += follow(list, open, next, after);
+            __atomic_store_n(w_.watch.progress, done, __ATOMIC_RELAXED);
+            const Waiting spare{open.cells, 0};
+            open = next, next = after, after = spare;
+        }
+        to_metres();
+        __atomic_store_n(w_.watch.progress, p_.rows * p_.columns, __ATOMIC_RELAXED);
+        return true;
+    }
+
+   private:
+    static constexpr int kSetBits = 8;
+    static constexpr std::uint64_t kSet = (1u << kSetBits) - 1;
+    static constexpr int kPriceBits = 52;  // as many as a double holds
+    static constexpr std::uint64_t kFar = (std::uint64_t{1} << (kPriceBits + kSetBits)) - 1;
+
+    struct Step {
+        std::int64_t way;
+        std::uint64_t price;
+    };
+
+    struct Waiting {
+        std::int32_t* cells;
+        std::int64_t count;
+    };
+
+    // No way is as long as 2 x `cells`, and kFar is beyond all of them.
+    static int fraction_bits(std::int64_t cells) {
+        int bits = kPriceBits - 1;
+        while ((std::int64_t{1} << (kPriceBits - 1 - bits)) < 2 * cells) --bits;
+        return bits;
+    }
+
+    // The price of a straight step.
+    double one() const { return static_cast<double>(std::uint64_t{1} << (shift_ - kSetBits)); }
+
+    void look_around() {
+        std::fill(w_.free, w_.free + stride_, std::uint8_t{0});
+        for (std::int64_t j = 0; j < p_.rows; ++j) {
+            std::uint8_t* const row = w_.free + (j + 1) * stride_;
+            row[0] = row[stride_ - 1] = 0;
+            std::copy(p_.free + j * p_.columns, p_.free + (j + 1) * p_.columns, row + 1);
+        }
+        std::fill(w_.free + cells_ - stride_, w_.free + cells_, std::uint8_t{0});
+        const std::int64_t inside = cells_ - stride_ - 1;
+        for (std::int64_t cell = stride_ + 1; cell < inside; ++cell) {
+            const std::uint8_t* const at = w_.free + cell;
+            const unsigned above = at[-stride_ - 1] | at[-stride_] << 1 | at[-stride_ + 1] << 2;
+            const unsigned below = at[stride_ - 1] | at[stride_] << 1 | at[stride_ + 1] << 2;
+            w_.around[cell] = static_cast<std::uint8_t>(above | at[-1] << 3 | at[1] << 4 | below << 5);
+        }
+    }
+
+    // Enters the goals in the first list; their count.
+    std::int64_t plant() {
+        std::int64_t count = 0;
+        const std::uint8_t* const end = p_.goals + p_.rows * p_.columns;
+        for (const std::uint8_t* goal = p_.goals; goal < end; ++goal) {
+            goal = static_cast<const std::uint8_t*>(std::memchr(goal, 1, static_cast<std::size_t>(end - goal)));
+            if (goal == nullptr) break;
+            const std::int64_t place = goal - p_.goals, cell = (place / p_.columns + 1) * stride_ + place % p_.columns + 1;
+            if (!w_.free[cell]) continue;
+            w_.cells[cell] = kGridWays.open[w_.around[cell]];
+            w_.lists[0][count++] = static_cast<std::int32_t>(cell);
+        }
+        return count;
+    }
+
+    // Opens the cells of a list; how many they were. There is no branch on what is met: it is anybody's guess to the processor.
+    std::int64_t follow(std::uint64_t list, const Waiting& open, Waiting& next, Waiting& after) const {
+        std::uint64_t* const cells = w_.cells;
+        const std::uint8_t* const around = w_.around;
+        const int shift = shift_;
+        const std::uint64_t begins = list << shift;
+        std::int32_t* ends[2] = {next.cells + next.count, after.cells + after.count};
+        std::int64_t done = 0;
+        for (std::int64_t n = 0; n < open.count; ++n) {
+            const std::int64_t cell = open.cells[n];
+            const std::uint64_t own = cells[cell], from = own & ~kSet;
+            if (own < begins) continue;  // it got cheaper, and its turn was in the list before
+            ++done;
+            for (auto ways = static_cast<unsigned>(own & kSet); ways != 0; ways &= ways - 1) {
+                const int k = __builtin_ctz(ways);
+                const std::int64_t to = cell + steps_[k].way;
+                const std::uint64_t price = from + steps_[k].price, before = cells[to];
+                const std::uint64_t equal = before - price <= kSet ? before : 0;
+                const std::uint64_t better = price | kGridWays.onward[k][around[to]] | equal;
+                cells[to] = price > before ? before : better;
+                __builtin_prefetch(cells + to + steps_[k].way, 1);
+                __builtin_prefetch(around + to + steps_[k].way);
+                std::int32_t*& end = ends[(price >> shift) - list - 1];
+                *end = static_cast<std::int32_t>(to);
+                end += (before >> shift) > (price >> shift);
+            }
+        }
+        next.count = ends[0] - next.cells;
+        after.count = ends[1] - after.cells;
+        return done;
+    }
+
+    // An integer below 2^52 in the fraction of a double is that double less 2^52; kFar alone has the topmost bit.
+    void to_metres() const {
+        constexpr std::uint64_t kExponent = 0x4330000000000000, kInfinity = 0x7ff0000000000000;
+        const double unit_m = p_.cell_m / one();
+        std::uint64_t* const cells = w_.cells;
+        for (std::int64_t n = 0; n < cells_; ++n) {
+            const std::uint64_t no_way = (0 - (cells[n] >> (kPriceBits + kSetBits - 1))) & kInfinity;
+            const double price = __builtin_bit_cast(double, cells[n] >> kSetBits | kExponent) - 0x1p52;
+            cells[n] = __builtin_bit_cast(std::uint64_t, price * unit_m + __builtin_bit_cast(double, no_way));
+        }
+    }
+
+    const GridProblem p_;
+    const PlainWork w_;
+    const std::int64_t cells_, stride_;
+    const int shift_;  // a state less its price's fraction and set
+    Step steps_[8];
+};
+
+}  // namespace eldorado
