@@ -93,12 +93,15 @@ class PlainSearch {
             std::copy(p_.free + j * p_.columns, p_.free + (j + 1) * p_.columns, row + 1);
         }
         std::fill(w_.free + cells_ - stride_, w_.free + cells_, std::uint8_t{0});
-        const std::int64_t inside = cells_ - stride_ - 1;
-        for (std::int64_t cell = stride_ + 1; cell < inside; ++cell) {
-            const std::uint8_t* const at = w_.free + cell;
-            const unsigned above = at[-stride_ - 1] | at[-stride_] << 1 | at[-stride_ + 1] << 2;
-            const unsigned below = at[stride_ - 1] | at[stride_] << 1 | at[stride_ + 1] << 2;
-            w_.around[cell] = static_cast<std::uint8_t>(above | at[-1] << 3 | at[1] << 4 | below << 5);
+        const std::uint8_t* const north = w_.free;
+        const std::uint8_t* const here = north + stride_;
+        const std::uint8_t* const south = here + stride_;
+        std::uint8_t* const around = w_.around + stride_;
+        const std::int64_t last = cells_ - 2 * stride_ - 1;
+        for (std::int64_t n = 1; n < last; ++n) {
+            const unsigned above = north[n - 1] | north[n] << 1 | north[n + 1] << 2;
+            const unsigned below = south[n - 1] | south[n] << 1 | south[n + 1] << 2;
+            around[n] = static_cast<std::uint8_t>(above | here[n - 1] << 3 | here[n + 1] << 4 | below << 5);
         }
     }
 
@@ -132,13 +135,14 @@ class PlainSearch {
             ++done;
             for (auto ways = static_cast<unsigned>(own & kSet); ways != 0; ways &= ways - 1) {
                 const int k = __builtin_ctz(ways);
-                const std::int64_t to = cell + steps_[k].way;
-                const std::uint64_t price = from + steps_[k].price, before = cells[to];
+                const Step step = steps_[k];
+                const std::int64_t to = cell + step.way;
+                const std::uint64_t price = from + step.price, before = cells[to];
                 const std::uint64_t equal = before - price <= kSet ? before : 0;
                 const std::uint64_t better = price | kGridWays.onward[k][around[to]] | equal;
                 cells[to] = price > before ? before : better;
-                __builtin_prefetch(cells + to + steps_[k].way, 1);
-                __builtin_prefetch(around + to + steps_[k].way);
+                __builtin_prefetch(cells + to + step.way, 1);
+                __builtin_prefetch(around + to + step.way);
                 std::int32_t*& end = ends[(price >> shift) - list - 1];
                 *end = static_cast<std::int32_t>(to);
                 end += (before >> shift) > (price >> shift);
@@ -154,7 +158,8 @@ class PlainSearch {
         constexpr std::uint64_t kExponent = 0x4330000000000000, kInfinity = 0x7ff0000000000000;
         const double unit_m = p_.cell_m / one();
         std::uint64_t* const cells = w_.cells;
-        for (std::int64_t n = 0; n < cells_; ++n) {
+        const std::int64_t count = cells_;
+        for (std::int64_t n = 0; n < count; ++n) {
             const std::uint64_t no_way = (0 - (cells[n] >> (kPriceBits + kSetBits - 1))) & kInfinity;
             const double price = __builtin_bit_cast(double, cells[n] >> kSetBits | kExponent) - 0x1p52;
             cells[n] = __builtin_bit_cast(std::uint64_t, price * unit_m + __builtin_bit_cast(double, no_way));
