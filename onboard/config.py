@@ -113,6 +113,8 @@ class Mapping_:
     size_m: float = value(20.0, "side of the LDEM, centred on the rover at each stop", low=4, high=100)
     near_m: float = value(5.0, "a cell with 3 hits from nearer takes the newest scan alone (R3)", low=0, high=30)
     assumed_m: float = value(0.9, "radius of the assumed disc at the start (R1)", low=0, high=3)
+    trust_m: float = value(1.5, "on pitted ground wheels roll only over cells seen from nearer; 2.0 without the guard",
+                           low=0.7, high=30)
     fill_cells: int = value(2, "most missing cells that are filled between hits", low=0, high=10)
     folder: str = value("", "where the map is kept from run to run, in tiles; empty: it is not")
 
@@ -150,8 +152,19 @@ class Mission:
     weight_distance: float = value(0.5, "W_L of Eq. 28", low=0, high=100)
     distance: str = value("cost-to-go", "L of Eq. 28: over the map's ways, or Eq. 27's straight line",
                           one_of=("cost-to-go", "straight-line"))
-    ground: str = value("smooth", "smooth, or pitted: holes are possible", one_of=("smooth",))
+    ground: str = value("smooth", "smooth, or pitted: holes are possible, so wheels trust near views only (trust_m)",
+                        one_of=("smooth", "pitted"))
     gdem: str = value("", "the orbiter's map, an .npz of heights_m, x0_m, y0_m, cell_m; empty: flat, unknown")
+
+
+@dataclass(frozen=True, slots=True)
+class DriveGuard:
+    """The scanner held still while driving watches the wheels' tracks."""
+
+    on: bool = value(False, "whether it rides along: in the kinematic missions; the flight program refuses it yet")
+    tilt_rad: float = value(40 * RAD, "held while driving, positive down", low=0.3, high=1.1)
+    step_m: float = value(0.08, "highest step in the strip", low=0.01, high=1)
+    depth_m: float = value(0.06, "depth or height against the strip's plane, change against the map", low=0.01, high=1)
 
 
 @dataclass(frozen=True, slots=True)
@@ -226,6 +239,7 @@ class Config:
     mapping: Mapping_ = field(default_factory=Mapping_)
     planning: Planning = field(default_factory=Planning)
     mission: Mission = field(default_factory=Mission)
+    drive_guard: DriveGuard = field(default_factory=DriveGuard)
     motion: Motion = field(default_factory=Motion)
     localisation: Localisation = field(default_factory=Localisation)
     safety: Safety = field(default_factory=Safety)

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from onboard.perception.cell_classes import classify
-from onboard.planning import global_path, mission_rule, options
+from onboard.planning import global_path, mission_rule, options, trust
 from onboard.planning.gain import Eyes
 from onboard.planning.global_path import GlobalField
 from onboard.planning.mission_rule import BLOCK_M, Again, MissionState, Situation, Stop
@@ -34,6 +34,7 @@ from onboard.planning.poses import (
     reachable,
     trail,
 )
+from onboard.planning.tracks import barred
 from onboard.records import F64, U8, Bool, Decision, Grid, Path, Surface
 
 STAND_M = 0.25  # around a rover whose own pose reads as not free
@@ -87,8 +88,10 @@ def plan(request: PlanRequest) -> PlanResult:
         outcome, state = mission_rule.decide(replace(state, cleared=True), situation, settings.mission)
     assert isinstance(outcome, Decision), "without a way the rule gives up"
     leg = first_leg(outcome, settings.mission.leg_m)
-    if leg is not outcome:  # nothing was tried yet at the end of the way
-        state = replace(state, targets=before.targets, tried=before.tried)
+    if settings.mission.ground == "pitted":
+        leg = trust.within_trust(leg, request, state)
+    if leg is not outcome:
+        state = mission_rule.interrupted(state, before)
     report = _report(request, fields, sets, field, answer)
     return PlanResult(leg, state, report, request.pose, request.goal_m)
 
@@ -144,6 +147,8 @@ def _freedom(request: PlanRequest, surface: Surface) -> U8:
     """Freedom of every pose with the trail and the rover's own place free (R2), before any mark."""
     grid, settings = surface.grid, request.settings
     freedom = pose_freedom(surface, settings.rover, settings.planning)
+    if request.blocked_m:
+        freedom = barred(freedom, request.blocked_m, grid, settings.rover)
     driven = [pose_index(grid, *(float(part) for part in station)) for station in request.trail]
     freedom = trail(freedom, np.array(driven, dtype=np.int64).reshape(-1, 3))
     own = pose_index(grid, request.pose.x_m, request.pose.y_m, request.pose.yaw_rad)

@@ -147,6 +147,14 @@ def arrive(state: MissionState, pose: Stop, best_cost_m: float = math.inf) -> Mi
     )
 
 
+def interrupted(state: MissionState, before: MissionState) -> MissionState:
+    """The state after a way that ends short of what was decided: nothing was tried yet at its end.
+
+    before: as `arrive` gave it at this stop, or later.
+    """
+    return replace(state, targets=before.targets, tried=before.tried)
+
+
 def repeats(state: MissionState, stop: Stop) -> bool:
     """Whether a scan was taken at this place (0.1 m) and heading (10 degrees) before."""
     return any(

@@ -22,13 +22,15 @@ class Settings:
     planning: config.Planning
     mission: config.Mission
     scanning: config.Scanning
+    drive_guard: config.DriveGuard = config.DriveGuard()
 
 
 @dataclass(frozen=True, slots=True)
 class PlanRequest:
     """What the job is given. ldem: the window around the rover. trail: (k, 3) x, y, yaw driven so far (R2).
 
-    gdem None: nothing is known from orbit, the goal lies in a straight line.
+    gdem None: nothing is known from orbit, the goal lies in a straight line. blocked_m: points whose cells no wheel may
+    roll over, whatever the map says: the drive guard stopped at them.
     """
 
     ldem: Ldem
@@ -38,6 +40,7 @@ class PlanRequest:
     state: MissionState
     settings: Settings
     trail: F64
+    blocked_m: tuple[tuple[float, float], ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

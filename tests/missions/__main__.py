@@ -1,6 +1,7 @@
 """`python -m tests.missions`: the campaign in the kinematic world (`make missions`), and single missions drawn.
 
     python -m tests.missions fly --run optimistic --seeds 1-10
+    python -m tests.missions guard
     python -m tests.missions draw --run trap --seed 3 --out build/missions/trap-3.png
 """
 
@@ -16,6 +17,7 @@ from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table
 
+from tests.missions import guard_runs, open_loop
 from tests.missions.campaign import POSE_ERROR, UNGUARDED_STOPS, Row, Run, Summary, fly_all, summary
 
 FIXED = tuple(range(1, 61))
@@ -70,6 +72,20 @@ def fly(
     out.mkdir(parents=True, exist_ok=True)
     (out / "missions.json").write_text(json.dumps([row.as_json() for row in rows], indent=1) + "\n")
     show([summary(run.name, [row for row in rows if row.run == run.name]) for run in chosen])
+
+
+@app.command()
+def guard(
+    seeds: Annotated[str, typer.Option(help="Only these seeds: 1-10 or 3,7.")] = "",
+    workers: Annotated[int, typer.Option(help="Processes.")] = os.cpu_count() or 1,
+    objects: Annotated[int, typer.Option(help="Fields on which objects are put on the tracks.")] = 50,
+) -> None:
+    """The drive guard: objects put on the tracks, then pitted and smooth fields with and without it."""
+    wanted = set(_seeds(seeds)) if seeds else None
+    met = open_loop.table(open_loop.all_outcomes(range(1, objects + 1), workers))
+    Console(width=150).print(met)
+    rows = list(guard_runs.fly_all([run.only(wanted) for run in guard_runs.RUNS], workers))
+    Console(width=190).print(guard_runs.table(rows))
 
 
 def show(lines: list[Summary]) -> None:

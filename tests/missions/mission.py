@@ -82,6 +82,7 @@ class Kinematic:
         self.estimate = self.true
         self.rule = MissionState()
         self.trail: list[tuple[float, float, float]] = []
+        self.blocked_m: tuple[tuple[float, float], ...] = ()
 
     def fly(self) -> Flight:
         """The whole mission."""
@@ -106,7 +107,8 @@ class Kinematic:
         if len(self.flight.stops) > self._most_stops():
             self._end("endless", f"{len(self.flight.stops)} stops")
             return True
-        self._drive(decision)
+        if not self._drive(decision):
+            return False
         if decision.kind == "goal" and self._at_goal():
             self._end("arrived", "at the goal")
             return True
@@ -141,13 +143,18 @@ class Kinematic:
             goal_m=self.world.goal_m,
             gdem=self.gdem,
             state=self.rule,
-            settings=Settings(config.rover, config.mapping, config.planning, config.mission, config.scanning),
-            trail=np.array(self.trail[-TRAIL_POSES:]).reshape(-1, 3),
+            settings=Settings(config.rover, config.mapping, config.planning, config.mission, config.scanning,
+                              config.drive_guard),
+            trail=self._driven(),
+            blocked_m=self.blocked_m,
         )
         return plan(request)
 
-    def _drive(self, decision: Decision) -> None:
-        """Along the path, station by station, in the true frame."""
+    def _driven(self) -> F64:
+        return np.array(self.trail[-TRAIL_POSES:]).reshape(-1, 3)
+
+    def _drive(self, decision: Decision) -> bool:
+        """Along the path, station by station, in the true frame; whether it came to its end."""
         stations = decision.path.stations
         true = self._in_truth(stations)
         self.trail += [tuple(station) for station in stations]  # type: ignore[misc]
@@ -157,6 +164,7 @@ class Kinematic:
             self._feel(self._stand(x, y, yaw))
         self.true = self._stand(*true[-1])
         self.estimate = self._believed(*stations[-1])
+        return True
 
     def _turn(self, yaw_rad: float) -> None:
         """On the spot, to a heading of the estimate."""

@@ -64,10 +64,10 @@ def scanner(config: Config) -> Scanner:
     ahead = np.cos(phi)
     directions = np.stack([ahead * np.cos(down), np.broadcast_to(np.sin(phi), down.shape), -ahead * np.sin(down)], -1)
     directions = np.ascontiguousarray(directions.reshape(-1, 3))
-    return Scanner(config, tilt, lines, beams, directions, _hull_m(config, directions))
+    return Scanner(config, tilt, lines, beams, directions, hull_way_m(config, directions))
 
 
-def _hull_m(config: Config, directions: F64) -> F64:
+def hull_way_m(config: Config, directions: F64) -> F64:
     """Way of each beam to the nearest box of the rover's own hull, inf where it meets none (slab test)."""
     rover = config.rover
     origin = np.array([rover.lidar_x_m, 0.0, rover.lidar_z_m])

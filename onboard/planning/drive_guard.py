@@ -1,0 +1,208 @@
+"""The drive guard: what the line ahead says of the wheels' tracks, and when that stops the rover.
+
+    line -> levelled on the map -> against the map (change, no return)  \\
+                                -> strip map -> step, depth, height      -> bad cells, each with its reason
+
+`10-navigation` section 3. Only cells under the wheels of poses still to come are judged, each twice before it counts:
+in two lines running against the map, in two evaluations 5 cm apart in the strip. Poses driven over never trigger, else
+one hole beside the trail stops the rover for ever. All grids are the map window of the leg's stop.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from onboard import config
+from onboard.perception import ldem, strip_map
+from onboard.perception.cell_classes import classify
+from onboard.planning.poses import CROSS
+from onboard.records import F64, Bool, Cloud, Grid, Ldem, Pose, Surface
+
+EVALUATE_M = 0.05  # of the line's own way between two evaluations of the strip
+WINDOW_M = 5.0  # of the strip that is judged, around the rover
+BEAMS = 3  # neighbouring beams that must agree
+PLANE_CELLS = 3  # the plane's window reaches so many cells to each side: 0.7 m
+LEAST_OF_PLANE = 15  # known cells that a plane needs
+BELOW_M = 0.02  # what lies deeper below the first plane is not in the second
+RAY_PROOF_M = 0.01  # a beam so far over z_bot is a proof of depth
+CROSS_OF_9 = [3 * (a + 1) + b + 1 for a, b in CROSS]
+_SIDE = np.arange(-PLANE_CELLS, PLANE_CELLS + 1.0)
+PLANE_BASIS = np.array([(1.0, row, column) for row in _SIDE for column in _SIDE])
+REASONS = ("step", "depth", "height", "change", "no return")
+
+
+class Bad(NamedTuple):
+    """The centre of a cell that stops the rover, and why: one of REASONS."""
+
+    x_m: float
+    y_m: float
+    why: str
+
+
+@dataclass(frozen=True, slots=True)
+class Settings:
+    """What the guard reads of the configuration."""
+
+    rover: config.Rover
+    mapping: config.Mapping_
+    guard: config.DriveGuard
+
+
+@dataclass(frozen=True, slots=True)
+class Watch:
+    """The guard within one leg. suspects: {reason: cells (rows, columns)} of the last line or evaluation.
+
+    surface: the map at the leg's start; strip on the same grid. line_m: where the line lay at the last evaluation.
+    """
+
+    surface: Surface
+    strip: Ldem
+    stop: int
+    suspects: dict[str, Bool]
+    line_m: tuple[float, float]
+
+
+def begin(surface: Surface, stop: int) -> Watch:
+    """The guard at the start of a leg, before its first line."""
+    nothing = np.zeros(surface.z_mean.shape, np.bool_)
+    return Watch(surface, ldem.empty(surface.grid), stop, dict.fromkeys(REASONS, nothing), (math.inf, math.inf))
+
+
+def ahead_m(rover: config.Rover, guard: config.DriveGuard) -> float:
+    """How far ahead of base_link the line lies on flat ground."""
+    return rover.lidar_x_m + rover.lidar_z_m / math.tan(guard.tilt_rad)
+
+
+def hear(watch: Watch, line: Cloud, pose: Pose, tracks: Bool, settings: Settings) -> tuple[Watch, tuple[Bad, ...]]:
+    """The guard after one more line, and the cells that stop the rover by it, row by row; none: drive on.
+
+    line: its beams in the map frame by the estimated `pose`, in the order of their angles. tracks: (rows, columns), the
+    cells that wheels of poses still to come roll over. A lost frame is no line: do not call.
+    """
+    if not line.hit.any():
+        found = {"no return": _silent(line, pose, tracks, watch.surface.grid)}
+        return _confirmed(watch, found)
+    levelled = strip_map.level(line, watch.surface)
+    found = {
+        "change": _changed(levelled, tracks, watch.surface.grid, settings.guard.depth_m),
+        "no return": _silent(line, pose, tracks, watch.surface.grid),
+    }
+    watch = replace(watch, strip=strip_map.enter(watch.strip, levelled.cloud, watch.stop))
+    at = ahead_m(settings.rover, settings.guard)
+    here = (pose.x_m + at * math.cos(pose.yaw_rad), pose.y_m + at * math.sin(pose.yaw_rad))
+    if math.dist(here, watch.line_m) >= EVALUATE_M or not math.isfinite(watch.line_m[0]):
+        found |= judge(watch.strip, pose, tracks, settings)
+        watch = replace(watch, line_m=here)
+    return _confirmed(watch, found)
+
+
+def _confirmed(watch: Watch, found: dict[str, Bool]) -> tuple[Watch, tuple[Bad, ...]]:
+    """Cells found now that were suspect before; what was found is suspect next time."""
+    grid, bad = watch.surface.grid, []
+    for why, cells in found.items():
+        bad += [Bad(*grid.centre(int(j), int(i)), why) for j, i in np.argwhere(cells & watch.suspects[why])]
+    return replace(watch, suspects={**watch.suspects, **found}), tuple(bad)
+
+
+def _changed(line: strip_map.Line, tracks: Bool, grid: Grid, limit_m: float) -> Bool:
+    """Track cells where 3 neighbouring beams of the levelled line lie off the map by more than the limit."""
+    ends = line.cloud.ends_m[line.cloud.hit]
+    return _runs(np.abs(np.nan_to_num(line.residual_m)) > limit_m, _cells(ends[:, :2], grid), tracks)
+
+
+def _silent(line: Cloud, pose: Pose, tracks: Bool, grid: Grid) -> Bool:
+    """Track cells where 3 neighbouring beams should have met the plane under the wheels and nothing came back."""
+    T_map_base = pose.matrix()
+    normal, foot = T_map_base[:3, 2], T_map_base[:3, 3]
+    ways = line.ends_m - line.origin_m
+    down = -(ways @ normal)
+    share = np.where(down > 0.0, normal @ (line.origin_m - foot) / np.where(down > 0.0, down, 1.0), np.inf)
+    reaches = ~line.hit & (share < 1.0)
+    met = line.origin_m[:2] + np.where(reaches, share, 0.0)[:, None] * ways[:, :2]
+    return _runs(reaches, _cells(met, grid), tracks)
+
+
+def _cells(points_m: NDArray[np.floating], grid: Grid) -> NDArray[np.int64]:
+    """(j, i) of points (n, 2), (2, n); -1 off the grid."""
+    i = np.rint((points_m[:, 0] - grid.x0_m) / grid.cell_m).astype(np.int64)
+    j = np.rint((points_m[:, 1] - grid.y0_m) / grid.cell_m).astype(np.int64)
+    on = (i >= 0) & (i < grid.columns) & (j >= 0) & (j < grid.rows)
+    return np.where(on, np.stack([j, i]), -1)
+
+
+def _runs(struck: Bool, cells: NDArray[np.int64], tracks: Bool) -> Bool:
+    """Track cells of beams that are struck in a run of at least BEAMS neighbours."""
+    padded = np.pad(struck, BEAMS - 1)
+    starts = np.logical_and.reduce([padded[k : len(padded) - BEAMS + 1 + k] for k in range(BEAMS)])
+    run = np.logical_or.reduce([starts[k : k + len(struck)] for k in range(BEAMS)])
+    j, i = cells[:, run & (cells[0] >= 0)]
+    found = np.zeros_like(tracks)
+    found[j, i] = True
+    return found & tracks
+
+
+def judge(strip: Ldem, pose: Pose, tracks: Bool, settings: Settings) -> dict[str, Bool]:
+    """One evaluation of the strip: {'step', 'depth', 'height': cells (rows, columns)} among the tracks near the rover.
+
+    Step: of the de-biased bounds over a cell and its 4 neighbours, with the plane's slope taken out. Depth, height:
+    below and above the plane of 0.7 m, fitted again without what lies more than 2 cm below the first.
+    """
+    near = ldem.window(strip, pose.x_m, pose.y_m, WINDOW_M)
+    surface = classify(near, settings.mapping)
+    first_j, first_i = strip.grid.cell(near.grid.x0_m, near.grid.y0_m)
+    j, i = np.nonzero(tracks)
+    j, i = j - first_j, i - first_i
+    inside = (j >= 0) & (i >= 0) & (j < near.grid.rows) & (i < near.grid.columns)
+    j, i = j[inside], i[inside]
+    known = np.isfinite(surface.z_mean[j, i])
+    j, i = j[known], i[known]
+    plane = _planes(_around(surface.z_mean, j, i, PLANE_CELLS))  # height, slopes along rows and columns per cell
+    slope = plane[:, 1:] @ np.array(CROSS, np.float64).T
+    high = _around(surface.z_top, j, i, 1)[:, CROSS_OF_9] - slope
+    low = _around(surface.z_bot, j, i, 1)[:, CROSS_OF_9] - slope
+    depth = np.minimum(surface.z_bot, surface.z_ray + np.float32(RAY_PROOF_M))[j, i]
+    found = {
+        "step": np.nanmax(high, axis=1, initial=-np.inf) - np.nanmin(low, axis=1, initial=np.inf)
+        > settings.guard.step_m,
+        "depth": plane[:, 0] - depth > settings.guard.depth_m,
+        "height": surface.z_top[j, i] - plane[:, 0] > settings.guard.depth_m,
+    }
+    return {why: _placed(bad, j + first_j, i + first_i, tracks.shape) for why, bad in found.items()}
+
+
+def _planes(squares: F64) -> F64:
+    """The plane of each square of heights (k, 49): height at its middle, slopes along rows and columns, (k, 3).
+
+    NaN are left out; a square with fewer than LEAST_OF_PLANE heights has NaN height and no slope.
+    """
+    first = _fit(squares, np.isfinite(squares))
+    residual = squares - first @ PLANE_BASIS.T
+    return _fit(squares, np.isfinite(squares) & ~(residual < -BELOW_M))
+
+
+def _fit(squares: F64, used: Bool) -> F64:
+    weight, heights = used.astype(np.float64), np.where(used, squares, 0.0)
+    normal = np.einsum("kn,na,nb->kab", weight, PLANE_BASIS, PLANE_BASIS) + 1e-6 * np.eye(3)
+    moment = heights @ PLANE_BASIS
+    planes: F64 = np.linalg.solve(normal, moment[:, :, None])[:, :, 0]
+    planes[used.sum(axis=1) < LEAST_OF_PLANE] = (np.nan, 0.0, 0.0)
+    return planes
+
+
+def _around(grid: NDArray[np.floating], j: NDArray[np.int64], i: NDArray[np.int64], reach: int) -> F64:
+    """The squares around cells (k,), NaN beyond the grid: (k, (2 reach + 1) ** 2), row by row."""
+    padded = np.pad(grid.astype(np.float64), reach, constant_values=np.nan)
+    side = np.arange(2 * reach + 1)
+    square: F64 = padded[j[:, None, None] + side[:, None], i[:, None, None] + side]
+    return square.reshape(len(j), (2 * reach + 1) ** 2)
+
+
+def _placed(chosen: Bool, j: NDArray[np.int64], i: NDArray[np.int64], shape: tuple[int, ...]) -> Bool:
+    cells = np.zeros(shape, np.bool_)
+    cells[j[chosen], i[chosen]] = True
+    return cells

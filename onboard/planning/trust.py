@@ -1,0 +1,100 @@
+"""The trust range: on pitted ground a path is driven only as far as its wheels roll over cells seen from near.
+
+A hole of width w shows itself only to depth w * h / r from r away (h the scanner's height), so nothing seen from afar
+proves that a wheel will not fall (study 3.6). Trusted is a wheel's cell, its 4 neighbours too, that was
+
+    hit from within trust_m, or filled or holed beside such hits, or assumed under the start,
+    or lies under a pose that was driven before (R2),
+    or that the guard's line will have swept on this very path before the wheel comes there.
+
+What the guard will sweep is trusted for the path only; a view goes into the map with its data (`strip_map.merge`).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import ndimage
+
+from onboard.perception.cell_classes import classify
+from onboard.planning import mission_rule
+from onboard.planning.drive_guard import ahead_m
+from onboard.planning.mission_rule import MissionState, Stop
+from onboard.planning.plan_records import PlanRequest, Settings
+from onboard.planning.tracks import driven, wheel_crosses
+from onboard.records import F64, Bool, CellClass, Decision, Grid, Ldem, Path
+
+NOSE_M = 0.6  # it may always go so far where a look brings nothing more
+SETTLE = 4  # stations: a cell is judged twice and the rover stopped before a wheel comes there
+_NEIGHBOURS = np.ones((3, 3), np.bool_)
+
+
+def within_trust(decision: Decision, request: PlanRequest, state: MissionState) -> Decision:
+    """The decision with its path cut before the first station whose wheels are not trusted, to scan there.
+
+    The decision itself where all are. A way shorter than the nose of 0.6 m is driven for a scan at a new place or
+    heading only (`mission_rule.repeats`); where that scan was taken before, the nose goes: so every cut stop is new or
+    0.6 m farther, and `stop_limit` ends what is left.
+    """
+    stations = decision.path.stations
+    good = trusted_stations(stations, request)
+    if decision.kind not in ("drive", "goal") or good.all():
+        return decision
+    way = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(stations[:, :2], axis=0).T))])
+    last = max(0, int(np.argmin(good)) - 1)
+    if way[last] < NOSE_M and mission_rule.repeats(state, Stop(*(float(part) for part in stations[last]))):
+        last = min(int(np.searchsorted(way, NOSE_M)), len(way) - 1)
+    if last == len(stations) - 1:
+        return decision
+    trust_m = request.settings.mapping.trust_m
+    reason = f"{decision.reason}; first {way[last]:.1f} m, then a look: beyond nothing was seen from {trust_m:.1f} m"
+    path = Path(stations[: last + 1])
+    return replace(decision, kind="drive", path=path, reason=reason, heading_rad=float(stations[last, 2]))
+
+
+def trusted_stations(stations: F64, request: PlanRequest) -> Bool:
+    """Of each station (k, 3), whether all its wheel cells are trusted when the rover comes there, (k,) bool."""
+    grid, settings = request.ldem.grid, request.settings
+    cells = wheel_crosses(stations, grid, settings.rover)
+    on = (cells >= 0).all(axis=2) & (cells[..., 0] < grid.rows) & (cells[..., 1] < grid.columns)
+    j, i = np.where(on, cells[..., 0], 0), np.where(on, cells[..., 1], 0)
+    seen = seen_near(request.ldem, settings)[j, i] & on
+    if settings.drive_guard.on:
+        seen |= _swept(stations, cells, grid, settings)
+    found: Bool = seen.all(axis=1) | driven(stations, request.trail, grid)
+    return found
+
+
+def seen_near(ldem: Ldem, settings: Settings) -> Bool:
+    """Cells (rows, columns) that were seen from within the trust range, or stood on at the start."""
+    kind = classify(ldem, settings.mapping).cell_class
+    near = (ldem.n > 0) & (ldem.view_m <= settings.mapping.trust_m)
+    gap = (kind == CellClass.FILLED) | (kind == CellClass.HOLE)
+    found: Bool = near | (gap & ndimage.binary_dilation(near, _NEIGHBOURS)) | (kind == CellClass.ASSUMED)
+    return found
+
+
+def _swept(stations: F64, cells: NDArray[np.int64], grid: Grid, settings: Settings) -> Bool:
+    """Whether the guard's line has passed over each of the cells (k, m, 2) SETTLE stations before it is rolled over.
+
+    The line counts as far to the sides as it is within the trust range of the scanner.
+    """
+    rover, guard = settings.rover, settings.drive_guard
+    line_m = ahead_m(rover, guard)
+    half_m = math.sqrt(max(0.0, settings.mapping.trust_m**2 - (line_m - rover.lidar_x_m) ** 2))
+    all_cells, which = np.unique(cells.reshape(-1, 2), axis=0, return_inverse=True)
+    x = grid.x0_m + all_cells[:, 1] * grid.cell_m - stations[:, 0, None]  # (stations, cells)
+    y = grid.y0_m + all_cells[:, 0] * grid.cell_m - stations[:, 1, None]
+    c, s = np.cos(stations[:, 2, None]), np.sin(stations[:, 2, None])
+    ahead, across = c * x + s * y, c * y - s * x
+    passed = np.zeros(ahead.shape, np.bool_)
+    passed[1:] = (ahead[:-1] > line_m) & (ahead[1:] <= line_m) & (np.abs(across[1:]) <= half_m)
+    ever = np.maximum.accumulate(passed, axis=0)
+    settled = np.zeros_like(ever)
+    settled[SETTLE:] = ever[:-SETTLE]
+    of_station = np.arange(len(stations))[:, None]
+    found: Bool = settled[of_station, which.reshape(cells.shape[:2])]
+    return found

@@ -1,0 +1,260 @@
+"""A mission with the drive guard: lines of the held scanner while driving, an estimate that drifts inside the drive.
+
+The rover follows its estimate, so the drift moves where it truly goes; errors of height and attitude enter the lines
+only. A line is cast every 22 mm of way (every other one of the scanner's, for speed) and every 1.5 degrees of a turn.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field, replace
+from itertools import pairwise
+
+import numpy as np
+
+from onboard.config import Config, Rover
+from onboard.perception import ldem, strip_map
+from onboard.perception.cell_classes import classify
+from onboard.planning import drive_guard
+from onboard.planning.drive_guard import Bad
+from onboard.planning.mission_rule import interrupted
+from onboard.planning.plan_records import PlanResult
+from onboard.planning.tracks import tracks
+from onboard.records import F64, CellClass, Cloud, Decision, Pose, Surface
+from protocol.conventions import WHEEL_SIGNS, wrap_rad
+from tests.missions.mission import Errors, Flight, Kinematic
+from tests.missions.scanner import STEP_RAD, Scanner, hull_way_m
+from tests.missions.world import World
+
+LINE_M, LINE_RAD = 0.022, math.radians(1.5)
+FEEL_M, FEEL_RAD = 0.05, math.radians(11.25)  # contacts and tracks are looked at so often
+STOPPING_M, BACK_OFF_M = 0.10, 0.30
+MARGIN_M = 3.0  # of the guard's grid round the path: the line reaches 2.5 m
+PATCH_M, PATCH_DEPTH_M = 0.10, 0.08  # a wheel over such a patch of a hole is in it
+
+
+@dataclass(frozen=True)
+class Drift:
+    """1 sigma of the estimate inside a drive: half of the power a bias until the next scan, half noise."""
+
+    way_ratio: float = 0.015
+    height_ratio: float = 0.005
+    heading_rad: float = math.radians(0.7)
+    attitude_rad: float = math.radians(0.35)
+    correlation_s: float = 0.5
+
+    def draw(self, way_m: F64, cruise_mps: float, rng: np.random.Generator) -> F64:
+        """(k, 6) errors of x, y, z, roll, pitch, yaw at each way (k,) driven since the scan."""
+        noise = rng.normal(size=(len(way_m), 6))
+        keep = np.exp(-np.diff(way_m, prepend=way_m[0]) / cruise_mps / self.correlation_s)
+        for k in range(1, len(noise)):
+            noise[k] = keep[k] * noise[k - 1] + math.sqrt(1.0 - keep[k] ** 2) * noise[k]
+        unit = math.sqrt(0.5) * (rng.normal(size=6) + noise)
+        still = np.ones_like(way_m)
+        sigma = np.stack([
+            self.way_ratio * way_m / math.sqrt(2.0), self.way_ratio * way_m / math.sqrt(2.0),
+            self.height_ratio * way_m, self.attitude_rad * still, self.attitude_rad * still, self.heading_rad * still,
+        ], axis=1)  # fmt: skip
+        return sigma * unit
+
+
+NO_DRIFT = Drift(0.0, 0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class LineScanner:
+    """The scanner held at the guard's tilt: directions (beams, 3) in base axes, way to the rover's own hull."""
+
+    config: Config
+    directions: F64
+    hull_m: F64
+
+    def line(self, world: World, true: Pose, believed: Pose, rng: np.random.Generator) -> Cloud:
+        """One line from the true pose, entered where the rover believes to be."""
+        rover, sigma_m, range_m = self.config.rover, self.config.lidar.range_noise_m, self.config.scanning.range_m
+        mount = np.array([rover.lidar_x_m, 0.0, rover.lidar_z_m])
+        T_true, T_map_base = true.matrix(), believed.matrix()
+        found = world.rays.cast(T_true[:3, :3] @ mount + T_true[:3, 3], self.directions @ T_true[:3, :3].T, range_m)
+        own = self.hull_m < found
+        hit = np.isfinite(found)
+        length = np.where(hit, found + rng.normal(0.0, sigma_m, len(found)), range_m)
+        origin = T_map_base[:3, :3] @ mount + T_map_base[:3, 3]
+        ends = origin + length[:, None] * (self.directions @ T_map_base[:3, :3].T)
+        return Cloud(origin, ends[~own].astype(np.float32), hit[~own], sigma_m)
+
+
+def line_scanner(config: Config) -> LineScanner:
+    """The held scanner of a configuration."""
+    half = int(config.scanning.sector_rad / STEP_RAD)
+    phi, down = np.arange(-half, half + 1) * STEP_RAD, config.drive_guard.tilt_rad
+    directions = np.stack([np.cos(phi) * math.cos(down), np.sin(phi), -np.cos(phi) * math.sin(down)], axis=1)
+    return LineScanner(config, directions, hull_way_m(config, directions))
+
+
+@dataclass(frozen=True)
+class GuardStop:
+    """Where the guard stopped the rover, by which cells; real: the true ground has a step or hole there."""
+
+    pose: Pose
+    bad: tuple[Bad, ...]
+    real: bool
+
+
+@dataclass
+class GuardedFlight(Flight):
+    """in_hole: wheel poses in a hole; unseen: wheel cells rolled over that nobody had seen or assumed."""
+
+    guard_stops: list[GuardStop] = field(default_factory=list)
+    in_hole: int = 0
+    unseen: int = 0
+
+
+@dataclass(frozen=True)
+class Drive:
+    """A path in small steps. stations (k, 3) believed; true (k, 3); errors (k, 6); way_m, feel (k,)."""
+
+    stations: F64
+    true: F64
+    errors: F64
+    way_m: F64
+    feel: F64
+
+
+class Guarded(Kinematic):
+    """A mission whose drives drift; with `drive_guard.on` the guard rides along."""
+
+    def __init__(self, world: World, scanner: Scanner, errors: Errors, seed: int, drift: Drift = Drift()) -> None:
+        super().__init__(world, scanner, errors, seed)
+        self.flight: GuardedFlight = GuardedFlight()
+        self.drift, self.lines = drift, line_scanner(self.config)
+        self.settings = drive_guard.Settings(self.config.rover, self.config.mapping, self.config.drive_guard)
+        self.before = self.rule
+
+    def _plan(self) -> PlanResult:
+        self.before = self.rule
+        return super()._plan()
+
+    def _drive(self, decision: Decision) -> bool:
+        assert self.flight.memory
+        stop, pose = len(self.flight.stops), self.estimate
+        drive = self._in_steps(decision.path.stations)
+        reach_m = MARGIN_M + float(np.abs(drive.stations[:, :2] - (pose.x_m, pose.y_m)).max())
+        surface = classify(ldem.window(self.flight.memory.cells, pose.x_m, pose.y_m, 2 * reach_m), self.config.mapping)
+        watch, end = drive_guard.begin(surface, stop), len(drive.stations) - 1
+        bad: tuple[Bad, ...] = ()
+        driven, ahead = self._driven(), np.zeros(surface.z_mean.shape, np.bool_)
+        k = -1
+        while k < end:
+            k += 1
+            true, believed = self._at(drive, k)
+            if drive.feel[k]:
+                self._roll(true, drive.stations[k], surface, watch.strip)
+                ahead = tracks(drive.stations[k:][drive.feel[k:] > 0], driven, surface.grid, self.config.rover)
+                self.trail.append(tuple(float(part) for part in drive.stations[k]))  # type: ignore[arg-type]
+            if self.config.drive_guard.on:
+                watch, found = drive_guard.hear(
+                    watch, self.lines.line(self.world, true, believed, self.rng), believed, ahead, self.settings
+                )
+                if found and not bad:
+                    end = min(end, int(np.searchsorted(drive.way_m, drive.way_m[k] + STOPPING_M)))
+                bad += found
+        self.flight.stops[-1] = replace(self.flight.stops[-1], driven=drive.true[: k + 1])
+        self.flight.way_m += float(drive.way_m[k])
+        if bad:
+            self.true = self._at(drive, k)[0]
+            self._stopped(bad)
+            k = self._back(drive, k)
+        self.true, self.estimate = self._at(drive, k)
+        self._credit(watch.strip)
+        return not bad
+
+    def _in_steps(self, stations: F64) -> Drive:
+        """The path with a line at every step, and what the drift makes of it in truth."""
+        fine, feel = [stations[:1]], [1.0]
+        since_m = since_rad = 0.0
+        for a, b in pairwise(stations):
+            turn, way = wrap_rad(b[2] - a[2]), math.dist(a[:2], b[:2])
+            pieces = max(1, math.ceil(way / LINE_M - 1e-9), math.ceil(abs(turn) / LINE_RAD - 1e-9))
+            share = np.arange(1, pieces + 1)[:, None] / pieces
+            fine.append(a + share * np.array([b[0] - a[0], b[1] - a[1], turn]))
+            for _ in range(pieces):
+                since_m, since_rad = since_m + way / pieces, since_rad + abs(turn) / pieces
+                due = since_m >= FEEL_M or since_rad >= FEEL_RAD
+                feel.append(float(due))
+                since_m, since_rad = (0.0, 0.0) if due else (since_m, since_rad)
+        feel[-1] = 1.0
+        steps = np.concatenate(fine)
+        way_m = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(steps[:, :2], axis=0).T))])
+        errors = self.drift.draw(way_m, self.config.motion.cruise_mps, self.rng)
+        errors[:, [0, 1, 5]] -= errors[0, [0, 1, 5]]  # it starts where the last stop left it
+        true = self._in_truth(steps) + errors[:, [0, 1, 5]]
+        return Drive(steps, true, errors, way_m, np.array(feel))
+
+    def _at(self, drive: Drive, k: int) -> tuple[Pose, Pose]:
+        """The true and the believed pose at a step."""
+        true = self._stand(*drive.true[k])
+        x, y, yaw = (float(part) for part in drive.stations[k])
+        dz, droll, dpitch = (float(part) for part in drive.errors[k, 2:5])
+        return true, Pose(x, y, true.z_m + dz, true.roll_rad + droll, true.pitch_rad + dpitch, wrap_rad(yaw))
+
+    def _roll(self, true: Pose, station: F64, surface: Surface, strip: ldem.Ldem) -> None:
+        """What the wheels meet there: contact, a hole, ground that nobody had seen."""
+        self._feel(true)
+        self.flight.in_hole += in_hole(self.world, true, self.config.rover)
+        for x, y in wheels(Pose(station[0], station[1], yaw_rad=station[2]), self.config.rover):
+            cell = surface.grid.cell(x, y)
+            self.flight.unseen += not (surface.cell_class[cell] >= CellClass.HIT or strip.n[cell])
+
+    def _stopped(self, bad: tuple[Bad, ...]) -> None:
+        """The cells are blocked for wheels; the rule takes the leg as not tried."""
+        real = any(really_bad(self.world, cell.x_m, cell.y_m) for cell in bad)
+        self.flight.guard_stops.append(GuardStop(self.true, bad, real))
+        self.blocked_m = tuple(sorted({*self.blocked_m, *((cell.x_m, cell.y_m) for cell in bad)}))
+        self.rule = interrupted(self.rule, self.before)
+
+    def _back(self, drive: Drive, k: int) -> int:
+        """0.3 m back along the way; the step it ends at."""
+        last = int(np.searchsorted(drive.way_m, max(0.0, drive.way_m[k] - BACK_OFF_M)))
+        for at in range(k - 1, last - 1, -1):
+            if drive.feel[at]:
+                self._feel(self._stand(*drive.true[at]))
+        self.flight.way_m += float(drive.way_m[k] - drive.way_m[last])
+        return last
+
+    def _credit(self, strip: ldem.Ldem) -> None:
+        """The strip's verdict goes into the map."""
+        assert self.flight.memory
+        ahead = drive_guard.ahead_m(self.config.rover, self.config.drive_guard)
+        cells = strip_map.merge(self.flight.memory.cells, strip, self.estimate, ahead, self.config.mapping)
+        self.flight.memory = replace(self.flight.memory, cells=cells)
+
+
+def in_hole(world: World, pose: Pose, rover: Rover) -> bool:
+    """Whether a patch of 10 x 10 cm under a wheel lies in a hole of 0.08 m or more."""
+    half = PATCH_M / 2
+    deep = world.holes[world.holes[:, 3] >= PATCH_DEPTH_M]
+    for x, y in wheels(pose, rover):
+        away_x, away_y = np.abs(deep[:, 0] - x) + half, np.abs(deep[:, 1] - y) + half
+        if (np.hypot(away_x, away_y) <= deep[:, 2] / 2).any():
+            return True
+    return False
+
+
+def really_bad(world: World, x_m: float, y_m: float) -> bool:
+    """Whether the true ground has a hole within 0.3 m of a point, or a step of 0.08 m within one cell's cross."""
+    edge = np.hypot(world.holes[:, 0] - x_m, world.holes[:, 1] - y_m) - world.holes[:, 2] / 2
+    side = np.arange(-0.15, 0.151, 0.05)
+    dx, dy = (part.ravel() for part in np.meshgrid(side, side))
+    z = world.height_m(x_m + dx, y_m + dy)
+    basis = np.stack([np.ones_like(dx), dx, dy], axis=1)
+    flat = z - basis @ np.linalg.lstsq(basis, z, rcond=None)[0]
+    return bool((edge <= 0.3).any() or np.ptp(flat) > 0.08)
+
+
+def wheels(pose: Pose, rover: Rover) -> list[tuple[float, float]]:
+    """(x, y) of the four wheels."""
+    c, s = math.cos(pose.yaw_rad), math.sin(pose.yaw_rad)
+    length, width = rover.half_wheelbase_m, rover.half_track_m
+    return [
+        (pose.x_m + c * a * length - s * b * width, pose.y_m + s * a * length + c * b * width) for a, b in WHEEL_SIGNS
+    ]

@@ -1,0 +1,174 @@
+"""Objects put on the wheels' tracks after the scan: does the guard see each before a wheel comes there (study 9.3)?
+
+Paths are the truth planner's on fields without holes, a scan every 4 m; each leg gets one object 2.5 m of way or more
+behind its scan. The guard only tells, nothing stops. Counted are objects that a wheel truly meets; missed is one that
+no trigger named 0.10 m before.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass, replace
+
+import numpy as np
+from rich.table import Table
+
+from onboard.config import Rover, load
+from onboard.perception import ldem
+from onboard.perception.cell_classes import classify
+from onboard.planning import drive_guard
+from onboard.planning.tracks import tracks
+from onboard.records import F64, Pose
+from tests.missions.fields import main_field
+from tests.missions.guard_runs import GUARDED
+from tests.missions.guarded import MARGIN_M, STOPPING_M, Guarded, wheels
+from tests.missions.mission import Errors
+from tests.missions.scanner import scanner
+from tests.missions.truth import truth
+from tests.missions.world import World
+
+LEG_M, FROM_M = 4.0, 2.5
+BESIDE_M = 0.2  # a trigger so near to an object's rim names it
+HALF_PATCH_M = 0.05
+
+
+@dataclass(frozen=True)
+class Put:
+    """An object: round, its walls steep. up_m: height of a rock, negative: a hole."""
+
+    x_m: float
+    y_m: float
+    width_m: float
+    up_m: float
+
+    def into(self, world: World) -> World:
+        """The world with it."""
+        grid = world.grid
+        x = grid.x0_m + np.arange(grid.columns) * grid.cell_m - self.x_m
+        y = grid.y0_m + np.arange(grid.rows) * grid.cell_m - self.y_m
+        inside = np.hypot(x[None, :], y[:, None]) <= self.width_m / 2
+        return replace(world, heights_m=(world.heights_m + np.where(inside, self.up_m, 0.0)).astype(np.float32))
+
+    def met(self, pose: Pose, rover: Rover) -> bool:
+        """Whether a wheel's patch of 10 cm lies wholly in the hole, or touches the rock."""
+        for x, y in wheels(pose, rover):
+            part = HALF_PATCH_M if self.up_m < 0 else -HALF_PATCH_M  # the patch's farthest corner, or its nearest side
+            if math.hypot(*(max(0.0, abs(d) + part) for d in (x - self.x_m, y - self.y_m))) <= self.width_m / 2:
+                return True
+        return False
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What the guard said on one leg. lead_m: of the first trigger that names the object before a wheel meets it.
+
+    lead_m: nan where none did; met False: no wheel met the object. other: triggers that name something else, counted
+    once for every 0.3 m of way.
+    """
+
+    seed: int
+    rock: bool
+    met: bool
+    lead_m: float
+    other: int
+    way_m: float
+
+    @property
+    def missed(self) -> bool:
+        """Met without a trigger 0.10 m before."""
+        return self.met and not self.lead_m >= STOPPING_M
+
+
+class OpenLoop(Guarded):
+    """One path in legs of 4 m, each driven once with a hole and once with a rock."""
+
+    def outcomes(self, path: F64, seed: int) -> Iterator[Outcome]:
+        """Every leg's, in the path's order."""
+        way = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(path[:, :2], axis=0).T))])
+        bare = self.world
+        for first_m in np.arange(0.0, way[-1] - LEG_M, LEG_M):
+            first, last = np.searchsorted(way, [first_m, first_m + LEG_M])
+            leg = path[first : last + 1]
+            self.true = self.estimate = self._stand(*leg[0])
+            self.world = bare
+            self._scan()
+            if not _ahead(leg).all():
+                continue
+            for up in (-1.0, 1.0):
+                thing = self._draw(leg, way[first : last + 1] - way[first], up)
+                self.world = thing.into(bare)
+                yield self._outcome(leg, thing, seed)
+
+    def _draw(self, leg: F64, way_m: F64, up: float) -> Put:
+        """An object on a front wheel's track."""
+        at_m = self.rng.uniform(FROM_M, LEG_M - 0.6)
+        x, y, yaw = leg[int(np.searchsorted(way_m, at_m))]
+        spot = wheels(Pose(x, y, yaw_rad=yaw), self.config.rover)[int(self.rng.choice([0, 3]))]
+        if up < 0:
+            return Put(*spot, self.rng.uniform(0.2, 0.7), -self.rng.uniform(0.12, 0.30))
+        return Put(*spot, self.rng.uniform(0.2, 0.5), self.rng.uniform(0.10, 0.25))
+
+    def _outcome(self, leg: F64, thing: Put, seed: int) -> Outcome:
+        assert self.flight.memory
+        drive = self._in_steps(leg)
+        reach = MARGIN_M + float(np.abs(leg[:, :2] - leg[0, :2]).max())
+        window = ldem.window(self.flight.memory.cells, leg[0, 0], leg[0, 1], 2 * reach)
+        watch = drive_guard.begin(classify(window, self.config.mapping), 0)
+        ahead = np.zeros(watch.surface.z_mean.shape, np.bool_)
+        named_m, met_m, others = math.nan, math.nan, set()
+        for k in range(len(drive.stations)):
+            true, believed = self._at(drive, k)
+            if thing.met(true, self.config.rover):
+                met_m = float(drive.way_m[k])
+                break
+            if drive.feel[k]:
+                to_come = drive.stations[k:][drive.feel[k:] > 0]
+                ahead = tracks(to_come, np.empty((0, 3)), window.grid, self.config.rover)
+            heard = self.lines.line(self.world, true, believed, self.rng)
+            watch, bad = drive_guard.hear(watch, heard, believed, ahead, self.settings)
+            for cell in bad:
+                if math.dist(cell[:2], (thing.x_m, thing.y_m)) > thing.width_m / 2 + BESIDE_M:
+                    others.add(round(float(drive.way_m[k]) / 0.3))
+                elif math.isnan(named_m):
+                    named_m = float(drive.way_m[k])
+        return Outcome(seed, thing.up_m > 0, not math.isnan(met_m), met_m - named_m, len(others), float(drive.way_m[k]))
+
+
+def outcomes(seed: int) -> list[Outcome]:
+    """All legs of one field; none where its goal cannot be reached."""
+    config = load(None, GUARDED)
+    world = main_field(seed)
+    perfect = truth(world, config)
+    if perfect.path is None:
+        return []
+    return list(OpenLoop(world, scanner(config), Errors(), seed).outcomes(perfect.path.stations, seed))
+
+
+def all_outcomes(seeds: Iterable[int], workers: int) -> list[Outcome]:
+    """Every leg of every field."""
+    with ProcessPoolExecutor(workers) as pool:
+        return [outcome for field in pool.map(outcomes, seeds) for outcome in field]
+
+
+def table(found: Sequence[Outcome]) -> Table:
+    """Holes and rocks: put, met by a wheel, missed by the guard, with how much lead."""
+    made = Table("objects on the tracks", "put", "met by a wheel", "missed", "lead least / 5 % / median, m",
+                 "other triggers per 10 m")  # fmt: skip
+    for name, rock in (("holes", False), ("rocks", True)):
+        mine = [one for one in found if one.rock == rock]
+        met = [one for one in mine if one.met]
+        leads = [one.lead_m for one in met if not one.missed] or [math.nan]
+        spread = " / ".join(f"{value:.2f}" for value in (min(leads), *np.percentile(leads, [5, 50])))
+        way_m = sum(one.way_m for one in mine)
+        others = 10 * sum(one.other for one in mine) / max(way_m, 1e-9)
+        made.add_row(name, str(len(mine)), str(len(met)), str(sum(one.missed for one in met)), spread, f"{others:.2f}")
+    return made
+
+
+def _ahead(leg: F64) -> F64:
+    """Of each step of a leg, whether it goes ahead (or turns): backwards the guard sees nothing."""
+    step = np.diff(leg[:, :2], axis=0)
+    ahead: F64 = step[:, 0] * np.cos(leg[1:, 2]) + step[:, 1] * np.sin(leg[1:, 2]) >= -1e-9
+    return ahead
