@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from onboard import config
 from onboard.perception import ldem, strip_map
 from onboard.perception.cell_classes import classify
-from onboard.planning.poses import CROSS
+from onboard.planning.tracks import CROSS
 from onboard.records import F64, Bool, Cloud, Grid, Ldem, Pose, Surface
 
 EVALUATE_M = 0.05  # of the line's own way between two evaluations of the strip

@@ -11,8 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from onboard import config
-from onboard.planning.poses import CROSS, ORIENTATIONS, Freedom, pose_index, wheel_cells
+from onboard.planning.poses import ORIENTATIONS, Freedom, pose_index, wheel_cells
 from onboard.records import F64, U8, Bool, Grid
+
+CROSS = ((0, 0), (0, 1), (0, -1), (1, 0), (-1, 0))  # a wheel's cell and its 4 neighbours: (dj, di)
 
 
 def wheel_crosses(stations: F64, grid: Grid, rover: config.Rover) -> NDArray[np.int64]:
