@@ -10,7 +10,8 @@ KERNEL_TESTS := tests/onboard/test_kernels.py tests/onboard/test_live_grid.py te
 	tests/onboard/test_ldem.py tests/onboard/test_cell_classes.py tests/onboard/test_class_kernels.py \
 	tests/onboard/test_visibility.py tests/onboard/test_visibility_kernels.py tests/onboard/test_fuzz.py \
 	tests/onboard/test_next_position.py tests/onboard/test_distance_transform.py tests/onboard/test_global_path.py \
-	tests/onboard/test_search_kernels.py $(wildcard tests/onboard/test_global_field*.py) tests/onboard/test_path.py tests/hil/test_soil.py
+	tests/onboard/test_global_field.py tests/onboard/test_search_kernels.py tests/onboard/test_class_kernels.py \
+	tests/onboard/test_path.py tests/hil/test_soil.py
 SANITIZED := EL_DORADO_KERNELS=build/sanitize ASAN_OPTIONS=detect_leaks=0 PYTHONMALLOC=malloc \
 	LD_PRELOAD="$$(g++ -print-file-name=libasan.so) $$(g++ -print-file-name=libstdc++.so)"
 FIXED := PYTHONHASHSEED=0 OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1
@@ -58,7 +59,7 @@ lint: .venv/.project ## ruff, mypy --strict on protocol and onboard, import cont
 bench: .venv/.project ## measure; QUICK=1 for two repeats; writes build/bench.json
 	@$(FIXED) $(B)/python -m tests.bench $(if $(QUICK),--quick)
 
-nightly: lint test bench ## everything that tests or measures, with ten demo seeds, real ground and craters
+nightly: lint test test-sanitize bench ## everything that tests or measures, with ten demo seeds, real ground and craters
 	@for seed in 1 2 3 4 5 6 7 8 9 10; do $(B)/hil demo --seed $$seed --out build/nightly/seed-$$seed || echo "seed $$seed failed" >> build/nightly/failed; done
 	@$(B)/hil demo --terrain real --out build/nightly/real
 	@$(B)/hil demo --terrain craters --out build/nightly/craters
