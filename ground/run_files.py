@@ -20,7 +20,7 @@ from mcap.exceptions import McapError
 from mcap.reader import McapReader, make_reader
 from zstandard import ZstdError
 
-from onboard import gdem
+from onboard.maps.gdem_file import from_npz
 from onboard.planning import archive
 from onboard.planning.archive import PlanPicture
 from onboard.records import F64, Gdem, Grid
@@ -133,7 +133,7 @@ def _record(folder: Path, path: Path) -> tuple[Any, ...]:
     pose = np.array(poses, dtype=np.float64).reshape(-1, 6)
     track = Track(np.array(times), pose[:, :3], pose[:, 3:])
     config = tomllib.loads(attached["config.toml"].decode())
-    known = gdem.from_npz(attached["gdem.npz"]) if "gdem.npz" in attached else None
+    known = from_npz(attached["gdem.npz"]) if "gdem.npz" in attached else None
     return track, tuple(events), tuple(plans), config, json.loads(attached.get("versions.json", b"{}")), known
 
 

@@ -23,7 +23,7 @@ from hil.processes import ProcessDiedError, Processes, free_ports
 from hil.scenario import Scenario
 from hil.truth import Truth
 from onboard.config import load
-from onboard.gdem import to_npz
+from onboard.maps.gdem_file import to_npz
 from protocol.conventions import TICK_NS
 
 NAMES = frozenset({"onboard", "link", "ground"})

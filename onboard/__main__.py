@@ -9,8 +9,8 @@ from typing import Annotated, Optional
 
 import typer
 
-from onboard import gdem_command, map_command
 from onboard.config import Config, ConfigError, load, parse_override, to_toml
+from onboard.maps import gdem_command, map_command
 
 EX_NOINPUT, EX_UNAVAILABLE, EX_CONFIG = 66, 69, 78
 

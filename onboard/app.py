@@ -22,7 +22,7 @@ from onboard.drivers.disk import Keeper, Kept, load
 from onboard.drivers.lidar_port import LidarPort, open_port
 from onboard.drivers.link_port import LinkPort, link_keys
 from onboard.drivers.workers import Workers
-from onboard.gdem import from_npz
+from onboard.maps.gdem_file import from_npz
 from onboard.record.writer import Recorder
 from onboard.records import Chunk, Frame, Gdem, Health, Inputs, LinkMessage, Outputs, PortState
 from protocol.barrier import Channel, Tick

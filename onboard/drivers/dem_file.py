@@ -7,7 +7,7 @@ The one door to rasterio, so a little over 300 lines: reading, placing and writi
 
 The map is in the file's own projection where a metre of that is a metre of ground to 0.2 %, else in an azimuthal
 equidistant one around the start, on the file's own ellipsoid (the Moon's too): +y is the projection's north.
-`onboard.gdem_resample` brings the heights to the cells of the map.
+`onboard.maps.gdem_resample` brings the heights to the cells of the map.
 """
 
 from __future__ import annotations

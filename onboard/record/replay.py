@@ -20,7 +20,7 @@ from zstandard import ZstdError
 from onboard.config import Config, load
 from onboard.core.tick import Rover, tick
 from onboard.drivers.workers import Inline
-from onboard.gdem import from_npz
+from onboard.maps.gdem_file import from_npz
 from onboard.perception.stop_map import StopMap, recall
 from onboard.perception.tiles import Tile, decode
 from onboard.record.schema import INPUTS, OUTPUTS, decode_inputs, encode_outputs, input_checks

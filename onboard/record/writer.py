@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 from mcap.writer import CompressionType, Writer
 
 from onboard.config import Config, to_toml
-from onboard.gdem import to_npz
+from onboard.maps.gdem_file import to_npz
 from onboard.perception.tiles import Tile, cut, encode
 from onboard.planning import archive
 from onboard.planning.plan_records import PlanResult

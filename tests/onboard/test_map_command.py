@@ -15,8 +15,8 @@ from typer.testing import CliRunner
 from onboard.__main__ import app
 from onboard.config import Mapping_
 from onboard.drivers.disk import save
-from onboard.gdem import from_npz
-from onboard.map_export import FORMATS, shade
+from onboard.maps.gdem_file import from_npz
+from onboard.maps.map_export import FORMATS, shade
 from onboard.perception import ldem as maps
 from onboard.perception import tiles
 from onboard.perception.cell_classes import classify

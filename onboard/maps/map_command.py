@@ -58,7 +58,7 @@ def export_command(
     Exit codes: 0 done, 64 no such format, 65 no map in it, 66 no such folder or record, 73 no place to write.
     """
     from onboard.config import Mapping_
-    from onboard.map_export import ENDINGS, FORMATS, trimmed
+    from onboard.maps.map_export import ENDINGS, FORMATS, trimmed
     from onboard.perception.cell_classes import classify
     from onboard.perception.tiles import join
 

@@ -15,7 +15,7 @@ import numpy as np
 
 from onboard.drivers.dem_file import Dem, Reading, Site, open_dem, place
 from onboard.drivers.dem_words import DemError
-from onboard.gdem_resample import resample
+from onboard.maps.gdem_resample import resample
 from onboard.records import F64, Gdem, Grid
 
 MOST_CELLS = 5000  # of a side: what the global planner is made for

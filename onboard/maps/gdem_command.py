@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Optional
 import typer
 
 if TYPE_CHECKING:
-    from onboard.gdem_import import Imported
+    from onboard.maps.gdem_import import Imported
 
 EX_USAGE, EX_DATAERR, EX_NOINPUT, EX_CANTCREAT = 64, 65, 66, 73
 EXAMPLES = (
@@ -55,8 +55,8 @@ def import_command(
     """
     from onboard.drivers.dem_file import Reading  # rasterio is heavy, and no other command needs it
     from onboard.drivers.dem_words import DemError
-    from onboard.gdem import to_npz
-    from onboard.gdem_import import Wanted, import_gdem
+    from onboard.maps.gdem_file import to_npz
+    from onboard.maps.gdem_import import Wanted, import_gdem
 
     starts = {"lonlat": start_lonlat, "xy": start_xy, "rowcol": start_rowcol}
     named = {kind: at for kind, at in starts.items() if at is not None}

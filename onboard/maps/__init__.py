@@ -1,0 +1,1 @@
+"""Maps as files: the orbiter's brought in (`onboard gdem`), the rover's own taken out (`onboard map`)."""
