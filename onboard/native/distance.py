@@ -2,41 +2,20 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
-from numpy.typing import NDArray
 
 from onboard.native.checks import check_array
+from onboard.native.progress import CancelledError, Progress
 from onboard.native.variant import kernels
-from onboard.records import F32, F64, U8, Bool
+from onboard.records import F32, F64, Bool
 
 LARGEST_SIDE = 30_000  # cells; flat indices are int32
 LARGEST_RATIO = 1e5  # of closeness: there are as many buckets as the dearest step has cells
 DIAGONAL = 2.0**0.5
 
 
-class Watch(NamedTuple):
-    """How another thread sees and stops a search: it works without the interpreter's lock and calls nothing back.
-
-    progress: int64 (1,), cells done so far, all of them at the end. cancel: uint8 (1,), set it to 1 to stop.
-    """
-
-    progress: NDArray[np.int64]
-    cancel: U8
-
-
-class CancelledError(Exception):
-    """The search was stopped by its watch; there is no field."""
-
-
-def watch() -> Watch:
-    """A fresh one."""
-    return Watch(np.zeros(1, np.int64), np.zeros(1, np.uint8))
-
-
 def cost_to_go(
-    free: Bool, goals: Bool, cell_m: float, closeness: F32 | None = None, watched: Watch | None = None
+    free: Bool, goals: Bool, cell_m: float, closeness: F32 | None = None, progress: Progress | None = None
 ) -> F64:
     """Least price in metres from every cell to a goal cell, float64 (rows, columns), +inf where there is no way.
 
@@ -53,16 +32,16 @@ def cost_to_go(
     check_array("goals", goals, (rows, columns), np.bool_)
     if not 0.0 < cell_m < np.inf:
         raise ValueError(f"cell_m: expected a finite length above 0, given {cell_m}")
-    seen = watched or watch()
-    check_array("progress", seen.progress, (1,), np.int64)
-    check_array("cancel", seen.cancel, (1,), np.uint8)
+    watch = progress or Progress()
+    check_array("progress.done", watch.done, (1,), np.int64)
+    check_array("progress.stop", watch.stop, (1,), np.uint8)
     dearest = DIAGONAL * (1.0 + _largest(closeness, free))
     cost = np.empty((rows + 2, columns + 2))
     done = kernels.distance_into(
-        free.view(np.uint8), goals.view(np.uint8), closeness, cell_m, dearest, seen.progress, seen.cancel, cost
+        free.view(np.uint8), goals.view(np.uint8), closeness, cell_m, dearest, watch.done, watch.stop, cost
     )
     if not done:
-        raise CancelledError(f"stopped after {seen.progress[0]} of {free.size} cells")
+        raise CancelledError(f"distance transform: stopped after {watch.done[0]} of {free.size} cells")
     return cost[1:-1, 1:-1]
 
 

@@ -10,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from onboard.native import distance, pose_field, sight, variant
+from onboard.native.progress import CancelledError, Progress
 from onboard.planning.pose_field import moves_m
 from onboard.records import Grid
 from tests import oracles_search as oracles
@@ -104,8 +105,8 @@ def test_closeness_of_obstacles_is_not_read() -> None:
         ({"closeness": np.full((4, 4), np.nan, np.float32)}, "closeness: expected ratios of 0 to 100000"),
         ({"closeness": np.full((4, 4), np.inf, np.float32)}, "closeness: expected ratios of 0 to 100000"),
         ({"closeness": np.full((4, 4), -0.1, np.float32)}, "closeness: expected ratios of 0 to 100000"),
-        ({"watched": distance.Watch(np.zeros(2, np.int64), np.zeros(1, np.uint8))}, r"progress: expected int64 \(1\)"),
-        ({"watched": distance.Watch(np.zeros(1, np.int64), np.zeros(1, bool))}, r"cancel: expected uint8 \(1\)"),
+        ({"progress": Progress(done=np.zeros(2, np.int64))}, r"progress.done: expected int64 \(1\)"),
+        ({"progress": Progress(stop=np.zeros(1, bool))}, r"progress.stop: expected uint8 \(1\)"),
     ],
 )
 def test_the_door_of_the_distance_transform_names_what_is_wrong(changed: dict, words: str) -> None:
@@ -118,12 +119,12 @@ def test_the_door_of_the_distance_transform_names_what_is_wrong(changed: dict, w
 def test_a_flag_stops_the_search_and_a_counter_ends_at_all_cells() -> None:
     free = np.ones((12, 17), bool)
     free[:, 5] = False
-    seen = distance.watch()
-    distance.cost_to_go(free, corner(free), CELL_M, watched=seen)
-    assert seen.progress[0] == free.size
-    seen.cancel[0] = 1
-    with pytest.raises(distance.CancelledError, match=f"after 0 of {free.size} cells"):
-        distance.cost_to_go(free, corner(free), CELL_M, watched=seen)
+    seen = Progress()
+    distance.cost_to_go(free, corner(free), CELL_M, progress=seen)
+    assert seen.done[0] == free.size
+    seen.cancel()
+    with pytest.raises(CancelledError, match=f"after 0 of {free.size} cells"):
+        distance.cost_to_go(free, corner(free), CELL_M, progress=seen)
 
 
 @LAW
