@@ -21,6 +21,7 @@ from tests.missions import guard_runs, open_loop
 from tests.missions.campaign import POSE_ERROR, UNGUARDED_STOPS, Row, Run, Summary, fly_all, summary
 
 FIXED = tuple(range(1, 61))
+ORBIT_CELL_M = 2.0
 app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False, help=__doc__)
 
 
@@ -35,6 +36,7 @@ def runs(fresh: int | None) -> tuple[Run, ...]:
         Run("U-traps", "trap", tuple(range(1, 9))),
         Run("ringed goals", "ring", tuple(range(1, 13))),
         Run("36 to 42 m", "far", tuple(range(1, 5))),
+        Run("36 to 42 m, map from orbit", "far", tuple(range(1, 5)), orbit_cell_m=ORBIT_CELL_M),
     ]
     for strategy in ("explore", "visibility", "hill-climb"):
         made.append(Run(f"{strategy}, guarded", "main", FIXED, {"mission.strategy": strategy}))

@@ -17,7 +17,7 @@ from dataclasses import replace
 import numpy as np
 
 from hil.fractal import fractal_heights
-from hil.mesh import slopes_deg
+from hil.mesh import block_mean, slopes_deg
 from hil.rock_sizes import Golombek, PowerLaw, RockLaw
 from hil.rocks import scatter_rocks
 from hil.terrain import Field
@@ -94,6 +94,16 @@ def with_holes(world: World, count: int, rng: np.random.Generator) -> World:
         if from_start > START_CLEAR_M + width and math.dist((x, y), world.goal_m) > GOAL_CLEAR_M + width:
             holes.append((x, y, width, depth))
     return world.sunk(np.array(holes))
+
+
+def from_orbit(world: World, cell_m: float) -> Gdem:
+    """The orbiter's map of a world: means over blocks of whole cells, what is left over at the far borders cut off."""
+    grid = world.grid
+    factor = round(cell_m / grid.cell_m)
+    heights = block_mean(world.heights_m[: grid.rows // factor * factor, : grid.columns // factor * factor], factor)
+    first_m = (cell_m - grid.cell_m) / 2
+    coarse = Grid(grid.x0_m + first_m, grid.y0_m + first_m, cell_m, *heights.shape)
+    return Gdem(coarse, heights.astype(np.float32), f"block means of {cell_m:g} m")
 
 
 def _field(
