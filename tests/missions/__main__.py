@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import json
 import os
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Optional
 
@@ -63,7 +64,7 @@ def fly(
     chosen = [run for run in runs(fresh) if not name or run.name.startswith(name)]
     if seeds:
         wanted = _seeds(seeds)
-        chosen = [Run(r.name, r.fields, wanted, r.settings, r.errors) for r in chosen]
+        chosen = [replace(run, seeds=wanted) for run in chosen]
     rows: list[Row] = []
     with Progress(console=Console(stderr=True)) as progress:
         task = progress.add_task("missions", total=sum(len(run.seeds) for run in chosen))

@@ -210,7 +210,7 @@ def test_cost_to_go_is_continuous_across_the_windows_border():
     assert np.isfinite(left[passable]).all()
     assert (border[passable] <= left[passable] + 1e-3).all()
     places = np.array([surface.grid.centre(*seed[:2]) for seed in seeds])
-    outside = cycle.global_path.values_at(field, places + [CELL, 0.0])
+    outside = cycle.global_path.values_at(field, places + np.array([CELL, 0.0]))
     east = passable & (seeds[:, 1] == surface.grid.columns - 1)
     assert east.sum() > 50
     assert np.abs(border[east] - outside[east]).max() <= gdem.grid.cell_m / 6
