@@ -13,6 +13,8 @@ from tests.missions.mission import Flight
 from tests.missions.truth import Truth
 from tests.missions.world import World
 
+DOTS = 100  # per inch
+
 
 def picture(world: World, perfect: Truth, flight: Flight) -> bytes:
     """The bytes of a PNG: true ground, way, contacts, decisions with their reasons, the map at each stop."""
@@ -30,4 +32,4 @@ def picture(world: World, perfect: Truth, flight: Flight) -> bytes:
         outcome=f"{flight.kind}: {flight.reason}; {flown}",
     )
     rover = Rover()
-    return png(mission(story, Scanning().sector_rad, (rover.body_length_m, rover.body_width_m)))
+    return png(mission(story, Scanning().sector_rad, (rover.body_length_m, rover.body_width_m)), DOTS)
