@@ -1,7 +1,7 @@
 """One `goto`: scan -> map -> plan -> drive -> turn -> scan ... until arrived or failed (section 9 of the chapter).
 
 Where the map does not know the ground under the rover, it scans ahead, turns round and scans behind (R1). Each phase
-is one method; a phase ends by entering the next. Both maps outlive the mission: the next goto begins with what is known.
+is one method; a phase ends by entering the next. Both maps outlive the mission: the next goto begins with them.
 """
 
 from __future__ import annotations
