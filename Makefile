@@ -59,7 +59,10 @@ lint: .venv/.project ## ruff, mypy --strict on protocol and onboard, import cont
 bench: .venv/.project ## measure; QUICK=1 for two repeats; writes build/bench.json
 	@$(FIXED) $(B)/python -m tests.bench $(if $(QUICK),--quick)
 
-nightly: lint test test-sanitize bench ## everything that tests or measures, with ten demo seeds, real ground and craters
+missions: .venv/.project ## fly the mission rule on seeded fields without physics; FRESH=commit for 60 more seeds
+	@$(FIXED) $(B)/python -m tests.missions fly $(if $(FRESH),--fresh-from $(FRESH))
+
+nightly: lint test test-sanitize bench missions ## everything that tests or measures, with ten demo seeds, real ground and craters
 	@for seed in 1 2 3 4 5 6 7 8 9 10; do $(B)/hil demo --seed $$seed --out build/nightly/seed-$$seed || echo "seed $$seed failed" >> build/nightly/failed; done
 	@$(B)/hil demo --terrain real --out build/nightly/real
 	@$(B)/hil demo --terrain craters --out build/nightly/craters
@@ -82,4 +85,4 @@ clean: ## remove build and .venv
 help: ## this list
 	@grep -E '^[a-z-]+:.*##' Makefile | sed 's/:.*## /\t/' | expand -t 12
 
-.PHONY: demo sim test test-sanitize lint bench nightly codec docs size clean help
+.PHONY: demo sim test test-sanitize lint bench missions nightly codec docs size clean help

@@ -147,6 +147,7 @@ class Mission:
                           one_of=("optimistic", "explore", "visibility", "hill-climb"))
     goal_tolerance_m: float = value(0.3, "arrived when the estimate is this near", low=0.05, high=10)
     leg_m: float = value(4.0, "longest way between two scans: odometry slips", low=0.5, high=100)
+    guard: bool = value(True, "R10: a strategy chooses only while the way left shrinks; false for simulation only")
     stop_limit: int = value(40, "most sensing stops of one mission", low=1, high=10_000)
     weight_occlusion: float = value(1.0, "W_occ of Eq. 28", low=0, high=100)
     weight_distance: float = value(0.5, "W_L of Eq. 28", low=0, high=100)

@@ -33,7 +33,7 @@ def ldems(plans: Sequence[PlanPicture], sector_rad: float, body_m: tuple[float, 
     made = figure(max(side * columns, 6.0), (side + 0.05 if columns > 1 else 5.4) * rows + 0.85)
     panels = made.subplots(rows, columns, squeeze=False).ravel()
     for number, (axes, plan) in enumerate(zip(panels, plans), 1):
-        _panel(axes, plan, sector_rad, body_m)
+        panel(axes, plan, sector_rad, body_m)
         axes.set_title(f"stop {number}: {plan.kind}, {plan.rule}", fontsize=10)
         if number % columns != 1 and columns > 1:
             axes.set_ylabel("")
@@ -41,7 +41,7 @@ def ldems(plans: Sequence[PlanPicture], sector_rad: float, body_m: tuple[float, 
             axes.set_xlabel("")
     for axes in panels[len(plans) :]:
         axes.set_axis_off()
-    made.legend(handles=_legend(plans), loc="outside upper center", ncols=5, fontsize=8.5)
+    made.legend(handles=legend(plans), loc="outside upper center", ncols=5, fontsize=8.5)
     return made
 
 
@@ -54,7 +54,8 @@ def set_picture(plan: PlanPicture) -> np.ndarray:
     return np.clip(picture * shade[..., None], 0, 1)
 
 
-def _panel(axes: Axes, plan: PlanPicture, sector_rad: float, body_m: tuple[float, float]) -> None:
+def panel(axes: Axes, plan: PlanPicture, sector_rad: float, body_m: tuple[float, float]) -> None:
+    """One stop."""
     left, right, bottom, top = extent(plan.grid)
     axes.imshow(set_picture(plan), origin="lower", extent=(left, right, bottom, top), interpolation="nearest")
     if len(plan.optimistic_path):
@@ -76,7 +77,8 @@ def _panel(axes: Axes, plan: PlanPicture, sector_rad: float, body_m: tuple[float
     map_axes(axes)
 
 
-def _legend(plans: Sequence[PlanPicture]) -> list[Patch | Line2D]:
+def legend(plans: Sequence[PlanPicture]) -> list[Patch | Line2D]:
+    """What the panels of these stops show."""
     dot = {"marker": "o", "linestyle": "none", "markeredgecolor": "white"}
     sets = [Patch(facecolor=c, edgecolor="#888888", label=SET_NAMES[s]) for s, c in SET_COLOURS.items()]
     lines = [

@@ -76,12 +76,12 @@ def _marks(axes: Axes, ways: Ways) -> None:
     if len(ways.stops):
         style = {"marker": "s", "color": "white", "markeredgecolor": BLACK, "markersize": 6, "linestyle": "none"}
         axes.plot(ways.stops[:, 0], ways.stops[:, 1], label="stops, numbered", zorder=8, **style)
-    for number, (x, y) in _spread(ways.stops):
+    for number, (x, y) in spread(ways.stops):
         text = axes.annotate(number, (x, y), xytext=(6, 6), textcoords="offset points", zorder=9, weight="bold")
         text.set_path_effects(_HALO)
 
 
-def _spread(stops: F64) -> list[tuple[str, tuple[float, float]]]:
+def spread(stops: F64) -> list[tuple[str, tuple[float, float]]]:
     """Numbers of stops; those of one place share a label."""
     places: list[tuple[list[str], tuple[float, float]]] = []
     for number, stop in enumerate(stops, 1):

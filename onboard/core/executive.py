@@ -28,7 +28,7 @@ SEVERITY = {row.name: row.severity for row in EVENTS}
 
 
 class Executive:
-    """Owns mode, mission and the map that outlives it: `memory`, None until the first stop unless one was kept."""
+    """Owns mode, mission and the maps that outlive it; `memory` is None until the first stop unless one was kept."""
 
     def __init__(
         self, config: Config, gdem: Gdem | None, downlink: Downlink, memory: StopMap | None = None
@@ -89,7 +89,7 @@ class Executive:
         for name, text in mission.notes:
             self._tell(ctx, name, text)
         mission.notes.clear()
-        self.memory, self._latest = mission.memory, mission.result or self._latest
+        self.memory, self._gdem, self._latest = mission.memory, mission.gdem, mission.result or self._latest
         if mission.outcome:
             ctx.lidar.stream(False)
             state = State.COMPLETED if mission.outcome.completed else State.FAILED

@@ -1,7 +1,7 @@
 """One `goto`: scan -> map -> plan -> drive -> turn -> scan ... until arrived or failed (section 9 of the chapter).
 
 Where the map does not know the ground under the rover, it scans ahead, turns round and scans behind (R1). Each phase
-is one method; a phase ends by entering the next. The map outlives the mission: the next goto begins with what is known.
+is one method; a phase ends by entering the next. Both maps outlive the mission: the next goto begins with them.
 """
 
 from __future__ import annotations
@@ -64,7 +64,7 @@ class Mission:
     """State of one goto. `step` each tick; `outcome` is set when it has ended; `notes` are events not yet told."""
 
     def __init__(self, config: Config, gdem: Gdem | None, goal: tuple[float, float], memory: StopMap | None) -> None:
-        self._config, self._gdem, self.goal, self.memory = config, gdem, goal, memory
+        self._config, self.gdem, self.goal, self.memory = config, gdem, goal, memory
         self.phase = Phase.NONE
         self.outcome: Outcome | None = None
         self.stop = 0
@@ -180,7 +180,7 @@ class Mission:
             ldem=ldem.window(self.memory.cells, pose.x_m, pose.y_m, config.mapping.size_m),
             pose=pose,
             goal_m=self.goal,
-            gdem=self._gdem,
+            gdem=self.gdem,
             state=self._rule,
             settings=Settings(config.rover, config.mapping, config.planning, config.mission, config.scanning),
             trail=np.array(self._trail[-_TRAIL_POSES:]).reshape(-1, 3),
@@ -193,7 +193,7 @@ class Mission:
             return Twist()
         self.result = ctx.taken["plan"]
         assert self.result
-        self._rule, decision = self.result.state, self.result.decision
+        self._rule, self.gdem, decision = self.result.state, self.result.gdem, self.result.decision
         self.notes.append(("DECISION", f"{decision.rule} {decision.kind}: {decision.reason}"))
         self.stop += 1
         if decision.kind == "arrived":

@@ -1,6 +1,7 @@
 """The planning job of a stop: from the map to a decision and a path. One pure function, `plan`.
 
     Ldem -> classes -> pose freedom (+ trail, R2) -> fields -> sets -> options -> mission rule -> decision, path
+                        and the orbiter's map refreshed -> its cost-to-go -> seeds of the fields
 
 Where the goal lies in the map's window, its seeds are the poses within the tolerance, dearer towards the rim. Else they
 are the window's border, each cell with the cost-to-go of the orbiter's map from there (a straight line without one), so
@@ -16,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from onboard.perception.cell_classes import classify
-from onboard.planning import global_path, mission_rule, options, trust
+from onboard.planning import gdem_refresh, global_path, mission_rule, options, trust
 from onboard.planning.gain import Eyes
 from onboard.planning.global_path import GlobalField
 from onboard.planning.mission_rule import BLOCK_M, Again, MissionState, Situation, Stop
@@ -35,7 +36,7 @@ from onboard.planning.poses import (
     trail,
 )
 from onboard.planning.tracks import barred
-from onboard.records import F64, U8, Bool, Decision, Grid, Path, Surface
+from onboard.records import F64, U8, Bool, Decision, Gdem, Grid, Path, Surface
 
 STAND_M = 0.25  # around a rover whose own pose reads as not free
 DISC_PRICE = 2.0  # of a metre left within the goal's disc: driving on is cheaper
@@ -62,10 +63,8 @@ def plan(request: PlanRequest) -> PlanResult:
     """
     settings = request.settings
     surface = classify(request.ldem, settings.mapping)
-    field = None
-    if request.gdem is not None:
-        field = global_path.solve(request.gdem, request.goal_m, settings.planning)
     freedom = _freedom(request, surface)
+    gdem, field = _from_orbit(request, surface, freedom)
     pose = Stop(request.pose.x_m, request.pose.y_m, request.pose.yaw_rad)
     seeds = _seeds(surface.grid, request.goal_m, settings.mission.goal_tolerance_m, field)
     stop = _Stop(request, surface, freedom, seeds)
@@ -93,7 +92,7 @@ def plan(request: PlanRequest) -> PlanResult:
     if leg is not outcome:
         state = mission_rule.interrupted(state, before)
     report = _report(request, fields, sets, field, answer)
-    return PlanResult(leg, state, report, request.pose, request.goal_m)
+    return PlanResult(leg, state, report, request.pose, request.goal_m, gdem)
 
 
 def first_leg(decision: Decision, leg_m: float) -> Decision:
@@ -170,6 +169,22 @@ def _stand(freedom: U8, grid: Grid, own: tuple[int, int, int]) -> U8:
         turned = min((other - o) % ORIENTATIONS, (o - other) % ORIENTATIONS)
         out[other][near & ((out[other] != Freedom.BLOCKED) | (turned <= 1))] = Freedom.FREE
     return out
+
+
+def _from_orbit(request: PlanRequest, surface: Surface, freedom: U8) -> tuple[Gdem | None, GlobalField | None]:
+    """The orbiter's map brought up to date and its cost-to-go; None without one.
+
+    A map so coarse is not believed where it would take the last way from the rover: then it stays as it was.
+    """
+    gdem, goal_m, planning = request.gdem, request.goal_m, request.settings.planning
+    if gdem is None:
+        return None, None
+    here = (request.pose.x_m, request.pose.y_m)
+    refreshed = gdem_refresh.refresh(gdem, surface, freedom, (here, goal_m))
+    field = global_path.solve(refreshed, goal_m, planning)
+    if refreshed is gdem or math.isfinite(global_path.value_at(field, *here)):
+        return refreshed, field
+    return gdem, global_path.solve(gdem, goal_m, planning)
 
 
 def _near(grid: Grid, points_m: tuple[tuple[float, float], ...], radius_m: float) -> Bool:

@@ -8,6 +8,7 @@ vertical datum there.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -20,21 +21,24 @@ COVERED_RATIO = 0.5
 EIGHT = np.ones((3, 3), bool)
 
 
-def refresh(gdem: Gdem, surface: Surface, freedom: U8) -> Gdem:
+def refresh(gdem: Gdem, surface: Surface, freedom: U8, open_m: Sequence[tuple[float, float]] = ()) -> Gdem:
     """The orbiter's map with the cells under the local map's window brought up to date; the same one if none is.
 
     surface: the window; freedom: (8, rows, columns) uint8 on its grid. Cells are compared by their area; a cell of the
     orbiter's map that is finer than the local map's, or that reaches beyond the window with more than half, stays.
+    open_m: places (x, y) whose cells are never closed: where a way begins or ends in a cell it need not cross it.
     """
     heights: F32 = gdem.heights_m.copy()
     known = surface.cell_class >= CellClass.HIT
     passable = (freedom != Freedom.BLOCKED).any(axis=0)
+    kept_open = {gdem.grid.cell(*place) for place in open_m}
     for j, i in np.argwhere(_overlapping(gdem.grid, surface.grid)):
         part = _part(gdem.grid, surface.grid, int(j), int(i))
         whole = (gdem.grid.cell_m / surface.grid.cell_m) ** 2
         if known[part].sum() >= COVERED_RATIO * whole:
             heights[j, i] = np.float32(surface.z_mean[part][known[part]].mean(dtype=np.float64))
-        if passable[part].size >= COVERED_RATIO * whole and _spanned(passable[part]):
+        covered = passable[part].size >= COVERED_RATIO * whole
+        if covered and (j, i) not in kept_open and _spanned(passable[part]):
             heights[j, i] = np.nan
     return gdem if np.array_equal(heights, gdem.heights_m, equal_nan=True) else replace(gdem, heights_m=heights)
 

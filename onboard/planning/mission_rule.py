@@ -4,7 +4,8 @@
     R2 trail     poses driven over stay free (done by the caller)
     R4 terminal  a goal pose is reachable over free poses: drive to the one nearest to the goal. One in the outer half
                  of the tolerance waits while a commit may still show a nearer one
-    R10 choice   the strategy's own stop, while the record distance fell by 0.5 m within the last 2 stops
+    R10 choice   the strategy's own stop, while the record distance fell by 0.5 m within the last 2 stops; at every
+                 stop where `guard` is false (simulation only: nothing but `stop_limit` ends such a mission)
     R5 commit    follow the optimistic path to its last free pose, look at the first that is not free
     R6 failed    a commit that would repeat a stop and heading, or look at the same target a third time: another
                  viewpoint, at most twice per 0.5 m block of targets; then the target is marked as an obstacle
@@ -189,8 +190,9 @@ def decide(state: MissionState, situation: Situation, mission: Mission) -> tuple
     if _ends(state, situation, away, mission):
         return _terminal(situation, away, mission), state
     choice = situation.choice
-    if choice is not None and state.since_record < RECORD_STOPS and not repeats(state, choice.stop):
-        return _drive(choice, "R10", f"the way left still shrinks; {choice.reason}"), state
+    if choice is not None and _may_choose(state, choice, mission):
+        why = "the way left still shrinks" if mission.guard else "nothing guards the choice"
+        return _drive(choice, "R10", f"{why}; {choice.reason}"), state
     commit, rule = (situation.commit, "R5") if situation.commit else (situation.confirm, "R7")
     if commit is None:
         return _no_way(state, situation)
@@ -211,6 +213,11 @@ def _at_the_limit(state: MissionState, situation: Situation, away_m: float, miss
     if situation.terminal is None or state.number > 2 * limit:
         return _give_up(situation, f"{limit} stops are the limit (mission.stop_limit)")
     return None
+
+
+def _may_choose(state: MissionState, choice: Option, mission: Mission) -> bool:
+    """R10."""
+    return not mission.guard or (state.since_record < RECORD_STOPS and not repeats(state, choice.stop))
 
 
 def _ends(state: MissionState, situation: Situation, away_m: float, mission: Mission) -> bool:

@@ -61,10 +61,14 @@ class PlanReport:
 
 @dataclass(frozen=True, slots=True)
 class PlanResult:
-    """The decision with its path, the mission's new state, the report; where the rover stood and wanted to go."""
+    """The decision with its path, the mission's new state, the report; where the rover stood and wanted to go.
+
+    gdem: the orbiter's map as the next stop is to be given it, brought up to date by what was seen from here.
+    """
 
     decision: Decision
     state: MissionState
     report: PlanReport
     pose: Pose
     goal_m: tuple[float, float]
+    gdem: Gdem | None = None

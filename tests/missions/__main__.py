@@ -2,13 +2,16 @@
 
     python -m tests.missions fly --run optimistic --seeds 1-10
     python -m tests.missions guard
-    python -m tests.missions draw --run trap --seed 3 --out build/missions/trap-3.png
+    python -m tests.missions draw --run U-traps --seed 3 --out build/missions/trap-3.png
+    python -m tests.missions table
 """
 
 from __future__ import annotations
 
 import json
 import os
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Optional
 
@@ -17,14 +20,19 @@ from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table
 
+from tests.missions import draw as drawing
 from tests.missions import guard_runs, open_loop
-from tests.missions.campaign import POSE_ERROR, UNGUARDED_STOPS, Row, Run, Summary, fly_all, summary
+from tests.missions.campaign import POSE_ERROR, UNGUARDED_STOPS, Row, Run, Summary, fly_all, mission, summary
+from tests.missions.promise import HEADS, cells, markdown, shortfalls
 
 FIXED = tuple(range(1, 61))
+ORBIT_CELL_M = 2.0
+OUT = Path("build/missions")
+SHOWN = (("optimistic", 3), ("U-traps", 1), ("ringed goals", 1))
 app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False, help=__doc__)
 
 
-def runs(fresh: int | None) -> tuple[Run, ...]:
+def runs(fresh: int | None = None) -> tuple[Run, ...]:
     """The whole campaign; `fresh` is the first of 60 more seeds."""
     made = [Run("optimistic", "main", FIXED)]
     if fresh is not None:
@@ -35,6 +43,7 @@ def runs(fresh: int | None) -> tuple[Run, ...]:
         Run("U-traps", "trap", tuple(range(1, 9))),
         Run("ringed goals", "ring", tuple(range(1, 13))),
         Run("36 to 42 m", "far", tuple(range(1, 5))),
+        Run("36 to 42 m, map from orbit", "far", tuple(range(1, 5)), orbit_cell_m=ORBIT_CELL_M),
     ]
     for strategy in ("explore", "visibility", "hill-climb"):
         made.append(Run(f"{strategy}, guarded", "main", FIXED, {"mission.strategy": strategy}))
@@ -53,25 +62,44 @@ def main() -> None:
 def fly(
     name: Annotated[Optional[str], typer.Option("--run", help="Only runs whose name begins so.")] = None,
     seeds: Annotated[str, typer.Option(help="Only these seeds: 1-10 or 3,7.")] = "",
-    fresh: Annotated[Optional[int], typer.Option(help="First of 60 more seeds for the default rule.")] = None,
-    workers: Annotated[int, typer.Option(help="Processes.")] = os.cpu_count() or 1,
-    out: Annotated[Path, typer.Option(help="Folder for missions.json.")] = Path("build/missions"),
+    fresh_from: Annotated[Optional[str], typer.Option(help="60 more seeds, from this commit's id.")] = None,
+    workers: Annotated[int, typer.Option(min=1, help="Processes.")] = os.cpu_count() or 1,
+    out: Annotated[Path, typer.Option(help="Folder for missions.json, table.md and pictures.")] = OUT,
 ) -> None:
     """Fly, write one row a mission, show the table. Exit 1 where the default rule falls short of its promise."""
-    chosen = [run for run in runs(fresh) if not name or run.name.startswith(name)]
-    if seeds:
-        wanted = _seeds(seeds)
-        chosen = [Run(r.name, r.fields, wanted, r.settings, r.errors) for r in chosen]
+    chosen = _chosen(name, seeds, fresh_from)
     rows: list[Row] = []
     with Progress(console=Console(stderr=True)) as progress:
         task = progress.add_task("missions", total=sum(len(run.seeds) for run in chosen))
         for row in fly_all(chosen, workers):
             rows.append(row)
             progress.update(task, advance=1, description=f"{row.run} {row.seed}")
-    rows.sort(key=lambda row: ([run.name for run in chosen].index(row.run), row.seed))
+    order = [run.name for run in chosen]
+    rows.sort(key=lambda row: (order.index(row.run), row.seed))
+    lines = _summed(rows)
     out.mkdir(parents=True, exist_ok=True)
     (out / "missions.json").write_text(json.dumps([row.as_json() for row in rows], indent=1) + "\n")
-    show([summary(run.name, [row for row in rows if row.run == run.name]) for run in chosen])
+    (out / "table.md").write_text(markdown(lines))
+    _show(lines)
+    if not name:
+        for of, seed in SHOWN:
+            _draw(of, seed, out / f"{of.replace(' ', '-')}-{seed}.png")
+    short = shortfalls(lines)
+    for text in short:
+        typer.echo(f"falls short: {text}", err=True)
+    raise typer.Exit(1 if short else 0)
+
+
+@app.command()
+def table(
+    missions: Annotated[Path, typer.Option(help="What `fly` wrote.")] = OUT / "missions.json",
+) -> None:
+    """The table of the last campaign in Markdown, as in docs/missions.md."""
+    try:
+        rows = [Row.of_json(row) for row in json.loads(missions.read_text())]
+    except (OSError, ValueError, TypeError) as error:
+        raise typer.BadParameter(f"{missions}: {error}; run `make missions` first", param_hint="--missions") from None
+    typer.echo(markdown(_summed(rows)), nl=False)
 
 
 @app.command()
@@ -88,16 +116,55 @@ def guard(
     Console(width=190).print(guard_runs.table(rows))
 
 
-def show(lines: list[Summary]) -> None:
-    """The table."""
-    table = Table("rule and fields", "reached / reachable", "beyond", "reported", "endless", "stops med/p90/max",
-                  "way / optimum", "hard", "soft")  # fmt: skip
-    for s in lines:
-        stops = " / ".join(f"{v:.0f}" for v in s.stops)
-        ratio = " / ".join(f"{v:.2f}" for v in s.ratio)
-        table.add_row(s.name, f"{s.reached} / {s.reachable}", str(s.beyond), str(s.reported), str(s.endless), stops,
-                      ratio, str(s.hard), str(s.soft))  # fmt: skip
-    Console(width=150).print(table)
+@app.command()
+def draw(
+    name: Annotated[str, typer.Option("--run", help="A run of the table.")],
+    seed: Annotated[int, typer.Option(min=1, help="Its field.")],
+    out: Annotated[Path, typer.Option(help="The picture, a .png.")],
+) -> None:
+    """Fly one mission again and draw it stop by stop."""
+    if name not in [run.name for run in runs()]:
+        names = ", ".join(run.name for run in runs())
+        raise typer.BadParameter(f"{name!r}: expected one of {names}", param_hint="--run")
+    _draw(name, seed, out)
+
+
+def _chosen(name: str | None, seeds: str, fresh_from: str | None) -> Sequence[Run]:
+    """The runs asked for."""
+    chosen = [run for run in runs(_first_seed(fresh_from)) if not name or run.name.startswith(name)]
+    if not chosen:
+        raise typer.BadParameter(f"{name!r}: no run begins so", param_hint="--run")
+    return [replace(run, seeds=_seeds(seeds)) for run in chosen] if seeds else chosen
+
+
+def _first_seed(commit: str | None) -> int | None:
+    """The first fresh seed: a commit's id as a number, past the fixed ones."""
+    if commit is None:
+        return None
+    try:
+        return 1000 + int(commit[:7], 16)
+    except ValueError:
+        raise typer.BadParameter(f"{commit!r}: expected a commit's id", param_hint="--fresh-from") from None
+
+
+def _summed(rows: Sequence[Row]) -> list[Summary]:
+    """One line for each run, in the order of the rows."""
+    return [summary(name, [row for row in rows if row.run == name]) for name in dict.fromkeys(row.run for row in rows)]
+
+
+def _show(lines: Sequence[Summary]) -> None:
+    shown = Table(*HEADS, caption="stops and way / optimum: median / p90 / most of the reachable goals reached")
+    for line in lines:
+        shown.add_row(*cells(line))
+    Console(width=150).print(shown)
+
+
+def _draw(name: str, seed: int, out: Path) -> None:
+    run = next(run for run in runs() if run.name == name)
+    world, perfect, flight = mission(run, seed)
+    out.parent.mkdir(parents=True, exist_ok=True)
+    out.write_bytes(drawing.picture(world, perfect, flight))
+    typer.echo(f"{out}: {flight.kind} after {len(flight.stops)} stops, {flight.reason}")
 
 
 def _seeds(text: str) -> tuple[int, ...]:

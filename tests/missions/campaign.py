@@ -6,14 +6,17 @@ import math
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import asdict, dataclass, field
+from functools import lru_cache
+from typing import Any
 
 import numpy as np
 
 from onboard.config import Config, load
-from tests.missions.fields import FIELDS
-from tests.missions.mission import Errors, Kinematic
-from tests.missions.scanner import scanner
-from tests.missions.truth import truth
+from tests.missions.fields import FIELDS, from_orbit
+from tests.missions.mission import Errors, Flight, Kinematic
+from tests.missions.scanner import Scanner, scanner
+from tests.missions.truth import Truth, truth
+from tests.missions.world import World
 
 POSE_ERROR = Errors(0.05, math.radians(1.0))
 UNGUARDED_STOPS = 25
@@ -21,13 +24,17 @@ UNGUARDED_STOPS = 25
 
 @dataclass(frozen=True)
 class Run:
-    """One set of fields under one rule. name: as in the table. settings: over the defaults of the configuration."""
+    """One set of fields under one rule. name: as in the table. settings: over the defaults of the configuration.
+
+    orbit_cell_m: cell of the orbiter's map that the rover is given, 0: it has none.
+    """
 
     name: str
     fields: str
     seeds: tuple[int, ...]
     settings: dict[str, object] = field(default_factory=dict)
     errors: Errors = Errors()
+    orbit_cell_m: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -54,18 +61,34 @@ class Row:
         """For a file; what is not finite is null."""
         return {k: v if not isinstance(v, float) or math.isfinite(v) else None for k, v in asdict(self).items()}
 
+    @classmethod
+    def of_json(cls, row: dict[str, Any]) -> Row:
+        """From a file; null is nan. Raises TypeError when keys are missing or foreign."""
+        return cls(**{k: math.nan if v is None else v for k, v in row.items()})
+
+
+@lru_cache(maxsize=4)
+def _scanner(config: Config) -> Scanner:
+    return scanner(config)
+
 
 def config_of(run: Run) -> Config:
     """A whole leg at once: nothing slips here, so no leg needs to be short for the registration."""
     return load(None, {"mission.leg_m": 100.0, **run.settings})
 
 
-def fly(run: Run, seed: int) -> Row:
-    """One mission of a run."""
+def mission(run: Run, seed: int) -> tuple[World, Truth, Flight]:
+    """One mission of a run: its field, what the truth planner says of it, and what came of it."""
     config = config_of(run)
     world = FIELDS[run.fields](seed)
-    perfect = truth(world, config)
-    flight = Kinematic(world, scanner(config), run.errors, seed).fly()
+    gdem = from_orbit(world, run.orbit_cell_m) if run.orbit_cell_m else None
+    flight = Kinematic(world, _scanner(config), run.errors, seed, gdem).fly()
+    return world, truth(world, config), flight
+
+
+def fly(run: Run, seed: int) -> Row:
+    """One mission of a run as a row."""
+    world, perfect, flight = mission(run, seed)
     arrived = flight.kind == "arrived"
     ratio = flight.way_m / perfect.way_m if arrived and perfect.way_m < math.inf else math.nan
     rules = " ".join(stop.result.decision.rule for stop in flight.stops)

@@ -3,7 +3,7 @@
     main   20 m x 20 m, fBm of median slope 4.5 to 7.5 degrees, H 0.75 to 0.9; rocks by kind (seed modulo 5); goal 10 to
            16 m away; the rover looks within 45 degrees of it
     trap   a U of walls, 0.5 to 0.9 m high, 3 to 6 m deep, 4 to 8 m wide, open towards the start, before the goal
-    ring   a closed wall round the goal
+    ring   a closed wall round the goal, whole in the field with room to drive round it
     far    50 m x 50 m, goal 36 to 42 m away
     pits   main with Golombek rocks and 60 holes of 0.2 to 0.7 m x 0.12 to 0.30 m on 400 m2
 """
@@ -12,12 +12,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from hil.fractal import fractal_heights
-from hil.mesh import slopes_deg
+from hil.mesh import block_mean, slopes_deg
 from hil.rock_sizes import Golombek, PowerLaw, RockLaw
 from hil.rocks import scatter_rocks
 from hil.terrain import Field
@@ -26,6 +26,7 @@ from tests.missions.world import World, of_field
 
 CELL_M, SIDE_M, FAR_SIDE_M = 0.05, 20.0, 50.0
 EDGE_M = 1.5  # of start and goal from the border
+RING_EDGE_M = 4.0  # of a goal with a wall round it: no way that leads beyond the border is left open
 START_CLEAR_M, GOAL_CLEAR_M = 1.0, 0.5
 STEEPEST_P95_DEG = 16.0
 HOLES_PER_M2 = 60 / 400
@@ -38,16 +39,25 @@ KINDS: tuple[tuple[str, RockLaw | None], ...] = (
 )
 
 
+@dataclass(frozen=True)
+class Course:
+    """A square field, how far the goal lies from the start and, at least, from the field's border."""
+
+    side_m: float = SIDE_M
+    away_m: tuple[float, float] = (10.0, 16.0)
+    goal_edge_m: float = EDGE_M
+
+
 def main_field(seed: int) -> World:
     """One of the 60."""
     kind, law = KINDS[seed % len(KINDS)]
-    return _field(seed, 1, SIDE_M, (10.0, 16.0), kind, law)
+    return _field(seed, 1, Course(), kind, law)
 
 
 def trap(seed: int) -> World:
     """A U across the straight way, its mouth towards the start."""
     rng = np.random.default_rng([seed, 2])
-    world = _field(seed, 2, SIDE_M, (11.0, 14.0), "U-trap", PowerLaw(0.01))
+    world = _field(seed, 2, Course(away_m=(11.0, 14.0)), "U-trap", PowerLaw(0.01))
     high_m, deep_m, wide_m = rng.uniform(0.5, 0.9), rng.uniform(3.0, 6.0), rng.uniform(4.0, 8.0)
     along, across = _about_goal(world)
     back = -2.0  # the closed end, before the goal
@@ -59,7 +69,7 @@ def trap(seed: int) -> World:
 def ring(seed: int) -> World:
     """A goal with a closed wall round it."""
     rng = np.random.default_rng([seed, 3])
-    world = _field(seed, 3, SIDE_M, (10.0, 14.0), "ring", PowerLaw(0.01))
+    world = _field(seed, 3, Course(away_m=(10.0, 14.0), goal_edge_m=RING_EDGE_M), "ring", PowerLaw(0.01))
     along, across = _about_goal(world)
     wall = np.abs(np.hypot(along, across) - rng.uniform(1.2, 2.0)) <= 0.15
     return _raised(world, wall, rng.uniform(0.5, 0.9))
@@ -67,13 +77,13 @@ def ring(seed: int) -> World:
 
 def far(seed: int) -> World:
     """A long way."""
-    return _field(seed, 4, FAR_SIDE_M, (36.0, 42.0), "far", PowerLaw(0.02))
+    return _field(seed, 4, Course(FAR_SIDE_M, (36.0, 42.0)), "far", PowerLaw(0.02))
 
 
 def pits(seed: int) -> World:
     """Holes that a scan from afar cannot prove."""
     rng = np.random.default_rng([seed, 5])
-    world = _field(seed, 5, SIDE_M, (10.0, 16.0), "pits", Golombek(0.05))
+    world = _field(seed, 5, Course(), "pits", Golombek(0.05))
     return with_holes(world, round(HOLES_PER_M2 * SIDE_M**2), rng)
 
 
@@ -96,14 +106,22 @@ def with_holes(world: World, count: int, rng: np.random.Generator) -> World:
     return world.sunk(np.array(holes))
 
 
-def _field(
-    seed: int, salt: int, side_m: float, away_m: tuple[float, float], kind: str, law: RockLaw | None
-) -> World:
+def from_orbit(world: World, cell_m: float) -> Gdem:
+    """The orbiter's map of a world: means over blocks of whole cells, what is left over at the far borders cut off."""
+    grid = world.grid
+    factor = round(cell_m / grid.cell_m)
+    heights = block_mean(world.heights_m[: grid.rows // factor * factor, : grid.columns // factor * factor], factor)
+    first_m = (cell_m - grid.cell_m) / 2
+    coarse = Grid(grid.x0_m + first_m, grid.y0_m + first_m, cell_m, *heights.shape)
+    return Gdem(coarse, heights.astype(np.float32), f"block means of {cell_m:g} m")
+
+
+def _field(seed: int, salt: int, course: Course, kind: str, law: RockLaw | None) -> World:
     """A square field; the start is the origin of the map."""
     rng = np.random.default_rng([seed, salt])
-    nodes = round(side_m / CELL_M)
+    nodes = round(course.side_m / CELL_M)
     soil = _soil(nodes, rng)
-    start, goal = _ends(side_m, away_m, rng)
+    start, goal = _ends(course, rng)
     grid = Grid(_on_lattice(-start[0]), _on_lattice(-start[1]), CELL_M, nodes, nodes)
     bearing = math.atan2(goal[1] - start[1], goal[0] - start[0])
     goal_m = (goal[0] - start[0], goal[1] - start[1])
@@ -125,11 +143,12 @@ def _soil(nodes: int, rng: np.random.Generator) -> F64:
             return tile
 
 
-def _ends(side_m: float, away_m: tuple[float, float], rng: np.random.Generator) -> tuple[F64, F64]:
+def _ends(course: Course, rng: np.random.Generator) -> tuple[F64, F64]:
     """Start and goal from the field's corner, so far apart as asked."""
     while True:
-        start, goal = rng.uniform(EDGE_M, side_m - EDGE_M, (2, 2))
-        if away_m[0] <= math.dist(start, goal) <= away_m[1]:
+        start, goal = rng.uniform(EDGE_M, course.side_m - EDGE_M, (2, 2))
+        inside = min(*goal, *(course.side_m - goal)) >= course.goal_edge_m
+        if inside and course.away_m[0] <= math.dist(start, goal) <= course.away_m[1]:
             return start, goal
 
 

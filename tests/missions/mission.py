@@ -46,7 +46,7 @@ class Stop:
 
 @dataclass
 class Flight:
-    """What came of a mission. kind: 'arrived', 'unreachable' or 'endless' (the stop limit of an unguarded rule).
+    """What came of a mission. kind: 'arrived', 'unreachable' or 'endless': given up at the stop limit alone.
 
     miss_m: true distance from the goal at the end. hard, soft: poses in contact. contacts: (k, 3) x, y, severity.
     """
@@ -99,13 +99,11 @@ class Kinematic:
         """Plans and drives; whether the mission has ended."""
         result = self._plan()
         decision = result.decision
-        self.rule = result.state
+        self.rule, self.gdem = result.state, result.gdem
         self.flight.stops.append(Stop(self.true, result, np.empty((0, 3))))
         if decision.kind in ("arrived", "unreachable"):
-            self._end(decision.kind, decision.reason)
-            return True
-        if len(self.flight.stops) > self._most_stops():
-            self._end("endless", f"{len(self.flight.stops)} stops")
+            stopped = decision.kind == "unreachable" and self.rule.number > self.config.mission.stop_limit
+            self._end("endless" if stopped else decision.kind, decision.reason)
             return True
         if not self._drive(decision):
             return False
@@ -114,9 +112,6 @@ class Kinematic:
             return True
         self._turn(decision.heading_rad)
         return False
-
-    def _most_stops(self) -> int:
-        return 3 * self.config.mission.stop_limit
 
     def _end(self, kind: str, reason: str) -> None:
         self.flight.kind, self.flight.reason = kind, reason

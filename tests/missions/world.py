@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -70,30 +70,37 @@ class World:
     def contact(self, pose: Pose, rover: Rover) -> int:
         """CLEAR, SOFT or HARD of the rover standing at a pose: belly, a step under a wheel, tilt."""
         tilt = max(abs(pose.roll_rad), abs(pose.pitch_rad))
-        belly, step = self.belly_m(pose, rover), self._step_m(pose, rover)
+        belly, step = self._rises_m(pose, rover)
         if belly > HARD_BELLY_M or step > HARD_STEP_M or tilt > HARD_TILT_RAD:
             return HARD
         return SOFT if belly > SOFT_BELLY_M or step > SOFT_STEP_M or tilt > SOFT_TILT_RAD else CLEAR
 
     def belly_m(self, pose: Pose, rover: Rover) -> float:
         """How far the ground under the deck rises above the wheel plane at most."""
-        x, y = _lattice(2 * rover.half_wheelbase_m, 2 * rover.half_track_m, self.grid.cell_m / 2)
-        return float(self._above(pose, x, y).max())
+        return self._rises_m(pose, rover)[0]
 
-    def _step_m(self, pose: Pose, rover: Rover) -> float:
-        """The largest range of the ground under one wheel, with the wheel plane taken out."""
-        x, y = _lattice(2 * rover.wheel_radius_m, rover.wheel_width_m, self.grid.cell_m / 2)
-        ranges = [
-            np.ptp(self._above(pose, x + a * rover.half_wheelbase_m, y + b * rover.half_track_m))
-            for a, b in ((1, 1), (-1, 1), (-1, -1), (1, -1))
-        ]
-        return float(max(ranges))
+    def _rises_m(self, pose: Pose, rover: Rover) -> tuple[float, float]:
+        """`belly_m`, and the largest range of the ground under one wheel with the wheel plane taken out."""
+        x, y, ends = _patches(rover, self.grid.cell_m / 2)
+        above = np.split(self._above(pose, x, y), ends)
+        return float(above[0].max()), float(max(np.ptp(wheel) for wheel in above[1:]))
 
     def _above(self, pose: Pose, along_m: F64, across_m: F64) -> F64:
         """Height of the ground over the wheel plane at points of the body."""
         c, s = math.cos(pose.yaw_rad), math.sin(pose.yaw_rad)
         plane = pose.z_m - along_m * math.tan(pose.pitch_rad) + across_m * math.tan(pose.roll_rad)
         return self.height_m(pose.x_m + c * along_m - s * across_m, pose.y_m + s * along_m + c * across_m) - plane
+
+
+@lru_cache
+def _patches(rover: Rover, step_m: float) -> tuple[F64, F64, tuple[int, ...]]:
+    """Points of the body along and across, `step_m` apart: under the deck, then under each wheel; where each ends."""
+    patches = [_lattice(2 * rover.half_wheelbase_m, 2 * rover.half_track_m, step_m)]
+    x, y = _lattice(2 * rover.wheel_radius_m, rover.wheel_width_m, step_m)
+    for a, b in ((1, 1), (-1, 1), (-1, -1), (1, -1)):
+        patches.append((x + a * rover.half_wheelbase_m, y + b * rover.half_track_m))
+    along, across = (np.concatenate(parts) for parts in zip(*patches))
+    return along, across, tuple(np.cumsum([len(part[0]) for part in patches])[:-1])
 
 
 def _lattice(length_m: float, width_m: float, step_m: float) -> tuple[F64, F64]:

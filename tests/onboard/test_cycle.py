@@ -162,6 +162,76 @@ def test_a_goal_outside_the_window_is_approached_by_the_orbiters_map():
     assert plain.decision.data["cost_m"] == pytest.approx(84.0, abs=0.5)
 
 
+def orbit_2m() -> Gdem:
+    """Flat ground in cells of 2 m, 40 m x 40 m: the window is a part of it."""
+    return Gdem(Grid(-19.0, -19.0, 2.0, 20, 20), np.zeros((20, 20), np.float32))
+
+
+def seen(boxes):
+    """A world of which everything is known."""
+    world = World(boxes)
+    z, five = world.truth, np.full(world.truth.shape, 5, np.int32)
+    world.map = replace(ldem_module.empty(world.map.grid), n=five, sum_z=5.0 * z, sum_z2=5.0 * z**2, z_hi=z, z_lo=z,
+                        view_m=np.ones(z.shape, np.float32))  # fmt: skip
+    return world
+
+
+WALL = [(x, -5.95, x + 0.3, 3.95) for x in (-1.95, -1.45, -0.95, -0.45)]  # no rover stands on it or between its rows
+
+
+def test_the_global_path_moves_when_a_wall_is_seen():
+    pose, goal = Pose(-4.0, 0.0), (15.0, 0.0)
+    before = cycle.plan(request(seen([]), pose, goal, gdem=orbit_2m()))
+    after = cycle.plan(request(seen(WALL), pose, goal, gdem=orbit_2m()))
+    assert np.abs(before.report.global_path[:, 1]).max() <= 2.0
+    crossing = np.abs(after.report.global_path[:, 0] + 1.0) <= 1.0
+    assert (np.abs(after.report.global_path[crossing, 1]) >= 4.0).all()
+    assert after.decision.kind == "drive"
+
+
+def test_what_was_seen_stays_in_the_orbiters_map_given_back():
+    pose, goal = Pose(-4.0, 0.0), (15.0, 0.0)
+    kept = cycle.plan(request(seen(WALL), pose, goal, gdem=orbit_2m())).gdem
+    assert np.isnan(kept.heights_m[9, 9])
+    unseen = cycle.plan(request(World([]), Pose(-4.0, 0.0), goal, gdem=kept))
+    assert np.isnan(unseen.gdem.heights_m[9, 9])
+
+
+def test_cost_to_go_is_continuous_across_the_windows_border():
+    pose, goal = Pose(-4.0, 0.0), (15.0, 0.0)
+    asked = request(seen(WALL), pose, goal, gdem=orbit_2m())
+    surface = cycle.classify(asked.ldem, SETTINGS.mapping)
+    freedom = cycle._freedom(asked, surface)
+    gdem, field = cycle._from_orbit(asked, surface, freedom)
+    seeds, left = cycle._seeds(surface.grid, goal, 0.3, field)
+    cost = cycle.cost_to_go(freedom, seeds, SETTINGS.planning, CELL, True, np.zeros(freedom.shape, np.float32), left)
+    border = cost[:, seeds[:, 0], seeds[:, 1]].min(axis=0)
+    passable = (freedom[:, seeds[:, 0], seeds[:, 1]] != Freedom.BLOCKED).any(axis=0)
+    assert np.isfinite(left[passable]).all()
+    assert (border[passable] <= left[passable] + 1e-3).all()
+    places = np.array([surface.grid.centre(*seed[:2]) for seed in seeds])
+    outside = cycle.global_path.values_at(field, places + np.array([CELL, 0.0]))
+    east = passable & (seeds[:, 1] == surface.grid.columns - 1)
+    assert east.sum() > 50
+    assert np.abs(border[east] - outside[east]).max() <= gdem.grid.cell_m / 6
+
+
+def test_ground_that_would_shut_the_rover_in_does_not_change_the_orbiters_map():
+    pose, goal = Pose(-4.0, 0.0), (15.0, 0.0)
+    narrow = Gdem(Grid(-19.0, -1.0, 2.0, 2, 20), np.zeros((2, 20), np.float32))  # a strip that the wall crosses
+    result = cycle.plan(request(seen(WALL), pose, goal, gdem=narrow))
+    assert result.gdem is narrow
+    assert result.decision.kind == "drive"
+
+
+def test_the_cells_of_rover_and_goal_are_never_closed():
+    pose, goal = Pose(-4.0, 0.0), (3.0, 1.0)
+    boxed = [(2.0, 0.0, 4.0, 0.3), (2.0, 1.7, 4.0, 2.0), (2.0, 0.0, 2.3, 2.0), (3.7, 0.0, 4.0, 2.0)]
+    gdem = cycle.plan(request(seen(boxed), pose, goal, gdem=orbit_2m())).gdem
+    assert np.isfinite(gdem.heights_m[gdem.grid.cell(*goal)])
+    assert np.isfinite(gdem.heights_m[gdem.grid.cell(pose.x_m, pose.y_m)])
+
+
 def test_report_holds_disjoint_sets_and_the_paths():
     world, pose = World([(0.0, -1.0, 0.3, 1.0)]), Pose(-4.0, 0.0)
     begin(world, pose)

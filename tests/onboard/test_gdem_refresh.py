@@ -57,6 +57,12 @@ def test_ground_that_joins_no_two_sides_closes_the_cell() -> None:
     assert np.isfinite(got).sum() == 15
 
 
+def test_a_cell_that_is_to_stay_open_takes_its_height_but_is_not_closed() -> None:
+    shut = freedom()
+    shut[:, :100, :100] = Freedom.BLOCKED
+    assert refresh(orbit(), window(), shut, ((-3.0, -7.0),)).heights_m[1, 1] == 1.5
+
+
 def test_a_map_that_nothing_changes_is_the_same_object() -> None:
     given = orbit()
     assert refresh(given, window(known=False), freedom(Freedom.UNKNOWN)) is given

@@ -145,6 +145,18 @@ def test_r10_lets_the_strategy_choose_only_while_the_record_falls():
     assert rule.decide(state, asked, MISSION)[0].rule == "R5"  # that stop was made
 
 
+def test_without_the_guard_the_strategy_chooses_at_every_stop_until_the_limit_ends_it():
+    loose = Mission(guard=False, stop_limit=3)
+    asked = situation(choice=option(0.0, 0.0), commit=option(3.0, 0.0, target=(3.1, 0.0)))
+    state = first_stop()
+    for _ in range(2):
+        decision, state = rule.decide(state, asked, loose)
+        assert (decision.kind, decision.rule) == ("drive", "R10")
+        state = rule.arrive(state, HERE, 6.0)
+    assert rule.decide(state, asked, loose)[0].rule == "R10"
+    assert rule.decide(rule.arrive(state, HERE, 6.0), asked, loose)[0].kind == "unreachable"
+
+
 def test_a_mission_ends_at_its_stop_limit():
     state = replace(first_stop(), number=MISSION.stop_limit + 1)
     decision, _ = rule.decide(state, situation(commit=option(3.0, 0.0, target=(3.1, 0.0))), MISSION)

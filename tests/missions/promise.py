@@ -1,0 +1,82 @@
+"""What the default rule must show, and where a campaign falls short of it; the table in Markdown."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+from tests.missions.campaign import Summary
+
+WHOLE = 60  # seeds of a full set: how many of them are reachable is a promise too
+LEAST_REACHABLE = 40
+HEADS = ("rule and fields", "missions", "reached / reachable", "beyond", "reported", "endless", "stops",
+         "way / optimum", "hard", "soft")  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Promise:
+    """Of one set of fields. reached_ratio: of the reachable goals. Medians and p90 at most, None: not promised.
+
+    all_reachable: every field of the set. unreachable: every goal is to be reported so.
+    """
+
+    reached_ratio: float = 1.0
+    median_ratio: float | None = None
+    p90_ratio: float | None = None
+    median_stops: float | None = None
+    all_reachable: bool = False
+    unreachable: bool = False
+
+
+PROMISES: Mapping[str, Promise] = {
+    "optimistic": Promise(median_ratio=1.05, p90_ratio=1.2, median_stops=3),
+    "optimistic, fresh seeds": Promise(median_ratio=1.05, p90_ratio=1.2, median_stops=3),
+    "pose error 5 cm + 1 deg": Promise(reached_ratio=0.95),
+    "U-traps": Promise(all_reachable=True),
+    "ringed goals": Promise(unreachable=True),
+    "36 to 42 m": Promise(all_reachable=True),
+    "36 to 42 m, map from orbit": Promise(all_reachable=True),
+}
+
+
+def shortfalls(lines: Sequence[Summary]) -> list[str]:
+    """Each promise that a line of the table breaks, in words; runs without a promise must only end."""
+    return [f"{line.name}: {text}" for line in lines for text in _broken(line, PROMISES.get(line.name))]
+
+
+def _broken(s: Summary, promise: Promise | None) -> Iterator[str]:
+    if s.endless and "unguarded" not in s.name:
+        yield f"{s.endless} endless"
+    if promise is None:
+        return
+    if s.hard:
+        yield f"{s.hard} missions with a hard contact"
+    if s.reached < promise.reached_ratio * s.reachable:
+        yield f"reached {s.reached} of {s.reachable} reachable goals"
+    if s.name.startswith("optimistic") and s.missions == WHOLE and s.reachable < LEAST_REACHABLE:
+        yield f"only {s.reachable} of {s.missions} goals are reachable"
+    if promise.all_reachable and s.reachable < s.missions:
+        yield f"only {s.reachable} of {s.missions} goals are reachable"
+    if promise.unreachable and s.reported < s.missions:
+        yield f"reported {s.reported} of {s.missions} goals unreachable"
+    for what, found, most in (
+        ("median stops", s.stops[0], promise.median_stops),
+        ("median way / optimum", s.ratio[0], promise.median_ratio),
+        ("p90 of way / optimum", s.ratio[1], promise.p90_ratio),
+    ):
+        if most is not None and found > most:
+            yield f"{what} {found:.2f} is over {most:g}"
+
+
+def cells(s: Summary) -> tuple[str, ...]:
+    """A line of the table as text, in the order of HEADS."""
+    stops, ratio = (" / ".join(f"{v:{form}}" for v in of) if of[0] == of[0] else "-"
+                    for of, form in ((s.stops, ".0f"), (s.ratio, ".2f")))  # fmt: skip
+    return (s.name, str(s.missions), f"{s.reached} / {s.reachable}", str(s.beyond), str(s.reported), str(s.endless),
+            stops, ratio, str(s.hard), str(s.soft))  # fmt: skip
+
+
+def markdown(lines: Sequence[Summary]) -> str:
+    """The table as Markdown."""
+    rows = [HEADS, ("---",) + ("---:",) * (len(HEADS) - 1), *(cells(line) for line in lines)]
+    return "\n".join("| " + " | ".join(row) + " |" for row in rows) + "\n"
