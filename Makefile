@@ -36,7 +36,10 @@ sim: .venv/.project ## bench, rover and link in real time until Ctrl-C; try `gro
 	@$(B)/hil sim --seed $(SEED) --terrain $(TERRAIN)
 
 test: .venv/.project ## the fast test suite (under 5 minutes on two cores)
-	@$(FIXED) $(B)/python -m pytest -n 2 --dist loadgroup
+	@$(FIXED) $(B)/python -m pytest -n 2 --dist loadgroup -m "not campaign"
+
+test-missions: .venv/.project ## what maps, guard and mission rule do on seeded fields without physics (minutes)
+	@$(FIXED) $(B)/python -m pytest -n 2 --dist loadgroup -m campaign
 
 build/sanitize/.built: .venv/.packages $(NATIVE)
 	@echo "building the kernels with sanitizers"
@@ -62,7 +65,7 @@ bench: .venv/.project ## measure; QUICK=1 for two repeats; writes build/bench.js
 missions: .venv/.project ## fly the mission rule on seeded fields without physics; FRESH=commit for 60 more seeds
 	@$(FIXED) $(B)/python -m tests.missions fly $(if $(FRESH),--fresh-from $(FRESH))
 
-nightly: lint test test-sanitize bench missions ## everything that tests or measures, with ten demo seeds, real ground and craters
+nightly: lint test test-missions test-sanitize bench missions ## everything that tests or measures, with ten demo seeds, real ground and craters
 	@for seed in 1 2 3 4 5 6 7 8 9 10; do $(B)/hil demo --seed $$seed --out build/nightly/seed-$$seed || echo "seed $$seed failed" >> build/nightly/failed; done
 	@$(B)/hil demo --terrain real --out build/nightly/real
 	@$(B)/hil demo --terrain craters --out build/nightly/craters
@@ -85,4 +88,4 @@ clean: ## remove build and .venv
 help: ## this list
 	@grep -E '^[a-z-]+:.*##' Makefile | sed 's/:.*## /\t/' | expand -t 12
 
-.PHONY: demo sim test test-sanitize lint bench missions nightly codec docs size clean help
+.PHONY: demo sim test test-missions test-sanitize lint bench missions nightly codec docs size clean help

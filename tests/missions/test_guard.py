@@ -3,6 +3,7 @@
 import math
 
 import numpy as np
+import pytest
 
 from onboard.config import load
 from onboard.records import Grid, Pose
@@ -12,6 +13,8 @@ from tests.missions.guarded import Drift, Guarded, in_hole, really_bad
 from tests.missions.open_loop import Put, outcomes
 from tests.missions.scanner import scanner
 from tests.missions.world import World
+
+pytestmark = pytest.mark.campaign
 
 CONFIG = load(None, GUARDED)
 GRID = Grid(-2.975, -2.975, 0.05, 120, 200)

@@ -24,7 +24,7 @@ CONFIG = Config()
 SCANNER = scanner(CONFIG)
 SEEDS = range(1, 9)
 POSES = 10_000 // len(SEEDS)
-pytestmark = pytest.mark.xdist_group("map-semantics")  # the scans are made once
+pytestmark = [pytest.mark.campaign, pytest.mark.xdist_group("map-semantics")]  # the scans are made once
 
 
 class Seen(NamedTuple):

@@ -4,6 +4,7 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
+import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
@@ -13,6 +14,8 @@ from tests.missions.mission import Errors, Kinematic
 from tests.missions.scanner import Scanner, scanner
 from tests.missions.small import quick, world
 from tests.missions.truth import truth
+
+pytestmark = pytest.mark.campaign
 
 CONFIG = quick()
 SCANNER = scanner(CONFIG)
