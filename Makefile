@@ -5,7 +5,7 @@ SEED ?= 1
 FUZZ_S ?= 120
 TERRAIN ?= fbm
 B := .venv/bin
-NATIVE := CMakeLists.txt pyproject.toml $(wildcard onboard/native/*.?pp hil/native/*.?pp)
+NATIVE := CMakeLists.txt pyproject.toml $(wildcard onboard/kernels/*.?pp hil/native/*.?pp)
 KERNEL_TESTS := tests/onboard/test_kernels.py tests/onboard/test_live_grid.py tests/onboard/test_pose_field.py \
 	tests/onboard/test_ldem.py tests/onboard/test_cell_classes.py tests/onboard/test_class_kernels.py \
 	tests/onboard/test_visibility.py tests/onboard/test_visibility_kernels.py tests/onboard/test_fuzz.py \

@@ -1,5 +1,6 @@
-"""The native kernels. One door for each subject (`raster`, `pose_field`, ...) checks shapes, dtypes and memory layout.
+"""The doors to the native kernels, whose sources are in `onboard/kernels`: one for each subject.
 
-The work runs without the interpreter's lock. A ValueError names the argument, what is expected and what was given; the
-kernels themselves check nothing. `variant` chooses the build for this machine's instruction set.
+A door checks shapes, dtypes and memory layout; a ValueError names the argument, what is expected and what was given,
+for the kernels themselves check nothing. They run without the interpreter's lock. `variant` chooses the build for this
+machine's instruction set.
 """

@@ -17,7 +17,7 @@ struct Cell {
     float z_hi, z_lo;  // NaN while n == 0
     std::int32_t n, unused;
 };
-static_assert(sizeof(Cell) == 32, "two to a cache line; onboard/native/raster.py CELL");
+static_assert(sizeof(Cell) == 32, "two to a cache line; onboard/native/cells.py CELL");
 
 // One turn of the scanner, or a part of it.
 struct Turn {
