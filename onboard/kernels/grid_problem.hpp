@@ -8,8 +8,8 @@ namespace eldorado {
 // Fields get a rim of one cell around rows x columns that is not free: padded sizes, flat indices of it.
 struct GridProblem {
     std::int64_t rows, columns;  // without the rim
-    const std::uint8_t* free;    // (rows, columns) 0 or 1
-    const std::uint8_t* goals;   // (rows, columns) 0 or 1; counts where it is free
+    const std::uint8_t* free;    // (rows, columns) not 0: free
+    const std::uint8_t* goals;   // (rows, columns) not 0: a goal; counts where it is free
     const float* closeness;      // (rows, columns) >= 0, or null
     double cell_m;
 };

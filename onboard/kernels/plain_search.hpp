@@ -90,7 +90,8 @@ class PlainSearch {
         for (std::int64_t j = 0; j < p_.rows; ++j) {
             std::uint8_t* const row = w_.free + (j + 1) * stride_;
             row[0] = row[stride_ - 1] = 0;
-            std::copy(p_.free + j * p_.columns, p_.free + (j + 1) * p_.columns, row + 1);
+            const std::uint8_t* const given = p_.free + j * p_.columns;
+            for (std::int64_t i = 0; i < p_.columns; ++i) row[i + 1] = given[i] != 0;  // the sets are made of these bits
         }
         std::fill(w_.free + cells_ - stride_, w_.free + cells_, std::uint8_t{0});
         const std::uint8_t* const north = w_.free;
@@ -105,13 +106,21 @@ class PlainSearch {
         }
     }
 
+    // The first byte that is not 0 from `at` on, eight at a time; `end` where there is none.
+    static const std::uint8_t* next_set(const std::uint8_t* at, const std::uint8_t* end) {
+        for (std::uint64_t eight = 0; end - at >= 8; at += 8) {
+            std::memcpy(&eight, at, 8);
+            if (eight != 0) break;
+        }
+        while (at < end && *at == 0) ++at;
+        return at;
+    }
+
     // Enters the goals in the first list; their count.
     std::int64_t plant() {
         std::int64_t count = 0;
         const std::uint8_t* const end = p_.goals + p_.rows * p_.columns;
-        for (const std::uint8_t* goal = p_.goals; goal < end; ++goal) {
-            goal = static_cast<const std::uint8_t*>(std::memchr(goal, 1, static_cast<std::size_t>(end - goal)));
-            if (goal == nullptr) break;
+        for (const std::uint8_t* goal = next_set(p_.goals, end); goal < end; goal = next_set(goal + 1, end)) {
             const std::int64_t place = goal - p_.goals, cell = (place / p_.columns + 1) * stride_ + place % p_.columns + 1;
             if (!w_.free[cell]) continue;
             w_.cells[cell] = kGridWays.open[w_.around[cell]];

@@ -193,3 +193,13 @@ def test_every_build_gives_the_same_bits(name: str, soft: bool, monkeypatch: pyt
     for door in (distance, pose_field, sight):
         monkeypatch.setattr(door, "kernels", variant.load(name))
     assert results() == want
+
+
+@pytest.mark.parametrize("name", variant.available())
+def test_any_byte_but_zero_is_true(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(distance, "kernels", variant.load(name))
+    odd = np.full((5, 7), 255, np.uint8).view(np.bool_)
+    goals = np.zeros((5, 7), np.uint8)
+    goals[2, 3] = 2
+    want = distance.cost_to_go(np.ones((5, 7), bool), goals.astype(bool), CELL_M)
+    assert np.array_equal(distance.cost_to_go(odd, goals.view(np.bool_), CELL_M), want)
