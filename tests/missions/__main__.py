@@ -20,9 +20,10 @@ from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table
 
+from tests.missions import campaign, guard_runs, open_loop
 from tests.missions import draw as drawing
-from tests.missions import guard_runs, open_loop
-from tests.missions.campaign import POSE_ERROR, UNGUARDED_STOPS, Row, Run, Summary, fly_all, mission, summary
+from tests.missions.campaign import POSE_ERROR, UNGUARDED_STOPS, Row, Run, Summary, mission, summary
+from tests.missions.parallel import fly_all
 from tests.missions.promise import HEADS, cells, markdown, shortfalls
 
 FIXED = tuple(range(1, 61))
@@ -71,7 +72,7 @@ def fly(
     rows: list[Row] = []
     with Progress(console=Console(stderr=True)) as progress:
         task = progress.add_task("missions", total=sum(len(run.seeds) for run in chosen))
-        for row in fly_all(chosen, workers):
+        for row in fly_all(campaign.fly, chosen, workers):
             rows.append(row)
             progress.update(task, advance=1, description=f"{row.run} {row.seed}")
     order = [run.name for run in chosen]
@@ -112,7 +113,7 @@ def guard(
     wanted = set(_seeds(seeds)) if seeds else None
     met = open_loop.table(open_loop.all_outcomes(range(1, objects + 1), workers))
     Console(width=150).print(met)
-    rows = list(guard_runs.fly_all([run.only(wanted) for run in guard_runs.RUNS], workers))
+    rows = list(fly_all(guard_runs.fly, [run.only(wanted) for run in guard_runs.RUNS], workers))
     Console(width=190).print(guard_runs.table(rows))
 
 

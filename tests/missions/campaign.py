@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field
 from functools import lru_cache
 from typing import Any
@@ -96,17 +95,6 @@ def fly(run: Run, seed: int) -> Row:
         run.name, seed, world.kind, perfect.reachable, perfect.way_m, flight.kind, flight.reason, len(flight.stops),
         flight.scans, flight.way_m, ratio, flight.miss_m, flight.hard, flight.soft, rules,
     )
-
-
-def fly_all(runs: Sequence[Run], workers: int) -> Iterator[Row]:
-    """Every mission of every run, as they end."""
-    with ProcessPoolExecutor(workers) as pool:
-        jobs = [pool.submit(fly, run, seed) for run in runs for seed in run.seeds]
-        try:
-            for job in as_completed(jobs):
-                yield job.result()
-        finally:
-            pool.shutdown(wait=True, cancel_futures=True)
 
 
 @dataclass(frozen=True)

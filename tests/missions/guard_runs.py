@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 from rich.table import Table
@@ -67,17 +66,6 @@ def fly(run: GuardRun, seed: int) -> GuardRow:
         run.name, seed, flight.kind, len(flight.stops), flight.scans, flight.way_m, flight.hard, flight.in_hole,
         flight.unseen, len(flight.guard_stops), sum(not stop.real for stop in flight.guard_stops),
     )  # fmt: skip
-
-
-def fly_all(runs: Sequence[GuardRun], workers: int) -> Iterator[GuardRow]:
-    """Every mission of every run, as they end."""
-    with ProcessPoolExecutor(workers) as pool:
-        jobs = [pool.submit(fly, run, seed) for run in runs for seed in run.seeds]
-        try:
-            for job in as_completed(jobs):
-                yield job.result()
-        finally:
-            pool.shutdown(wait=True, cancel_futures=True)
 
 
 def table(rows: Sequence[GuardRow]) -> Table:
