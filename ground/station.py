@@ -6,8 +6,6 @@ import json
 from types import TracebackType
 from typing import Self
 
-import zenoh
-
 from ground.archive import Archive
 from ground.clock import Turn
 from ground.memory import Block, Memory
@@ -49,7 +47,7 @@ class Station:
         endpoint = self._settings.endpoint
         try:
             self._end = LinkEnd(carrier.GROUND, endpoint, hear=KEY_DOWN, say=KEY_UP)
-        except zenoh.ZError as error:
+        except ValueError as error:
             like = "tcp/127.0.0.1:7448"
             raise ConfigError(f"endpoint = {endpoint!r} should be a locator like {like}: {error}") from error
         return self

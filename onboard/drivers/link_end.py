@@ -23,7 +23,7 @@ class LinkEndError(RuntimeError):
 
 class LinkEnd:
     """An end named `side` that takes from key `hear` and puts on key `say`. Close it: an open session hangs the
-    interpreter at its end. Raises zenoh.ZError for an endpoint that is no locator."""
+    interpreter at its end. Raises ValueError for an endpoint that is no locator."""
 
     def __init__(self, side: str, endpoint: str, *, hear: str, say: str) -> None:
         self.failed = False
@@ -31,9 +31,12 @@ class LinkEnd:
         self._probe = carrier.Probe()
         self._stack = ExitStack()
         config = zenoh.Config()
-        for name, text in carrier.settings(connect=endpoint):
-            config.insert_json5(name, text)
-        self._session = self._stack.enter_context(zenoh.open(config))
+        try:
+            for name, text in carrier.settings(connect=endpoint):
+                config.insert_json5(name, text)
+            self._session = self._stack.enter_context(zenoh.open(config))
+        except zenoh.ZError as error:
+            raise ValueError(str(error)) from error
         self._in = self._session.declare_subscriber(hear, zenoh.handlers.FifoChannel(carrier.QUEUE_SAMPLES))
         self._answers = self._session.declare_subscriber(
             carrier.answer_key(side), zenoh.handlers.FifoChannel(1000))

@@ -12,8 +12,6 @@ from collections.abc import Iterable, Sequence
 from types import TracebackType
 from typing import Self
 
-import zenoh
-
 from onboard.config import Config, ConfigError
 from onboard.drivers.key_file import read_keys
 from onboard.drivers.link_end import LinkEnd, LinkEndError
@@ -82,7 +80,7 @@ class LinkPort:
         self._sent = 0
         try:
             self._end = LinkEnd(carrier.ROVER, endpoint, hear=KEY_UP, say=KEY_DOWN)
-        except zenoh.ZError as error:
+        except ValueError as error:
             like = "tcp/127.0.0.1:7447"
             raise ConfigError(f"link.endpoint = {endpoint!r} should be a locator like {like}: {error}") from error
 
