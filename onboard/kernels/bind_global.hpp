@@ -39,14 +39,14 @@ static bool global_edges_into(Array<const float, 2> heights_m, float cell_m, Arr
 }
 
 static bool global_cost_to_go_into(Array<const float, 2> edges_m, float shortest_m, Array<const std::int64_t, 1> seeds,
-                                   Array<const double, 1> seed_costs_m, Array<double, 1> work_m, Array<std::uint8_t, 1> came,
+                                   Array<const double, 1> seed_costs_m, Array<double, 1> words,
                                    Array<std::int32_t, 2> chunks, Done done, Cancel cancel, Array<float, 2> cost_m,
                                    Array<std::int32_t, 2> next_node) {
     const auto rows = static_cast<std::int64_t>(cost_m.shape(0)), columns = static_cast<std::int64_t>(cost_m.shape(1));
     const GlobalProblem problem{rows,         columns,           edges_m.data() + kAxes * (columns + 1),
                                 shortest_m,   seeds.data(),      seed_costs_m.data(),
                                 static_cast<std::int64_t>(seeds.size())};
-    const GlobalWork work{work_m.data() + columns + 1, came.data(), reinterpret_cast<Chunk*>(chunks.data())};
+    const GlobalWork work{words.data() + columns + 1, reinterpret_cast<Chunk*>(chunks.data())};
     nb::gil_scoped_release unlocked;
     return GlobalSearch(problem, work, {done.data(), cancel.data()}).run(cost_m.data(), next_node.data());
 }

@@ -30,7 +30,7 @@ class Workspace:
 
     layers: float32 (3, rows, columns) roughness (m) and the slopes along x and y, NaN without data. edges_m: float32,
     columns + 1 impassable nodes, then (rows * columns, 4): cost of the edge to the E, NE, N, NW, +inf impassable. The
-    other four are the neighbours' (both directions cost the same). cost_m, came, chunks: the search's.
+    other four are the neighbours' (both directions cost the same). words, chunks: the search's.
     progress.done: nodes done since it was 0.
     """
 
@@ -38,8 +38,7 @@ class Workspace:
     columns: int
     layers: F32
     edges_m: F32
-    cost_m: F64
-    came: U8
+    words: F64
     chunks: I32
     progress: Progress = field(default_factory=Progress)
 
@@ -47,8 +46,7 @@ class Workspace:
         nodes, more = self.rows * self.columns, self.columns + 1
         check_array("layers", self.layers, (3, self.rows, self.columns), np.float32)
         check_array("edges_m", self.edges_m, (more + nodes, AXES), np.float32)
-        check_array("cost_m", self.cost_m, (nodes + 2 * more,), np.float64)
-        check_array("came", self.came, (nodes,), np.uint8)
+        check_array("words", self.words, (nodes + 2 * more,), np.float64)
         check_array("chunks", self.chunks, (_chunks(nodes), kernels.GLOBAL_CHUNK_NODES + 2), np.int32)
         check_array("progress.done", self.progress.done, (1,), np.int64)
         check_array("progress.stop", self.progress.stop, (1,), np.uint8)
@@ -60,7 +58,10 @@ def _chunks(nodes: int) -> int:
 
 
 def workspace(rows: int, columns: int) -> Workspace:
-    """Room for maps of this size: 45 bytes a node. Raises ValueError for an empty map or one of 2^31 nodes or more."""
+    """Room for maps of this size: 36 bytes a node, and a little of `chunks`.
+
+    Raises ValueError for an empty map or one of 2^31 nodes or more.
+    """
     nodes, more = rows * columns, columns + 1
     if not (rows > 0 and columns > 0 and nodes <= MOST_NODES):
         raise ValueError(f"map: expected 1 to {MOST_NODES} nodes, given {rows} x {columns}")
@@ -72,7 +73,6 @@ def workspace(rows: int, columns: int) -> Workspace:
         np.empty((3, rows, columns), np.float32),
         edges_m,
         np.empty(nodes + 2 * more),
-        np.empty(nodes, np.uint8),
         np.empty((_chunks(nodes), kernels.GLOBAL_CHUNK_NODES + 2), np.int32),
     )
 
@@ -124,7 +124,7 @@ def cost_to_go(seeds: tuple[NDArray[np.int64], F64], cell_m: float, work: Worksp
         raise ValueError(f"seed costs: expected finite costs >= 0, given {costs_m.min()} to {costs_m.max()}")
     cost_m = np.empty((work.rows, work.columns), np.float32)
     next_node = np.empty((work.rows, work.columns), np.int32)
-    scratch = (work.cost_m, work.came, work.chunks, *_watched(work))
+    scratch = (work.words, work.chunks, *_watched(work))
     if not kernels.global_cost_to_go_into(work.edges_m, cell_m, places, costs_m, *scratch, cost_m, next_node):
         raise CancelledError("global plan, while the way was searched")
     return cost_m, next_node
