@@ -168,18 +168,17 @@ GLOBAL_CHUNK_NODES: int
 GLOBAL_BUCKETS: int
 
 def global_layers_into(
-    heights_m: F32, cell_m: float, raw: bool, layers: F32, done: NDArray[np.int64], cancel: U8
-) -> float: ...
+    heights_m: F32, cell_m: float, raw: bool, edges_m: F32, done: NDArray[np.int64], cancel: U8
+) -> bool: ...
 def global_edges_into(
-    heights_m: F32, cell_m: float, layers: F32, prices: F32, edges_m: F32, done: NDArray[np.int64], cancel: U8
+    heights_m: F32, cell_m: float, prices: F32, edges_m: F32, done: NDArray[np.int64], cancel: U8
 ) -> bool: ...
 def global_cost_to_go_into(
     edges_m: F32,
     shortest_m: float,
     seeds: NDArray[np.int64],
     seed_costs_m: F64,
-    work_m: F64,
-    came: U8,
+    words: F64,
     chunks: I32,
     done: NDArray[np.int64],
     cancel: U8,
