@@ -37,7 +37,7 @@ def app() -> None:
 @click.option("--out", "-o", type=Path, default=Path("gdem.npz"), show_default=True, help="Where the map goes.")
 @click.option("--start-lonlat", type=PAIR, metavar="LON LAT", help="Start: longitude and latitude, degrees.")
 @click.option("--start-xy", type=PAIR, metavar="X Y", help="Start: x and y in the file's own coordinates.")
-@click.option("--start-rowcol", type=PAIR, metavar="ROW COLUMN", help="Start: row and column; the first cell is 0.5 0.5.")
+@click.option("--start-rowcol", type=PAIR, metavar="ROW COLUMN", help="Start: row, column; the first cell is 0.5 0.5.")
 @click.option("--size", type=LENGTH, default=500.0, show_default=True, help="Side of the map around the start, m.")
 @click.option("--cell", type=LENGTH, default=10.0, show_default=True, help="Its cells, m.")
 @click.option("--band", type=click.IntRange(min=0), default=0, help="Band of the file, from 1; 0: it has one.")
