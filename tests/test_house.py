@@ -14,7 +14,7 @@ PACKAGES = ("protocol", "onboard", "hil", "ground", "pictures")
 GENERATED = {"protocol/can_codec.py", "protocol/eldorado_dialect.py"}
 
 ONE_IMPORTER = {
-    "can": {"onboard/drivers/kernel_bus.py"},
+    "can": {"onboard/drivers/can_bus.py"},
     "zenoh": {"onboard/drivers/link_end.py", "hil/link_emulator.py"},
     "pybullet": {"hil/engine.py"},
     "filterpy": {"onboard/perception/localisation.py"},
