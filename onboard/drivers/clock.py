@@ -5,7 +5,7 @@ from __future__ import annotations
 import select
 import socket
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack
 
 from onboard.config import ConfigError
@@ -47,6 +47,15 @@ class WallClock:
         while not self.stopping and (left_ns := deadline_ns - self.now_ns()) > 0:
             time.sleep(left_ns / 1e9)
         return None if self.stopping else Tick(self._number, deadline_ns, ())
+
+    def overtime(self, ticks: int) -> Iterator[Tick]:
+        """So many ticks more, though the run is over."""
+        for _ in range(ticks):
+            self._number = max(self._number + 1, self.now_ns() // self._tick_ns)
+            deadline_ns = self._number * self._tick_ns
+            while (left_ns := deadline_ns - self.now_ns()) > 0:
+                time.sleep(left_ns / 1e9)
+            yield Tick(self._number, deadline_ns, ())
 
     def done(self, tick: Tick, sent: Mapping[str, int], connect: Sequence[str]) -> None:
         """Nobody waits for it."""
