@@ -16,11 +16,12 @@ SANITIZED := EL_DORADO_KERNELS=build/sanitize ASAN_OPTIONS=detect_leaks=0 PYTHON
 	LD_PRELOAD="$$(g++ -print-file-name=libasan.so) $$(g++ -print-file-name=libstdc++.so)"
 FIXED := PYTHONHASHSEED=0 OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1
 
-.venv/.packages: requirements.lock tools/check_system.sh
+.venv/.packages: requirements.lock requirements-source.lock tools/check_system.sh
 	@sh tools/check_system.sh "$(PYTHON)"
 	@echo "setting up .venv (once; a minute or two)"
 	@$(PYTHON) -m venv --clear .venv
 	@$(B)/python -m pip install --quiet --disable-pip-version-check --only-binary :all: --require-hashes -r requirements.lock
+	@$(B)/python -m pip install --quiet --disable-pip-version-check --no-build-isolation --no-deps --require-hashes -r requirements-source.lock
 	@touch $@
 
 .venv/.project: .venv/.packages $(NATIVE)
