@@ -1,12 +1,13 @@
 """The scanner's end of the cable: a TCP port or a pseudo terminal for one client, for a single-threaded loop.
 
-`poll` and `write` never block, and a client that comes or goes is a state. What a slow reader does not take waits;
-beyond BACKLOG whole writes (whole scans) are dropped and counted, never cut. For the lock-step `received` and `sent`
-count the bytes of this `epoch`; each client begins a new one.
+`poll`, `write` and `put` never block, and a client that comes or goes is a state. What a slow reader does not take
+waits; beyond BACKLOG whole scans (of `write`, whole writes) are dropped and counted, never cut. For the lock-step
+`received` and `sent` count the bytes of this `epoch`; each client begins a new one.
 """
 
 from __future__ import annotations
 
+import errno
 import os
 import select
 import socket
@@ -16,7 +17,10 @@ import tty
 from abc import ABC, abstractmethod
 from pathlib import Path
 
+from hil.devices.lidar import Piece
+
 BACKLOG = 1 << 18
+REPLIES_BACKLOG = 1 << 20  # for a client that asks without end and never reads
 
 
 class Cable(ABC):
@@ -25,8 +29,18 @@ class Cable(ABC):
     def __init__(self) -> None:
         self.address = ""
         self.epoch = self.received = self.sent = self.dropped = 0
-        self._refusing = False
+        self._refusing = self._dropping = False
         self._backlog = bytearray()
+
+    @property
+    def hung_up(self) -> bool:
+        """Whether fileno() is of no use to wait on: nobody has the terminal open."""
+        return False
+
+    @property
+    def waits_to_send(self) -> bool:
+        """Whether the client has yet to take something."""
+        return bool(self._backlog)
 
     @property
     @abstractmethod
@@ -88,8 +102,19 @@ class Cable(ABC):
         self.sent += len(data)
         return len(data)
 
+    def put(self, piece: Piece) -> None:
+        """Send a piece of a reply or scan, or keep it for later; a scan that begins with a full backlog is left out."""
+        if piece.begins:
+            self._dropping = len(self._backlog) > (BACKLOG if piece.scan else REPLIES_BACKLOG)
+            self.dropped += self._dropping
+        if self.connected and not self._dropping:
+            self._backlog += piece.data
+            self._flush()
+            self.sent += len(piece.data)
+
     def _began(self) -> None:
         self.epoch += 1
+        self._dropping = False
         self.received = self.sent = 0
         self._backlog.clear()
 
@@ -199,12 +224,17 @@ class LidarServer(Cable):
 
 
 class LidarTerminal(Cable):
-    """A pseudo terminal. `address` is a link whose name survives disconnect(): the next poll plugs in anew under it."""
+    """A pseudo terminal. `address` is a link whose name survives disconnect(): the next poll plugs in anew under it.
 
-    def __init__(self) -> None:
+    link: its name; without one it is in a folder of its own. Raises FileExistsError where something else has that name.
+    """
+
+    def __init__(self, link: Path | None = None) -> None:
         super().__init__()
         self._folder = tempfile.TemporaryDirectory(prefix="lidar-")
-        self._link = Path(self._folder.name) / "tty"
+        self._link = link or Path(self._folder.name) / "tty"
+        if self._link.exists() and not self._link.is_symlink():
+            raise FileExistsError(errno.EEXIST, "it is there already, and no link")
         self.address = f"tty:{self._link}"
         self._master = -1
         self._open = False
@@ -214,6 +244,11 @@ class LidarTerminal(Cable):
     def connected(self) -> bool:
         """See Cable."""
         return self._open
+
+    @property
+    def hung_up(self) -> bool:
+        """See Cable."""
+        return not self._open
 
     def fileno(self) -> int:
         """See Cable."""

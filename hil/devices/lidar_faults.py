@@ -11,14 +11,16 @@ Where a fault acts:
 from __future__ import annotations
 
 import re
+import tomllib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from hil.devices.lidar_states import DRILLS, State
-from onboard.config import ConfigError
+from onboard.config import ConfigError, from_tree
 from protocol import scip
 
 if TYPE_CHECKING:
@@ -43,17 +45,17 @@ class Kind:
 class Fault:
     """One row of a schedule. `value` as in KINDS, "" for its default."""
 
-    kind: str
-    at_s: float
+    kind: str = ""
+    at_s: float = 0.0
     for_s: float = 1e9
     value: str = ""
 
     def __post_init__(self) -> None:
         if self.kind not in KINDS:
             raise ConfigError(f"fault {self.kind!r} should be one of {', '.join(sorted(KINDS))}")
-        words = KINDS[self.kind].words
-        if self.value and (self.value not in words if words else not re.fullmatch(r"-?\d*\.?\d+", self.value)):
-            raise ConfigError(f"{self.kind}={self.value}: should be {' or '.join(sorted(words)) or 'a number'}")
+        words, number = KINDS[self.kind].words, r"-?\d*\.?\d+" if self.kind == "jump" else r"\d*\.?\d+"
+        if self.value and (self.value not in words if words else not re.fullmatch(number, self.value)):
+            raise ConfigError(f"fault {self.kind}={self.value} should be {' or '.join(sorted(words)) or 'a number'}")
 
 
 def parse_fault(text: str) -> Fault:
@@ -63,6 +65,18 @@ def parse_fault(text: str) -> Fault:
         raise ConfigError(f"--fault {text!r} should look like KIND@BEGIN or flip=0.001@10+5 (KIND=VALUE@BEGIN+SECONDS)")
     kind, value, at_s, for_s = found.groups()
     return Fault(kind, float(at_s), float(for_s or 1e9), value or "")
+
+
+def load_faults(path: Path) -> tuple[Fault, ...]:
+    """The rows `[[fault]]` (kind, at_s, for_s, value) of a TOML file. Raises FileNotFoundError, ConfigError."""
+    try:
+        tree = tomllib.loads(path.read_text())
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise ConfigError(f"{path}: not valid TOML: {error}") from error
+    if set(tree) - {"fault"} or not isinstance(tree.get("fault", []), list):
+        raise ConfigError(f"{path}: should hold tables [[fault]], found {', '.join(tree)}")
+    rows = [{k: str(v) if k == "value" else v for k, v in row.items()} for row in tree.get("fault", [])]
+    return tuple(from_tree(Fault, row, str(path), "fault.") for row in rows)
 
 
 # -- what a beginning and an end do ----------------------------------------------------------------------------
@@ -136,20 +150,20 @@ def _jump(sensor: Lidar, value: str) -> None:
 
 
 KINDS: Mapping[str, Kind] = {
-    "flip": Kind("of the bytes leave with one bit changed", "0.0002"),
-    "lose": Kind("of the bytes are lost", "0.0002"),
-    "double": Kind("of the bytes come twice", "0.0002"),
-    "garbage": Kind("random bytes come before each reply and scan", "40"),
-    "split": Kind("bytes at most in one piece", "1"),
-    "merge": Kind("ms from one delivery to the next, everything between comes together", "100"),
+    "flip": Kind("share of the bytes that leave with one bit changed", "0.0002"),
+    "lose": Kind("share of the bytes that are lost", "0.0002"),
+    "double": Kind("share of the bytes that come twice", "0.0002"),
+    "garbage": Kind("random bytes before each reply and burst", "40"),
+    "split": Kind("most bytes in one piece", "1"),
+    "merge": Kind("ms between deliveries; what leaves in between arrives together", "100"),
     "slow": Kind("ms later than usual", "200", _slow, _go_on),
     "stall": Kind("no byte leaves", "1", _stall, _go_on),
     "cable": Kind("the link is gone: end of file, then refused", "1", _unplug, _plug),
-    "stamp": Kind("of the scans repeat the stamp before them", "1"),
-    "echo": Kind("of the scans have another request's echo", "1"),
-    "semicolon": Kind("of the scans have `;` for the sum of every block (legal: low digits are changed to fit)", "1"),
-    "dust": Kind("of the beams return nothing", "0.5", *_put("dropout_ratio")),
-    "clash": Kind("of the beams meet another sensor's light (code 3)", "0.2", *_put("clash_ratio")),
+    "stamp": Kind("share of the scans that repeat the stamp before them", "1"),
+    "echo": Kind("share of the scans with another request's echo", "1"),
+    "semicolon": Kind("share of the scans whose block sums are all `;` (legal: low digits change to fit)", "1"),
+    "dust": Kind("share of the beams that return nothing", "0.5", *_put("dropout_ratio")),
+    "clash": Kind("share of the beams that meet another sensor's light (code 3)", "0.2", *_put("clash_ratio")),
     "fail": Kind("the sensor fails: stream ended with status 50, then 0L, STAT says so", "1", _fail, _recover),
     "unstable": Kind("the motor is unstable: status 0M", "1", _shake, _steady),
     "refuse": Kind("status of the answer to everything", "0A", _refuse, _allow, frozenset(("0A", "0B", "0I", "0M"))),

@@ -26,6 +26,8 @@ class Optics:
 
     def measure(self, ranges_m: F64) -> I32:
         """What one turn gives, (1081, echoes): nearest echo first, scip.MISSING where there is none."""
+        if self._profile.grazing_rad:
+            ranges_m = np.where(grazing(ranges_m, self._profile.grazing_rad), np.inf, ranges_m)
         if self._profile.echoes == 1:
             return self._measured(ranges_m)[:, None]
         return _ranges_first(np.sort(self._measured(echoes(ranges_m).ravel()).reshape(BEAMS, 3), axis=1))
@@ -47,8 +49,6 @@ class Optics:
         seen = ranges_m <= profile.far_m
         if self.dropout_ratio:
             seen &= self._rng.random(count) >= self.dropout_ratio
-        if profile.grazing_rad:
-            seen &= ~grazing(ranges_m, profile.grazing_rad)
         values = np.full(count, NO_RETURN, np.int32)
         values[seen] = np.rint(noisy_m[seen] * 1e3).astype(np.int32)
         values[ranges_m < profile.near_m] = TOO_NEAR

@@ -143,18 +143,18 @@ class Profile:
 IDEAL = Profile()
 # [LOG] One answer a turn, TM1 within 1 ms, the first byte 23.7 ms after the stamp. The only logged frame is ME of all
 # beams: 6,717 bytes in two turns, in bursts of 2,402, 2,376 and 1,939 bytes that begin 0, 24.7 and 42.4 ms after its
-# first byte. A frame of one turn gets the same shares in half the time [?]. dark_ns [?].
+# first byte. A frame of one turn gets the same shares in half the time [?]. dark_ns, grazing_rad [?].
 UTM30LX = replace(
     IDEAL, name="utm-30lx", reply_tick_ns=25_000_000, time_reply_ns=950_000, latency_ns=4_950_000, jitter_ns=300_000.0,
     bursts=((2402 / 6717, 0), (2376 / 6717, 12_350_000), (1939 / 6717, 21_200_000)), turn_bytes=3_600,
-    dark_ns=1_500_000_000, reboot_ns=1_000_000_000, usb=True,
+    dark_ns=1_500_000_000, reboot_ns=1_000_000_000, usb=True, grazing_rad=0.02,
 )  # fmt: skip
 # [SRC urg_stamped] period, %ST, TM quirks, boot; scans leave right after the sweep. The reply tick is like that of the
-# logged UXM-30LX-E, one or two turns [LOG]. How long boot and waking take [?].
+# logged UXM-30LX-E, one or two turns [LOG]. How long boot and waking take, grazing_rad [?].
 UTM30LX_EW = replace(
     IDEAL, name="utm-30lx-ew", texts=EW_TEXTS, turn_ns=25.05e6, reply_tick_ns=25_050_000, time_reply_ns=950_000,
     latency_ns=200_000, jitter_ns=100_000.0, dark_ns=1_000_000_000, denied_ns=3_000_000_000, reboot_ns=1_000_000_000,
-    wake_ns=500_000_000, baud="network", echoes=3,
+    wake_ns=500_000_000, baud="network", echoes=3, grazing_rad=0.02,
     quirks=Quirks(state_command=True, timing_answers=frozenset(("VV", "II")), time_anywhere=True, time_twice=True),
 )  # fmt: skip
 PROFILES = {profile.name: profile for profile in (IDEAL, UTM30LX, UTM30LX_EW)}
