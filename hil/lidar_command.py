@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import json
+import os
 from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
@@ -101,7 +102,8 @@ def _cables(stack: ExitStack, tcp: str, pty: bool, link: Path | None) -> list[Ca
             cables.append(LidarServer(host, int(port)))
         except OSError as error:
             hint = "; is another one running? --tcp 0 takes a free port" if error.errno == errno.EADDRINUSE else ""
-            raise _fail(EX_UNAVAILABLE, f"cannot serve {host}:{port}: {error.strerror}{hint}") from None
+            why = os.strerror(error.errno) if (error.errno or 0) > 0 else error.strerror  # a name's errors are below 0
+            raise _fail(EX_UNAVAILABLE, f"cannot serve {host}:{port}: {why}{hint}") from None
         stack.callback(cables[-1].close)
     if pty or link:
         try:

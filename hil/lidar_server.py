@@ -20,6 +20,8 @@ from pathlib import Path
 from hil.devices.lidar import Piece
 
 BACKLOG = 1 << 18
+POLL_LIMIT = 1 << 16
+SEND_BUFFER = 1 << 16  # a sensor has no megabytes of old scans for who comes back late
 REPLIES_BACKLOG = 1 << 20  # for a client that asks without end and never reads
 
 
@@ -60,11 +62,11 @@ class Cable(ABC):
         self._refusing = refusing
 
     def poll(self) -> bytes:
-        """Let in who waits and return what came since the last call."""
+        """Let in who waits and return what came since the last call; of a flood, a part."""
         self._accept()
         self._flush()
         received = bytearray()
-        while piece := self._read():
+        while len(received) < POLL_LIMIT and (piece := self._read()):
             received += piece
         self.received += len(received)
         return bytes(received)
@@ -197,6 +199,7 @@ class LidarServer(Cable):
             return
         client.setblocking(False)
         client.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        client.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, SEND_BUFFER)
         self._client = client
         self._began()
 

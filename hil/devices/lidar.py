@@ -25,6 +25,7 @@ from hil.devices.lidar_states import Machine, State, Task
 from hil.devices.lidar_turns import BEAMS, STEPS_A_TURN, Turns
 from protocol import scip
 
+QUEUE_LIMIT = 1 << 20  # bytes on their way; beyond it requests are not heard and scans not sent
 Cast = Callable[[NDArray[np.int64]], NDArray[np.float64]]
 
 
@@ -64,6 +65,8 @@ class Lidar:
         self._turn = 0  # the next turn whose sweep is not over
         self._input = bytearray()
         self._output: deque[Piece] = deque()
+        self._left: list[Piece] = []
+        self._queued = 0  # bytes in _output
         self._last_out_ns = 0
         self._sweep: tuple[int, NDArray[np.int32]] = (-1, np.empty(0, np.int32))  # the last turn cast
 
@@ -95,7 +98,8 @@ class Lidar:
     def disconnect(self) -> None:
         """The client or the cable is gone. What was on its way is lost; over TCP stream and half requests as well."""
         self.connected = False
-        self._output.clear()
+        self._lose_output()
+        self._left.clear()
         if not self.profile.usb:
             self._input.clear()
             self.machine.stop()
@@ -112,13 +116,20 @@ class Lidar:
         *lines, rest = self._input.split(b"\n")
         self._input = rest[: REQUEST_LIMIT + 1]
         for line in lines:
-            if line:
+            if line and self._queued < QUEUE_LIMIT:
                 self._answer(scip.parse_request(bytes(line[: REQUEST_LIMIT + 1])))
 
     def step(self, now_ns: int) -> None:
         """Let time pass: every sweep that ended by `now_ns` is cast, encoded and queued."""
+        while (due_ns := self._event_ns()) is not None and due_ns < now_ns:  # what a fault changes, it changes in time
+            self._sweep_until(due_ns)
+            self._leave(due_ns)
+            self._settle(due_ns)
+        self._sweep_until(max(now_ns, self.machine.now_ns))
         self._settle(now_ns)
-        machine, ended = self.machine, self.turns.ended(self.machine.now_ns)
+
+    def _sweep_until(self, now_ns: int) -> None:
+        machine, ended = self.machine, self.turns.ended(now_ns)
         while self._turn <= ended and (machine.stream or machine.shots):
             self._turn_ended(self._turn)
             self._turn += 1
@@ -126,12 +137,16 @@ class Lidar:
 
     def pieces(self) -> list[Piece]:
         """All that left since the last call, in order."""
-        out: list[Piece] = []
-        while self._output and self._output[0].at_ns <= self.machine.now_ns:
-            piece = self._output.popleft()
-            if self.connected and not self.stalled:
-                out.append(piece)
+        self._leave(self.machine.now_ns)
+        out, self._left = self._left, []
         return out
+
+    def _leave(self, now_ns: int) -> None:
+        while self._output and self._output[0].at_ns <= now_ns:
+            piece = self._output.popleft()
+            self._queued -= len(piece.data)
+            if self.connected and not self.stalled:
+                self._left.append(piece)
 
     def send(self) -> list[tuple[int, bytes]]:
         """(time on the wire, bytes) of all that left since the last call, in order."""
@@ -139,12 +154,15 @@ class Lidar:
 
     def due_ns(self) -> int | None:
         """When step() will have something to do; None: not before bytes arrive."""
-        times = [self.faults.due_ns(), self.machine.due_ns()]
+        times = [self._event_ns()]
         if self._output:
             times.append(self._output[0].at_ns)
         if self.machine.stream or self.machine.shots:
             times.append(int(self.turns.end_ns(self._turn)) + 1)
         return min((t for t in times if t is not None), default=None)
+
+    def _event_ns(self) -> int | None:
+        return min((t for t in (self.faults.due_ns(), self.machine.due_ns()) if t is not None), default=None)
 
     # -- power and time ----------------------------------------------------------------------------------------
 
@@ -152,7 +170,7 @@ class Lidar:
         """Power off and on: timer at zero, all that was on its way lost."""
         self.machine.power_on()
         self._input.clear()
-        self._output.clear()
+        self._lose_output()
 
     def jump_clock(self, by_ms: float) -> None:
         """The sensor's counter jumps."""
@@ -168,7 +186,11 @@ class Lidar:
         self.faults.settle(self, self.machine.now_ns)
         if self.machine.boots != boots:
             self._input.clear()
-            self._output.clear()
+            self._lose_output()
+
+    def _lose_output(self) -> None:
+        self._output.clear()
+        self._queued = 0
 
     # -- replies -----------------------------------------------------------------------------------------------
 
@@ -193,6 +215,7 @@ class Lidar:
         for piece_ns, piece in self.faults.pieces(int(at_ns), data):
             self._last_out_ns = max(self._last_out_ns, piece_ns)
             self._output.append(Piece(self._last_out_ns, piece, begins, scan))
+            self._queued += len(piece)
             begins = False
 
     # -- scans -------------------------------------------------------------------------------------------------
@@ -257,6 +280,8 @@ class Lidar:
 
     def _emit(self, frame: bytes, first_ns: float) -> None:
         profile = self.profile
+        if self._queued >= QUEUE_LIMIT:
+            return
         first_ns += self.slow_ns
         if profile.jitter_ns:
             first_ns += abs(self._rng.standard_normal()) * profile.jitter_ns

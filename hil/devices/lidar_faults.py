@@ -197,7 +197,7 @@ class Faults:
 
     def settle(self, sensor: Lidar, now_ns: int) -> None:
         """Begin and heal what is due."""
-        while self._waiting and self._waiting[0].at_s * NS <= now_ns:
+        while self._waiting and int(self._waiting[0].at_s * NS) <= now_ns:
             fault = self._waiting.pop(0)
             self.begin(sensor, fault.kind, fault.value)
             self._running.append((int((fault.at_s + fault.for_s) * NS), fault.kind))

@@ -124,7 +124,7 @@ class Profile:
     turn_bytes: int = 0
     dark_ns: int = 0
     denied_ns: int = 0
-    reboot_ns: int = 0
+    reboot_ns: int = 1_000_000_000
     wake_ns: int = 0
     usb: bool = False
     baud: str = "usb"
@@ -147,13 +147,13 @@ IDEAL = Profile()
 UTM30LX = replace(
     IDEAL, name="utm-30lx", reply_tick_ns=25_000_000, time_reply_ns=950_000, latency_ns=4_950_000, jitter_ns=300_000.0,
     bursts=((2402 / 6717, 0), (2376 / 6717, 12_350_000), (1939 / 6717, 21_200_000)), turn_bytes=3_600,
-    dark_ns=1_500_000_000, reboot_ns=1_000_000_000, usb=True, grazing_rad=0.02,
+    dark_ns=1_500_000_000, usb=True, grazing_rad=0.02,
 )  # fmt: skip
 # [SRC urg_stamped] period, %ST, TM quirks, boot; scans leave right after the sweep. The reply tick is like that of the
 # logged UXM-30LX-E, one or two turns [LOG]. How long boot and waking take, grazing_rad [?].
 UTM30LX_EW = replace(
     IDEAL, name="utm-30lx-ew", texts=EW_TEXTS, turn_ns=25.05e6, reply_tick_ns=25_050_000, time_reply_ns=950_000,
-    latency_ns=200_000, jitter_ns=100_000.0, dark_ns=1_000_000_000, denied_ns=3_000_000_000, reboot_ns=1_000_000_000,
+    latency_ns=200_000, jitter_ns=100_000.0, dark_ns=1_000_000_000, denied_ns=3_000_000_000,
     wake_ns=500_000_000, baud="network", echoes=3, grazing_rad=0.02,
     quirks=Quirks(state_command=True, timing_answers=frozenset(("VV", "II")), time_anywhere=True, time_twice=True),
 )  # fmt: skip
