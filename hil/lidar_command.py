@@ -16,10 +16,11 @@ from rich.console import Console
 from rich.live import Live
 from rich.text import Text
 
+from hil.cable import Cable
 from hil.devices.lidar import Cast, Lidar
 from hil.devices.lidar_faults import KINDS, load_faults, parse_fault
 from hil.devices.lidar_profile import PROFILES, Profile
-from hil.lidar_server import Cable, LidarServer, LidarTerminal
+from hil.lidar_server import LidarServer, LidarTerminal
 from hil.lidar_service import Outlet, serve
 from hil.scenes import SCENES, still
 from onboard.config import ConfigError

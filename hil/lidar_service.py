@@ -6,8 +6,8 @@ import select
 import time
 from collections.abc import Callable, Sequence
 
+from hil.cable import Cable
 from hil.devices.lidar import Lidar
-from hil.lidar_server import Cable
 
 IDLE_S = 0.1
 UNPLUGGED_S = 0.01  # a terminal that nobody has open, or no port at all: nothing to wait for but time

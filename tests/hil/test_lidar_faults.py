@@ -1,11 +1,14 @@
 """Faults of sensor and cable by schedule: each does what its row says, and only while it is on."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 from hil.devices.lidar import Lidar
 from hil.devices.lidar_faults import KINDS, Fault, load_faults, parse_fault
 from hil.devices.lidar_profile import IDEAL, PROFILES
+from hil.injection import INJECTIONS
 from onboard.config import ConfigError
 from protocol import WireError, scip
 
@@ -182,3 +185,19 @@ def test_every_profile_repeats_with_its_seed_under_all_faults_at_once(name):
         return out
 
     assert record(3) == record(3) != record(4)
+
+
+@pytest.mark.parametrize("kind", sorted(set(KINDS) - {"cable"}))
+def test_the_bench_injects_each_fault_by_the_same_table(kind):
+    sensor, _ = run(until_ms=200)
+    twin, _ = run(Fault(kind, 0.2, 0.2), until_ms=200)
+    bench, row = SimpleNamespace(lidar=sensor), INJECTIONS[f"lidar_{kind}"]
+    row.begin(bench, None, 0)
+    for device in (sensor, twin):
+        device.step(399 * MS)
+    assert sensor.faults.active == twin.faults.active
+    row.heal(bench, None, 0)
+    for device in (sensor, twin):
+        device.step(1000 * MS)
+    assert sensor.faults.active == twin.faults.active == {}
+    assert sensor.machine.report == twin.machine.report

@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from hil import lidar_server
+from hil import cable as cables
 from hil.__main__ import app
 from hil.devices.lidar import Lidar, Piece
 from hil.devices.lidar_faults import Fault
@@ -138,7 +138,7 @@ def test_a_client_that_asks_for_ever_and_never_reads_costs_a_bounded_backlog():
     assert cable.wait_client(5.0)
     for _ in range(2000):
         cable.put(Piece(0, b"x" * 10_000, True, False))
-    assert 0 < len(cable._backlog) <= lidar_server.REPLIES_BACKLOG + 10_000 and cable.dropped > 0
+    assert 0 < len(cable._backlog) <= cables.REPLIES_BACKLOG + 10_000 and cable.dropped > 0
     end.close()
     cable.close()
 
