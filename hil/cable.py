@@ -50,6 +50,10 @@ class Cable(ABC):
     def disconnect(self) -> None:
         """Pull the plug."""
 
+    @abstractmethod
+    def close(self) -> None:
+        """Free the port or the terminal."""
+
     def refuse(self, refusing: bool) -> None:
         """While True nobody is let in (a sensor that boots)."""
         self._refusing = refusing

@@ -103,7 +103,8 @@ def _cables(stack: ExitStack, tcp: str, pty: bool, link: Path | None) -> list[Ca
             cables.append(LidarServer(host, int(port)))
         except OSError as error:
             hint = "; is another one running? --tcp 0 takes a free port" if error.errno == errno.EADDRINUSE else ""
-            why = os.strerror(error.errno) if (error.errno or 0) > 0 else error.strerror  # a name's errors are below 0
+            number = error.errno or 0
+            why = os.strerror(number) if number > 0 else error.strerror  # the errors of a host's name are below 0
             raise _fail(EX_UNAVAILABLE, f"cannot serve {host}:{port}: {why}{hint}") from None
         stack.callback(cables[-1].close)
     if pty or link:
@@ -133,13 +134,14 @@ def _serve(outlets: list[Outlet], profile: str, seconds: float, as_json: bool) -
                 if as_json:
                     typer.echo(json.dumps({"t_s": shown_s, "sensors": rows}))
                 elif console.is_terminal:
-                    live.update(Text("\n".join(_line(row) for row in rows)), refresh=True)
+                    live.update(Text("\n".join(map(_line, rows)), no_wrap=True, overflow="ellipsis"), refresh=True)
             return not seconds or now_ns < seconds * NS
 
         serve(outlets, go_on)
 
 
 def _line(row: dict[str, object]) -> str:
-    text = f"{row['address']}  {'client' if row['client'] else 'no client':9}  {row['state']:8}  "
-    text += f"clock {row['clock_ms']:8} ms  requests {row['requests']}  scans {row['scans']}  dropped {row['dropped']}"
-    return text + (f"  faults {', '.join(row['faults'])}" if isinstance(row["faults"], dict) and row["faults"] else "")
+    faults, client = row["faults"], "client" if row["client"] else "-"
+    text = f"{row['state']:8} {client:6} {row['clock_ms']:8} ms  {row['requests']} requests  {row['scans']} scans  "
+    text += f"{row['dropped']} dropped  {row['address']}"
+    return text + (f"  faults: {', '.join(faults)}" if isinstance(faults, dict) and faults else "")

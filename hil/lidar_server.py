@@ -44,7 +44,7 @@ class LidarServer(Cable):
         self._backlog.clear()
 
     def close(self) -> None:
-        """Free the port."""
+        """See Cable."""
         self.disconnect()
         self.refuse(True)
 
@@ -145,7 +145,7 @@ class LidarTerminal(Cable):
             self.disconnect()
 
     def close(self) -> None:
-        """Remove the terminal."""
+        """See Cable."""
         self.disconnect()
         self._folder.cleanup()
 

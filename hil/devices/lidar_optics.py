@@ -94,7 +94,8 @@ def grazing(ranges_m: F64, least_rad: float) -> NDArray[np.bool_]:
     with np.errstate(invalid="ignore"):
         steps = np.abs(np.diff(ranges_m)) / (np.minimum(ranges_m[1:], ranges_m[:-1]) * 2 * np.pi / STEPS_A_TURN)
     flat = np.nan_to_num(steps, nan=0.0) > 1.0 / np.tan(least_rad)
-    return np.concatenate((flat[:1], flat)) & np.concatenate((flat, flat[-1:]))
+    both: NDArray[np.bool_] = np.concatenate((flat[:1], flat)) & np.concatenate((flat, flat[-1:]))
+    return both
 
 
 def _ranges_first(values: I32) -> I32:

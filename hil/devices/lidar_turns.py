@@ -28,7 +28,7 @@ class Turns:
         self._measure()
 
     def _measure(self) -> None:
-        self.beam_offsets_ns: NDArray[np.float64] = np.arange(BEAMS) * (self.turn_ns / STEPS_A_TURN)
+        self.beam_offsets_ns: NDArray[np.floating] = np.arange(BEAMS) * (self.turn_ns / STEPS_A_TURN)
         self.sweep_ns = float(self.beam_offsets_ns[-1])
 
     def start_ns(self, turn: int) -> float:

@@ -188,6 +188,31 @@ def test_a_slower_motor_turns_slower_and_rs_gives_the_speed_back():
     assert set(np.diff(stamps(device, 2000))) == {25}
 
 
+def test_the_stamp_may_name_another_step_than_the_first():
+    device = sensor(dataclasses.replace(IDEAL, stamp_step=-720, start_ms=1000.0))  # half a turn before
+    talk(device, b"MD0000108001003")
+    assert stamps(device, 100) == [987, 1012, 1037]
+
+
+def test_motor_jitter_moves_beams_and_stamps_alike_whoever_looks():
+    profile, starts = dataclasses.replace(IDEAL, motor_jitter_ns=2e6), []
+
+    def cast(times_ns):
+        starts.append(int(times_ns[0]))
+        return np.full(len(times_ns), 5.0)
+
+    device = Lidar(7, cast, profile)
+    device.connect()
+    talk(device, b"MD0000108001000", at_ms=200)
+    found = stamps(device, 3000)
+    assert found == [start // MS for start in starts]
+    off_ms = (np.array(starts) / MS + 12.5) % 25 - 12.5
+    assert off_ms.std() == pytest.approx(2.0, rel=0.2)
+    late = sensor(profile)
+    talk(late, b"MD0000108001000", at_ms=2000)
+    assert set(stamps(late, 3000)) <= set(found)
+
+
 # -- streams ---------------------------------------------------------------------------------------------------
 
 
