@@ -262,7 +262,7 @@ COMMANDS: Mapping[str, Row] = {
     "RB": Row(_reboot),
     "%SL": Row(_sleep),
     "TM": Row(_time),
-    "SS": Row(_baud, lambda profile: "0F" if profile.baud == "network" else ""),
+    "SS": Row(_baud, lambda profile: {"network": "0F", "fixed": "04"}.get(profile.baud, "")),
     "CR": Row(_speed, lambda profile: "" if profile.speeds else "04"),
     "HS": Row(_sensitivity, lambda profile: "" if profile.sensitivities else "03"),
     "DB": Row(_drill, lambda profile: "" if profile.drills else "04"),

@@ -99,7 +99,8 @@ class Profile:
     Power: after power-on or RB the link is gone for dark_ns, then measuring and TM0 are denied for denied_ns; reboot_ns
     from the second RB to that; wake_ns from QT in sleep to standby.
 
-    usb: the stream outlives its client. baud: what SS does, "usb" (accepted without effect) or "network" (not known).
+    usb: the stream outlives its client. baud: what SS does, "usb" (accepted without effect), "fixed" (refused)
+    or "network" (not known).
     speeds, sensitivities, drills: CR, HS, DB are known. echoes: up to so many a beam, for ND, NE, HD, HE.
 
     Light: near_m and far_m bound what is seen, with noise_near_m (sigma) to 10 m and noise_far_m beyond; a surface seen

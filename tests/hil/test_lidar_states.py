@@ -57,6 +57,7 @@ ANSWERS = [
     (IDEAL, b"SS115200|SS019200", b"SS115200\n03S\n\nSS019200\n00P\n\n"),
     (IDEAL, b"SS12345x|SS123456", b"SS12345x\n01Q\n\nSS123456\n02R\n\n"),
     (EW, b"SS115200", b"SS115200\n0Ff\n\n"),
+    (dataclasses.replace(IDEAL, baud="fixed"), b"SS115200", b"SS115200\n04T\n\n"),
     (IDEAL, b"CR00|HS1", b"CR00\n04T\n\nHS1\n03S\n\n"),
     (FULL, b"CR00|CR05|CR05", b"CR00\n03S\n\nCR05\n00P\n\nCR05\n03S\n\n"),
     (FULL, b"CR11|CRx1|CR99", b"CR11\n02R\n\nCRx1\n01Q\n\nCR99\n00P\n\n"),
