@@ -51,7 +51,7 @@ build/sanitize/.built: .venv/.packages $(NATIVE)
 	@$(B)/ninja -C build/sanitize >> build/sanitize.log || { tail -20 build/sanitize.log; exit 1; }
 	@touch $@
 
-test-sanitize: .venv/.project build/sanitize/.built ## kernel tests and fuzz on a build with ASan and UBSan, then fuzz of the scanner; two minutes each
+test-sanitize: .venv/.project build/sanitize/.built ## kernel tests and fuzz on a build with ASan and UBSan, then fuzz of SCIP and of the scanner; two minutes each
 	@$(FIXED) $(SANITIZED) $(B)/python -m pytest $(KERNEL_TESTS)
 	@$(FIXED) $(SANITIZED) $(B)/python -m tests.fuzz_kernels --seconds $(FUZZ_S) --seed $(SEED)
 	@$(FIXED) $(B)/python -m tests.fuzz_scip --seconds $(FUZZ_S) --seed $(SEED)
