@@ -16,11 +16,12 @@ SANITIZED := EL_DORADO_KERNELS=build/sanitize ASAN_OPTIONS=detect_leaks=0 PYTHON
 	LD_PRELOAD="$$(g++ -print-file-name=libasan.so) $$(g++ -print-file-name=libstdc++.so)"
 FIXED := PYTHONHASHSEED=0 OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1
 
-.venv/.packages: requirements.lock tools/check_system.sh
+.venv/.packages: requirements.lock requirements-source.lock tools/check_system.sh
 	@sh tools/check_system.sh "$(PYTHON)"
 	@echo "setting up .venv (once; a minute or two)"
 	@$(PYTHON) -m venv --clear .venv
 	@$(B)/python -m pip install --quiet --disable-pip-version-check --only-binary :all: --require-hashes -r requirements.lock
+	@$(B)/python -m pip install --quiet --disable-pip-version-check --no-build-isolation --no-deps --require-hashes -r requirements-source.lock
 	@touch $@
 
 .venv/.project: .venv/.packages $(NATIVE)
@@ -50,10 +51,11 @@ build/sanitize/.built: .venv/.packages $(NATIVE)
 	@$(B)/ninja -C build/sanitize >> build/sanitize.log || { tail -20 build/sanitize.log; exit 1; }
 	@touch $@
 
-test-sanitize: .venv/.project build/sanitize/.built ## kernel tests and two minutes of fuzz on a build with ASan and UBSan
+test-sanitize: .venv/.project build/sanitize/.built ## kernel tests and fuzz on a build with ASan and UBSan, then fuzz of SCIP and of the scanner; two minutes each
 	@$(FIXED) $(SANITIZED) $(B)/python -m pytest $(KERNEL_TESTS)
 	@$(FIXED) $(SANITIZED) $(B)/python -m tests.fuzz_kernels --seconds $(FUZZ_S) --seed $(SEED)
 	@$(FIXED) $(B)/python -m tests.fuzz_scip --seconds $(FUZZ_S) --seed $(SEED)
+	@$(FIXED) $(B)/python -m tests.fuzz_lidar --seconds $(FUZZ_S) --seed $(SEED)
 
 lint: .venv/.project ## ruff, mypy --strict on protocol and onboard, import contracts
 	@$(B)/ruff check .

@@ -16,6 +16,8 @@ from rich.table import Table
 from rich.text import Text
 
 from hil import demo as after
+from hil.lidar_command import EPILOG as LIDAR_EPILOG
+from hil.lidar_command import main as lidar_command
 from hil.link_emulator import main as link_command
 from hil.processes import FIXED_ENVIRONMENT
 from hil.scenario import Scenario, load_scenario
@@ -37,9 +39,11 @@ EX_OK, EX_FAILED, EX_NOINPUT, EX_SOFTWARE, EX_CONFIG, EX_INTERRUPTED = 0, 1, 66,
 app = typer.Typer(
     no_args_is_help=True, pretty_exceptions_enable=False,
     help="The hardware-in-the-loop bench.\n\nExamples:\n\n"
-    "  hil demo --seed 3\n\n  hil run hil/scenarios/lidar_unplugged.toml\n\n  hil link --profile moon-bad",
+    "  hil demo --seed 3\n\n  hil run hil/scenarios/lidar_unplugged.toml\n\n  hil link --profile moon-bad\n\n"
+    "  hil lidar --profile utm-30lx --pty",
 )
 app.command("link")(link_command)
+app.command("lidar", epilog=LIDAR_EPILOG)(lidar_command)
 
 
 def fail(code: int, text: str) -> typer.Exit:

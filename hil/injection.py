@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from hil.bench import Bench
+from hil.devices.lidar_faults import KINDS
 from hil.processes import Processes
 from hil.scenario import Injection
 from onboard.config import ConfigError
@@ -47,10 +48,23 @@ def _nothing(_b: Bench, _p: Processes, _t: int) -> None:
     """What is killed stays dead."""
 
 
+def _of_lidar(kind: str) -> Cause:
+    """A fault of the emulated scanner, with its default value."""
+    def begin(bench: Bench, _p: Processes, _t: int) -> None:
+        bench.lidar.faults.begin(bench.lidar, kind)
+
+    def heal(bench: Bench, _p: Processes, _t: int) -> None:
+        bench.lidar.faults.end(bench.lidar, kind)
+
+    row = KINDS[kind]
+    return Cause(f"the LIDAR's {kind}, {row.value}: {row.means}", begin, heal)
+
+
 INJECTIONS: Mapping[str, Cause] = {
     "lidar_unplugged": Cause("the LIDAR's cable is pulled", _unplug, _plug),
     "wheel_silent": Cause("one wheel node sends nothing more", _silence_wheel, _unsilence_wheel),
     "onboard_killed": Cause("the flight program gets SIGKILL", _kill_onboard, _nothing),
+    **{f"lidar_{kind}": _of_lidar(kind) for kind in KINDS if kind != "cable"},  # that is lidar_unplugged
 }
 
 

@@ -1,118 +1,18 @@
-"""The scanner's end of the cable: a TCP port or a pseudo terminal for one client, for a single-threaded loop.
-
-`poll` and `write` never block, and a client that comes or goes is a state. What a slow reader does not take waits;
-beyond BACKLOG whole writes (whole scans) are dropped and counted, never cut. For the lock-step `received` and `sent`
-count the bytes of this `epoch`; each client begins a new one.
-"""
+"""The scanner's end of the cable: a TCP port or a pseudo terminal (see `hil.cable`)."""
 
 from __future__ import annotations
 
+import errno
 import os
 import select
 import socket
 import tempfile
-import time
 import tty
-from abc import ABC, abstractmethod
 from pathlib import Path
 
-BACKLOG = 1 << 18
+from hil.cable import Cable
 
-
-class Cable(ABC):
-    """What both ends have in common: counts, backlog and waiting. `address` is what `onboard` gets as lidar.address."""
-
-    def __init__(self) -> None:
-        self.address = ""
-        self.epoch = self.received = self.sent = self.dropped = 0
-        self._refusing = False
-        self._backlog = bytearray()
-
-    @property
-    @abstractmethod
-    def connected(self) -> bool:
-        """Whether a client is there, as of the last poll or write."""
-
-    @abstractmethod
-    def fileno(self) -> int:
-        """A descriptor to wait on for news, -1 while there is none."""
-
-    @abstractmethod
-    def disconnect(self) -> None:
-        """Pull the plug."""
-
-    def refuse(self, refusing: bool) -> None:
-        """While True nobody is let in (a sensor that boots)."""
-        self._refusing = refusing
-
-    def poll(self) -> bytes:
-        """Let in who waits and return what came since the last call."""
-        self._accept()
-        self._flush()
-        received = bytearray()
-        while piece := self._read():
-            received += piece
-        self.received += len(received)
-        return bytes(received)
-
-    def poll_exactly(self, total_bytes: int, limit_s: float) -> bytes:
-        """poll() until `total_bytes` of this epoch were received; fewer if the client goes.
-
-        Raises TimeoutError if they do not come within `limit_s` of wall time.
-        """
-        end_s, received = time.monotonic() + limit_s, self.poll()
-        while self.received < total_bytes and self.connected:
-            if not self._wait(end_s):
-                raise TimeoutError(f"{self.address}: {total_bytes} bytes were announced, {self.received} came")
-            received += self.poll()
-        return received
-
-    def wait_client(self, limit_s: float) -> bool:
-        """poll() for a client for at most `limit_s` of wall time; whether one is there. What it sent stays unread."""
-        end_s = time.monotonic() + limit_s
-        self._accept()
-        while not self.connected and self._wait(end_s):
-            self._accept()
-        return self.connected
-
-    def write(self, data: bytes) -> int:
-        """Send, or keep for later; the number of bytes accepted: all, or 0 without a client or with a full backlog."""
-        if not self.connected:
-            self._backlog.clear()
-            return 0
-        if len(self._backlog) > BACKLOG:
-            self.dropped += 1
-            return 0
-        self._backlog += data
-        self._flush()
-        self.sent += len(data)
-        return len(data)
-
-    def _began(self) -> None:
-        self.epoch += 1
-        self.received = self.sent = 0
-        self._backlog.clear()
-
-    def _wait(self, end_s: float) -> bool:
-        left_s = end_s - time.monotonic()
-        waiting = select.poll()
-        if self.fileno() >= 0:
-            waiting.register(self.fileno(), select.POLLIN)
-        if left_s > 0 and any(event & select.POLLHUP for _, event in waiting.poll(left_s * 1000)):
-            time.sleep(min(left_s, 0.002))  # a terminal that nobody has open is always "ready"
-        return left_s > 0
-
-    @abstractmethod
-    def _accept(self) -> None:
-        """Take who waits, if somebody does."""
-
-    @abstractmethod
-    def _read(self) -> bytes:
-        """What the client sent, b'' for nothing."""
-
-    @abstractmethod
-    def _flush(self) -> None:
-        """Send what the line takes now."""
+SEND_BUFFER = 1 << 16  # a sensor has no megabytes of old scans for who comes back late
 
 
 class LidarServer(Cable):
@@ -144,7 +44,7 @@ class LidarServer(Cable):
         self._backlog.clear()
 
     def close(self) -> None:
-        """Free the port."""
+        """See Cable."""
         self.disconnect()
         self.refuse(True)
 
@@ -172,6 +72,7 @@ class LidarServer(Cable):
             return
         client.setblocking(False)
         client.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        client.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, SEND_BUFFER)
         self._client = client
         self._began()
 
@@ -199,12 +100,17 @@ class LidarServer(Cable):
 
 
 class LidarTerminal(Cable):
-    """A pseudo terminal. `address` is a link whose name survives disconnect(): the next poll plugs in anew under it."""
+    """A pseudo terminal. `address` is a link whose name survives disconnect(): the next poll plugs in anew under it.
 
-    def __init__(self) -> None:
+    link: its name; without one it is in a folder of its own. Raises FileExistsError where something else has that name.
+    """
+
+    def __init__(self, link: Path | None = None) -> None:
         super().__init__()
         self._folder = tempfile.TemporaryDirectory(prefix="lidar-")
-        self._link = Path(self._folder.name) / "tty"
+        self._link = link or Path(self._folder.name) / "tty"
+        if self._link.exists() and not self._link.is_symlink():
+            raise FileExistsError(errno.EEXIST, "it is there already, and no link")
         self.address = f"tty:{self._link}"
         self._master = -1
         self._open = False
@@ -214,6 +120,11 @@ class LidarTerminal(Cable):
     def connected(self) -> bool:
         """See Cable."""
         return self._open
+
+    @property
+    def hung_up(self) -> bool:
+        """See Cable."""
+        return not self._open
 
     def fileno(self) -> int:
         """See Cable."""
@@ -234,7 +145,7 @@ class LidarTerminal(Cable):
             self.disconnect()
 
     def close(self) -> None:
-        """Remove the terminal."""
+        """See Cable."""
         self.disconnect()
         self._folder.cleanup()
 

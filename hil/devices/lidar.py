@@ -1,66 +1,95 @@
-"""The scanner's twin: a UTM-30LX that speaks SCIP 2.0, without I/O. Its bytes go out with the time they reach the wire.
+"""The scanner's twin: a Hokuyo that speaks SCIP, without I/O. Its bytes go out with the time they reach the wire.
 
-It turns for ever, 25 ms a turn of its own clock; a turn is 1440 steps, of which 1081 are beams and the rest is blind:
+    bytes in -> request lines -> lidar_commands (on lidar_states.Machine) -> replies at the reply tick -+
+    time     -> lidar_turns -> cast -> lidar_optics -> scans, some latency after their sweep ----------+-> pieces out
+                                                                        lidar_faults on all of it -----+
 
-    turn k       |beam 0 ............ beam 1080|  blind  |beam 0 ...            17.36 us from beam to beam
-    wire                                        ^ + latency: first byte of the scan of turn k
-
-All that can differ between sensors and links is in `lidar_profile.Profile`. The state machine follows C-42-03320B and
-the logs of real sensors, as far as public drivers use it; nothing here was tried against a physical sensor.
+All that can differ between sensors and links is in `lidar_profile.Profile`. The state machine follows C-42-03320B, the
+logs of real sensors and what public drivers had to learn; nothing here was tried against a physical sensor.
 """
 
 from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hil.devices.lidar_profile import IDEAL, PARAMETERS, VERSION, Profile
+from hil.devices.lidar_commands import REQUEST_LIMIT, answer
+from hil.devices.lidar_faults import Fault, Faults
+from hil.devices.lidar_optics import Optics
+from hil.devices.lidar_profile import IDEAL, Profile
+from hil.devices.lidar_states import Machine, State, Task
+from hil.devices.lidar_turns import BEAMS, STEPS_A_TURN, Turns
 from protocol import scip
 
-BEAMS, STEPS_A_TURN, FRONT_STEP = 1081, 1440, 540
-NO_RETURN, TOO_NEAR = 1, 2
+QUEUE_LIMIT = 1 << 20  # bytes on their way; beyond it requests are not heard and scans not sent
 Cast = Callable[[NDArray[np.int64]], NDArray[np.float64]]
+
+
+class Piece(NamedTuple):
+    """Bytes that reach the wire together. begins: of a reply or scan; a cable that is full may drop whole scans."""
+
+    at_ns: int
+    data: bytes
+    begins: bool
+    scan: bool
 
 
 class Lidar:
     """One sensor. `cast(times_ns)` gives the 1081 ranges (m, inf = nothing there) of beams fired at these times.
 
-    The bench calls receive, step and send in this order each tick. `scans` counts the turns that were cast.
-    For injections, at any time: `garble_ratio` of the scans leave with one byte changed, `dropout_ratio` of the beams
-    return nothing, replies and scans leave `slow_ns` later, while `stalled` no byte leaves; reboot() and jump_clock().
+    The owner calls receive, step and send (or pieces) in this order. `scans` counts the turns that were cast.
+    For injections, at any time: `faults`; and without them, `garble_ratio` of the scans leave with one byte changed,
+    replies and scans leave `slow_ns` later, while `stalled` no byte leaves, `unplugged` is for the owner of the cable;
+    dropout_ratio, reboot() and jump_clock().
     """
 
-    def __init__(self, seed: int, cast: Cast, profile: Profile = IDEAL) -> None:
+    def __init__(self, seed: int, cast: Cast, profile: Profile = IDEAL, schedule: tuple[Fault, ...] = ()) -> None:
         self.profile = profile
         self.connected = False
-        self.laser_on = False
+        self.unplugged = False
         self.garble_ratio = 0.0
-        self.dropout_ratio = profile.dropout_ratio
         self.slow_ns = 0
         self.stalled = False
         self.scans = 0
+        self.requests = 0
+        self.faults = Faults(seed, schedule)
+        self.turns = Turns(seed, profile)
+        self.machine = Machine(profile, self.turns)
         self._cast = cast
         self._rng = np.random.default_rng(seed)
-        self._turn_ns = profile.turn_ns / (1.0 + profile.rate_error)  # of bench time
-        self._beam_offsets_ns = np.arange(BEAMS) * (self._turn_ns / STEPS_A_TURN)
-        self._sweep_ns = float(self._beam_offsets_ns[-1])
+        self.optics = Optics(profile, self._rng)
         self._turn = 0  # the next turn whose sweep is not over
-        self._zero_ms = -profile.start_ms  # of the sensor's clock
-        self._now_ns = 0
-        self._timing = False  # in time adjustment (TM0 to TM2)
         self._input = bytearray()
-        self._output: deque[tuple[int, bytes]] = deque()
+        self._output: deque[Piece] = deque()
+        self._left: list[Piece] = []
+        self._queued = 0  # bytes in _output
         self._last_out_ns = 0
-        self._wanted: scip.ScanRequest | None = None
-        self._wanted_echo = b""
-        self._from_ns = 0  # a scan belongs to the request if its sweep began after this
-        self._left = 0
-        self._skipped = 0
+        self._sweep: tuple[int, NDArray[np.int32]] = (-1, np.empty(0, np.int32))  # the last turn cast
+
+    @property
+    def laser_on(self) -> bool:
+        """Whether it measures."""
+        return self.machine.laser_on
+
+    @property
+    def dropout_ratio(self) -> float:
+        """Share of the beams that return nothing."""
+        return self.optics.dropout_ratio
+
+    @dropout_ratio.setter
+    def dropout_ratio(self, ratio: float) -> None:
+        self.optics.dropout_ratio = ratio
 
     # -- the wire ----------------------------------------------------------------------------------------------
+
+    @property
+    def reachable(self) -> bool:
+        """Whether a client can have a link: plugged in, and not in the first moments after power-on."""
+        return self.machine.reachable and not self.unplugged
 
     def connect(self) -> None:
         """A client opened the port."""
@@ -69,206 +98,201 @@ class Lidar:
     def disconnect(self) -> None:
         """The client or the cable is gone. What was on its way is lost; over TCP stream and half requests as well."""
         self.connected = False
-        self._output.clear()
+        self._lose_output()
+        self._left.clear()
         if not self.profile.usb:
             self._input.clear()
-            self._stop()
+            self.machine.stop()
 
     def receive(self, data: bytes, now_ns: int) -> None:
-        """Bytes of the client, arrived at `now_ns`. A request ends at LF or CR; an empty one is not answered."""
-        self._now_ns = max(self._now_ns, now_ns)
+        """Bytes of the client, arrived at `now_ns`. A request ends at LF or CR; an empty one is not answered.
+
+        A line keeps REQUEST_LIMIT bytes and one more, which says that it was too long.
+        """
+        self._settle(now_ns)
+        if not self.reachable:
+            return
         self._input += data.replace(b"\r", b"\n")
         *lines, rest = self._input.split(b"\n")
-        self._input = bytearray(rest[-256:])
+        self._input = rest[: REQUEST_LIMIT + 1]
         for line in lines:
-            if line:
-                self._answer(scip.parse_request(bytes(line)))
+            if line and self._queued < QUEUE_LIMIT:
+                self._answer(scip.parse_request(bytes(line[: REQUEST_LIMIT + 1])))
 
     def step(self, now_ns: int) -> None:
         """Let time pass: every sweep that ended by `now_ns` is cast, encoded and queued."""
-        self._now_ns = max(self._now_ns, now_ns)
-        ended = int((self._now_ns - self._sweep_ns) // self._turn_ns)
-        if self._wanted is None or (self.profile.usb and not self.connected):
-            self._turn = max(self._turn, ended + 1)
-        while self._turn <= ended:
-            start_ns = self._turn * self._turn_ns
+        while (due_ns := self._event_ns()) is not None and due_ns < now_ns:  # what a fault changes, it changes in time
+            self._sweep_until(due_ns)
+            self._leave(due_ns)
+            self._settle(due_ns)
+        self._sweep_until(max(now_ns, self.machine.now_ns))
+        self._settle(now_ns)
+
+    def _sweep_until(self, now_ns: int) -> None:
+        machine, ended = self.machine, self.turns.ended(now_ns)
+        while self._turn <= ended and (machine.stream or machine.shots):
+            self._turn_ended(self._turn)
             self._turn += 1
-            if self._wanted is not None and start_ns >= self._from_ns:
-                self._scan(self._wanted, start_ns)
+        self._turn = max(self._turn, ended + 1)
+
+    def pieces(self) -> list[Piece]:
+        """All that left since the last call, in order."""
+        self._leave(self.machine.now_ns)
+        out, self._left = self._left, []
+        return out
+
+    def _leave(self, now_ns: int) -> None:
+        while self._output and self._output[0].at_ns <= now_ns:
+            piece = self._output.popleft()
+            self._queued -= len(piece.data)
+            if self.connected and not self.stalled:
+                self._left.append(piece)
 
     def send(self) -> list[tuple[int, bytes]]:
         """(time on the wire, bytes) of all that left since the last call, in order."""
-        out: list[tuple[int, bytes]] = []
-        while self._output and self._output[0][0] <= self._now_ns:
-            piece = self._output.popleft()
-            if self.connected and not self.stalled:
-                out.append(piece)
-        return out
+        return [(piece.at_ns, piece.data) for piece in self.pieces() if piece.data]
+
+    def due_ns(self) -> int | None:
+        """When step() will have something to do; None: not before bytes arrive."""
+        times = [self._event_ns()]
+        if self._output:
+            times.append(self._output[0].at_ns)
+        if self.machine.stream or self.machine.shots:
+            times.append(int(self.turns.end_ns(self._turn)) + 1)
+        return min((t for t in times if t is not None), default=None)
+
+    def _event_ns(self) -> int | None:
+        return min((t for t in (self.faults.due_ns(), self.machine.due_ns()) if t is not None), default=None)
+
+    # -- power and time ----------------------------------------------------------------------------------------
 
     def reboot(self) -> None:
-        """Power off and on: standby, laser off, timer at zero, all that was on its way lost."""
-        self._stop()
+        """Power off and on: timer at zero, all that was on its way lost."""
+        self.machine.power_on()
         self._input.clear()
-        self._output.clear()
-        self._zero_ms = self._now_ns * (1.0 + self.profile.rate_error) * 1e-6
+        self._lose_output()
 
     def jump_clock(self, by_ms: float) -> None:
         """The sensor's counter jumps."""
-        self._zero_ms -= by_ms
-
-    # -- time --------------------------------------------------------------------------------------------------
+        self.machine.counter.jump(by_ms)
 
     def clock_ms(self, at_ns: float) -> int:
         """The sensor's own counter at a bench time: whole milliseconds, 24 bits."""
-        return int(at_ns * (1.0 + self.profile.rate_error) * 1e-6 - self._zero_ms) % scip.STAMP_MODULUS
+        return self.machine.counter.ms(at_ns)
 
-    def _queue(self, at_ns: float, data: bytes) -> None:
-        self._last_out_ns = max(self._last_out_ns, int(at_ns))
-        self._output.append((self._last_out_ns, data))
+    def _settle(self, now_ns: int) -> None:
+        boots = self.machine.boots
+        self.machine.settle(now_ns)
+        self.faults.settle(self, self.machine.now_ns)
+        if self.machine.boots != boots:
+            self._input.clear()
+            self._lose_output()
 
-    def _reply(self, asked: scip.Request, status: str, lines: bytes = b"", *, quick: bool = False) -> None:
-        tick_ns, at_ns = self.profile.reply_tick_ns, self._now_ns
-        if quick:
-            at_ns += self.profile.time_reply_ns
-        elif tick_ns:
-            at_ns = (at_ns // tick_ns + 1) * tick_ns
-        self._queue(at_ns + self.slow_ns, scip.reply(asked.echo, status, lines))
+    def _lose_output(self) -> None:
+        self._output.clear()
+        self._queued = 0
 
-    # -- commands ----------------------------------------------------------------------------------------------
+    # -- replies -----------------------------------------------------------------------------------------------
 
     def _answer(self, asked: scip.Request) -> None:
-        rows = {"VV": self._version, "PP": self._version, "II": self._state, "BM": self._laser, "QT": self._quiet,
-                "RS": self._reset, "RT": self._reset, "TM": self._time, "CR": self._refuse, "HS": self._refuse,
-                "SS": self._refuse}  # fmt: skip
-        scans = dict.fromkeys(("MD", "MS", "ME", "GD", "GS", "GE"), self._measure)
-        row = (rows | scans).get(asked.code)
-        if asked.status != "00" or row is None:
-            self._reply(asked, asked.status if asked.status != "00" else "0E")
-        elif self._timing and asked.code not in ("TM", "QT", "RS", "RT"):
-            self._reply(asked, "10")
-        elif asked.parameters and asked.code in ("VV", "PP", "II", "BM", "QT", "RS", "RT"):
-            self._reply(asked, "0D")
-        else:
-            row(asked)
+        self.requests += 1
+        found = answer(self.machine, asked)
+        if found:
+            at_ns = self.machine.now_ns + self.profile.time_reply_ns if found.quick else self._reply_ns()
+            self._queue(at_ns + self.slow_ns, scip.reply(asked.echo[:REQUEST_LIMIT], found.status, found.lines))
+        elif self.machine.shots:
+            latest = self.turns.ended(self.machine.now_ns)
+            if self.turns.start_ns(latest) >= self.machine.shots[-1].from_ns:
+                self._shoot(self.machine.shots.pop(), latest)
 
-    def _version(self, asked: scip.Request) -> None:
-        table = VERSION if asked.code == "VV" else PARAMETERS
-        self._reply(asked, "00", b"".join(scip.text_line(*pair) for pair in table))
+    def _reply_ns(self) -> int:
+        tick_ns, now_ns = self.profile.reply_tick_ns, self.machine.now_ns
+        return (now_ns // tick_ns + 1) * tick_ns if tick_ns else now_ns
 
-    def _state(self, asked: scip.Request) -> None:
-        rows = (
-            ("MODL", PARAMETERS[0][1]), ("LASR", "ON" if self.laser_on else "OFF"),
-            ("SCSP", "Initial(2400[rpm])<-Default setting by user"),
-            ("MESM", "CLASSIC" if self._wanted else "IDLE"), ("SBPS", "USB Full Speed"),
-            ("TIME", f"{self.clock_ms(self._now_ns):06X}"), ("STAT", "Sensor works well."),
-        )  # fmt: skip
-        self._reply(asked, "00", b"".join(scip.text_line(*row) for row in rows))
-
-    def _laser(self, asked: scip.Request) -> None:
-        self._reply(asked, "02" if self.laser_on else "00")
-        self.laser_on = True
-
-    def _stop(self) -> None:
-        self._wanted, self._timing, self.laser_on = None, False, False
-
-    def _quiet(self, asked: scip.Request) -> None:
-        self._stop()
-        self._reply(asked, "00")
-
-    def _reset(self, asked: scip.Request) -> None:
-        self._stop()
-        self._zero_ms = self._now_ns * (1.0 + self.profile.rate_error) * 1e-6
-        self._reply(asked, "00")
-
-    def _refuse(self, asked: scip.Request) -> None:
-        self._reply(asked, {"CR": "04", "HS": "03", "SS": "04"}[asked.code])
-
-    def _time(self, asked: scip.Request) -> None:
-        what = asked.parameters
-        if what == "0":
-            was, self._timing, self._wanted, self.laser_on = self._timing, True, None, False
-            self._reply(asked, "02" if was else "00")
-        elif what == "1":
-            status = "00" if self._timing else "04"
-            stamp = scip.stamp_line(self.clock_ms(self._now_ns + self.profile.time_reply_ns / 2))
-            self._reply(asked, status, stamp if self._timing else b"", quick=True)
-        elif what == "2":
-            was, self._timing = self._timing, False
-            self._reply(asked, "00" if was else "03")
-        else:
-            self._reply(asked, "01")
-
-    def _measure(self, asked: scip.Request) -> None:
-        made = scip.parse_scan_request(asked, BEAMS - 1)
-        if isinstance(made, str):
-            self._reply(asked, made)
-            return
-        if not made.streams and not self.laser_on:
-            self._reply(asked, "10")
-            return
-        if made.streams:
-            self._reply(asked, "00")
-            self.laser_on = True
-        self._wanted, self._wanted_echo = made, asked.echo
-        self._from_ns, self._left, self._skipped = self._now_ns, made.scans, made.skip
+    def _queue(self, at_ns: float, data: bytes, scan: bool = False, begins: bool = True) -> None:
+        if self.faults.active:
+            data = self.faults.damage(data)
+        for piece_ns, piece in self.faults.pieces(int(at_ns), data):
+            self._last_out_ns = max(self._last_out_ns, piece_ns)
+            self._output.append(Piece(self._last_out_ns, piece, begins, scan))
+            self._queued += len(piece)
+            begins = False
 
     # -- scans -------------------------------------------------------------------------------------------------
 
-    def _scan(self, asked: scip.ScanRequest, start_ns: float) -> None:
-        if self._skipped < asked.skip:
-            self._skipped += 1
+    def _turn_ended(self, turn: int) -> None:
+        start_ns, machine = self.turns.start_ns(turn), self.machine
+        for shot in [shot for shot in machine.shots if start_ns >= shot.from_ns]:
+            machine.shots.remove(shot)
+            self._shoot(shot, turn)
+        task = machine.stream
+        if task is None or start_ns < task.from_ns:
             return
-        self._skipped = 0
-        echo, mark, string = self._wanted_echo.partition(b";")
-        if asked.streams:
-            self._left -= 1
-            echo = asked.line(self._left if asked.scans else 0)
-        if not asked.streams or (asked.scans and self._left == 0):
-            self._wanted = None
-            self.laser_on = self.laser_on and not asked.streams
-        values = self._values(asked, start_ns)
-        frame = scip.scan_reply(asked, echo + mark + string, self.clock_ms(start_ns), values)
+        if task.skipped < task.asked.skip:
+            task.skipped += 1
+            return
+        task.skipped = 0
+        self._stream(task, turn)
+
+    def _shoot(self, task: Task, turn: int) -> None:
+        frame = self._frame(task, turn, task.echo, "00")
+        self._emit(frame, max(self._reply_ns(), self.turns.end_ns(turn) + self.profile.latency_ns))
+
+    def _stream(self, task: Task, turn: int) -> None:
+        """The stream's next scan, or the status that takes its place."""
+        machine, asked = self.machine, task.asked
+        status = machine.scan_status()
+        if status == "99":
+            task.left -= 1
+        left = max(0, task.left) if asked.scans else 0
+        if status >= "50" and status < "98":
+            machine.stream, machine.state = None, State.FAULT
+        elif asked.scans and left == 0:
+            machine.stop()
+        if not status or (self.profile.usb and not self.connected):
+            return
+        _, mark, string = task.echo.partition(b";")
+        frame = self._frame(task, turn, asked.line(left) + mark + string, status)
+        self._emit(frame, self.turns.end_ns(turn) + self.profile.latency_ns)
+        if self.profile.turn_bytes:
+            task.from_ns = self.turns.start_ns(turn) + (self._turns_of(frame) - 0.5) * self.turns.turn_ns
+
+    def _frame(self, task: Task, turn: int, echo: bytes, status: str) -> bytes:
+        if status not in ("00", "99"):
+            return scip.reply(echo, status)
+        stamped_ns = self.turns.start_ns(turn) + self.profile.stamp_step * self.turns.turn_ns / STEPS_A_TURN
+        values = self.optics.values(task.asked, self._measured(turn))
+        frame = scip.scan_reply(task.asked, echo, self.clock_ms(stamped_ns), values)
         if self.garble_ratio and self._rng.random() < self.garble_ratio:
             at = int(self._rng.integers(len(frame)))
             frame = frame[:at] + bytes((frame[at] ^ int(self._rng.integers(1, 256)),)) + frame[at + 1 :]
-        self._emit(frame, start_ns + self._sweep_ns + self.profile.latency_ns + self.slow_ns)
+        return self.faults.scan(task.asked, frame) if self.faults.active else frame
+
+    def _measured(self, turn: int) -> NDArray[np.int32]:
+        if self._sweep[0] != turn:
+            self.scans += 1
+            times_ns = (self.turns.start_ns(turn) + self.turns.beam_offsets_ns).astype(np.int64)
+            self._sweep = (turn, self.optics.measure(self._cast(times_ns)))
+        return self._sweep[1]
+
+    def _turns_of(self, frame: bytes) -> int:
+        return -(-len(frame) // self.profile.turn_bytes) if self.profile.turn_bytes else 1
 
     def _emit(self, frame: bytes, first_ns: float) -> None:
         profile = self.profile
+        if self._queued >= QUEUE_LIMIT:
+            return
+        first_ns += self.slow_ns
         if profile.jitter_ns:
             first_ns += abs(self._rng.standard_normal()) * profile.jitter_ns
         if profile.spike_ratio and self._rng.random() < profile.spike_ratio:
             first_ns += self._rng.exponential(profile.spike_ns)
         first_ns = max(first_ns, self._last_out_ns)
-        at = 0
+        at, slower = 0, self._turns_of(frame)
         for k, (share, delay_ns) in enumerate(profile.bursts):
             end = len(frame) if k + 1 == len(profile.bursts) else at + int(share * len(frame))
-            self._queue(first_ns + delay_ns, frame[at:end])
+            self._queue(first_ns + delay_ns * slower, frame[at:end], scan=True, begins=k == 0)
             at = end
 
-    def _values(self, asked: scip.ScanRequest, start_ns: float) -> NDArray[np.int32]:
-        self.scans += 1
-        profile = self.profile
-        ranges_m = self._cast((start_ns + self._beam_offsets_ns).astype(np.int64))
-        sigma_m = np.where(ranges_m > 10.0, profile.noise_far_m, profile.noise_near_m)
-        noisy_m = ranges_m + self._rng.standard_normal(BEAMS) * sigma_m
-        seen = ranges_m <= profile.far_m
-        if self.dropout_ratio:
-            seen &= self._rng.random(BEAMS) >= self.dropout_ratio
-        values = np.full(BEAMS, NO_RETURN, np.int32)
-        values[seen] = np.rint(noisy_m[seen] * 1e3).astype(np.int32)
-        values[ranges_m < profile.near_m] = TOO_NEAR
-        np.maximum(values, NO_RETURN, out=values)
-        return self._arranged(values, asked)
 
-    def _arranged(self, values: NDArray[np.int32], asked: scip.ScanRequest) -> NDArray[np.int32]:
-        """The sector, clusters (the smallest of each) and, for ME and GE, an intensity that falls with the range."""
-        values = values[asked.first : asked.last + 1]
-        if asked.cluster > 1:
-            values = np.minimum.reduceat(values, np.arange(0, len(values), asked.cluster))
-        if asked.code[1] == "S":
-            return np.minimum(values, 4095)
-        if asked.code[1] == "E":
-            bright = np.where(values > TOO_NEAR, 20_000 / (1 + values / 1000), 0).astype(np.int32)
-            return np.stack((values, bright), axis=1)
-        return values
+__all__ = ["BEAMS", "Cast", "Lidar", "Piece"]

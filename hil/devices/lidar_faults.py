@@ -1,0 +1,262 @@
+"""TABLE of the faults of sensor and cable, and their schedule: `KIND[=VALUE]@BEGIN[+SECONDS]`.
+
+Where a fault acts:
+
+    state machine ------> scan ---------> bytes ----------> wire
+    fail unstable drill   stamp echo      flip lose         split merge
+    refuse reboot jump    semicolon dust  double garbage    slow stall cable
+                          clash
+"""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from hil.devices.lidar_states import DRILLS, State
+from onboard.config import ConfigError, from_tree
+from protocol import scip
+
+if TYPE_CHECKING:
+    from hil.devices.lidar import Lidar
+
+NS = 1_000_000_000
+Act = Callable[["Lidar", str], None]
+
+
+@dataclass(frozen=True, slots=True)
+class Kind:
+    """One fault: what VALUE means, its default, what its beginning and end change beyond `Faults.active`."""
+
+    means: str
+    value: str
+    begin: Act | None = None
+    heal: Act | None = None
+    words: frozenset[str] = frozenset()  # VALUE is one of these; without them a number, not negative
+
+
+@dataclass(frozen=True, slots=True)
+class Fault:
+    """One row of a schedule. `value` as in KINDS, "" for its default."""
+
+    kind: str = ""
+    at_s: float = 0.0
+    for_s: float = 1e9
+    value: str = ""
+
+    def __post_init__(self) -> None:
+        if self.kind not in KINDS:
+            raise ConfigError(f"fault {self.kind!r} should be one of {', '.join(sorted(KINDS))}")
+        words, number = KINDS[self.kind].words, r"-?\d*\.?\d+" if self.kind == "jump" else r"\d*\.?\d+"
+        if self.value and (self.value not in words if words else not re.fullmatch(number, self.value)):
+            raise ConfigError(f"fault {self.kind}={self.value} should be {' or '.join(sorted(words)) or 'a number'}")
+
+
+def parse_fault(text: str) -> Fault:
+    """`flip=0.001@10+5`: from second 10 on, for 5 s. Raises ConfigError."""
+    found = re.fullmatch(r"(\w+)(?:=([^@]+))?@(\d*\.?\d+)(?:\+(\d*\.?\d+))?", text)
+    if not found:
+        raise ConfigError(f"--fault {text!r} should look like KIND@BEGIN or flip=0.001@10+5 (KIND=VALUE@BEGIN+SECONDS)")
+    kind, value, at_s, for_s = found.groups()
+    return Fault(kind, float(at_s), float(for_s or 1e9), value or "")
+
+
+def load_faults(path: Path) -> tuple[Fault, ...]:
+    """The rows `[[fault]]` (kind, at_s, for_s, value) of a TOML file. Raises FileNotFoundError, ConfigError."""
+    try:
+        tree = tomllib.loads(path.read_text())
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise ConfigError(f"{path}: not valid TOML: {error}") from error
+    if set(tree) - {"fault"} or not isinstance(tree.get("fault", []), list):
+        raise ConfigError(f"{path}: should hold tables [[fault]], found {', '.join(tree)}")
+    rows = [{k: str(v) if k == "value" else v for k, v in row.items()} for row in tree.get("fault", [])]
+    return tuple(from_tree(Fault, row, str(path), "fault.") for row in rows)
+
+
+# -- what a beginning and an end do ----------------------------------------------------------------------------
+
+
+def _put(name: str) -> tuple[Act, Act]:
+    """A ratio of the optics, back to what it was in the profile."""
+    def begin(sensor: Lidar, value: str) -> None:
+        setattr(sensor.optics, name, float(value))
+
+    def heal(sensor: Lidar, _: str) -> None:
+        setattr(sensor.optics, name, sensor.profile.dropout_ratio if name == "dropout_ratio" else 0.0)
+
+    return begin, heal
+
+
+def _slow(sensor: Lidar, value: str) -> None:
+    sensor.slow_ns = int(float(value) * 1e6)
+
+
+def _stall(sensor: Lidar, value: str) -> None:
+    sensor.stalled = True
+
+
+def _go_on(sensor: Lidar, value: str) -> None:
+    sensor.stalled, sensor.slow_ns = False, 0
+
+
+def _unplug(sensor: Lidar, value: str) -> None:
+    sensor.unplugged = True
+
+
+def _plug(sensor: Lidar, value: str) -> None:
+    sensor.unplugged = False
+
+
+def _fail(sensor: Lidar, value: str) -> None:
+    sensor.machine.state = State.FAULT
+
+
+def _recover(sensor: Lidar, value: str) -> None:
+    sensor.machine.recover()
+
+
+def _shake(sensor: Lidar, value: str) -> None:
+    sensor.machine.unstable = True
+
+
+def _steady(sensor: Lidar, value: str) -> None:
+    sensor.machine.unstable = False
+
+
+def _refuse(sensor: Lidar, value: str) -> None:
+    sensor.machine.refusal = value
+
+
+def _allow(sensor: Lidar, value: str) -> None:
+    sensor.machine.refusal = ""
+
+
+def _drill(sensor: Lidar, value: str) -> None:
+    sensor.machine.start_drill(value)
+
+
+def _reboot(sensor: Lidar, value: str) -> None:
+    sensor.reboot()
+
+
+def _jump(sensor: Lidar, value: str) -> None:
+    sensor.jump_clock(float(value))
+
+
+KINDS: Mapping[str, Kind] = {
+    "flip": Kind("share of the bytes that leave with one bit changed", "0.0002"),
+    "lose": Kind("share of the bytes that are lost", "0.0002"),
+    "double": Kind("share of the bytes that come twice", "0.0002"),
+    "garbage": Kind("random bytes before each reply and burst", "40"),
+    "split": Kind("most bytes in one piece", "1"),
+    "merge": Kind("ms between deliveries; what leaves in between arrives together", "100"),
+    "slow": Kind("ms later than usual", "200", _slow, _go_on),
+    "stall": Kind("no byte leaves", "1", _stall, _go_on),
+    "cable": Kind("the link is gone: end of file, then refused", "1", _unplug, _plug),
+    "stamp": Kind("share of the scans that repeat the stamp before them", "1"),
+    "echo": Kind("share of the scans with another request's echo", "1"),
+    "semicolon": Kind("share of the scans whose block sums are all `;` (legal: low digits change to fit)", "1"),
+    "dust": Kind("share of the beams that return nothing", "0.5", *_put("dropout_ratio")),
+    "clash": Kind("share of the beams that meet another sensor's light (code 3)", "0.2", *_put("clash_ratio")),
+    "fail": Kind("the sensor fails: stream ended with status 50, then 0L, STAT says so", "1", _fail, _recover),
+    "unstable": Kind("the motor is unstable: status 0M", "1", _shake, _steady),
+    "refuse": Kind("status of the answer to everything", "0A", _refuse, _allow, frozenset(("0A", "0B", "0I", "0M"))),
+    "drill": Kind("the vendor's fault simulation, as by DB", "03", _drill, _recover, frozenset(DRILLS)),
+    "reboot": Kind("power off and on", "1", _reboot),
+    "jump": Kind("ms that the counter jumps ahead", "5000", _jump),
+}
+
+
+class Faults:
+    """The faults of one sensor: `active` kind -> value, the schedule, and what both do to scans and bytes."""
+
+    def __init__(self, seed: int, schedule: tuple[Fault, ...] = ()) -> None:
+        self.active: dict[str, str] = {}
+        self._rng = np.random.default_rng((seed, 1))  # of its own: a fault changes nothing but what it damages
+        self._waiting = sorted(schedule, key=lambda fault: fault.at_s)
+        self._running: list[tuple[int, str]] = []
+        self._stamp = b""
+
+    def begin(self, sensor: Lidar, kind: str, value: str = "") -> None:
+        """Start a fault; once more with another value changes it."""
+        self.active[kind] = value or KINDS[kind].value
+        if act := KINDS[kind].begin:
+            act(sensor, self.active[kind])
+
+    def end(self, sensor: Lidar, kind: str) -> None:
+        """Heal it."""
+        value = self.active.pop(kind, "")
+        if act := KINDS[kind].heal:
+            act(sensor, value)
+
+    def settle(self, sensor: Lidar, now_ns: int) -> None:
+        """Begin and heal what is due."""
+        while self._waiting and int(self._waiting[0].at_s * NS) <= now_ns:
+            fault = self._waiting.pop(0)
+            self.begin(sensor, fault.kind, fault.value)
+            self._running.append((int((fault.at_s + fault.for_s) * NS), fault.kind))
+        for row in [row for row in self._running if row[0] <= now_ns]:
+            self._running.remove(row)
+            self.end(sensor, row[1])
+
+    def due_ns(self) -> int | None:
+        """When the schedule goes on, None at its end."""
+        times = [int(fault.at_s * NS) for fault in self._waiting[:1]] + [end_ns for end_ns, _ in self._running]
+        return min(times, default=None)
+
+    def _strikes(self, kind: str) -> bool:
+        return kind in self.active and self._rng.random() < float(self.active[kind])
+
+    def scan(self, asked: scip.ScanRequest, frame: bytes) -> bytes:
+        """A whole scan as it leaves the sensor."""
+        lines = frame.split(b"\n")
+        if len(lines) < 4:
+            return frame
+        if self._strikes("stamp") and self._stamp:
+            lines[2] = self._stamp
+        self._stamp = lines[2]
+        if self._strikes("echo"):
+            lines[0] = lines[0][:5] + bytes((lines[0][5] ^ 1,)) + lines[0][6:]
+        if asked.kind.echoes == 1 and self._strikes("semicolon"):
+            blocks, width = lines[3:-2], asked.kind.characters
+            lines[3:-2] = [_with_sum(block[:-1], k, width) for k, block in enumerate(blocks)]
+        return b"\n".join(lines)
+
+    def damage(self, data: bytes) -> bytes:
+        """A reply or a part of a scan, as the cable delivers it."""
+        active, rng = self.active, self._rng
+        raw = np.frombuffer(data, np.uint8)
+        if "flip" in active:
+            hit = rng.random(len(raw)) < float(active["flip"])
+            raw = np.where(hit, raw ^ (1 << rng.integers(0, 8, len(raw))).astype(np.uint8), raw)
+        if "lose" in active:
+            raw = raw[rng.random(len(raw)) >= float(active["lose"])]
+        if "double" in active:
+            raw = np.repeat(raw, 1 + (rng.random(len(raw)) < float(active["double"])))
+        noise = rng.integers(0, 256, int(float(active["garbage"])), np.uint8).tobytes() if "garbage" in active else b""
+        return noise + raw.astype(np.uint8).tobytes()
+
+    def pieces(self, at_ns: int, data: bytes) -> list[tuple[int, bytes]]:
+        """When which bytes arrive together."""
+        if "merge" in self.active:
+            period_ns = max(1, int(float(self.active["merge"]) * 1e6))
+            at_ns = -(-at_ns // period_ns) * period_ns
+        whole = max(1, len(data))  # nothing left of it is a piece too, an empty one
+        size = max(1, int(float(self.active["split"]))) if "split" in self.active else whole
+        return [(at_ns, data[k : k + size]) for k in range(0, whole, size)]
+
+
+def _with_sum(block: bytes, number: int, characters: int) -> bytes:
+    """A block whose sum is `;`: the last low digit of a value in it makes up the difference (at most 63 mm)."""
+    at = max((k for k in range(len(block)) if (number * scip.BLOCK + k) % characters == characters - 1), default=-1)
+    if at < 0:
+        return block + scip.checksum(block)
+    difference = (0x3B - scip.checksum(block)[0]) & 0x3F
+    digit = ((block[at] - 0x30 + difference) & 0x3F) + 0x30
+    return block[:at] + bytes((digit,)) + block[at + 1 :] + b";"

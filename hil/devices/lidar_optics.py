@@ -1,0 +1,107 @@
+"""What the receiver makes of the true ranges: noise, codes, echoes, intensity, sector and clusters."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hil.devices.lidar_profile import Profile
+from hil.devices.lidar_turns import BEAMS, STEPS_A_TURN
+from protocol import scip
+
+F64 = NDArray[np.float64]
+I32 = NDArray[np.int32]
+NO_RETURN, TOO_NEAR, INTERFERENCE, LAST_CODE = 1, 2, 3, 22
+EDGE_M = 0.2  # neighbours that differ by more have an edge between them; the beam behind it meets both sides
+SHORT_LIMIT = 4095  # of two characters
+
+
+class Optics:
+    """Ranges (1081,) m, inf = nothing there, to values in mm or codes. The random numbers are the sensor's own."""
+
+    def __init__(self, profile: Profile, rng: np.random.Generator) -> None:
+        self._profile, self._rng = profile, rng
+        self.dropout_ratio = profile.dropout_ratio
+        self.clash_ratio = 0.0  # of the beams meet another sensor's light
+
+    def measure(self, ranges_m: F64) -> I32:
+        """What one turn gives, (1081, echoes): nearest echo first, scip.MISSING where there is none."""
+        if self._profile.grazing_rad:
+            ranges_m = np.where(grazing(ranges_m, self._profile.grazing_rad), np.inf, ranges_m)
+        if self._profile.echoes == 1:
+            return self._measured(ranges_m)[:, None]
+        return _ranges_first(np.sort(self._measured(echoes(ranges_m).ravel()).reshape(BEAMS, 3), axis=1))
+
+    def values(self, asked: scip.ScanRequest, measured: I32) -> I32:
+        """What is sent of it: (beams, channels), for a request of several echoes (beams, echoes, channels)."""
+        values = self._arranged(measured, asked)
+        if asked.kind.echoes == 1:
+            values = values[:, 0]
+        if asked.kind.characters == 2:
+            values = np.minimum(values, SHORT_LIMIT)
+        return np.stack((values, brightness(values)), axis=-1) if asked.kind.intensity else values[..., None]
+
+    def _measured(self, ranges_m: F64) -> I32:
+        """mm or codes of each range; NaN, an echo that is not there, becomes scip.MISSING."""
+        profile, count = self._profile, len(ranges_m)
+        sigma_m = np.where(ranges_m > 10.0, profile.noise_far_m, profile.noise_near_m)
+        noisy_m = ranges_m + self._rng.standard_normal(count) * sigma_m
+        seen = ranges_m <= profile.far_m
+        if self.dropout_ratio:
+            seen &= self._rng.random(count) >= self.dropout_ratio
+        values = np.full(count, NO_RETURN, np.int32)
+        values[seen] = np.rint(noisy_m[seen] * 1e3).astype(np.int32)
+        values[ranges_m < profile.near_m] = TOO_NEAR
+        if self.clash_ratio:
+            values[self._rng.random(count) < self.clash_ratio] = INTERFERENCE
+        np.maximum(values, NO_RETURN, out=values)
+        values[np.isnan(ranges_m)] = scip.MISSING
+        return values
+
+    def _arranged(self, values: I32, asked: scip.ScanRequest) -> I32:
+        """The sector's rows; of each cluster the row that begins with the smallest range, or code if all are codes."""
+        values, width = values[asked.first : asked.last + 1], asked.cluster
+        if width <= 1:
+            return values
+        if self._profile.quirks.cluster_floor and len(values) >= width:
+            values = values[: len(values) // width * width]
+        order = np.where(values[:, 0] > LAST_CODE, values[:, 0], values[:, 0] + (1 << 20))
+        starts = range(0, len(values), width)
+        return values[[start + int(np.argmin(order[start : start + width])) for start in starts]]
+
+
+def brightness(values: I32) -> I32:
+    """An intensity that falls with the range; 0 for codes."""
+    return np.where(values > TOO_NEAR, 20_000 / (1 + values / 1000), 0).astype(np.int32)
+
+
+def echoes(ranges_m: F64) -> F64:
+    """Up to three ranges a beam, (n, 3), NaN = none: a beam just behind an edge meets the surface before it as well."""
+    padded = np.concatenate((ranges_m[:1], ranges_m, ranges_m[-1:]))
+    found = np.full((len(ranges_m), 3), np.nan)
+    found[:, 0] = ranges_m
+    for column, beside in ((1, padded[:-2]), (2, padded[2:])):
+        nearer = beside < ranges_m - EDGE_M
+        if column == 2:
+            nearer &= ~(np.abs(beside - found[:, 1]) < EDGE_M)
+        found[nearer, column] = beside[nearer]
+    found[np.isinf(ranges_m) & ~np.isnan(found[:, 1:]).all(axis=1), 0] = np.nan  # light that came back once
+    return found
+
+
+def grazing(ranges_m: F64, least_rad: float) -> NDArray[np.bool_]:
+    """Beams whose surface, by both neighbours, is met flatter than `least_rad`."""
+    with np.errstate(invalid="ignore"):
+        steps = np.abs(np.diff(ranges_m)) / (np.minimum(ranges_m[1:], ranges_m[:-1]) * 2 * np.pi / STEPS_A_TURN)
+    flat = np.nan_to_num(steps, nan=0.0) > 1.0 / np.tan(least_rad)
+    both: NDArray[np.bool_] = np.concatenate((flat[:1], flat)) & np.concatenate((flat, flat[-1:]))
+    return both
+
+
+def _ranges_first(values: I32) -> I32:
+    """Rows sorted upwards, with scip.MISSING moved to the end and codes dropped where there is a range."""
+    ranks = np.where(values == scip.MISSING, 2, np.where(values > LAST_CODE, 0, 1))
+    order = np.argsort(ranks, axis=1, kind="stable")
+    made = np.take_along_axis(values, order, axis=1)
+    made[:, 1:][made[:, 1:] <= LAST_CODE] = scip.MISSING
+    return made
