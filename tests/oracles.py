@@ -149,6 +149,8 @@ def _pose(
     verdicts = [_wheel(surface, slopes, j + b, i + a, planning.step_m) for a, b in contacts]
     if min(verdicts) == 0:
         return 0
+    around = [(b + y, a + x) for a, b in contacts for y in (-1, 0, 1) for x in (-1, 0, 1)]
+    verdicts += [1 + _known(surface, j + b, i + a) for b, a in around]
     if not all(_known(surface, j + b, i + a) for a, b in contacts):
         return 1
     heights = [float(surface.z_mean[j + b, i + a]) for a, b in contacts]
@@ -157,10 +159,11 @@ def _pose(
     slope = min(math.atan(math.hypot(*v) / cell) for v in (slopes[j, i], (sx, sy)))
     if tilts.max() > planning.tilt_limit_rad or slope > planning.slope_limit_rad:
         return 0
-    for b in range(-6, 7):
-        for a in range(-6, 7):
-            along, across = np.abs(rotate.T @ (a * cell, b * cell))
-            if along <= rover.body_length_m / 2 + 1e-9 and across <= rover.body_width_m / 2 + 1e-9:
+    for b in range(-7, 8):
+        for a in range(-7, 8):
+            along, across = np.abs(rotate.T @ (a * cell, b * cell)) - (rover.body_length_m / 2, rover.body_width_m / 2)
+            outside = max(along, across) - 1e-9
+            if outside <= 0.0 or (outside <= cell / 2 and not _known(surface, j + b, i + a)):
                 limit = middle + sx * a + sy * b + planning.under_belly_m
                 verdicts.append(_under_body(surface, j + b, i + a, limit))
     return min(verdicts)

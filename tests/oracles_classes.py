@@ -107,8 +107,8 @@ class _Ground(NamedTuple):
     """What the pose rules ask of each cell, (rows, columns)."""
 
     z: F32  # height a wheel stands on, NaN where unknown
-    whole: Bool  # the cell and its 4 neighbours are known
-    rough: Bool  # the step over those of them that are known is too high
+    whole: Bool  # the cell and its 8 neighbours are known
+    rough: Bool  # the step over the known ones of the cell and 4 neighbours is too high
     steep: Bool  # the fitted plane is too steep
     top: F32  # highest of a known cell, -inf where unknown
     ray: F32  # lowest beam over an unknown cell, -inf where known
@@ -152,16 +152,17 @@ def reachable(freedom: U8, j: int, i: int, o: int) -> Bool:
     return same[labels]
 
 
-def body_cells(o: int, rover: config.Rover, cell_m: float) -> tuple[tuple[int, int], ...]:
-    """(dj, di) of the cells whose centre lies under the body in orientation o, from the cell of base_link."""
+def body_cells(o: int, rover: config.Rover, cell_m: float, margin_m: float = 0.0) -> tuple[tuple[int, int], ...]:
+    """(dj, di) of the cells whose centre lies under the body in orientation o, or up to a margin beside it."""
     yaw = o * math.pi / ORIENTATIONS
-    reach = math.ceil(math.hypot(rover.body_length_m, rover.body_width_m) / 2 / cell_m)
+    reach = math.ceil(math.hypot(rover.body_length_m, rover.body_width_m) / 2 / cell_m) + 1
+    length_m, width_m = (side_m / 2 + margin_m + 1e-9 for side_m in (rover.body_length_m, rover.body_width_m))
     found = []
     for dj in range(-reach, reach + 1):
         for di in range(-reach, reach + 1):
             along = (di * math.cos(yaw) + dj * math.sin(yaw)) * cell_m
             across = (dj * math.cos(yaw) - di * math.sin(yaw)) * cell_m
-            if abs(along) <= rover.body_length_m / 2 + 1e-9 and abs(across) <= rover.body_width_m / 2 + 1e-9:
+            if abs(along) <= length_m and abs(across) <= width_m:
                 found.append((dj, di))
     return tuple(found)
 
@@ -186,6 +187,8 @@ def _layer(ground: _Ground, o: int, rover: config.Rover, planning: config.Planni
     for dj, di in body_cells(o, rover, cell_m):
         plane = slope_x * np.float32(di) + slope_y * np.float32(dj)
         np.fmax(highest, _moved(ground.top, (dj, di), np.float32(-np.inf)) - plane, out=highest)
+    for dj, di in body_cells(o, rover, cell_m, cell_m / 2):
+        plane = slope_x * np.float32(di) + slope_y * np.float32(dj)
         np.maximum(vouched, _moved(ground.ray, (dj, di), np.float32(np.inf)) - plane, out=vouched)
     limit = middle + np.float32(planning.under_belly_m)
     blocked |= highest > limit  # False where a wheel's height is unknown
@@ -222,6 +225,7 @@ def _ground(surface: Surface, planning: config.Planning) -> _Ground:
         np.minimum(flat_low, bottom, out=flat_low)
         np.maximum(high, top - plane, out=high)
         np.minimum(low, bottom - plane, out=low)
+    for at in ((dj, di) for dj in (-1, 0, 1) for di in (-1, 0, 1)):
         whole &= _moved(known, at, False)
     rough = (high - low > planning.step_m) & (flat_high - flat_low > planning.step_m)
     steep = np.hypot(slope_x, slope_y) > math.tan(planning.slope_limit_rad) * surface.grid.cell_m

@@ -22,8 +22,8 @@ struct GroundProblem {
 
 // Flags of a cell.
 constexpr std::int32_t kKnown = 1;
-constexpr std::int32_t kWhole = 2;   // the cell and its 4 neighbours are known
-constexpr std::int32_t kSmooth = 4;  // the step over those of them that are known is not too high
+constexpr std::int32_t kWhole = 2;   // the cell and its 8 neighbours are known
+constexpr std::int32_t kSmooth = 4;  // the step over the known ones of the cell and 4 neighbours is not too high
 constexpr std::int32_t kGentle = 8;  // the fitted plane is not too steep
 
 // Layers padded by `reach` >= 1 cells all round, beyond the grid nothing is known; a row has room for one vector more. Memory
@@ -87,6 +87,7 @@ class GroundRules {
             low = smaller(load(g_.bot + at + by), low);
             known &= load(g_.flags + at + by);
         }
+        for (const std::int64_t by : {stride + 1, stride - 1, 1 - stride, -1 - stride}) known &= load(g_.flags + at + by);
         const Ints stepped = high - low > static_cast<float>(0.999 * p_.step_m);  // in float: whether to look closer
         for (int lane = 0; lane < kLanes && i + lane < g_.columns; ++lane) {
             const double x = plane.slope_x(i + lane), y = plane.slope_y(i + lane), limit = p_.steepest_per_cell_m;

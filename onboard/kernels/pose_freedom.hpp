@@ -20,7 +20,9 @@ enum Freedom : std::uint8_t { kBlocked, kUnknown, kFree };  // poses.Freedom
 // The cells under the rover, from the cell of base_link.
 struct Footprint {
     const std::int32_t* wheels;  // (8, 4, 2): dj, di of wheels 1 to 4 of each orientation; 1 lies opposite 3, 2 opposite 4
-    const std::int32_t* body;    // (body_rows, 4): orientation, dj, first di, last di, by rising orientation
+    // (body_rows, 6) by rising orientation: orientation, dj, first and last di under the body (first > last: none), first and
+    // last di that it may touch.
+    const std::int32_t* body;
     std::int64_t body_rows;
 };
 
@@ -34,11 +36,11 @@ class PoseFreedom {
         : g_(ground), f_(print), l_(limits), stride_(ground.stride()) {}
 
     void run(std::uint8_t* freedom) const {
-        const std::int32_t *body = f_.body, *const last = f_.body + 4 * f_.body_rows;
+        const std::int32_t *body = f_.body, *const last = f_.body + kBodyRow * f_.body_rows;
         for (int o = 0; o < kOrientations; ++o) {
             const Orientation way(o, *this);
             const std::int32_t* end = body;
-            while (end < last && end[0] == o) end += 4;
+            while (end < last && end[0] == o) end += kBodyRow;
             for (std::int64_t j = 0; j < g_.rows; ++j)
                 for (std::int64_t i = 0; i < g_.columns; i += kLanes) {
                     const Bytes found = __builtin_convertvector(judge(way, g_.at(j, i), body, end), Bytes);
@@ -50,6 +52,8 @@ class PoseFreedom {
     }
 
    private:
+    static constexpr std::int64_t kBodyRow = 6;
+
     typedef std::uint8_t Bytes __attribute__((vector_size(kLanes)));
 
     // What all poses of one orientation share.
@@ -107,17 +111,16 @@ class PoseFreedom {
                 (second * way.first_x - first * way.second_x) * way.per_area};
     }
 
-    // Blocked: a known cell under the body stands over the limit. Not vouched: a beam over an unknown one does.
+    // Blocked: a known cell under the body stands over the limit. Not vouched: a beam over an unknown one that it may touch.
     void look_under(const Plane& plane, Floats limit, std::int64_t at, const std::int32_t* body, const std::int32_t* end,
                     Ints* blocked, Ints* vouched) const {
-        for (; body < end; body += 4) {
+        for (; body < end; body += kBodyRow) {
             const Floats rise = plane.slope_y * static_cast<float>(body[1]);
             const std::int64_t row = at + body[1] * stride_;
-            for (std::int32_t di = body[2]; di <= body[3]; ++di) {
-                const Floats ground = plane.slope_x * static_cast<float>(di) + rise;
-                *blocked |= load(g_.top + row + di) - ground > limit;
-                *vouched &= load(g_.ray + row + di) - ground <= limit;
-            }
+            for (std::int32_t di = body[2]; di <= body[3]; ++di)
+                *blocked |= load(g_.top + row + di) - (plane.slope_x * static_cast<float>(di) + rise) > limit;
+            for (std::int32_t di = body[4]; di <= body[5]; ++di)
+                *vouched &= load(g_.ray + row + di) - (plane.slope_x * static_cast<float>(di) + rise) <= limit;
         }
     }
 

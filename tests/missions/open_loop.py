@@ -23,11 +23,11 @@ from onboard.planning.tracks import tracks
 from onboard.records import F64, Pose
 from tests.missions.fields import main_field
 from tests.missions.guard_runs import GUARDED
-from tests.missions.guarded import MARGIN_M, STOPPING_M, Guarded, wheels
+from tests.missions.guarded import MARGIN_M, STOPPING_M, Guarded
 from tests.missions.mission import Errors
 from tests.missions.scanner import scanner
 from tests.missions.truth import truth
-from tests.missions.world import World
+from tests.missions.world import World, wheels
 
 LEG_M, FROM_M = 4.0, 2.5
 BESIDE_M = 0.2  # a trigger so near to an object's rim names it

@@ -18,6 +18,7 @@ from hil.mesh import soil_height
 from hil.terrain import Field, truth_height
 from onboard.config import Rover
 from onboard.records import F32, F64, Grid, Pose, Surface
+from protocol.conventions import WHEEL_SIGNS
 
 HARD_BELLY_M, SOFT_BELLY_M = 0.15, 0.12  # ground above the wheel plane under the body
 HARD_STEP_M, SOFT_STEP_M = 0.12, 0.10  # under one wheel
@@ -109,6 +110,15 @@ def _lattice(length_m: float, width_m: float, step_m: float) -> tuple[F64, F64]:
     y = np.linspace(-width_m / 2, width_m / 2, math.ceil(width_m / step_m) + 1)
     across, along = np.meshgrid(y, x)
     return along.ravel(), across.ravel()
+
+
+def wheels(pose: Pose, rover: Rover) -> list[tuple[float, float]]:
+    """(x, y) of the four wheels."""
+    c, s = math.cos(pose.yaw_rad), math.sin(pose.yaw_rad)
+    length, width = rover.half_wheelbase_m, rover.half_track_m
+    return [
+        (pose.x_m + c * a * length - s * b * width, pose.y_m + s * a * length + c * b * width) for a, b in WHEEL_SIGNS
+    ]
 
 
 def of_field(field: Field, kind: str) -> World:

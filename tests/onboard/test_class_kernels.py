@@ -121,16 +121,22 @@ def test_what_every_build_reaches_is_what_scipy_reaches(seed: int, rows: int, co
         np.testing.assert_array_equal(poses.reachable(freedom, *pose), want)
 
 
-def body_cells(o: int, cell_m: float) -> list[tuple[int, int]]:
+def body_cells(o: int, cell_m: float) -> tuple[list[tuple[int, int]], list[tuple[int, int]]]:
+    """Those under the body, those it may touch."""
     wheels, body = poses.footprint(ROVER, cell_m)
     assert wheels[o].tolist() == [list(at) for at in poses.wheel_cells(o, ROVER, cell_m)]
-    return [(dj, di) for of, dj, first, last in body.tolist() if of == o for di in range(first, last + 1)]
+    rows = [row[1:] for row in body.tolist() if row[0] == o]
+    under = [(dj, di) for dj, first, last, _, _ in rows for di in range(first, last + 1)]
+    return under, [(dj, di) for dj, _, _, first, last in rows for di in range(first, last + 1)]
 
 
 @pytest.mark.parametrize("cell_m", [0.02, 0.1, 0.13])
-def test_the_footprint_has_the_cells_whose_centre_lies_under_the_body(cell_m: float) -> None:
+def test_the_footprint_has_the_cells_under_the_body_and_those_within_half_a_cell_of_it(cell_m: float) -> None:
     for o in range(8):
-        assert body_cells(o, cell_m) == list(oracles.body_cells(o, ROVER, cell_m))
+        under, touched = body_cells(o, cell_m)
+        assert under == list(oracles.body_cells(o, ROVER, cell_m))
+        assert touched == list(oracles.body_cells(o, ROVER, cell_m, cell_m / 2))
+        assert set(under) <= set(touched)
 
 
 def flat(rows: int = 9, columns: int = 9) -> Surface:
