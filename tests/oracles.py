@@ -149,8 +149,6 @@ def _pose(
     verdicts = [_wheel(surface, slopes, j + b, i + a, planning.step_m) for a, b in contacts]
     if min(verdicts) == 0:
         return 0
-    around = [(b + y, a + x) for a, b in contacts for y in (-1, 0, 1) for x in (-1, 0, 1)]
-    verdicts += [1 + _known(surface, j + b, i + a) for b, a in around]
     if not all(_known(surface, j + b, i + a) for a, b in contacts):
         return 1
     heights = [float(surface.z_mean[j + b, i + a]) for a, b in contacts]
@@ -170,8 +168,8 @@ def _pose(
 
 
 def _wheel(surface: Surface, slopes: dict, j: int, i: int, step_m: float) -> int:
-    cross = [(j + y, i + x) for y, x in ((0, 0), (1, 0), (-1, 0), (0, 1), (0, -1))]
-    seen = [at for at in cross if _known(surface, *at)]
+    square = [(j + y, i + x) for y in (-1, 0, 1) for x in (-1, 0, 1)]
+    seen = [at for at in square if _known(surface, *at)]
     if seen and surface.grid.contains(j, i):
         steps = []
         for sx, sy in ((0.0, 0.0), slopes[j, i]):
@@ -181,7 +179,7 @@ def _wheel(surface: Surface, slopes: dict, j: int, i: int, step_m: float) -> int
             steps.append(high - low)
         if min(steps) > step_m:
             return 0
-    return 2 if len(seen) == 5 else 1
+    return 2 if len(seen) == 9 else 1
 
 
 def _under_body(surface: Surface, j: int, i: int, limit: float) -> int:

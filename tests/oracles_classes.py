@@ -26,7 +26,7 @@ from onboard.records import F32, F64, U8, Bool, CellClass, Ldem, Surface
 
 T = TypeVar("T", bound=np.generic)
 DIRECTIONS = ((0, 1), (1, 0), (1, 1), (1, -1))  # rows, columns, both diagonals: (dj, di)
-CROSS = ((0, 0), (0, 1), (0, -1), (1, 0), (-1, 0))
+SQUARE = tuple((dj, di) for dj in (-1, 0, 1) for di in (-1, 0, 1))
 
 
 def classify(ldem: Ldem, mapping: config.Mapping_) -> Surface:
@@ -108,7 +108,7 @@ class _Ground(NamedTuple):
 
     z: F32  # height a wheel stands on, NaN where unknown
     whole: Bool  # the cell and its 8 neighbours are known
-    rough: Bool  # the step over the known ones of the cell and 4 neighbours is too high
+    rough: Bool  # the step over those of them that are known is too high
     steep: Bool  # the fitted plane is too steep
     top: F32  # highest of a known cell, -inf where unknown
     ray: F32  # lowest beam over an unknown cell, -inf where known
@@ -218,14 +218,13 @@ def _ground(surface: Surface, planning: config.Planning) -> _Ground:
     raised, sunk = np.where(known, surface.z_top, -np.inf), np.where(known, surface.z_bot, np.inf)
     flat_high, flat_low = np.full(known.shape, -np.inf), np.full(known.shape, np.inf)
     high, low, whole = flat_high.copy(), flat_low.copy(), np.ones_like(known)
-    for at in CROSS:
+    for at in SQUARE:
         plane = slope_y * at[0] + slope_x * at[1]
         top, bottom = _moved(raised, at, -np.inf), _moved(sunk, at, np.inf)
         np.maximum(flat_high, top, out=flat_high)
         np.minimum(flat_low, bottom, out=flat_low)
         np.maximum(high, top - plane, out=high)
         np.minimum(low, bottom - plane, out=low)
-    for at in ((dj, di) for dj in (-1, 0, 1) for di in (-1, 0, 1)):
         whole &= _moved(known, at, False)
     rough = (high - low > planning.step_m) & (flat_high - flat_low > planning.step_m)
     steep = np.hypot(slope_x, slope_y) > math.tan(planning.slope_limit_rad) * surface.grid.cell_m

@@ -49,8 +49,8 @@ def pose_index(grid: Grid, x_m: float, y_m: float, yaw_rad: float) -> tuple[int,
 def pose_freedom(surface: Surface, rover: config.Rover, planning: config.Planning) -> U8:
     """Freedom of every pose, uint8 of Freedom (8, rows, columns); `10-navigation` section 3.
 
-    Free: every wheel's cell and its 8 neighbours known, steps over the 4 nearest up to step_m, roll, pitch and slope
-    within their limits, and nothing under the body over under_belly_m above the wheel plane, by hits or, over unknown
+    Free: every wheel's cell and its 8 neighbours known with steps up to step_m, roll, pitch and slope within their
+    limits, and nothing under the body over under_belly_m above the wheel plane, by hits or, over unknown
     cells that the body may touch, by a beam that passed. Blocked: a known cell breaks a rule. Else unknown. Cells
     beyond the grid are unknown. A known cell has its heights.
     Raises ValueError for layers of wrong shape, dtype or layout, and for cells so large that the wheels of a pose do

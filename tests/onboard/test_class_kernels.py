@@ -41,15 +41,16 @@ def scanned(seed: int, rows: int, columns: int) -> Ldem:
     rng, shape = np.random.default_rng(seed), (rows, columns)
     n = np.where(rng.random(shape) < rng.uniform(0.2, 1.0), rng.integers(1, 400, shape), 0).astype(np.int32)
     j, i = np.indices(shape)
-    mean = 30.0 + rng.normal(0, 0.02, shape) + i * rng.uniform(-0.03, 0.03) + j * rng.uniform(-0.03, 0.03)
+    rough = rng.uniform(0.1, 1.0)
+    mean = 30.0 + rough * rng.normal(0, 0.02, shape) + i * rng.uniform(-0.03, 0.03) + j * rng.uniform(-0.03, 0.03)
     mean += np.where(rng.random(shape) < 0.01, rng.uniform(-0.3, 0.3, shape), 0.0)
     crossed = rng.random(shape) < 0.8
     return dataclasses.replace(
         maps.empty(Grid(0.05, 0.05, 0.1, rows, columns)),
         n=n,
         sum_z=n * mean,
-        z_hi=np.where(n > 0, mean + rng.exponential(0.03, shape), np.nan).astype(np.float32),
-        z_lo=np.where(n > 0, mean - rng.exponential(0.03, shape), np.nan).astype(np.float32),
+        z_hi=np.where(n > 0, mean + rough * rng.exponential(0.03, shape), np.nan).astype(np.float32),
+        z_lo=np.where(n > 0, mean - rough * rng.exponential(0.03, shape), np.nan).astype(np.float32),
         sum_sigma=(n * 0.01).astype(np.float32),
         z_ray=np.where(crossed, mean + rng.normal(0.03, 0.06, shape), np.inf).astype(np.float32),
         assumed_z=np.where(rng.random(shape) < 0.1, 30.0, np.nan).astype(np.float32),
