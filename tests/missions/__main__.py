@@ -111,11 +111,11 @@ def table(
 def guard(
     seeds: Annotated[str, typer.Option(help="Only these seeds: 1-10 or 3,7.")] = "",
     workers: Annotated[int, typer.Option(help="Processes.")] = os.cpu_count() or 1,
-    objects: Annotated[int, typer.Option(help="Fields on which objects are put on the tracks.")] = 50,
+    objects: Annotated[int, typer.Option(help="Holes, and as many rocks, that a wheel is to meet.")] = 100,
 ) -> None:
     """The drive guard: objects put on the tracks, then pitted and smooth fields with and without it."""
     wanted = set(_seeds(seeds)) if seeds else None
-    met = open_loop.table(open_loop.all_outcomes(range(1, objects + 1), workers))
+    met = open_loop.table(open_loop.until_met(objects, workers))
     Console(width=150).print(met)
     chosen = [run.only(wanted) for run in guard_runs.RUNS]
     total, rows = sum(len(run.seeds) for run in chosen), []
