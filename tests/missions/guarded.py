@@ -147,7 +147,7 @@ class Guarded(Kinematic):
             k += 1
             true, believed = self._at(drive, k)
             if drive.feel[k]:
-                self._roll(true, drive.stations[k], surface, watch.strip)
+                self._roll(true, drive.stations[k] if k else None, surface, watch.strip)
                 ahead = tracks(drive.stations[k:][drive.feel[k:] > 0], driven, surface.grid, self.config.rover)
                 self.trail.append(tuple(float(part) for part in drive.stations[k]))  # type: ignore[arg-type]
             if self.config.drive_guard.on:
@@ -196,12 +196,13 @@ class Guarded(Kinematic):
         dz, droll, dpitch = (float(part) for part in drive.errors[k, 2:5])
         return true, Pose(x, y, true.z_m + dz, true.roll_rad + droll, true.pitch_rad + dpitch, wrap_rad(yaw))
 
-    def _roll(self, true: Pose, station: F64, surface: Surface, strip: ldem.Ldem) -> None:
-        """What the wheels meet there: contact, a hole, ground that nobody had seen."""
+    def _roll(self, true: Pose, station: F64 | None, surface: Surface, strip: ldem.Ldem) -> None:
+        """What the wheels meet there: contact, a hole, ground that nobody had seen. station: None where it stands."""
         self._feel(true)
         self.flight.in_hole += in_hole(self.world, true, self.config.rover)
-        known = (surface.cell_class >= CellClass.HIT) | (strip.n > 0)
-        self.flight.unseen += unseen(station, known, surface.grid, self.config.rover)
+        if station is not None:
+            known = (surface.cell_class >= CellClass.HIT) | (strip.n > 0)
+            self.flight.unseen += unseen(station, known, surface.grid, self.config.rover)
 
     def _stopped(self, bad: tuple[Bad, ...]) -> None:
         """The cells are blocked for wheels; the rule takes the leg as not tried."""

@@ -20,6 +20,7 @@ from onboard.perception.stop_map import NO_POINTS, StopMap, look, remember
 from onboard.planning.cycle import plan
 from onboard.planning.mission_rule import MissionState
 from onboard.planning.plan_records import PlanRequest, PlanResult, Settings
+from onboard.planning.tracks import lattice
 from onboard.records import F64, Bool, CellClass, Decision, Gdem, Grid, Pose
 from protocol.conventions import wrap_rad
 from tests.missions.scanner import Scanner
@@ -167,11 +168,16 @@ class Kinematic:
         return True
 
     def _look_under(self, stations: F64) -> None:
-        """Counts wheels at the believed stations (k, 3) that stand on what the map does not know."""
+        """Counts wheels at the believed stations (k, 3) on what the map does not know, the lattice pose it stands in apart.
+
+        There an error of the pose may have shifted the map under a wheel.
+        """
         assert self.flight.memory
         surface = classify(self.flight.memory.cells, self.config.mapping)
         known = surface.cell_class >= CellClass.HIT
-        self.flight.unseen += sum(unseen(station, known, surface.grid, self.config.rover) for station in stations)
+        cells = lattice(stations, surface.grid)
+        left = stations[(cells != cells[0]).any(axis=1)]
+        self.flight.unseen += sum(unseen(station, known, surface.grid, self.config.rover) for station in left)
 
     def _turn(self, yaw_rad: float) -> None:
         """On the spot, to a heading of the estimate."""
