@@ -168,7 +168,7 @@ class Kinematic:
         return True
 
     def _look_under(self, stations: F64) -> None:
-        """Counts wheels at the believed stations (k, 3) on what the map does not know, the lattice pose it stands in apart.
+        """Counts wheels at believed stations (k, 3) on what the map does not know, the lattice pose it stands in apart.
 
         There an error of the pose may have shifted the map under a wheel.
         """
