@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import stat
 import tomllib
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 from onboard.config import ConfigError, from_tree, value
-from protocol.link import KEY_DOWN, KEY_UP, Keyring, LinkKeys, bench_keys, parse_keys
+from onboard.drivers.key_file import read_keys
+from protocol.link import KEY_DOWN, KEY_UP, LinkKeys, bench_keys
 
 PLACES = (Path("ground.toml"), Path("build/sim/ground.toml"))
 
@@ -57,7 +57,7 @@ def station_keys(settings: Settings) -> LinkKeys:
     if settings.command_keys and settings.downlink_key:
         if not settings.state:
             raise ConfigError("state: with key files a folder is needed, where the counters outlive the station")
-        keys = LinkKeys(_key_file(settings.command_keys, KEY_UP), _key_file(settings.downlink_key, KEY_DOWN))
+        keys = LinkKeys(read_keys(settings.command_keys, KEY_UP), read_keys(settings.downlink_key, KEY_DOWN))
     elif settings.command_keys or settings.downlink_key:
         raise ConfigError("command_keys, downlink_key: name both files, or neither on a bench")
     elif settings.bench_seed < 0:
@@ -67,21 +67,4 @@ def station_keys(settings: Settings) -> LinkKeys:
     if keys.command.key(settings.station) is None:
         known = ", ".join(map(str, keys.command.key_ids))
         raise ConfigError(f"station = {settings.station}: no key of that id; known: {known}")
-    return keys
-
-
-def _key_file(path: str, direction: str) -> Keyring:
-    try:
-        mode = stat.S_IMODE(Path(path).stat().st_mode)
-        if mode & 0o077:
-            raise ConfigError(f"{path}: mode {mode:04o}, others may read this key; chmod 600 it")
-        keys = parse_keys(Path(path).read_text())
-    except OSError as error:
-        raise ConfigError(f"{path}: {error.strerror}") from error
-    except ConfigError:
-        raise
-    except ValueError as error:
-        raise ConfigError(f"{path}: {error}") from None
-    if keys.direction != direction:
-        raise ConfigError(f"{path}: holds keys of {keys.direction}, should be of {direction}")
     return keys

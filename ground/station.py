@@ -3,12 +3,8 @@
 from __future__ import annotations
 
 import json
-import time
-from contextlib import ExitStack
 from types import TracebackType
-from typing import Any, Self
-
-import zenoh
+from typing import Self
 
 from ground.archive import Archive
 from ground.clock import Turn
@@ -16,12 +12,14 @@ from ground.memory import Block, Memory
 from ground.session import EventHeard, Item, News, ProductHeard, ReportHeard, Session
 from ground.settings import Settings, station_keys
 from onboard.config import ConfigError
+from onboard.drivers.link_end import LinkEnd, LinkEndError
 from protocol import carrier
 from protocol.link import KEY_DOWN, KEY_UP
 
 TO_HAVE_A_ROVER = "`make sim` starts a rover to talk to"
 _SPARE = 512  # more numbers than one turn can use
 _MOST_PER_TURN = 2000
+_LIMIT_S = 30.0  # for what the bench has counted
 
 
 class StationError(RuntimeError):
@@ -38,62 +36,35 @@ class Station:
         self._block = self._memory.reserve()
         self.session = Session(keys, settings.station, up_bps=settings.up_bps, newest_boot_id=self._block.boot_id)
         self._use(self._block)
-        self._probe = carrier.Probe()
         self._archived: set[int] = set()
-        self.taken = self.sent = 0
-        self._stack = ExitStack()
+        self.sent = 0
 
     def _use(self, block: Block) -> None:
         self._block = block
         self.session.sealer.counter, self.session.requester.next_id = block.counter, block.request_id
 
     def __enter__(self) -> Self:
-        config = zenoh.Config()
         endpoint = self._settings.endpoint
         try:
-            for key, text in carrier.settings(connect=endpoint):
-                config.insert_json5(key, text)
-            session = self._stack.enter_context(zenoh.open(config))
-        except zenoh.ZError as error:
+            self._end = LinkEnd(carrier.GROUND, endpoint, hear=KEY_DOWN, say=KEY_UP)
+        except ValueError as error:
             like = "tcp/127.0.0.1:7448"
             raise ConfigError(f"endpoint = {endpoint!r} should be a locator like {like}: {error}") from error
-        self._zenoh = session
-        fifo = zenoh.handlers.FifoChannel
-        reliable: dict[str, Any] = {"congestion_control": zenoh.CongestionControl.BLOCK, "express": True,
-                                    "reliability": zenoh.Reliability.RELIABLE}
-        self._in = session.declare_subscriber(KEY_DOWN, fifo(carrier.QUEUE_SAMPLES))
-        self._answers = session.declare_subscriber(carrier.answer_key(carrier.GROUND), fifo(1000))
-        self._out = session.declare_publisher(KEY_UP, **reliable)
-        self._ask = session.declare_publisher(carrier.question_key(carrier.GROUND), **reliable)
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
-        self._stack.close()
+        self._end.close()
 
     @property
     def linked(self) -> bool:
         """Whether anybody is at the other end of the session now."""
-        info = self._zenoh.info
-        return bool(info.peers_zid() or info.routers_zid())
+        return self._end.linked
 
     def wait_open(self, limit_s: float, alone_s: float) -> None:
         """Knocks until the link's carrier answers; with no peer at all only for alone_s. Raises StationError."""
-        start_s = time.monotonic()
-        while not self._probe.open:
-            self._knock()
-            waited_s = time.monotonic() - start_s
-            if waited_s > limit_s or (waited_s > alone_s and not self.linked):
-                found = f"nobody answered within {limit_s:g} s" if self.linked else "nobody is there"
-                raise StationError(f"no link at {self._settings.endpoint}: {found}; {TO_HAVE_A_ROVER}")
-            time.sleep(0.001)
-
-    def _knock(self) -> None:
-        answer = self._answers.try_recv()
-        question = self._probe.send(time.monotonic_ns())
-        ready = self._probe.receive(answer.payload.to_bytes()) if answer is not None else None
-        for words in (question, ready):
-            if words is not None:
-                self._ask.put(words)
+        if not self._end.wait_open(limit_s, alone_s):
+            found = f"nobody answered within {limit_s:g} s" if self.linked else "nobody is there"
+            raise StationError(f"no link at {self._settings.endpoint}: {found}; {TO_HAVE_A_ROVER}")
 
     def turn(self, turn: Turn) -> list[News]:
         """Takes what the turn counts (or what is there), and hands it to the session. Commits nothing yet."""
@@ -106,22 +77,13 @@ class Station:
             self._keep(one)
         return news
 
-    def _take(self, delivered: int | None, limit_s: float = 30.0) -> list[bytes]:
-        got: list[bytes] = []
-        until_s = 0.0
-        while len(got) < (_MOST_PER_TURN if delivered is None else delivered - self.taken):
-            sample = self._in.try_recv()
-            if sample is not None:
-                got.append(sample.payload.to_bytes())
-                continue
-            if delivered is None:
-                break
-            until_s = until_s or time.monotonic() + limit_s
-            if time.monotonic() > until_s:
-                raise StationError(f"link: {len(got)} of {delivered - self.taken} datagrams came within {limit_s:g} s")
-            time.sleep(50e-6)
-        self.taken += len(got)
-        return got
+    def _take(self, delivered: int | None) -> list[bytes]:
+        if delivered is None:
+            return self._end.take(_MOST_PER_TURN)
+        try:
+            return self._end.take_upto(delivered, _LIMIT_S)
+        except LinkEndError as error:
+            raise StationError(str(error)) from error
 
     def flush(self, now_ns: int) -> None:
         """Puts what is due on the link and makes the turn's rows safe."""
@@ -134,7 +96,7 @@ class Station:
             self._archived.add(request_id)
         for datagram in self.session.send(now_ns):
             self._archive.add("datagrams", now_ns, "up", "ok", datagram)
-            self._out.put(datagram)
+            self._end.put(datagram)
             self.sent += 1
         self._archive.commit()
 

@@ -12,6 +12,7 @@ once. Only counts decide when a tick may run, never arrival time: same seed, sam
 from __future__ import annotations
 
 import hashlib
+import math
 import struct
 import time
 from collections.abc import Callable, Set
@@ -231,12 +232,13 @@ class Bench:
 
     def _note(self, now_ns: int) -> None:
         goal = self.world.goal_m
-        x_m, y_m = float(self.state.position_m[0]), float(self.state.position_m[1])
-        p = self.progress
+        x_m, y_m, _ = self.state.position_m.tolist()
+        vx_mps, vy_mps, _ = self.state.velocity_mps.tolist()
+        p, speed_mps = self.progress, math.hypot(vx_mps, vy_mps)
         p.now_s = now_ns / NS
-        p.distance_to_goal_m = float(np.hypot(goal[0] - x_m, goal[1] - y_m))
-        p.way_m += float(np.hypot(self.state.velocity_mps[0], self.state.velocity_mps[1])) * TICK_NS / NS
-        p.driving = float(np.hypot(self.state.velocity_mps[0], self.state.velocity_mps[1])) > DRIVING_MPS
+        p.distance_to_goal_m = math.hypot(goal[0] - x_m, goal[1] - y_m)
+        p.way_m += speed_mps * TICK_NS / NS
+        p.driving = speed_mps > DRIVING_MPS
         sweeping = self.nodes.tilt.state in (TiltState.SWEEPING, TiltState.GAP)
         p.sweeps += sweeping and not p.sweeping
         p.sweeping = sweeping
@@ -258,5 +260,7 @@ def pack_frame(frame: Frame) -> bytes:
 
 def rotate(quaternions_xyzw: NDArray[np.float64], vectors: NDArray[np.float64]) -> NDArray[np.float64]:
     """Each of (n, 3) vectors by its (n, 4) quaternion."""
-    q, w = quaternions_xyzw[:, :3], quaternions_xyzw[:, 3:]
-    return vectors + 2.0 * np.cross(q, np.cross(q, vectors) + w * vectors)
+    x, y, z, w = quaternions_xyzw.T
+    a, b, c = vectors.T
+    p, q, r = 2.0 * (y * c - z * b), 2.0 * (z * a - x * c), 2.0 * (x * b - y * a)
+    return np.column_stack((a + w * p + y * r - z * q, b + w * q + z * p - x * r, c + w * r + x * q - y * p))

@@ -16,6 +16,7 @@ from protocol.barrier import Channel, Done, Hello, Receiver, Stop, Tick, Welcome
 from protocol.conventions import TICK_NS
 
 ANSWER_LIMIT_S = 120.0
+GATHER_S = 0.001  # between two looks at the other ports while participants come: a handshake takes several
 
 
 class ParticipantLostError(RuntimeError):
@@ -89,7 +90,7 @@ class Barrier:
     def gather(self, names: Set[str], alive: Callable[[], None]) -> None:
         """Wait until all of `names` have said HELLO."""
         while not names <= self.participants.keys():
-            if not select.select([self._server], [], [], 0.01)[0]:
+            if not select.select([self._server], [], [], GATHER_S)[0]:
                 alive()
                 continue
             connection, _ = self._server.accept()

@@ -254,15 +254,12 @@ class Plant:
         if len(times_ns) and (times_ns.min() < known[0] or times_ns.max() > known[-1]):
             asked = f"{times_ns.min()} to {times_ns.max()}"
             raise ValueError(f"poses are known from {known[0]} to {known[-1]} ns, asked for {asked}")
-        after = np.clip(np.searchsorted(known, times_ns), 1, len(known) - 1)
-        share = ((times_ns - known[after - 1]) / (known[after] - known[after - 1]))[:, None]
-        positions = np.array([row[1] for row in self._history])
-        turns = np.array([row[2] for row in self._history])
-        mixed = (1 - share) * turns[after - 1] + share * turns[after] * np.sign(
-            (turns[after - 1] * turns[after]).sum(axis=1, keepdims=True)
-        )
-        mixed /= np.linalg.norm(mixed, axis=1, keepdims=True)
-        return (1 - share) * positions[after - 1] + share * positions[after], mixed
+        positions, turns = (np.array([row[k] for row in self._history]) for k in (1, 2))
+        ahead = (turns[1:] * turns[:-1]).sum(axis=1) < 0  # q and -q are one orientation: no turn goes the long way
+        turns[1:][np.logical_xor.accumulate(ahead)] *= -1.0
+        columns = [np.interp(times_ns, known, column) for column in (*positions.T, *turns.T)]
+        mixed = np.column_stack(columns[3:])
+        return np.column_stack(columns[:3]), mixed / np.sqrt((mixed * mixed).sum(axis=1, keepdims=True))
 
     def cast(self, origins_m: F64, directions: F64, range_m: float) -> F64:
         """Ranges (n,) of rays on soil and rocks, inf where none is met (see hil.raycast.Ground.cast)."""

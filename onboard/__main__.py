@@ -1,37 +1,49 @@
-"""The command `onboard`: run the flight program, show its configuration, replay a record, bring maps in and out."""
+"""The command `onboard`: run the flight program, show its configuration, replay a record, bring maps in and out.
+
+By click alone: typer loads pydantic to read a command line, a fifth of a start.
+"""
 
 from __future__ import annotations
 
 import gc
 import sys
+from collections.abc import Iterable
 from pathlib import Path
-from typing import Annotated, Optional
 
-import typer
+import click
+from click.exceptions import Exit
 
 from onboard.config import Config, ConfigError, load, parse_override, to_toml
 from onboard.maps import gdem_command, map_command
 
 EX_NOINPUT, EX_UNAVAILABLE, EX_CONFIG = 66, 69, 78
 
-app = typer.Typer(
-    no_args_is_help=True, add_completion=True, pretty_exceptions_enable=False,
-    help="Flight program of a four-wheel-steered rover.\n\nExamples:\n\n"
-    "  onboard run --config rover.toml\n\n  onboard run --print-config > rover.toml\n\n"
-    "  onboard replay build/demo/onboard.mcap\n\n  onboard gdem import LDEM.tif --start-lonlat -45.3 -85.1\n\n"
-    "  onboard map export map/ --out site.tif",
-)
-app.add_typer(gdem_command.app, name="gdem")
-app.add_typer(map_command.app, name="map")
+
+@click.group()
+def app() -> None:
+    """Flight program of a four-wheel-steered rover.
+
+    \b
+    Examples:
+      onboard run --config rover.toml
+      onboard run --print-config > rover.toml
+      onboard replay build/demo/onboard.mcap
+      onboard gdem import LDEM.tif --start-lonlat -45.3 -85.1
+      onboard map export map/ --out site.tif
+    """
 
 
-def fail(code: int, text: str) -> typer.Exit:
+app.add_command(gdem_command.app)
+app.add_command(map_command.app)
+
+
+def fail(code: int, text: str) -> Exit:
     """One helpful line on standard error, and the exit code."""
     print(f"onboard: {text}", file=sys.stderr)
-    return typer.Exit(code)
+    return Exit(code)
 
 
-def read_config(path: Path | None, settings: list[str]) -> Config:
+def read_config(path: Path | None, settings: Iterable[str]) -> Config:
     """The configuration, or exit 66 (no such file) or 78 (something wrong in it)."""
     try:
         return load(path, dict(parse_override(text) for text in settings))
@@ -46,16 +58,11 @@ def read_config(path: Path | None, settings: list[str]) -> Config:
         raise fail(EX_CONFIG, str(error)) from None
 
 
-ConfigOption = Annotated[Optional[Path], typer.Option("--config", "-c", help="TOML file; without it the defaults.")]
-SetOption = Annotated[list[str], typer.Option("--set", "-s", help="section.key=value, over the file; repeatable.")]
-
-
 @app.command()
-def run(
-    config: ConfigOption = None,
-    settings: SetOption = [],
-    print_config: Annotated[bool, typer.Option(help="Print the whole configuration as TOML and exit.")] = False,
-) -> None:
+@click.option("--config", "-c", type=Path, metavar="FILE", help="TOML file; without it the defaults.")
+@click.option("--set", "-s", "settings", multiple=True, help="section.key=value, over the file; repeatable.")
+@click.option("--print-config", is_flag=True, help="Print the whole configuration as TOML and exit.")
+def run(config: Path | None, settings: tuple[str, ...], print_config: bool) -> None:
     """Fly the rover until SIGTERM, Ctrl-C or the bench ends the run.
 
     Exit codes: 0 ended as asked, 66 no such file, 69 a port cannot be opened, 78 something wrong in the configuration.
@@ -70,7 +77,7 @@ def run(
     from onboard.drivers.link_port import LinkPortError
 
     try:
-        raise typer.Exit(fly(tree, lambda text: print(f"onboard: {text}", file=sys.stderr, flush=True)))
+        raise Exit(fly(tree, lambda text: print(f"onboard: {text}", file=sys.stderr, flush=True)))
     except ConfigError as error:
         raise fail(EX_CONFIG, str(error)) from None
     except (ClockLostError, LinkPortError, OSError) as error:
@@ -78,22 +85,21 @@ def run(
 
 
 @app.command()
-def replay(
-    record: Annotated[Path, typer.Argument(help="MCAP file of a run.")],
-    json: Annotated[bool, typer.Option("--json", help="The verdict as JSON.")] = False,
-) -> None:
-    """Run the same core on a record's inputs and compare every output: `identical`, or the first difference.
+@click.argument("record", type=Path)
+@click.option("--json", "as_json", is_flag=True, help="The verdict as JSON.")
+def replay(record: Path, as_json: bool) -> None:
+    """Run the same core on the inputs of RECORD and compare every output: `identical`, or the first difference.
 
     Exit codes: 0 identical, 1 different, 65 the record is damaged, 66 no such file.
     """
     from onboard.record.replay import replay_command
 
-    raise typer.Exit(replay_command(record, json))
+    raise Exit(replay_command(record, as_json))
 
 
 def main() -> None:
     """Entry point."""
-    app()
+    app(prog_name="onboard")
 
 
 if __name__ == "__main__":

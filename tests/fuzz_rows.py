@@ -150,9 +150,9 @@ def _sight(free: Any, closeness: Any, grid: Grid, line: tuple[Any, Any, int], sp
 def _global(heights_m: Any, cell_m: float, raw: bool, prices: Any, seeds: Any) -> tuple[np.ndarray, ...]:
     shape = heights_m.shape if isinstance(heights_m, np.ndarray) and heights_m.ndim == 2 else (1, 1)
     work = global_field.workspace(*shape)
-    global_field.make_layers(heights_m, cell_m, raw, work)
+    layers = global_field.make_layers(heights_m, cell_m, raw, work)
     global_field.make_edges(heights_m, cell_m, prices, work)
-    return *global_field.cost_to_go(seeds, cell_m, work), work.layers
+    return *global_field.cost_to_go(seeds, work), layers
 
 
 def _soil(rows: int, columns: int, heights_m: Any, states: list[Any], dt_s: float) -> tuple[np.ndarray, ...]:
@@ -249,7 +249,7 @@ _maps = st.tuples(SIDES, SIDES, st.integers(0, 4)).flatmap(
         heights_m=arrays(n[:2], np.float32),
         cell_m=mostly(st.floats(0.1, 100), st.floats()),
         raw=st.booleans(),
-        prices=mostly(st.tuples(*[st.floats(0.125, 8)] * 4), st.tuples(*[st.floats()] * 4)),
+        prices=mostly(st.tuples(*[st.floats(0.125, 8)] * 5), st.tuples(*[st.floats()] * 5)),
         seeds=st.tuples(arrays((n[2],), np.int64, _places(n[0] * n[1])), arrays((n[2],), np.float64, PRICES)),
     )
 )

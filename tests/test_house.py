@@ -15,7 +15,7 @@ GENERATED = {"protocol/can_codec.py", "protocol/eldorado_dialect.py"}
 
 ONE_IMPORTER = {
     "can": {"onboard/drivers/can_bus.py"},
-    "zenoh": {"onboard/drivers/link_port.py", "hil/link_emulator.py", "ground/station.py"},
+    "zenoh": {"onboard/drivers/link_end.py", "hil/link_emulator.py"},
     "pybullet": {"hil/engine.py"},
     "filterpy": {"onboard/perception/localisation.py"},
     "rasterio": {"onboard/drivers/dem_file.py"},

@@ -21,6 +21,7 @@ from onboard.devices.nodes import Nodes
 from onboard.motion.follower import Follower
 from onboard.perception import ldem
 from onboard.perception.localisation import Localisation
+from onboard.perception.sweep import segments
 from onboard.planning.mission_rule import MissionState
 from onboard.planning.plan_records import PlanRequest, PlanResult, Settings
 from onboard.records import Decision, Gdem, Pose, Scan, Twist
@@ -73,6 +74,7 @@ class Mission:
         self.notes: list[tuple[str, str]] = []
         self._rule = MissionState()
         self._behind_wanted = True
+        self._nod = segments(config.scanning, config.rover.lidar_z_m)  # half a tick's time: once a mission
         self._sensing: Sensing | None = None
         self._follower = Follower(config.rover, config.motion)
         self._turn_to_rad = 0.0
@@ -126,7 +128,7 @@ class Mission:
             self._last_xy = here
 
     def _scan(self) -> None:
-        self._sensing, self.phase = Sensing(self._config), Phase.SCANNING
+        self._sensing, self.phase = Sensing(self._config, self._nod), Phase.SCANNING
 
     def _end(self, phase: Phase, completed: bool, reason: str) -> None:
         self.phase, self.outcome = phase, Outcome(completed, reason)

@@ -15,7 +15,7 @@ from onboard.config import Config
 from onboard.devices.lidar import LidarSession
 from onboard.devices.nodes import Nodes
 from onboard.perception.cloud import ahead
-from onboard.perception.sweep import segments
+from onboard.perception.sweep import TiltSegment
 from onboard.records import Scan, TiltTrack
 
 _LEAD_NS = 400_000_000  # a segment is sent at least 0.2 s ahead
@@ -41,11 +41,10 @@ class Sweep:
 
 
 class Sensing:
-    """Runs one sweep; `step` each tick until it returns the Sweep."""
+    """Runs one sweep, a `nod` of the axis; `step` each tick until it returns the Sweep."""
 
-    def __init__(self, config: Config) -> None:
-        self._config = config
-        self._segments = segments(config.scanning, config.rover.lidar_z_m)
+    def __init__(self, config: Config, nod: Sequence[TiltSegment]) -> None:
+        self._config, self._segments = config, nod
         self._length_ns = sum(s.duration_ns for s in self._segments)
         self.state = State.PREPARING
         self.tries = 0

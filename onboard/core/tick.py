@@ -8,6 +8,7 @@ The shell (app.py) reads and writes; everything between is here, a deterministic
 from __future__ import annotations
 
 import hashlib
+from array import array
 from typing import TYPE_CHECKING
 
 from onboard.config import Config
@@ -139,10 +140,10 @@ def _view(rover: Rover) -> View:
 
 
 def _digest(rover: Rover) -> bytes:
-    """8 bytes over the state of every part: what a replay compares each tick."""
+    """8 bytes over the state of every part, as float64: what a replay compares each tick."""
     items = (
-        int(rover.executive.mode), int(rover.executive.phase), *rover.twist, rover.steering_held,
-        rover.localisation.digest_items(), rover.lidar.digest_items(), rover.nodes.digest_items(),
-        rover.downlink.digest_items(),
+        rover.executive.mode, rover.executive.phase, *rover.twist, rover.steering_held,
+        *rover.localisation.digest_items(), *rover.lidar.digest_items(), *rover.nodes.digest_items(),
+        *rover.downlink.digest_items(),
     )
-    return hashlib.blake2b(repr(items).encode(), digest_size=8).digest()
+    return hashlib.blake2b(array("d", items), digest_size=8).digest()

@@ -1,4 +1,4 @@
-// The global planner for Python: three steps, each in the arrays of one workspace (global_field.py).
+// The global planner for Python: each step in the arrays of one workspace (global_field.py).
 #pragma once
 
 #include "bind.hpp"
@@ -14,39 +14,47 @@ static GlobalMap map_of(const Array<const float, 2>& heights_m, float cell_m) {
             heights_m.data()};
 }
 
-static GlobalLayers layers_in(const Array<float, 3>& layers) {
-    const std::size_t nodes = layers.shape(1) * layers.shape(2);
-    return {layers.data(), layers.data() + nodes, layers.data() + 2 * nodes};
-}
+// The edges of the first node are behind those of columns + 1 impassable ones.
+static std::int64_t first_edge(std::int64_t columns) { return kAxes * (columns + 1); }
 
-static float global_layers_into(Array<const float, 2> heights_m, float cell_m, bool raw, Array<float, 3> layers, Done done,
-                                Cancel cancel) {
-    const GlobalMap map = map_of(heights_m, cell_m);
-    nb::gil_scoped_release unlocked;
+static float layers_of(const GlobalMap& map, bool raw, float* edges_m, const Watch& watch) {
     std::vector<double> rows(3 * (map.columns + 2));
     std::vector<float> roughest(map.columns);
-    return global_layers(map, raw, layers_in(layers), rows.data(), roughest.data(), {done.data(), cancel.data()});
+    return global_layers(map, raw, edges_m, rows.data(), roughest.data(), watch);
 }
 
-static bool global_edges_into(Array<const float, 2> heights_m, float cell_m, Array<float, 3> layers,
-                              Array<const float, 1> prices, Array<float, 2> edges_m, Done done, Cancel cancel) {
+// False where it was cancelled, as below.
+static bool global_layers_into(Array<const float, 2> heights_m, float cell_m, bool raw, Array<float, 2> edges_m, Done done,
+                               Cancel cancel) {
     const GlobalMap map = map_of(heights_m, cell_m);
-    const GlobalPrices per{prices.data()[0], prices.data()[1], prices.data()[2], prices.data()[3]};
     nb::gil_scoped_release unlocked;
+    return layers_of(map, raw, edges_m.data() + first_edge(map.columns), {done.data(), cancel.data()}) >= 0.0f;
+}
+
+// prices: on the roughest ground, the least roughness that counts as the roughest, per roll, per pitch, limit.
+static bool global_edges_into(Array<const float, 2> heights_m, float cell_m, Array<const float, 1> prices,
+                              Array<float, 2> edges_m, Done done, Cancel cancel) {
+    const GlobalMap map = map_of(heights_m, cell_m);
+    const Watch watch{done.data(), cancel.data()};
+    const float* const given = prices.data();
+    float* const first = edges_m.data() + first_edge(map.columns);
+    nb::gil_scoped_release unlocked;
+    const float roughest_m = layers_of(map, false, first, watch);
+    if (roughest_m < 0.0f) return false;
+    const GlobalPrices per{given[0] / std::max(roughest_m, given[1]), given[2], given[3], given[4]};
     std::vector<float> rows(10 * (map.columns + 2), 0.0f);
-    float* const first = edges_m.data() + kAxes * (map.columns + 1);
-    return global_edges(map, layers_in(layers), per, first, rows.data(), {done.data(), cancel.data()});
+    return global_edges(map, per, first, rows.data(), watch);
 }
 
 static bool global_cost_to_go_into(Array<const float, 2> edges_m, float shortest_m, Array<const std::int64_t, 1> seeds,
-                                   Array<const double, 1> seed_costs_m, Array<double, 1> work_m, Array<std::uint8_t, 1> came,
+                                   Array<const double, 1> seed_costs_m, Array<double, 1> words,
                                    Array<std::int32_t, 2> chunks, Done done, Cancel cancel, Array<float, 2> cost_m,
                                    Array<std::int32_t, 2> next_node) {
     const auto rows = static_cast<std::int64_t>(cost_m.shape(0)), columns = static_cast<std::int64_t>(cost_m.shape(1));
-    const GlobalProblem problem{rows,         columns,           edges_m.data() + kAxes * (columns + 1),
+    const GlobalProblem problem{rows,         columns,           edges_m.data() + first_edge(columns),
                                 shortest_m,   seeds.data(),      seed_costs_m.data(),
                                 static_cast<std::int64_t>(seeds.size())};
-    const GlobalWork work{work_m.data() + columns + 1, came.data(), reinterpret_cast<Chunk*>(chunks.data())};
+    const GlobalWork work{words.data() + columns + 1, reinterpret_cast<Chunk*>(chunks.data())};
     nb::gil_scoped_release unlocked;
     return GlobalSearch(problem, work, {done.data(), cancel.data()}).run(cost_m.data(), next_node.data());
 }

@@ -9,15 +9,13 @@
 namespace eldorado {
 
 static void cost_to_go_into(Array<const std::uint8_t, 3> freedom, int least_freedom, nb::object closeness,
-                            Array<const float, 2> moves_m, double turn_m, double width_m, double dearest_m,
+                            Array<const float, 2> moves_m, double turn_m, double unit_m, std::int32_t width,
                             Array<const std::int64_t, 1> seeds, Array<const float, 1> seed_costs_m,
                             Array<float, 3> cost) {
     const bool soft = !closeness.is_none();
     Array<const float, 3> ratios;
     if (soft) ratios = nb::cast<Array<const float, 3>>(closeness);
     const auto rows = static_cast<std::int64_t>(freedom.shape(1)), columns = static_cast<std::int64_t>(freedom.shape(2));
-    std::size_t heads = 4;
-    while (static_cast<double>(heads) < dearest_m / width_m + 3.0) heads *= 2;
     const PoseProblem problem{rows,
                               columns,
                               freedom.data(),
@@ -30,16 +28,22 @@ static void cost_to_go_into(Array<const std::uint8_t, 3> freedom, int least_free
                               static_cast<std::int64_t>(seeds.size())};
     nb::gil_scoped_release unlocked;
     const auto cells = static_cast<std::size_t>(PoseSearch::cells_needed(rows, columns));
-    const std::unique_ptr<PoseLanes[]> costs(new PoseLanes[cells]), halves(soft ? new PoseLanes[cells] : nullptr);
-    const std::unique_ptr<PoseLink[]> links(new PoseLink[cells]);
-    std::vector<std::int32_t> buckets(heads);
-    const PoseWork work{costs.get(), halves.get(), links.get(), buckets.data(), static_cast<std::int64_t>(heads), width_m};
-    PoseSearch(problem, work).run(cost.data());
+    const std::unique_ptr<EightInts[]> costs(new EightInts[cells]);
+    const std::unique_ptr<EightFloats[]> halves(soft ? new EightFloats[cells] : nullptr);
+    const std::unique_ptr<std::int32_t[]> lists(new std::int32_t[3 * (cells + 1)]);
+    const std::unique_ptr<std::uint8_t[]> in(new std::uint8_t[2 * cells]);
+    const PoseWork work{costs.get(),
+                        halves.get(),
+                        {lists.get(), lists.get() + cells + 1, lists.get() + 2 * (cells + 1)},
+                        {in.get(), in.get() + cells},
+                        unit_m,
+                        width};
+    PoseSearch(problem, work, cost.data()).run();
 }
 
 inline void bind_pose_field(nb::module_& m) {
     m.def("cost_to_go_into", &cost_to_go_into, "freedom"_a, "least_freedom"_a, "closeness"_a.none(), "moves_m"_a, "turn_m"_a,
-          "width_m"_a, "dearest_m"_a, "seeds"_a, "seed_costs_m"_a, "cost"_a);
+          "unit_m"_a, "width"_a, "seeds"_a, "seed_costs_m"_a, "cost"_a);
 }
 
 }  // namespace eldorado

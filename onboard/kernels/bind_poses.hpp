@@ -24,13 +24,15 @@ static void pose_freedom_into(Array<const std::uint8_t, 2> cell_class, Array<con
                             static_cast<float>(belly_m), static_cast<float>(cell_m)};
     nb::gil_scoped_release unlocked;
     const auto padded = static_cast<std::size_t>(Ground::padded(rows, columns, reach));
-    const std::unique_ptr<float[]> layers(new float[4 * padded]);
+    const std::unique_ptr<float[]> layers(new float[5 * padded]);
     const std::unique_ptr<std::int32_t[]> flags(new std::int32_t[padded]);
     const std::unique_ptr<double[]> sums(new double[static_cast<std::size_t>(PlaneFit::needed(plane))]);
     float* const z = layers.get();
-    const Ground ground{rows, columns, reach, z, z + padded, z + 2 * padded, z + 3 * padded, flags.get()};
+    float *const top = z + padded, *const bot = top + padded, *const ray = bot + padded, *const over = ray + padded;
+    const Ground ground{rows, columns, reach, z, top, bot, ray, over, flags.get()};
     GroundRules(problem, ground).run(sums.get());
-    PoseFreedom(ground, print, limits).run(freedom.data());
+    const std::unique_ptr<CellUnder[]> under(new CellUnder[static_cast<std::size_t>(PoseFreedom::needed(print))]);
+    PoseFreedom(ground, print, limits, under.get()).run(freedom.data());
 }
 
 static void closeness_into(Array<const std::uint8_t, 3> freedom, Array<const float, 1> falloff, std::int64_t reach,

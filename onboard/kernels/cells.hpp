@@ -69,7 +69,7 @@ private:
     Cell* cells_;
 };
 
-constexpr std::int64_t kBlock = 64;
+constexpr std::int64_t kBlock = 32;  // short enough for the processor to begin the next one while cells are fetched
 
 inline bool inside(const double* p, const double* box) {
     return p[0] >= box[0] && p[1] >= box[1] && p[2] >= box[2] && p[0] <= box[3] && p[1] <= box[4] && p[2] <= box[5];

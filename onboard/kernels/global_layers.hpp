@@ -5,6 +5,10 @@
 //        j + 1   NW  N  NE      k = 0 E, 1 NE, 2 N, 3 NW: the axes. Direction k + 4 is axis k backwards; as the law takes
 //          j     W   .  E       magnitudes of roll and pitch, it costs the same to the last bit and is not stored twice:
 //        j - 1   SW  S  SE      what leaves a node to the W is kept as what leaves its W neighbour to the E.
+//
+// A row's layers wait where its edges will be, kAxes floats a node, until these take their place:
+//
+//        roughness of all its nodes | slope_x | slope_y | -      ->      E NE N NW of node 0 | E NE N NW of node 1 | ...
 #pragma once
 
 #include <algorithm>
@@ -33,9 +37,15 @@ struct GlobalMap {
     const float* heights_m;  // (rows, columns); what is not within kHighest_m of zero is missing
 };
 
-struct GlobalLayers {
-    float *roughness_m, *slope_x, *slope_y;  // (rows, columns), NaN where the node's own height is missing
+// Of one row, NaN where the node's own height is missing.
+struct RowLayers {
+    float *roughness_m, *slope_x, *slope_y;
 };
+
+inline RowLayers row_layers(float* edges_m, std::int64_t columns, std::int64_t j) {
+    float* const row = edges_m + kAxes * columns * j;
+    return {row, row + columns, row + 2 * columns};
+}
 
 // Eq. 25 divided by W_L / l_grid.
 struct GlobalPrices {
@@ -101,10 +111,9 @@ void layers_of_row(const double* __restrict south, const double* __restrict own,
     }
 }
 
-// Fills `out`; `rows` is room for 3 (columns + 2), `roughest` for columns. Returns the largest roughness, 0 without data,
-// or -1 where it was cancelled.
-inline float global_layers(const GlobalMap& map, bool raw, const GlobalLayers& out, double* rows, float* roughest,
-                           const Watch& watch) {
+// Leaves the layers of all rows in the room of the edges; `rows` is room for 3 (columns + 2), `roughest` for columns.
+// Returns the largest roughness, 0 without data, or -1 where it was cancelled.
+inline float global_layers(const GlobalMap& map, bool raw, float* edges_m, double* rows, float* roughest, const Watch& watch) {
     double *south = rows, *own = south + map.columns + 2, *north = own + map.columns + 2;
     std::fill(roughest, roughest + map.columns, 0.0f);
     extended_row(map, -1, south);
@@ -112,9 +121,9 @@ inline float global_layers(const GlobalMap& map, bool raw, const GlobalLayers& o
     for (std::int64_t j = 0; j < map.rows; ++j) {
         if (watch.cancelled()) return -1.0f;
         extended_row(map, j + 1, north);
-        const std::int64_t at = j * map.columns;
-        (raw ? layers_of_row<true> : layers_of_row<false>)(south, own, north, map.columns, map.cell_m, out.roughness_m + at,
-                                                           out.slope_x + at, out.slope_y + at, roughest);
+        const RowLayers out = row_layers(edges_m, map.columns, j);
+        (raw ? layers_of_row<true> : layers_of_row<false>)(south, own, north, map.columns, map.cell_m, out.roughness_m,
+                                                           out.slope_x, out.slope_y, roughest);
         double* const free = south;
         south = own, own = north, north = free;
         watch.add(map.columns);
@@ -166,24 +175,25 @@ inline void edges_of_row(const float* __restrict own, const float* __restrict no
 }
 
 // Row j for `edges_of_row`: heights with a missing node on either side, and prices; all is missing in row `rows`.
-inline void enter_row(const GlobalMap& map, const GlobalLayers& layers, const GlobalPrices& prices, std::int64_t j,
+inline void enter_row(const GlobalMap& map, float* edges_m, const GlobalPrices& prices, std::int64_t j,
                       float* __restrict heights_m, float* __restrict price) {
     std::fill(heights_m, heights_m + map.columns + 2, std::numeric_limits<float>::quiet_NaN());
     if (j == map.rows) return;
     const std::int64_t at = j * map.columns;
     for (std::int64_t i = 0; i < map.columns; ++i) heights_m[i + 1] = height_of(map.heights_m[at + i]);
-    prices_of_row(layers.roughness_m + at, layers.slope_x + at, layers.slope_y + at, map.columns, prices, price);
+    const RowLayers layers = row_layers(edges_m, map.columns, j);
+    prices_of_row(layers.roughness_m, layers.slope_x, layers.slope_y, map.columns, prices, price);
 }
 
-// Fills `edges_m` (rows, columns, kAxes); `rows` is room for 10 (columns + 2). False where it was cancelled.
-inline bool global_edges(const GlobalMap& map, const GlobalLayers& layers, const GlobalPrices& prices, float* edges_m,
-                         float* rows, const Watch& watch) {
+// Turns the layers in `edges_m` into edges (rows, columns, kAxes); `rows` is room for 10 (columns + 2). False where it was
+// cancelled.
+inline bool global_edges(const GlobalMap& map, const GlobalPrices& prices, float* edges_m, float* rows, const Watch& watch) {
     const std::int64_t wide = map.columns + 2;
     float *own = rows, *north = rows + wide, *price = rows + 2 * wide, *price_north = price + kAxes * wide;
-    enter_row(map, layers, prices, 0, own, price);
+    enter_row(map, edges_m, prices, 0, own, price);
     for (std::int64_t j = 0; j < map.rows; ++j) {
         if (watch.cancelled()) return false;
-        enter_row(map, layers, prices, j + 1, north, price_north);
+        enter_row(map, edges_m, prices, j + 1, north, price_north);
         edges_of_row(own, north, price, price_north, map.columns, map.cell_m, edges_m + kAxes * j * map.columns);
         std::swap(own, north);
         std::swap(price, price_north);

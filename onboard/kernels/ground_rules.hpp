@@ -32,7 +32,8 @@ struct Ground {
     std::int64_t rows, columns, reach;
     float *z;          // height a wheel stands on, NaN where unknown
     float *top, *bot;  // of known cells, -inf and +inf where unknown
-    float *ray;        // lowest beam over an unknown cell, -inf where known
+    float* ray;        // lowest beam over an unknown cell, -inf where known
+    float* over;       // the higher of `top` and `ray`
     std::int32_t* flags;
 
     static std::int64_t padded(std::int64_t rows, std::int64_t columns, std::int64_t reach) {
@@ -64,6 +65,7 @@ class GroundRules {
         std::fill(g_.top, g_.top + size, -kHigh);
         std::fill(g_.bot, g_.bot + size, kHigh);
         std::fill(g_.ray, g_.ray + size, kHigh);
+        std::fill(g_.over, g_.over + size, kHigh);
         std::fill(g_.flags, g_.flags + size, kSmooth | kGentle);
         for (std::int64_t j = 0; j < g_.rows; ++j)
             for (std::int64_t i = 0; i < g_.columns; ++i) {
@@ -73,6 +75,7 @@ class GroundRules {
                 g_.top[to] = known ? p_.z_top[from] : -kHigh;
                 g_.bot[to] = known ? p_.z_bot[from] : kHigh;
                 g_.ray[to] = known ? -kHigh : p_.z_ray[from];
+                g_.over[to] = known ? std::max(-kHigh, p_.z_top[from]) : std::min(kHigh, p_.z_ray[from]);  // not NaN
                 g_.flags[to] |= known ? kKnown : 0;
             }
     }

@@ -36,7 +36,8 @@ class PlainSearch {
         : p_(problem), w_(work), cells_(cells_needed(problem)), stride_(problem.columns + 2), shift_(kSetBits + fraction_bits(cells_)) {
         for (int k = 0; k < 8; ++k) {
             const double price = (kGridSteps[k].diagonal() ? kGridDiagonal : 1.0) * one();
-            steps_[k] = {kGridSteps[k].down * stride_ + kGridSteps[k].right, static_cast<std::uint64_t>(price + 0.5) << kSetBits};
+            steps_[k] = {kGridSteps[k].down * stride_ + kGridSteps[k].right, static_cast<std::uint64_t>(price + 0.5) << kSetBits,
+                         kGridWays.onward[k]};
         }
     }
 
@@ -65,9 +66,10 @@ class PlainSearch {
     static constexpr int kPriceBits = 52;  // as many as a double holds
     static constexpr std::uint64_t kFar = (std::uint64_t{1} << (kPriceBits + kSetBits)) - 1;
 
-    struct Step {
+    struct alignas(32) Step {
         std::int64_t way;
         std::uint64_t price;
+        const std::uint8_t* onward;  // of kGridWays
     };
 
     struct Waiting {
@@ -86,12 +88,13 @@ class PlainSearch {
     double one() const { return static_cast<double>(std::uint64_t{1} << (shift_ - kSetBits)); }
 
     void look_around() {
+        const std::int64_t columns = p_.columns;
         std::fill(w_.free, w_.free + stride_, std::uint8_t{0});
         for (std::int64_t j = 0; j < p_.rows; ++j) {
             std::uint8_t* const row = w_.free + (j + 1) * stride_;
             row[0] = row[stride_ - 1] = 0;
             const std::uint8_t* const given = p_.free + j * p_.columns;
-            for (std::int64_t i = 0; i < p_.columns; ++i) row[i + 1] = given[i] != 0;  // the sets are made of these bits
+            for (std::int64_t i = 0; i < columns; ++i) row[i + 1] = given[i] != 0;  // the sets are made of these bits
         }
         std::fill(w_.free + cells_ - stride_, w_.free + cells_, std::uint8_t{0});
         const std::uint8_t* const north = w_.free;
@@ -134,27 +137,27 @@ class PlainSearch {
         std::uint64_t* const cells = w_.cells;
         const std::uint8_t* const around = w_.around;
         const int shift = shift_;
-        const std::uint64_t begins = list << shift;
         std::int32_t* ends[2] = {next.cells + next.count, after.cells + after.count};
-        std::int64_t done = 0;
-        for (std::int64_t n = 0; n < open.count; ++n) {
-            const std::int64_t cell = open.cells[n];
-            const std::uint64_t own = cells[cell], from = own & ~kSet;
-            if (own < begins) continue;  // it got cheaper, and its turn was in the list before
-            ++done;
+        std::int64_t done = open.count;
+        for (const std::int32_t *at = open.cells, *end = at + open.count; at != end; ++at) {
+            const std::int64_t cell = *at;
+            const std::uint64_t own = cells[cell];
+            if (own >> shift < list) {  // it got cheaper, and its turn was in the list before
+                --done;
+                continue;
+            }
             for (auto ways = static_cast<unsigned>(own & kSet); ways != 0; ways &= ways - 1) {
-                const int k = __builtin_ctz(ways);
-                const Step step = steps_[k];
+                const Step& step = steps_[__builtin_ctz(ways)];
                 const std::int64_t to = cell + step.way;
-                const std::uint64_t price = from + step.price, before = cells[to];
+                const std::uint64_t price = (own & ~kSet) + step.price, before = cells[to];
                 const std::uint64_t equal = before - price <= kSet ? before : 0;
-                const std::uint64_t better = price | kGridWays.onward[k][around[to]] | equal;
+                const std::uint64_t better = price | step.onward[around[to]] | equal;
                 cells[to] = price > before ? before : better;
                 __builtin_prefetch(cells + to + step.way, 1);
                 __builtin_prefetch(around + to + step.way);
-                std::int32_t*& end = ends[(price >> shift) - list - 1];
-                *end = static_cast<std::int32_t>(to);
-                end += (before >> shift) > (price >> shift);
+                std::int32_t*& place = ends[(price >> shift) - list - 1];
+                *place = static_cast<std::int32_t>(to);
+                place += before >> shift > price >> shift;
             }
         }
         next.count = ends[0] - next.cells;

@@ -7,6 +7,7 @@
 #include <cstdint>
 
 #include "cell_classes.hpp"
+#include "simd.hpp"
 
 namespace eldorado {
 
@@ -23,43 +24,34 @@ class PlaneFit {
    public:
     // Doubles of the workspace.
     static std::int64_t needed(const PlaneProblem& p) {
-        const std::int64_t padded = (p.rows + 2 * p.half) * p.columns;
-        return 2 * (p.columns + 2 * p.half) + kAlongRow * padded + (kMoments + 2) * p.columns;
+        return kAlongRow * (p.rows + 2 * p.half) * width(p) + 2 * (width(p) + 2 * p.half) + 2 * width(p);
     }
 
-    PlaneFit(const PlaneProblem& problem, double* work) : p_(problem) {
-        const std::int64_t row = p_.columns + 2 * p_.half, padded = (p_.rows + 2 * p_.half) * p_.columns;
+    PlaneFit(const PlaneProblem& problem, double* work) : p_(problem), width_(width(problem)) {
         std::fill(work, work + needed(p_), 0.0);
+        for (double*& layer : along_row_) layer = work, work += (p_.rows + 2 * p_.half) * width_;
         known_ = work;
-        height_ = known_ + row;
-        for (int k = 0; k < kAlongRow; ++k) along_row_[k] = height_ + row + k * padded;
-        for (int k = 0; k < kMoments; ++k) moment_[k] = along_row_[kAlongRow - 1] + padded + k * p_.columns;
-        slope_x_ = moment_[kMoments - 1] + p_.columns;
-        slope_y_ = slope_x_ + p_.columns;
+        height_ = known_ + width_ + 2 * p_.half;
+        slope_x_ = height_ + width_ + 2 * p_.half;
+        slope_y_ = slope_x_ + width_;
         for (std::int64_t j = 0; j < p_.rows; ++j) sum_row(j);
     }
 
     // Least squares at each cell of row j.
     void fit_row(std::int64_t j) {
-        const std::int64_t at = (p_.half + j) * p_.columns, step = p_.columns;
-        correlate<kFlat>(along_row_[0] + at, step, moment_[0]);
-        correlate<kFlat>(along_row_[1] + at, step, moment_[1]);
-        correlate<kRamp>(along_row_[0] + at, step, moment_[2]);
-        correlate<kFlat>(along_row_[2] + at, step, moment_[3]);
-        correlate<kSquare>(along_row_[0] + at, step, moment_[4]);
-        correlate<kRamp>(along_row_[1] + at, step, moment_[5]);
-        correlate<kFlat>(along_row_[3] + at, step, moment_[6]);
-        correlate<kFlat>(along_row_[4] + at, step, moment_[7]);
-        correlate<kRamp>(along_row_[3] + at, step, moment_[8]);
-        for (std::int64_t i = 0; i < p_.columns; ++i) {
-            const double n = std::max(moment_[0][i], 1.0);
-            const double x = moment_[1][i] / n, y = moment_[2][i] / n, z = moment_[6][i] / n;
-            const double xx = moment_[3][i] / n - x * x, yy = moment_[4][i] / n - y * y, xy = moment_[5][i] / n - x * y;
-            const double xz = moment_[7][i] / n - x * z, yz = moment_[8][i] / n - y * z;
-            const double area = xx * yy - xy * xy;
-            const bool fits = n >= p_.least_cells && area > 0.1;
-            slope_x_[i] = fits ? (xz * yy - yz * xy) / area : 0.0;
-            slope_y_[i] = fits ? (yz * xx - xz * xy) / area : 0.0;
+        for (std::int64_t i = 0; i < p_.columns; i += kPairs) {
+            const std::int64_t at = (p_.half + j) * width_ + i;
+            const Sums of_1 = sums(along_row_[0] + at, width_), of_x = sums(along_row_[1] + at, width_);
+            const Sums of_xx = sums(along_row_[2] + at, width_);
+            const Sums of_z = sums(along_row_[3] + at, width_), of_xz = sums(along_row_[4] + at, width_);
+            const Doubles n = of_1.flat > 1.0 ? of_1.flat : Doubles{} + 1.0;
+            const Doubles x = of_x.flat / n, y = of_1.ramp / n, z = of_z.flat / n;
+            const Doubles xx = of_xx.flat / n - x * x, yy = of_1.square / n - y * y, xy = of_x.ramp / n - x * y;
+            const Doubles xz = of_xz.flat / n - x * z, yz = of_z.ramp / n - y * z;
+            const Doubles area = xx * yy - xy * xy;
+            const Longs fits = (n >= p_.least_cells) & (area > 0.1);
+            store(slope_x_ + i, fits ? (xz * yy - yz * xy) / area : Doubles{});
+            store(slope_y_ + i, fits ? (yz * xx - xz * xy) / area : Doubles{});
         }
     }
 
@@ -68,20 +60,27 @@ class PlaneFit {
     double slope_y(std::int64_t i) const { return slope_y_[i]; }
 
    private:
-    static constexpr int kAlongRow = 5, kMoments = 9;
-    static constexpr int kFlat = 0, kRamp = 1, kSquare = 2;  // weights k^0, k^1, k^2
+    static constexpr int kAlongRow = 5;
 
-    // out[i] = sum of weight(k) * in[i + k * step], k from -half to half, added in the order of scipy's correlate1d.
-    template <int kWeight>
-    void correlate(const double* in, std::int64_t step, double* out) const {
-        for (std::int64_t i = 0; i < p_.columns; ++i) out[i] = in[i] * (kWeight == kFlat ? 1.0 : 0.0);
+    // Sums over a window: of its numbers, of them times k, of them times k^2, at k from the middle.
+    struct Sums {
+        Doubles flat, ramp, square;
+    };
+
+    // A row has room for whole vectors.
+    static std::int64_t width(const PlaneProblem& p) { return (p.columns + kPairs - 1) / kPairs * kPairs; }
+
+    // k is the number of steps from in[0], from -half to half, added in the order of scipy's correlate1d.
+    __attribute__((always_inline)) Sums sums(const double* in, std::int64_t step) const {
+        Sums sum{load(in), load(in) * 0.0, load(in) * 0.0};  // an infinite height makes no plane
         for (std::int64_t k = p_.half; k > 0; --k) {
+            const Doubles before = load(in - k * step), after = load(in + k * step);
             const auto steps = static_cast<double>(k);
-            const double weight = kWeight == kFlat ? 1.0 : kWeight == kRamp ? -steps : steps * steps;
-            const double *const before = in - k * step, *const after = in + k * step;
-            for (std::int64_t i = 0; i < p_.columns; ++i)
-                out[i] += (kWeight == kRamp ? before[i] - after[i] : before[i] + after[i]) * weight;
+            sum.flat += before + after;
+            sum.ramp += (before - after) * -steps;
+            sum.square += (before + after) * (steps * steps);
         }
+        return sum;
     }
 
     // Sums along row j: of known cells times 1, x, x^2, of heights times 1, x.
@@ -92,16 +91,20 @@ class PlaneFit {
             known_[p_.half + i] = known ? 1.0 : 0.0;
             height_[p_.half + i] = ((known ? p_.z_mean[at] : 0.0f) - p_.level_m) * known_[p_.half + i];
         }
-        const std::int64_t to = (p_.half + j) * p_.columns;
-        correlate<kFlat>(known_ + p_.half, 1, along_row_[0] + to);
-        correlate<kRamp>(known_ + p_.half, 1, along_row_[1] + to);
-        correlate<kSquare>(known_ + p_.half, 1, along_row_[2] + to);
-        correlate<kFlat>(height_ + p_.half, 1, along_row_[3] + to);
-        correlate<kRamp>(height_ + p_.half, 1, along_row_[4] + to);
+        for (std::int64_t i = 0; i < p_.columns; i += kPairs) {
+            const std::int64_t to = (p_.half + j) * width_ + i;
+            const Sums of_1 = sums(known_ + p_.half + i, 1), of_z = sums(height_ + p_.half + i, 1);
+            store(along_row_[0] + to, of_1.flat);
+            store(along_row_[1] + to, of_1.ramp);
+            store(along_row_[2] + to, of_1.square);
+            store(along_row_[3] + to, of_z.flat);
+            store(along_row_[4] + to, of_z.ramp);
+        }
     }
 
     const PlaneProblem p_;
-    double *known_, *height_, *along_row_[kAlongRow], *moment_[kMoments], *slope_x_, *slope_y_;
+    const std::int64_t width_;
+    double *known_, *height_, *along_row_[kAlongRow], *slope_x_, *slope_y_;
 };
 
 }  // namespace eldorado

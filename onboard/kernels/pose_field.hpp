@@ -1,17 +1,24 @@
 // Least prices over poses (8 orientations, rows, columns) from a set of seeds. No Python types, no exceptions, no heap.
 //
-// The unit of work is a cell: its 8 orientations lie side by side in memory, as lanes of vector registers, so one visit moves
-// all of them to a neighbour cell at once. A cell waits in the bucket of its cheapest lane that has not been passed on; a
-// visit passes on the lanes of the open bucket and leaves the others for theirs. A lane that gets cheaper is passed on
-// again, so the result is exact for any width of the buckets, and it does not depend on the order of visits. Prices are
-// double: sums of float32 drift by more than 1e-6 on a long way.
+// The unit of work is a cell: its 8 orientations are the lanes of one vector, so one visit moves all of them to a neighbour
+// cell at once. Prices are taken in bands: a visit passes on the lanes of the open band, and leaves the others for theirs.
+// Cells wait in two lists, one for the next round of the open band and one for the bands after it; a cell is at most once
+// in each. A lane that gets cheaper is passed on again, so the result is exact for any width of the bands, and it does not
+// depend on the order of visits.
+//
+// Prices are whole numbers of a small unit: sums are exact, only the price of an edge is rounded. (Sums of float32 drift by
+// more than 1e-6 on a long way, double fills twice the registers.) They count from `base_`: when a band ends beyond kLimit,
+// what is settled is written out and closed, and the rest is counted from there.
 //
 // Cells have a rim of one closed cell around rows x columns; flat indices are of that padded field.
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <limits>
+
+#include "eight.hpp"
 
 namespace eldorado {
 
@@ -29,234 +36,188 @@ struct PoseProblem {
     std::int64_t seed_count;
 };
 
-#if defined(__AVX512F__)
-constexpr int kPoseLanes = 8;
-#elif defined(__AVX2__)
-constexpr int kPoseLanes = 4;
-#else
-constexpr int kPoseLanes = 2;
-#endif
-constexpr int kPoseParts = kOrientations / kPoseLanes;
-typedef double PoseVector __attribute__((vector_size(kPoseLanes * sizeof(double))));
-typedef std::int64_t PoseIndex __attribute__((vector_size(kPoseLanes * sizeof(std::int64_t))));
-
-struct PoseLanes {
-    PoseVector part[kPoseParts];
-
-    double at(int o) const { return part[o / kPoseLanes][o % kPoseLanes]; }
-    void set(int o, double value) { part[o / kPoseLanes][o % kPoseLanes] = value; }
-};
-
-// A cell's place in the list of its bucket.
-struct PoseLink {
-    std::int64_t bucket;
-    std::int32_t next, previous;
-};
-
-// Owned by the caller: cells_needed() lanes and links (`halves` only with closeness); `heads` is a power of two and longer
-// than dearest edge / width + 1.
+// Owned by the caller: cells_needed() of each but `halves`, which is null without closeness.
 struct PoseWork {
-    PoseLanes* costs;
-    PoseLanes* halves;  // of the closeness
-    PoseLink* links;
-    std::int32_t* heads;
-    std::int64_t head_count;
-    double width_m;
+    EightInts* costs;
+    EightFloats* halves;     // of the closeness
+    std::int32_t* lists[3];  // one place longer: a push writes first
+    std::uint8_t* in[2];     // which cells wait for the open band, and for those after it
+    double unit_m;           // no edge is dearer than 2^28 of them
+    std::int32_t width;      // of a band, in units, below 2^27
 };
 
 class PoseSearch {
    public:
     static std::int64_t cells_needed(std::int64_t rows, std::int64_t columns) { return (rows + 2) * (columns + 2); }
 
-    PoseSearch(const PoseProblem& problem, const PoseWork& work)
-        : p_(problem), w_(work), layer_(problem.rows * problem.columns), stride_(problem.columns + 2), per_width_(1.0 / work.width_m) {
+    PoseSearch(const PoseProblem& problem, const PoseWork& work, float* cost)
+        : p_(problem), w_(work), cost_(cost), layer_(problem.rows * problem.columns), stride_(problem.columns + 2) {
         for (int o = 0; o < kOrientations; ++o)
-            for (int k = 0; k < 8; ++k) moves_[k].set(o, p_.moves_m[8 * o + k]);
-        for (int o = 0; o < kOrientations; ++o) turn_.set(o, p_.turn_m);
+            for (int k = 0; k < 8; ++k) moves_[k][o] = units(p_.moves_m[8 * o + k]);
+        turn_ = eight_times(units(p_.turn_m));
+        for (int k = 0; k < 8; ++k) edges_[k] = whole(moves_[k]);
     }
 
     // Fills `cost` (8, rows, columns): metres to the nearest seed, +inf where there is no way.
-    void run(float* cost) {
+    void run() {
         begin();
-        std::int64_t seed = 0;
-        for (std::int64_t bucket = 0; open_ > 0 || seed < p_.seed_count; ++bucket) {
-            if (open_ == 0) bucket = std::max(bucket, bucket_of(p_.seed_costs_m[seed]));
-            for (; seed < p_.seed_count && bucket_of(p_.seed_costs_m[seed]) <= bucket; ++seed) plant(seed);
-            std::int32_t& head = w_.heads[bucket & (w_.head_count - 1)];
-            while (head != kNone) {
-                const std::int32_t cell = head;
-                unlink(cell);
-                p_.closeness ? expand<true>(cell, bucket) : expand<false>(cell, bucket);
+        Waiting open{w_.lists[0], 0, w_.in[0]}, again{w_.lists[1], 0, w_.in[0]}, later{w_.lists[2], 0, w_.in[1]};
+        for (std::int64_t seed = 0; later.count > 0 || seed < p_.seed_count; begins_ += w_.width) {
+            if (later.count == 0) skip_to(std::floor(left(seed)));
+            else if (begins_ > kLimit) rebase(begins_);
+            std::swap(open, later);
+            again.in = open.in;
+            for (; seed < p_.seed_count && left(seed) < begins_ + w_.width; ++seed) plant(seed, open);
+            for (; open.count > 0; std::swap(open, again)) {
+                p_.closeness ? visit<true>(open, again, later) : visit<false>(open, again, later);
+                open.count = 0;
             }
         }
-        for (std::int64_t j = 0; j < p_.rows; ++j)
-            for (std::int64_t i = 0; i < p_.columns; ++i)
-                for (int o = 0; o < kOrientations; ++o) {
-                    const double least = w_.costs[padded(j, i)].at(o);
-                    cost[o * layer_ + j * p_.columns + i] = static_cast<float>(least < 0.0 ? kFar : least);
-                }
+        settle(kFar);
     }
 
    private:
-    static constexpr double kFar = std::numeric_limits<double>::infinity();
-    static constexpr double kClosed = -1.0;  // not passable: no price is lower
-    static constexpr std::int32_t kNone = -1;
-    static constexpr std::int64_t kAway = std::numeric_limits<std::int64_t>::max();  // in no bucket
+    static constexpr std::int32_t kFar = 3 << 29;    // + the price of an edge is within int32
+    static constexpr std::int32_t kLimit = 1 << 30;  // + a band + the price of an edge is below kFar
+    static constexpr std::int32_t kClosed = -1;      // not passable: no price is lower
+    static constexpr int kTurns = 4;                 // at a visit: as many as the farthest orientation is away
 
-    std::int64_t padded(std::int64_t j, std::int64_t i) const { return (j + 1) * stride_ + i + 1; }
+    struct Waiting {
+        std::int32_t* cells;
+        std::int64_t count;
+        std::uint8_t* in;
+    };
 
-    std::int64_t bucket_of(double cost) const { return static_cast<std::int64_t>(cost * per_width_); }
+    float units(double price_m) const { return static_cast<float>(std::floor(price_m / w_.unit_m + 0.5)); }
+
+    // What is left to go from a seed, in units from base_.
+    double left(std::int64_t seed) const { return p_.seed_costs_m[seed] / w_.unit_m - base_; }
 
     void begin() {
-        std::fill(w_.heads, w_.heads + w_.head_count, kNone);
-        PoseLanes closed;
-        for (int o = 0; o < kOrientations; ++o) closed.set(o, kClosed);
-        for (std::int64_t cell = 0; cell < cells_needed(p_.rows, p_.columns); ++cell) {
-            w_.costs[cell] = closed;
-            w_.links[cell].bucket = kAway;
-            if (p_.closeness) w_.halves[cell] = PoseLanes{};
-        }
-        for (std::int64_t j = 0; j < p_.rows; ++j)
+        const std::int64_t cells = cells_needed(p_.rows, p_.columns), layer = layer_;
+        for (std::uint8_t* in : w_.in) std::fill(in, in + cells, std::uint8_t{0});
+        std::fill(w_.costs, w_.costs + cells, eight_times(kClosed));
+        std::fill(cost_, cost_ + kOrientations * layer, std::numeric_limits<float>::infinity());
+        const std::uint8_t least = p_.least_freedom;
+        for (std::int64_t j = 0; j < p_.rows; ++j) {
+            const std::uint8_t* const freedom = p_.freedom + j * p_.columns;
+            EightInts* const row = w_.costs + (j + 1) * stride_ + 1;
             for (std::int64_t i = 0; i < p_.columns; ++i)
-                for (int o = 0; o < kOrientations; ++o) {
-                    const std::int64_t state = o * layer_ + j * p_.columns + i, cell = padded(j, i);
-                    if (p_.freedom[state] >= p_.least_freedom) w_.costs[cell].set(o, kFar);
-                    if (p_.closeness) w_.halves[cell].set(o, 0.5 * p_.closeness[state]);
-                }
+                for (int o = 0; o < kOrientations; ++o) row[i][o] = freedom[o * layer + i] >= least ? kFar : kClosed;
+        }
+        if (!p_.closeness) return;
+        std::fill(w_.halves, w_.halves + cells, EightFloats{});
+        for (std::int64_t j = 0; j < p_.rows; ++j) {
+            const float* const closeness = p_.closeness + j * p_.columns;
+            EightFloats* const row = w_.halves + (j + 1) * stride_ + 1;
+            for (std::int64_t i = 0; i < p_.columns; ++i)
+                for (int o = 0; o < kOrientations; ++o) row[i][o] = 0.5f * closeness[o * layer + i];
+        }
     }
 
-    void plant(std::int64_t seed) {
-        const std::int64_t state = p_.seeds[seed], place = state % layer_;
-        const int o = static_cast<int>(state / layer_);
-        const std::int64_t cell = padded(place / p_.columns, place % p_.columns);
-        const double cost = p_.seed_costs_m[seed];
-        if (!(cost < w_.costs[cell].at(o))) return;
-        w_.costs[cell].set(o, cost);
-        enter(cell, cost);
-    }
-
-    // Has the cell visited no later than in the bucket of `cost`.
-    void enter(std::int64_t cell, double cost) {
-        const std::int64_t bucket = bucket_of(cost);
-        PoseLink& link = w_.links[cell];
-        if (link.bucket <= bucket) return;
-        if (link.bucket != kAway) unlink(cell);
-        std::int32_t& head = w_.heads[bucket & (w_.head_count - 1)];
-        link = {bucket, head, kNone};
-        if (head != kNone) w_.links[head].previous = static_cast<std::int32_t>(cell);
-        head = static_cast<std::int32_t>(cell);
-        ++open_;
-    }
-
-    void unlink(std::int64_t cell) {
-        const PoseLink link = w_.links[cell];
-        (link.previous == kNone ? w_.heads[link.bucket & (w_.head_count - 1)] : w_.links[link.previous].next) = link.next;
-        if (link.next != kNone) w_.links[link.next].previous = link.previous;
-        w_.links[cell].bucket = kAway;
-        --open_;
-    }
-
-    static PoseVector lower(PoseVector a, PoseVector b) { return a < b ? a : b; }
-
-    // 0, 1, 2, ... + first.
-    static constexpr PoseIndex counting(std::int64_t first) {
-        PoseIndex index{};
-        for (int n = 0; n < kPoseLanes; ++n) index[n] = first + n;
-        return index;
-    }
-
-    static double least(PoseVector v) {
-        for (int half = kPoseLanes / 2; half > 0; half /= 2) v = lower(v, __builtin_shuffle(v, counting(half)));
-        return v[0];
-    }
-
-    // Offers `price` to every lane of a cell; the least of those that got cheaper, else +inf.
-    static double offer(PoseLanes& cell, const PoseLanes& price) {
-        const PoseVector far = PoseVector{} + kFar;
-        PoseVector cheaper = far;
-        for (int n = 0; n < kPoseParts; ++n) cheaper = lower(cheaper, price.part[n] < cell.part[n] ? price.part[n] : far);
-        const double found = least(cheaper);
-        if (found < kFar)
-            for (int n = 0; n < kPoseParts; ++n) cell.part[n] = lower(price.part[n], cell.part[n]);
-        return found;
-    }
-
-    // from + price of the way to lanes whose half closeness is `there`.
-    template <bool kSoft>
-    static PoseLanes sum(const PoseLanes& from, const PoseLanes& price, const PoseLanes* here, const PoseLanes* there) {
-        PoseLanes out;
-        for (int n = 0; n < kPoseParts; ++n)
-            if constexpr (kSoft) out.part[n] = from.part[n] + price.part[n] * (1.0 + (here->part[n] + there->part[n]));
-            else out.part[n] = from.part[n] + price.part[n];
-        return out;
-    }
-
-    // Lane o of the result is lane o + 1 (o - 1 for kBack) of `lanes`, round the circle.
-    template <bool kBack>
-    static PoseLanes turned(const PoseLanes& lanes) {
-        PoseLanes out;
-        for (int n = 0; n < kPoseParts; ++n) {
-            const PoseVector own = lanes.part[n];
-            if constexpr (kBack) {
-                const PoseVector before = lanes.part[(n + kPoseParts - 1) % kPoseParts];
-                out.part[n] = __builtin_shuffle(before, own, counting(kPoseLanes - 1));
-            } else {
-                out.part[n] = __builtin_shuffle(own, lanes.part[(n + 1) % kPoseParts], counting(1));
+    // Writes out what is cheaper than `end`.
+    void settle(std::int32_t end) {
+        const std::int64_t layer = layer_, columns = p_.columns;
+        const double base = base_, unit_m = w_.unit_m;
+        const EightInts closed = eight_times(kClosed), ends = eight_times(end);
+        for (std::int64_t j = 0; j < p_.rows; ++j) {
+            const EightInts* const row = w_.costs + (j + 1) * stride_ + 1;
+            float* const cost = cost_ + j * p_.columns;
+            for (std::int64_t i = 0; i < columns; ++i) {
+                float metres[kOrientations];
+                for (int o = 0; o < kOrientations; ++o) metres[o] = static_cast<float>((base + row[i][o]) * unit_m);
+                const EightInts done = (closed < row[i]) & (row[i] < ends);
+                for (int o = 0; o < kOrientations; ++o) cost[o * layer + i] = done[o] ? metres[o] : cost[o * layer + i];
             }
         }
-        return out;
     }
 
-    // The least prices after one turn, to either side.
-    template <bool kSoft>
-    PoseLanes turns(const PoseLanes& from, const PoseLanes* half) const {
-        PoseLanes out = turned<false>(from), back = turned<true>(from);
-        if constexpr (kSoft) {
-            const PoseLanes ahead_half = turned<false>(*half), back_half = turned<true>(*half);
-            out = sum<true>(out, turn_, &ahead_half, half);
-            back = sum<true>(back, turn_, &back_half, half);
-        } else {
-            out = sum<false>(out, turn_, nullptr, nullptr);
-            back = sum<false>(back, turn_, nullptr, nullptr);
-        }
-        for (int n = 0; n < kPoseParts; ++n) out.part[n] = lower(out.part[n], back.part[n]);
-        return out;
+    // Opens a band that begins at `place` or after it: there is none before.
+    void skip_to(double place) {
+        const double begins = std::max<double>(begins_, place);
+        if (begins > kLimit) rebase(begins);
+        else begins_ = static_cast<std::int32_t>(begins);
     }
 
+    // Counts prices from `by` units further on: what is below the open band is settled.
+    void rebase(double by) {
+        settle(begins_);
+        for (std::int64_t cell = 0; cell < cells_needed(p_.rows, p_.columns); ++cell) {
+            EightInts& own = w_.costs[cell];
+            for (int o = 0; o < kOrientations; ++o)
+                if (own[o] < kFar) own[o] = own[o] < begins_ ? kClosed : own[o] - begins_;
+        }
+        base_ += by;
+        begins_ = 0;
+    }
+
+    void plant(std::int64_t seed, Waiting& open) {
+        const std::int64_t state = p_.seeds[seed], place = state % layer_, o = state / layer_;
+        const std::int64_t cell = (place / p_.columns + 1) * stride_ + place % p_.columns + 1;
+        const auto cost = static_cast<std::int32_t>(std::max(0.0, left(seed)));
+        if (cost >= w_.costs[cell][o]) return;
+        w_.costs[cell][o] = cost;
+        push(open, cell, true);
+    }
+
+    // Without a branch: whether a cell waits already is anybody's guess to the processor.
+    static void push(Waiting& list, std::int64_t cell, bool wanted) {
+        const std::uint8_t in = list.in[cell];
+        list.cells[list.count] = static_cast<std::int32_t>(cell);
+        list.count += wanted > in;
+        list.in[cell] = in | wanted;
+    }
+
+    // The price of an edge between lanes of which `near` is the sum of half closenesses.
     template <bool kSoft>
-    void expand(std::int32_t cell, std::int64_t bucket) {
-        PoseLanes& own = w_.costs[cell];
-        const PoseLanes* const half = kSoft ? w_.halves + cell : nullptr;
-        const PoseVector far = PoseVector{} + kFar;
-        const auto begins = static_cast<double>(bucket), ends = static_cast<double>(bucket + 1);
-        PoseLanes from;
-        for (int n = 0; n < kPoseParts; ++n) {
-            const PoseVector place = own.part[n] * per_width_;
-            from.part[n] = (place >= begins) & (place < ends) ? own.part[n] : far;
-        }
-        double next = offer(own, turns<kSoft>(from, half));
-        if (!(next * per_width_ < ends)) {
-            PoseVector later = far;
-            for (int n = 0; n < kPoseParts; ++n)
-                later = lower(later, own.part[n] * per_width_ >= ends ? own.part[n] : far);
-            next = least(later);
-        }
-        if (next < kFar) enter(cell, next);
+    static EightInts priced(const EightFloats& price, const EightFloats& near) {
+        return whole(kSoft ? price * (eight_times(1.0f) + near) : price);
+    }
+
+    // Visits the cells of a list. Fills `again` for the open band, `later` for those after it.
+    template <bool kSoft>
+    void visit(const Waiting& open, Waiting& again, Waiting& later) const {
         const std::int64_t way[8] = {1, stride_ + 1, stride_, stride_ - 1, -1, -stride_ - 1, -stride_, -stride_ + 1};
+        const EightInts far = eight_times(kFar), begins = eight_times(begins_), ends = eight_times(begins_ + w_.width);
+        EightInts* const costs = w_.costs;
+        const EightFloats* const halves = w_.halves;
+        Waiting soon = again, then = later;  // of this function alone: no store can change them
+        for (std::int64_t n = 0; n < open.count; ++n) {
+            const std::int64_t cell = open.cells[n];
+            open.in[cell] = 0;
+            const EightFloats half = kSoft ? halves[cell] : EightFloats{};
+            const EightInts ahead = priced<kSoft>(turn_, half + rolled<1>(half)), back = rolled<7>(ahead);
+            EightInts own = costs[cell], from = far;
+            for (int turns = 0; turns < kTurns; ++turns) {
+                from = choose((own >= begins) & (own < ends), own, far);
+                own = lower(own, lower(rolled<1>(from) + ahead, rolled<7>(from) + back));
+            }
+            costs[cell] = own;
+            push(soon, cell, any((own < from) & (own < ends) & (own >= begins)));
+            push(then, cell, any((own >= ends) & (own < far)));
 #pragma GCC unroll 8
-        for (int k = 0; k < 8; ++k) {
-            const std::int64_t to = cell + way[k];
-            const double found = offer(w_.costs[to], sum<kSoft>(from, moves_[k], half, kSoft ? w_.halves + to : nullptr));
-            if (found < kFar) enter(to, found);
+            for (int k = 0; k < 8; ++k) {
+                const std::int64_t to = cell + way[k];
+                const EightInts before = costs[to];
+                const EightInts price = from + (kSoft ? priced<true>(moves_[k], half + halves[to]) : edges_[k]);
+                const EightInts cheaper = price < before, near = price < ends;
+                costs[to] = lower(price, before);
+                push(soon, to, any(cheaper & near));
+                push(then, to, any(cheaper & ~near));
+            }
         }
+        again.count = soon.count;
+        later.count = then.count;
     }
 
     const PoseProblem p_;
     const PoseWork w_;
+    float* const cost_;
     const std::int64_t layer_, stride_;
-    const double per_width_;
-    PoseLanes moves_[8], turn_;
-    std::int64_t open_ = 0;
+    EightFloats moves_[8], turn_;  // in units, whole
+    EightInts edges_[8];           // moves_
+    double base_ = 0.0;         // in units
+    std::int32_t begins_ = 0;   // the open band, from base_
 };
 
 }  // namespace eldorado

@@ -2,6 +2,7 @@
 // onboard/planning/poses.py. No Python types, no exceptions, no heap.
 //
 // The ground is padded by the rover's reach, so a wheel or a cell under the body is one load for kLanes poses side by side.
+// Most bodies stand clear of the highest that is under them: only the others are held against the plane cell by cell.
 #pragma once
 
 #include <algorithm>
@@ -26,28 +27,51 @@ struct Footprint {
     std::int64_t body_rows;
 };
 
+// One cell under the rover; `by`: in the padded ground.
+struct CellUnder {
+    std::int64_t by;
+    float dj, di;
+};
+
 struct PoseLimits {
     float tilt_ratio, slope_ratio, belly_m, cell_m;
 };
 
 class PoseFreedom {
    public:
-    PoseFreedom(const Ground& ground, const Footprint& print, const PoseLimits& limits)
-        : g_(ground), f_(print), l_(limits), stride_(ground.stride()) {}
+    // `under`: workspace of `needed` cells.
+    PoseFreedom(const Ground& ground, const Footprint& print, const PoseLimits& limits, CellUnder* under)
+        : g_(ground), f_(print), l_(limits), stride_(ground.stride()), under_(under) {}
+
+    // Room for the cells under the body and those it may touch, of all orientations, however the two lie to each other.
+    static std::int64_t needed(const Footprint& print) {
+        std::int64_t cells = 0;
+        for (const std::int32_t* row = print.body; row < print.body + kBodyRow * print.body_rows; row += kBodyRow)
+            cells += std::max(0, row[3] - row[2] + 1) + 2 * std::max(0, row[5] - row[4] + 1);
+        return cells;
+    }
 
     void run(std::uint8_t* freedom) const {
         const std::int32_t *body = f_.body, *const last = f_.body + kBodyRow * f_.body_rows;
+        CellUnder* end = under_;
         for (int o = 0; o < kOrientations; ++o) {
-            const Orientation way(o, *this);
-            const std::int32_t* end = body;
-            while (end < last && end[0] == o) end += kBodyRow;
+            Orientation way(o, *this);
+            const std::int32_t* const rows = body;
+            while (body < last && body[0] == o) body += kBodyRow;
+            way.first = end;
+            for (const std::int32_t* row = rows; row < body; row += kBodyRow) end = list(row, row[2], row[3], end);
+            way.beside = end;
+            for (const std::int32_t* row = rows; row < body; row += kBodyRow) {
+                end = list(row, row[4], std::min(row[5], row[2] - 1), end);
+                end = list(row, std::max(row[4], row[3] + 1), row[5], end);
+            }
+            way.last = end;
             for (std::int64_t j = 0; j < g_.rows; ++j)
                 for (std::int64_t i = 0; i < g_.columns; i += kLanes) {
-                    const Bytes found = __builtin_convertvector(judge(way, g_.at(j, i), body, end), Bytes);
+                    const Bytes found = __builtin_convertvector(judge(way, g_.at(j, i)), Bytes);
                     const std::int64_t count = std::min<std::int64_t>(kLanes, g_.columns - i);
                     std::memcpy(freedom + (o * g_.rows + j) * g_.columns + i, &found, static_cast<std::size_t>(count));
                 }
-            body = end;
         }
     }
 
@@ -73,6 +97,7 @@ class PoseFreedom {
 
         std::int64_t wheel[4];
         float first_x, first_y, second_x, second_y, per_area, cosine, sine;
+        const CellUnder *first, *beside, *last;  // under the body from `first` on, what else it may touch from `beside` on
     };
 
     // The plane of the wheels: height at the centre, slopes along +x and +y per cell; NaN where a height is not known.
@@ -80,10 +105,17 @@ class PoseFreedom {
         Floats middle, slope_x, slope_y;
     };
 
+    // Cells first to last of a row, put at `end`; returns the end after them.
+    CellUnder* list(const std::int32_t* row, std::int32_t first, std::int32_t last, CellUnder* end) const {
+        for (std::int32_t di = first; di <= last; ++di)
+            *end++ = {row[1] * stride_ + di, static_cast<float>(row[1]), static_cast<float>(di)};
+        return end;
+    }
+
     static Floats size_of(Floats v) { return v < 0.0f ? -v : v; }
 
     // Freedom of kLanes poses side by side.
-    Ints judge(const Orientation& way, std::int64_t at, const std::int32_t* body, const std::int32_t* end) const {
+    Ints judge(const Orientation& way, std::int64_t at) const {
         Ints flags = all(kWhole | kSmooth);
         for (const std::int64_t wheel : way.wheel) flags &= load(g_.flags + at + wheel);
         const Plane plane = plane_of(way, at);
@@ -97,7 +129,9 @@ class PoseFreedom {
 
         const Floats limit = plane.middle + l_.belly_m;
         Ints vouched = limit == limit;
-        if (any(vouched & ~blocked)) look_under(plane, limit, at, body, end, &blocked, &vouched);
+        const Ints open = vouched & ~blocked;
+        if (any(open) && any(open & ~(bound_under(way, plane, at) < limit)))
+            look_under(way, plane, limit, at, &blocked, &vouched);
         const Ints free = vouched & ((flags & kWhole) != 0);
         return blocked ? all(static_cast<std::int32_t>(kBlocked))
                        : free ? all(static_cast<std::int32_t>(kFree)) : all(static_cast<std::int32_t>(kUnknown));
@@ -111,16 +145,23 @@ class PoseFreedom {
                 (second * way.first_x - first * way.second_x) * way.per_area};
     }
 
+    // At least what `look_under` finds over the plane: the highest that the body may touch over the plane's lowest within reach.
+    // Rounding keeps the order of numbers, so this holds to the last bit.
+    Floats bound_under(const Orientation& way, const Plane& plane, std::int64_t at) const {
+        Floats highest = all(-std::numeric_limits<float>::infinity());
+        for (const CellUnder* cell = way.first; cell < way.last; ++cell)
+            highest = larger(load(g_.over + at + cell->by), highest);
+        const auto reach = static_cast<float>(g_.reach);
+        return highest + (size_of(plane.slope_x) * reach + size_of(plane.slope_y) * reach);
+    }
+
     // Blocked: a known cell under the body stands over the limit. Not vouched: a beam over an unknown one that it may touch.
-    void look_under(const Plane& plane, Floats limit, std::int64_t at, const std::int32_t* body, const std::int32_t* end,
-                    Ints* blocked, Ints* vouched) const {
-        for (; body < end; body += kBodyRow) {
-            const Floats rise = plane.slope_y * static_cast<float>(body[1]);
-            const std::int64_t row = at + body[1] * stride_;
-            for (std::int32_t di = body[2]; di <= body[3]; ++di)
-                *blocked |= load(g_.top + row + di) - (plane.slope_x * static_cast<float>(di) + rise) > limit;
-            for (std::int32_t di = body[4]; di <= body[5]; ++di)
-                *vouched &= load(g_.ray + row + di) - (plane.slope_x * static_cast<float>(di) + rise) <= limit;
+    void look_under(const Orientation& way, const Plane& plane, Floats limit, std::int64_t at, Ints* blocked,
+                    Ints* vouched) const {
+        for (const CellUnder* cell = way.first; cell < way.last; ++cell) {
+            const Floats ground = plane.slope_x * cell->di + plane.slope_y * cell->dj;
+            if (cell < way.beside) *blocked |= load(g_.top + at + cell->by) - ground > limit;
+            *vouched &= load(g_.ray + at + cell->by) - ground <= limit;
         }
     }
 
@@ -128,6 +169,7 @@ class PoseFreedom {
     const Footprint f_;
     const PoseLimits l_;
     const std::int64_t stride_;
+    CellUnder* const under_;
 };
 
 }  // namespace eldorado

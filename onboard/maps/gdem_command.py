@@ -7,49 +7,53 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Optional
+from typing import TYPE_CHECKING, Any
 
-import typer
+import click
+from click.exceptions import Exit
 
 if TYPE_CHECKING:
     from onboard.maps.gdem_import import Imported
 
 EX_USAGE, EX_DATAERR, EX_NOINPUT, EX_CANTCREAT = 64, 65, 66, 73
-EXAMPLES = (
-    "Examples:\n\n"
-    "  onboard gdem import LDEM_80S_20M.tif --start-lonlat -45.3 -85.1 --out gdem.npz\n\n"
-    "  onboard gdem import site.asc --start-xy 512300 4031200 --size 1000 --cell 5\n\n"
-    "  onboard gdem import heights.npy --source-cell 2 --start-rowcol 120.5 80.5\n\n"
-    "  onboard run --set mission.gdem=gdem.npz"
-)
+EXAMPLES = """\b
+Examples:
+  onboard gdem import LDEM_80S_20M.tif --start-lonlat -45.3 -85.1 --out gdem.npz
+  onboard gdem import site.asc --start-xy 512300 4031200 --size 1000 --cell 5
+  onboard gdem import heights.npy --source-cell 2 --start-rowcol 120.5 80.5
+  onboard run --set mission.gdem=gdem.npz"""
+LENGTH, FROM_0 = click.FloatRange(min=0.01), click.FloatRange(min=0.0)
+PAIR = (float, float)
+Pair = tuple[float, float]
 
-app = typer.Typer(no_args_is_help=True, help=f"The orbiter's map.\n\n{EXAMPLES}")
-Pair = Optional[tuple[float, float]]
 
-
-@app.callback()
-def gdem() -> None:
-    """Keep `import` a word of its own while it is the only one."""
+@click.group("gdem", epilog=EXAMPLES)
+def app() -> None:
+    """The orbiter's map."""
 
 
 @app.command("import", epilog=EXAMPLES)
+@click.argument("file", type=Path)
+@click.option("--out", "-o", type=Path, default=Path("gdem.npz"), show_default=True, help="Where the map goes.")
+@click.option("--start-lonlat", type=PAIR, metavar="LON LAT", help="Start: longitude and latitude, degrees.")
+@click.option("--start-xy", type=PAIR, metavar="X Y", help="Start: x and y in the file's own coordinates.")
+@click.option("--start-rowcol", type=PAIR, metavar="ROW COLUMN", help="Start: row, column; the first cell is 0.5 0.5.")
+@click.option("--size", type=LENGTH, default=500.0, show_default=True, help="Side of the map around the start, m.")
+@click.option("--cell", type=LENGTH, default=10.0, show_default=True, help="Its cells, m.")
+@click.option("--band", type=click.IntRange(min=0), default=0, help="Band of the file, from 1; 0: it has one.")
+@click.option("--crs", default="", help="Projection, over what the file says: EPSG:number, PROJ, WKT.")
+@click.option("--unit", "unit_m", type=FROM_0, default=0.0, help="Metres a unit of height; 0: as the file says.")
+@click.option("--source-cell", "cell_m", type=FROM_0, default=0.0, help="Cells of a file that does not tell (.npy).")
+@click.option("--source-corner", "corner", type=PAIR, metavar="X Y", default=(0.0, 0.0), help="Its south-west corner.")
+@click.option("--north-first", is_flag=True, help="The first row of an .npy is the northernmost.")
+@click.option("--json", "as_json", is_flag=True, help="The summary as JSON.")
 def import_command(
-    file: Annotated[Path, typer.Argument(help="GeoTIFF, ESRI ASCII grid, PDS image or .npy.")],
-    out: Annotated[Path, typer.Option("--out", "-o", help="Where the map goes.")] = Path("gdem.npz"),
-    start_lonlat: Annotated[Pair, typer.Option(help="Start: longitude and latitude, degrees.")] = None,
-    start_xy: Annotated[Pair, typer.Option(help="Start: x and y in the file's own coordinates.")] = None,
-    start_rowcol: Annotated[Pair, typer.Option(help="Start: row and column; the first cell is 0.5 0.5.")] = None,
-    size: Annotated[float, typer.Option(min=0.01, help="Side of the map around the start, m.")] = 500.0,
-    cell: Annotated[float, typer.Option(min=0.01, help="Its cells, m.")] = 10.0,
-    band: Annotated[int, typer.Option(min=0, help="Band of the file, from 1; 0: it has one.")] = 0,
-    crs: Annotated[str, typer.Option(help="Projection, over what the file says: EPSG:number, PROJ, WKT.")] = "",
-    unit: Annotated[float, typer.Option(min=0.0, help="Metres for each unit of height; 0: what the file says.")] = 0.0,
-    source_cell: Annotated[float, typer.Option(min=0.0, help="Cells of a file that does not tell (.npy).")] = 0.0,
-    source_corner: Annotated[tuple[float, float], typer.Option(help="x and y of its south-west corner.")] = (0.0, 0.0),
-    north_first: Annotated[bool, typer.Option(help="The first row of an .npy is the northernmost.")] = False,
-    as_json: Annotated[bool, typer.Option("--json", help="The summary as JSON.")] = False,
+    file: Path, out: Path, start_lonlat: Pair | None, start_xy: Pair | None, start_rowcol: Pair | None,
+    size: float, cell: float, as_json: bool, **source: Any,
 ) -> None:
-    """Cut the orbiter's map of a mission out of an elevation file. Without a start, it is the middle of the file.
+    """Cut the orbiter's map of a mission out of FILE: GeoTIFF, ESRI ASCII grid, PDS image or .npy.
+
+    The map lies around the start, without one around the middle of the file.
 
     Exit codes: 0 done, 64 start named twice, 65 no map can be made of it, 66 no such file, 73 no place to write.
     """
@@ -64,7 +68,7 @@ def import_command(
         options = " and ".join(f"--start-{kind}" for kind in named)
         raise _fail(EX_USAGE, f"the start is named by {options}; name it once")
     kind, at = next(iter(named.items()), ("middle", (0.0, 0.0)))
-    how = Reading(band, source_cell, source_corner, crs, unit, north_first)
+    how = Reading(**source)
     try:
         with _progress(file.name) as progress:
             made = import_gdem(file, how, Wanted(kind, at, size, cell), progress)
@@ -79,9 +83,9 @@ def import_command(
     _show(_summary(file, out, made), as_json)
 
 
-def _fail(code: int, text: str) -> typer.Exit:
+def _fail(code: int, text: str) -> Exit:
     print(f"onboard: {text}", file=sys.stderr)
-    return typer.Exit(code)
+    return Exit(code)
 
 
 @contextmanager

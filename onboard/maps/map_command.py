@@ -7,31 +7,33 @@ import sys
 import time
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
-import typer
+import click
+from click.exceptions import Exit
 
 if TYPE_CHECKING:
     from onboard.drivers.disk import Kept, TileFile
     from onboard.perception.tiles import Tile
 
 EX_USAGE, EX_DATAERR, EX_NOINPUT, EX_CANTCREAT = 64, 65, 66, 73
-EXAMPLES = (
-    "Examples:\n\n"
-    "  onboard map info map/\n\n"
-    "  onboard map export map/ --out site.tif\n\n"
-    "  onboard map export build/demo/onboard.mcap --format png --out site.png"
-)
+EXAMPLES = """\b
+Examples:
+  onboard map info map/
+  onboard map export map/ --out site.tif
+  onboard map export build/demo/onboard.mcap --format png --out site.png"""
 
-app = typer.Typer(no_args_is_help=True, help=f"The map that the rover keeps.\n\n{EXAMPLES}")
+
+@click.group("map", epilog=EXAMPLES)
+def app() -> None:
+    """The map that the rover keeps."""
 
 
 @app.command("info", epilog=EXAMPLES)
-def info_command(
-    folder: Annotated[Path, typer.Argument(help="Folder of tiles (mapping.folder).")],
-    as_json: Annotated[bool, typer.Option("--json", help="The list as JSON.")] = False,
-) -> None:
-    """List the tiles of a kept map, and the files that cannot be used with the reason.
+@click.argument("folder", type=Path)
+@click.option("--json", "as_json", is_flag=True, help="The list as JSON.")
+def info_command(folder: Path, as_json: bool) -> None:
+    """List the tiles of a kept map (FOLDER: mapping.folder), and the files that cannot be used with the reason.
 
     Exit codes: 0 some tiles can be used, 65 none, 66 no such folder.
     """
@@ -47,13 +49,14 @@ def info_command(
 
 
 @app.command("export", epilog=EXAMPLES)
-def export_command(
-    source: Annotated[Path, typer.Argument(help="Folder of tiles, or the record of a run.")],
-    out: Annotated[Path, typer.Option("--out", "-o", help="Where the map goes.")],
-    form: Annotated[str, typer.Option("--format", "-f", help="geotiff, npy, npz, ply or png; else by OUT.")] = "",
-    as_json: Annotated[bool, typer.Option("--json", help="The summary as JSON.")] = False,
-) -> None:
-    """Write heights and classes of a kept map, or of the map that a run left, for another tool.
+@click.argument("source", type=Path)
+@click.option("--out", "-o", type=Path, required=True, help="Where the map goes.")
+@click.option("--format", "-f", "form", default="", help="geotiff, npy, npz, ply or png; else by the ending of --out.")
+@click.option("--json", "as_json", is_flag=True, help="The summary as JSON.")
+def export_command(source: Path, out: Path, form: str, as_json: bool) -> None:
+    """Write heights and classes for another tool.
+
+    SOURCE: a folder of tiles (mapping.folder), or the record of a run for the map that it left.
 
     Exit codes: 0 done, 64 no such format, 65 no map in it, 66 no such folder or record, 73 no place to write.
     """
@@ -143,6 +146,6 @@ def _age(seconds: float) -> str:
     return f"{seconds:.0f} s"
 
 
-def _fail(code: int, text: str) -> typer.Exit:
+def _fail(code: int, text: str) -> Exit:
     print(f"onboard: {text}", file=sys.stderr)
-    return typer.Exit(code)
+    return Exit(code)

@@ -40,8 +40,8 @@ def cost_to_go_into(
     closeness: F32 | None,
     moves_m: F32,
     turn_m: float,
-    width_m: float,
-    dearest_m: float,
+    unit_m: float,
+    width: int,
     seeds: NDArray[np.int64],
     seed_costs_m: F32,
     cost: F32,
@@ -168,18 +168,17 @@ GLOBAL_CHUNK_NODES: int
 GLOBAL_BUCKETS: int
 
 def global_layers_into(
-    heights_m: F32, cell_m: float, raw: bool, layers: F32, done: NDArray[np.int64], cancel: U8
-) -> float: ...
+    heights_m: F32, cell_m: float, raw: bool, edges_m: F32, done: NDArray[np.int64], cancel: U8
+) -> bool: ...
 def global_edges_into(
-    heights_m: F32, cell_m: float, layers: F32, prices: F32, edges_m: F32, done: NDArray[np.int64], cancel: U8
+    heights_m: F32, cell_m: float, prices: F32, edges_m: F32, done: NDArray[np.int64], cancel: U8
 ) -> bool: ...
 def global_cost_to_go_into(
     edges_m: F32,
     shortest_m: float,
     seeds: NDArray[np.int64],
     seed_costs_m: F64,
-    work_m: F64,
-    came: U8,
+    words: F64,
     chunks: I32,
     done: NDArray[np.int64],
     cancel: U8,

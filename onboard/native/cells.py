@@ -20,6 +20,7 @@ CELL = np.dtype([
     ("sum_z", np.float64), ("sum_z2", np.float64), ("z_hi", np.float32), ("z_lo", np.float32), ("n", np.int32),
     ("unused", np.int32),
 ])  # fmt: skip
+NO_HIT = np.array([(0.0, 0.0, np.nan, np.nan, 0, 0)], CELL)
 
 
 class Turn(NamedTuple):
@@ -66,8 +67,7 @@ class LiveGrid:
         if grid.rows * grid.columns > LARGEST_GRID:
             raise ValueError(f"grid: expected at most {LARGEST_GRID} cells, given {grid.rows} x {grid.columns}")
         self.grid = grid
-        self.cells: NDArray[np.void] = np.zeros((grid.rows, grid.columns), CELL)
-        self.cells["z_hi"] = self.cells["z_lo"] = np.nan
+        self.cells: NDArray[np.void] = np.repeat(NO_HIT, grid.rows * grid.columns).reshape(grid.rows, grid.columns)
         self._bytes = self.cells.view(np.uint8).reshape(grid.rows, grid.columns, CELL.itemsize)
         self._place = grid.x0_m, grid.y0_m, grid.cell_m
 

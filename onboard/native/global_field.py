@@ -2,13 +2,15 @@
 
     heights -> layers -> edges -> cost to go
 
-Each step adds the nodes it has done to `Workspace.progress`, three times rows * columns in all, and stops soon after it
-is cancelled: another thread may look and cancel while a step runs, for it holds no lock.
+`make_edges` takes the first two steps: the layers wait in the room of the edges. Each step adds the nodes it has done
+to `Workspace.progress`, three times rows * columns in all, and stops soon after it is cancelled: another thread may
+look and cancel while a step runs, for it holds no lock.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,28 +30,27 @@ HIGHEST_M = 1e7  # farther from zero is no height: no data
 class Workspace:
     """Room for one plan over a map of (rows, columns), used again and again; one plan at a time.
 
-    layers: float32 (3, rows, columns) roughness (m) and the slopes along x and y, NaN without data. edges_m: float32,
-    columns + 1 impassable nodes, then (rows * columns, 4): cost of the edge to the E, NE, N, NW, +inf impassable. The
-    other four are the neighbours' (both directions cost the same). cost_m, came, chunks: the search's.
+    edges_m: float32, columns + 1 impassable nodes, then (rows * columns, 4): cost of the edge to the E, NE, N, NW, +inf
+    impassable. The other four are the neighbours' (both directions cost the same). Before the edges it holds the
+    layers they are made of. edges_cell_m: float64 (1,), the cell of the map whose edges these are, 0 while there are
+    none. words, chunks: the search's.
     progress.done: nodes done since it was 0.
     """
 
     rows: int
     columns: int
-    layers: F32
     edges_m: F32
-    cost_m: F64
-    came: U8
+    words: F64
     chunks: I32
+    edges_cell_m: F64 = field(default_factory=lambda: np.zeros(1))
     progress: Progress = field(default_factory=Progress)
 
     def __post_init__(self) -> None:
         nodes, more = self.rows * self.columns, self.columns + 1
-        check_array("layers", self.layers, (3, self.rows, self.columns), np.float32)
         check_array("edges_m", self.edges_m, (more + nodes, AXES), np.float32)
-        check_array("cost_m", self.cost_m, (nodes + 2 * more,), np.float64)
-        check_array("came", self.came, (nodes,), np.uint8)
+        check_array("words", self.words, (nodes + 2 * more,), np.float64)
         check_array("chunks", self.chunks, (_chunks(nodes), kernels.GLOBAL_CHUNK_NODES + 2), np.int32)
+        check_array("edges_cell_m", self.edges_cell_m, (1,), np.float64)
         check_array("progress.done", self.progress.done, (1,), np.int64)
         check_array("progress.stop", self.progress.stop, (1,), np.uint8)
 
@@ -60,7 +61,10 @@ def _chunks(nodes: int) -> int:
 
 
 def workspace(rows: int, columns: int) -> Workspace:
-    """Room for maps of this size: 45 bytes a node. Raises ValueError for an empty map or one of 2^31 nodes or more."""
+    """Room for maps of this size: 24 bytes a node, and a little of `chunks`.
+
+    Raises ValueError for an empty map or one of 2^31 nodes or more.
+    """
     nodes, more = rows * columns, columns + 1
     if not (rows > 0 and columns > 0 and nodes <= MOST_NODES):
         raise ValueError(f"map: expected 1 to {MOST_NODES} nodes, given {rows} x {columns}")
@@ -69,43 +73,50 @@ def workspace(rows: int, columns: int) -> Workspace:
     return Workspace(
         rows,
         columns,
-        np.empty((3, rows, columns), np.float32),
         edges_m,
         np.empty(nodes + 2 * more),
-        np.empty(nodes, np.uint8),
         np.empty((_chunks(nodes), kernels.GLOBAL_CHUNK_NODES + 2), np.int32),
     )
 
 
-def make_layers(heights_m: F32, cell_m: float, raw_roughness: bool, work: Workspace) -> float:
-    """Eq. 21, 23, 24: fills `work.layers`; the largest roughness in metres, 0 without data.
+class Prices(NamedTuple):
+    """What a metre costs above 1 (Eq. 25 divided by W_L / l_grid). All finite and >= 0."""
+
+    roughest: float  # on the roughest ground of the map, and in proportion elsewhere
+    roughest_at_least_m: float  # a map without so rough a node has no roughest ground; above 0
+    per_roll_rad: float
+    per_pitch_rad: float
+    limit_rad: float  # steeper about either axis is impassable
+
+
+def make_layers(heights_m: F32, cell_m: float, raw_roughness: bool, work: Workspace) -> F32:
+    """Eq. 21, 23, 24: float32 (3, rows, columns) roughness in metres and the slopes along x and y, NaN without data.
 
     heights_m: float32 (rows, columns); NaN, infinite or more than HIGHEST_M from zero: no data. `raw_roughness`: the
-    standard deviation as printed in Eq. 21. Raises ValueError for wrong shape, dtype, layout or cell,
-    CancelledError.
+    standard deviation as printed in Eq. 21. Overwrites `work.edges_m`. Raises ValueError for wrong shape, dtype,
+    layout or cell, CancelledError.
     """
     _check_map(heights_m, cell_m, work)
-    roughest_m = kernels.global_layers_into(heights_m, cell_m, raw_roughness, work.layers, *_watched(work))
-    if roughest_m < 0.0:
+    work.edges_cell_m[0] = 0.0
+    if not kernels.global_layers_into(heights_m, cell_m, raw_roughness, work.edges_m, *_watched(work)):
         raise CancelledError("global plan, while the layers were made")
-    return roughest_m
+    by_row = work.edges_m[work.columns + 1 :].reshape(work.rows, AXES, work.columns)
+    return np.ascontiguousarray(by_row[:, :3].swapaxes(0, 1))
 
 
-def make_edges(heights_m: F32, cell_m: float, prices: tuple[float, float, float, float], work: Workspace) -> None:
-    """Eq. 25: fills `work.edges_m` from `work.layers`.
-
-    prices: what a metre costs above 1 for each metre of roughness, radian of roll and radian of pitch, all >= 0, and
-    the steepest roll or pitch in radians. Raises ValueError for wrong arguments, CancelledError.
-    """
+def make_edges(heights_m: F32, cell_m: float, prices: Prices, work: Workspace) -> None:
+    """Eq. 21 to 25: fills `work.edges_m`, by the layers. Raises as `make_layers` does, ValueError for wrong prices."""
     _check_map(heights_m, cell_m, work)
     given = np.array(prices, np.float32)
-    if given.shape != (4,) or not (np.isfinite(given).all() and given.min() >= 0.0):
-        raise ValueError(f"prices: expected 4 finite numbers >= 0, given {prices}")
-    if not kernels.global_edges_into(heights_m, cell_m, work.layers, given, work.edges_m, *_watched(work)):
+    if given.shape != (5,) or not (np.isfinite(given).all() and given.min() >= 0.0 and given[1] > 0.0):
+        raise ValueError(f"prices: expected 5 finite numbers >= 0, the second above, given {tuple(prices)}")
+    work.edges_cell_m[0] = 0.0
+    if not kernels.global_edges_into(heights_m, cell_m, given, work.edges_m, *_watched(work)):
         raise CancelledError("global plan, while the edges were made")
+    work.edges_cell_m[0] = cell_m
 
 
-def cost_to_go(seeds: tuple[NDArray[np.int64], F64], cell_m: float, work: Workspace) -> tuple[F32, I32]:
+def cost_to_go(seeds: tuple[NDArray[np.int64], F64], work: Workspace) -> tuple[F32, I32]:
     """Eq. 26 from every node at once, over `work.edges_m`: (cost, next), both (rows, columns).
 
     seeds: int64 (k,) flat indices of nodes and float64 (k,) what is left to go from each, metres >= 0. cost: float32
@@ -117,14 +128,16 @@ def cost_to_go(seeds: tuple[NDArray[np.int64], F64], cell_m: float, work: Worksp
     nodes = work.rows * work.columns
     check_array("seeds", places, (None,), np.int64)
     check_array("seed costs", costs_m, (len(places),), np.float64)
-    _check_cell(cell_m)
+    cell_m = float(work.edges_cell_m[0])
+    if cell_m == 0.0:
+        raise ValueError("work: expected edges made by make_edges, given none")
     if len(places) and not (places.min() >= 0 and places.max() < nodes and len(places) <= nodes):
         raise ValueError(f"seeds: expected at most {nodes} of 0 to {nodes - 1}, given {places.min()} to {places.max()}")
     if len(places) and not (costs_m.min() >= 0 and np.isfinite(costs_m.max())):
         raise ValueError(f"seed costs: expected finite costs >= 0, given {costs_m.min()} to {costs_m.max()}")
     cost_m = np.empty((work.rows, work.columns), np.float32)
     next_node = np.empty((work.rows, work.columns), np.int32)
-    scratch = (work.cost_m, work.came, work.chunks, *_watched(work))
+    scratch = (work.words, work.chunks, *_watched(work))
     if not kernels.global_cost_to_go_into(work.edges_m, cell_m, places, costs_m, *scratch, cost_m, next_node):
         raise CancelledError("global plan, while the way was searched")
     return cost_m, next_node
@@ -136,9 +149,5 @@ def _watched(work: Workspace) -> tuple[NDArray[np.int64], U8]:
 
 def _check_map(heights_m: F32, cell_m: float, work: Workspace) -> None:
     check_array("heights_m", heights_m, (work.rows, work.columns), np.float32)
-    _check_cell(cell_m)
-
-
-def _check_cell(cell_m: float) -> None:
     if not 1e-3 <= cell_m <= 1e6:
         raise ValueError(f"cell_m: expected 0.001 to 1000000 m, given {cell_m}")

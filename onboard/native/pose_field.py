@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -10,8 +12,10 @@ from onboard.native.variant import kernels
 from onboard.records import F32, U8
 
 LARGEST_FIELD = 2**31 - 1  # states of a pose field: links are int32
-MOST_BUCKETS = 4096.0
-WIDTH = 3.0  # of a bucket, in cheapest edges: measured best with closeness, and as good as any without
+FINEST = 2.0**21  # units in the cheapest edge: its price is rounded by less than 1e-6 of it
+DEAREST = 2.0**28  # units in the dearest edge at most
+WIDTH = 6.0  # of a band, in cheapest edges: measured best with closeness and without
+MOST_BANDS = 16.0  # that an edge reaches over
 
 
 def cost_to_go(
@@ -27,8 +31,9 @@ def cost_to_go(
     freedom: uint8 (8, rows, columns), passable from `least_freedom` on. seeds: int64 (k,) flat indices of poses and
     float32 (k,) what is left to go from each, >= 0; one that is not passable counts for nothing. moves_m: float32
     (8 orientations, 8 directions of k * 45 degrees) and turn_m: prices > 0. closeness: float32 like freedom, >= 0, or
-    None; an edge's price is multiplied by 1 + its mean at both ends. Raises ValueError for wrong shapes, dtypes,
-    layout, seeds off the field or prices that are not above 0.
+    None; an edge's price is multiplied by 1 + its mean at both ends. Prices are rounded to 2^-21 of the cheapest edge,
+    or to 2^-28 of the dearest where that is more. Raises ValueError for wrong shapes, dtypes, layout, seeds off the
+    field or prices that are not above 0.
     """
     places, costs_m = seeds
     _check_field(freedom, places, costs_m, closeness)
@@ -38,6 +43,7 @@ def cost_to_go(
         raise ValueError(f"moves_m, turn_m: expected finite prices above 0, given {cheapest} to {dearest}")
     if closeness is not None:
         dearest *= 1.0 + float(closeness.max(initial=0.0))
+    unit_m = max(cheapest / FINEST, dearest / DEAREST)
     rising = np.argsort(costs_m, kind="stable")
     cost = np.empty(freedom.shape, np.float32)
     kernels.cost_to_go_into(
@@ -46,8 +52,8 @@ def cost_to_go(
         closeness,
         moves_m,
         turn_m,
-        max(WIDTH * cheapest, dearest / MOST_BUCKETS),
-        dearest,
+        unit_m,
+        math.ceil(max(WIDTH * cheapest, dearest / MOST_BANDS) / unit_m),
         places[rising],
         costs_m[rising],
         cost,

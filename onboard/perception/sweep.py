@@ -93,12 +93,14 @@ class _Profile:
         self.last = min(round(end_rad / ANGLE_STEP_RAD), self.first - 1)
         falling = np.arange(self.first, self.last - 1, -1) * ANGLE_STEP_RAD
         lines_ms = np.arange(len(angles_rad)) * LINE_S * 1e3
-        self.times_ms = np.interp(-falling, -angles_rad, lines_ms)  # of each angle step, rising
-        self.rates = np.interp(-falling, -angles_rad[:-1], -np.diff(angles_rad)) / LINE_S / RATE_STEP_RADPS
+        rates = np.interp(-falling, -angles_rad[:-1], -np.diff(angles_rad)) / LINE_S / RATE_STEP_RADPS
+        # lists, since they are read one by one
+        self.rates: list[float] = rates.tolist()
+        self.times_ms: list[float] = np.interp(-falling, -angles_rad, lines_ms).tolist()  # of each angle step, rising
 
     def time_ms(self, steps: int) -> float:
         """When the profile is `steps` angle steps below its start."""
-        return float(self.times_ms[steps])
+        return self.times_ms[steps]
 
 
 def _cut(profile: _Profile, ratio: float) -> list[tuple[int, int]]:
@@ -139,9 +141,10 @@ def _fit(profile: _Profile, done: int, target: int, now_ms: float) -> tuple[int,
         steps, wanted_ms = end - done, profile.time_ms(end) - now_ms
         middle = _MS_PER_STEP * steps / max(wanted_ms, 1.0)
         for rate in range(max(1, int(middle * 0.9)), min(MOST_RATE_STEPS, int(middle * 1.1) + 1) + 1):
+            if (_MS_PER_STEP * steps) % rate and not final:  # few are whole milliseconds
+                continue
             lasts_ms = _MS_PER_STEP * steps / rate
-            whole = (_MS_PER_STEP * steps) % rate == 0 or final
-            if whole and (lasts_ms >= SHORTEST_MS or final):
+            if lasts_ms >= SHORTEST_MS or final:
                 score = abs(lasts_ms - wanted_ms) / lasts_ms + 0.05 * abs(end - target) / max(1, target - done)
                 if score < best_score:
                     best, best_score = (steps, rate), score

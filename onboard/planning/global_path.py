@@ -64,8 +64,7 @@ def layers(gdem: Gdem, raw_roughness: bool = False) -> Layers:
     of the grid's shape.
     """
     work = _room(gdem)
-    global_field.make_layers(gdem.heights_m, gdem.grid.cell_m, raw_roughness, work)
-    return Layers(*work.layers)
+    return Layers(*global_field.make_layers(gdem.heights_m, gdem.grid.cell_m, raw_roughness, work))
 
 
 def edge_costs(gdem: Gdem, planning: Planning) -> F32:
@@ -95,7 +94,7 @@ def solve(gdem: Gdem, goal_m: tuple[float, float], planning: Planning, work: Wor
         raise ValueError(f"goal_m: expected finite coordinates, given {goal_m}")
     room = _room(gdem, work)
     make_edges(gdem, planning, room)
-    cost_m, next_node = global_field.cost_to_go(_joined(gdem, goal_m), gdem.grid.cell_m, room)
+    cost_m, next_node = global_field.cost_to_go(_joined(gdem, goal_m), room)
     return GlobalField(gdem.grid, goal_m, cost_m, next_node)
 
 
@@ -106,17 +105,16 @@ def _room(gdem: Gdem, work: Workspace | None = None) -> Workspace:
 
 
 def make_edges(gdem: Gdem, planning: Planning, work: Workspace) -> None:
-    """`layers` and `edge_costs` in a workspace, for `native.global_field.cost_to_go`. Raises as they do."""
-    cell_m, limit = gdem.grid.cell_m, planning.slope_limit_rad
-    roughest_m = max(global_field.make_layers(gdem.heights_m, cell_m, False, work), ROUGHNESS_FLOOR_M)
-    per_length = 1.0 / planning.weight_length
-    prices = (
-        planning.weight_roughness * per_length / roughest_m,
+    """`edge_costs` in a workspace, for `native.global_field.cost_to_go`. Raises as they do."""
+    limit, per_length = planning.slope_limit_rad, 1.0 / planning.weight_length
+    prices = global_field.Prices(
+        planning.weight_roughness * per_length,
+        ROUGHNESS_FLOOR_M,
         planning.weight_roll * per_length / limit,
         planning.weight_pitch * per_length / limit,
         limit,
     )
-    global_field.make_edges(gdem.heights_m, cell_m, prices, work)
+    global_field.make_edges(gdem.heights_m, gdem.grid.cell_m, prices, work)
 
 
 def _joined(gdem: Gdem, goal_m: tuple[float, float]) -> tuple[NDArray[np.int64], F64]:

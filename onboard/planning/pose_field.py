@@ -45,7 +45,8 @@ def cost_to_go(
     least_m = float(left_m.min(initial=np.inf)) if len(left_m) else 0.0
     table = _flat(seeds, left_m - least_m, freedom.shape)
     cost = native.cost_to_go(freedom, int(least), table, moves_m(cell_m), _turn_m(planning), closeness)
-    return cost + np.float32(least_m)
+    cost += np.float32(least_m)
+    return cost
 
 
 def descend(

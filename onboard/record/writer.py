@@ -7,14 +7,10 @@ of 256 KiB, zstd. Decisions with their maps ride on /plan as .npz, for the repor
 from __future__ import annotations
 
 import json
-import platform
 from collections.abc import Iterable
-from importlib.metadata import version
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING
-
-from mcap.writer import CompressionType, Writer
 
 from onboard.config import Config, to_toml
 from onboard.maps.gdem_file import to_npz
@@ -39,6 +35,8 @@ class Recorder:
         self._file = None
         if not config.record.path:
             return
+        from mcap.writer import CompressionType, Writer  # not for a run without a record
+
         path = Path(config.record.path)
         path.parent.mkdir(parents=True, exist_ok=True)
         self._file = path.open("wb")
@@ -101,5 +99,8 @@ class Recorder:
 
 
 def _versions() -> bytes:
+    import platform
+    from importlib.metadata import version
+
     rows = {name: version(name) for name in _PACKAGES}
     return json.dumps({"python": platform.python_version(), "machine": platform.machine(), **rows}).encode()

@@ -77,7 +77,7 @@ def measure(side: int, repeats: int, inner: int = 1) -> Measured:
 
     def ours() -> np.ndarray:
         global_path.make_edges(gdem, planning, work)
-        return door.cost_to_go(seed, CELL_M, work)[0]
+        return door.cost_to_go(seed, work)[0]
 
     made = against(
         ours,

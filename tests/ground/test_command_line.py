@@ -120,10 +120,10 @@ def test_nobody_on_the_link_is_exit_code_69(capsys, tmp_path, monkeypatch):
 def test_a_link_without_a_peer_is_given_up_after_3_s_a_silent_peer_after_20_s(capsys, tmp_path, monkeypatch, linked,
                                                                                waited_s):
     now_s = [0.0]
-    monkeypatch.setattr("ground.station.time", SimpleNamespace(
+    monkeypatch.setattr("onboard.drivers.link_end.time", SimpleNamespace(
         monotonic=lambda: now_s[0], monotonic_ns=lambda: round(now_s[0] * 1e9),
         sleep=lambda _: now_s.__setitem__(0, now_s[0] + 0.25)))
-    monkeypatch.setattr("ground.station.Station.linked", linked)
+    monkeypatch.setattr("onboard.drivers.link_end.LinkEnd.linked", linked)
     station(tmp_path)
     code, text = ended(capsys, "stop")
     assert (code, now_s[0]) == (69, waited_s + 0.25)

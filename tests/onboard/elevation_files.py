@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 import rasterio
+from click.testing import CliRunner
 from rasterio import Affine
-from typer.testing import CliRunner
 
 from onboard.__main__ import app
 from onboard.app import load_gdem

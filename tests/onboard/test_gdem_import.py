@@ -194,7 +194,7 @@ def test_of_a_file_of_3_gigabytes_only_what_lies_under_the_map_is_read(tmp_path)
         file.write(np.full((200, 200), 42, np.int16), 1, window=window)
     words = [str(path), "--out", str(tmp_path / "gdem.npz"), "--json", "--start-rowcol", "10000", "30000"]
     code = (
-        "import resource, sys; from typer.testing import CliRunner; from onboard.__main__ import app;"
+        "import resource, sys; from click.testing import CliRunner; from onboard.__main__ import app;"
         "import onboard.maps.gdem_import, rich.progress;"
         "peak = lambda: resource.getrusage(resource.RUSAGE_SELF).ru_maxrss;"
         "before = peak(); result = CliRunner().invoke(app, ['gdem', 'import', *sys.argv[1:]]);"

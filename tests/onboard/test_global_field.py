@@ -245,14 +245,27 @@ def test_wrong_numbers_are_named() -> None:
         global_path.solve(gdem, (5.0, 5.0), PLANNING, door.workspace(6, 5))
     with pytest.raises(ValueError, match=r"cell_m: expected .* m, given 0"):
         door.make_layers(gdem.heights_m, 0.0, False, work)
-    with pytest.raises(ValueError, match="prices: expected 4 finite numbers"):
-        door.make_edges(gdem.heights_m, 10.0, (1.0, -1.0, 1.0, 0.3), work)
+    with pytest.raises(ValueError, match="prices: expected 5 finite numbers"):
+        door.make_edges(gdem.heights_m, 10.0, door.Prices(1.0, 0.05, -1.0, 1.0, 0.3), work)
+    global_path.make_edges(gdem, PLANNING, work)
     with pytest.raises(ValueError, match="seeds: expected at most 30 of 0 to 29, given 30 to 30"):
-        door.cost_to_go((np.array([30]), np.zeros(1)), 10.0, work)
+        door.cost_to_go((np.array([30]), np.zeros(1)), work)
     with pytest.raises(ValueError, match="seed costs: expected finite costs >= 0, given nan"):
-        door.cost_to_go((np.array([3]), np.array([np.nan])), 10.0, work)
+        door.cost_to_go((np.array([3]), np.array([np.nan])), work)
     with pytest.raises(ValueError, match=r"progress.stop: expected uint8 \(1\), given bool"):
         replace(work, progress=Progress(stop=np.zeros(1, bool)))
+
+
+def test_without_edges_there_is_no_search() -> None:
+    gdem, work = rough_map(1, (5, 6)), door.workspace(5, 6)
+    seeds = np.array([3]), np.zeros(1)
+    with pytest.raises(ValueError, match="work: expected edges made by make_edges, given none"):
+        door.cost_to_go(seeds, work)
+    global_path.make_edges(gdem, PLANNING, work)
+    assert np.isfinite(door.cost_to_go(seeds, work)[0].flat[3])
+    door.make_layers(gdem.heights_m, 10.0, False, work)  # in the room of the edges
+    with pytest.raises(ValueError, match="given none"):
+        door.cost_to_go(seeds, work)
 
 
 # -- progress and cancelling -----------------------------------------------------------------------------------
@@ -267,11 +280,12 @@ def test_progress_ends_at_three_times_the_nodes_reached_or_not() -> None:
 
 def test_a_cancelled_plan_has_no_result_at_any_step() -> None:
     gdem, work = rough_map(4, (30, 30)), door.workspace(30, 30)
+    global_path.make_edges(gdem, PLANNING, work)
     work.progress.cancel()
     steps = (
+        lambda: door.cost_to_go((np.array([3]), np.zeros(1)), work),
         lambda: door.make_layers(gdem.heights_m, 10.0, False, work),
-        lambda: door.make_edges(gdem.heights_m, 10.0, (1.0, 1.0, 1.0, 0.3), work),
-        lambda: door.cost_to_go((np.array([3]), np.zeros(1)), 10.0, work),
+        lambda: door.make_edges(gdem.heights_m, 10.0, door.Prices(1.0, 0.05, 1.0, 1.0, 0.3), work),
         lambda: global_path.solve(gdem, (155.0, 155.0), PLANNING, work),
     )
     for step in steps:

@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 from core_bench import QUICK, CoreBench, first_map
-from typer.testing import CliRunner
 
 from onboard import config
 from onboard.__main__ import app

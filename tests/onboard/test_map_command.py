@@ -10,7 +10,7 @@ import warnings
 import numpy as np
 import pytest
 import rasterio
-from typer.testing import CliRunner
+from click.testing import CliRunner
 
 from onboard.__main__ import app
 from onboard.config import Mapping_

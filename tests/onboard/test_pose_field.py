@@ -105,6 +105,24 @@ def test_a_seed_counts_with_what_is_left_to_go_from_it(seed: int, least_m: float
         assert end in seeds.tolist()
 
 
+@pytest.mark.parametrize("soft", [False, True])
+def test_prices_hold_to_a_millionth_on_ways_of_hundreds_of_edges_to_seeds_far_apart_in_cost(soft: bool) -> None:
+    """The kernel counts in units of 2^-21 of a turn, 512 turns at a time: 2.6 m here."""
+    planning, freedom = dataclasses.replace(PLANNING, turn_cost_m=0.005), np.full((8, 25, 21), 2, np.uint8)
+    for wall, j in enumerate(range(1, 25, 2)):
+        freedom[:, j] = 0
+        freedom[:, j, 0 if wall % 2 else -1] = 2
+    freedom[:, 21] = 0  # two rows at the end by themselves
+    rng = np.random.default_rng(2)
+    ratio = rng.uniform(0, 2, freedom.shape).astype(np.float32) if soft else None
+    seeds, left_m = np.array([[0, 0, 0], [0, 20, 1], [24, 20, 5]]), np.array([0.0, 0.7, 400.0])
+    cost = pose_field.cost_to_go(freedom, seeds, planning, CELL_M, False, ratio, left_m)
+    alone = [by_scipy(freedom, row[None], 2, 0.005, ratio) + m for row, m in zip(seeds, left_m)]
+    want = np.min(alone, axis=0)
+    assert want[np.isfinite(want)].max() > 402 and want[:, 20].min() > 18
+    np.testing.assert_allclose(cost, want, rtol=1e-6)
+
+
 def test_no_way_and_seeds_off_the_grid_are_refused() -> None:
     freedom = np.full((8, 3, 3), 2, np.uint8)
     freedom[:, :, 1] = 0

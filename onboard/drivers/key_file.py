@@ -1,0 +1,25 @@
+"""A file of link keys, read with care: only its owner may read it, and it must hold the keys of the asked direction."""
+
+from __future__ import annotations
+
+import stat
+from pathlib import Path
+
+from onboard.config import ConfigError
+from protocol.link import Keyring, parse_keys
+
+
+def read_keys(path: str, direction: str) -> Keyring:
+    """The keys in a file. Raises ConfigError, one line that begins with the path and never quotes a secret."""
+    try:
+        mode = stat.S_IMODE(Path(path).stat().st_mode)
+        keys = parse_keys(Path(path).read_text()) if not mode & 0o077 else None
+    except OSError as error:
+        raise ConfigError(f"{path}: {error.strerror}") from error
+    except ValueError as error:
+        raise ConfigError(f"{path}: {error}") from None  # the cause could quote a secret
+    if keys is None:
+        raise ConfigError(f"{path}: mode {mode:04o}, others may read this key; chmod 600 it")
+    if keys.direction != direction:
+        raise ConfigError(f"{path}: holds keys of {keys.direction}, should be of {direction}")
+    return keys
