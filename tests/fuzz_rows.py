@@ -278,7 +278,7 @@ _surfaces = st.tuples(SIZES, SIZES, st.integers(0, 20)).flatmap(
             **{name: arrays(n[:2], np.float32) for name in ("z_mean", "z_top", "z_bot", "z_ray")},
         ),
         footprint=st.tuples(
-            arrays((8, 4, 2), np.int32, OFFSETS), arrays((n[2], 4), np.int32, mostly(st.integers(0, 7), OFFSETS))
+            arrays((8, 4, 2), np.int32, OFFSETS), arrays((n[2], 6), np.int32, mostly(st.integers(0, 7), OFFSETS))
         ),
         limits=st.tuples(*[PRICES] * 4, mostly(st.integers(0, 6), st.integers(-1, 129)), st.integers(0, 30)),
     )

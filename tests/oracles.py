@@ -157,18 +157,19 @@ def _pose(
     slope = min(math.atan(math.hypot(*v) / cell) for v in (slopes[j, i], (sx, sy)))
     if tilts.max() > planning.tilt_limit_rad or slope > planning.slope_limit_rad:
         return 0
-    for b in range(-6, 7):
-        for a in range(-6, 7):
-            along, across = np.abs(rotate.T @ (a * cell, b * cell))
-            if along <= rover.body_length_m / 2 + 1e-9 and across <= rover.body_width_m / 2 + 1e-9:
+    for b in range(-7, 8):
+        for a in range(-7, 8):
+            along, across = np.abs(rotate.T @ (a * cell, b * cell)) - (rover.body_length_m / 2, rover.body_width_m / 2)
+            outside = max(along, across) - 1e-9
+            if outside <= 0.0 or (outside <= cell / 2 and not _known(surface, j + b, i + a)):
                 limit = middle + sx * a + sy * b + planning.under_belly_m
                 verdicts.append(_under_body(surface, j + b, i + a, limit))
     return min(verdicts)
 
 
 def _wheel(surface: Surface, slopes: dict, j: int, i: int, step_m: float) -> int:
-    cross = [(j + y, i + x) for y, x in ((0, 0), (1, 0), (-1, 0), (0, 1), (0, -1))]
-    seen = [at for at in cross if _known(surface, *at)]
+    square = [(j + y, i + x) for y in (-1, 0, 1) for x in (-1, 0, 1)]
+    seen = [at for at in square if _known(surface, *at)]
     if seen and surface.grid.contains(j, i):
         steps = []
         for sx, sy in ((0.0, 0.0), slopes[j, i]):
@@ -178,7 +179,7 @@ def _wheel(surface: Surface, slopes: dict, j: int, i: int, step_m: float) -> int
             steps.append(high - low)
         if min(steps) > step_m:
             return 0
-    return 2 if len(seen) == 5 else 1
+    return 2 if len(seen) == 9 else 1
 
 
 def _under_body(surface: Surface, j: int, i: int, limit: float) -> int:

@@ -26,7 +26,7 @@ from onboard.records import F32, F64, U8, Bool, CellClass, Ldem, Surface
 
 T = TypeVar("T", bound=np.generic)
 DIRECTIONS = ((0, 1), (1, 0), (1, 1), (1, -1))  # rows, columns, both diagonals: (dj, di)
-CROSS = ((0, 0), (0, 1), (0, -1), (1, 0), (-1, 0))
+SQUARE = tuple((dj, di) for dj in (-1, 0, 1) for di in (-1, 0, 1))
 
 
 def classify(ldem: Ldem, mapping: config.Mapping_) -> Surface:
@@ -107,7 +107,7 @@ class _Ground(NamedTuple):
     """What the pose rules ask of each cell, (rows, columns)."""
 
     z: F32  # height a wheel stands on, NaN where unknown
-    whole: Bool  # the cell and its 4 neighbours are known
+    whole: Bool  # the cell and its 8 neighbours are known
     rough: Bool  # the step over those of them that are known is too high
     steep: Bool  # the fitted plane is too steep
     top: F32  # highest of a known cell, -inf where unknown
@@ -152,16 +152,17 @@ def reachable(freedom: U8, j: int, i: int, o: int) -> Bool:
     return same[labels]
 
 
-def body_cells(o: int, rover: config.Rover, cell_m: float) -> tuple[tuple[int, int], ...]:
-    """(dj, di) of the cells whose centre lies under the body in orientation o, from the cell of base_link."""
+def body_cells(o: int, rover: config.Rover, cell_m: float, margin_m: float = 0.0) -> tuple[tuple[int, int], ...]:
+    """(dj, di) of the cells whose centre lies under the body in orientation o, or up to a margin beside it."""
     yaw = o * math.pi / ORIENTATIONS
-    reach = math.ceil(math.hypot(rover.body_length_m, rover.body_width_m) / 2 / cell_m)
+    reach = math.ceil(math.hypot(rover.body_length_m, rover.body_width_m) / 2 / cell_m) + 1
+    length_m, width_m = (side_m / 2 + margin_m + 1e-9 for side_m in (rover.body_length_m, rover.body_width_m))
     found = []
     for dj in range(-reach, reach + 1):
         for di in range(-reach, reach + 1):
             along = (di * math.cos(yaw) + dj * math.sin(yaw)) * cell_m
             across = (dj * math.cos(yaw) - di * math.sin(yaw)) * cell_m
-            if abs(along) <= rover.body_length_m / 2 + 1e-9 and abs(across) <= rover.body_width_m / 2 + 1e-9:
+            if abs(along) <= length_m and abs(across) <= width_m:
                 found.append((dj, di))
     return tuple(found)
 
@@ -186,6 +187,8 @@ def _layer(ground: _Ground, o: int, rover: config.Rover, planning: config.Planni
     for dj, di in body_cells(o, rover, cell_m):
         plane = slope_x * np.float32(di) + slope_y * np.float32(dj)
         np.fmax(highest, _moved(ground.top, (dj, di), np.float32(-np.inf)) - plane, out=highest)
+    for dj, di in body_cells(o, rover, cell_m, cell_m / 2):
+        plane = slope_x * np.float32(di) + slope_y * np.float32(dj)
         np.maximum(vouched, _moved(ground.ray, (dj, di), np.float32(np.inf)) - plane, out=vouched)
     limit = middle + np.float32(planning.under_belly_m)
     blocked |= highest > limit  # False where a wheel's height is unknown
@@ -215,7 +218,7 @@ def _ground(surface: Surface, planning: config.Planning) -> _Ground:
     raised, sunk = np.where(known, surface.z_top, -np.inf), np.where(known, surface.z_bot, np.inf)
     flat_high, flat_low = np.full(known.shape, -np.inf), np.full(known.shape, np.inf)
     high, low, whole = flat_high.copy(), flat_low.copy(), np.ones_like(known)
-    for at in CROSS:
+    for at in SQUARE:
         plane = slope_y * at[0] + slope_x * at[1]
         top, bottom = _moved(raised, at, -np.inf), _moved(sunk, at, np.inf)
         np.maximum(flat_high, top, out=flat_high)

@@ -22,7 +22,7 @@ struct GroundProblem {
 
 // Flags of a cell.
 constexpr std::int32_t kKnown = 1;
-constexpr std::int32_t kWhole = 2;   // the cell and its 4 neighbours are known
+constexpr std::int32_t kWhole = 2;   // the cell and its 8 neighbours are known
 constexpr std::int32_t kSmooth = 4;  // the step over those of them that are known is not too high
 constexpr std::int32_t kGentle = 8;  // the fitted plane is not too steep
 
@@ -85,11 +85,12 @@ class GroundRules {
         const std::int64_t at = g_.at(j, i), stride = g_.stride();
         Floats high = load(g_.top + at), low = load(g_.bot + at);
         Ints known = load(g_.flags + at);
-        for (const std::int64_t by : {std::int64_t{1}, std::int64_t{-1}, stride, -stride}) {
-            high = larger(load(g_.top + at + by), high);
-            low = smaller(load(g_.bot + at + by), low);
-            known &= load(g_.flags + at + by);
-        }
+        for (const std::int64_t row : {-stride, std::int64_t{0}, stride})
+            for (const std::int64_t by : {row - 1, row, row + 1}) {
+                high = larger(load(g_.top + at + by), high);
+                low = smaller(load(g_.bot + at + by), low);
+                known &= load(g_.flags + at + by);
+            }
         const Ints stepped = high - low > static_cast<float>(0.999 * p_.step_m);  // in float: whether to look closer
         for (int lane = 0; lane < kLanes && i + lane < g_.columns; ++lane) {
             const double x = plane.slope_x(i + lane), y = plane.slope_y(i + lane), limit = p_.steepest_per_cell_m;
@@ -101,18 +102,16 @@ class GroundRules {
         }
     }
 
-    // Highest over lowest of the known ones of a cell and its 4 neighbours, a plane of these slopes taken out.
+    // Highest over lowest of the known ones of a cell and its 8 neighbours, a plane of these slopes taken out.
     double step(std::int64_t at, double slope_x, double slope_y) const {
         const std::int64_t stride = g_.stride();
-        double high = g_.top[at], low = g_.bot[at];
-        const auto see = [&](std::int64_t by, double plane) {
-            high = std::max(high, g_.top[at + by] - plane);
-            low = std::min(low, g_.bot[at + by] - plane);
-        };
-        see(1, slope_x);
-        see(-1, -slope_x);
-        see(stride, slope_y);
-        see(-stride, -slope_y);
+        double high = -std::numeric_limits<double>::infinity(), low = -high;
+        for (int dj = -1; dj <= 1; ++dj)
+            for (int di = -1; di <= 1; ++di) {
+                const double plane = dj * slope_y + di * slope_x;
+                high = std::max(high, g_.top[at + dj * stride + di] - plane);
+                low = std::min(low, g_.bot[at + dj * stride + di] - plane);
+            }
         return high - low;
     }
 

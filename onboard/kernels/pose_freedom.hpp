@@ -21,7 +21,9 @@ enum Freedom : std::uint8_t { kBlocked, kUnknown, kFree };  // poses.Freedom
 // The cells under the rover, from the cell of base_link.
 struct Footprint {
     const std::int32_t* wheels;  // (8, 4, 2): dj, di of wheels 1 to 4 of each orientation; 1 lies opposite 3, 2 opposite 4
-    const std::int32_t* body;    // (body_rows, 4): orientation, dj, first di, last di, by rising orientation
+    // (body_rows, 6) by rising orientation: orientation, dj, first and last di under the body (first > last: none), first and
+    // last di that it may touch.
+    const std::int32_t* body;
     std::int64_t body_rows;
 };
 
@@ -41,23 +43,28 @@ class PoseFreedom {
     PoseFreedom(const Ground& ground, const Footprint& print, const PoseLimits& limits, CellUnder* under)
         : g_(ground), f_(print), l_(limits), stride_(ground.stride()), under_(under) {}
 
-    // Cells under the body, of all orientations.
+    // Room for the cells under the body and those it may touch, of all orientations, however the two lie to each other.
     static std::int64_t needed(const Footprint& print) {
         std::int64_t cells = 0;
-        for (const std::int32_t* row = print.body; row < print.body + 4 * print.body_rows; row += 4)
-            cells += std::max(0, row[3] - row[2] + 1);
+        for (const std::int32_t* row = print.body; row < print.body + kBodyRow * print.body_rows; row += kBodyRow)
+            cells += std::max(0, row[3] - row[2] + 1) + 2 * std::max(0, row[5] - row[4] + 1);
         return cells;
     }
 
     void run(std::uint8_t* freedom) const {
-        const std::int32_t *body = f_.body, *const last = f_.body + 4 * f_.body_rows;
+        const std::int32_t *body = f_.body, *const last = f_.body + kBodyRow * f_.body_rows;
         CellUnder* end = under_;
         for (int o = 0; o < kOrientations; ++o) {
             Orientation way(o, *this);
+            const std::int32_t* const rows = body;
+            while (body < last && body[0] == o) body += kBodyRow;
             way.first = end;
-            for (; body < last && body[0] == o; body += 4)
-                for (std::int32_t di = body[2]; di <= body[3]; ++di)
-                    *end++ = {body[1] * stride_ + di, static_cast<float>(body[1]), static_cast<float>(di)};
+            for (const std::int32_t* row = rows; row < body; row += kBodyRow) end = list(row, row[2], row[3], end);
+            way.beside = end;
+            for (const std::int32_t* row = rows; row < body; row += kBodyRow) {
+                end = list(row, row[4], std::min(row[5], row[2] - 1), end);
+                end = list(row, std::max(row[4], row[3] + 1), row[5], end);
+            }
             way.last = end;
             for (std::int64_t j = 0; j < g_.rows; ++j)
                 for (std::int64_t i = 0; i < g_.columns; i += kLanes) {
@@ -69,6 +76,8 @@ class PoseFreedom {
     }
 
    private:
+    static constexpr std::int64_t kBodyRow = 6;
+
     typedef std::uint8_t Bytes __attribute__((vector_size(kLanes)));
 
     // What all poses of one orientation share.
@@ -88,13 +97,20 @@ class PoseFreedom {
 
         std::int64_t wheel[4];
         float first_x, first_y, second_x, second_y, per_area, cosine, sine;
-        const CellUnder *first, *last;
+        const CellUnder *first, *beside, *last;  // under the body from `first` on, what else it may touch from `beside` on
     };
 
     // The plane of the wheels: height at the centre, slopes along +x and +y per cell; NaN where a height is not known.
     struct Plane {
         Floats middle, slope_x, slope_y;
     };
+
+    // Cells first to last of a row, put at `end`; returns the end after them.
+    CellUnder* list(const std::int32_t* row, std::int32_t first, std::int32_t last, CellUnder* end) const {
+        for (std::int32_t di = first; di <= last; ++di)
+            *end++ = {row[1] * stride_ + di, static_cast<float>(row[1]), static_cast<float>(di)};
+        return end;
+    }
 
     static Floats size_of(Floats v) { return v < 0.0f ? -v : v; }
 
@@ -129,7 +145,7 @@ class PoseFreedom {
                 (second * way.first_x - first * way.second_x) * way.per_area};
     }
 
-    // At least what `look_under` finds over the plane: the highest under the body over the plane's lowest within reach.
+    // At least what `look_under` finds over the plane: the highest that the body may touch over the plane's lowest within reach.
     // Rounding keeps the order of numbers, so this holds to the last bit.
     Floats bound_under(const Orientation& way, const Plane& plane, std::int64_t at) const {
         Floats highest = all(-std::numeric_limits<float>::infinity());
@@ -139,12 +155,12 @@ class PoseFreedom {
         return highest + (size_of(plane.slope_x) * reach + size_of(plane.slope_y) * reach);
     }
 
-    // Blocked: a known cell under the body stands over the limit. Not vouched: a beam over an unknown one does.
+    // Blocked: a known cell under the body stands over the limit. Not vouched: a beam over an unknown one that it may touch.
     void look_under(const Orientation& way, const Plane& plane, Floats limit, std::int64_t at, Ints* blocked,
                     Ints* vouched) const {
         for (const CellUnder* cell = way.first; cell < way.last; ++cell) {
             const Floats ground = plane.slope_x * cell->di + plane.slope_y * cell->dj;
-            *blocked |= load(g_.top + at + cell->by) - ground > limit;
+            if (cell < way.beside) *blocked |= load(g_.top + at + cell->by) - ground > limit;
             *vouched &= load(g_.ray + at + cell->by) - ground <= limit;
         }
     }

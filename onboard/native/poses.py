@@ -18,8 +18,9 @@ FARTHEST = 128  # cells from a pose that the rover, the fitted plane or the soft
 class Footprint(NamedTuple):
     """The cells under the rover in each orientation, from the cell of base_link.
 
-    wheels: int32 (8, 4, 2), dj and di of wheels 1 to 4, 1 opposite 3 and 2 opposite 4. body: int32 (k, 4), of each row
-    under the body its orientation, dj, first di and last di, by rising orientation.
+    wheels: int32 (8, 4, 2), dj and di of wheels 1 to 4, 1 opposite 3 and 2 opposite 4. body: int32 (k, 6), of each row
+    that the body may touch its orientation, dj, first and last di under the body (first > last: none), first and last
+    di that it may touch; by rising orientation.
     """
 
     wheels: I32
@@ -116,7 +117,7 @@ def _check_footprint(footprint: Footprint) -> int:
     """The farthest cell of it. Raises ValueError."""
     wheels, body = footprint
     check_array("wheels", wheels, (8, 4, 2), np.int32)
-    check_array("body", body, (None, 4), np.int32)
+    check_array("body", body, (None, 6), np.int32)
     offsets = np.concatenate([wheels.reshape(-1), body[:, 1:].reshape(-1)])
     low, high = int(offsets.min()), int(offsets.max())
     if low < -FARTHEST or high > FARTHEST:

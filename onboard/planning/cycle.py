@@ -15,7 +15,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import ndimage
 
+from onboard import config
 from onboard.perception.cell_classes import classify
 from onboard.planning import gdem_refresh, global_path, mission_rule, options, trust
 from onboard.planning.gain import Eyes
@@ -34,9 +36,10 @@ from onboard.planning.poses import (
     pose_index,
     reachable,
     trail,
+    wheel_cells,
 )
 from onboard.planning.tracks import barred
-from onboard.records import F64, U8, Bool, Decision, Gdem, Grid, Path, Surface
+from onboard.records import F64, U8, Bool, CellClass, Decision, Gdem, Grid, Path, Surface
 
 STAND_M = 0.25  # around a rover whose own pose reads as not free
 DISC_PRICE = 2.0  # of a metre left within the goal's disc: driving on is cheaper
@@ -154,20 +157,26 @@ def _freedom(request: PlanRequest, surface: Surface) -> U8:
     if not grid.contains(own[0], own[1]):
         raise ValueError(f"the rover's cell {own[:2]} lies outside the map's window, {grid.rows} x {grid.columns}")
     if freedom[own[2], own[0], own[1]] != Freedom.FREE:
-        freedom = _stand(freedom, grid, own)
+        freedom = _stand(freedom, surface, own, settings.rover)
     return freedom
 
 
-def _stand(freedom: U8, grid: Grid, own: tuple[int, int, int]) -> U8:
+def _stand(freedom: U8, surface: Surface, own: tuple[int, int, int], rover: config.Rover) -> U8:
     """Noise must not nail the rover down: near it poses of its own and the next orientations are free whatever they
-    read, others where nothing blocks them.
+    read, others where nothing blocks them; but, its own apart, only with wheels on known ground.
     """
     j, i, o = own
-    near = np.hypot(*np.ogrid[-j : grid.rows - j, -i : grid.columns - i]) * grid.cell_m <= STAND_M
-    out = freedom.copy()
+    grid, out = surface.grid, freedom.copy()
+    known = ndimage.binary_erosion(surface.cell_class >= CellClass.HIT, np.ones((3, 3), np.bool_))
+    near = np.argwhere(np.hypot(*np.ogrid[-j : grid.rows - j, -i : grid.columns - i]) * grid.cell_m <= STAND_M)
     for other in range(ORIENTATIONS):
         turned = min((other - o) % ORIENTATIONS, (o - other) % ORIENTATIONS)
-        out[other][near & ((out[other] != Freedom.BLOCKED) | (turned <= 1))] = Freedom.FREE
+        wheels = near[:, None, :] + np.array(wheel_cells(other, rover, grid.cell_m))
+        inside = ((wheels >= 0) & (wheels < (grid.rows, grid.columns))).all(axis=(1, 2))
+        at = near[inside][known[tuple(np.moveaxis(wheels[inside], 2, 0))].all(axis=1)]
+        at = at[(out[other][tuple(at.T)] != Freedom.BLOCKED) | (turned <= 1)]
+        out[other][tuple(at.T)] = Freedom.FREE
+    out[o, j, i] = Freedom.FREE
     return out
 
 

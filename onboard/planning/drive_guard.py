@@ -20,7 +20,6 @@ from numpy.typing import NDArray
 from onboard import config
 from onboard.perception import ldem, strip_map
 from onboard.perception.cell_classes import classify
-from onboard.planning.tracks import CROSS
 from onboard.records import F64, Bool, Cloud, Grid, Ldem, Pose, Surface
 
 EVALUATE_M = 0.05  # of the line's own way between two evaluations of the strip
@@ -30,6 +29,7 @@ PLANE_CELLS = 3  # the plane's window reaches so many cells to each side: 0.7 m
 LEAST_OF_PLANE = 15  # known cells that a plane needs
 BELOW_M = 0.02  # what lies deeper below the first plane is not in the second
 RAY_PROOF_M = 0.01  # a beam so far over z_bot is a proof of depth
+CROSS = ((0, 0), (0, 1), (0, -1), (1, 0), (-1, 0))  # a cell and its 4 neighbours: (dj, di)
 CROSS_OF_9 = [3 * (a + 1) + b + 1 for a, b in CROSS]
 _SIDE = np.arange(-PLANE_CELLS, PLANE_CELLS + 1.0)
 PLANE_BASIS = np.array([(1.0, row, column) for row in _SIDE for column in _SIDE])

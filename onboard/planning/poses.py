@@ -49,9 +49,10 @@ def pose_index(grid: Grid, x_m: float, y_m: float, yaw_rad: float) -> tuple[int,
 def pose_freedom(surface: Surface, rover: config.Rover, planning: config.Planning) -> U8:
     """Freedom of every pose, uint8 of Freedom (8, rows, columns); `10-navigation` section 3.
 
-    Free: every wheel's cell and its 4 neighbours known with steps up to step_m, roll, pitch and slope within their
-    limits, and nothing under the body over under_belly_m above the wheel plane, by hits or by a beam that passed.
-    Blocked: a known cell breaks a rule. Else unknown. Cells beyond the grid are unknown. A known cell has its heights.
+    Free: every wheel's cell and its 8 neighbours known with steps up to step_m, roll, pitch and slope within their
+    limits, and nothing under the body over under_belly_m above the wheel plane, by hits or, over unknown
+    cells that the body may touch, by a beam that passed. Blocked: a known cell breaks a rule. Else unknown. Cells
+    beyond the grid are unknown. A known cell has its heights.
     Raises ValueError for layers of wrong shape, dtype or layout, and for cells so large that the wheels of a pose do
     not span an area.
     """
@@ -126,16 +127,31 @@ def wheel_cells(o: int, rover: config.Rover, cell_m: float) -> tuple[tuple[int, 
 
 
 def footprint(rover: config.Rover, cell_m: float) -> kernel.Footprint:
-    """The cells under the wheels in each orientation, and those whose centre lies under the body, row by row."""
-    half_length_m, half_width_m = rover.body_length_m / 2 + 1e-9, rover.body_width_m / 2 + 1e-9
-    reach = math.ceil(math.hypot(half_length_m, half_width_m) / cell_m)
+    """The cells under the wheels in each orientation, and row by row those under the body and those it may touch.
+
+    Under it lie cells by their centre; it may touch those whose centre is within half a cell of it: a pose stands for
+    the whole of its cell.
+    """
+    reach = math.ceil((math.hypot(rover.body_length_m, rover.body_width_m) / 2 + cell_m) / cell_m)
+    under, touched = (_covered(rover, cell_m, margin_m, reach) for margin_m in (0.0, cell_m / 2))
+    o, row = np.nonzero(touched.any(axis=2))
+    spans = [at for cells in (under[o, row], touched[o, row]) for at in _span(cells)]
+    body = np.column_stack([o, row - reach, *(at - reach for at in spans)])
+    wheels = [wheel_cells(o, rover, cell_m) for o in range(ORIENTATIONS)]
+    return kernel.Footprint(np.array(wheels, np.int32), body.astype(np.int32))
+
+
+def _covered(rover: config.Rover, cell_m: float, margin_m: float, reach: int) -> Bool:
+    """Cells whose centre lies under the body grown by a margin, (8, dj, di) from -reach on, without gaps along di."""
     di = np.arange(-reach, reach + 1)
     dj, yaws = di[:, None], [o * math.pi / ORIENTATIONS for o in range(ORIENTATIONS)]
     c, s = (np.array([turn(yaw) for yaw in yaws])[:, None, None] for turn in (math.cos, math.sin))
-    under = np.abs((di * c + dj * s) * cell_m) <= half_length_m
-    under &= np.abs((dj * c - di * s) * cell_m) <= half_width_m  # (8, dj, di), without gaps along di
-    o, row = np.nonzero(under.any(axis=2))
-    first, count = under[o, row].argmax(axis=1), under[o, row].sum(axis=1)
-    body = np.column_stack([o, row - reach, first - reach, first + count - 1 - reach])
-    wheels = [wheel_cells(o, rover, cell_m) for o in range(ORIENTATIONS)]
-    return kernel.Footprint(np.array(wheels, np.int32), body.astype(np.int32))
+    covered: Bool = np.abs((di * c + dj * s) * cell_m) <= rover.body_length_m / 2 + margin_m + 1e-9
+    covered &= np.abs((dj * c - di * s) * cell_m) <= rover.body_width_m / 2 + margin_m + 1e-9
+    return covered
+
+
+def _span(rows: Bool) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """First and last column set in each of rows (k, n) without gaps; last before first where none is."""
+    first = rows.argmax(axis=1)
+    return first, first + rows.sum(axis=1) - 1

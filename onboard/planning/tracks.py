@@ -1,6 +1,7 @@
 """Which cells the wheels roll over on a path: what the drive guard watches and what the trust range asks for.
 
-By the same lattice poses that the planner tests: a wheel's cell and its 4 neighbours.
+By the same lattice poses that the planner tests: a wheel's cell and its 8 neighbours. A pose stands for all places in
+its cell and all headings within 11.25 degrees, so a wheel may truly roll over any of the nine.
 """
 
 from __future__ import annotations
@@ -14,17 +15,17 @@ from onboard import config
 from onboard.planning.poses import ORIENTATIONS, Freedom, pose_index, wheel_cells
 from onboard.records import F64, U8, Bool, Grid
 
-CROSS = ((0, 0), (0, 1), (0, -1), (1, 0), (-1, 0))  # a wheel's cell and its 4 neighbours: (dj, di)
+SQUARE = tuple((dj, di) for dj in (-1, 0, 1) for di in (-1, 0, 1))  # a wheel's cell and its 8 neighbours
 
 
-def wheel_crosses(stations: F64, grid: Grid, rover: config.Rover) -> NDArray[np.int64]:
-    """(k, 20, 2) cells (j, i) under the four wheels at each of stations (k, 3), neighbours included.
+def wheel_squares(stations: F64, grid: Grid, rover: config.Rover) -> NDArray[np.int64]:
+    """(k, 36, 2) cells (j, i) under the four wheels at each of stations (k, 3), neighbours included.
 
     They may lie off the grid.
     """
     poses = lattice(stations, grid)
-    crosses = np.array([_crosses(o, rover, grid.cell_m) for o in range(ORIENTATIONS)], np.int64)
-    return poses[:, None, :2] + crosses[poses[:, 2]]
+    squares = np.array([_squares(o, rover, grid.cell_m) for o in range(ORIENTATIONS)], np.int64)
+    return poses[:, None, :2] + squares[poses[:, 2]]
 
 
 def lattice(stations: F64, grid: Grid) -> NDArray[np.int64]:
@@ -41,7 +42,7 @@ def driven(stations: F64, trail: F64, grid: Grid) -> Bool:
 
 def tracks(stations: F64, trail: F64, grid: Grid, rover: config.Rover) -> Bool:
     """Cells (rows, columns) under wheels at stations (k, 3) still to come, poses of the trail (m, 3) left out."""
-    cells = wheel_crosses(stations[~driven(stations, trail, grid)], grid, rover).reshape(-1, 2)
+    cells = wheel_squares(stations[~driven(stations, trail, grid)], grid, rover).reshape(-1, 2)
     on = (cells >= 0).all(axis=1) & (cells[:, 0] < grid.rows) & (cells[:, 1] < grid.columns)
     found = np.zeros((grid.rows, grid.columns), np.bool_)
     found[cells[on, 0], cells[on, 1]] = True
@@ -49,15 +50,15 @@ def tracks(stations: F64, trail: F64, grid: Grid, rover: config.Rover) -> Bool:
 
 
 def barred(freedom: U8, points_m: Sequence[tuple[float, float]], grid: Grid, rover: config.Rover) -> U8:
-    """A copy with every pose blocked that would put a wheel, or one of its 4 neighbours, on the cell of a point."""
+    """A copy with every pose blocked that would put a wheel, or one of its 8 neighbours, on the cell of a point."""
     out = freedom.copy()
     cells = np.array([grid.cell(*point) for point in points_m], np.int64).reshape(-1, 2)
     for o in range(ORIENTATIONS):
-        at = (cells[:, None, :] - np.array(_crosses(o, rover, grid.cell_m), np.int64)).reshape(-1, 2)
+        at = (cells[:, None, :] - np.array(_squares(o, rover, grid.cell_m), np.int64)).reshape(-1, 2)
         on = (at >= 0).all(axis=1) & (at[:, 0] < grid.rows) & (at[:, 1] < grid.columns)
         out[o, at[on, 0], at[on, 1]] = Freedom.BLOCKED
     return out
 
 
-def _crosses(o: int, rover: config.Rover, cell_m: float) -> list[tuple[int, int]]:
-    return [(dj + a, di + b) for dj, di in wheel_cells(o, rover, cell_m) for a, b in CROSS]
+def _squares(o: int, rover: config.Rover, cell_m: float) -> list[tuple[int, int]]:
+    return [(dj + a, di + b) for dj, di in wheel_cells(o, rover, cell_m) for a, b in SQUARE]

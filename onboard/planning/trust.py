@@ -1,7 +1,7 @@
 """The trust range: on pitted ground a path is driven only as far as its wheels roll over cells seen from near.
 
 A hole of width w shows itself only to depth w * h / r from r away (h the scanner's height), so nothing seen from afar
-proves that a wheel will not fall (study 3.6). Trusted is a wheel's cell, its 4 neighbours too, that was
+proves that a wheel will not fall (study 3.6). Trusted is a wheel's cell, its 8 neighbours too, that was
 
     hit from within trust_m, or filled or holed beside such hits, or assumed under the start,
     or lies under a pose that was driven before (R2),
@@ -24,7 +24,7 @@ from onboard.planning import mission_rule
 from onboard.planning.drive_guard import ahead_m
 from onboard.planning.mission_rule import MissionState, Stop
 from onboard.planning.plan_records import PlanRequest, Settings
-from onboard.planning.tracks import driven, wheel_crosses
+from onboard.planning.tracks import driven, wheel_squares
 from onboard.records import F64, Bool, CellClass, Decision, Grid, Ldem, Path
 
 NOSE_M = 0.6  # it may always go so far where a look brings nothing more
@@ -58,7 +58,7 @@ def within_trust(decision: Decision, request: PlanRequest, state: MissionState) 
 def trusted_stations(stations: F64, request: PlanRequest) -> Bool:
     """Of each station (k, 3), whether all its wheel cells are trusted when the rover comes there, (k,) bool."""
     grid, settings = request.ldem.grid, request.settings
-    cells = wheel_crosses(stations, grid, settings.rover)
+    cells = wheel_squares(stations, grid, settings.rover)
     on = (cells >= 0).all(axis=2) & (cells[..., 0] < grid.rows) & (cells[..., 1] < grid.columns)
     j, i = np.where(on, cells[..., 0], 0), np.where(on, cells[..., 1], 0)
     seen = seen_near(request.ldem, settings)[j, i] & on

@@ -17,7 +17,6 @@ from typing import Annotated, Optional
 
 import typer
 from rich.console import Console
-from rich.progress import Progress
 from rich.table import Table
 
 from tests.missions import campaign, guard_runs, open_loop
@@ -67,20 +66,25 @@ def fly(
     workers: Annotated[int, typer.Option(min=1, help="Processes.")] = os.cpu_count() or 1,
     out: Annotated[Path, typer.Option(help="Folder for missions.json, table.md and pictures.")] = OUT,
 ) -> None:
-    """Fly, write one row a mission, show the table. Exit 1 where the default rule falls short of its promise."""
+    """Fly, write one row a mission, show the table. Exit 1 where the default rule falls short of its promise.
+
+    Files are written anew after each mission, so what was flown before a Ctrl-C is there (exit 130).
+    """
     chosen = _chosen(name, seeds, fresh_from)
+    total = sum(len(run.seeds) for run in chosen)
+    out.mkdir(parents=True, exist_ok=True)
     rows: list[Row] = []
-    with Progress(console=Console(stderr=True)) as progress:
-        task = progress.add_task("missions", total=sum(len(run.seeds) for run in chosen))
+    try:
         for row in fly_all(campaign.fly, chosen, workers):
             rows.append(row)
-            progress.update(task, advance=1, description=f"{row.run} {row.seed}")
-    order = [run.name for run in chosen]
-    rows.sort(key=lambda row: (order.index(row.run), row.seed))
+            told = f"{row.run}, seed {row.seed}: {row.outcome} after {row.stops} stops, {row.way_m:.1f} m"
+            typer.echo(f"{len(rows)} of {total}: {told}", err=True)
+            _write(rows, chosen, out)
+    except KeyboardInterrupt:
+        _write(rows, chosen, out)
+        typer.echo(f"stopped after {len(rows)} of {total} missions, written to {out}", err=True)
+        raise typer.Exit(130) from None
     lines = _summed(rows)
-    out.mkdir(parents=True, exist_ok=True)
-    (out / "missions.json").write_text(json.dumps([row.as_json() for row in rows], indent=1) + "\n")
-    (out / "table.md").write_text(markdown(lines))
     _show(lines)
     if not name:
         for of, seed in SHOWN:
@@ -107,14 +111,20 @@ def table(
 def guard(
     seeds: Annotated[str, typer.Option(help="Only these seeds: 1-10 or 3,7.")] = "",
     workers: Annotated[int, typer.Option(help="Processes.")] = os.cpu_count() or 1,
-    objects: Annotated[int, typer.Option(help="Fields on which objects are put on the tracks.")] = 50,
+    objects: Annotated[int, typer.Option(help="Holes, and as many rocks, that a wheel is to meet.")] = 100,
 ) -> None:
     """The drive guard: objects put on the tracks, then pitted and smooth fields with and without it."""
     wanted = set(_seeds(seeds)) if seeds else None
-    met = open_loop.table(open_loop.all_outcomes(range(1, objects + 1), workers))
+    met = open_loop.table(open_loop.until_met(objects, workers))
     Console(width=150).print(met)
-    rows = list(fly_all(guard_runs.fly, [run.only(wanted) for run in guard_runs.RUNS], workers))
-    Console(width=190).print(guard_runs.table(rows))
+    chosen = [run.only(wanted) for run in guard_runs.RUNS]
+    total, rows = sum(len(run.seeds) for run in chosen), []
+    try:
+        for row in fly_all(guard_runs.fly, chosen, workers):
+            rows.append(row)
+            typer.echo(f"{len(rows)} of {total}: {row}", err=True)
+    finally:
+        Console(width=190).print(guard_runs.table(rows))
 
 
 @app.command()
@@ -146,6 +156,14 @@ def _first_seed(commit: str | None) -> int | None:
         return 1000 + int(commit[:7], 16)
     except ValueError:
         raise typer.BadParameter(f"{commit!r}: expected a commit's id", param_hint="--fresh-from") from None
+
+
+def _write(rows: list[Row], order: Sequence[Run], out: Path) -> None:
+    """Rows, brought into the order of the runs, and their table as files."""
+    names = [run.name for run in order]
+    rows.sort(key=lambda row: (names.index(row.run), row.seed))
+    (out / "missions.json").write_text(json.dumps([row.as_json() for row in rows], indent=1) + "\n")
+    (out / "table.md").write_text(markdown(_summed(rows)))
 
 
 def _summed(rows: Sequence[Row]) -> list[Summary]:

@@ -54,6 +54,7 @@ class Row:
     miss_m: float
     hard: int
     soft: int
+    unseen: int
     rules: str
 
     def as_json(self) -> dict[str, object]:
@@ -93,7 +94,7 @@ def fly(run: Run, seed: int) -> Row:
     rules = " ".join(stop.result.decision.rule for stop in flight.stops)
     return Row(
         run.name, seed, world.kind, perfect.reachable, perfect.way_m, flight.kind, flight.reason, len(flight.stops),
-        flight.scans, flight.way_m, ratio, flight.miss_m, flight.hard, flight.soft, rules,
+        flight.scans, flight.way_m, ratio, flight.miss_m, flight.hard, flight.soft, flight.unseen, rules,
     )
 
 
@@ -112,6 +113,7 @@ class Summary:
     ratio: tuple[float, float, float]
     hard: int
     soft: int
+    unseen: int
 
 
 def summary(name: str, rows: Sequence[Row]) -> Summary:
@@ -123,6 +125,7 @@ def summary(name: str, rows: Sequence[Row]) -> Summary:
         sum(row.outcome == "unreachable" for row in rows), sum(row.outcome == "endless" for row in rows),
         _spread([row.stops for row in good]), _spread([row.ratio for row in good]),
         sum(row.hard > 0 for row in rows), sum(row.soft > 0 for row in rows),
+        sum(row.unseen > 0 for row in rows),
     )  # fmt: skip
 
 

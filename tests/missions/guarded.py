@@ -21,10 +21,10 @@ from onboard.planning.mission_rule import interrupted
 from onboard.planning.plan_records import PlanResult
 from onboard.planning.tracks import tracks
 from onboard.records import F64, CellClass, Cloud, Decision, Pose, Surface
-from protocol.conventions import WHEEL_SIGNS, wrap_rad
-from tests.missions.mission import Errors, Flight, Kinematic
+from protocol.conventions import wrap_rad
+from tests.missions.mission import Errors, Flight, Kinematic, unseen
 from tests.missions.scanner import STEP_RAD, Scanner, hull_way_m
-from tests.missions.world import World
+from tests.missions.world import World, wheels
 
 LINE_M, LINE_RAD = 0.022, math.radians(1.5)
 FEEL_M, FEEL_RAD = 0.05, math.radians(11.25)  # contacts and tracks are looked at so often
@@ -102,11 +102,10 @@ class GuardStop:
 
 @dataclass
 class GuardedFlight(Flight):
-    """in_hole: wheel poses in a hole; unseen: wheel cells rolled over that nobody had seen or assumed."""
+    """in_hole: wheel poses in a hole."""
 
     guard_stops: list[GuardStop] = field(default_factory=list)
     in_hole: int = 0
-    unseen: int = 0
 
 
 @dataclass(frozen=True)
@@ -148,7 +147,7 @@ class Guarded(Kinematic):
             k += 1
             true, believed = self._at(drive, k)
             if drive.feel[k]:
-                self._roll(true, drive.stations[k], surface, watch.strip)
+                self._roll(true, drive.stations[k] if k else None, surface, watch.strip)
                 ahead = tracks(drive.stations[k:][drive.feel[k:] > 0], driven, surface.grid, self.config.rover)
                 self.trail.append(tuple(float(part) for part in drive.stations[k]))  # type: ignore[arg-type]
             if self.config.drive_guard.on:
@@ -197,13 +196,13 @@ class Guarded(Kinematic):
         dz, droll, dpitch = (float(part) for part in drive.errors[k, 2:5])
         return true, Pose(x, y, true.z_m + dz, true.roll_rad + droll, true.pitch_rad + dpitch, wrap_rad(yaw))
 
-    def _roll(self, true: Pose, station: F64, surface: Surface, strip: ldem.Ldem) -> None:
-        """What the wheels meet there: contact, a hole, ground that nobody had seen."""
+    def _roll(self, true: Pose, station: F64 | None, surface: Surface, strip: ldem.Ldem) -> None:
+        """What the wheels meet there: contact, a hole, ground that nobody had seen. station: None where it stands."""
         self._feel(true)
         self.flight.in_hole += in_hole(self.world, true, self.config.rover)
-        for x, y in wheels(Pose(station[0], station[1], yaw_rad=station[2]), self.config.rover):
-            cell = surface.grid.cell(x, y)
-            self.flight.unseen += not (surface.cell_class[cell] >= CellClass.HIT or strip.n[cell])
+        if station is not None:
+            known = (surface.cell_class >= CellClass.HIT) | (strip.n > 0)
+            self.flight.unseen += unseen(station, known, surface.grid, self.config.rover)
 
     def _stopped(self, bad: tuple[Bad, ...]) -> None:
         """The cells are blocked for wheels; the rule takes the leg as not tried."""
@@ -249,12 +248,3 @@ def really_bad(world: World, x_m: float, y_m: float) -> bool:
     basis = np.stack([np.ones_like(dx), dx, dy], axis=1)
     flat = z - basis @ np.linalg.lstsq(basis, z, rcond=None)[0]
     return bool((edge <= 0.3).any() or np.ptp(flat) > 0.08)
-
-
-def wheels(pose: Pose, rover: Rover) -> list[tuple[float, float]]:
-    """(x, y) of the four wheels."""
-    c, s = math.cos(pose.yaw_rad), math.sin(pose.yaw_rad)
-    length, width = rover.half_wheelbase_m, rover.half_track_m
-    return [
-        (pose.x_m + c * a * length - s * b * width, pose.y_m + s * a * length + c * b * width) for a, b in WHEEL_SIGNS
-    ]

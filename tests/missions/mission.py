@@ -13,15 +13,18 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from onboard.config import Rover
 from onboard.perception import ldem
+from onboard.perception.cell_classes import classify
 from onboard.perception.stop_map import NO_POINTS, StopMap, look, remember
 from onboard.planning.cycle import plan
 from onboard.planning.mission_rule import MissionState
 from onboard.planning.plan_records import PlanRequest, PlanResult, Settings
-from onboard.records import F64, Decision, Gdem, Pose
+from onboard.planning.tracks import lattice
+from onboard.records import F64, Bool, CellClass, Decision, Gdem, Grid, Pose
 from protocol.conventions import wrap_rad
 from tests.missions.scanner import Scanner
-from tests.missions.world import HARD, SOFT, World
+from tests.missions.world import HARD, SOFT, World, wheels
 
 TRAIL_POSES = 400
 TURN_STEP_RAD = math.radians(10)
@@ -49,6 +52,7 @@ class Flight:
     """What came of a mission. kind: 'arrived', 'unreachable' or 'endless': given up at the stop limit alone.
 
     miss_m: true distance from the goal at the end. hard, soft: poses in contact. contacts: (k, 3) x, y, severity.
+    unseen: wheels on cells of the map that nobody had seen, nor assumed at the start.
     """
 
     kind: str = ""
@@ -58,6 +62,7 @@ class Flight:
     way_m: float = 0.0
     miss_m: float = math.inf
     contacts: list[tuple[float, float, int]] = field(default_factory=list)
+    unseen: int = 0
     memory: StopMap | None = None
 
     @property
@@ -157,9 +162,22 @@ class Kinematic:
         self.flight.way_m += decision.path.length_m
         for x, y, yaw in true:
             self._feel(self._stand(x, y, yaw))
+        self._look_under(stations)
         self.true = self._stand(*true[-1])
         self.estimate = self._believed(*stations[-1])
         return True
+
+    def _look_under(self, stations: F64) -> None:
+        """Counts wheels at believed stations (k, 3) on what the map does not know, the lattice pose it stands in apart.
+
+        There an error of the pose may have shifted the map under a wheel.
+        """
+        assert self.flight.memory
+        surface = classify(self.flight.memory.cells, self.config.mapping)
+        known = surface.cell_class >= CellClass.HIT
+        cells = lattice(stations, surface.grid)
+        left = stations[(cells != cells[0]).any(axis=1)]
+        self.flight.unseen += sum(unseen(station, known, surface.grid, self.config.rover) for station in left)
 
     def _turn(self, yaw_rad: float) -> None:
         """On the spot, to a heading of the estimate."""
@@ -197,3 +215,9 @@ class Kinematic:
         severity = self.world.contact(pose, self.config.rover)
         if severity:
             self.flight.contacts.append((pose.x_m, pose.y_m, severity))
+
+
+def unseen(station: F64, known: Bool, grid: Grid, rover: Rover) -> int:
+    """How many wheels of the rover at a station x, y, yaw stand on cells that are not `known` (rows, columns)."""
+    x, y, yaw = (float(part) for part in station)
+    return sum(not known[grid.cell(*at)] for at in wheels(Pose(x, y, yaw_rad=yaw), rover))

@@ -10,7 +10,7 @@ from tests.missions.campaign import Summary
 WHOLE = 60  # seeds of a full set: how many of them are reachable is a promise too
 LEAST_REACHABLE = 40
 HEADS = ("rule and fields", "missions", "reached / reachable", "beyond", "reported", "endless", "stops",
-         "way / optimum", "hard", "soft")  # fmt: skip
+         "way / optimum", "hard", "soft", "unseen")  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -45,6 +45,8 @@ def shortfalls(lines: Sequence[Summary]) -> list[str]:
 
 
 def _broken(s: Summary, promise: Promise | None) -> Iterator[str]:
+    if s.unseen:
+        yield f"{s.unseen} missions with a wheel on ground that nobody had seen"
     if s.endless and "unguarded" not in s.name:
         yield f"{s.endless} endless"
     if promise is None:
@@ -73,7 +75,7 @@ def cells(s: Summary) -> tuple[str, ...]:
     stops, ratio = (" / ".join(f"{v:{form}}" for v in of) if of[0] == of[0] else "-"
                     for of, form in ((s.stops, ".0f"), (s.ratio, ".2f")))  # fmt: skip
     return (s.name, str(s.missions), f"{s.reached} / {s.reachable}", str(s.beyond), str(s.reported), str(s.endless),
-            stops, ratio, str(s.hard), str(s.soft))  # fmt: skip
+            stops, ratio, str(s.hard), str(s.soft), str(s.unseen))  # fmt: skip
 
 
 def markdown(lines: Sequence[Summary]) -> str:

@@ -49,8 +49,9 @@ def test_unguarded_the_same_rover_drives_into_it():
     assert flight.in_hole > 0
 
 
-def test_on_a_pitted_field_no_wheel_enters_a_hole_or_rolls_over_what_nobody_saw():
-    flight = Guarded(pits(7), scanner(CONFIG), REGISTERED, 7).fly()
+@pytest.mark.parametrize("seed", [7, 13])  # on 13 a hole lies diagonal to a wheel's cell
+def test_on_a_pitted_field_no_wheel_enters_a_hole_or_rolls_over_what_nobody_saw(seed):
+    flight = Guarded(pits(seed), scanner(CONFIG), REGISTERED, seed).fly()
     assert flight.kind in ("arrived", "unreachable")
     assert (flight.hard, flight.in_hole, flight.unseen) == (0, 0, 0)
 

@@ -51,3 +51,10 @@ def test_a_hole_under_a_wheel_is_hard_and_beside_it_nothing():
     pitted = world().sunk(np.array([(ROVER.half_wheelbase_m + 0.08, ROVER.half_track_m, 0.12, 0.2)]))
     assert pitted.contact(pitted.stand(0.0, 0.0, 0.0, ROVER), ROVER) == HARD
     assert pitted.contact(pitted.stand(-0.5, 0.0, 0.0, ROVER), ROVER) == CLEAR
+
+
+@pytest.mark.parametrize(("up_m", "expected"), [(0.14, HARD), (-0.14, CLEAR)])
+def test_under_a_wheels_rim_a_rise_is_met_and_a_fall_is_not(up_m, expected):
+    edge = ROVER.half_wheelbase_m + 0.075
+    ahead = world(height_m=lambda x, y: np.where((x > edge) & (x < edge + 0.3), up_m, 0.0))
+    assert ahead.contact(ahead.stand(0.0, 0.0, 0.0, ROVER), ROVER) == expected

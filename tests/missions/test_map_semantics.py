@@ -17,7 +17,7 @@ from onboard.planning import poses
 from onboard.planning.poses import Freedom
 from onboard.records import CellClass, Grid, NodeSet, Pose, Surface
 from tests.missions.fields import main_field, pits
-from tests.missions.scanner import scanner
+from tests.missions.scanner import hull_way_m, scanner
 from tests.missions.world import HARD, HARD_BELLY_M, SOFT, World, true_surface
 
 CONFIG = Config()
@@ -77,16 +77,34 @@ def drawn(seen: Seen, within_m: float) -> list[Pose]:
     ]
 
 
-def test_flat_ground_has_no_occluded_cell_from_the_blind_ring_to_the_range() -> None:
+def scanned(surface: Surface, pose: Pose) -> np.ndarray:
+    """Cells (rows, columns) of even ground at height 0 whose four corners a scan from `pose` looks at.
+
+    Within sector, tilts and range, 3 sigma of its noise off, and not behind the rover's own hull.
+    """
+    rover, scanning = CONFIG.rover, CONFIG.scanning
+    x, y = centres(surface.grid)
+    inside = np.ones(surface.cell_class.shape, bool)
+    for dx, dy in ((-0.5, -0.5), (-0.5, 0.5), (0.5, -0.5), (0.5, 0.5)):
+        east, north = np.broadcast_arrays(*np.ix_(x + dx * surface.grid.cell_m, y + dy * surface.grid.cell_m))
+        c, s = math.cos(pose.yaw_rad), math.sin(pose.yaw_rad)
+        ahead, left = (c * east + s * north).T - rover.lidar_x_m, (c * north - s * east).T
+        way_m = np.sqrt(ahead**2 + left**2 + rover.lidar_z_m**2)
+        down = np.arctan2(rover.lidar_z_m, ahead)
+        inside &= np.abs(np.arcsin(left / way_m)) <= scanning.sector_rad
+        inside &= (down <= scanning.start_rad) & (way_m <= scanning.range_m - 3 * CONFIG.lidar.range_noise_m)
+        beams = np.stack([ahead, left, np.full_like(left, -rover.lidar_z_m)], axis=-1) / way_m[..., None]
+        inside &= (hull_way_m(CONFIG, beams.reshape(-1, 3)) > way_m.ravel()).reshape(inside.shape)
+    return inside
+
+
+def test_flat_ground_has_no_occluded_cell_wherever_a_scan_looks() -> None:
     nodes, cell_m = 400, 0.05
     first_m = -(nodes - 1) / 2 * cell_m
     grid, flat = Grid(first_m, first_m, cell_m, nodes, nodes), np.zeros((nodes, nodes), np.float32)
     seen = see(World(grid, flat, Pose(0.0, 0.0), (5.0, 0.0), 0, "flat", np.empty((0, 4))))
-    x, y = centres(seen.surface.grid)
-    beside = np.abs(np.arctan2(y[:, None], np.abs(x[None, :])))  # from the way ahead or behind
-    inside = (seen.away_m >= 1.5) & (seen.away_m <= CONFIG.scanning.range_m - 0.15)
-    inside &= beside <= CONFIG.scanning.sector_rad - math.radians(5)
-    assert inside.sum() > 10_000
+    inside = scanned(seen.surface, Pose(0.0, 0.0)) | scanned(seen.surface, Pose(0.0, 0.0, yaw_rad=math.pi))
+    assert inside.sum() > 14_000
     kinds, counts = np.unique(seen.surface.cell_class[inside], return_counts=True)
     assert set(kinds) <= {CellClass.HIT, CellClass.FILLED}, dict(zip(kinds, counts))
     assert not (seen.freedom == Freedom.BLOCKED).any()
@@ -128,7 +146,7 @@ def test_20_mm_of_noise_make_at_most_1_percent_of_the_good_cells_within_3_m_obst
 
 
 def test_a_rover_settled_at_10000_poses_free_in_the_map_of_hole_free_fields_never_touches(smooth: list[Seen]) -> None:
-    """No belly on the ground. A step under a wheel may pass its limit of 0.12 m by a hair: 1 in 2,000 at most."""
+    """Neither with its belly nor, over 0.12 m, with a wheel."""
     settled = [(seen.world, pose) for seen in smooth for pose in drawn(seen, math.inf)]
     belly_m = max(world.belly_m(pose, CONFIG.rover) for world, pose in settled)
     found = [world.contact(pose, CONFIG.rover) for world, pose in settled]
@@ -136,25 +154,16 @@ def test_a_rover_settled_at_10000_poses_free_in_the_map_of_hole_free_fields_neve
           f"{found.count(HARD)} hard, {found.count(SOFT)} soft contacts")  # fmt: skip
     assert len(found) == 10_000
     assert belly_m <= HARD_BELLY_M
-    assert found.count(HARD) <= len(found) / 2_000
+    assert found.count(HARD) == 0
 
 
-def wheel_in_hole(world: World, pose: Pose) -> bool:
-    """Whether a wheel's contact point lies in a hole."""
-    c, s = math.cos(pose.yaw_rad), math.sin(pose.yaw_rad)
-    for a, b in ((1, 1), (-1, 1), (-1, -1), (1, -1)):
-        along, across = a * CONFIG.rover.half_wheelbase_m, b * CONFIG.rover.half_track_m
-        x, y = pose.x_m + c * along - s * across, pose.y_m + s * along + c * across
-        if (np.hypot(world.holes[:, 0] - x, world.holes[:, 1] - y) <= world.holes[:, 2] / 2).any():
-            return True
-    return False
+def test_at_most_0_7_percent_of_the_free_poses_within_4_m_of_60_holes_are_hazardous(pitted: list[Seen]) -> None:
+    """Hazardous: a hard contact of the rover settled there, by belly, tilt or a wheel's step (the study's measure).
 
-
-def test_at_most_0_7_percent_of_the_free_poses_within_4_m_put_a_wheel_into_one_of_60_holes(pitted: list[Seen]) -> None:
-    """Printed beside it: hard contacts by any reason; most are a hole's rim under a part of a wheel's width."""
+    The study found 13 % of all poses of such fields hazardous, with Golombek rocks on 6 % of the ground; here 15 % are,
+    with 5 %, so this measure is no softer than the one that its 0.6 to 0.7 % of the free poses were counted by.
+    """
     settled = [(seen.world, pose) for seen in pitted for pose in drawn(seen, 4.0)]
-    in_hole = sum(wheel_in_hole(world, pose) for world, pose in settled)
-    hard = np.mean([world.contact(pose, CONFIG.rover) == HARD for world, pose in settled[::5]])
-    share = in_hole / len(settled)
-    print(f"\n{len(settled)} free poses: {in_hole} with a wheel in a hole, {share:.2%}; hard contacts {hard:.1%}")
-    assert in_hole <= 0.007 * len(settled)
+    hazardous = sum(world.contact(pose, CONFIG.rover) == HARD for world, pose in settled)
+    print(f"\n{len(settled)} free poses within 4 m: {hazardous} hazardous, {hazardous / len(settled):.2%}")
+    assert hazardous <= 0.007 * len(settled)

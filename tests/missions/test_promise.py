@@ -1,15 +1,20 @@
 """The campaign's table, and what counts as falling short of the promise."""
 
+import json
 import math
 from dataclasses import replace
 
 import pytest
+from typer.testing import CliRunner
 
+from onboard.planning.strategies import STRATEGIES
+from tests.missions import __main__ as command
 from tests.missions.__main__ import runs
-from tests.missions.campaign import Row, summary
+from tests.missions.campaign import Row, Run, config_of, summary
+from tests.missions.mission import Errors
 from tests.missions.promise import PROMISES, markdown, shortfalls
 
-GOOD = Row("optimistic", 1, "main", True, 10.0, "arrived", "", 3, 4, 10.2, 1.02, 0.05, 0, 0, "R5 R5 R4")
+GOOD = Row("optimistic", 1, "main", True, 10.0, "arrived", "", 3, 4, 10.2, 1.02, 0.05, 0, 0, 0, "R5 R5 R4")
 
 
 def rows(**changes):
@@ -25,6 +30,7 @@ def test_a_good_run_breaks_no_promise():
     [
         ("optimistic", {"outcome": "unreachable"}, "reached 4 of 5 reachable goals"),
         ("optimistic", {"hard": 2}, "1 missions with a hard contact"),
+        ("visibility, unguarded", {"unseen": 2}, "1 missions with a wheel on ground that nobody had seen"),
         ("optimistic", {"ratio": 9.0}, "p90 of way / optimum"),
         ("optimistic", {"outcome": "endless", "reachable": False}, "1 endless"),
         ("explore, guarded", {"outcome": "endless"}, "1 endless"),
@@ -58,5 +64,42 @@ def test_a_row_comes_back_from_its_file():
 
 def test_the_table_has_a_row_for_each_run():
     lines = markdown([summary("optimistic", rows()), summary("ringed goals", [])]).splitlines()
-    assert lines[2] == "| optimistic | 5 | 5 / 5 | 0 | 0 | 0 | 3 / 3 / 3 | 1.02 / 1.02 / 1.02 | 0 | 0 |"
-    assert lines[3] == "| ringed goals | 0 | 0 / 0 | 0 | 0 | 0 | - | - | 0 | 0 |"
+    assert lines[2] == "| optimistic | 5 | 5 / 5 | 0 | 0 | 0 | 3 / 3 / 3 | 1.02 / 1.02 / 1.02 | 0 | 0 | 0 |"
+    assert lines[3] == "| ringed goals | 0 | 0 / 0 | 0 | 0 | 0 | - | - | 0 | 0 | 0 |"
+
+
+def flown(run: Run, seed: int) -> Row:
+    return replace(GOOD, run=run.name, seed=seed)
+
+
+def test_what_was_flown_before_a_ctrl_c_is_on_disk(tmp_path, monkeypatch):
+    def interrupted(fly, chosen, workers):
+        for seed in (2, 1):
+            yield flown(chosen[0], seed)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(command, "fly_all", interrupted)
+    result = CliRunner().invoke(command.app, ["fly", "--run", "ringed", "--out", str(tmp_path)])
+    assert result.exit_code == 130
+    assert "2 of 12: ringed goals, seed 1: arrived after 3 stops, 10.2 m" in result.output
+    assert [row["seed"] for row in json.loads((tmp_path / "missions.json").read_text())] == [1, 2]
+    assert "| ringed goals | 2 |" in (tmp_path / "table.md").read_text()
+
+
+def test_the_campaign_flies_what_was_promised():
+    flown = {run.name: run for run in runs(fresh=1000)}
+    sixty = {"optimistic", "pose error 5 cm + 1 deg", "legs of 4 m, as flown", "explore, guarded",
+             "visibility, guarded", "visibility, unguarded", "hill-climb, guarded", "hill-climb, unguarded"}
+    assert all((flown[name].fields, flown[name].seeds) == ("main", tuple(range(1, 61))) for name in sixty)
+    assert flown["optimistic, fresh seeds"].seeds == tuple(range(1000, 1060))
+    others = {name: (run.fields, len(run.seeds)) for name, run in flown.items() if run.fields != "main"}
+    assert others == {"U-traps": ("trap", 8), "ringed goals": ("ring", 12), "36 to 42 m": ("far", 4),
+                      "36 to 42 m, map from orbit": ("far", 4)}  # fmt: skip
+    assert set(flown) == sixty | set(others) | {"optimistic, fresh seeds"}
+    for name, run in flown.items():
+        mission = config_of(run).mission
+        first = name.split(",")[0]
+        assert mission.strategy == (first if first in STRATEGIES else "optimistic")
+        assert mission.guard == ("unguarded" not in name)
+    assert flown["pose error 5 cm + 1 deg"].errors == Errors(0.05, math.radians(1.0))
+    assert flown["36 to 42 m, map from orbit"].orbit_cell_m == 2.0

@@ -8,8 +8,10 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from onboard.config import Config, load
 from onboard.records import BeamStatus
-from tests.missions.fields import from_orbit
+from tests.missions.campaign import POSE_ERROR
+from tests.missions.fields import from_orbit, main_field, ring
 from tests.missions.mission import Errors, Kinematic
 from tests.missions.scanner import Scanner, scanner
 from tests.missions.small import quick, world
@@ -48,6 +50,19 @@ def test_a_ringed_goal_is_reported_unreachable_as_the_truth_says():
     assert flight.kind == "unreachable", flight.reason
     assert flight.stops[-1].result.decision.rule == "R9"
     assert 1.0 < flight.stops[-1].result.decision.data["distance_m"] < 2.5
+
+
+def test_a_wall_that_nobody_saw_beside_the_way_is_not_brushed():
+    """Seed 11: at a turn on the spot beside the ring the wheel's rim met the wall's unseen side."""
+    flight = fly(ring(11), scanner(Config()))
+    assert (flight.kind, flight.hard, flight.unseen) == ("unreachable", 0, 0), flight.reason
+
+
+def test_a_rover_that_an_error_shifts_to_the_rim_of_the_known_rolls_over_nothing_unseen():
+    """Seed 2: its own pose read as not free, and every unknown pose around was let go."""
+    far = load(None, {"mission.leg_m": 100.0})
+    flight = Kinematic(main_field(2), scanner(far), POSE_ERROR, 2).fly()
+    assert (flight.kind, flight.hard, flight.unseen) == ("arrived", 0, 0), flight.reason
 
 
 def test_a_goal_inside_a_rock_is_unreachable():

@@ -2,6 +2,10 @@
 
 The rocker differential lets the body follow the plane of the four wheels: pitch from the mean of front and rear, roll
 from left and right. Holes are part of the raster, with steep walls.
+
+A wheel's step is how far the ground anywhere under it (0.2 x 0.1 m) rises over the lowest ground of the patch that it
+stands on, 10 x 10 cm about its contact point. A tyre meets what rises before it; what falls away
+under its rim it does not touch as long as it stands: 10 cm from the contact point the rim is a radius above the ground.
 """
 
 from __future__ import annotations
@@ -17,10 +21,12 @@ from hil.heightfield import HeightField
 from hil.mesh import soil_height
 from hil.terrain import Field, truth_height
 from onboard.config import Rover
-from onboard.records import F32, F64, Grid, Pose, Surface
+from onboard.records import F32, F64, Bool, Grid, Pose, Surface
+from protocol.conventions import WHEEL_SIGNS
 
 HARD_BELLY_M, SOFT_BELLY_M = 0.15, 0.12  # ground above the wheel plane under the body
-HARD_STEP_M, SOFT_STEP_M = 0.12, 0.10  # under one wheel
+HARD_STEP_M, SOFT_STEP_M = 0.12, 0.10  # of one wheel
+HALF_PATCH_M = 0.05  # of the patch that a wheel stands on
 HARD_TILT_RAD, SOFT_TILT_RAD = math.radians(30), math.radians(27)
 CLEAR, SOFT, HARD = 0, 1, 2
 
@@ -80,10 +86,11 @@ class World:
         return self._rises_m(pose, rover)[0]
 
     def _rises_m(self, pose: Pose, rover: Rover) -> tuple[float, float]:
-        """`belly_m`, and the largest range of the ground under one wheel with the wheel plane taken out."""
-        x, y, ends = _patches(rover, self.grid.cell_m / 2)
+        """`belly_m`, and the largest step of a wheel with the wheel plane taken out."""
+        x, y, stood, ends = _patches(rover, self.grid.cell_m / 2)
         above = np.split(self._above(pose, x, y), ends)
-        return float(above[0].max()), float(max(np.ptp(wheel) for wheel in above[1:]))
+        steps = [wheel.max() - wheel[on].min() for wheel, on in zip(above[1:], np.split(stood, ends)[1:])]
+        return float(above[0].max()), float(max(steps))
 
     def _above(self, pose: Pose, along_m: F64, across_m: F64) -> F64:
         """Height of the ground over the wheel plane at points of the body."""
@@ -93,14 +100,19 @@ class World:
 
 
 @lru_cache
-def _patches(rover: Rover, step_m: float) -> tuple[F64, F64, tuple[int, ...]]:
-    """Points of the body along and across, `step_m` apart: under the deck, then under each wheel; where each ends."""
-    patches = [_lattice(2 * rover.half_wheelbase_m, 2 * rover.half_track_m, step_m)]
+def _patches(rover: Rover, step_m: float) -> tuple[F64, F64, Bool, tuple[int, ...]]:
+    """Points of the body along and across, `step_m` apart: under the deck, then under each wheel; where each ends.
+
+    The third: whether the wheel stands on the point, False under the deck.
+    """
+    deck_x, deck_y = _lattice(2 * rover.half_wheelbase_m, 2 * rover.half_track_m, step_m)
+    patches = [(deck_x, deck_y, np.zeros(len(deck_x), np.bool_))]
     x, y = _lattice(2 * rover.wheel_radius_m, rover.wheel_width_m, step_m)
-    for a, b in ((1, 1), (-1, 1), (-1, -1), (1, -1)):
-        patches.append((x + a * rover.half_wheelbase_m, y + b * rover.half_track_m))
-    along, across = (np.concatenate(parts) for parts in zip(*patches))
-    return along, across, tuple(np.cumsum([len(part[0]) for part in patches])[:-1])
+    stood = np.maximum(np.abs(x), np.abs(y)) <= HALF_PATCH_M + 1e-9
+    for a, b in WHEEL_SIGNS:
+        patches.append((x + a * rover.half_wheelbase_m, y + b * rover.half_track_m, stood))
+    along, across, on = (np.concatenate(parts) for parts in zip(*patches))
+    return along, across, on, tuple(np.cumsum([len(part[0]) for part in patches])[:-1])
 
 
 def _lattice(length_m: float, width_m: float, step_m: float) -> tuple[F64, F64]:
@@ -109,6 +121,15 @@ def _lattice(length_m: float, width_m: float, step_m: float) -> tuple[F64, F64]:
     y = np.linspace(-width_m / 2, width_m / 2, math.ceil(width_m / step_m) + 1)
     across, along = np.meshgrid(y, x)
     return along.ravel(), across.ravel()
+
+
+def wheels(pose: Pose, rover: Rover) -> list[tuple[float, float]]:
+    """(x, y) of the four wheels."""
+    c, s = math.cos(pose.yaw_rad), math.sin(pose.yaw_rad)
+    length, width = rover.half_wheelbase_m, rover.half_track_m
+    return [
+        (pose.x_m + c * a * length - s * b * width, pose.y_m + s * a * length + c * b * width) for a, b in WHEEL_SIGNS
+    ]
 
 
 def of_field(field: Field, kind: str) -> World:

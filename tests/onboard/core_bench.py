@@ -38,7 +38,7 @@ STATION = 3
 
 QUICK = config.Config(
     scanning=config.Scanning(
-        start_rad=0.8, end_rad=-0.1, spacing_m=0.15, floor_rad=0.006, cap_rad=0.03, range_m=6.0
+        start_rad=1.05, end_rad=-0.1, spacing_m=0.15, floor_rad=0.006, cap_rad=0.03, range_m=6.0
     ),
     mapping=config.Mapping_(size_m=14.0, near_m=3.0),
     jobs=config.Jobs(map_ticks=5, plan_ticks=5),

@@ -41,15 +41,16 @@ def scanned(seed: int, rows: int, columns: int) -> Ldem:
     rng, shape = np.random.default_rng(seed), (rows, columns)
     n = np.where(rng.random(shape) < rng.uniform(0.2, 1.0), rng.integers(1, 400, shape), 0).astype(np.int32)
     j, i = np.indices(shape)
-    mean = 30.0 + rng.normal(0, 0.02, shape) + i * rng.uniform(-0.03, 0.03) + j * rng.uniform(-0.03, 0.03)
+    rough = rng.uniform(0.1, 1.0)
+    mean = 30.0 + rough * rng.normal(0, 0.02, shape) + i * rng.uniform(-0.03, 0.03) + j * rng.uniform(-0.03, 0.03)
     mean += np.where(rng.random(shape) < 0.01, rng.uniform(-0.3, 0.3, shape), 0.0)
     crossed = rng.random(shape) < 0.8
     return dataclasses.replace(
         maps.empty(Grid(0.05, 0.05, 0.1, rows, columns)),
         n=n,
         sum_z=n * mean,
-        z_hi=np.where(n > 0, mean + rng.exponential(0.03, shape), np.nan).astype(np.float32),
-        z_lo=np.where(n > 0, mean - rng.exponential(0.03, shape), np.nan).astype(np.float32),
+        z_hi=np.where(n > 0, mean + rough * rng.exponential(0.03, shape), np.nan).astype(np.float32),
+        z_lo=np.where(n > 0, mean - rough * rng.exponential(0.03, shape), np.nan).astype(np.float32),
         sum_sigma=(n * 0.01).astype(np.float32),
         z_ray=np.where(crossed, mean + rng.normal(0.03, 0.06, shape), np.inf).astype(np.float32),
         assumed_z=np.where(rng.random(shape) < 0.1, 30.0, np.nan).astype(np.float32),
@@ -121,16 +122,22 @@ def test_what_every_build_reaches_is_what_scipy_reaches(seed: int, rows: int, co
         np.testing.assert_array_equal(poses.reachable(freedom, *pose), want)
 
 
-def body_cells(o: int, cell_m: float) -> list[tuple[int, int]]:
+def body_cells(o: int, cell_m: float) -> tuple[list[tuple[int, int]], list[tuple[int, int]]]:
+    """Those under the body, those it may touch."""
     wheels, body = poses.footprint(ROVER, cell_m)
     assert wheels[o].tolist() == [list(at) for at in poses.wheel_cells(o, ROVER, cell_m)]
-    return [(dj, di) for of, dj, first, last in body.tolist() if of == o for di in range(first, last + 1)]
+    rows = [row[1:] for row in body.tolist() if row[0] == o]
+    under = [(dj, di) for dj, first, last, _, _ in rows for di in range(first, last + 1)]
+    return under, [(dj, di) for dj, _, _, first, last in rows for di in range(first, last + 1)]
 
 
 @pytest.mark.parametrize("cell_m", [0.02, 0.1, 0.13])
-def test_the_footprint_has_the_cells_whose_centre_lies_under_the_body(cell_m: float) -> None:
+def test_the_footprint_has_the_cells_under_the_body_and_those_within_half_a_cell_of_it(cell_m: float) -> None:
     for o in range(8):
-        assert body_cells(o, cell_m) == list(oracles.body_cells(o, ROVER, cell_m))
+        under, touched = body_cells(o, cell_m)
+        assert under == list(oracles.body_cells(o, ROVER, cell_m))
+        assert touched == list(oracles.body_cells(o, ROVER, cell_m, cell_m / 2))
+        assert set(under) <= set(touched)
 
 
 def flat(rows: int = 9, columns: int = 9) -> Surface:

@@ -113,7 +113,7 @@ def test_goal_behind_a_u_shaped_wall_is_reached(strategy):
     settings = replace(SETTINGS, mission=config.Mission(strategy=strategy))
     decisions, trail = drive(world, (3.0, 0.0), settings)
     assert decisions[-1].kind == "goal", [f"{d.rule} {d.reason}" for d in decisions]
-    assert math.dist(trail[-1, :2], (3.0, 0.0)) < 0.05
+    assert math.dist(trail[-1, :2], (3.0, 0.0)) <= SETTINGS.mission.goal_tolerance_m
     assert len(decisions) < 20
 
 

@@ -137,9 +137,9 @@ def test_blocked_cell_bars_every_pose_that_puts_a_wheel_on_it_or_beside_it_and_n
     j, i, o = pose_index(GRID, 0.05, 0.05, 0.0)
     assert left[o, j, i] == left[o, j + 1, i] == Freedom.BLOCKED
     assert left[o, j, i + 3] == Freedom.FREE  # the body passes over it, no wheel does
-    assert (left == Freedom.BLOCKED).sum() == 8 * 20
+    assert (left == Freedom.BLOCKED).sum() == 8 * 36
     again = tracks(np.array([[0.05, 0.05, 0.0]]), np.empty((0, 3)), GRID, ROVER)
-    assert again.sum() == 20
+    assert again.sum() == 36
     assert again[GRID.cell(0.425, 0.28)]
 
 

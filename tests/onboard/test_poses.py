@@ -112,6 +112,23 @@ def test_unknown_cells_under_a_wheel_make_a_pose_unknown_under_the_belly_a_low_r
     assert freedom_of(unseen(flat, (MIDDLE, MIDDLE)))[0, MIDDLE, MIDDLE] == Freedom.UNKNOWN
 
 
+def test_a_rock_diagonal_to_a_wheels_cell_blocks() -> None:
+    z = np.zeros((SIZE, SIZE))
+    z[MIDDLE + 3, MIDDLE + 5] = 0.12  # the front left wheel's cell is (+2, +4)
+    assert freedom_of(ground(z))[0, MIDDLE, MIDDLE] == Freedom.BLOCKED
+
+
+def test_an_unknown_cell_beside_the_body_makes_a_pose_unknown_unless_a_low_ray_vouches() -> None:
+    """A pose stands for the whole of its cell: 0.475 m ahead of its centre the body ends, 0.525 m ahead it may be."""
+    flat, beside = ground(np.zeros((SIZE, SIZE))), (MIDDLE, MIDDLE + 5)
+    assert freedom_of(unseen(flat, beside))[0, MIDDLE, MIDDLE] == Freedom.UNKNOWN
+    assert freedom_of(unseen(flat, beside, 0.05))[0, MIDDLE, MIDDLE] == Freedom.FREE
+    assert freedom_of(unseen(flat, (MIDDLE, MIDDLE + 6)))[0, MIDDLE, MIDDLE] == Freedom.FREE
+    rock = np.zeros((SIZE, SIZE))
+    rock[beside] = 0.12
+    assert freedom_of(ground(rock))[0, MIDDLE, MIDDLE] == Freedom.FREE  # what is known beside it is no wall
+
+
 @pytest.mark.parametrize("seed", [0, 1])
 def test_pose_freedom_equals_the_slow_twin(seed: int) -> None:
     rng = np.random.default_rng(seed)
