@@ -1,0 +1,48 @@
+"""SCIP 2.0, the language of Hokuyo scanners, both directions: bytes in, checked replies out, and back. No I/O.
+
+A request is one line; a reply is lines that end in one LF each and closes with an empty line, so frames end at LF LF:
+
+    request   MD 0000 1080 01 0 00 LF            code, first, last step, cluster, skip, number of scans (00 endless)
+
+    reply     MD0000108001000 LF                 echo of the request (no sum)
+              00P LF                             status (2), its sum
+              LF                                 end: the stream is on
+    scan      MD0000108001000 LF                 echo; its last two digits count the scans that remain
+              99b LF                             status of a scan
+              0KO[g LF                           stamp: 4 characters, 24 bits of milliseconds; its sum
+              <64 characters>s LF                data in blocks of 64 characters, each with its sum; values straddle
+              ...                                the borders of blocks, a range has 3 characters
+              <1 to 64 characters>s LF
+              LF                                 end
+
+    value     6 bits a character, high bits first, each plus 0x30: characters 0x30 to 0x6F
+    sum       the low 6 bits of the sum of the line's bytes, plus 0x30; it may be `;`
+    text      KEY:VALUE;s                        the sum covers what stands before the `;`
+
+Source: Hokuyo C-42-03320B; statuses and strings as logged from a UTM-30LX. Nothing here was tried on a physical sensor.
+One idea a file, both directions together: what one end writes and the other reads is seen to be the same.
+"""
+
+from protocol.scip.blocks import BLOCK, decode_blocks, encode_blocks
+from protocol.scip.characters import checksum, decode_value, encode_value
+from protocol.scip.replies import (
+    STAMP_MODULUS,
+    Reply,
+    ScanReply,
+    parse_reply,
+    parse_scan,
+    parse_stamp,
+    parse_text,
+    reply,
+    scan_reply,
+    stamp_line,
+    text_line,
+)
+from protocol.scip.requests import Request, ScanRequest, parse_request, parse_scan_request, request
+from protocol.scip.splitter import FRAME_LIMIT, Splitter
+
+__all__ = [
+    "BLOCK", "FRAME_LIMIT", "STAMP_MODULUS", "Reply", "Request", "ScanReply", "ScanRequest", "Splitter", "checksum",
+    "decode_blocks", "decode_value", "encode_blocks", "encode_value", "parse_reply", "parse_request", "parse_scan",
+    "parse_scan_request", "parse_stamp", "parse_text", "reply", "request", "scan_reply", "stamp_line", "text_line",
+]
