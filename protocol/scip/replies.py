@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from protocol import WireError
 from protocol.scip.blocks import decode_blocks, encode_blocks
 from protocol.scip.characters import checksum, decode_value, encode_value
+from protocol.scip.echoes import decode_echoes, encode_echoes
 from protocol.scip.requests import ScanRequest
 
 STAMP_MODULUS = 1 << 24  # milliseconds: 4 h 39 min 37 s
@@ -27,16 +28,19 @@ def text_line(key: str, value: str) -> bytes:
     return text + b";" + checksum(text) + b"\n"
 
 
-def stamp_line(stamp_ms: int) -> bytes:
-    """A time in 4 characters, its sum, LF; wraps at 2**24 ms."""
-    text = encode_value(stamp_ms % STAMP_MODULUS, 4)
+def stamp_line(stamp: int, characters: int = 4) -> bytes:
+    """A time, its sum, LF. 4 characters: ms, wraps at 2**24; 11 characters: µs, 66 bits."""
+    text = encode_value(stamp % (1 << 6 * characters), characters)
     return text + checksum(text) + b"\n"
 
 
-def scan_reply(asked: ScanRequest, echo: bytes, stamp_ms: int, values: NDArray[np.int32]) -> bytes:
-    """A whole scan with `asked.values` values (ME, GE: range, intensity, range, ...)."""
+def scan_reply(asked: ScanRequest, echo: bytes, stamp: int, values: NDArray[np.int32]) -> bytes:
+    """A whole scan. stamp: ms (4 characters) or µs (11). values: (beams,), or (beams, 2) with intensity, or flat;
+    for a request of several echoes (beams, echoes, channels) with MISSING."""
+    kind = asked.kind
+    encode = encode_echoes if kind.echoes > 1 else encode_blocks
     status = "99" if asked.streams else "00"
-    return reply(echo, status, stamp_line(stamp_ms) + encode_blocks(values, asked.characters))
+    return reply(echo, status, stamp_line(stamp, kind.stamp) + encode(values, kind.characters))
 
 
 class Reply(NamedTuple):
@@ -48,7 +52,11 @@ class Reply(NamedTuple):
 
 
 class ScanReply(NamedTuple):
-    """A scan all of whose checks passed. values: (request.values,) int32, mm or codes."""
+    """A scan all of whose checks passed.
+
+    values: (request.values,) int32, mm or codes (ME, GE: range, intensity, range, ...); of a request of several echoes
+    (beams, echoes, channels), MISSING where there was none. stamp_ms: of %MD, %ME as well, cut to 24 bits.
+    """
 
     remaining: int
     stamp_ms: int
@@ -66,30 +74,48 @@ def parse_reply(frame: bytes) -> Reply:
     return Reply(echo, status[:2].decode("ascii", "replace"), body)
 
 
-def parse_stamp(line: bytes) -> int:
-    """Milliseconds of a stamp line (also of TM1's). Raises WireError: "length", "stamp_sum", "character"."""
-    if len(line) != 5:
+def parse_stamp(line: bytes, characters: int = 4) -> int:
+    """The time of a stamp line (also of TM1's): ms of 4 characters, µs of 11.
+
+    Raises WireError: "length", "stamp_sum", "character".
+    """
+    if len(line) != characters + 1:
         raise WireError("length", f"stamp line of {len(line)} bytes")
-    if checksum(line[:4]) != line[4:]:
+    if checksum(line[:-1]) != line[-1:]:
         raise WireError("stamp_sum", f"{line!r}")
-    return decode_value(line[:4])
+    return decode_value(line[:-1])
 
 
-def parse_scan(answer: Reply, asked: ScanRequest) -> ScanReply:
-    """The scan in a reply to `asked`, all checked. Raises WireError like its parts, or "echo", "status"."""
-    expected = asked.line()
-    remaining = 0
-    if asked.streams:
-        digits = answer.echo[13:15]
-        if answer.echo[:13] != expected[:13] or len(answer.echo) != 15 or not digits.isdigit():
-            raise WireError("echo", f"{answer.echo[:40]!r}")
-        remaining = int(digits)
-    elif answer.echo != expected:
-        raise WireError("echo", f"{answer.echo[:40]!r}")
-    if answer.status != ("99" if asked.streams else "00"):
+def parse_scan(answer: Reply, asked: ScanRequest, string: bytes = b"") -> ScanReply:
+    """The scan in a reply to `asked` (sent with `;string`, if any), all checked.
+
+    Raises WireError like its parts, or "echo", "status".
+    """
+    kind = asked.kind
+    remaining = _remaining(answer.echo, asked, string)
+    if answer.status != ("99" if kind.streams else "00"):
         raise WireError("status", answer.status)
-    stamp, _, blocks = answer.body.partition(b"\n")
-    return ScanReply(remaining, parse_stamp(stamp), decode_blocks(blocks, asked.values, asked.characters))
+    line, _, blocks = answer.body.partition(b"\n")
+    stamp = parse_stamp(line, kind.stamp)
+    stamp_ms = stamp if kind.stamp == 4 else stamp // 1000 % STAMP_MODULUS
+    if kind.echoes > 1:
+        shape = kind.echoes, asked.channels, kind.characters
+        return ScanReply(remaining, stamp_ms, decode_echoes(blocks, asked.beams, shape))
+    return ScanReply(remaining, stamp_ms, decode_blocks(blocks, asked.values, kind.characters))
+
+
+def _remaining(echo: bytes, asked: ScanRequest, string: bytes) -> int:
+    """How many scans follow, by the echo, which is otherwise that of the request."""
+    line = asked.line()
+    counted = asked.streams and asked.scans > 0
+    digits = echo[len(line) - 2 : len(line)] if counted else b"00"
+    whole = (line[:-2] + digits if asked.streams else line) + (b";" + string if string else b"")
+    if echo != whole or not digits.isdigit():
+        raise WireError("echo", f"{echo[:40]!r}")
+    remaining = int(digits)
+    if counted and remaining >= asked.scans:
+        raise WireError("echo", f"{remaining} of {asked.scans} scans remain")
+    return remaining
 
 
 def parse_text(answer: Reply) -> dict[str, str]:

@@ -1,10 +1,33 @@
-"""Request lines: written by the driver, read by the sensor."""
+"""Request lines: written by the driver, read by the sensor; the grammar of all commands as two tables."""
 
 from __future__ import annotations
 
 from typing import NamedTuple
 
-_WIDTH = {"MD": (3, 1), "MS": (2, 1), "ME": (3, 2), "GD": (3, 1), "GS": (2, 1), "GE": (3, 2)}  # characters, values
+
+class Measuring(NamedTuple):
+    """What a measuring command delivers. characters: of one value; stamp: characters of the time stamp."""
+
+    characters: int = 3
+    intensity: bool = False
+    streams: bool = True
+    echoes: int = 1
+    stamp: int = 4
+
+
+MEASURING: dict[str, Measuring] = {
+    "MD": Measuring(), "MS": Measuring(2), "ME": Measuring(intensity=True),
+    "GD": Measuring(streams=False), "GS": Measuring(2, streams=False), "GE": Measuring(intensity=True, streams=False),
+    "ND": Measuring(echoes=3), "NE": Measuring(intensity=True, echoes=3),
+    "HD": Measuring(streams=False, echoes=3), "HE": Measuring(intensity=True, streams=False, echoes=3),
+    "%MD": Measuring(stamp=11), "%ME": Measuring(intensity=True, stamp=11),
+}  # fmt: skip
+PARAMETERS: dict[str, int] = {
+    "VV": 0, "PP": 0, "II": 0, "BM": 0, "QT": 0, "RS": 0, "RT": 0, "RB": 0, "%ST": 0, "%SL": 0, "TM": 1, "%TM": 1,
+    "HS": 1, "CR": 2, "DB": 2, "SS": 6, **{code: 13 if kind.streams else 10 for code, kind in MEASURING.items()},
+}  # fmt: skip
+"""How many characters follow each command."""
+
 _FIELDS = ((0, 4, "01"), (4, 8, "02"), (8, 10, "03"), (10, 11, "06"), (11, 13, "07"))  # of a scan request
 _STRING = frozenset(b"abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789 ._+@")
 
@@ -38,8 +61,18 @@ def parse_request(line: bytes) -> Request:
     return Request(line, text[:width], text[width:], status)
 
 
+def refusal(asked: Request) -> str:
+    """The status that refuses a request by its form: "0G", "0H", "0E" unknown, "0C" short, "0D" long; else "00"."""
+    if asked.status != "00":
+        return asked.status
+    size = PARAMETERS.get(asked.code)
+    if size is None:
+        return "0E"
+    return "00" if len(asked.parameters) == size else "0C" if len(asked.parameters) < size else "0D"
+
+
 class ScanRequest(NamedTuple):
-    """A request for ranges. code MD, MS or ME (a stream) or GD, GS, GE (one scan); scans 0: endless."""
+    """A request for ranges. code: one of MEASURING; scans 0: endless."""
 
     code: str
     first: int
@@ -49,20 +82,30 @@ class ScanRequest(NamedTuple):
     scans: int = 0
 
     @property
-    def values(self) -> int:
-        """How many values a scan of this request holds (ranges and intensities together)."""
-        step = max(1, self.cluster)
-        return (self.last - self.first + step) // step * _WIDTH[self.code][1]
+    def kind(self) -> Measuring:
+        """What its command delivers."""
+        return MEASURING[self.code]
 
     @property
-    def characters(self) -> int:
-        """Characters of a value."""
-        return _WIDTH[self.code][0]
+    def beams(self) -> int:
+        """Directions of a scan; the last cluster may be a part of one."""
+        step = max(1, self.cluster)
+        return (self.last - self.first + step) // step
+
+    @property
+    def channels(self) -> int:
+        """Values of an echo: range, or range and intensity."""
+        return 2 if self.kind.intensity else 1
+
+    @property
+    def values(self) -> int:
+        """How many values a scan of one echo each holds (ranges and intensities together)."""
+        return self.beams * self.channels
 
     @property
     def streams(self) -> bool:
         """Whether scans follow by themselves."""
-        return self.code[0] == "M"
+        return self.kind.streams
 
     def line(self, remaining: int | None = None) -> bytes:
         """The request without LF; with `remaining`, the echo of a scan that has so many to follow."""
@@ -73,14 +116,13 @@ class ScanRequest(NamedTuple):
 
 
 def parse_scan_request(asked: Request, last_step: int) -> ScanRequest | str:
-    """The fields of MD, MS, ME, GD, GS, GE, or the status that refuses them ("0C" too few, "0D" too long, "01" ...)."""
-    text, stream = asked.parameters, asked.code[0] == "M"
-    size = 13 if stream else 10
-    if len(text) != size:
-        return "0C" if len(text) < size else "0D"
-    for start, end, refusal in _FIELDS[: 5 if stream else 3]:
+    """The fields of a measuring request, or the status that refuses them ("0C" too few, "0D" too long, "01" ...)."""
+    text, stream = asked.parameters, MEASURING[asked.code].streams
+    if (status := refusal(asked)) != "00":
+        return status
+    for start, end, wrong in _FIELDS[: 5 if stream else 3]:
         if not (text[start:end].isascii() and text[start:end].isdigit()):
-            return refusal
+            return wrong
     skip, scans = (int(text[10]), int(text[11:13])) if stream else (0, 0)
     made = ScanRequest(asked.code, int(text[:4]), int(text[4:8]), int(text[8:10]), skip, scans)
     if made.last > last_step:

@@ -81,12 +81,12 @@ def test_an_md_frame_by_hand():
     assert made == b"MD0044004601002\n99b\nm2@0?\n1Dh001000n\n\n"
 
 
-@pytest.mark.parametrize("code", ["MD", "MS", "ME", "GD", "GS", "GE"])
+@pytest.mark.parametrize("code", ["MD", "MS", "ME", "GD", "GS", "GE", "%MD", "%ME"])
 def test_what_is_written_is_read_back_in_every_scan_command(code):
     asked = scip.ScanRequest(code, 100, 500, 1, 0, 9)
     values = np.random.default_rng(3).integers(0, 4096, asked.values).astype(np.int32)
     echo = asked.line(7) if asked.streams else asked.line()
-    ((_, frame),) = frames_of([scip.scan_reply(asked, echo, 2**24 + 5, values)])
+    ((_, frame),) = frames_of([scip.scan_reply(asked, echo, (2**24 + 5) * (1000 if code[0] == "%" else 1), values)])
     scan = scip.parse_scan(scip.parse_reply(frame), asked)
     assert scan.stamp_ms == 5 and scan.remaining == (7 if asked.streams else 0)
     assert np.array_equal(scan.values, values)
@@ -199,6 +199,30 @@ def test_values_survive_the_wire(values, stamp_ms):
 def test_requests_are_read_or_refused_with_the_standards_status(line, expected):
     asked = scip.parse_request(line)
     assert scip.parse_scan_request(asked, 1080) == expected
+
+
+@pytest.mark.parametrize(("line", "expected"), [
+    (b"VV", "00"), (b"VVx", "0D"), (b"TM", "0C"), (b"TM1;key+1", "00"), (b"TM12", "0D"), (b"SS115200", "00"),
+    (b"SS11520", "0C"), (b"CR01", "00"), (b"HS0", "00"), (b"DB10", "00"), (b"%ST", "00"), (b"%SL", "00"),
+    (b"%TM1", "00"), (b"%MD0000108001000", "00"), (b"NE0000108001000", "00"), (b"HD000010800", "0C"), (b"RB", "00"),
+    (b"SCIP2.0", "0E"), (b"XX", "0E"), (b"%XX", "0E"), (b"\xff\xfe", "0E"), (b"V", "0E"),
+])  # fmt: skip
+def test_each_command_has_its_length_and_unknown_ones_are_refused(line, expected):
+    assert scip.refusal(scip.parse_request(line)) == expected
+
+
+def test_a_status_has_a_meaning_for_its_command():
+    assert scip.meaning("BM", "02") == "the laser is on already" and scip.succeeded("BM", "02")
+    assert scip.meaning("MD", "05") == "last step lies before the first" and not scip.succeeded("MD", "05")
+    assert scip.meaning("MD", "64") == "hardware trouble" and scip.meaning("VV", "0E") == "unknown command"
+    assert scip.meaning("VV", "7Z") == "a status that no manual lists"
+    assert not scip.succeeded("MD", "02") and not scip.succeeded("QT", "10")
+
+
+def test_codes_below_dmin_are_those_of_the_model():
+    utm, urg = (scip.codes_of(f"{model}(Hokuyo Automatic Co.,Ltd.)") for model in ("UTM-30LX", "URG-04LX"))
+    assert [utm[k].name for k in range(1, 6)] == ["NO_OBJECT", "TOO_NEAR", "INTERFERENCE", "NEAR_END", "OTHER"]
+    assert sorted(urg) == list(range(20)) and urg[18] is scip.Code.TOO_STRONG and urg[1] is scip.Code.TOO_WEAK
 
 
 def test_request_strings_are_limited_to_16_of_the_allowed_letters():
