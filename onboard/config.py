@@ -62,7 +62,19 @@ class Can:
 class Lidar:
     """The scanner's port and model."""
 
-    address: str = value("tcp:192.168.0.10:10940", "tcp:HOST:PORT or tty:PATH")
+    address: str = value("tcp:192.168.0.10:10940", "tcp:HOST:PORT, tty:PATH or, of a serial line, tty:PATH@BITRATE")
+    model: str = value("UTM-30LX", "what the sensor's name must hold; empty: any")
+    command: str = value("MD", "how it is asked: D range, S short range, E with intensity; M stream, G scan by scan; "
+                         "N and H the same with several echoes",
+                         one_of=("MD", "MS", "ME", "ND", "NE", "GD", "GS", "GE", "HD", "HE"))
+    first_step: int = value(-1, "first step of the sector, -1: the sensor's", low=-1, high=9999)
+    last_step: int = value(-1, "last step of the sector, -1: the sensor's", low=-1, high=9999)
+    cluster: int = value(1, "neighbouring steps that become one value", low=1, high=99)
+    skip: int = value(0, "turns left out between two scans", low=0, high=9)
+    scans: int = value(0, "scans to ask for at a time, 0: endless", low=0, high=99)
+    wide_intensity: bool = value(False, "intensity over more than 95 degrees by USB (old firmware crashes its laser)")
+    health_ns: int = value(5_000_000_000, "while idle, the sensor's state is read this often", low=1e8, high=1e12)
+    ring: int = value(16, "scans whose memory is used again", low=2, high=4096)
     reference_step: int = value(0, "step whose time the stamp names (see docs)", low=-540, high=1440)
     latency_ns: int = value(19_750_000, "from the stamped instant to the first byte of its frame, at best",
                             low=0, high=1e8)

@@ -14,6 +14,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from onboard.scan import BeamStatus as BeamStatus
+from onboard.scan import Scan as Scan
+
 F32 = NDArray[np.float32]
 F64 = NDArray[np.float64]
 U8 = NDArray[np.uint8]
@@ -131,31 +134,6 @@ class Outputs:
 
 
 # -- what the devices measured ---------------------------------------------------------------------------------
-
-
-@dataclass(frozen=True, slots=True)
-class Scan:
-    """One turn of the scanner, all checks passed.
-
-    ranges_m: (n,) float32, NaN where `status` is not OK. status: (n,) uint8 of BeamStatus.
-    Beam k was fired at start_ns + k*beam_ns in direction first_angle_rad + k*step_rad (counter-clockwise, 0 ahead).
-    """
-
-    start_ns: int
-    beam_ns: float
-    first_angle_rad: float
-    step_rad: float
-    ranges_m: F32
-    status: U8
-
-
-class BeamStatus(IntEnum):
-    """What a beam said (UTM-30LX, SCIP 2.0 table 4)."""
-
-    OK = 0
-    NO_RETURN = 1
-    TOO_NEAR = 2
-    ERROR = 3
 
 
 @dataclass(frozen=True, slots=True)

@@ -25,6 +25,7 @@ One idea a file, both directions together: what one end writes and the other rea
 
 from protocol.scip.blocks import BLOCK, decode_blocks, encode_blocks
 from protocol.scip.characters import checksum, decode_value, encode_value
+from protocol.scip.decoder import ScanDecoder
 from protocol.scip.echoes import MISSING, decode_echoes, encode_echoes
 from protocol.scip.replies import (
     STAMP_MODULUS,
@@ -56,8 +57,8 @@ from protocol.scip.value_codes import Code, codes_of
 
 __all__ = [
     "BLOCK", "FRAME_LIMIT", "MEASURING", "MISSING", "PARAMETERS", "STAMP_MODULUS", "Code", "Measuring", "Reply",
-    "Request", "ScanReply", "ScanRequest", "Splitter", "checksum", "codes_of", "decode_blocks", "decode_echoes",
-    "decode_value", "encode_blocks", "encode_echoes", "encode_value", "meaning", "parse_reply", "parse_request",
-    "parse_scan", "parse_scan_request", "parse_stamp", "parse_text", "refusal", "reply", "request", "scan_reply",
-    "stamp_line", "succeeded", "text_line",
+    "Request", "ScanDecoder", "ScanReply", "ScanRequest", "Splitter", "checksum", "codes_of", "decode_blocks",
+    "decode_echoes", "decode_value", "encode_blocks", "encode_echoes", "encode_value", "meaning", "parse_reply",
+    "parse_request", "parse_scan", "parse_scan_request", "parse_stamp", "parse_text", "refusal", "reply", "request",
+    "scan_reply", "stamp_line", "succeeded", "text_line",
 ]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -60,7 +60,7 @@ class ScanReply(NamedTuple):
 
     remaining: int
     stamp_ms: int
-    values: NDArray[np.int32]
+    values: NDArray[np.integer[Any]]
 
 
 def parse_reply(frame: bytes) -> Reply:

@@ -1,58 +1,82 @@
-"""The stream of a sensor, cut into frames at LF LF."""
+"""The stream of a sensor, cut into frames at LF LF, however its bytes were cut on the way."""
 
 from __future__ import annotations
 
-FRAME_LIMIT = 16_384  # the longest reply of a UTM-30LX (ME, 1081 beams) has 6,717 bytes
+from collections.abc import Iterator
+
+FRAME_LIMIT = 32_768  # the longest reply (NE, 1081 beams with 3 echoes) has 22,000 bytes
+_SCAN = (b"\n99b\n", b"\n00P\n")  # what follows the echo of a scan
 
 
 class Splitter:
-    """Bytes of the stream in, whole frames out, however they were cut on the way.
+    """Bytes of the stream in, whole frames out.
 
     A frame comes with the arrival time of its first byte: the sensor pauses inside a frame, its last byte says little.
-    `echo`, if set, begins the frames of a running stream: where it stands inside a frame whose end was lost, the frame
-    is cut there, so that one bad byte costs one scan. `overflows` counts what grew beyond FRAME_LIMIT and was dropped.
+    `echo`, if set, begins the scans of the running stream: where it stands inside a frame whose end was lost, the frame
+    is cut there, so that one bad byte costs one scan. `overflows`: how often more than FRAME_LIMIT bytes without an end
+    were dropped. Nothing is asked of the heap for a frame: it is a view of the buffer, which never grows.
     """
 
     def __init__(self) -> None:
         self.echo = b""
         self.overflows = 0
-        self._buffer = bytearray()
-        self._marks: list[tuple[int, int]] = []  # (offset in the buffer, arrival) of each piece, rising
-        self._searched = 0
+        self._buffer = bytearray(2 * FRAME_LIMIT)
+        self._view = memoryview(self._buffer)
+        self.clear()
 
     def clear(self) -> None:
         """Forget a half frame (the port was reopened)."""
-        self._buffer.clear()
-        self._marks.clear()
+        self._used = 0
         self._searched = 0
+        self._headless = False  # the beginning of what is in the buffer was dropped
+        self._marks: list[tuple[int, int]] = []  # (offset in the buffer, arrival) of each piece, rising
 
     def receive(self, rx_ns: int, data: bytes) -> list[tuple[int, bytes]]:
         """(arrival of the first byte, frame without its closing LF LF) for each frame that is complete now."""
-        if not data:
-            return []
-        self._marks.append((len(self._buffer), rx_ns))
-        self._buffer += data
-        frames: list[tuple[int, bytes]] = []
-        start = 0
-        while (end := self._buffer.find(b"\n\n", max(start, self._searched))) >= 0:
-            self._cut(start, end, frames)
-            start = end + 2
-            self._searched = start
-        self._drop(start)
-        if len(self._buffer) > FRAME_LIMIT:
-            self.overflows += 1
-            self.clear()
-        self._searched = max(0, len(self._buffer) - 1)
-        return frames
+        return [(first_ns, bytes(frame)) for first_ns, frame in self.frames(rx_ns, data)]
 
-    def _cut(self, start: int, end: int, frames: list[tuple[int, bytes]]) -> None:
+    def frames(self, rx_ns: int, data: bytes) -> Iterator[tuple[int, memoryview]]:
+        """Like `receive`, one by one, without a copy: each view holds until the next is asked for.
+
+        To be run to its end. A change of `echo` counts from the next frame on.
+        """
+        pieces = memoryview(data)
+        while pieces:
+            size = min(len(pieces), len(self._buffer) - self._used)
+            self._marks.append((self._used, rx_ns))
+            self._view[self._used : self._used + size] = pieces[:size]
+            self._used += size
+            pieces = pieces[size:]
+            start = 0
+            while (end := self._buffer.find(b"\n\n", max(start, self._searched), self._used)) >= 0:
+                for first, last in self._cut(start, end):
+                    yield self._arrival(first), self._view[first:last]
+                start = self._searched = end + 2
+                self._headless = False
+            self._drop(start)
+            if self._used == len(self._buffer):
+                self.overflows += 1
+                self._drop(self._used - FRAME_LIMIT)
+                self._headless = True
+            self._searched = max(0, self._used - 1)
+
+    def _cut(self, start: int, end: int) -> list[tuple[int, int]]:
+        """(start, end) of the frame, or of what stands before a scan in it and of that scan."""
         while start < end and self._buffer[start] == 0x0A:
             start += 1
         if start == end:
-            return
-        inner = self._buffer.rfind(self.echo, start + 1, end) if self.echo else -1
-        for first, last in ((start, end),) if inner < 0 else ((start, inner), (inner, end)):
-            frames.append((self._arrival(first), bytes(self._buffer[first:last])))
+            return []
+        inner = self._scan_in(start + 1, end) if self.echo else -1
+        if inner < 0:
+            return [] if self._headless else [(start, end)]
+        return [(inner, end)] if self._headless else [(start, inner), (inner, end)]
+
+    def _scan_in(self, start: int, end: int) -> int:
+        """Where the last scan begins that has its echo between start and end; -1 if there is none."""
+        at = self._buffer.rfind(self.echo, start, end)
+        while at >= 0 and not self._buffer.startswith(_SCAN, self._buffer.find(b"\n", at, end), end):
+            at = self._buffer.rfind(self.echo, start, at + len(self.echo) - 1)
+        return at
 
     def _arrival(self, offset: int) -> int:
         return next(rx_ns for at, rx_ns in reversed(self._marks) if at <= offset)
@@ -60,8 +84,10 @@ class Splitter:
     def _drop(self, size: int) -> None:
         if not size:
             return
-        del self._buffer[:size]
+        left = self._used - size
+        self._view[:left] = self._view[size : self._used]
+        self._used = left
         kept = [(max(0, at - size), rx_ns) for at, rx_ns in self._marks]
         while len(kept) > 1 and kept[1][0] == 0:
             kept.pop(0)
-        self._marks = kept if self._buffer else []
+        self._marks = kept if left else []

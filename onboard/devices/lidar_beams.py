@@ -1,0 +1,51 @@
+"""Decoded values to a Scan: metres, what each beam said, intensity, further echoes; in the memory of the ring."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from onboard.config import Lidar
+from onboard.devices.lidar_model import Model, status_table
+from onboard.devices.scan_ring import ScanRing
+from onboard.records import BeamStatus, Scan
+from protocol import scip
+
+_M_PER_MM = np.float32(1e-3)
+
+
+class BeamMaker:
+    """Scans of one request to one model."""
+
+    def __init__(self, config: Lidar, model: Model, asked: scip.ScanRequest) -> None:
+        step = max(1, asked.cluster)
+        self.ring = ScanRing(config.ring, asked.beams, asked.channels, asked.kind.echoes)
+        self._asked = asked
+        self._status_of = status_table(model)
+        self._not_ok = np.empty(asked.beams, bool)
+        self._lead_ns = round((asked.first + (step - 1) / 2 - config.reference_step) * model.step_ns)
+        self._beam_ns = model.step_ns * step
+        self._first_rad = model.angle_rad(asked.first + (step - 1) / 2)
+        self._step_rad = model.step_rad * step
+
+    def scan(self, values: NDArray[np.integer[Any]], stamp_ns: int) -> Scan:
+        """The scan whose stamp names the instant stamp_ns. A cluster stands for its middle, in angle and time."""
+        wide = values.reshape(self._asked.beams, self._asked.kind.echoes, self._asked.channels)
+        place, first = self.ring.take(), wide[:, 0, 0]
+        np.take(self._status_of, first, out=place.status, mode="clip")
+        place.ranges_m[:] = first
+        np.multiply(place.ranges_m, _M_PER_MM, out=place.ranges_m)
+        np.not_equal(place.status, BeamStatus.OK, out=self._not_ok)
+        np.copyto(place.ranges_m, np.nan, where=self._not_ok)
+        if place.intensity is not None:
+            place.intensity[:] = wide[:, 0, 1]
+        if place.further_m is not None:
+            further = wide[:, 1:, 0]
+            place.further_m[:] = further * _M_PER_MM
+            place.further_m[further < len(self._status_of) - 1] = np.nan  # MISSING is below every distance
+        return Scan(
+            stamp_ns + self._lead_ns, self._beam_ns, self._first_rad, self._step_rad, place.ranges_m, place.status,
+            place.intensity, place.further_m,
+        )

@@ -1,0 +1,72 @@
+"""The scans of a running stream: frames decoded, counted down, timed, watched, made into Scans."""
+
+from __future__ import annotations
+
+from onboard.config import Lidar
+from onboard.devices import lidar_model as models
+from onboard.devices.lidar_beams import BeamMaker
+from onboard.devices.lidar_clock import LidarClock
+from onboard.devices.lidar_watch import Watch
+from onboard.records import Scan
+from protocol import WireError, scip
+
+_SILENT_PERIODS, _SILENT_MARGIN_NS = 4, 50_000_000
+
+
+class ScanStream:
+    """Scans of one request to one model; `learn` makes it anew. counts: shared with the session, by name."""
+
+    def __init__(self, config: Lidar, counts: dict[str, int]) -> None:
+        self.counts = counts
+        self.clock = LidarClock(config.latency_ns)
+        self.watch = Watch(counts)
+        self.heard_ns = 0  # the last valid scan
+        self._config = config
+        self._left: int | None = None  # scans that remain of those asked for
+        self.learn(models.UTM_30LX, usb=True)
+
+    def learn(self, model: models.Model, usb: bool) -> None:
+        """Another sensor, or the same one on a new connection."""
+        self.request = models.request_of(self._config, model, usb)
+        self.beams = BeamMaker(self._config, model, self.request)
+        self._decoder = scip.ScanDecoder(self.request)
+        self.clock.restart(model.turn_ms)
+        self.watch.restart(model.turn_ms, self.request.skip + 1)
+        periods_ns = round(_SILENT_PERIODS * self.watch.period_ns) + _SILENT_MARGIN_NS
+        self.silent_ns = max(self._config.silent_ns, periods_ns)
+
+    def begin(self) -> None:
+        """The sensor agreed to the request: the countdown begins."""
+        self._left = None
+
+    def has(self, frame: memoryview) -> bool:
+        """Whether a frame is a scan and no short reply."""
+        return len(frame) > 24 and bytes(frame[:2]) == self.request.code.encode()
+
+    def last(self, remaining: int) -> bool:
+        """Whether no scan follows the one with this count."""
+        return not self.request.streams or (self.request.scans > 0 and remaining == 0)
+
+    def take(self, frame: memoryview, rx_ns: int) -> tuple[int, Scan | None]:
+        """(remaining count, scan) of a frame; None where its stamp is that of the scan before. Raises WireError."""
+        got = self._decoder.decode(frame)
+        self._countdown(got)
+        stamp_ns = self.clock.observe(got.stamp_ms, rx_ns)
+        self.counts["repeated_stamp"] = self.clock.repeated
+        self.counts["clock_jump"] = self.clock.jumps
+        if stamp_ns is None:
+            return got.remaining, None
+        scan = self.beams.scan(got.values, stamp_ns)
+        self.watch.scan(got.stamp_ms, rx_ns, scan.status)
+        self.counts["scans"] += 1
+        self.heard_ns = max(self.heard_ns, rx_ns)
+        return got.remaining, scan
+
+    def _countdown(self, got: scip.ScanReply) -> None:
+        """The remaining count has no sum: it must fall as the stamps say. Raises WireError("echo")."""
+        turns, before, self._left = self.watch.turns(got.stamp_ms), self._left, got.remaining
+        if self.request.scans and before is not None and turns:
+            due = before - round(turns / (self.request.skip + 1))
+            if got.remaining != due:
+                self._left = None
+                raise WireError("echo", f"{got.remaining} scans remain where {due} should")

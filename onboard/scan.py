@@ -1,0 +1,43 @@
+"""One turn of the scanner: the record that all of perception begins with."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import IntEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+F32 = NDArray[np.float32]
+U8 = NDArray[np.uint8]
+
+
+@dataclass(frozen=True, slots=True)
+class Scan:
+    """One turn of the scanner, all checks passed.
+
+    ranges_m: (n,) float32, NaN where `status` is not OK. status: (n,) uint8 of BeamStatus.
+    Beam k was fired at start_ns + k*beam_ns in direction first_angle_rad + k*step_rad (counter-clockwise, 0 ahead).
+    The arrays are places of a ring: they hold as long as somebody keeps the scan.
+    intensity: (n,) int32, None where the sensor was not asked for it. further_m: (n, 2) float32, the second and third
+    echo, NaN where there was none; None where the sensor was asked for one.
+    """
+
+    start_ns: int
+    beam_ns: float
+    first_angle_rad: float
+    step_rad: float
+    ranges_m: F32
+    status: U8
+    intensity: NDArray[np.int32] | None = None
+    further_m: F32 | None = None
+
+
+class BeamStatus(IntEnum):
+    """What a beam said (protocol.scip.value_codes)."""
+
+    OK = 0
+    NO_RETURN = 1
+    TOO_NEAR = 2
+    ERROR = 3
+    INTERFERENCE = 4
