@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 
 from onboard.config import Config, ConfigError
 from onboard.core.jobs import JOBS
-from onboard.core.tick import Rover, farewell, tick
+from onboard.core.tick import Rover, darken, farewell, tick
 from onboard.drivers.can_bus import CanBus, open_bus
 from onboard.drivers.clock import LockStepClock, WallClock
 from onboard.drivers.disk import Keeper, Kept, load
@@ -33,6 +33,7 @@ if TYPE_CHECKING:
 MMAP_THRESHOLD = -3  # of mallopt(3)
 LARGE_BYTES = 1 << 18
 WAIT_S = 60.0  # wall-clock limit for bytes that the bench says are on their way
+DARK_TICKS = 50  # after the end, for the LIDAR to say that its laser is off
 LATER = ("filterpy.kalman:ExtendedKalmanFilter", *JOBS.values())  # no first tick needs these, and they load longest
 
 
@@ -153,10 +154,17 @@ def run(config: Config, announce: Callable[[str], None]) -> int:
             link.wait_open(WAIT_S)
         else:
             ports = WallPorts(can, lidar, link, clock)
+            clock.listen(lidar)
             workers.preload(LATER).result()  # beside the ticks it would make them late
         rover = Rover(config, gdem, memory)
 
+        told = ""
+
         def keep(inputs: Inputs, outputs: Outputs) -> None:
+            nonlocal told
+            if (word := lidar.error or rover.lidar.complaint) != told:
+                told = word
+                announce(f"lidar: {word or 'is well'}")
             recorder.write(inputs, outputs)
             keeper.keep(rover.executive.memory)
 
@@ -191,6 +199,11 @@ def loop(
         loading = loading or workers.preload(LATER)
         keep(inputs, outputs)
     ports.write(farewell(rover, clock.now_ns()))
+    for now in clock.overtime(DARK_TICKS) if isinstance(clock, WallClock) else ():
+        asked = darken(rover, ports.read(now))  # a USB sensor streams on when its client has gone
+        if asked is None:
+            break
+        ports.write(asked)
 
 
 def load_gdem(path: str) -> Gdem | None:

@@ -82,10 +82,17 @@ def tick(rover: Rover, inputs: Inputs) -> Outputs:
 
 
 def farewell(rover: Rover, now_ns: int) -> Outputs:
-    """The last outputs of a run: the wheels stand and the LIDAR is quiet."""
+    """The last outputs of a run: the wheels stand and the LIDAR is told to be quiet."""
     rover.nodes.set_wheels(stopped(rover.wheels))
-    rover.lidar.stream(False)
-    return Outputs(can_frames=rover.nodes.send(now_ns, int(Mode.STANDBY)), lidar_bytes=rover.lidar.send(now_ns))
+    return Outputs(can_frames=rover.nodes.send(now_ns, int(Mode.STANDBY)), lidar_bytes=rover.lidar.farewell(now_ns))
+
+
+def darken(rover: Rover, inputs: Inputs) -> Outputs | None:
+    """A tick after the farewell: what still has to be asked until the laser is known to be off; None when it is."""
+    rover.lidar.receive(inputs.lidar_chunks, inputs.lidar_state, inputs.now_ns)
+    if rover.lidar.dark:
+        return None
+    return Outputs(lidar_bytes=rover.lidar.send(inputs.now_ns))
 
 
 def _watched(rover: Rover, inputs: Inputs) -> Watched:

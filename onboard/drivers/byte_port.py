@@ -1,0 +1,158 @@
+"""A port of bytes that never blocks: what a scanner's TCP and tty have in common, bytes and their arrival time.
+
+A port never raises for what a cable does: end of stream, reset, unplugged are `state` ERROR until `connect()` is
+called again. Counts (`received`, `sent`) are of this `epoch`; each connection that comes about begins a new one.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import select
+import time
+from abc import ABC, abstractmethod
+
+from onboard.records import Chunk, PortState
+
+_PIECE = 65536
+
+
+class LidarPort(ABC):
+    """What TCP and tty have in common: a non-blocking descriptor. Subclasses say how it is opened.
+
+    error: one line for people, why the last attempt or the connection failed and what to do; empty while all is well.
+    """
+
+    def __init__(self, address: str) -> None:
+        self.address = address
+        self.state = PortState.CLOSED
+        self.error = ""
+        self.epoch = 0
+        self.received = 0
+        self.sent = 0
+        self._fd = -1
+        self._pending = bytearray()  # read, but beyond what read_exactly was asked for
+        self._chunks: list[Chunk] = []  # read between two ticks
+        self._unsent = bytearray()
+
+    @abstractmethod
+    def connect(self) -> None:
+        """One attempt, without waiting; while an attempt is under way, look whether it came through."""
+
+    def fileno(self) -> int:
+        """The descriptor to wait on, -1 while closed."""
+        return self._fd
+
+    def collect(self, stamp_ns: int) -> None:
+        """Keep whatever is there for `read`, as one Chunk stamped `stamp_ns`."""
+        self._advance()
+        self._fill()
+        if self._pending:
+            self._chunks.append(Chunk(stamp_ns, bytes(self._pending)))
+            self._pending.clear()
+
+    def read(self, stamp_ns: int) -> tuple[Chunk, ...]:
+        """What was collected since the last call, and what is there now, stamped `stamp_ns`."""
+        self.collect(stamp_ns)
+        chunks = tuple(self._chunks)
+        self._chunks.clear()
+        return chunks
+
+    def read_exactly(self, total_bytes: int, limit_s: float) -> bytes:
+        """Wait until `total_bytes` of this epoch came, and return those not yet returned; later ones are kept back.
+
+        Returns fewer if the stream ended. Raises TimeoutError if they did not come within `limit_s` of wall time.
+        """
+        end_s = time.monotonic() + limit_s
+        start = self.received - len(self._pending)
+        while True:
+            self._advance()
+            self._fill(total_bytes - self.received)
+            over = self.state is not PortState.OPEN and self._fd < 0
+            if self.received >= total_bytes or over:
+                break
+            if not self._wait(end_s):
+                raise TimeoutError(f"{total_bytes} bytes were announced on {self.address}, {self.received} came")
+        size = max(0, min(total_bytes, self.received) - start)
+        data = bytes(self._pending[:size])
+        del self._pending[:size]
+        return data
+
+    def wait_open(self, limit_s: float) -> PortState:
+        """Wait until an attempt of connect() is decided, at most `limit_s` of wall time. The state then."""
+        end_s = time.monotonic() + limit_s
+        self._advance()
+        while self.state is PortState.CLOSED and self._fd >= 0 and self._wait(end_s):
+            self._advance()
+        return self.state
+
+    def write(self, data: bytes) -> None:
+        """Send all of it; what the line does not take now goes with the next call of read or write."""
+        if self.state is PortState.OPEN:
+            self._unsent += data
+            self.sent += len(data)
+            self._flush()
+
+    def close(self) -> None:
+        """Let go of the port."""
+        self._drop(PortState.CLOSED)
+
+    # -- inside ------------------------------------------------------------------------------------------------
+
+    def _advance(self) -> None:
+        """Settle an attempt under way (TCP), and send what waits."""
+        self._flush()
+
+    def _opened(self) -> None:
+        self.state = PortState.OPEN
+        self.error = ""
+        self.epoch += 1
+        self.received = self.sent = 0
+        self._pending.clear()
+        self._unsent.clear()
+
+    def _drop(self, state: PortState) -> None:
+        if self._fd >= 0:
+            with contextlib.suppress(OSError):
+                os.close(self._fd)
+        self._fd = -1
+        self._unsent.clear()
+        self.state = state
+
+    def _fill(self, at_most: int | None = None) -> None:
+        left = _PIECE * 16 if at_most is None else at_most
+        while self.state is PortState.OPEN and left > 0:
+            try:
+                piece = os.read(self._fd, min(left, _PIECE))
+            except (BlockingIOError, InterruptedError):
+                return
+            except OSError as error:
+                self._fail(f"{self.address} is gone: {error.strerror}; it is opened again when it is back")
+                return
+            if not piece:
+                self._fail(f"{self.address} was closed by the other side; it is opened again")
+                return
+            self._pending += piece
+            self.received += len(piece)
+            left -= len(piece)
+
+    def _flush(self) -> None:
+        while self._unsent and self.state is PortState.OPEN:
+            try:
+                del self._unsent[: os.write(self._fd, self._unsent)]
+            except (BlockingIOError, InterruptedError):
+                return
+            except OSError as error:
+                self._fail(f"{self.address} is gone: {error.strerror}; it is opened again when it is back")
+
+    def _fail(self, error: str) -> None:
+        self._drop(PortState.ERROR)
+        self.error = error
+
+    def _wait(self, end_s: float) -> bool:
+        left_s = end_s - time.monotonic()
+        if left_s > 0:
+            waiting = select.poll()
+            waiting.register(self._fd, select.POLLIN if self.state is PortState.OPEN else select.POLLOUT)
+            waiting.poll(left_s * 1000)
+        return left_s > 0
