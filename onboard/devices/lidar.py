@@ -287,7 +287,7 @@ class LidarSession:
         return True
 
     def _known(self) -> bool:
-        name = f"{self.info.get('PROD', '')} {self.info.get('MODL', '')}"
+        name = f"{self.info.get('PROD', '')} {self._model.name}"
         if self._config.model not in name:
             self.complaint = (f"the sensor is a {name.strip()!r}, lidar.model = {self._config.model!r}: "
                               "connect the right one or name it in lidar.model")  # fmt: skip

@@ -10,58 +10,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hil.devices import lidar as sensor
 from hil.devices import lidar_profile as profiles
 from onboard.config import Lidar as LidarConfig
 from onboard.devices.lidar import LidarSession
 from onboard.devices.lidar_clock import LidarClock
 from onboard.records import BeamStatus, Chunk, PortState
+from tests.onboard.lidar_rig import TICK_NS, Rig, room
 from tests.protocol import wire
-
-TICK_NS = 10_000_000
-IDEAL_LATENCY_NS = LidarConfig().latency_ns
-
-
-def room(times_ns):
-    """Ranges 2 m to 4 m, and 3 beams of codes."""
-    ranges_m = np.linspace(2.0, 4.0, len(times_ns))
-    ranges_m[10], ranges_m[20], ranges_m[30] = np.inf, 0.05, 31.0
-    return ranges_m
-
-
-class Rig:
-    """Sensor and session joined by a wire, one tick at a time."""
-
-    def __init__(self, profile=profiles.IDEAL, cut=wire.whole, latency_ns=IDEAL_LATENCY_NS):
-        self.session = LidarSession(LidarConfig(latency_ns=latency_ns))
-        self.twin = sensor.Lidar(1, room, profile)
-        self.cut, self.tick, self.refusing = cut, 0, False
-        self.spoil = lambda data: data
-        self.state, self.scans, self.up = PortState.CLOSED, [], b""
-
-    @property
-    def now_ns(self):
-        return self.tick * TICK_NS
-
-    def unplug(self):
-        self.twin.disconnect()
-        self.state = PortState.ERROR
-
-    def run(self, ticks, until=lambda: False):
-        for _ in range(ticks):
-            self.tick += 1
-            if self.up:
-                self.twin.receive(self.up, self.now_ns - TICK_NS)
-            self.twin.step(self.now_ns)
-            pieces = [Chunk(t, p) for t, data in self.twin.send() for p in self.cut(self.spoil(data))]
-            self.scans += self.session.receive(pieces, self.state, self.now_ns)
-            self.up = self.session.send(self.now_ns)
-            if self.session.wants_connect(self.now_ns) and not self.refusing:
-                self.twin.connect()
-                self.state = PortState.OPEN
-            if until():
-                return self.tick
-        return None
 
 
 @pytest.mark.parametrize("cut", [wire.whole, wire.bytewise, wire.ragged])
