@@ -154,7 +154,6 @@ def run(config: Config, announce: Callable[[str], None]) -> int:
             link.wait_open(WAIT_S)
         else:
             ports = WallPorts(can, lidar, link, clock)
-            clock.listen(lidar)
             workers.preload(LATER).result()  # beside the ticks it would make them late
         rover = Rover(config, gdem, memory)
 

@@ -282,6 +282,7 @@ class LidarSession:
             self._stops += 1
             self._enter(Phase.STOP)
             return False
+        self._stops = 0
         if "STAT" in pairs:
             self._stream.watch.health(pairs, laser_wanted=self._phase is Phase.SUSPECT)
         return True

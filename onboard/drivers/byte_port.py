@@ -32,7 +32,6 @@ class LidarPort(ABC):
         self.sent = 0
         self._fd = -1
         self._pending = bytearray()  # read, but beyond what read_exactly was asked for
-        self._chunks: list[Chunk] = []  # read between two ticks
         self._unsent = bytearray()
 
     @abstractmethod
@@ -43,20 +42,15 @@ class LidarPort(ABC):
         """The descriptor to wait on, -1 while closed."""
         return self._fd
 
-    def collect(self, stamp_ns: int) -> None:
-        """Keep whatever is there for `read`, as one Chunk stamped `stamp_ns`."""
+    def read(self, stamp_ns: int) -> tuple[Chunk, ...]:
+        """Whatever is there, as one Chunk stamped `stamp_ns`; empty if nothing is."""
         self._advance()
         self._fill()
-        if self._pending:
-            self._chunks.append(Chunk(stamp_ns, bytes(self._pending)))
-            self._pending.clear()
-
-    def read(self, stamp_ns: int) -> tuple[Chunk, ...]:
-        """What was collected since the last call, and what is there now, stamped `stamp_ns`."""
-        self.collect(stamp_ns)
-        chunks = tuple(self._chunks)
-        self._chunks.clear()
-        return chunks
+        if not self._pending:
+            return ()
+        data = bytes(self._pending)
+        self._pending.clear()
+        return (Chunk(stamp_ns, data),)
 
     def read_exactly(self, total_bytes: int, limit_s: float) -> bytes:
         """Wait until `total_bytes` of this epoch came, and return those not yet returned; later ones are kept back.

@@ -7,7 +7,6 @@ import socket
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack
-from typing import Protocol
 
 from onboard.config import ConfigError
 from protocol.barrier import Done, Hello, Receiver, Stop, Tick, Welcome, encode, parse_address
@@ -16,16 +15,6 @@ from protocol.conventions import TICK_NS
 
 class ClockLostError(RuntimeError):
     """The bench that owns time has gone."""
-
-
-class Listener(Protocol):
-    """A port whose bytes are wanted with the time they came, not that of the next tick."""
-
-    def fileno(self) -> int:
-        """What to wait for, -1: nothing."""
-
-    def collect(self, stamp_ns: int) -> None:
-        """Take what is there."""
 
 
 class WallClock:
@@ -37,11 +26,6 @@ class WallClock:
         self._number = 0
         self.slipped_ticks = 0
         self.stopping = False
-        self._listeners: list[Listener] = []
-
-    def listen(self, port: Listener) -> None:
-        """From now on `port.collect` is called in `wait` as soon as there is something to read."""
-        self._listeners.append(port)
 
     def start(self) -> None:
         """Time begins now: the opening of the ports is no part of the run."""
@@ -60,8 +44,8 @@ class WallClock:
             self.slipped_ticks += late
             self._number += late
             deadline_ns = self._number * self._tick_ns
-        while not self.stopping and deadline_ns > self.now_ns():
-            self._sleep(deadline_ns)
+        while not self.stopping and (left_ns := deadline_ns - self.now_ns()) > 0:
+            time.sleep(left_ns / 1e9)
         return None if self.stopping else Tick(self._number, deadline_ns, ())
 
     def overtime(self, ticks: int) -> Iterator[Tick]:
@@ -69,19 +53,9 @@ class WallClock:
         for _ in range(ticks):
             self._number = max(self._number + 1, self.now_ns() // self._tick_ns)
             deadline_ns = self._number * self._tick_ns
-            while deadline_ns > self.now_ns():
-                self._sleep(deadline_ns)
+            while (left_ns := deadline_ns - self.now_ns()) > 0:
+                time.sleep(left_ns / 1e9)
             yield Tick(self._number, deadline_ns, ())
-
-    def _sleep(self, deadline_ns: int) -> None:
-        """Until then, or until a port had news and they were taken."""
-        left_s = max(0.0, (deadline_ns - self.now_ns()) / 1e9)
-        open_ports = [port for port in self._listeners if port.fileno() >= 0]
-        if not open_ports:
-            time.sleep(left_s)
-            return
-        for port in select.select(open_ports, [], [], left_s)[0]:
-            port.collect(self.now_ns())
 
     def done(self, tick: Tick, sent: Mapping[str, int], connect: Sequence[str]) -> None:
         """Nobody waits for it."""
