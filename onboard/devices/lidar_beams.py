@@ -14,6 +14,7 @@ from onboard.records import BeamStatus, Scan
 from protocol import scip
 
 _M_PER_MM = np.float32(1e-3)
+_OK = np.uint8(BeamStatus.OK)  # a plain number would make numpy compare wider copies
 
 
 class BeamMaker:
@@ -37,7 +38,7 @@ class BeamMaker:
         np.take(self._status_of, first, out=place.status, mode="clip")
         place.ranges_m[:] = first
         np.multiply(place.ranges_m, _M_PER_MM, out=place.ranges_m)
-        np.not_equal(place.status, BeamStatus.OK, out=self._not_ok)
+        np.not_equal(place.status, _OK, out=self._not_ok)
         np.copyto(place.ranges_m, np.nan, where=self._not_ok)
         if place.intensity is not None:
             place.intensity[:] = wide[:, 0, 1]

@@ -7,6 +7,7 @@ from onboard.devices import lidar_model as models
 from onboard.devices.lidar_beams import BeamMaker
 from onboard.devices.lidar_clock import LidarClock
 from onboard.devices.lidar_watch import Watch
+from onboard.native.scip import Blocks
 from onboard.records import Scan
 from protocol import WireError, scip
 
@@ -29,7 +30,7 @@ class ScanStream:
         """Another sensor, or the same one on a new connection."""
         self.request = models.request_of(self._config, model, usb)
         self.beams = BeamMaker(self._config, model, self.request)
-        self._decoder = scip.ScanDecoder(self.request)
+        self._decoder = scip.ScanDecoder(self.request, reader=Blocks)
         self.clock.restart(model.turn_ms)
         self.watch.restart(model.turn_ms, self.request.skip + 1)
         periods_ns = round(_SILENT_PERIODS * self.watch.period_ns) + _SILENT_MARGIN_NS

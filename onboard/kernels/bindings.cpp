@@ -6,6 +6,7 @@
 #include "bind_pose_field.hpp"
 #include "bind_poses.hpp"
 #include "bind_raster.hpp"
+#include "bind_scip_blocks.hpp"
 #include "bind_sight.hpp"
 #include "bind_visibility.hpp"
 #include "cpu.hpp"
@@ -20,4 +21,5 @@ NB_MODULE(KERNELS_MODULE, m) {
     eldorado::bind_sight(m);
     eldorado::bind_cell_classes(m);
     eldorado::bind_poses(m);
+    eldorado::bind_scip_blocks(m);
 }

@@ -23,6 +23,7 @@ Source: Hokuyo C-42-03320B; statuses and strings as logged from a UTM-30LX. Noth
 One idea a file, both directions together: what one end writes and the other reads is seen to be the same.
 """
 
+from protocol.scip.block_reader import BlockReader, Reader
 from protocol.scip.blocks import BLOCK, decode_blocks, encode_blocks
 from protocol.scip.characters import checksum, decode_value, encode_value
 from protocol.scip.decoder import ScanDecoder
@@ -56,9 +57,42 @@ from protocol.scip.statuses import meaning, succeeded
 from protocol.scip.value_codes import Code, codes_of
 
 __all__ = [
-    "BLOCK", "FRAME_LIMIT", "MEASURING", "MISSING", "PARAMETERS", "STAMP_MODULUS", "Code", "Measuring", "Reply",
-    "Request", "ScanDecoder", "ScanReply", "ScanRequest", "Splitter", "checksum", "codes_of", "decode_blocks",
-    "decode_echoes", "decode_value", "encode_blocks", "encode_echoes", "encode_value", "meaning", "parse_reply",
-    "parse_request", "parse_scan", "parse_scan_request", "parse_stamp", "parse_text", "refusal", "reply", "request",
-    "scan_reply", "stamp_line", "succeeded", "text_line",
+    "BLOCK",
+    "FRAME_LIMIT",
+    "MEASURING",
+    "MISSING",
+    "PARAMETERS",
+    "STAMP_MODULUS",
+    "BlockReader",
+    "Code",
+    "Measuring",
+    "Reader",
+    "Reply",
+    "Request",
+    "ScanDecoder",
+    "ScanReply",
+    "ScanRequest",
+    "Splitter",
+    "checksum",
+    "codes_of",
+    "decode_blocks",
+    "decode_echoes",
+    "decode_value",
+    "encode_blocks",
+    "encode_echoes",
+    "encode_value",
+    "meaning",
+    "parse_reply",
+    "parse_request",
+    "parse_scan",
+    "parse_scan_request",
+    "parse_stamp",
+    "parse_text",
+    "refusal",
+    "reply",
+    "request",
+    "scan_reply",
+    "stamp_line",
+    "succeeded",
+    "text_line",
 ]

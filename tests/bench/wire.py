@@ -1,7 +1,8 @@
-"""Rows of bytes: can-codec, link-codec, scip-poll."""
+"""Rows of bytes: can-codec, link-codec, scip-decode, scip-poll."""
 
 from __future__ import annotations
 
+import logging
 from pathlib import Path
 from statistics import median
 from time import perf_counter
@@ -9,13 +10,15 @@ from time import perf_counter
 import can
 import cantools
 import numpy as np
+from hokuyolx import HokuyoLX
 
 from hil.devices import lidar as sensor
 from hil.devices import lidar_profile as profiles
 from onboard.config import Lidar as LidarConfig
 from onboard.devices.lidar import LidarSession
+from onboard.native.scip import Blocks
 from onboard.records import Chunk, PortState
-from protocol import link
+from protocol import link, scip
 from protocol.can_codec import TABLE
 from protocol.can_crc import crc8
 from tests.bench.goals import Measured, against, seconds
@@ -76,6 +79,52 @@ def link_codec(repeats: int) -> Measured:
     )
 
 
+class _Wire:
+    """A socket for hokuyolx that has one frame."""
+
+    def __init__(self, frame: bytes) -> None:
+        self._frame = frame
+
+    def recv(self, size: int) -> bytes:
+        """The next bytes."""
+        data, self._frame = self._frame[:size], self._frame[size:]
+        return data
+
+
+def scip_decode(repeats: int) -> Measured:
+    """200 MD frames of 1081 beams in a flood, all checks, to whole numbers: splitter and decoder against hokuyolx.
+
+    hokuyolx gets each frame by itself (it merges those that come in one read) and does not convert its stamps to UTC.
+    """
+    asked, rng = scip.ScanRequest("MD", 0, 1080), np.random.default_rng(1)
+    values = rng.integers(23, 60_000, (200, asked.values)).astype(np.int32)
+    frames = [scip.scan_reply(asked, asked.line(), 25 * k, row) for k, row in enumerate(values)]
+    flood = b"".join(frames)
+    pieces = [flood[k : k + 65_536] for k in range(0, len(flood), 65_536)]
+    splitter, decoder = scip.Splitter(), scip.ScanDecoder(asked, reader=Blocks)
+    splitter.echo = asked.line()[:13]
+    client = object.__new__(HokuyoLX)
+    client._logger, client.buf = logging.getLogger("hokuyolx"), 512
+
+    def ours() -> int:
+        return sum(int(decoder.decode(frame).values[0]) for piece in pieces for _, frame in splitter.frames(0, piece))
+
+    def theirs() -> int:
+        total = 0
+        for frame in frames:
+            client._sock = _Wire(frame)
+            _, status, stamp, *lines = client._recv()
+            client._check_sum(status)
+            client._convert2ts(stamp, False)
+            total += int(client._process_scan_data(lines, False)[0])
+        return total
+
+    equal = ours() == theirs() == int(values[:, 0].sum())
+    made = against(ours, theirs, "hokuyolx, frame by frame", repeats)
+    note = f"{made.ours_s / 200 * 1e6:.0f} us a scan" if equal else "VALUES DIFFER"
+    return Measured(made.reference_s / made.ours_s, made.ours_s, made.reference_s, made.reference, note, equal)
+
+
 def scip_poll(repeats: int) -> Measured:
     """What the session does in the tick that brings a scan of 1081 beams, p50."""
     session = LidarSession(LidarConfig())
@@ -102,4 +151,4 @@ def scip_poll(repeats: int) -> Measured:
     )
 
 
-ROWS = {"can-codec": can_codec, "link-codec": link_codec, "scip-poll": scip_poll}
+ROWS = {"can-codec": can_codec, "link-codec": link_codec, "scip-decode": scip_decode, "scip-poll": scip_poll}

@@ -1,0 +1,70 @@
+"""The kernel that reads SCIP's blocks against the reader in steps over arrays, in every build."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from onboard.native import scip as door
+from onboard.native import variant
+from protocol import WireError, scip
+from tests.protocol.test_scip_damage import DAMAGE, SHORT, damaged, scan_of
+
+
+@pytest.fixture(params=variant.available())
+def blocks(request, monkeypatch):
+    monkeypatch.setattr(door, "kernels", variant.load(request.param))
+    return door.Blocks
+
+
+@pytest.mark.parametrize("beams", [1, 20, 21, 22, 42, 43, 64, 1081])
+@pytest.mark.parametrize("code", ["MD", "ME", "MS"])
+def test_kernel_and_reader_give_the_same_values(blocks, code, beams):
+    asked = scip.ScanRequest(code, 0, beams - 1)
+    frame = scan_of(asked, beams)[:-2]
+    got = scip.ScanDecoder(asked, reader=blocks).decode(frame)
+    want = scip.ScanDecoder(asked).decode(frame)
+    assert np.array_equal(got.values, want.values) and got[:2] == want[:2]
+
+
+@pytest.mark.parametrize("name", variant.available())
+@settings(max_examples=200, deadline=None, derandomize=True)
+@given(damage=DAMAGE)
+def test_kernel_and_reader_take_the_same_frames(name, damage):
+    frame = damaged(scan_of(SHORT, 1)[:-2], damage)
+    at = len(scan_of(SHORT, 1).split(b"99b")[0]) + 10
+    reader, kernel = scip.BlockReader(at, SHORT.values, 3), variant.load(name)
+    values = np.empty(SHORT.values, np.int64)
+    taken = kernel.scip_values_into(np.frombuffer(frame, np.uint8), at, 3, values)
+    assert taken == reader(frame) and (not taken or np.array_equal(values, reader.values))
+
+
+@settings(max_examples=100, deadline=None, derandomize=True)
+@given(st.binary(max_size=400), st.integers(0, 500), st.integers(1, 120), st.integers(1, 10))
+def test_any_bytes_are_taken_or_refused(data, at, count, characters):
+    door.Blocks(at, count, characters)(data)
+
+
+def test_no_single_flipped_bit_of_a_full_frame_is_taken_by_the_kernel(blocks):
+    asked = scip.ScanRequest("MD", 0, 1080)
+    frame, decoder = scan_of(asked, 3)[:-2], scip.ScanDecoder(asked, reader=blocks)
+    read = blocks(26, asked.values, 3)
+    assert read(frame)
+    bad = bytearray(frame)
+    for at in range(len(frame)):
+        for bit in range(8):
+            bad[at] ^= 1 << bit
+            if at < 26:
+                with pytest.raises(WireError):
+                    decoder.decode(bytes(bad))
+            else:
+                assert not read(memoryview(bad))
+            bad[at] ^= 1 << bit
+
+
+@pytest.mark.parametrize("wrong", [(-1, 1, 3), (0, 0, 3), (0, 1, 0), (0, 1, 11)])
+def test_the_door_refuses_layouts_that_cannot_be(wrong):
+    with pytest.raises(ValueError, match="at, count, characters"):
+        door.Blocks(*wrong)
