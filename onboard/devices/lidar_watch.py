@@ -9,8 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-import numpy as np
-
 from onboard.devices.lidar_model import healthy
 from onboard.records import U8, BeamStatus
 from protocol.scip import STAMP_MODULUS
@@ -53,7 +51,7 @@ class Watch:
             self.counts["missed"] += max(0, round(turns / self._every) - 1)
             self._period((stamp_ms - self._stamp_ms) % STAMP_MODULUS, turns)
         self.counts["gap"] += self._stamp_ms >= 0 and rx_ns - self._rx_ns > 3 * self.period_ns
-        self.counts["all_error"] += bool(np.minimum.reduce(status) > BeamStatus.NO_RETURN)
+        self.counts["all_error"] += int(status[status.argmin()]) > BeamStatus.NO_RETURN
         self._stamp_ms, self._rx_ns = stamp_ms, rx_ns
 
     def health(self, pairs: Mapping[str, str], laser_wanted: bool) -> None:
