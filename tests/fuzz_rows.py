@@ -24,6 +24,7 @@ from onboard.native import (
     pose_field,
     poses,
     raster,
+    scip,
     sight,
     visibility,
 )
@@ -172,6 +173,11 @@ def _freedom(cell_m: float, layers: dict[str, Any], footprint: tuple[Any, Any], 
     return (poses.pose_freedom(surface, poses.Footprint(footprint[0], body), poses.Limits(*limits)),)
 
 
+def _scip(layout: tuple[int, int, int], frame: bytes) -> tuple[np.ndarray, ...]:
+    blocks = scip.Blocks(*layout)
+    return (blocks.values,) if blocks(frame) else ()
+
+
 def _places(size: int) -> st.SearchStrategy[int]:
     return mostly(st.integers(0, max(0, size - 1)), st.integers(-1, size))
 
@@ -291,6 +297,10 @@ _floods = st.tuples(SIZES, SIZES).flatmap(
         pose=st.tuples(_places(n[0]), _places(n[1]), _places(8)),
     )
 )
+_blocks = together(
+    layout=st.tuples(st.integers(-1, 40), st.integers(0, 200), st.integers(0, 11)),
+    frame=st.binary(max_size=700),
+)
 _wheels = st.tuples(SIDES, SIDES).flatmap(
     lambda n: together(
         rows=st.just(n[0]),
@@ -320,5 +330,6 @@ ROWS: dict[str, Row] = {
     "pose-freedom": Row((poses,), _surfaces, _freedom),
     "closeness": Row((poses,), _fields, lambda **given: (poses.closeness(**given),)),
     "reachable": Row((poses,), _floods, lambda **given: (poses.reachable(**given),)),
+    "scip-blocks": Row((scip,), _blocks, _scip),
     "soil": Row((), _wheels, _soil),
 }

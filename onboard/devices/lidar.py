@@ -8,7 +8,7 @@
 
 Whatever state the sensor is in (streaming, in time adjustment, half a request in its buffer, asleep, booting): an LF
 ends the half request, QT is repeated until its echo comes back. A bad frame is counted by its kind and costs that frame
-alone. `complaint` is one line for people: what keeps the sensor from being used, and what to do.
+alone. `complaint`: one line for people on what keeps the sensor from being used.
 """
 
 from __future__ import annotations
@@ -43,8 +43,7 @@ class LidarSession:
         self._config = config
         self._stream = ScanStream(config, self.counts)
         self._splitter = scip.Splitter()
-        self._phase = Phase.DOWN
-        self._state = PortState.CLOSED
+        self._phase, self._state = Phase.DOWN, PortState.CLOSED
         self._connections = 0
         self._backoff_ns = _FIRST_BACKOFF_NS
         self._next_attempt_ns = 0
@@ -69,12 +68,12 @@ class LidarSession:
 
     @property
     def streaming(self) -> bool:
-        """Whether the sensor was asked to stream on this connection and has agreed."""
-        return self._phase is Phase.STREAM and not self._waiting
+        """Whether the sensor was asked to stream on this connection and has agreed, or is asked scan by scan."""
+        return self._phase is Phase.STREAM and not (self._waiting and self.request.streams)
 
     @property
     def dark(self) -> bool:
-        """Whether the sensor was stopped and said so, and that its laser is off."""
+        """Whether the sensor has stopped and its laser is off."""
         return self._phase in (Phase.DOWN, Phase.QUIET)
 
     @property
@@ -89,7 +88,7 @@ class LidarSession:
 
     @property
     def bad(self) -> int:
-        """Bad frames so far, of all kinds."""
+        """Bad frames so far."""
         return sum(self.counts[kind] for kind in BAD)
 
     def stream(self, on: bool) -> None:
@@ -201,10 +200,9 @@ class LidarSession:
         elif self._phase is Phase.DOWN:
             self.counts["reconnects"] += self._connections > 0
             self._connections += 1
-            self._answered_ns = now_ns
+            self._answered_ns, self._refused_quit = now_ns, False
             self._splitter.clear()
             self._stream.clock.restart()
-            self._refused_quit = False
             self._enter(Phase.SYNC)
 
     def _spoiled(self, kind: str, now_ns: int) -> None:
@@ -218,8 +216,7 @@ class LidarSession:
         if self._phase in _STREAMING and self._stream.has(frame):
             remaining, scan = self._stream.take(frame, rx_ns)
             self._waiting = b"" if self._phase is Phase.STREAM else self._waiting  # that the stream is on may be lost
-            if scan is not None:
-                scans.append(scan)
+            scans += [scan] if scan is not None else []
             if self._phase is Phase.SUSPECT or self._stream.last(remaining):
                 self._enter(Phase.QUIET if self.request.streams and self._stream.last(remaining) else Phase.STREAM)
             return

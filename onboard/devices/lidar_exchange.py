@@ -11,7 +11,7 @@ from typing import NamedTuple
 from protocol import scip
 
 _MS = 1_000_000
-AGAIN_NS = 100 * _MS  # after a refusal that may pass: the sensor boots or wakes
+AGAIN_NS = 50 * _MS  # after a refusal that may pass: the sensor boots or wakes
 TRIES = 4  # of a request whose reply came damaged, before its timeout is waited for
 
 

@@ -124,7 +124,7 @@ class LidarPort(ABC):
                 self._fail(f"{self.address} is gone: {error.strerror}; it is opened again when it is back")
                 return
             if not piece:
-                self._fail(f"{self.address} is gone: unplugged or closed by the other side; it is opened again when it is back")
+                self._fail(f"{self.address} is gone: unplugged, or closed by the other side; it is opened again")
                 return
             self._pending += piece
             self.received += len(piece)
