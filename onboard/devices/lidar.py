@@ -124,8 +124,6 @@ class LidarSession:
         heard_ns, drift_ratio = self._stream.heard_ns, self._stream.clock.drift_ratio
         return (int(self._phase), self._wanted, heard_ns, self._sent_ns, drift_ratio, *self.counts.values())
 
-    # -- the stream --------------------------------------------------------------------------------------------
-
     def receive(self, chunks: Sequence[Chunk], state: PortState, now_ns: int) -> list[Scan]:
         """The scans that became complete. Bad bytes never raise; they are in `counts`."""
         if self._wanted and self._wanted_ns is None:
@@ -181,8 +179,6 @@ class LidarSession:
         self._waiting, self._sent_ns, self._again_ns = command[:-1], now_ns, None
         self._tell_deaf(now_ns)
         return b"\n" + command if self._phase is Phase.SYNC else command
-
-    # -- inside ------------------------------------------------------------------------------------------------
 
     @property
     def _exchange(self) -> Exchange:
