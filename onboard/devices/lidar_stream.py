@@ -30,6 +30,7 @@ class ScanStream:
         """Another sensor, or the same one on a new connection."""
         self.request = models.request_of(self._config, model, usb)
         self.beams = BeamMaker(self._config, model, self.request)
+        self._code = self.request.code.encode()
         self._decoder = scip.ScanDecoder(self.request, reader=Blocks)
         self.clock.restart(model.turn_ms)
         self.watch.restart(model.turn_ms, self.request.skip + 1)
@@ -42,7 +43,7 @@ class ScanStream:
 
     def has(self, frame: memoryview) -> bool:
         """Whether a frame is a scan and no short reply."""
-        return len(frame) > 24 and bytes(frame[:2]) == self.request.code.encode()
+        return len(frame) > 24 and frame[:2] == self._code
 
     def last(self, remaining: int) -> bool:
         """Whether no scan follows the one with this count."""

@@ -30,7 +30,8 @@ class ScanDecoder:
         self._plain = kind.echoes == 1 and kind.stamp == 4
         self._head = asked.line()[: -2 if asked.streams else None]
         self._after = (b";" + string if string else b"") + (b"\n99b\n" if asked.streams else b"\n00P\n")
-        self._stamp_at = len(asked.line()) + len(self._after)
+        self._after_at = len(asked.line())
+        self._stamp_at = self._after_at + len(self._after)
         self._read = reader(self._stamp_at + _STAMP, asked.values, kind.characters)
 
     def decode(self, frame: memoryview | bytes) -> ScanReply:
@@ -43,12 +44,12 @@ class ScanDecoder:
     def _remaining(self, frame: memoryview | bytes) -> int:
         """The remaining count, if echo, status and the stamp's sum are right; else -1."""
         head = bytes(frame[: self._stamp_at + _STAMP])
-        after, stamp = head[len(self.asked.line()) : self._stamp_at], head[self._stamp_at :]
+        after, stamp = head[self._after_at : self._stamp_at], head[self._stamp_at :]
         if not head.startswith(self._head) or after != self._after or len(stamp) != _STAMP:
             return -1
         if stamp[4:] != checksum(stamp[:4]) + b"\n" or min(stamp[:4]) < 0x30 or max(stamp) > 0x6F:
             return -1
-        digits = head[len(self._head) : len(self.asked.line())] or b"00"
+        digits = head[len(self._head) : self._after_at] or b"00"
         if digits != b"00" and not (self.asked.scans and digits.isdigit()):
             return -1
         remaining = int(digits)
