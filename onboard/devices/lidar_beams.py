@@ -32,7 +32,10 @@ class BeamMaker:
         self._step_rad = model.step_rad * step
 
     def scan(self, values: NDArray[np.integer[Any]], stamp_ns: int, turn_ns: float) -> Scan:
-        """The scan whose stamp names the instant stamp_ns, in a turn that takes turn_ns. A cluster stands for its middle, in angle and time."""
+        """The scan whose stamp names the instant stamp_ns, in a turn that takes turn_ns.
+
+        A cluster stands for its middle, in angle and time.
+        """
         wide = values.reshape(self._asked.beams, self._asked.kind.echoes, self._asked.channels)
         place, first = self.ring.take(), wide[:, 0, 0]
         np.take(self._status_of, first, out=place.status, mode="clip")
