@@ -1,0 +1,200 @@
+"""The commands `onboard lidar ...`: a scanner alone, by the flight driver."""
+
+from __future__ import annotations
+
+import json
+import signal
+import sys
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, TypeVar
+
+import typer
+
+if TYPE_CHECKING:
+    from onboard.config import Config
+    from onboard.lidar_tool.report import Report
+    from onboard.lidar_tool.shell import Shell
+    from onboard.record.writer import Recorder
+
+T = TypeVar("T")
+EX_UNHEALTHY, EX_DATAERR, EX_NOINPUT, EX_CANTCREAT, EX_CONFIG = 1, 65, 66, 73, 78
+EXAMPLES = (
+    "Examples:\n\n"
+    "  onboard lidar info tty:/dev/ttyACM0\n\n"
+    "  onboard lidar watch tcp:192.168.0.10:10940 --polar\n\n"
+    "  onboard lidar check tty:/dev/ttyACM0 --seconds 10\n\n"
+    "  onboard lidar record tty:/dev/ttyACM0 --out room.mcap --seconds 30\n\n"
+    "  onboard lidar replay room.mcap\n\n"
+    "  onboard lidar check room.mcap"
+)
+Address = Annotated[str, typer.Argument(help="tty:PATH, tty:PATH@BITRATE or tcp:HOST:PORT; a path alone is a tty.")]
+Settings = Annotated[list[str] | None, typer.Option("--set", "-s", help="lidar.key=value, as for `onboard run`.")]
+AsJson = Annotated[bool, typer.Option("--json", help="For programs.")]
+Seconds = Annotated[float, typer.Option(min=0, help="How long; 0: until Ctrl-C.")]
+
+app = typer.Typer(no_args_is_help=True, help=f"A scanner alone, by the flight driver.\n\n{EXAMPLES}")
+
+
+@app.command("info", epilog=EXAMPLES)
+def info_command(address: Address, settings: Settings = None, as_json: AsJson = False) -> None:
+    """Ask a sensor who it is and how it is: VV, PP and II, each read twice. Takes any model.
+
+    Exit codes of all commands: 0 done, 66 no such device or file, 68 no such host, 69 it cannot be reached, is in use
+    or is no Hokuyo, 77 no permission, 78 the configuration is wrong or the sensor is another model.
+    """
+
+    def tell(shell: Shell) -> None:
+        info, session = shell.session.info, shell.session
+        if as_json:
+            print(json.dumps({"info": info, "request": session.request.line().decode()}))
+            return
+        for key, text in info.items():
+            print(f"{key}  {text}")
+        print(f"asked with {session.request.line().decode()}: {session.request.beams} beams")
+
+    _with_sensor(_config(address, ["lidar.model=", *(settings or ())]), tell)
+
+
+@app.command("watch", epilog=EXAMPLES)
+def watch_command(
+    address: Address, settings: Settings = None, as_json: AsJson = False, seconds: Seconds = 0.0,
+    polar: Annotated[bool, typer.Option("--polar", help="Draw the scan from above.")] = False,
+    reach: Annotated[float, typer.Option(min=0.1, max=100, help="Metres from the scanner to the plot's edge.")] = 8.0,
+) -> None:
+    """Show a live scan: rate, range ahead, nearest return, clock; a line a second where the output is no terminal."""
+    from onboard.lidar_tool.live import Screen
+
+    def look(shell: Shell) -> None:
+        with Screen(polar, reach, as_json) as screen:
+            for scans in shell.stream(seconds):
+                screen.show(shell.session, scans, shell.now_ns)
+
+    _with_sensor(_config(address, settings), look)
+
+
+@app.command("record", epilog=EXAMPLES)
+def record_command(
+    address: Address, out: Annotated[Path, typer.Option("--out", "-o", help="MCAP file to write.")],
+    settings: Settings = None, seconds: Seconds = 0.0, as_json: AsJson = False,
+    scans: Annotated[int, typer.Option(min=0, help="End after so many scans; 0: no limit.")] = 0,
+) -> None:
+    """Write every byte of both directions with its time, so that `replay` does the same again, bit by bit.
+
+    Exit code 73: no place to write; else those of `info`.
+    """
+    from onboard.record.writer import Recorder
+
+    config = _config(address, settings)
+    config = replace(config, record=replace(config.record, path=str(out)))
+    try:
+        recorder = Recorder(config, None)
+    except OSError as error:
+        raise _fail(EX_CANTCREAT, f"{out} cannot be written: {error.strerror}") from None
+
+    def take(shell: Shell) -> int:
+        return sum(len(found) for found in shell.stream(seconds, scans))
+
+    try:
+        with recorder:
+            taken = _with_sensor(config, take, recorder)
+    except typer.Exit:
+        out.unlink()  # there was no sensor to record
+        raise
+    told = {"file": str(out), "bytes": out.stat().st_size, "scans": taken or 0}
+    print(json.dumps(told) if as_json else f"{out}: {told['scans']} scans, {told['bytes']} bytes")
+
+
+@app.command("replay", epilog=EXAMPLES)
+def replay_command(
+    record: Annotated[Path, typer.Argument(help="MCAP file of `onboard lidar record`.")], as_json: AsJson = False
+) -> None:
+    """Run the driver again on a record and compare every byte that it sends: `identical`, or the first difference.
+
+    Exit codes: 0 identical, 1 different, 65 the record is damaged, 66 no such file.
+    """
+    from onboard.lidar_tool.again import replay
+    from onboard.record import replay as of_runs
+
+    raise typer.Exit(of_runs.replay_command(record, as_json, replay))
+
+
+@app.command("check", epilog=EXAMPLES)
+def check_command(
+    source: Annotated[str, typer.Argument(help="A sensor's address, a record (.mcap) or a hokuyoaist log (.logr).")],
+    settings: Settings = None, seconds: Seconds = 12.0, as_json: AsJson = False,
+) -> None:
+    """Say how well a sensor is: sums, gaps, clock, codes, its own word; and for all that is wrong the likely cause.
+
+    Exit code 1: something is wrong, 65: the file is damaged; else those of `info`.
+    """
+    from onboard.lidar_tool.report import Report, Tally, findings
+    from onboard.lidar_tool.show import lines_of
+
+    def measure(shell: Shell) -> Report:
+        tally, session = Tally(), shell.session
+        for scans in shell.stream(seconds):
+            tally.add(scans)
+        return Report(dict(session.counts), session.clock.quality, tally, session.info)
+
+    path = Path(source)
+    if path.suffix in (".mcap", ".logr", ".logw"):
+        report: Report | None = _from_file(path)
+    else:
+        report = _with_sensor(_config(source, settings), measure)
+    if report is None:
+        return
+    print(json.dumps(report.as_dict()) if as_json else "\n".join(lines_of(report)))
+    if findings(report):
+        raise typer.Exit(EX_UNHEALTHY)
+
+
+def _from_file(path: Path) -> Report:
+    from onboard.config import Lidar
+    from onboard.lidar_tool.listener import Listener, chunks_of
+    from onboard.lidar_tool.report import Report, Tally
+
+    tally, listener = Tally(), Listener(Lidar())
+    try:
+        for chunk in chunks_of(path):
+            tally.add(listener.receive(chunk))
+    except OSError as error:
+        raise _fail(EX_NOINPUT, f"{path} cannot be read: {error.strerror}") from None
+    except ValueError as error:
+        raise _fail(EX_DATAERR, f"{path} is damaged: {error}") from None
+    return Report(listener.counts, listener.quality, tally, listener.info)
+
+
+def _with_sensor(config: Config, use: Callable[[Shell], T], recorder: Recorder | None = None) -> T | None:
+    """What `use` makes of a sensor that has told who it is; None when Ctrl-C came before. Ends with one line if not."""
+    from onboard.config import ConfigError
+    from onboard.drivers.clock import WallClock
+    from onboard.lidar_tool.shell import Shell
+    from onboard.lidar_tool.trouble import PortTroubleError
+
+    clock = WallClock()
+    for number in (signal.SIGTERM, signal.SIGINT):
+        signal.signal(number, lambda *_: setattr(clock, "stopping", True))
+    try:
+        with Shell(config, clock, recorder) as shell:
+            return use(shell) if shell.until_ready() else None
+    except ConfigError as error:
+        raise _fail(EX_CONFIG, str(error)) from None
+    except PortTroubleError as error:
+        raise _fail(error.code, str(error)) from None
+
+
+def _config(address: str, settings: list[str] | None) -> Config:
+    from onboard.config import ConfigError, load, parse_override
+
+    address = f"tty:{address}" if address.startswith("/") else address
+    try:
+        return load(None, {**dict(parse_override(text) for text in settings or ()), "lidar.address": address})
+    except ConfigError as error:
+        raise _fail(EX_CONFIG, str(error)) from None
+
+
+def _fail(code: int, text: str) -> typer.Exit:
+    print(f"onboard: {text}", file=sys.stderr)
+    return typer.Exit(code)
