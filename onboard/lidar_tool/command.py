@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from onboard.record.writer import Recorder
 
 T = TypeVar("T")
-EX_UNHEALTHY, EX_DATAERR, EX_NOINPUT, EX_CANTCREAT, EX_CONFIG = 1, 65, 66, 73, 78
+EX_UNHEALTHY, EX_DATAERR, EX_NOINPUT, EX_UNAVAILABLE, EX_CANTCREAT, EX_CONFIG = 1, 65, 66, 69, 73, 78
 EXAMPLES = (
     "Examples:\n\n"
     "  onboard lidar info tty:/dev/ttyACM0\n\n"
@@ -41,8 +41,8 @@ app = typer.Typer(no_args_is_help=True, help=f"A scanner alone, by the flight dr
 def info_command(address: Address, settings: Settings = None, as_json: AsJson = False) -> None:
     """Ask a sensor who it is and how it is: VV, PP and II, each read twice. Takes any model.
 
-    Exit codes of all commands: 0 done, 66 no such device or file, 68 no such host, 69 it cannot be reached, is in use
-    or is no Hokuyo, 77 no permission, 78 the configuration is wrong or the sensor is another model.
+    Exit codes of all commands: 0 done, 69 the sensor cannot be reached, is in use, may not be used or is no Hokuyo,
+    78 a setting or the address is wrong, or the sensor is another model.
     """
 
     def tell(shell: Shell) -> None:
@@ -170,8 +170,7 @@ def _with_sensor(config: Config, use: Callable[[Shell], T], recorder: Recorder |
     """What `use` makes of a sensor that has told who it is; None when Ctrl-C came before. Ends with one line if not."""
     from onboard.config import ConfigError
     from onboard.drivers.clock import WallClock
-    from onboard.lidar_tool.shell import Shell
-    from onboard.lidar_tool.trouble import PortTroubleError
+    from onboard.lidar_tool.shell import SensorError, Shell
 
     clock = WallClock()
     for number in (signal.SIGTERM, signal.SIGINT):
@@ -181,8 +180,8 @@ def _with_sensor(config: Config, use: Callable[[Shell], T], recorder: Recorder |
             return use(shell) if shell.until_ready() else None
     except ConfigError as error:
         raise _fail(EX_CONFIG, str(error)) from None
-    except PortTroubleError as error:
-        raise _fail(error.code, str(error)) from None
+    except SensorError as error:
+        raise _fail(EX_CONFIG if error.wrong_model else EX_UNAVAILABLE, str(error)) from None
 
 
 def _config(address: str, settings: list[str] | None) -> Config:

@@ -10,11 +10,19 @@ from onboard.drivers.clock import WallClock
 from onboard.drivers.lidar_ear import LidarEar
 from onboard.drivers.lidar_port import open_port
 from onboard.lidar_tool.core import LidarCore, Order
-from onboard.lidar_tool.trouble import EX_CONFIG, EX_UNAVAILABLE, PortTroubleError, explain
 from onboard.record.writer import Recorder
 from onboard.records import Inputs, PortState, Scan
+from protocol.barrier import Tick
 
-READY_S, FAREWELL_S = 10.0, 1.0
+READY_S, FAREWELL_TICKS = 10.0, 100
+
+
+class SensorError(RuntimeError):
+    """The sensor cannot be used: one line that says why and what to do. wrong_model: it is another than configured."""
+
+    def __init__(self, text: str, wrong_model: bool = False) -> None:
+        super().__init__(text)
+        self.wrong_model = wrong_model
 
 
 class Shell:
@@ -39,18 +47,20 @@ class Shell:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        if self.port.state is PortState.OPEN:
-            self.clock.stopping = False  # the farewell takes a few ticks; another Ctrl-C ends it
-            until_ns, order = self.clock.now_ns() + FAREWELL_S * 1e9, Order.FAREWELL
-            while self.tick(order) is not None and not self.session.dark and self.now_ns < until_ns:
-                order = Order.NONE
+        order = Order.FAREWELL
+        for now in self.clock.overtime(FAREWELL_TICKS if self.port.state is PortState.OPEN else 0):
+            self._at(now, order)
+            order = Order.NONE
+            if self.session.dark:
+                break
         self.port.close()
 
     def tick(self, order: Order = Order.NONE) -> list[Scan] | None:
         """Wait for the next tick; the scans that it brought, None when somebody asked to stop."""
         now = self.clock.wait()
-        if now is None:
-            return None
+        return None if now is None else self._at(now, order)
+
+    def _at(self, now: Tick, order: Order) -> list[Scan]:
         self.now_ns = now.now_ns
         inputs = Inputs(now.number, now.now_ns, lidar_chunks=self._ear.take(), lidar_state=self.port.state)
         outputs, scans = self.core.tick(inputs, order)
@@ -62,23 +72,19 @@ class Shell:
         return scans
 
     def until_ready(self, limit_s: float = READY_S) -> bool:
-        """Tick until the sensor has told who it is. False: asked to stop. Raises PortTroubleError if it never does."""
-        tried = False
+        """Tick until the sensor has told who it is. False: asked to stop. Raises SensorError if it never does."""
         while not self.session.ready:
             if self.tick() is None:
                 return False
-            if self.port.state is PortState.ERROR and not tried:
-                tried = True
-                if (trouble := explain(self.config.lidar.address)) is not None:
-                    raise trouble
+            if self.port.state is PortState.ERROR:
+                raise SensorError(self.port.error)
             self._complain()
             if self.now_ns > limit_s * 1e9:
-                text = f"{self.config.lidar.address} did not say who it is within {limit_s:g} s"
-                raise PortTroubleError(EX_UNAVAILABLE, text)
+                raise SensorError(f"{self.config.lidar.address} did not say who it is within {limit_s:g} s")
         return True
 
     def stream(self, seconds: float, scans: int = 0) -> Iterator[list[Scan]]:
-        """Tick by tick what a stream brings, until enough (0: no limit) or asked to stop. Raises PortTroubleError."""
+        """Tick by tick what a stream brings, until enough (0: no limit) or asked to stop. Raises SensorError."""
         began_ns, taken, order = self.now_ns, 0, Order.STREAM
         while not (scans and taken >= scans) and not (seconds and self.now_ns - began_ns >= seconds * 1e9):
             found, order = self.tick(order), Order.NONE
@@ -90,5 +96,4 @@ class Shell:
 
     def _complain(self) -> None:
         if self.session.complaint:
-            code = EX_CONFIG if "lidar.model" in self.session.complaint else EX_UNAVAILABLE
-            raise PortTroubleError(code, self.session.complaint)
+            raise SensorError(self.session.complaint, "lidar.model" in self.session.complaint)

@@ -1,8 +1,4 @@
-"""The scanner's clock through the port layer: wall-clock ports, a real socket, the emulated sensor, time by hand.
-
-The bench's hand on the clock lets a piece leave the sensor at its own time and moves on only when the port has read it;
-so the stamps are those of the wall clock's ports, tick after tick, and nothing depends on the machine.
-"""
+"""The scanner's clock through the port layer: the wall clock's ports, a real socket, the emulated sensor."""
 
 from __future__ import annotations
 
@@ -12,70 +8,29 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from hil.devices import lidar as sensor
 from hil.devices import lidar_profile as profiles
 from hil.lidar_server import LidarServer
 from onboard.app import WallPorts
 from onboard.config import Lidar
 from onboard.devices.lidar import LidarSession
-from onboard.drivers.clock import WallClock
 from onboard.drivers.lidar_port import open_port
 from onboard.records import Outputs, PortState
-
-REAL_LIMIT_S = 30.0
-
-
-class HandClock(WallClock):
-    """The wall clock's ticks, with a hand that moves the time and lets the sensor's bytes out at theirs."""
-
-    def __init__(self, twin, server):
-        super().__init__()
-        self.twin, self.server, self.time_ns, self.pieces = twin, server, 0, []
-        self.busy = np.random.default_rng(7)
-        self.idle = self.pass_time
-
-    def now_ns(self):
-        return self.time_ns
-
-    def pass_time(self, left_s):
-        """Up to the sensor's next piece, or to the end; what leaves while the computer works is read later."""
-        until_ns = self.time_ns + round(left_s * 1e9)
-        self.twin.step(until_ns)
-        self.pieces += self.twin.send()
-        if not self.pieces:
-            self.time_ns = until_ns
-            return
-        at_ns, data = self.pieces.pop(0)
-        self.time_ns = max(self.time_ns, at_ns) + int(20_000 + self.busy.exponential(50_000))  # the computer wakes up
-        before = self.ports.lidar.received
-        self.server.write(data)
-        while self.ports.lidar.received < before + len(data):
-            self.ports.listen(REAL_LIMIT_S)
-
-    def work(self):
-        """A tick takes 0.5 to 4 ms."""
-        self.time_ns += int(0.5e6 + 3.5e6 * self.busy.random())
+from tests.onboard.hand_clock import REAL_LIMIT_S, HandClock
 
 
 def fly(profile, latency_ns, seconds):
     """Scans of a stream over a TCP port, with the wall clock's ports between sensor and session."""
-    twin, server = sensor.Lidar(1, lambda times_ns: np.full(len(times_ns), 2.0), profile), LidarServer()
-    lidar = open_port(server.address)
+    server = LidarServer()
+    lidar, clock = open_port(server.address), HandClock(server, profile)
     silent = SimpleNamespace(state=PortState.OPEN, read=lambda _: (), write=lambda _: 0)
-    clock, session, scans = HandClock(twin, server), LidarSession(Lidar(latency_ns=latency_ns)), []
-    ports = clock.ports = WallPorts(silent, lidar, silent, clock)
+    ports, session, scans = WallPorts(silent, lidar, silent, clock), LidarSession(Lidar(latency_ns=latency_ns)), []
+    clock.idle = ports.ear.listen
     lidar.connect()
-    assert server.wait_client(REAL_LIMIT_S) and lidar.wait_open(REAL_LIMIT_S) is PortState.OPEN
-    twin.connect()
     session.stream(True)
     for _ in range(int(seconds * 100)):
         inputs = ports.read(clock.wait())
         scans += session.receive(inputs.lidar_chunks, inputs.lidar_state, inputs.now_ns)
-        up = session.send(inputs.now_ns)
-        ports.write(Outputs(lidar_bytes=up))
-        if up:
-            twin.receive(server.poll_exactly(lidar.sent, REAL_LIMIT_S), clock.now_ns())
-        clock.work()
+        ports.write(Outputs(lidar_bytes=session.send(inputs.now_ns)))
     lidar.close()
     server.close()
     assert session.bad == 0 and clock.slipped_ticks == 0
@@ -101,14 +56,14 @@ def test_bytes_between_two_ticks_are_stamped_when_they_come_and_taken_in_order_a
     server, lidar = LidarServer(), None
     try:
         lidar = open_port(server.address)
-        clock = SimpleNamespace(now_ns=iter((3_000_000, 7_000_000, 9_000_000)).__next__, slipped_ticks=0)
+        clock = SimpleNamespace(now_ns=iter((3_000_000, 7_000_000, 9_000_000, 9_100_000)).__next__, slipped_ticks=0)
         silent = SimpleNamespace(state=PortState.OPEN, read=lambda _: ())
         ports = WallPorts(silent, lidar, silent, clock)
         lidar.connect()
         assert server.wait_client(REAL_LIMIT_S) and lidar.wait_open(REAL_LIMIT_S) is PortState.OPEN
         for data in (b"MD", b"00"):
             server.write(data)
-            ports.listen(REAL_LIMIT_S)
+            ports.ear.listen(REAL_LIMIT_S)
         inputs = ports.read(SimpleNamespace(number=1, now_ns=10_000_000))
         assert inputs.lidar_chunks == ((3_000_000, b"MD"), (7_000_000, b"00"))
     finally:
