@@ -7,6 +7,7 @@ import signal
 import sys
 from collections.abc import Callable
 from dataclasses import replace
+from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, TypeVar
 
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
     from onboard.record.writer import Recorder
 
 T = TypeVar("T")
-EX_UNHEALTHY, EX_DATAERR, EX_NOINPUT, EX_UNAVAILABLE, EX_CANTCREAT, EX_CONFIG = 1, 65, 66, 69, 73, 78
+EX_UNHEALTHY, EX_USAGE, EX_DATAERR, EX_NOINPUT, EX_UNAVAILABLE, EX_CANTCREAT, EX_CONFIG = 1, 64, 65, 66, 69, 73, 78
 EXAMPLES = (
     "Examples:\n\n"
     "  onboard lidar info tty:/dev/ttyACM0\n\n"
@@ -27,7 +28,8 @@ EXAMPLES = (
     "  onboard lidar check tty:/dev/ttyACM0 --seconds 10\n\n"
     "  onboard lidar record tty:/dev/ttyACM0 --out room.mcap --seconds 30\n\n"
     "  onboard lidar replay room.mcap\n\n"
-    "  onboard lidar check room.mcap"
+    "  onboard lidar check room.mcap\n\n"
+    "  onboard lidar scan build/demo/onboard.mcap --out stop1.ply"
 )
 Address = Annotated[str, typer.Argument(help="tty:PATH, tty:PATH@BITRATE or tcp:HOST:PORT; a path alone is a tty.")]
 Settings = Annotated[list[str] | None, typer.Option("--set", "-s", help="lidar.key=value, as for `onboard run`.")]
@@ -148,6 +150,49 @@ def check_command(
     print(json.dumps(report.as_dict()) if as_json else "\n".join(lines_of(report)))
     if findings(report):
         raise typer.Exit(EX_UNHEALTHY)
+
+
+@app.command("scan", epilog=EXAMPLES)
+def scan_command(
+    record: Annotated[Path, typer.Argument(help="Record (.mcap) of a run.")],
+    out: Annotated[Path, typer.Option("--out", "-o", help="Where the scan goes: .ply, .npz or .mcap.")],
+    sweep: Annotated[int, typer.Option(help="Which sweep, from 1; 0: all of them, into a .mcap.", min=0)] = 1,
+    as_json: AsJson = False,
+) -> None:
+    """Write a 3D scan of a run's record, each beam with its time and tilt: cloud (.ply), image (.npz), both (.mcap).
+
+    Exit codes: 0 done, 64 no such format, 65 the record is damaged or has no such sweep, 66 no such file, 73 no place
+    to write.
+    """
+    from onboard.lidar_tool.again import config_of
+    from onboard.lidar_tool.sweeps import sweeps_of
+    from onboard.maps.scan_export import FORMATS, write_record
+
+    write = FORMATS.get(out.suffix[1:])
+    if write is None or (sweep == 0 and out.suffix != ".mcap"):
+        raise _fail(EX_USAGE, f"{out}: a name should end in .ply, .npz or .mcap; all sweeps go into a .mcap only")
+    try:
+        config = config_of(record)
+        found = list(islice(sweeps_of(record, config), max(0, sweep - 1), sweep or None))
+    except FileNotFoundError:
+        raise _fail(EX_NOINPUT, f"no record {record}") from None
+    except ValueError as error:
+        raise _fail(EX_DATAERR, f"{record} is damaged: {error}") from None
+    if not found:
+        raise _fail(EX_DATAERR, f"{record} holds no sweep {sweep or ''}".rstrip())
+    try:
+        if sweep:
+            write(found[0], config.rover, out)
+        else:
+            write_record(found, config.rover, out)
+    except OSError as error:
+        raise _fail(EX_CANTCREAT, f"{out} cannot be written: {error.strerror}") from None
+    rows = [(*scan.pixels.shape, int(scan.valid.sum())) for scan in found]
+    if as_json:
+        sweeps = [{"lines": lines, "beams": beams, "points": count} for lines, beams, count in rows]
+        print(json.dumps({"file": str(out), "sweeps": sweeps}))
+    else:
+        print(f"{out}: " + "; ".join(f"{lines} lines of {beams} beams, {count} points" for lines, beams, count in rows))
 
 
 def _from_file(path: Path) -> Report:

@@ -18,7 +18,7 @@ from onboard.devices.lidar import LidarSession
 from onboard.devices.nodes import Nodes
 from onboard.perception.scan3d import gather
 from onboard.perception.sweep import TiltSegment
-from onboard.records import Chunk, PortState, Pose
+from onboard.records import Chunk, Inputs, Outputs, PortState, Pose
 
 TICK_NS = 10_000_000
 ROVER = config.Rover()
@@ -56,7 +56,7 @@ class Nodding:
         self.session = LidarSession(config.Lidar(latency_ns=latency_ns(profile) - late_ns))
         self.twin.connect()
         self.session.stream(True)
-        self.tick, self.scans, self.truth = 0, [], {}
+        self.tick, self.scans, self.truth, self.recorder = 0, [], {}, None
 
     @property
     def now_ns(self):
@@ -83,10 +83,14 @@ class Nodding:
             for frame in self.nodes.send(self.now_ns, 0):
                 self.axis.receive(frame, self.now_ns)
             self.axis.step(self.now_ns, None)  # the plant does not act on it
-            self.nodes.receive(self.axis.send(), self.now_ns)
+            frames = self.axis.send()
+            self.nodes.receive(frames, self.now_ns)
             self.twin.step(self.now_ns)
             pieces = [Chunk(*piece) for piece in self.twin.send()]
             self.scans += self.session.receive(pieces, PortState.OPEN, self.now_ns)
+            if self.recorder is not None:
+                inputs = Inputs(self.tick, self.now_ns, tuple(frames), lidar_chunks=tuple(pieces))
+                self.recorder.write(inputs, Outputs(state_digest=bytes(8)))
             self.twin.receive(self.session.send(self.now_ns), self.now_ns)
             assert self.tick < 100_000
 
