@@ -101,7 +101,9 @@ class Nodding:
     def sweep(self, start_deg, end_deg, rate_dps):
         """One constant-rate sweep from a parked axis, as a 3D scan of all beams from before it to after it."""
         self.nodes.park_tilt(math.radians(start_deg))
-        self.settle(1.0)
+        self.settle(0.3)
+        self.run(lambda: not self.nodes.tilt_moving)
+        self.settle(0.3)
         begin_ns = self.now_ns
         self.nodes.sweep([segment(start_deg, end_deg, rate_dps)], self.now_ns + 400_000_000)
         self.run(lambda: self.nodes.sweep_done(self.now_ns))
