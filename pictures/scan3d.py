@@ -69,7 +69,8 @@ def _floor(axes: Axes, scan: Scan3d, made: Points, wrong: Points) -> None:
     for each, colour, name in (
         (wrong, RED, "one tilt for a whole turn"), (made, BLACK, "the tilt at each beam's own time"),
     ):  # fmt: skip
-        axes.scatter(azimuth, 1e3 * each.xyz_m[floor, 2], s=0.6, color=colour, linewidths=0, label=name, rasterized=True)
+        height_mm = 1e3 * each.xyz_m[floor, 2]
+        axes.scatter(azimuth, height_mm, s=0.6, color=colour, linewidths=0, label=name, rasterized=True)
     axes.invert_xaxis()
     axes.set(title="heights of the floor's points", xlabel="azimuth, degrees", ylabel="height, mm")
     axes.legend(loc="upper left", markerscale=10)
