@@ -5,8 +5,9 @@
                        o              o                exact to 0.01 degrees
              steady    | turning |    | hole: no beam  before the first, after the last: nothing, never extrapolated
 
-A beam is turned down where the axis speeds up, slows down or turns round (load, backlash and lag differ there), and in
-a hole of the samples across which the axis moved.
+A beam is turned down where the axis starts, stops or turns round (load, backlash and lag differ there), and in a hole
+of the samples across which the axis moved. From one segment of a sweep to the next the rate may be up to 4 times as
+high: that the samples show as it is.
 """
 
 from __future__ import annotations
@@ -43,7 +44,7 @@ def tilt_at(track: TiltTrack, times_ns: F64, origin_ns: int) -> tuple[F64, Bool,
 
 
 def _steady(samples_ns: F64, angles_rad: F64) -> Bool:
-    """Whether the axis moved as much in the 50 ms after each sample as in the 50 ms before, to a half.
+    """Whether the axis moved as much in the 50 ms after each sample as in the 50 ms before, to a quarter.
 
     Near the ends of the track the windows are as long as both can be.
     """
@@ -51,5 +52,5 @@ def _steady(samples_ns: F64, angles_rad: F64) -> Bool:
     before = angles_rad - np.interp(samples_ns - window_ns, samples_ns, angles_rad)
     after = np.interp(samples_ns + window_ns, samples_ns, angles_rad) - angles_rad
     most = np.maximum(np.abs(before), np.abs(after))
-    steady: Bool = np.abs(after - before) <= np.maximum(most / 2, _STEP_RAD)
+    steady: Bool = np.abs(after - before) <= np.maximum(0.75 * most, _STEP_RAD)
     return steady

@@ -59,6 +59,12 @@ def test_start_from_rest_is_turned_down_and_a_parked_axis_is_steady():
     assert steady.tolist() == [True, True, False, False, True, True]
 
 
+def test_segments_of_a_sweep_join_without_a_gap():
+    times_ms = np.arange(0, 1001, 5)
+    samples = track(times_ms, np.where(times_ms < 500, 0.010 * times_ms, 5 + 0.030 * (times_ms - 500)))
+    assert at(samples, np.arange(0, 1000, 1.7))[2].all()
+
+
 @pytest.mark.parametrize("rate_dps", [1.6, 4.0, 20.0])
 def test_encoder_steps_of_a_slow_axis_are_no_turn(rate_dps):
     times_ms = np.arange(0, 2001, 5)

@@ -158,6 +158,40 @@ def test_beams_about_the_turn_of_a_nod_and_before_the_first_sample_have_no_point
     assert (np.isnan(scan.pixels["tilt_rad"]) == (mask == Mask.NO_TILT)).all()
 
 
+def interrupted(bench, harm):
+    """A sweep of 2 s in the middle of which something happens to the sensor."""
+    bench.settle(3)
+    bench.nodes.park_tilt(0.0)
+    bench.settle(1)
+    begin_ns = bench.now_ns
+    bench.nodes.sweep([segment(0, 60, 30)], begin_ns + 400_000_000)
+    bench.settle(1.2)
+    harm(bench)
+    bench.run(lambda: bench.nodes.sweep_done(bench.now_ns))
+    bench.settle(0.5)
+    taken = [scan for scan in bench.scans if scan.start_ns >= begin_ns]
+    return gather(taken, bench.nodes.tilt_track(begin_ns - 100_000_000))
+
+
+def test_sensor_that_reboots_in_mid_sweep_costs_scans_and_no_point_is_wrong():
+    bench = Nodding()
+    scan = interrupted(bench, lambda bench: bench.twin.reboot())
+    made = points(scan, ROVER)
+    assert bench.session.counts["clock_reboot"] == 1 and bench.session.counts["clock_jump"] == 0
+    assert 50 < len(scan.pixels) < 115
+    assert rms_m(made.xyz_m - bench.hits(scan, made.line, made.beam)[0]) < 0.0015
+
+
+def test_counter_that_wraps_in_mid_sweep_costs_nothing():
+    bench = Nodding(dataclasses.replace(HARD, start_ms=2**24 - 5200.0))
+    scan = interrupted(bench, lambda bench: None)
+    made = points(scan, ROVER)
+    assert bench.twin.clock_ms(bench.now_ns) < 3000
+    counts = bench.session.counts
+    assert counts["clock_reboot"] == counts["clock_jump"] == counts["missed"] == 0
+    assert rms_m(made.xyz_m - bench.hits(scan, made.line, made.beam)[0]) < 0.0015
+
+
 def test_statuses_and_intensities_stay_in_the_image():
     status = np.array([BeamStatus.OK, BeamStatus.NO_RETURN, BeamStatus.TOO_NEAR, BeamStatus.ERROR], np.uint8)
     ranges_m = np.array([2.0, np.nan, np.nan, np.nan], np.float32)
