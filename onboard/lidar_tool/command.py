@@ -9,9 +9,10 @@ from collections.abc import Callable
 from dataclasses import replace
 from itertools import islice
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
-import typer
+import click
+from click.exceptions import Exit
 
 if TYPE_CHECKING:
     from onboard.config import Config
@@ -21,26 +22,39 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 EX_UNHEALTHY, EX_USAGE, EX_DATAERR, EX_NOINPUT, EX_UNAVAILABLE, EX_CANTCREAT, EX_CONFIG = 1, 64, 65, 66, 69, 73, 78
-EXAMPLES = (
-    "Examples:\n\n"
-    "  onboard lidar info tty:/dev/ttyACM0\n\n"
-    "  onboard lidar watch tcp:192.168.0.10:10940 --polar\n\n"
-    "  onboard lidar check tty:/dev/ttyACM0 --seconds 10\n\n"
-    "  onboard lidar record tty:/dev/ttyACM0 --out room.mcap --seconds 30\n\n"
-    "  onboard lidar replay room.mcap\n\n"
-    "  onboard lidar check room.mcap\n\n"
-    "  onboard lidar scan build/demo/onboard.mcap --out stop1.ply"
-)
-Address = Annotated[str, typer.Argument(help="tty:PATH, tty:PATH@BITRATE or tcp:HOST:PORT; a path alone is a tty.")]
-Settings = Annotated[list[str] | None, typer.Option("--set", "-s", help="lidar.key=value, as for `onboard run`.")]
-AsJson = Annotated[bool, typer.Option("--json", help="For programs.")]
-Seconds = Annotated[float, typer.Option(min=0, help="How long; 0: until Ctrl-C.")]
+EXAMPLES = """\b
+Examples:
+  onboard lidar info tty:/dev/ttyACM0
+  onboard lidar watch tcp:192.168.0.10:10940 --polar
+  onboard lidar check tty:/dev/ttyACM0 --seconds 10
+  onboard lidar record tty:/dev/ttyACM0 --out room.mcap --seconds 30
+  onboard lidar replay room.mcap
+  onboard lidar check room.mcap
+  onboard lidar scan build/demo/onboard.mcap --out stop1.ply"""
 
-app = typer.Typer(no_args_is_help=True, help=f"A scanner alone, by the flight driver.\n\n{EXAMPLES}")
+settings_option = click.option("--set", "-s", "settings", multiple=True, help="lidar.key=value; repeatable.")
+json_option = click.option("--json", "as_json", is_flag=True, help="For programs.")
+
+
+def seconds_option(default: float) -> Callable[[Callable[..., None]], Callable[..., None]]:
+    """--seconds of a command."""
+    return click.option("--seconds", type=click.FloatRange(min=0), default=default, show_default=True,
+                        help="How long; 0: until Ctrl-C.")  # fmt: skip
+
+
+@click.group("lidar", epilog=EXAMPLES)
+def app() -> None:
+    """A scanner alone, by the flight driver.
+
+    ADDRESS is tty:PATH, tty:PATH@BITRATE or tcp:HOST:PORT; a path alone is a tty.
+    """
 
 
 @app.command("info", epilog=EXAMPLES)
-def info_command(address: Address, settings: Settings = None, as_json: AsJson = False) -> None:
+@click.argument("address")
+@settings_option
+@json_option
+def info_command(address: str, settings: tuple[str, ...], as_json: bool) -> None:
     """Ask a sensor who it is and how it is: VV, PP and II, each read twice. Takes any model.
 
     Exit codes of all commands: 0 done, 69 the sensor cannot be reached, is in use, may not be used or is no Hokuyo,
@@ -56,14 +70,18 @@ def info_command(address: Address, settings: Settings = None, as_json: AsJson = 
             print(f"{key}  {text}")
         print(f"asked with {session.request.line().decode()}: {session.request.beams} beams")
 
-    _with_sensor(_config(address, ["lidar.model=", *(settings or ())]), tell)
+    _with_sensor(_config(address, ("lidar.model=", *settings)), tell)
 
 
 @app.command("watch", epilog=EXAMPLES)
+@click.argument("address")
+@settings_option
+@json_option
+@seconds_option(0.0)
+@click.option("--polar", is_flag=True, help="Draw the scan from above.")
+@click.option("--reach", type=click.FloatRange(0.1, 100), default=8.0, help="Metres to the plot's edge.")
 def watch_command(
-    address: Address, settings: Settings = None, as_json: AsJson = False, seconds: Seconds = 0.0,
-    polar: Annotated[bool, typer.Option("--polar", help="Draw the scan from above.")] = False,
-    reach: Annotated[float, typer.Option(min=0.1, max=100, help="Metres from the scanner to the plot's edge.")] = 8.0,
+    address: str, settings: tuple[str, ...], as_json: bool, seconds: float, polar: bool, reach: float
 ) -> None:
     """Show a live scan: rate, range ahead, nearest return, clock; a line a second where the output is no terminal."""
     from onboard.lidar_tool.live import Screen
@@ -77,10 +95,14 @@ def watch_command(
 
 
 @app.command("record", epilog=EXAMPLES)
+@click.argument("address")
+@click.option("--out", "-o", type=Path, required=True, help="MCAP file to write.")
+@settings_option
+@json_option
+@seconds_option(0.0)
+@click.option("--scans", type=click.IntRange(min=0), default=0, help="End after so many scans; 0: no limit.")
 def record_command(
-    address: Address, out: Annotated[Path, typer.Option("--out", "-o", help="MCAP file to write.")],
-    settings: Settings = None, seconds: Seconds = 0.0, as_json: AsJson = False,
-    scans: Annotated[int, typer.Option(min=0, help="End after so many scans; 0: no limit.")] = 0,
+    address: str, out: Path, settings: tuple[str, ...], as_json: bool, seconds: float, scans: int
 ) -> None:
     """Write every byte of both directions with its time, so that `replay` does the same again, bit by bit.
 
@@ -101,7 +123,7 @@ def record_command(
     try:
         with recorder:
             taken = _with_sensor(config, take, recorder)
-    except typer.Exit:
+    except Exit:
         out.unlink()  # there was no sensor to record
         raise
     told = {"file": str(out), "bytes": out.stat().st_size, "scans": taken or 0}
@@ -109,9 +131,9 @@ def record_command(
 
 
 @app.command("replay", epilog=EXAMPLES)
-def replay_command(
-    record: Annotated[Path, typer.Argument(help="MCAP file of `onboard lidar record`.")], as_json: AsJson = False
-) -> None:
+@click.argument("record", type=Path)
+@json_option
+def replay_command(record: Path, as_json: bool) -> None:
     """Run the driver again on a record and compare every byte that it sends: `identical`, or the first difference.
 
     Exit codes: 0 identical, 1 different, 65 the record is damaged, 66 no such file.
@@ -119,15 +141,18 @@ def replay_command(
     from onboard.lidar_tool.again import replay
     from onboard.record import replay as of_runs
 
-    raise typer.Exit(of_runs.replay_command(record, as_json, replay))
+    raise Exit(of_runs.replay_command(record, as_json, replay))
 
 
 @app.command("check", epilog=EXAMPLES)
-def check_command(
-    source: Annotated[str, typer.Argument(help="A sensor's address, a record (.mcap) or a hokuyoaist log (.logr).")],
-    settings: Settings = None, seconds: Seconds = 12.0, as_json: AsJson = False,
-) -> None:
+@click.argument("source")
+@settings_option
+@json_option
+@seconds_option(12.0)
+def check_command(source: str, settings: tuple[str, ...], as_json: bool, seconds: float) -> None:
     """Say how well a sensor is: sums, gaps, clock, codes, its own word; and for all that is wrong the likely cause.
+
+    SOURCE: a sensor's address, a record (.mcap) or a hokuyoaist log (.logr).
 
     Exit code 1: something is wrong, 65: the file is damaged; else those of `info`.
     """
@@ -149,16 +174,15 @@ def check_command(
         return
     print(json.dumps(report.as_dict()) if as_json else "\n".join(lines_of(report)))
     if findings(report):
-        raise typer.Exit(EX_UNHEALTHY)
+        raise Exit(EX_UNHEALTHY)
 
 
 @app.command("scan", epilog=EXAMPLES)
-def scan_command(
-    record: Annotated[Path, typer.Argument(help="Record (.mcap) of a run.")],
-    out: Annotated[Path, typer.Option("--out", "-o", help="Where the scan goes: .ply, .npz or .mcap.")],
-    sweep: Annotated[int, typer.Option(help="Which sweep, from 1; 0: all of them, into a .mcap.", min=0)] = 1,
-    as_json: AsJson = False,
-) -> None:
+@click.argument("record", type=Path)
+@click.option("--out", "-o", type=Path, required=True, help="Where the scan goes: .ply, .npz or .mcap.")
+@click.option("--sweep", type=click.IntRange(min=0), default=1, help="Which, from 1; 0: all of them, into a .mcap.")
+@json_option
+def scan_command(record: Path, out: Path, sweep: int, as_json: bool) -> None:
     """Write a 3D scan of a run's record, each beam with its time and tilt: cloud (.ply), image (.npz), both (.mcap).
 
     Exit codes: 0 done, 64 no such format, 65 the record is damaged or has no such sweep, 66 no such file, 73 no place
@@ -229,16 +253,16 @@ def _with_sensor(config: Config, use: Callable[[Shell], T], recorder: Recorder |
         raise _fail(EX_CONFIG if error.wrong_model else EX_UNAVAILABLE, str(error)) from None
 
 
-def _config(address: str, settings: list[str] | None) -> Config:
+def _config(address: str, settings: tuple[str, ...]) -> Config:
     from onboard.config import ConfigError, load, parse_override
 
     address = f"tty:{address}" if address.startswith("/") else address
     try:
-        return load(None, {**dict(parse_override(text) for text in settings or ()), "lidar.address": address})
+        return load(None, {**dict(parse_override(text) for text in settings), "lidar.address": address})
     except ConfigError as error:
         raise _fail(EX_CONFIG, str(error)) from None
 
 
-def _fail(code: int, text: str) -> typer.Exit:
+def _fail(code: int, text: str) -> Exit:
     print(f"onboard: {text}", file=sys.stderr)
-    return typer.Exit(code)
+    return Exit(code)

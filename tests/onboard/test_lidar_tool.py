@@ -13,7 +13,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
+from click.testing import CliRunner
 
 from hil.devices import lidar_profile as profiles
 from hil.lidar_server import LidarServer, LidarTerminal

@@ -7,8 +7,8 @@ import json
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 from mcap.reader import make_reader
-from typer.testing import CliRunner
 
 from onboard import config
 from onboard.__main__ import app
