@@ -14,6 +14,7 @@ import click
 from click.exceptions import Exit
 
 from onboard.config import Config, ConfigError, load, parse_override, to_toml
+from onboard.lidar_tool import command as lidar_command
 from onboard.maps import gdem_command, map_command
 
 EX_NOINPUT, EX_UNAVAILABLE, EX_CONFIG = 66, 69, 78
@@ -30,11 +31,13 @@ def app() -> None:
       onboard replay build/demo/onboard.mcap
       onboard gdem import LDEM.tif --start-lonlat -45.3 -85.1
       onboard map export map/ --out site.tif
+      onboard lidar check tty:/dev/ttyACM0
     """
 
 
 app.add_command(gdem_command.app)
 app.add_command(map_command.app)
+app.add_command(lidar_command.app)
 
 
 def fail(code: int, text: str) -> Exit:

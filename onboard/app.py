@@ -19,6 +19,7 @@ from onboard.core.tick import Rover, darken, farewell, tick
 from onboard.drivers.can_bus import CanBus, open_bus
 from onboard.drivers.clock import LockStepClock, WallClock
 from onboard.drivers.disk import Keeper, Kept, load
+from onboard.drivers.lidar_ear import LidarEar
 from onboard.drivers.lidar_port import LidarPort, open_port
 from onboard.drivers.link_port import LinkPort, link_keys
 from onboard.drivers.workers import Workers
@@ -38,11 +39,12 @@ LATER = ("filterpy.kalman:ExtendedKalmanFilter", *JOBS.values())  # no first tic
 
 
 class WallPorts:
-    """Ports on the wall clock: a tick takes what is there."""
+    """Ports on the wall clock: a tick takes what is there. Stamps of CAN are the kernel's, of the LIDAR the ear's."""
 
     def __init__(self, can: CanBus, lidar: LidarPort, link: LinkPort, clock: WallClock) -> None:
         self.can, self.lidar, self.link, self._clock = can, lidar, link, clock
         self._failures = 0
+        self.ear = LidarEar(lidar, clock.now_ns)
 
     def read(self, now: Tick) -> Inputs:
         """Whatever the ports hold now."""
@@ -50,7 +52,7 @@ class WallPorts:
         return Inputs(
             now.number, now.now_ns,
             can_frames=tuple(self.can.read(stamp_ns)), can_state=self.can.state, can_send_failures=self._failures,
-            lidar_chunks=self.lidar.read(stamp_ns), lidar_state=self.lidar.state,
+            lidar_chunks=self.ear.take(), lidar_state=self.lidar.state,
             link_messages=self.link.read(stamp_ns), link_state=self.link.state,
             health=Health(slipped_ticks=self._clock.slipped_ticks, rss_bytes=_peak_rss_bytes()),
         )
@@ -154,6 +156,7 @@ def run(config: Config, announce: Callable[[str], None]) -> int:
             link.wait_open(WAIT_S)
         else:
             ports = WallPorts(can, lidar, link, clock)
+            clock.idle = ports.ear.listen
             workers.preload(LATER).result()  # beside the ticks it would make them late
         rover = Rover(config, gdem, memory)
 

@@ -75,6 +75,11 @@ TABLE = (
     Item(53, "link_received", "", 1, "authenticated uplink datagrams since the start"),
     Item(54, "link_refused", "", 1, "refused uplink datagrams since the start", limits=(0, _NO_LIMIT)),
     Item(55, "events_waiting", "", 1, "events not yet acknowledged by the ground"),
+    Item(56, "lidar_clock_offset_s", "s", 1, "onboard time minus the LIDAR's counter"),
+    Item(57, "lidar_clock_ppm", "ppm", 1, "how much slower than ours the LIDAR's clock runs", limits=(-200, 200)),
+    Item(58, "lidar_clock_sigma_ms", "ms", 1, "1 sigma of a scan's time, without the constant delay", limits=(0, 0.5)),
+    Item(59, "lidar_clock_samples", "", 1, "frames on which the LIDAR's clock rests"),
+    Item(61, "lidar_clock_breaks", "", 1, "jumps and reboots of the LIDAR's counter since the start", limits=(0, 0)),
     Item(60, "job_ratio", "1", 2, "how far the long work is", _J, "ratio"),
 )
 BY_NAME = {row.name: row for row in TABLE}

@@ -1,4 +1,4 @@
-"""Makes the pictures of docs/as-printed.md anew, from the code that flies and from onboard/as_printed: `make docs`."""
+"""Makes the pictures of docs/as-printed.md and docs/lidar-tool.md anew, from the code that flies: `make docs`."""
 
 from __future__ import annotations
 
@@ -22,8 +22,10 @@ from onboard.planning.gain import Eyes  # noqa: E402
 from onboard.planning.next_position import Criterion, Question, choose, straight_line_m  # noqa: E402
 from onboard.records import F64, Grid, Twist  # noqa: E402
 from pictures import printed  # noqa: E402
+from pictures.scan3d import scan_figure  # noqa: E402
 from pictures.style import png  # noqa: E402
 from pictures.terrain import Ground  # noqa: E402
+from tests.onboard import nodding  # noqa: E402
 
 PICTURES = ROOT / "docs" / "pictures"
 CELL_M, SIZE, STRIDE, HURST = 0.1, 80, 2, 0.8
@@ -138,17 +140,26 @@ def _sigma(size: int, mended: terrain.Mended) -> float:
     return math.sqrt((density[band] * radius[band] ** (2 * HURST + 2)).mean()) / SIGMA
 
 
+def scan3d() -> Figure:
+    """The room of the geometry tests, swept by the emulated sensor and axis."""
+    bench = nodding.Nodding(nodding.HARD)
+    bench.settle(3)
+    scan = bench.sweep(-25, 60, 30)
+    return scan_figure(scan, nodding.ROVER, "A room of planes and boxes, swept at 30 degrees/s")
+
+
 MADE: dict[str, Callable[[], Figure]] = {
     "as-printed-visibility.png": visibility,
     "as-printed-search.png": search,
     "as-printed-steering.png": steering,
     "as-printed-terrain.png": fractal,
 }
+SCANNED: dict[str, Callable[[], Figure]] = {"scan3d.png": scan3d}
 
 
 def main() -> None:
     """Write every picture."""
-    for name, made in MADE.items():
+    for name, made in (MADE | SCANNED).items():
         (PICTURES / name).write_bytes(png(made(), DOTS_PER_INCH))
 
 

@@ -30,6 +30,7 @@ KNOT_NS = 2_500_000
 FAST_NS, PARKED_NS = 5_000_000, 100_000_000
 LAG_S = 0.003
 SLEW_RADPS = math.radians(31.875)
+ENCODER_STEP_RAD = math.tau / 4096  # 0.088 degrees
 GAP_MS = 5.0
 PENDING = 2
 HISTORY = 16384  # knots; half of them, 20 s, stay when it is full
@@ -56,12 +57,16 @@ class Segment(NamedTuple):
 
 
 class TiltNode(Node):
-    """Faults: `silent`; `stalled`, the axis does not move; `clock_jump_us`, added to the node's clock."""
+    """Faults: `silent`; `stalled`, the axis does not move; `clock_jump_us`, added to the node's clock.
+
+    encoder_step_rad: of the angle it tells; 0 for one without steps.
+    """
 
     def __init__(self, rng: np.random.Generator) -> None:
         super().__init__("TILT", {TIME_SYNC, COMMAND}, rng)
         self.stalled = False
         self.clock_jump_us = 0
+        self.encoder_step_rad = ENCODER_STEP_RAD
         self.gap = False
         self._rate_error = float(rng.uniform(-50e-6, 50e-6))
         self._clock_us = int(rng.integers(1 << 24))
@@ -186,6 +191,8 @@ class TiltNode(Node):
         delay_ns = 100_000 + int(min(300_000.0, abs(self._delay.next()) * 100_000.0))
         way = self._angles_rad[self._filled - 1] - self._angles_rad[self._filled - 2]
         angle_rad = float(self._angle_rad - way * delay_ns / KNOT_NS)
+        if self.encoder_step_rad:
+            angle_rad = round(angle_rad / self.encoder_step_rad) * self.encoder_step_rad
         node_us = int(self._node_us(stamp_ns - delay_ns)) & 0xFFFFFF
         rate_radps = max(-0.6, min(0.6, float(way) * 1e9 / KNOT_NS))
         self.out.append(Frame(FEEDBACK, self.sender.encode(FEEDBACK, node_us, angle_rad, rate_radps, state), stamp_ns))

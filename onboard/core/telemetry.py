@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
+from onboard.devices.lidar_clock import ClockQuality
 from onboard.records import Estimate, Event, PowerState, WheelState
 from protocol import eldorado_dialect as mavlink
 from protocol import events
@@ -32,6 +33,7 @@ class View:
     fault_ids: tuple[int, ...] = ()
     lidar_good: int = 0
     lidar_bad: int = 0
+    lidar_clock: ClockQuality = ClockQuality()
     tick_worst_ms: float = 0.0
     link_received: int = 0
     link_refused: int = 0
@@ -66,6 +68,19 @@ def _power(name: str) -> Sampler:
     return lambda v: _NAN if v.power is None else getattr(v.power, name)
 
 
+_LIDAR_CLOCK: dict[str, Callable[[ClockQuality], float]] = {
+    "offset_s": lambda q: q.offset_ns * 1e-9 if q.samples else _NAN,
+    "ppm": lambda q: q.ppm if q.samples else _NAN,
+    "sigma_ms": lambda q: q.sigma_ns * 1e-6 if math.isfinite(q.sigma_ns) else _NAN,
+    "samples": lambda q: q.samples,
+    "breaks": lambda q: q.jumps + q.reboots,
+}
+
+
+def _lidar_clock(name: str) -> Sampler:
+    return lambda v: _LIDAR_CLOCK[name](v.lidar_clock)
+
+
 SAMPLERS: dict[str, Sampler] = {
     "mode": lambda v: v.mode,
     "phase": lambda v: v.phase,
@@ -88,6 +103,7 @@ SAMPLERS: dict[str, Sampler] = {
     "battery_temperature_c": _power("temperature_c"),
     "lidar_good": lambda v: v.lidar_good,
     "lidar_bad": lambda v: v.lidar_bad,
+    **{f"lidar_clock_{name}": _lidar_clock(name) for name in _LIDAR_CLOCK},
     "tick_worst_ms": lambda v: v.tick_worst_ms,
     "link_received": lambda v: v.link_received,
     "link_refused": lambda v: v.link_refused,

@@ -137,6 +137,7 @@ def _view(rover: Rover) -> View:
         fault_ids=tuple(BY_NAME[name].number for name in executive.active),
         lidar_good=rover.lidar.counts["scans"],
         lidar_bad=rover.lidar.bad,
+        lidar_clock=rover.lidar.clock.quality,
         tick_worst_ms=rover.worst_tick_ns / 1e6,
         link_received=rover.downlink.received,
         link_refused=rover.downlink.refused_count,

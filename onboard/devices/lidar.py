@@ -16,6 +16,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from onboard.config import Lidar
+from onboard.devices.lidar_clock import LidarClock
 from onboard.devices.lidar_exchange import AGAIN_NS, EXCHANGES, PASSING, TRIES, Exchange, Phase, comparable
 from onboard.devices.lidar_model import UTM_30LX, model_of
 from onboard.devices.lidar_stream import ScanStream
@@ -24,7 +25,8 @@ from onboard.records import Chunk, PortState, Scan
 from protocol import WireError, scip
 
 BAD = ("echo", "status", "status_sum", "stamp_sum", "block_sum", "length", "character", "text", "text_sum", "overflow")
-_OTHER = ("scans", "replies", "stray", "refused", "timeouts", "reconnects", "repeated_stamp", "clock_jump", "disagree")
+_OTHER = ("scans", "replies", "stray", "refused", "timeouts", "reconnects", "repeated_stamp", "clock_jump",
+          "clock_reboot", "disagree")
 _FIRST_BACKOFF_NS, _LAST_BACKOFF_NS = 100_000_000, 2_000_000_000
 _DEAF_NS = 2_000_000_000  # without an answer, before somebody is told
 _STREAMING = (Phase.LASER, Phase.STREAM, Phase.SUSPECT)
@@ -80,6 +82,11 @@ class LidarSession:
     def request(self) -> scip.ScanRequest:
         """What this sensor is asked for."""
         return self._stream.request
+
+    @property
+    def clock(self) -> LidarClock:
+        """The sensor's clock: `quality` tells how well it is known, `seed` takes a TM1 exchange."""
+        return self._stream.clock
 
     @property
     def ring_overflows(self) -> int:

@@ -26,13 +26,16 @@ class BeamMaker:
         self._asked = asked
         self._status_of = status_table(model)
         self._not_ok = np.empty(asked.beams, bool)
-        self._lead_ns = round((asked.first + (step - 1) / 2 - config.reference_step) * model.step_ns)
-        self._beam_ns = model.step_ns * step
+        self._lead_turns = (asked.first + (step - 1) / 2 - config.reference_step) / model.steps_a_turn
+        self._beam_turns = step / model.steps_a_turn
         self._first_rad = model.angle_rad(asked.first + (step - 1) / 2)
         self._step_rad = model.step_rad * step
 
-    def scan(self, values: NDArray[np.integer[Any]], stamp_ns: int) -> Scan:
-        """The scan whose stamp names the instant stamp_ns. A cluster stands for its middle, in angle and time."""
+    def scan(self, values: NDArray[np.integer[Any]], stamp_ns: int, turn_ns: float) -> Scan:
+        """The scan whose stamp names the instant stamp_ns, in a turn that takes turn_ns.
+
+        A cluster stands for its middle, in angle and time.
+        """
         wide = values.reshape(self._asked.beams, self._asked.kind.echoes, self._asked.channels)
         place, first = self.ring.take(), wide[:, 0, 0]
         np.take(self._status_of, first, out=place.status, mode="clip")
@@ -47,6 +50,6 @@ class BeamMaker:
             place.further_m[:] = further * _M_PER_MM
             place.further_m[further < len(self._status_of) - 1] = np.nan  # MISSING is below every distance
         return Scan(
-            stamp_ns + self._lead_ns, self._beam_ns, self._first_rad, self._step_rad, place.ranges_m, place.status,
-            place.intensity, place.further_m,
+            stamp_ns + round(self._lead_turns * turn_ns), self._beam_turns * turn_ns, self._first_rad, self._step_rad,
+            place.ranges_m, place.status, place.intensity, place.further_m,
         )

@@ -8,17 +8,24 @@ by a constant and by what the link adds, never early, so the line under all of t
                     |__.__.______.____.______  line under all arrivals: offset and drift of the sensor's clock
                     +------------------------ turns of the last WINDOW frames
 
-The line is the edge of the lower convex hull at the mean turn (the one that leaves the least above it). The constant
-delay cannot be seen passively; it is `latency_ns`, from the stamped instant to the frame's first byte when nothing is
-late: 19.75 ms on the bench's ideal sensor, 23.7 ms in the log of a UTM-30LX.
+The line is the edge of the lower convex hull at the mean turn (the one that leaves the least above it). What is wrong
+with the ruler's slope is in the line as well, with the other sign, so it cancels.
+
+The constant delay cannot be seen passively; it is `latency_ns`, from the stamped instant to the frame's first byte when
+nothing is late: 19.75 ms on the bench's ideal sensor, 23.7 ms in the log of a UTM-30LX. A TM1 exchange before the
+stream (`seed`) bounds it: the counter had the value it told at some instant between request and reply. Within these
+bounds the stated constant holds, outside of them their middle is taken.
 """
 
 from __future__ import annotations
 
+import math
 from collections import deque
+from typing import NamedTuple
 
 import numpy as np
 
+from onboard.records import F64
 from protocol.scip import STAMP_MODULUS
 
 WINDOW = 400  # frames: 10 s
@@ -27,6 +34,33 @@ _REFIT = 16
 _GAP_NS = 1_000_000_000
 _JUMP_MS = 400.0
 _DRIFT_LIMIT = 500e-6
+_TRUST = 33.0  # turns^2: (a stamp's 0.29 ms / the 0.05 ms by which motors differ from their nominal turn)^2
+_TRUST_LEARNT = 3300.0  # a period seen before counts as known to 0.005 ms
+_SPREAD = 4.0  # sigma of the line at its newest end / mean step between its lowest arrivals, by simulation
+
+
+class ClockQuality(NamedTuple):
+    """How well the sensor's clock is known. offset_ns: onboard time minus the counter at its newest stamp.
+
+    ppm: how much slower than ours it runs, 0 until a drift is fitted. sigma_ns: of a scan's time, without the constant
+    delay. samples: frames that the estimate rests on. The others count since the start.
+    """
+
+    offset_ns: int = 0
+    ppm: float = 0.0
+    sigma_ns: float = math.inf
+    samples: int = 0
+    jumps: int = 0
+    reboots: int = 0
+    repeated: int = 0
+
+
+class _Seed(NamedTuple):
+    """Bounds of onboard time minus counter, from TM1 exchanges near the counter value `stamp_ms`."""
+
+    stamp_ms: int
+    low_ns: int
+    high_ns: int
 
 
 class LidarClock:
@@ -34,85 +68,168 @@ class LidarClock:
 
     def __init__(self, latency_ns: int, turn_ms: float = 25.0) -> None:
         self.jumps = 0
+        self.reboots = 0
         self.repeated = 0
-        self._latency_ns = latency_ns
+        self.latency_ns = float(latency_ns)
+        self._stated_ns = float(latency_ns)
+        self._last: tuple[int, int] | None = None  # stamp and arrival of the newest frame, over all restarts
         self.restart(turn_ms)
 
     def restart(self, turn_ms: float | None = None) -> None:
-        """Forget all but the counts: after a pause, a jump, a new connection (then with the sensor's nominal turn)."""
+        """Forget the frames: a new connection (then with the sensor's nominal turn). Counts and latency stay."""
         if turn_ms is not None:
-            self._nominal_ms = turn_ms
+            self._turn_ms, self._trust = turn_ms, _TRUST
+            self._turn_ns = turn_ms * 1e6
+        self._seed: _Seed | None = None
+        self._clear()
+
+    def _clear(self) -> None:
         self._frames: deque[tuple[float, float, float]] = deque(maxlen=WINDOW)  # turn, stamp ms, arrival ns; all from 0
-        self._turn_ms = self._nominal_ms
-        self._stamp_ms = -1
-        self._rx_ns = 0
         self._origin_ns = 0
+        self._first_ms = 0  # stamp of the frame whose turn is 0
         self._turn = 0
         self._time_ms = 0
         self._since_fit = 0
-        self._ruler = (self._nominal_ms, 0.0)  # ms a turn, ms at turn 0
+        self._ruler = (self._turn_ms, 0.0)  # ms a turn, ms at turn 0
         self._under = (0.0, 0.0)  # ns a turn, ns at turn 0
+        self._sigma_ns = math.inf
+
+    # -- what it tells -----------------------------------------------------------------------------------------
 
     @property
     def drift_ratio(self) -> float:
         """How much slower the sensor's clock runs than ours, as the line has it now (0 until it is fitted)."""
-        return self._under[0] / (self._ruler[0] * 1e6)
+        return self._under[0] / (self._ruler[0] * 1e6) if len(self._frames) >= _LINE else 0.0
+
+    @property
+    def turn_ns(self) -> float:
+        """A turn of the scanner in onboard time: nominal at first, then as measured."""
+        return self._turn_ns
+
+    @property
+    def quality(self) -> ClockQuality:
+        """How well it is known now."""
+        counts = (len(self._frames), self.jumps, self.reboots, self.repeated)
+        if not self._frames:
+            return ClockQuality(0, 0.0, math.inf, *counts)
+        stamp_ms = (self._first_ms + self._time_ms) % STAMP_MODULUS
+        onboard_ns = self._origin_ns + self._time_ms * 1e6 + self._line_ns(self._turn) - self.latency_ns
+        return ClockQuality(round(onboard_ns - stamp_ms * 1e6), self.drift_ratio * 1e6, self._sigma_ns, *counts)
+
+    # -- what it hears -----------------------------------------------------------------------------------------
+
+    def seed(self, stamp_ms: int, sent_ns: int, received_ns: int) -> None:
+        """One TM1 exchange: the counter was `stamp_ms` (cut to whole ms) between the request and its reply.
+
+        More of them on one connection narrow the bounds; one that contradicts them replaces them.
+        """
+        seed = self._seed
+        count_ms = stamp_ms if seed is None else seed.stamp_ms + (stamp_ms - seed.stamp_ms) % STAMP_MODULUS
+        low_ns, high_ns = sent_ns - (count_ms + 1) * 1_000_000, received_ns - count_ms * 1_000_000
+        if seed is not None and max(low_ns, seed.low_ns) <= min(high_ns, seed.high_ns):
+            self._seed = _Seed(seed.stamp_ms, max(low_ns, seed.low_ns), min(high_ns, seed.high_ns))
+        else:
+            self._seed = _Seed(stamp_ms, sent_ns - (stamp_ms + 1) * 1_000_000, received_ns - stamp_ms * 1_000_000)
 
     def observe(self, stamp_ms: int, rx_ns: int) -> int | None:
         """Onboard time of the instant the stamp names. None for a repeated stamp (the frame is not a new turn)."""
-        if self._stamp_ms < 0 or rx_ns - self._rx_ns > _GAP_NS:
+        if self._last is None:
             self._begin(stamp_ms, rx_ns)
         else:
-            passed_ms = (stamp_ms - self._stamp_ms) % STAMP_MODULUS
-            if passed_ms == 0:
+            passed_ms, waited_ms = (stamp_ms - self._last[0]) % STAMP_MODULUS, (rx_ns - self._last[1]) * 1e-6
+            if passed_ms == 0 and waited_ms < STAMP_MODULUS / 2:
                 self.repeated += 1
                 return None
-            if abs(passed_ms - (rx_ns - self._rx_ns) * 1e-6) > _JUMP_MS:
-                self.jumps += 1
+            half = STAMP_MODULUS / 2
+            off_ms = (passed_ms - waited_ms + half) % STAMP_MODULUS - half
+            if abs(off_ms) > _JUMP_MS + _DRIFT_LIMIT * waited_ms:
+                self._jumped(stamp_ms <= waited_ms + _JUMP_MS)
+                self._begin(stamp_ms, rx_ns)
+            elif not self._frames or waited_ms * 1e6 > _GAP_NS:
                 self._begin(stamp_ms, rx_ns)
             else:
                 self._turn += max(1, round(passed_ms / self._turn_ms))
                 self._time_ms += passed_ms
-        self._stamp_ms, self._rx_ns = stamp_ms, rx_ns
+        self._last = (stamp_ms, rx_ns)
         self._frames.append((float(self._turn), float(self._time_ms), float(rx_ns - self._origin_ns)))
         self._since_fit += 1
         if len(self._frames) < _LINE or self._since_fit >= _REFIT:
             self._fit()
         return self._start_ns(rx_ns)
 
+    def _jumped(self, from_zero: bool) -> None:
+        """Another count: the sensor began anew (it counts no more than passed since its last frame), or it jumped."""
+        if from_zero:
+            self.reboots += 1
+        else:
+            self.jumps += 1
+        if self._frames:  # a seed given since the last connection is of the new count
+            self._seed = None
+
     def _begin(self, stamp_ms: int, rx_ns: int) -> None:
-        self.restart()
-        self._stamp_ms, self._origin_ns = stamp_ms, rx_ns
+        self._clear()
+        self._first_ms, self._origin_ns = stamp_ms, rx_ns
+
+    # -- the estimate ------------------------------------------------------------------------------------------
+
+    def _line_ns(self, turn: float) -> float:
+        return self._under[0] * turn + self._under[1]
 
     def _start_ns(self, rx_ns: int) -> int:
         per_turn_ms, zero_ms = self._ruler
         ruler_ms = per_turn_ms * self._turn + zero_ms
         if not -0.75 <= ruler_ms - self._time_ms <= 1.75:  # the motor does not turn evenly now: the stamp knows better
             ruler_ms = self._time_ms + 0.5
-        first_byte_ns = ruler_ms * 1e6 + self._under[0] * self._turn + self._under[1]
-        return round(min(first_byte_ns, rx_ns - self._origin_ns)) + self._origin_ns - self._latency_ns
+        first_byte_ns = ruler_ms * 1e6 + self._line_ns(self._turn)
+        return round(min(first_byte_ns, rx_ns - self._origin_ns) - self.latency_ns) + self._origin_ns
 
     def _fit(self) -> None:
         self._since_fit = 0
         turns, stamps_ms, arrivals_ns = np.array(self._frames).T
         stamps_ms = stamps_ms + 0.5  # a stamp is cut to whole milliseconds
-        if len(turns) < _LINE:
-            self._ruler = (self._nominal_ms, float((stamps_ms - self._nominal_ms * turns).mean()))
-            late_ns = arrivals_ns - (self._ruler[0] * turns + self._ruler[1]) * 1e6
-            self._under = (0.0, float(late_ns.min()))
-            return
-        middle = turns.mean()
+        middle = float(turns.mean())
         spread = turns - middle
-        per_turn_ms = float((spread * stamps_ms).sum() / (spread * spread).sum())
-        self._ruler = (per_turn_ms, float(stamps_ms.mean() - per_turn_ms * middle))
-        self._turn_ms = per_turn_ms
+        weight = float((spread * spread).sum()) + self._trust
+        per_turn_ms = (float((spread * stamps_ms).sum()) + self._trust * self._turn_ms) / weight
+        self._ruler = (per_turn_ms, float(stamps_ms.mean()) - per_turn_ms * middle)
         late_ns = arrivals_ns - (per_turn_ms * turns + self._ruler[1]) * 1e6
-        slope_ns, height_ns = _edge_under(turns.tolist(), late_ns.tolist(), float(middle))
-        limit_ns = _DRIFT_LIMIT * per_turn_ms * 1e6
+        if len(turns) < _LINE:
+            slope_ns = self._turn_ns - per_turn_ms * 1e6 if self._trust == _TRUST_LEARNT else 0.0
+            self._under = (slope_ns, float((late_ns - slope_ns * turns).min()))
+        else:
+            self._under = self._edge(turns, late_ns, middle)
+            self._turn_ms, self._trust = per_turn_ms, _TRUST_LEARNT
+            self._turn_ns = per_turn_ms * 1e6 + self._under[0]
+        self._judge(turns, stamps_ms, late_ns)
+
+    def _edge(self, turns: F64, late_ns: F64, middle: float) -> tuple[float, float]:
+        slope_ns, height_ns = _edge_under(turns.tolist(), late_ns.tolist(), middle)
+        limit_ns = _DRIFT_LIMIT * self._ruler[0] * 1e6
         if abs(slope_ns) > limit_ns:
             slope_ns = max(-limit_ns, min(limit_ns, slope_ns))
             height_ns = float((late_ns - slope_ns * turns).min())
-        self._under = (slope_ns, height_ns)
+        return slope_ns, height_ns
+
+    def _judge(self, turns: F64, stamps_ms: F64, late_ns: F64) -> None:
+        """sigma from the steps between the lowest arrivals and the motor's unevenness; latency within the seed's."""
+        off_ms = stamps_ms - (self._ruler[0] * turns + self._ruler[1])
+        uneven_ms2 = max(0.0, float(off_ms.var()) - 1 / 12)  # 1/12: of cut milliseconds
+        low = min(len(turns) - 1, max(2, len(turns) // 20))
+        above_ns = np.partition(late_ns - (self._under[0] * turns + self._under[1]), low)[low]
+        known = len(turns) >= 4
+        self._sigma_ns = math.hypot(_SPREAD * float(above_ns) / low, math.sqrt(uneven_ms2) * 1e6) if known else math.inf
+        if self._seed is None:
+            return
+        blur_ns = max(0.0, 1.0 - float(np.ptp(off_ms))) * 0.5e6  # where in its millisecond the ruler may be
+        half = STAMP_MODULUS // 2
+        before_ms = (self._seed.stamp_ms - self._first_ms + half) % STAMP_MODULUS - half
+        at_seed_ns = self._origin_ns + self._line_ns(before_ms / self._ruler[0])
+        counter_ms = self._seed.stamp_ms - before_ms  # of turn 0, on the seed's count
+        least_ns = at_seed_ns - counter_ms * 1e6 - self._seed.high_ns - blur_ns
+        most_ns = at_seed_ns - counter_ms * 1e6 - self._seed.low_ns + blur_ns
+        self.latency_ns = self._stated_ns if least_ns <= self._stated_ns <= most_ns else (least_ns + most_ns) / 2
+        if len(turns) >= _LINE:
+            self._seed = None
 
 
 def _edge_under(x: list[float], y: list[float], middle: float) -> tuple[float, float]:

@@ -44,11 +44,6 @@ class Model(NamedTuple):
         """From step to step."""
         return math.tau / self.steps_a_turn
 
-    @property
-    def step_ns(self) -> float:
-        """Time from step to step."""
-        return 60e9 / self.rpm / self.steps_a_turn
-
     def angle_rad(self, step: float) -> float:
         """Direction of a step: 0 ahead, counter-clockwise."""
         return (step - self.front_step) * self.step_rad

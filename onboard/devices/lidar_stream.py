@@ -56,9 +56,10 @@ class ScanStream:
         stamp_ns = self.clock.observe(got.stamp_ms, rx_ns)
         self.counts["repeated_stamp"] = self.clock.repeated
         self.counts["clock_jump"] = self.clock.jumps
+        self.counts["clock_reboot"] = self.clock.reboots
         if stamp_ns is None:
             return got.remaining, None
-        scan = self.beams.scan(got.values, stamp_ns)
+        scan = self.beams.scan(got.values, stamp_ns, self.clock.turn_ns)
         self.watch.scan(got.stamp_ms, rx_ns, scan.status)
         self.counts["scans"] += 1
         self.heard_ns = max(self.heard_ns, rx_ns)

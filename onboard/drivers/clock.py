@@ -5,7 +5,7 @@ from __future__ import annotations
 import select
 import socket
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
 
 from onboard.config import ConfigError
@@ -17,8 +17,19 @@ class ClockLostError(RuntimeError):
     """The bench that owns time has gone."""
 
 
+def wait_for(descriptor: int, limit_s: float) -> bool:
+    """Sleep until the descriptor has news, at most `limit_s`; whether it has. -1: nothing to wait for."""
+    if descriptor < 0:
+        time.sleep(limit_s)
+        return False
+    return bool(select.select([descriptor], [], [], limit_s)[0])  # poll() would round to whole milliseconds
+
+
 class WallClock:
-    """Absolute deadlines on the monotonic clock; between them the shell sleeps until a port has news or it is time."""
+    """Absolute deadlines on the monotonic clock; between them the shell sleeps until a port has news or it is time.
+
+    idle(left_s): what it does meanwhile; it may come back early.
+    """
 
     def __init__(self, tick_ns: int = TICK_NS) -> None:
         self._tick_ns = tick_ns
@@ -26,6 +37,7 @@ class WallClock:
         self._number = 0
         self.slipped_ticks = 0
         self.stopping = False
+        self.idle: Callable[[float], None] = time.sleep
 
     def start(self) -> None:
         """Time begins now: the opening of the ports is no part of the run."""
@@ -45,7 +57,7 @@ class WallClock:
             self._number += late
             deadline_ns = self._number * self._tick_ns
         while not self.stopping and (left_ns := deadline_ns - self.now_ns()) > 0:
-            time.sleep(left_ns / 1e9)
+            self.idle(left_ns / 1e9)
         return None if self.stopping else Tick(self._number, deadline_ns, ())
 
     def overtime(self, ticks: int) -> Iterator[Tick]:
@@ -54,7 +66,7 @@ class WallClock:
             self._number = max(self._number + 1, self.now_ns() // self._tick_ns)
             deadline_ns = self._number * self._tick_ns
             while (left_ns := deadline_ns - self.now_ns()) > 0:
-                time.sleep(left_ns / 1e9)
+                self.idle(left_ns / 1e9)
             yield Tick(self._number, deadline_ns, ())
 
     def done(self, tick: Tick, sent: Mapping[str, int], connect: Sequence[str]) -> None:

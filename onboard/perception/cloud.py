@@ -15,6 +15,7 @@ from itertools import groupby
 import numpy as np
 
 from onboard.config import Rover, Scanning
+from onboard.perception.beam_tilt import tilt_at
 from onboard.records import F32, F64, BeamStatus, Bool, Cloud, Scan, TiltTrack
 from protocol.conventions import WHEEL_SIGNS
 
@@ -28,9 +29,9 @@ def cloud(
 ) -> Cloud:
     """The beams of one stop within scanning.sector_rad of straight ahead.
 
-    Each beam takes the tilt interpolated at its own time; beams before the first or after the last sample of the track
-    are dropped, never extrapolated. Returns farther than scanning.range_m and beams without a return are kept as
-    non-hits that end at that range. Dropped: too near, in error, and what hit the rover itself (its hull plus 3 cm).
+    Each beam takes the tilt interpolated at its own time, never extrapolated (`beam_tilt`). Returns farther than
+    scanning.range_m and beams without a return are kept as non-hits that end at that range. Dropped: beams whose tilt
+    was not sampled or not steady, too near, in error, and what hit the rover itself (its hull plus 3 cm).
     """
     origin_base_m = np.array([rover.lidar_x_m, 0.0, rover.lidar_z_m])
     rotation, translation = T_map_base[:3, :3], T_map_base[:3, 3]
@@ -51,17 +52,17 @@ def cloud(
 
 def ahead(scan: Scan, sector_rad: float) -> Scan:
     """The scan's beams within sector_rad of straight ahead, copied: about half of the memory."""
-    count, first_rad, step_rad, beam_ns = _geometry(scan)
+    count, first_rad, step_rad = _geometry(scan)
     low = max(0, math.ceil((-sector_rad - first_rad) / step_rad - 1e-9))
     high = min(count, math.floor((sector_rad - first_rad) / step_rad + 1e-9) + 1)
     return replace(
-        scan, start_ns=scan.start_ns + round(low * beam_ns), first_angle_rad=first_rad + low * step_rad,
+        scan, start_ns=scan.start_ns + round(low * scan.beam_ns), first_angle_rad=first_rad + low * step_rad,
         ranges_m=scan.ranges_m[low:high].copy(), status=scan.status[low:high].copy(),
     )
 
 
-def _geometry(scan: Scan) -> tuple[int, float, float, float]:
-    return len(scan.ranges_m), scan.first_angle_rad, scan.step_rad, scan.beam_ns
+def _geometry(scan: Scan) -> tuple[int, float, float]:
+    return len(scan.ranges_m), scan.first_angle_rad, scan.step_rad
 
 
 def _beams(scans: Sequence[Scan], tilt: TiltTrack, scanning: Scanning) -> tuple[F64, Bool]:
@@ -69,7 +70,7 @@ def _beams(scans: Sequence[Scan], tilt: TiltTrack, scanning: Scanning) -> tuple[
 
     The scans have one geometry, so they go through as one (scans, beams) array.
     """
-    count, first_rad, step_rad, beam_ns = _geometry(scans[0])
+    count, first_rad, step_rad = _geometry(scans[0])
     phi = first_rad + np.arange(count) * step_rad
     beams = np.flatnonzero(np.abs(phi) <= scanning.sector_rad)
     phi = phi[beams]
@@ -77,11 +78,10 @@ def _beams(scans: Sequence[Scan], tilt: TiltTrack, scanning: Scanning) -> tuple[
     status = np.stack([scan.status for scan in scans])[:, beams]
     origin_ns = int(tilt.times_ns[0])
     starts_ns = np.array([scan.start_ns - origin_ns for scan in scans], np.float64)
-    times_ns = starts_ns[:, None] + beams * beam_ns
-    track_ns = (tilt.times_ns - origin_ns).astype(np.float64)
-    good = (status == BeamStatus.OK) | (status == BeamStatus.NO_RETURN)
-    good &= (times_ns >= 0.0) & (times_ns <= track_ns[-1])
-    angle = np.interp(times_ns[good], track_ns, tilt.angles_rad)
+    times_ns = starts_ns[:, None] + beams * np.array([[scan.beam_ns] for scan in scans])
+    angles, _, steady = tilt_at(tilt, times_ns, origin_ns)
+    good = ((status == BeamStatus.OK) | (status == BeamStatus.NO_RETURN)) & steady
+    angle = angles[good]
     hit = (status[good] == BeamStatus.OK) & (ranges_m[good] <= scanning.range_m)
     length_m = np.where(hit, ranges_m[good], scanning.range_m).astype(np.float64)
     ahead_m = length_m * np.broadcast_to(np.cos(phi), good.shape)[good]

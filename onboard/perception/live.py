@@ -14,6 +14,7 @@ import numpy as np
 
 from onboard.config import Rover, Scanning
 from onboard.native.cells import LiveGrid, Mount, Turn
+from onboard.perception.beam_tilt import tilt_at
 from onboard.perception.cloud import hull_boxes
 from onboard.records import F64, Scan, TiltTrack
 
@@ -24,17 +25,16 @@ _NONE: F64 = np.empty(0)
 def turn_of(scan: Scan, tilt: TiltTrack, scanning: Scanning) -> Turn:
     """The beams of one scan that `cloud` would keep: within scanning.sector_rad, fired while the tilt was measured.
 
-    The tilt is interpolated at each beam's own time, never extrapolated.
+    The tilt is interpolated at each beam's own time, never extrapolated (`beam_tilt`).
     """
     if not len(tilt.times_ns):
         return Turn(scan.ranges_m[:0], _directions(_NONE), _directions(_NONE), scanning.range_m)
-    beams, origin_ns = np.arange(len(scan.ranges_m)), int(tilt.times_ns[0])
+    beams, origin_ns = np.arange(len(scan.ranges_m), dtype=np.float64), int(tilt.times_ns[0])
     phi = scan.first_angle_rad + beams * scan.step_rad
     times_ns = float(scan.start_ns - origin_ns) + beams * scan.beam_ns
-    track_ns = (tilt.times_ns - origin_ns).astype(np.float64)
-    good = (np.abs(phi) <= scanning.sector_rad) & (times_ns >= 0.0) & (times_ns <= track_ns[-1])
-    angle = np.interp(times_ns[good], track_ns, tilt.angles_rad)
-    return Turn(scan.ranges_m[good], _directions(phi[good]), _directions(angle), scanning.range_m)
+    angle, _, steady = tilt_at(tilt, times_ns, origin_ns)
+    good = (np.abs(phi) <= scanning.sector_rad) & steady
+    return Turn(scan.ranges_m[good], _directions(phi[good]), _directions(angle[good]), scanning.range_m)
 
 
 def mount_of(T_map_base: F64, rover: Rover) -> Mount:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import struct
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -90,13 +90,13 @@ def replay(path: Path) -> Verdict:
     verdict = Verdict(bytes_compared=dict.fromkeys(OUTPUTS, 0))
     with path.open("rb") as file:
         try:
-            config, gdem, memory = _start_state(make_reader(file))
+            config, gdem, memory = start_state(make_reader(file))
         except ValueError as error:
             raise DamagedRecordError(f"at its start: {error}") from error
         rover, jobs = Rover(config, gdem, memory), Inline()
         file.seek(0)
         for number, recorded in ticks_of(StreamReader(file).records):
-            _check_inputs(number, recorded)
+            check_inputs(number, recorded)
             inputs, job_ids = decode_inputs(recorded)
             outputs = tick(rover, replace(inputs, jobs=jobs.take(job_ids)))
             jobs.start(outputs.jobs)
@@ -106,12 +106,13 @@ def replay(path: Path) -> Verdict:
                 old, new = recorded.get(topic, b""), made.get(topic, b"")
                 verdict.bytes_compared[topic] += len(old)
                 if new != old:
-                    verdict.first_difference = _difference(number, topic, old, new)
+                    verdict.first_difference = difference(number, topic, old, new)
                     return verdict
     return verdict
 
 
-def _start_state(reader: McapReader) -> tuple[Config, Gdem | None, StopMap | None]:
+def start_state(reader: McapReader) -> tuple[Config, Gdem | None, StopMap | None]:
+    """Configuration, orbiter's map and own map with which a run began. Raises DamagedRecordError, ValueError."""
     attachments = {a.name: a.data for a in reader.iter_attachments()}
     if "config.toml" not in attachments:
         raise DamagedRecordError("it holds no config.toml: not a record of this program, or cut off at its start")
@@ -137,7 +138,8 @@ def last_map(path: Path) -> tuple[Tile, ...]:
     return ()
 
 
-def _check_inputs(number: int, recorded: dict[str, bytes]) -> None:
+def check_inputs(number: int, recorded: dict[str, bytes]) -> None:
+    """Raises DamagedRecordError where a tick's inputs are not those that its outputs were computed from."""
     if "/in/tick" not in recorded or "/out/tick" not in recorded:
         raise DamagedRecordError(f"tick {number}: its message is missing")
     for topic, expected in input_checks(recorded["/out/tick"]).items():
@@ -146,7 +148,8 @@ def _check_inputs(number: int, recorded: dict[str, bytes]) -> None:
     assert set(INPUTS) >= {topic for topic in recorded if topic.startswith("/in/")}
 
 
-def _difference(number: int, topic: str, recorded: bytes, made: bytes) -> str:
+def difference(number: int, topic: str, recorded: bytes, made: bytes) -> str:
+    """Where two messages part, in words."""
     at = next((k for k, (a, b) in enumerate(zip(recorded, made)) if a != b), min(len(recorded), len(made)))
     return (
         f"tick {number}, channel {topic}, byte {at}: recorded {recorded[at : at + 8].hex() or 'nothing'}, "
@@ -154,13 +157,13 @@ def _difference(number: int, topic: str, recorded: bytes, made: bytes) -> str:
     )
 
 
-def replay_command(path: Path, as_json: bool) -> int:
-    """Print the verdict; returns the exit code."""
+def replay_command(path: Path, as_json: bool, again: Callable[[Path], Verdict] = replay) -> int:
+    """Print the verdict of `again`; returns the exit code."""
     if not path.is_file():
         print(f"onboard: no record {path}", file=sys.stderr)
         return EX_NOINPUT
     try:
-        verdict = replay(path)
+        verdict = again(path)
     except DamagedRecordError as error:
         print(f"onboard: {path} is damaged: {error}", file=sys.stderr)
         return EX_DATAERR

@@ -76,7 +76,7 @@ def test_cloud_agrees_with_the_slow_twin_within_float32():
         for k in range(4)
     ]
     times_ns = np.arange(0, 60_000_000, 5_000_000)
-    tilt = TiltTrack(times_ns, np.radians(60 - 20e-9 * times_ns) + rng.normal(0, 0.01, len(times_ns)))
+    tilt = TiltTrack(times_ns, np.radians(60 - 20e-9 * times_ns) + rng.normal(0, 5e-4, len(times_ns)))
     T = Pose(3.0, -2.0, 0.4, 0.1, -0.15, 2.0).matrix()
     got, (ends_m, hits) = made(scans, tilt, T), plain(scans, tilt, T)
     assert got.ends_m.dtype == np.float32 and got.hit.dtype == np.bool_
@@ -87,7 +87,7 @@ def test_cloud_agrees_with_the_slow_twin_within_float32():
 def test_beams_outside_the_tilt_track_are_dropped_not_extrapolated():
     s = scan(np.full(1081, 3.0))
     first_ns, last_ns = round(500.5 * BEAM_NS), round(600.5 * BEAM_NS)
-    track = TiltTrack(np.array([first_ns, last_ns]), np.array([0.1, 0.2]))
+    track = TiltTrack(np.array([first_ns, last_ns]), np.array([0.100, 0.101]))
     assert len(made([s], track).hit) == 100
     assert len(made([s], TiltTrack(np.empty(0, np.int64), np.empty(0))).hit) == 0
     assert made([], track).ends_m.shape == (0, 3)

@@ -8,6 +8,7 @@ import pytest
 from onboard.config import Link
 from onboard.core.downlink import Downlink
 from onboard.core.telemetry import SAMPLERS, View
+from onboard.devices.lidar_clock import ClockQuality
 from onboard.records import Estimate, Event, LinkMessage, Pose, PowerState, WheelState
 from protocol import bulk, commands, eldorado_dialect, events, link, telemetry
 from protocol.link import Kind
@@ -20,7 +21,8 @@ POSE = Pose(3.0, 4.0, 0.5, 0.01, -0.02, 0.3)
 VIEW = View(
     mode=Mode.AUTONOMOUS, phase=Phase.DRIVING, estimate=Estimate(POSE, np.diag([0.01, 0.03, 0.0, 0.0004]), 0.11, 0.05),
     goal_m=(6.0, 8.0), stop=3, wheels=tuple(WheelState(0.1 * n, 9.0, 0.5 * n, n, 0) for n in (1, 2, 3, 4)),
-    power=PowerState(25.25, 3.5, 0.87, 21.0, 0), fault_ids=(0, 5, 63), lidar_good=1000, lidar_bad=2, tick_worst_ms=4.5,
+    power=PowerState(25.25, 3.5, 0.87, 21.0, 0), fault_ids=(0, 5, 63), lidar_good=1000, lidar_bad=2,
+    lidar_clock=ClockQuality(-5_009_990_280, -81.5, 4962.2, 400, 1, 2), tick_worst_ms=4.5,
     link_received=17, link_refused=1, events_waiting=2, job="map", job_ratio=0.25,
 )
 

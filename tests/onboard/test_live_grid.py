@@ -43,7 +43,8 @@ def scan(seed: int = 0, start_ns: int = 0) -> Scan:
 
 
 def down(first_deg: float = 60, last_deg: float = 20, until_ns: int = 200_000_000) -> TiltTrack:
-    return TiltTrack(np.array([0, until_ns], np.int64), np.radians([first_deg, last_deg]))
+    times_ns = np.arange(0, until_ns + 1, 5_000_000, np.int64)
+    return TiltTrack(times_ns, np.radians(np.interp(times_ns, [0, until_ns], [first_deg, last_deg])))
 
 
 def filled(grid: Grid, *parts: np.ndarray) -> LiveGrid:
@@ -111,7 +112,7 @@ def test_turns_one_by_one_give_what_one_cloud_of_them_all_gives() -> None:
 
 def test_beams_outside_the_tilt_track_or_the_sector_are_not_in_a_turn() -> None:
     first_ns, last_ns = round(500.5 * BEAM_NS), round(600.5 * BEAM_NS)
-    track = TiltTrack(np.array([first_ns, last_ns]), np.array([0.1, 0.2]))
+    track = TiltTrack(np.array([first_ns, last_ns]), np.array([0.100, 0.101]))
     assert len(turn_of(scan(), track, SCANNING).ranges_m) == 100
     assert len(turn_of(scan(), down(), SCANNING).ranges_m) == 521
     live = LiveGrid(GRID)

@@ -1,0 +1,31 @@
+"""What the scanner sends between two ticks, read and stamped as it comes.
+
+A scan's beams are timed by the arrival of its first byte: a stamp of the next tick would be up to 10 ms late.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from onboard.drivers.clock import wait_for
+from onboard.drivers.lidar_port import LidarPort
+from onboard.records import Chunk, PortState
+
+
+class LidarEar:
+    """`listen` fills the time between ticks, `take` gives a tick what came. now_ns: onboard time."""
+
+    def __init__(self, port: LidarPort, now_ns: Callable[[], int]) -> None:
+        self.port = port
+        self._now_ns = now_ns
+        self._heard: list[Chunk] = []
+
+    def listen(self, limit_s: float) -> None:
+        """Wait for the next bytes, at most `limit_s`, and keep them."""
+        if wait_for(self.port.fileno() if self.port.state is PortState.OPEN else -1, limit_s):
+            self._heard += self.port.read(self._now_ns())
+
+    def take(self) -> tuple[Chunk, ...]:
+        """All that came since the last call, in order."""
+        heard, self._heard = self._heard, []
+        return (*heard, *self.port.read(self._now_ns()))

@@ -1,0 +1,69 @@
+"""A lidar record once more: the same session on the recorded bytes and times, every byte it sends compared."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+
+from mcap.reader import make_reader
+from mcap.stream_reader import StreamReader
+
+from onboard.config import Config
+from onboard.lidar_tool.core import ORDER, LidarCore, Order
+from onboard.record.replay import (
+    UNREADABLE,
+    DamagedRecordError,
+    Verdict,
+    check_inputs,
+    difference,
+    start_state,
+    ticks_of,
+    verify,
+)
+from onboard.record.schema import OUTPUTS, decode_inputs, encode_outputs
+from onboard.records import Inputs
+
+Row = tuple[int, Inputs, dict[str, bytes]]
+
+
+def config_of(path: Path) -> Config:
+    """The configuration with which a record was made. Raises DamagedRecordError."""
+    with path.open("rb") as file:
+        try:
+            return start_state(make_reader(file))[0]
+        except UNREADABLE as error:
+            raise DamagedRecordError(f"at its start: {error!r}") from error
+
+
+def rows_of(path: Path) -> Iterator[Row]:
+    """(tick, inputs, all messages) of a record, of the tool or of a run. Raises DamagedRecordError."""
+    verify(path)
+    with path.open("rb") as file:
+        for number, recorded in ticks_of(StreamReader(file).records):
+            check_inputs(number, recorded)
+            yield number, decode_inputs(recorded)[0], recorded
+
+
+def replay(path: Path) -> Verdict:
+    """Run this version's session on the record. Raises DamagedRecordError, also where the tool did not make it."""
+    core, verdict, ordered = LidarCore(config_of(path)), Verdict(bytes_compared=dict.fromkeys(OUTPUTS, 0)), False
+    for number, inputs, recorded in rows_of(path):
+        order = _order(recorded)
+        ordered |= order is not Order.NONE
+        made = encode_outputs(core.tick(inputs, order)[0], recorded)
+        verdict.ticks += 1
+        for topic in OUTPUTS:
+            old, new = recorded.get(topic, b""), made.get(topic, b"")
+            verdict.bytes_compared[topic] += len(old)
+            if old != new:
+                if not ordered:
+                    raise DamagedRecordError("`onboard lidar record` did not make it; `onboard replay` takes a run's")
+                verdict.first_difference = difference(number, topic, old, new)
+                return verdict
+    return verdict
+
+
+def _order(recorded: dict[str, bytes]) -> Order:
+    rows = json.loads(recorded.get("/out/event", b"[]"))
+    return next((Order(row["text"]) for row in rows if row["name"] == ORDER), Order.NONE)

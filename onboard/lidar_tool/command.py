@@ -1,0 +1,268 @@
+"""The commands `onboard lidar ...`: a scanner alone, by the flight driver."""
+
+from __future__ import annotations
+
+import json
+import signal
+import sys
+from collections.abc import Callable
+from dataclasses import replace
+from itertools import islice
+from pathlib import Path
+from typing import TYPE_CHECKING, TypeVar
+
+import click
+from click.exceptions import Exit
+
+if TYPE_CHECKING:
+    from onboard.config import Config
+    from onboard.lidar_tool.report import Report
+    from onboard.lidar_tool.shell import Shell
+    from onboard.record.writer import Recorder
+
+T = TypeVar("T")
+EX_UNHEALTHY, EX_USAGE, EX_DATAERR, EX_NOINPUT, EX_UNAVAILABLE, EX_CANTCREAT, EX_CONFIG = 1, 64, 65, 66, 69, 73, 78
+EXAMPLES = """\b
+Examples:
+  onboard lidar info tty:/dev/ttyACM0
+  onboard lidar watch tcp:192.168.0.10:10940 --polar
+  onboard lidar check tty:/dev/ttyACM0 --seconds 10
+  onboard lidar record tty:/dev/ttyACM0 --out room.mcap --seconds 30
+  onboard lidar replay room.mcap
+  onboard lidar check room.mcap
+  onboard lidar scan build/demo/onboard.mcap --out stop1.ply"""
+
+settings_option = click.option("--set", "-s", "settings", multiple=True, help="lidar.key=value; repeatable.")
+json_option = click.option("--json", "as_json", is_flag=True, help="For programs.")
+
+
+def seconds_option(default: float) -> Callable[[Callable[..., None]], Callable[..., None]]:
+    """--seconds of a command."""
+    return click.option("--seconds", type=click.FloatRange(min=0), default=default, show_default=True,
+                        help="How long; 0: until Ctrl-C.")  # fmt: skip
+
+
+@click.group("lidar", epilog=EXAMPLES)
+def app() -> None:
+    """A scanner alone, by the flight driver.
+
+    ADDRESS is tty:PATH, tty:PATH@BITRATE or tcp:HOST:PORT; a path alone is a tty.
+    """
+
+
+@app.command("info", epilog=EXAMPLES)
+@click.argument("address")
+@settings_option
+@json_option
+def info_command(address: str, settings: tuple[str, ...], as_json: bool) -> None:
+    """Ask a sensor who it is and how it is: VV, PP and II, each read twice. Takes any model.
+
+    Exit codes of all commands: 0 done, 69 the sensor cannot be reached, is in use, may not be used or is no Hokuyo,
+    78 a setting or the address is wrong, or the sensor is another model.
+    """
+
+    def tell(shell: Shell) -> None:
+        info, session = shell.session.info, shell.session
+        if as_json:
+            print(json.dumps({"info": info, "request": session.request.line().decode()}))
+            return
+        for key, text in info.items():
+            print(f"{key}  {text}")
+        print(f"asked with {session.request.line().decode()}: {session.request.beams} beams")
+
+    _with_sensor(_config(address, ("lidar.model=", *settings)), tell)
+
+
+@app.command("watch", epilog=EXAMPLES)
+@click.argument("address")
+@settings_option
+@json_option
+@seconds_option(0.0)
+@click.option("--polar", is_flag=True, help="Draw the scan from above.")
+@click.option("--reach", type=click.FloatRange(0.1, 100), default=8.0, help="Metres to the plot's edge.")
+def watch_command(
+    address: str, settings: tuple[str, ...], as_json: bool, seconds: float, polar: bool, reach: float
+) -> None:
+    """Show a live scan: rate, range ahead, nearest return, clock; a line a second where the output is no terminal."""
+    from onboard.lidar_tool.live import Screen
+
+    def look(shell: Shell) -> None:
+        with Screen(polar, reach, as_json) as screen:
+            for scans in shell.stream(seconds):
+                screen.show(shell.session, scans, shell.now_ns)
+
+    _with_sensor(_config(address, settings), look)
+
+
+@app.command("record", epilog=EXAMPLES)
+@click.argument("address")
+@click.option("--out", "-o", type=Path, required=True, help="MCAP file to write.")
+@settings_option
+@json_option
+@seconds_option(0.0)
+@click.option("--scans", type=click.IntRange(min=0), default=0, help="End after so many scans; 0: no limit.")
+def record_command(
+    address: str, out: Path, settings: tuple[str, ...], as_json: bool, seconds: float, scans: int
+) -> None:
+    """Write every byte of both directions with its time, so that `replay` does the same again, bit by bit.
+
+    Exit code 73: no place to write; else those of `info`.
+    """
+    from onboard.record.writer import Recorder
+
+    config = _config(address, settings)
+    config = replace(config, record=replace(config.record, path=str(out)))
+    try:
+        recorder = Recorder(config, None)
+    except OSError as error:
+        raise _fail(EX_CANTCREAT, f"{out} cannot be written: {error.strerror}") from None
+
+    def take(shell: Shell) -> int:
+        return sum(len(found) for found in shell.stream(seconds, scans))
+
+    try:
+        with recorder:
+            taken = _with_sensor(config, take, recorder)
+    except Exit:
+        out.unlink()  # there was no sensor to record
+        raise
+    told = {"file": str(out), "bytes": out.stat().st_size, "scans": taken or 0}
+    print(json.dumps(told) if as_json else f"{out}: {told['scans']} scans, {told['bytes']} bytes")
+
+
+@app.command("replay", epilog=EXAMPLES)
+@click.argument("record", type=Path)
+@json_option
+def replay_command(record: Path, as_json: bool) -> None:
+    """Run the driver again on a record and compare every byte that it sends: `identical`, or the first difference.
+
+    Exit codes: 0 identical, 1 different, 65 the record is damaged, 66 no such file.
+    """
+    from onboard.lidar_tool.again import replay
+    from onboard.record import replay as of_runs
+
+    raise Exit(of_runs.replay_command(record, as_json, replay))
+
+
+@app.command("check", epilog=EXAMPLES)
+@click.argument("source")
+@settings_option
+@json_option
+@seconds_option(12.0)
+def check_command(source: str, settings: tuple[str, ...], as_json: bool, seconds: float) -> None:
+    """Say how well a sensor is: sums, gaps, clock, codes, its own word; and for all that is wrong the likely cause.
+
+    SOURCE: a sensor's address, a record (.mcap) or a hokuyoaist log (.logr).
+
+    Exit code 1: something is wrong, 65: the file is damaged; else those of `info`.
+    """
+    from onboard.lidar_tool.report import Report, Tally, findings
+    from onboard.lidar_tool.show import lines_of
+
+    def measure(shell: Shell) -> Report:
+        tally, session = Tally(), shell.session
+        for scans in shell.stream(seconds):
+            tally.add(scans)
+        return Report(dict(session.counts), session.clock.quality, tally, session.info)
+
+    path = Path(source)
+    if path.suffix in (".mcap", ".logr", ".logw"):
+        report: Report | None = _from_file(path)
+    else:
+        report = _with_sensor(_config(source, settings), measure)
+    if report is None:
+        return
+    print(json.dumps(report.as_dict()) if as_json else "\n".join(lines_of(report)))
+    if findings(report):
+        raise Exit(EX_UNHEALTHY)
+
+
+@app.command("scan", epilog=EXAMPLES)
+@click.argument("record", type=Path)
+@click.option("--out", "-o", type=Path, required=True, help="Where the scan goes: .ply, .npz or .mcap.")
+@click.option("--sweep", type=click.IntRange(min=0), default=1, help="Which, from 1; 0: all of them, into a .mcap.")
+@json_option
+def scan_command(record: Path, out: Path, sweep: int, as_json: bool) -> None:
+    """Write a 3D scan of a run's record, each beam with its time and tilt: cloud (.ply), image (.npz), both (.mcap).
+
+    Exit codes: 0 done, 64 no such format, 65 the record is damaged or has no such sweep, 66 no such file, 73 no place
+    to write.
+    """
+    from onboard.lidar_tool.again import config_of
+    from onboard.lidar_tool.sweeps import sweeps_of
+    from onboard.maps.scan_export import FORMATS, write_record
+
+    write = FORMATS.get(out.suffix[1:])
+    if write is None or (sweep == 0 and out.suffix != ".mcap"):
+        raise _fail(EX_USAGE, f"{out}: a name should end in .ply, .npz or .mcap; all sweeps go into a .mcap only")
+    try:
+        config = config_of(record)
+        found = list(islice(sweeps_of(record, config), max(0, sweep - 1), sweep or None))
+    except FileNotFoundError:
+        raise _fail(EX_NOINPUT, f"no record {record}") from None
+    except ValueError as error:
+        raise _fail(EX_DATAERR, f"{record} is damaged: {error}") from None
+    if not found:
+        raise _fail(EX_DATAERR, f"{record} holds no sweep {sweep or ''}".rstrip())
+    try:
+        if sweep:
+            write(found[0], config.rover, out)
+        else:
+            write_record(found, config.rover, out)
+    except OSError as error:
+        raise _fail(EX_CANTCREAT, f"{out} cannot be written: {error.strerror}") from None
+    rows = [(*scan.pixels.shape, int(scan.valid.sum())) for scan in found]
+    if as_json:
+        sweeps = [{"lines": lines, "beams": beams, "points": count} for lines, beams, count in rows]
+        print(json.dumps({"file": str(out), "sweeps": sweeps}))
+    else:
+        print(f"{out}: " + "; ".join(f"{lines} lines of {beams} beams, {count} points" for lines, beams, count in rows))
+
+
+def _from_file(path: Path) -> Report:
+    from onboard.config import Lidar
+    from onboard.lidar_tool.listener import Listener, chunks_of
+    from onboard.lidar_tool.report import Report, Tally
+
+    tally, listener = Tally(), Listener(Lidar())
+    try:
+        for chunk in chunks_of(path):
+            tally.add(listener.receive(chunk))
+    except OSError as error:
+        raise _fail(EX_NOINPUT, f"{path} cannot be read: {error.strerror}") from None
+    except ValueError as error:
+        raise _fail(EX_DATAERR, f"{path} is damaged: {error}") from None
+    return Report(listener.counts, listener.quality, tally, listener.info)
+
+
+def _with_sensor(config: Config, use: Callable[[Shell], T], recorder: Recorder | None = None) -> T | None:
+    """What `use` makes of a sensor that has told who it is; None when Ctrl-C came before. Ends with one line if not."""
+    from onboard.config import ConfigError
+    from onboard.drivers.clock import WallClock
+    from onboard.lidar_tool.shell import SensorError, Shell
+
+    clock = WallClock()
+    for number in (signal.SIGTERM, signal.SIGINT):
+        signal.signal(number, lambda *_: setattr(clock, "stopping", True))
+    try:
+        with Shell(config, clock, recorder) as shell:
+            return use(shell) if shell.until_ready() else None
+    except ConfigError as error:
+        raise _fail(EX_CONFIG, str(error)) from None
+    except SensorError as error:
+        raise _fail(EX_CONFIG if error.wrong_model else EX_UNAVAILABLE, str(error)) from None
+
+
+def _config(address: str, settings: tuple[str, ...]) -> Config:
+    from onboard.config import ConfigError, load, parse_override
+
+    address = f"tty:{address}" if address.startswith("/") else address
+    try:
+        return load(None, {**dict(parse_override(text) for text in settings), "lidar.address": address})
+    except ConfigError as error:
+        raise _fail(EX_CONFIG, str(error)) from None
+
+
+def _fail(code: int, text: str) -> Exit:
+    print(f"onboard: {text}", file=sys.stderr)
+    return Exit(code)

@@ -1,0 +1,135 @@
+"""How well a sensor is: what was counted while it streamed, and each thing that is wrong with its likely cause."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+
+from onboard.devices.lidar import BAD
+from onboard.devices.lidar_clock import ClockQuality
+from onboard.records import BeamStatus, Scan
+
+_DIRTY_RATIO, _ERROR_RATIO = 0.2, 0.05
+_SIGMA_LIMIT_NS, _PPM_LIMIT = 0.5e6, 200.0
+_DAMAGE_LIMIT = 0.01
+_SETTLED, _DRIFTED = 80, 400  # scans before the clock's times, and its rate, are judged
+
+
+@dataclass(slots=True)
+class Tally:
+    """Scans added up. beams: by BeamStatus."""
+
+    scans: int = 0
+    first_ns: int = 0
+    last_ns: int = 0
+    nearest_m: float = float("nan")
+    farthest_m: float = float("nan")
+    beams: dict[str, int] = field(default_factory=lambda: {status.name.lower(): 0 for status in BeamStatus})
+
+    def add(self, scans: Sequence[Scan]) -> None:
+        """More scans."""
+        for scan in scans:
+            self.first_ns = self.first_ns if self.scans else scan.start_ns
+            self.last_ns = scan.start_ns
+            self.scans += 1
+            for status in BeamStatus:
+                self.beams[status.name.lower()] += int((scan.status == status).sum())
+            good = scan.ranges_m[scan.status == BeamStatus.OK]
+            if len(good):
+                self.nearest_m = float(np.fmin(self.nearest_m, good.min()))
+                self.farthest_m = float(np.fmax(self.farthest_m, good.max()))
+
+    @property
+    def rate_hz(self) -> float:
+        """Scans a second, by their own times."""
+        return (self.scans - 1) * 1e9 / (self.last_ns - self.first_ns) if self.scans > 1 else 0.0
+
+    def ratio(self, *names: str) -> float:
+        """Share of the beams that said one of these."""
+        return sum(self.beams[name] for name in names) / max(1, sum(self.beams.values()))
+
+
+class Report(NamedTuple):
+    """All that is known after a while."""
+
+    counts: Mapping[str, int]
+    clock: ClockQuality
+    tally: Tally
+    info: Mapping[str, str]
+
+    @property
+    def bad(self) -> int:
+        """Damaged frames, of all kinds."""
+        return sum(self.counts[kind] for kind in BAD)
+
+    def as_dict(self) -> dict[str, object]:
+        """For programs."""
+        clock, tally = self.clock, self.tally
+        return {
+            "info": dict(self.info), "scans": tally.scans, "rate_hz": round(tally.rate_hz, 3), "damaged": self.bad,
+            "counts": {name: count for name, count in self.counts.items() if count},
+            "clock": {"offset_ms": clock.offset_ns * 1e-6, "ppm": clock.ppm, "samples": clock.samples,
+                      "sigma_ms": clock.sigma_ns * 1e-6 if np.isfinite(clock.sigma_ns) else None},
+            "beams": tally.beams, "findings": [{"name": name, "text": text} for name, text in findings(self)],
+        }  # fmt: skip
+
+
+def _kinds(report: Report) -> str:
+    return ", ".join(f"{report.counts[kind]} {kind}" for kind in BAD if report.counts[kind])
+
+
+def _damaged(r: Report) -> str:
+    return _kinds(r) if r.bad > _DAMAGE_LIMIT * (r.tally.scans + r.bad) else ""
+
+
+def _gaps(r: Report) -> str:
+    gaps, missed = r.counts["gap"], r.counts["missed"]
+    return f"{missed} turns without a scan, {gaps} gaps" if gaps or missed else ""
+
+
+def _drift(r: Report) -> str:
+    return f"{r.clock.ppm:+.0f} ppm" if r.clock.samples >= _DRIFTED and abs(r.clock.ppm) > _PPM_LIMIT else ""
+
+
+def _unsure(r: Report) -> str:
+    sigma_ns = r.clock.sigma_ns
+    return f"{sigma_ns / 1e6:.2f} ms" if r.clock.samples >= _SETTLED and sigma_ns > _SIGMA_LIMIT_NS else ""
+
+
+def _share(r: Report, limit: float, *names: str) -> str:
+    return f"{r.tally.ratio(*names):.0%}" if r.tally.ratio(*names) > limit else ""
+
+
+def _count(*names: str) -> Callable[[Report], str]:
+    return lambda r: str(total) if (total := sum(r.counts.get(name, 0) for name in names)) else ""
+
+
+CHECKS: tuple[tuple[str, Callable[[Report], str], str], ...] = (
+    ("no scans", lambda r: "" if r.tally.scans else "none", "the sensor was asked and sent none; it says: {stat}"),
+    ("damage", _damaged, "{found}: a cable loose, too long or beside a motor's, or a wrong bit rate"),
+    ("gaps", _gaps, "{found}: the computer too busy, the line too slow (MD needs 135 kB/s), or frames damaged"),
+    ("counter", _count("clock_jump", "clock_reboot"), "jumped or began anew {found} times: the sensor restarted; "
+     "look at its power (12 V, 1 A at its start)"),
+    ("drift", _drift, "{found} between the sensor's clock and ours; quartz has under 100"),
+    ("time", _unsure, "a scan's time is known to {found} only: the link is unevenly late (hub, network, computer)"),
+    ("repeats", _count("repeated_stamp"), "{found} turns came twice: the sensor's motor or firmware"),
+    ("period", _count("period_off"), "the motor is over 1 % off its speed: worn, cold, or its voltage is low"),
+    ("window", lambda r: _share(r, _DIRTY_RATIO, "too_near"), "{found} of the beams return from too near: "
+     "the window is dirty, or something hangs before it"),
+    ("beams", lambda r: _share(r, _ERROR_RATIO, "error", "interference"), "{found} of the beams are in error: "
+     "sunlight, another scanner, or the codes of another model"),
+    ("laser", _count("laser_off"), "off although scans were asked for: an error of the sensor"),
+    ("state", _count("unhealthy"), "the sensor says of itself: {stat}"),
+    ("replies", _count("timeouts", "disagree"), "{found} were late, or two readings of one differed: bytes are lost"),
+)  # fmt: skip
+"""What may be wrong, how it shows (text where it does), and its likely cause."""
+
+
+def findings(report: Report) -> list[tuple[str, str]]:
+    """(name, cause) of all that is wrong; empty where all is well."""
+    stat = report.info.get("STAT", "unknown")
+    found = ((name, shows(report), cause) for name, shows, cause in CHECKS)
+    return [(name, cause.format(found=what, stat=stat)) for name, what, cause in found if what]

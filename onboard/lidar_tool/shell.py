@@ -1,0 +1,99 @@
+"""Port, clock and record around the flight session: what `onboard run` is for the rover, for the scanner alone."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from types import TracebackType
+
+from onboard.config import Config
+from onboard.drivers.clock import WallClock
+from onboard.drivers.lidar_ear import LidarEar
+from onboard.drivers.lidar_port import open_port
+from onboard.lidar_tool.core import LidarCore, Order
+from onboard.record.writer import Recorder
+from onboard.records import Inputs, PortState, Scan
+from protocol.barrier import Tick
+
+READY_S, FAREWELL_TICKS = 10.0, 100
+
+
+class SensorError(RuntimeError):
+    """The sensor cannot be used: one line that says why and what to do. wrong_model: it is another than configured."""
+
+    def __init__(self, text: str, wrong_model: bool = False) -> None:
+        super().__init__(text)
+        self.wrong_model = wrong_model
+
+
+class Shell:
+    """One sensor while the `with` lasts; at its end the sensor is quiet and its laser off, if it still answers.
+
+    Raises ConfigError for an address that is none.
+    """
+
+    def __init__(self, config: Config, clock: WallClock, recorder: Recorder | None = None) -> None:
+        self.config, self.clock, self.recorder = config, clock, recorder
+        self.port = open_port(config.lidar.address)
+        self.core = LidarCore(config)
+        self.session = self.core.session
+        self._ear = LidarEar(self.port, clock.now_ns)
+        self.now_ns = 0
+
+    def __enter__(self) -> Shell:
+        self.clock.idle = self._ear.listen
+        self.clock.start()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        order = Order.FAREWELL
+        for now in self.clock.overtime(FAREWELL_TICKS if self.port.state is PortState.OPEN else 0):
+            self._at(now, order)
+            order = Order.NONE
+            if self.session.dark:
+                break
+        self.port.close()
+
+    def tick(self, order: Order = Order.NONE) -> list[Scan] | None:
+        """Wait for the next tick; the scans that it brought, None when somebody asked to stop."""
+        now = self.clock.wait()
+        return None if now is None else self._at(now, order)
+
+    def _at(self, now: Tick, order: Order) -> list[Scan]:
+        self.now_ns = now.now_ns
+        inputs = Inputs(now.number, now.now_ns, lidar_chunks=self._ear.take(), lidar_state=self.port.state)
+        outputs, scans = self.core.tick(inputs, order)
+        if outputs.lidar_connect:
+            self.port.connect()
+        self.port.write(outputs.lidar_bytes)
+        if self.recorder is not None:
+            self.recorder.write(inputs, outputs)
+        return scans
+
+    def until_ready(self, limit_s: float = READY_S) -> bool:
+        """Tick until the sensor has told who it is. False: asked to stop. Raises SensorError if it never does."""
+        while not self.session.ready:
+            if self.tick() is None:
+                return False
+            if self.port.state is PortState.ERROR:
+                raise SensorError(self.port.error)
+            self._complain()
+            if self.now_ns > limit_s * 1e9:
+                raise SensorError(f"{self.config.lidar.address} did not say who it is within {limit_s:g} s")
+        return True
+
+    def stream(self, seconds: float, scans: int = 0) -> Iterator[list[Scan]]:
+        """Tick by tick what a stream brings, until enough (0: no limit) or asked to stop. Raises SensorError."""
+        began_ns, taken, order = self.now_ns, 0, Order.STREAM
+        while not (scans and taken >= scans) and not (seconds and self.now_ns - began_ns >= seconds * 1e9):
+            found, order = self.tick(order), Order.NONE
+            if found is None:
+                return
+            self._complain()
+            taken += len(found)
+            yield found
+
+    def _complain(self) -> None:
+        if self.session.complaint:
+            raise SensorError(self.session.complaint, "lidar.model" in self.session.complaint)
