@@ -65,8 +65,9 @@ lint: .venv/.project ## ruff, mypy --strict on protocol and onboard, import cont
 bench: .venv/.project ## measure; QUICK=1 for two repeats; writes build/bench.json
 	@$(FIXED) $(B)/python -m tests.bench $(if $(QUICK),--quick)
 
-missions: .venv/.project ## fly the mission rule on seeded fields without physics; FRESH=commit for 60 more seeds
+missions: .venv/.project ## fly mission rule and drive guard on seeded fields without physics; FRESH=commit for 60 more seeds
 	@$(FIXED) $(B)/python -m tests.missions fly $(if $(FRESH),--fresh-from $(FRESH))
+	@$(FIXED) $(B)/python -m tests.missions guard
 
 nightly: lint test test-missions test-sanitize bench missions ## everything that tests or measures, with ten demo seeds, real ground and craters
 	@for seed in 1 2 3 4 5 6 7 8 9 10; do $(B)/hil demo --seed $$seed --out build/nightly/seed-$$seed || echo "seed $$seed failed" >> build/nightly/failed; done

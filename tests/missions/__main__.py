@@ -89,10 +89,7 @@ def fly(
     if not name:
         for of, seed in SHOWN:
             _draw(of, seed, out / f"{of.replace(' ', '-')}-{seed}.png")
-    short = shortfalls(lines)
-    for text in short:
-        typer.echo(f"falls short: {text}", err=True)
-    raise typer.Exit(1 if short else 0)
+    _end(shortfalls(lines))
 
 
 @app.command()
@@ -113,10 +110,16 @@ def guard(
     workers: Annotated[int, typer.Option(help="Processes.")] = os.cpu_count() or 1,
     objects: Annotated[int, typer.Option(help="Holes, and as many rocks, that a wheel is to meet.")] = 100,
 ) -> None:
-    """The drive guard: objects put on the tracks, then pitted and smooth fields with and without it."""
+    """The drive guard: objects put on the tracks, then pitted and smooth fields with and without it.
+
+    Exit 1 where it falls short of its promise.
+    """
     wanted = set(_seeds(seeds)) if seeds else None
-    met = open_loop.table(open_loop.until_met(objects, workers))
-    Console(width=150).print(met)
+    legs: Sequence[open_loop.Outcome] = ()
+    for legs in open_loop.until_met(objects, workers):
+        typer.echo("met by a wheel: {} of {objects} holes, {} of {objects} rocks".format(
+            *open_loop.met(legs), objects=objects), err=True)
+    Console(width=150).print(open_loop.table(legs))
     chosen = [run.only(wanted) for run in guard_runs.RUNS]
     total, rows = sum(len(run.seeds) for run in chosen), []
     try:
@@ -125,6 +128,7 @@ def guard(
             typer.echo(f"{len(rows)} of {total}: {row}", err=True)
     finally:
         Console(width=190).print(guard_runs.table(rows))
+    _end(open_loop.shortfalls(legs) + guard_runs.shortfalls(rows))
 
 
 @app.command()
@@ -138,6 +142,12 @@ def draw(
         names = ", ".join(run.name for run in runs())
         raise typer.BadParameter(f"{name!r}: expected one of {names}", param_hint="--run")
     _draw(name, seed, out)
+
+
+def _end(short: Sequence[str]) -> None:
+    for text in short:
+        typer.echo(f"falls short: {text}", err=True)
+    raise typer.Exit(1 if short else 0)
 
 
 def _chosen(name: str | None, seeds: str, fresh_from: str | None) -> Sequence[Run]:

@@ -50,11 +50,11 @@ class GuardRow:
 
 PITTED = {"mission.ground": "pitted"}
 GUARDED = {**PITTED, "drive_guard.on": True, "mapping.trust_m": 1.5}
-RUNS = (
-    GuardRun("pits, trust range 2.0 m alone", "pits", tuple(range(1, 25)), {**PITTED, "mapping.trust_m": 2.0}),
-    GuardRun("pits, guard and trust range 1.5 m", "pits", tuple(range(1, 25)), GUARDED),
-    GuardRun("smooth fields, guard and trust range 1.5 m", "main", tuple(range(1, 17)), GUARDED),
-)
+TRUST = GuardRun("pits, trust range 2.0 m alone", "pits", tuple(range(1, 25)), {**PITTED, "mapping.trust_m": 2.0})
+GUARD = GuardRun("pits, guard and trust range 1.5 m", "pits", tuple(range(1, 25)), GUARDED)
+SMOOTH = GuardRun("smooth fields, guard and trust range 1.5 m", "main", tuple(range(1, 17)), GUARDED)
+RUNS = (TRUST, GUARD, SMOOTH)
+MOST_STOPS_PER_10_M = 2.0  # of the guard, on smooth fields
 
 
 def fly(run: GuardRun, seed: int) -> GuardRow:
@@ -68,19 +68,41 @@ def fly(run: GuardRun, seed: int) -> GuardRow:
     )  # fmt: skip
 
 
+def shortfalls(rows: Sequence[GuardRow]) -> list[str]:
+    """Each promise of the guard that these missions break, in words."""
+    guarded, trusted = _of(GUARD, rows), _of(TRUST, rows)
+    both = {row.seed for row in guarded} & {row.seed for row in trusted}
+    scans = [sum(row.scans for row in part if row.seed in both) for part in (guarded, trusted)]
+    said = [
+        (any(row.in_hole for row in guarded), "a wheel entered a hole"),
+        (any(row.unseen for row in guarded), "a wheel rolled over ground that nobody had seen"),
+        (any(row.outcome == "endless" for row in rows), "a mission was endless"),
+        (scans[0] > scans[1], f"{scans[0]} scans with the guard, {scans[1]} with the trust range alone"),
+        (_stops_per_10_m(_of(SMOOTH, rows)) > MOST_STOPS_PER_10_M, "too many guard stops on smooth fields"),
+    ]
+    return [text for broken, text in said if broken]
+
+
+def _of(run: GuardRun, rows: Sequence[GuardRow]) -> list[GuardRow]:
+    return [row for row in rows if row.run == run.name]
+
+
+def _stops_per_10_m(rows: Sequence[GuardRow]) -> float:
+    return 10 * sum(row.guard_stops for row in rows) / max(sum(row.way_m for row in rows), 1e-9)
+
+
 def table(rows: Sequence[GuardRow]) -> Table:
     """Sums over the rows of each run."""
     made = Table("fields and rule", "missions", "with hard contact", "with a wheel in a hole", "wheel cells never seen",
                  "arrived / reported / endless", "scans", "guard stops (false)", "guard stops per 10 m")  # fmt: skip
     for run in RUNS:
-        mine = [row for row in rows if row.run == run.name]
-        outcomes = [row.outcome for row in mine]
-        way, stops = sum(row.way_m for row in mine), sum(row.guard_stops for row in mine)
+        mine = _of(run, rows)
+        outcomes, stops = [row.outcome for row in mine], sum(row.guard_stops for row in mine)
         made.add_row(
             run.name, str(len(mine)), str(sum(row.hard > 0 for row in mine)), str(sum(row.in_hole > 0 for row in mine)),
             str(sum(row.unseen for row in mine)),
             " / ".join(str(outcomes.count(kind)) for kind in ("arrived", "unreachable", "endless")),
             str(sum(row.scans for row in mine)), f"{stops} ({sum(row.false_stops for row in mine)})",
-            f"{10 * stops / max(way, 1e-9):.2f}",
+            f"{_stops_per_10_m(mine):.2f}",
         )  # fmt: skip
     return made

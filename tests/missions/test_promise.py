@@ -9,6 +9,7 @@ from typer.testing import CliRunner
 
 from onboard.planning.strategies import STRATEGIES
 from tests.missions import __main__ as command
+from tests.missions import guard_runs, open_loop
 from tests.missions.__main__ import runs
 from tests.missions.campaign import Row, Run, config_of, summary
 from tests.missions.mission import Errors
@@ -41,6 +42,36 @@ def test_a_good_run_breaks_no_promise():
 )
 def test_each_promise_broken_is_named(name, changes, text):
     assert any(text in line for line in shortfalls([summary(name, rows(**changes))]))
+
+
+GUARDED = guard_runs.GuardRow(guard_runs.GUARD.name, 1, "arrived", 3, 4, 10.0, 0, 0, 0, 1, 0)
+TRUSTED = replace(GUARDED, run=guard_runs.TRUST.name, scans=9, guard_stops=0)
+SMOOTH = replace(GUARDED, run=guard_runs.SMOOTH.name)
+
+
+def test_guarded_missions_without_a_wheel_in_a_hole_and_with_fewer_scans_break_no_promise():
+    assert guard_runs.shortfalls([GUARDED, TRUSTED, replace(TRUSTED, in_hole=1), SMOOTH]) == []
+
+
+@pytest.mark.parametrize(
+    ("rows", "text"),
+    [
+        ([replace(GUARDED, in_hole=1)], "a wheel entered a hole"),
+        ([replace(GUARDED, unseen=1)], "ground that nobody had seen"),
+        ([replace(SMOOTH, outcome="endless")], "endless"),
+        ([GUARDED, replace(TRUSTED, scans=3)], "4 scans with the guard, 3 with the trust range alone"),
+        ([replace(SMOOTH, guard_stops=3)], "too many guard stops on smooth fields"),
+    ],
+)
+def test_each_promise_of_the_guard_broken_is_named(rows, text):
+    assert any(text in line for line in guard_runs.shortfalls(rows))
+
+
+def test_of_200_objects_two_may_be_missed():
+    seen = open_loop.Outcome(1, True, True, 0.5, 0, 4.0)
+    unmet, missed = replace(seen, met=False, lead_m=math.nan), replace(seen, lead_m=0.05)
+    assert open_loop.shortfalls([seen] * 198 + [missed] * 2 + [unmet] * 50) == []
+    assert open_loop.shortfalls([seen] * 197 + [missed] * 3) == ["3 of 200 objects were missed"]
 
 
 def test_an_unguarded_run_may_be_endless():
