@@ -6,6 +6,7 @@ from left and right. Holes are part of the raster, with steep walls.
 A wheel's step is how far the ground anywhere under it (0.2 x 0.1 m) rises over the lowest ground of the patch that it
 stands on, 10 x 10 cm about its contact point. A tyre meets what rises before it; what falls away
 under its rim it does not touch as long as it stands: 10 cm from the contact point the rim is a radius above the ground.
+All contacts are with whole cells of the raster, touched even by a border.
 """
 
 from __future__ import annotations
@@ -93,10 +94,19 @@ class World:
         return float(above[0].max()), float(max(steps))
 
     def _above(self, pose: Pose, along_m: F64, across_m: F64) -> F64:
-        """Height of the ground over the wheel plane at points of the body."""
-        c, s = math.cos(pose.yaw_rad), math.sin(pose.yaw_rad)
-        plane = pose.z_m - along_m * math.tan(pose.pitch_rad) + across_m * math.tan(pose.roll_rad)
-        return self.height_m(pose.x_m + c * along_m - s * across_m, pose.y_m + s * along_m + c * across_m) - plane
+        """Height over the wheel plane of the raster's cells at points of the body, each at the cell's own place.
+
+        Between cells the raster has no walls: what stands upright in it would lean into the next cell.
+        """
+        grid, c, s = self.grid, math.cos(pose.yaw_rad), math.sin(pose.yaw_rad)
+        x, y = pose.x_m + c * along_m - s * across_m, pose.y_m + s * along_m + c * across_m
+        i = np.rint((x - grid.x0_m) / grid.cell_m).astype(np.int64).clip(0, grid.columns - 1)
+        j = np.rint((y - grid.y0_m) / grid.cell_m).astype(np.int64).clip(0, grid.rows - 1)
+        dx, dy = grid.x0_m + i * grid.cell_m - pose.x_m, grid.y0_m + j * grid.cell_m - pose.y_m
+        slope_along, slope_across = -math.tan(pose.pitch_rad), math.tan(pose.roll_rad)
+        plane = pose.z_m + (c * dx + s * dy) * slope_along + (c * dy - s * dx) * slope_across
+        above: F64 = self.heights_m[j, i] - plane
+        return above
 
 
 @lru_cache
