@@ -73,6 +73,8 @@ class Lidar:
     skip: int = value(0, "turns left out between two scans", low=0, high=9)
     scans: int = value(0, "scans to ask for at a time, 0: endless", low=0, high=99)
     wide_intensity: bool = value(False, "intensity over more than 95 degrees by USB (old firmware crashes its laser)")
+    time_seed: bool = value(False, "bound latency_ns by the sensor's counter (TM1) before the first stream")
+    probe_state: bool = value(False, "ask for the state code (%ST) where the sensor does not speak SCIP 2.2 as well")
     health_ns: int = value(5_000_000_000, "while idle, the sensor's state is read this often", low=1e8, high=1e12)
     ring: int = value(16, "scans whose memory is used again", low=2, high=4096)
     reference_step: int = value(0, "step whose time the stamp names (see docs)", low=-540, high=1440)

@@ -103,8 +103,7 @@ def _information(machine: Machine, asked: scip.Request) -> Answer:
 
 
 def _state(machine: Machine, asked: scip.Request) -> Answer:
-    code = machine.report.encode()
-    return Answer("00", code + scip.checksum(code) + b"\n")
+    return Answer("00", scip.state_line(machine.report))
 
 
 # -- states ----------------------------------------------------------------------------------------------------

@@ -1,10 +1,12 @@
 """The session with the scanner, without I/O: bytes and arrivals in, checked and timed scans out, and what to write.
 
     DOWN --port open--> SYNC --QT--> VERSION --VV--> GEOMETRY --PP--> STATE --II--> QUIET --MD--> STREAM --QT--> STOP
-                         ^  \\                                            |          |  ^  \\          |             |
-                         |   TIMING (TM2), where QT was refused        WRONG        HEALTH  LASER   |           DARK
-                         |                                                           (II)   (BM)    |        (II: laser
-                         +-- no reply in time -------- SUSPECT (II) <-- no valid scan for long -----+         is off)
+                         ^  \\                           |              |          |  ^  \\          |             |
+                         |   TIMING (TM2), where QT   PROBE (%ST)    WRONG        HEALTH  LASER   |           DARK
+                         |   was refused              once, if due                 (II)   (BM)    |        (II: laser
+                         +-- no reply in time -------- SUSPECT (II) <-- no valid scan for long ---+         is off)
+
+    QUIET --TM0--> TIME_ON, TIME (TM1), TIME_OFF (TM2) --> QUIET: the clock is seeded, once, before MD, if due
 
 Whatever state the sensor is in (streaming, in time adjustment, half a request in its buffer, asleep, booting): an LF
 ends the half request, QT is repeated until its echo comes back. A bad frame is counted by its kind and costs that frame
@@ -17,9 +19,11 @@ from collections.abc import Sequence
 
 from onboard.config import Lidar
 from onboard.devices.lidar_clock import LidarClock
-from onboard.devices.lidar_exchange import AGAIN_NS, EXCHANGES, PASSING, TRIES, Exchange, Phase, comparable
-from onboard.devices.lidar_model import UTM_30LX, model_of
+from onboard.devices.lidar_exchange import CONNECTING, EXCHANGES, PASSING, SEEDING, Phase
+from onboard.devices.lidar_link import Link
 from onboard.devices.lidar_stream import ScanStream
+from onboard.devices.lidar_talk import Talk
+from onboard.devices.lidar_told import Told
 from onboard.devices.lidar_watch import CAUSES
 from onboard.records import Chunk, PortState, Scan
 from protocol import WireError, scip
@@ -27,56 +31,50 @@ from protocol import WireError, scip
 BAD = ("echo", "status", "status_sum", "stamp_sum", "block_sum", "length", "character", "text", "text_sum", "overflow")
 _OTHER = ("scans", "replies", "stray", "refused", "timeouts", "reconnects", "repeated_stamp", "clock_jump",
           "clock_reboot", "disagree")
-_FIRST_BACKOFF_NS, _LAST_BACKOFF_NS = 100_000_000, 2_000_000_000
-_DEAF_NS = 2_000_000_000  # without an answer, before somebody is told
+_MOST_STOPS = 4  # of a laser that stays on
 _STREAMING = (Phase.LASER, Phase.STREAM, Phase.SUSPECT)
 
 
 class LidarSession:
     """One scanner. Each tick `receive`, `send`, `wants_connect`, in this order.
 
-    counts: by name; info: what VV, PP and II said.
+    counts: by name.
     """
 
     def __init__(self, config: Lidar) -> None:
         self.counts: dict[str, int] = dict.fromkeys((*_OTHER, *CAUSES, *BAD), 0)
-        self.info: dict[str, str] = {}
         self.complaint = ""
         self._config = config
         self._stream = ScanStream(config, self.counts)
+        self._talk, self._told = Talk(self._stream), Told(config)
         self._splitter = scip.Splitter()
-        self._phase, self._state = Phase.DOWN, PortState.CLOSED
-        self._connections = 0
-        self._backoff_ns = _FIRST_BACKOFF_NS
-        self._next_attempt_ns = 0
+        self._link = Link()
         self._wanted = False
         self._wanted_ns: int | None = None
-        self._answered_ns: int | None = None  # the last reply, or the begin of the connection
-        self._waiting = b""  # the request whose reply is due, without LF
-        self._sent_ns = 0
-        self._again_ns: int | None = None  # when to ask once more, if before the limit
-        self._tries = 0
-        self._first_reading: bytes | dict[str, str] | None = None
         self._refused_quit = False
-        self._model = UTM_30LX
         self._stops = 0  # QT after which the laser was still on
 
     # -- what the core asks ------------------------------------------------------------------------------------
 
     @property
+    def info(self) -> dict[str, str]:
+        """What VV, PP and II said, and what came of %ST and TM where they were asked."""
+        return self._told.info
+
+    @property
     def ready(self) -> bool:
         """Whether the sensor has told its name, geometry and state on this connection."""
-        return self._phase >= Phase.QUIET
+        return self._talk.phase not in CONNECTING
 
     @property
     def streaming(self) -> bool:
         """Whether the sensor was asked to stream on this connection and has agreed, or is asked scan by scan."""
-        return self._phase is Phase.STREAM and not (self._waiting and self.request.streams)
+        return self._talk.phase is Phase.STREAM and not (self._talk.waiting and self.request.streams)
 
     @property
     def dark(self) -> bool:
         """Whether the sensor has stopped and its laser is off."""
-        return self._phase in (Phase.DOWN, Phase.QUIET)
+        return self._talk.phase in (Phase.DOWN, Phase.QUIET)
 
     @property
     def request(self) -> scip.ScanRequest:
@@ -106,22 +104,16 @@ class LidarSession:
 
     def silent(self, now_ns: int) -> bool:
         """Whether streaming is wanted and there was no valid scan for config.silent_ns, or 4 periods and 50 ms."""
-        if not self._wanted or self._wanted_ns is None:
-            return False
-        return now_ns - max(self._stream.heard_ns, self._wanted_ns) > self._stream.silent_ns
+        return self._wanted and self._wanted_ns is not None and self._stream.silent(now_ns, self._wanted_ns)
 
     def wants_connect(self, now_ns: int) -> bool:
         """Whether the port should be (re)opened now. Each True is an attempt: the next comes later, 0.1 s to 2 s."""
-        if self._state is PortState.OPEN or now_ns < self._next_attempt_ns:
-            return False
-        self._next_attempt_ns = now_ns + self._backoff_ns
-        self._backoff_ns = min(2 * self._backoff_ns, _LAST_BACKOFF_NS)
-        return True
+        return self._link.wants(now_ns)
 
     def farewell(self, now_ns: int) -> bytes:
         """QT at once, whatever is due; then `receive` and `send` until `dark`, where there is time for it."""
         self._wanted = False
-        if self._phase is Phase.DOWN:
+        if self._talk.phase is Phase.DOWN:
             return b""
         self._enter(Phase.STOP)
         return b"\n" + self._ask(now_ns)
@@ -129,11 +121,11 @@ class LidarSession:
     def digest_items(self) -> tuple[int | float | bool, ...]:
         """Plain values that tell two states apart."""
         heard_ns, drift_ratio = self._stream.heard_ns, self._stream.clock.drift_ratio
-        return (int(self._phase), self._wanted, heard_ns, self._sent_ns, drift_ratio, *self.counts.values())
+        return (int(self._talk.phase), self._wanted, heard_ns, self._talk.sent_ns, drift_ratio, *self.counts.values())
 
     def receive(self, chunks: Sequence[Chunk], state: PortState, now_ns: int) -> list[Scan]:
         """The scans that became complete. Bad bytes never raise; they are in `counts`."""
-        if self._wanted and self._wanted_ns is None:
+        if self._wanted and (self._wanted_ns is None or self._talk.phase in SEEDING):
             self._wanted_ns = now_ns
         self._follow_port(state, now_ns)
         scans: list[Scan] = []
@@ -148,158 +140,160 @@ class LidarSession:
 
     def send(self, now_ns: int) -> bytes:
         """The bytes to write now; empty while a reply is due, while all is as wanted, and while the port is down."""
-        if self._phase is Phase.DOWN or not self._move(now_ns):
+        if self._talk.phase is Phase.DOWN or not self._move(now_ns):
             return b""
         return self._ask(now_ns)
 
     def _move(self, now_ns: int) -> bool:
         """Whether something is to be asked now; goes to the phase that asks it."""
-        if self._again_ns is not None and now_ns >= self._again_ns:
+        if self._talk.again(now_ns):
             return True
-        if not self._waiting:
+        if not self._talk.waiting:
             return self._next(now_ns)
-        if now_ns - self._sent_ns < min(self._exchange.limit_ns, self._config.reply_timeout_ns):
+        if not self._talk.late(now_ns, self._config.reply_timeout_ns):
             return False
         self.counts["timeouts"] += 1
+        self._told.note(self._talk.exchange.note, "no reply")
         self._enter(Phase.SYNC)
         return True
 
     def _next(self, now_ns: int) -> bool:
         """The same where no reply is due: what is wanted decides, or how long nothing came."""
-        passed_ns, before = now_ns - self._sent_ns, self._phase
+        passed_ns, before = now_ns - self._talk.sent_ns, self._talk.phase
         if before is Phase.STREAM and not self._wanted:
             self._enter(Phase.STOP)
         elif before is Phase.STREAM and not self.request.streams:
             return True
-        elif before is Phase.STREAM and now_ns - max(self._stream.heard_ns, self._sent_ns) > self._stream.silent_ns:
+        elif before is Phase.STREAM and self._stream.silent(now_ns, self._talk.sent_ns):
             self._enter(Phase.SUSPECT)
         elif before is Phase.WRONG and passed_ns > 10 * self._config.reply_timeout_ns:
             self._enter(Phase.SYNC)
+        elif before is Phase.QUIET and self._wanted and self._told.due(Phase.TIME_ON):
+            self._enter(Phase.TIME_ON)
         elif before is Phase.QUIET and self._wanted:
             self._enter(Phase.STREAM if self.request.streams else Phase.LASER)
         elif before is Phase.QUIET and passed_ns > self._config.health_ns:
             self._enter(Phase.HEALTH)
-        return self._phase is not before or self._phase not in (Phase.STREAM, Phase.WRONG, Phase.QUIET)
+        return self._talk.phase is not before or self._talk.phase not in (Phase.STREAM, Phase.WRONG, Phase.QUIET)
 
     def _ask(self, now_ns: int) -> bytes:
-        command = self._exchange.command
-        self._waiting, self._sent_ns, self._again_ns = command[:-1], now_ns, None
-        self._tell_deaf(now_ns)
-        return b"\n" + command if self._phase is Phase.SYNC else command
-
-    @property
-    def _exchange(self) -> Exchange:
-        return EXCHANGES.get(self._phase) or Exchange(self.request.line() + b"\n", Phase.STREAM)
+        if self._talk.phase is Phase.SYNC and self._link.deaf(now_ns):
+            self.complaint = self._told.nothing()
+        return self._talk.ask(now_ns)
 
     def _enter(self, phase: Phase) -> None:
-        self._phase, self._waiting = phase, b""
-        self._again_ns, self._tries, self._first_reading = None, 0, None
+        self._talk.enter(phase)
         self._splitter.echo = self.request.line()[:13] if phase in _STREAMING else b""
 
     def _follow_port(self, state: PortState, now_ns: int) -> None:
-        self._state = state
+        self._link.state = state
         if state is not PortState.OPEN:
             self._enter(Phase.DOWN)
-        elif self._phase is Phase.DOWN:
-            self.counts["reconnects"] += self._connections > 0
-            self._connections += 1
-            self._answered_ns, self._refused_quit = now_ns, False
+        elif self._talk.phase is Phase.DOWN:
+            self.counts["reconnects"] += self._link.opened(now_ns)
+            self._refused_quit = False
+            self._told.restart()
             self._splitter.clear()
             self._stream.clock.restart()
             self._enter(Phase.SYNC)
 
     def _spoiled(self, kind: str, now_ns: int) -> None:
         """A frame was bad. It may have been the reply that is due: ask again, a few times."""
-        self.counts[kind if self._phase > Phase.TIMING else "stray"] += 1
-        if self._waiting and self._phase not in (Phase.STREAM, Phase.SYNC, Phase.SUSPECT) and self._tries < TRIES:
-            self._tries += 1
-            self._again_ns = now_ns
+        self.counts[kind if self._talk.phase > Phase.TIMING else "stray"] += 1
+        asked = self._talk.exchange
+        if self._talk.waiting and asked.timed and asked.refused is not None:
+            self._told.note(asked.note, f"damaged after {self._told.seeds} exchanges")
+            self._enter(asked.refused)
+        elif self._talk.waiting and self._talk.phase not in (Phase.STREAM, Phase.SYNC, Phase.SUSPECT):
+            self._talk.repeat(now_ns)
 
     def _take(self, rx_ns: int, frame: memoryview, scans: list[Scan], now_ns: int) -> None:
-        if self._phase in _STREAMING and self._stream.has(frame):
+        if self._talk.phase in _STREAMING and self._stream.has(frame):
             remaining, scan = self._stream.take(frame, rx_ns)
-            self._waiting = b"" if self._phase is Phase.STREAM else self._waiting  # that the stream is on may be lost
+            if self._talk.phase is Phase.STREAM:
+                self._talk.waiting = b""  # the reply that the stream is on may be lost
             scans += [scan] if scan is not None else []
-            if self._phase is Phase.SUSPECT or self._stream.last(remaining):
+            if self._talk.phase is Phase.SUSPECT or self._stream.last(remaining):
                 self._enter(Phase.QUIET if self.request.streams and self._stream.last(remaining) else Phase.STREAM)
             return
         answer = scip.parse_reply(bytes(frame))
-        if answer.echo == self._waiting and answer.status != "99":
-            self._answered_ns = now_ns
-            self._answered(answer, now_ns)
+        if answer.echo == self._talk.waiting and answer.status != "99":
+            self._link.answered(now_ns)
+            self._answered(answer, rx_ns, now_ns)
             return
-        if self._phase is Phase.STREAM and answer.echo[:13] == self._splitter.echo:
+        if self._talk.phase is Phase.STREAM and answer.echo[:13] == self._splitter.echo:
             self.complaint = f"the sensor stopped: {scip.meaning(self.request.code, answer.status)}"
             raise WireError("status", answer.status)
         self.counts["stray"] += 1
-        if self._phase is Phase.QUIET and answer.status == "99":
+        if self._talk.phase is Phase.QUIET and answer.status == "99":
             self._enter(Phase.STOP)  # some sensors miss the first QT
 
-    def _answered(self, answer: scip.Reply, now_ns: int) -> None:
+    def _answered(self, answer: scip.Reply, rx_ns: int, now_ns: int) -> None:
         self.counts["replies"] += 1
-        code = self.request.code if self._phase is Phase.STREAM else answer.echo[:2].decode()
+        code = self.request.code if self._talk.phase is Phase.STREAM else scip.parse_request(answer.echo).code
         if not scip.succeeded(code, answer.status):
             self._refused(code, answer.status, now_ns)
             return
-        if self._exchange.twice:
-            reading = comparable(answer)
-            if self._first_reading != reading:
-                self.counts["disagree"] += self._first_reading is not None
-                self._first_reading, self._again_ns = reading, now_ns
+        if self._talk.exchange.twice:
+            if not self._talk.read(answer, self.counts, now_ns) or not self._heard(scip.parse_text(answer)):
                 return
-            if not self._told(scip.parse_text(answer)):
+        elif self._talk.phase is Phase.PROBE:
+            self._told.note("%ST", scip.state_text(scip.parse_state(answer.body)))
+        elif self._talk.phase is Phase.TIME:
+            stamp_ms = scip.parse_stamp(answer.body)
+            if not self._told.seed(self._stream.clock, stamp_ms, self._talk.sent_ns, rx_ns):
+                self._enter(Phase.TIME)
                 return
-        if self._phase is Phase.STREAM:
-            self._waiting = b""
+        self._go_on()
+
+    def _go_on(self) -> None:
+        """To the phase that follows; past the probe where it is not due."""
+        then = self._talk.exchange.then
+        if self._talk.phase is Phase.STREAM:
+            self._talk.waiting = b""
             self._stream.begin()
+        elif then is Phase.PROBE and not self._told.due(then):
+            self._enter(EXCHANGES[then].then)
         else:
-            self._enter(self._exchange.then)
+            self._enter(then)
 
     def _refused(self, code: str, status: str, now_ns: int) -> None:
         self.counts["refused"] += 1
-        if self._phase is Phase.SYNC and not self._refused_quit:
+        if self._talk.phase is Phase.SYNC and not self._refused_quit:
             self._refused_quit = True  # once: in time adjustment some sensors take nothing but TM
             self._enter(Phase.TIMING)
-        elif self._phase is Phase.TIMING:
-            self._enter(Phase.SYNC)
-        elif self._phase is Phase.STREAM and status == "10" and not self.request.streams:
+        elif self._talk.exchange.refused is not None:
+            self._told.note(self._talk.exchange.note, f"{status}: {scip.meaning(code, status)}")
+            self._enter(self._talk.exchange.refused)
+        elif self._talk.phase is Phase.STREAM and status == "10" and not self.request.streams:
             self._enter(Phase.LASER)
-        elif status in PASSING or self._phase <= Phase.STATE:
-            self._again_ns = now_ns + AGAIN_NS
+        elif status in PASSING or self._talk.phase in CONNECTING:
+            self._talk.put_off(now_ns)
         else:
             self.complaint = f"the sensor refuses {code} ({status}: {scip.meaning(code, status)}); see [lidar]"
             self._enter(Phase.WRONG)
 
-    def _told(self, pairs: dict[str, str]) -> bool:
+    def _heard(self, pairs: dict[str, str]) -> bool:
         """A text reply was read twice alike. False: the session has gone elsewhere."""
-        self.info = {**self.info, **pairs}
-        if self._phase is Phase.GEOMETRY:
-            self._model = model_of(pairs)
-            self._backoff_ns = _FIRST_BACKOFF_NS
-        elif self._phase is Phase.STATE:
+        self._told.add(self._talk.phase, pairs)
+        if self._talk.phase is Phase.GEOMETRY:
+            self._link.known()
+        elif self._talk.phase is Phase.STATE:
             return self._known()
-        elif self._phase is Phase.DARK and pairs.get("LASR", "OFF").startswith("ON") and self._stops < TRIES:
+        elif self._talk.phase is Phase.DARK and pairs.get("LASR", "OFF").startswith("ON") and self._stops < _MOST_STOPS:
             self._stops += 1
             self._enter(Phase.STOP)
             return False
         self._stops = 0
         if "STAT" in pairs:
-            self._stream.watch.health(pairs, laser_wanted=self._phase is Phase.SUSPECT)
+            self._stream.watch.health(pairs, laser_wanted=self._talk.phase is Phase.SUSPECT)
         return True
 
     def _known(self) -> bool:
-        name = f"{self.info.get('PROD', '')} {self._model.name}"
-        if self._config.model not in name:
-            self.complaint = (f"the sensor is a {name.strip()!r}, lidar.model = {self._config.model!r}: "
-                              "connect the right one or name it in lidar.model")  # fmt: skip
+        self.complaint = self._told.stranger()
+        if self.complaint:
             self._enter(Phase.WRONG)
             return False
-        self._stream.learn(self._model, "USB" in self.info.get("SBPS", "USB"))
+        self._stream.learn(self._told.model, "USB" in self.info.get("SBPS", "USB"))
         self._stream.watch.health(self.info, laser_wanted=False)
-        self.complaint = ""
         return True
-
-    def _tell_deaf(self, now_ns: int) -> None:
-        if self._answered_ns is not None and now_ns - self._answered_ns > _DEAF_NS and self._phase is Phase.SYNC:
-            self.complaint = (f"no SCIP answer on {self._config.address}: is this a Hokuyo, is it powered, and is the "
-                              "bit rate right (tty:PATH@115200)?")  # fmt: skip

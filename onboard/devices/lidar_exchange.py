@@ -32,24 +32,47 @@ class Phase(IntEnum):
     SUSPECT = 11
     STOP = 12
     DARK = 13
+    PROBE = 14
+    TIME_ON = 15
+    TIME = 16
+    TIME_OFF = 17
+
+
+CONNECTING = frozenset((Phase.DOWN, Phase.SYNC, Phase.TIMING, Phase.VERSION, Phase.GEOMETRY, Phase.PROBE, Phase.STATE,
+                        Phase.WRONG))  # fmt: skip
+"""In these the sensor has not told all that must be known of it."""
+SEEDING = frozenset((Phase.TIME_ON, Phase.TIME, Phase.TIME_OFF))
 
 
 class Exchange(NamedTuple):
-    """A request and the phase that follows its reply; if none comes within limit_ns, SYNC does."""
+    """A request and the phase that follows its reply; if none comes within limit_ns, SYNC does.
+
+    refused: the phase that follows a refusal, where the session can do without. note: the key of `info` that tells what
+    came of it. timed: the time of its reply counts, so it is never asked again: which request was answered would be
+    unsure.
+    """
 
     command: bytes
     then: Phase
     limit_ns: int = 1000 * _MS
     twice: bool = False
+    refused: Phase | None = None
+    note: str = ""
+    timed: bool = False
 
 
 EXCHANGES: dict[Phase, Exchange] = {
     Phase.SYNC: Exchange(scip.request("QT"), Phase.VERSION, 150 * _MS),
-    Phase.TIMING: Exchange(scip.request("TM", "2"), Phase.SYNC, 150 * _MS),
+    Phase.TIMING: Exchange(scip.request("TM", "2"), Phase.SYNC, 150 * _MS, refused=Phase.SYNC),
     Phase.VERSION: Exchange(scip.request("VV"), Phase.GEOMETRY, twice=True),
-    Phase.GEOMETRY: Exchange(scip.request("PP"), Phase.STATE, twice=True),
+    Phase.GEOMETRY: Exchange(scip.request("PP"), Phase.PROBE, twice=True),
+    Phase.PROBE: Exchange(scip.request("%ST"), Phase.STATE, 300 * _MS, refused=Phase.STATE, note="%ST"),
     Phase.STATE: Exchange(scip.request("II"), Phase.QUIET, twice=True),
     Phase.HEALTH: Exchange(scip.request("II"), Phase.QUIET, twice=True),
+    Phase.TIME_ON: Exchange(scip.request("TM", "0"), Phase.TIME, 300 * _MS, refused=Phase.QUIET, note="TM"),
+    Phase.TIME: Exchange(scip.request("TM", "1"), Phase.TIME_OFF, 300 * _MS, refused=Phase.TIME_OFF, note="TM",
+                         timed=True),
+    Phase.TIME_OFF: Exchange(scip.request("TM", "2"), Phase.QUIET, 300 * _MS, refused=Phase.SYNC, note="TM"),
     Phase.LASER: Exchange(scip.request("BM"), Phase.STREAM),
     Phase.SUSPECT: Exchange(scip.request("II"), Phase.SYNC, 300 * _MS, twice=True),
     Phase.STOP: Exchange(scip.request("QT"), Phase.DARK, 300 * _MS),

@@ -35,11 +35,15 @@ class ScanStream:
         self.clock.restart(model.turn_ms)
         self.watch.restart(model.turn_ms, self.request.skip + 1)
         periods_ns = round(_SILENT_PERIODS * self.watch.period_ns) + _SILENT_MARGIN_NS
-        self.silent_ns = max(self._config.silent_ns, periods_ns)
+        self._silent_ns = max(self._config.silent_ns, periods_ns)
 
     def begin(self) -> None:
         """The sensor agreed to the request: the countdown begins."""
         self._left = None
+
+    def silent(self, now_ns: int, since_ns: int) -> bool:
+        """Whether no valid scan came for config.silent_ns, or 4 periods and 50 ms, since since_ns at the earliest."""
+        return now_ns - max(self.heard_ns, since_ns) > self._silent_ns
 
     def has(self, frame: memoryview) -> bool:
         """Whether a frame is a scan and no short reply."""

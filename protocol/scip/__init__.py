@@ -35,10 +35,12 @@ from protocol.scip.replies import (
     parse_reply,
     parse_scan,
     parse_stamp,
+    parse_state,
     parse_text,
     reply,
     scan_reply,
     stamp_line,
+    state_line,
     text_line,
 )
 from protocol.scip.requests import (
@@ -53,7 +55,7 @@ from protocol.scip.requests import (
     request,
 )
 from protocol.scip.splitter import FRAME_LIMIT, Splitter
-from protocol.scip.statuses import meaning, succeeded
+from protocol.scip.statuses import meaning, state_text, succeeded
 from protocol.scip.value_codes import Code, codes_of
 
 __all__ = [
@@ -87,12 +89,15 @@ __all__ = [
     "parse_scan",
     "parse_scan_request",
     "parse_stamp",
+    "parse_state",
     "parse_text",
     "refusal",
     "reply",
     "request",
     "scan_reply",
     "stamp_line",
+    "state_line",
+    "state_text",
     "succeeded",
     "text_line",
 ]

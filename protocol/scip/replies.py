@@ -86,6 +86,22 @@ def parse_stamp(line: bytes, characters: int = 4) -> int:
     return decode_value(line[:-1])
 
 
+def state_line(code: str) -> bytes:
+    """The three digits of %ST, their sum, LF."""
+    return code.encode() + checksum(code.encode()) + b"\n"
+
+
+def parse_state(line: bytes) -> str:
+    """The code in a state line without LF. Raises WireError: "length", "text_sum", "character"."""
+    if len(line) != 4:
+        raise WireError("length", f"state line of {len(line)} bytes")
+    if checksum(line[:3]) != line[3:]:
+        raise WireError("text_sum", f"{line!r}")
+    if not line[:3].isdigit():
+        raise WireError("character", f"{line!r}")
+    return line[:3].decode()
+
+
 def parse_scan(answer: Reply, asked: ScanRequest, string: bytes = b"") -> ScanReply:
     """The scan in a reply to `asked` (sent with `;string`, if any), all checked.
 

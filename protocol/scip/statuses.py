@@ -48,3 +48,15 @@ def meaning(code: str, status: str) -> str:
 def succeeded(code: str, status: str) -> bool:
     """Whether the sensor is now as asked: "00", or it was so already, or it has nothing there to set."""
     return status == "00" or (code, status) in _AS_ASKED
+
+
+_STATES: dict[str, str] = {
+    "000": "standby", "001": "booting", "002": "time adjustment", "003": "single scans", "004": "streaming",
+    "005": "asleep", "006": "waking", "100": "unstable, from standby", "102": "unstable, from time adjustment",
+    "103": "unstable, from single scans", "104": "unstable, from streaming", "900": "error",
+}  # fmt: skip
+
+
+def state_text(code: str) -> str:
+    """A state code of %ST with what it says: "000: standby"."""
+    return f"{code}: {_STATES.get(code, 'a state that no manual lists')}"

@@ -95,6 +95,17 @@ def test_info_prints_what_the_sensor_says_and_leaves_it_quiet(world):
     assert told["info"]["SERI"] == "00903971" and told["request"] == "MD0000108001000"
 
 
+@pytest.mark.parametrize(("profile", "line"), [
+    (profiles.UTM30LX_EW, "%ST  000: standby"), (profiles.UTM30LX, "%ST  0E: unknown command"),
+])  # fmt: skip
+def test_info_shows_the_state_code_or_that_there_is_none(profile, line, monkeypatch):
+    with handlers_kept():
+        world = World(LidarServer, profile, monkeypatch)
+        got = world.run("info", world.address, "--set", "lidar.probe_state=true")
+        world.server.close()
+    assert got.exit_code == 0 and line in got.stdout.splitlines()
+
+
 def test_record_is_replayed_bit_by_bit_and_a_changed_byte_is_named(world, tmp_path):
     out = tmp_path / "room.mcap"
     got = world.run("record", world.address, "--out", str(out), "--scans", "40", "--json")

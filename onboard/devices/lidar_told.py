@@ -1,0 +1,76 @@
+"""What a sensor told of itself, and what is asked once on a connection only where it is wanted:
+
+    %ST                 after the geometry: of SCIP 2.2 always, of others by lidar.probe_state
+    TM0 TM1 ... TM2     before the first stream, by lidar.time_seed: an older seed would be off by the drift since
+
+What came of these is a line of `info` each; a sensor that refuses or does not answer goes without.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from onboard.config import Lidar
+from onboard.devices.lidar_clock import LidarClock
+from onboard.devices.lidar_exchange import Phase
+from onboard.devices.lidar_model import UTM_30LX, model_of
+
+SEEDS = 8  # TM1 exchanges, one at a time
+
+
+class Told:
+    """info: by key, of all replies so far; model: the last that PP described."""
+
+    def __init__(self, config: Lidar) -> None:
+        self.info: dict[str, str] = {}
+        self.model = UTM_30LX
+        self.seeds = 0  # TM1 exchanges of this connection
+        self._config = config
+        self._quickest_ns = 0
+        self._asked: set[Phase] = set()
+
+    def restart(self) -> None:
+        """A new connection."""
+        self._asked.clear()
+        self.seeds = 0
+
+    def add(self, phase: Phase, pairs: Mapping[str, str]) -> None:
+        """A text reply. Raises WireError("text") where PP describes no model."""
+        self.info = {**self.info, **pairs}
+        if phase is Phase.GEOMETRY:
+            self.model = model_of(pairs)
+
+    def note(self, key: str, text: str) -> None:
+        """What came of an exchange that the session can do without; of one without a key nothing is kept."""
+        if key:
+            self.info = {**self.info, key: text}
+
+    def stranger(self) -> str:
+        """For people, where it is another model than the configured one; else empty."""
+        name = f"{self.info.get('PROD', '')} {self.model.name}"
+        if self._config.model in name:
+            return ""
+        return (f"the sensor is a {name.strip()!r}, lidar.model = {self._config.model!r}: "
+                "connect the right one or name it in lidar.model")  # fmt: skip
+
+    def nothing(self) -> str:
+        """For people, where it tells nothing at all."""
+        return (f"no SCIP answer on {self._config.address}: is this a Hokuyo, is it powered, and is the bit rate right "
+                "(tty:PATH@115200)?")  # fmt: skip
+
+    def due(self, phase: Phase) -> bool:
+        """Whether to ask this now: at most once a connection, whatever comes of it."""
+        probes = self._config.probe_state or self.info.get("PROT", "").endswith("2.2")
+        wanted = {Phase.PROBE: probes, Phase.TIME_ON: self._config.time_seed}[phase]
+        if not wanted or phase in self._asked:
+            return False
+        self._asked.add(phase)
+        return True
+
+    def seed(self, clock: LidarClock, stamp_ms: int, sent_ns: int, rx_ns: int) -> bool:
+        """A reply to TM1, by the time of its request and the port's stamp of the reply. True for the last."""
+        clock.seed(stamp_ms, sent_ns, rx_ns)
+        self._quickest_ns = min(self._quickest_ns, rx_ns - sent_ns) if self.seeds else rx_ns - sent_ns
+        self.seeds += 1
+        self.note("TM", f"{self.seeds} exchanges, the quickest in {self._quickest_ns * 1e-6:.2f} ms")
+        return self.seeds >= SEEDS
