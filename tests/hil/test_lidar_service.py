@@ -200,12 +200,12 @@ def test_rb_twice_drops_the_link_and_the_ew_is_there_again_before_it_measures():
         said = []
         while not said or said[-1] == b"TM0\n10Q\n\n":  # denied until it has booted
             with contextlib.suppress(OSError, AssertionError):  # while it is dark nobody is let in
-                end = TcpEnd(cable) if not said else end
+                end = TcpEnd(cable)
                 end.write(b"TM0\n")
                 said.append(read_until(end, b"\n\n"))
+                end.close()
         assert said[0] == b"TM0\n10Q\n\n"
         assert said[-1] == b"TM0\n00P\n\n"
-        end.close()
 
 
 def test_tcp_and_terminal_at_once_have_a_sensor_each():
