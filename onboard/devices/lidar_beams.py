@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 from onboard.config import Lidar
 from onboard.devices.lidar_model import Model, status_table
 from onboard.devices.scan_ring import ScanRing
-from onboard.records import BeamStatus, Scan
+from onboard.native.scip import beams_into
+from onboard.records import Scan
 from protocol import scip
 
 _M_PER_MM = np.float32(1e-3)
-_OK = np.uint8(BeamStatus.OK)  # a plain number would make numpy compare wider copies
 
 
 class BeamMaker:
@@ -23,9 +23,9 @@ class BeamMaker:
     def __init__(self, config: Lidar, model: Model, asked: scip.ScanRequest) -> None:
         step = max(1, asked.cluster)
         self.ring = ScanRing(config.ring, asked.beams, asked.channels, asked.kind.echoes)
-        self._asked = asked
+        self._shape = asked.beams, asked.kind.echoes, asked.channels
+        self._each = asked.kind.echoes * asked.channels
         self._status_of = status_table(model)
-        self._not_ok = np.empty(asked.beams, bool)
         self._lead_turns = (asked.first + (step - 1) / 2 - config.reference_step) / model.steps_a_turn
         self._beam_turns = step / model.steps_a_turn
         self._first_rad = model.angle_rad(asked.first + (step - 1) / 2)
@@ -36,13 +36,9 @@ class BeamMaker:
 
         A cluster stands for its middle, in angle and time.
         """
-        wide = values.reshape(self._asked.beams, self._asked.kind.echoes, self._asked.channels)
-        place, first = self.ring.take(), wide[:, 0, 0]
-        np.take(self._status_of, first, out=place.status, mode="clip")
-        place.ranges_m[:] = first
-        np.multiply(place.ranges_m, _M_PER_MM, out=place.ranges_m)
-        np.not_equal(place.status, _OK, out=self._not_ok)
-        np.copyto(place.ranges_m, np.nan, where=self._not_ok)
+        place = self.ring.take()
+        beams_into(values, self._each, self._status_of, place.ranges_m, place.status)
+        wide = values.reshape(self._shape)
         if place.intensity is not None:
             place.intensity[:] = wide[:, 0, 1]
         if place.further_m is not None:

@@ -20,11 +20,11 @@ bounds the stated constant holds, outside of them their middle is taken.
 from __future__ import annotations
 
 import math
-from collections import deque
 from typing import NamedTuple
 
 import numpy as np
 
+from onboard.devices.lidar_line import Frames, edge_under, height_under, line_at, total
 from onboard.records import F64
 from protocol.scip import STAMP_MODULUS
 
@@ -72,6 +72,7 @@ class LidarClock:
         self.repeated = 0
         self.latency_ns = float(latency_ns)
         self._stated_ns = float(latency_ns)
+        self._frames = Frames(WINDOW)  # turns and stamps from 0, arrivals from the origin
         self._last: tuple[int, int] | None = None  # stamp and arrival of the newest frame, over all restarts
         self.restart(turn_ms)
 
@@ -84,7 +85,7 @@ class LidarClock:
         self._clear()
 
     def _clear(self) -> None:
-        self._frames: deque[tuple[float, float, float]] = deque(maxlen=WINDOW)  # turn, stamp ms, arrival ns; all from 0
+        self._frames.clear()
         self._origin_ns = 0
         self._first_ms = 0  # stamp of the frame whose turn is 0
         self._turn = 0
@@ -151,7 +152,7 @@ class LidarClock:
                 self._turn += max(1, round(passed_ms / self._turn_ms))
                 self._time_ms += passed_ms
         self._last = (stamp_ms, rx_ns)
-        self._frames.append((float(self._turn), float(self._time_ms), float(rx_ns - self._origin_ns)))
+        self._frames.append(self._turn, self._time_ms, rx_ns - self._origin_ns)
         self._since_fit += 1
         if len(self._frames) < _LINE or self._since_fit >= _REFIT:
             self._fit()
@@ -184,65 +185,62 @@ class LidarClock:
         return round(min(first_byte_ns, rx_ns - self._origin_ns) - self.latency_ns) + self._origin_ns
 
     def _fit(self) -> None:
+        """The ruler by least squares, the line under the arrivals; in columns that are kept."""
         self._since_fit = 0
-        turns, stamps_ms, arrivals_ns = np.array(self._frames).T
-        stamps_ms = stamps_ms + 0.5  # a stamp is cut to whole milliseconds
-        middle = float(turns.mean())
-        spread = turns - middle
-        weight = float((spread * spread).sum()) + self._trust
-        per_turn_ms = (float((spread * stamps_ms).sum()) + self._trust * self._turn_ms) / weight
-        self._ruler = (per_turn_ms, float(stamps_ms.mean()) - per_turn_ms * middle)
-        late_ns = arrivals_ns - (per_turn_ms * turns + self._ruler[1]) * 1e6
-        if len(turns) < _LINE:
+        turns, stamps_ms, arrivals_ns = self._frames.columns()
+        late_ns, off_ms, spare = self._frames.spare()
+        np.add(stamps_ms, 0.5, out=off_ms)  # a stamp is cut to whole milliseconds
+        count = len(turns)
+        middle = total(turns, spare) / count
+        spread = np.subtract(turns, middle, out=late_ns)
+        weight = total(np.multiply(spread, spread, out=spare), spare) + self._trust
+        along = total(np.multiply(spread, off_ms, out=spare), spare) + self._trust * self._turn_ms
+        per_turn_ms = along / weight
+        self._ruler = (per_turn_ms, total(off_ms, spare) / count - per_turn_ms * middle)
+        off_ms -= line_at(turns, self._ruler, spare)
+        spare *= 1e6
+        np.subtract(arrivals_ns, spare, out=late_ns)
+        if count < _LINE:
             slope_ns = self._turn_ns - per_turn_ms * 1e6 if self._trust == _TRUST_LEARNT else 0.0
-            self._under = (slope_ns, float((late_ns - slope_ns * turns).min()))
+            self._under = (slope_ns, height_under(turns, late_ns, slope_ns, spare))
         else:
-            self._under = self._edge(turns, late_ns, middle)
+            self._under = self._edge(turns, late_ns, middle, spare)
             self._turn_ms, self._trust = per_turn_ms, _TRUST_LEARNT
             self._turn_ns = per_turn_ms * 1e6 + self._under[0]
-        self._judge(turns, stamps_ms, late_ns)
+        np.subtract(late_ns, line_at(turns, self._under, spare), out=spare)
+        self._judge(off_ms, spare)
 
-    def _edge(self, turns: F64, late_ns: F64, middle: float) -> tuple[float, float]:
-        slope_ns, height_ns = _edge_under(turns.tolist(), late_ns.tolist(), middle)
+    def _edge(self, turns: F64, late_ns: F64, middle: float, spare: F64) -> tuple[float, float]:
+        slope_ns, height_ns = edge_under(turns, late_ns, middle, self._under[0], spare)
         limit_ns = _DRIFT_LIMIT * self._ruler[0] * 1e6
         if abs(slope_ns) > limit_ns:
             slope_ns = max(-limit_ns, min(limit_ns, slope_ns))
-            height_ns = float((late_ns - slope_ns * turns).min())
+            height_ns = height_under(turns, late_ns, slope_ns, spare)
         return slope_ns, height_ns
 
-    def _judge(self, turns: F64, stamps_ms: F64, late_ns: F64) -> None:
-        """sigma from the steps between the lowest arrivals and the motor's unevenness; latency within the seed's."""
-        off_ms = stamps_ms - (self._ruler[0] * turns + self._ruler[1])
-        uneven_ms2 = max(0.0, float(off_ms.var()) - 1 / 12)  # 1/12: of cut milliseconds
-        low = min(len(turns) - 1, max(2, len(turns) // 20))
-        above_ns = np.partition(late_ns - (self._under[0] * turns + self._under[1]), low)[low]
-        known = len(turns) >= 4
-        self._sigma_ns = math.hypot(_SPREAD * float(above_ns) / low, math.sqrt(uneven_ms2) * 1e6) if known else math.inf
-        if self._seed is None:
-            return
-        blur_ns = max(0.0, 1.0 - float(np.ptp(off_ms))) * 0.5e6  # where in its millisecond the ruler may be
+    def _judge(self, off_ms: F64, above_ns: F64) -> None:
+        """sigma from the steps between the lowest arrivals and the motor's unevenness; latency within the seed's.
+
+        off_ms: of the stamps from the ruler; above_ns: of the arrivals from the line. Both are overwritten.
+        """
+        count, blur_ms = len(off_ms), max(0.0, 1.0 - float(off_ms[off_ms.argmax()] - off_ms[off_ms.argmin()]))
+        off_ms *= off_ms  # from the ruler, which goes through their mean: that is 0
+        uneven_ms2 = max(0.0, total(off_ms, off_ms) / count - 1 / 12)  # 1/12: of cut milliseconds
+        low = min(count - 1, max(2, count // 20))
+        for _ in range(low):
+            above_ns[above_ns.argmin()] = math.inf  # sort and partition ask the heap for 3 kB
+        apart_ns = _SPREAD * float(above_ns[above_ns.argmin()]) / low if count >= 4 else math.inf
+        self._sigma_ns = math.hypot(apart_ns, math.sqrt(uneven_ms2) * 1e6)
+        if self._seed is not None:
+            self._bound(self._seed, blur_ms * 0.5e6)
+            self._seed = None if count >= _LINE else self._seed
+
+    def _bound(self, seed: _Seed, blur_ns: float) -> None:
+        """The stated latency, or the middle of what the seed leaves. blur_ns: where in its millisecond the ruler is."""
         half = STAMP_MODULUS // 2
-        before_ms = (self._seed.stamp_ms - self._first_ms + half) % STAMP_MODULUS - half
+        before_ms = (seed.stamp_ms - self._first_ms + half) % STAMP_MODULUS - half
         at_seed_ns = self._origin_ns + self._line_ns(before_ms / self._ruler[0])
-        counter_ms = self._seed.stamp_ms - before_ms  # of turn 0, on the seed's count
-        least_ns = at_seed_ns - counter_ms * 1e6 - self._seed.high_ns - blur_ns
-        most_ns = at_seed_ns - counter_ms * 1e6 - self._seed.low_ns + blur_ns
+        counter_ms = seed.stamp_ms - before_ms  # of turn 0, on the seed's count
+        least_ns = at_seed_ns - counter_ms * 1e6 - seed.high_ns - blur_ns
+        most_ns = at_seed_ns - counter_ms * 1e6 - seed.low_ns + blur_ns
         self.latency_ns = self._stated_ns if least_ns <= self._stated_ns <= most_ns else (least_ns + most_ns) / 2
-        if len(turns) >= _LINE:
-            self._seed = None
-
-
-def _edge_under(x: list[float], y: list[float], middle: float) -> tuple[float, float]:
-    """(slope, value at 0) of the lower convex hull's edge over `middle`. x rises; at least two points."""
-    hull: list[tuple[float, float]] = []
-    for px, py in zip(x, y, strict=True):
-        while len(hull) > 1:
-            (ax, ay), (bx, by) = hull[-2], hull[-1]
-            if (bx - ax) * (py - ay) > (by - ay) * (px - ax):
-                break
-            hull.pop()
-        hull.append((px, py))
-    at = next(k for k in range(1, len(hull)) if hull[k][0] >= middle)
-    (ax, ay), (bx, by) = hull[at - 1], hull[at]
-    slope = (by - ay) / (bx - ax)
-    return slope, ay - slope * ax

@@ -71,8 +71,10 @@ class ScanStream:
 
     def _countdown(self, got: scip.ScanReply) -> None:
         """The remaining count has no sum: it must fall as the stamps say. Raises WireError("echo")."""
-        turns, before, self._left = self.watch.turns(got.stamp_ms), self._left, got.remaining
-        if self.request.scans and before is not None and turns:
+        before, self._left = self._left, got.remaining
+        if before is None or not self.request.scans:  # mostly: endless
+            return
+        if turns := self.watch.turns(got.stamp_ms):
             due = before - round(turns / (self.request.skip + 1))
             if got.remaining != due:
                 self._left = None

@@ -29,14 +29,10 @@ class Watch:
     def restart(self, turn_ms: float, every: int = 1) -> None:
         """A stream begins: one scan every `every` turns."""
         self._turn_ms, self._every = turn_ms, every
+        self.period_ns = turn_ms * every * 1e6  # from scan to scan, nominally
         self._stamp_ms = -1
         self._rx_ns = 0
         self._span_ms = self._span_turns = 0
-
-    @property
-    def period_ns(self) -> float:
-        """From scan to scan, nominally."""
-        return self._turn_ms * self._every * 1e6
 
     def turns(self, stamp_ms: int) -> int:
         """Turns since the last scan, by the stamps; 0 for the first and after a jump."""

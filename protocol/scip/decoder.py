@@ -36,14 +36,14 @@ class ScanDecoder:
 
     def decode(self, frame: memoryview | bytes) -> ScanReply:
         """The scan in a frame, all checked. Raises WireError as `parse_reply` and `parse_scan`."""
-        remaining = self._remaining(frame) if self._plain else -1
+        head = bytes(frame[: self._stamp_at + _STAMP])
+        remaining = self._remaining(head) if self._plain else -1
         if remaining < 0 or not self._read(frame):
             return parse_scan(parse_reply(bytes(frame)), self.asked, self._string)
-        return ScanReply(remaining, decode_value(bytes(frame[self._stamp_at : self._stamp_at + 4])), self._read.values)
+        return ScanReply(remaining, decode_value(head[self._stamp_at : self._stamp_at + 4]), self._read.values)
 
-    def _remaining(self, frame: memoryview | bytes) -> int:
+    def _remaining(self, head: bytes) -> int:
         """The remaining count, if echo, status and the stamp's sum are right; else -1."""
-        head = bytes(frame[: self._stamp_at + _STAMP])
         after, stamp = head[self._after_at : self._stamp_at], head[self._stamp_at :]
         if not head.startswith(self._head) or after != self._after or len(stamp) != _STAMP:
             return -1

@@ -79,15 +79,23 @@ class Splitter:
         return at
 
     def _arrival(self, offset: int) -> int:
-        return next(rx_ns for at, rx_ns in reversed(self._marks) if at <= offset)
+        """Of the piece with the byte at `offset`: mostly the last, and one of them begins at 0."""
+        index = len(self._marks) - 1
+        while self._marks[index][0] > offset:
+            index -= 1
+        return self._marks[index][1]
 
     def _drop(self, size: int) -> None:
         if not size:
             return
         left = self._used - size
+        if not left:  # mostly: the last piece brought the end of a frame
+            self._used = 0
+            self._marks.clear()
+            return
         self._view[:left] = self._view[size : self._used]
         self._used = left
         kept = [(max(0, at - size), rx_ns) for at, rx_ns in self._marks]
         while len(kept) > 1 and kept[1][0] == 0:
             kept.pop(0)
-        self._marks = kept if left else []
+        self._marks = kept

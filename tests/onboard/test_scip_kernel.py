@@ -68,3 +68,23 @@ def test_no_single_flipped_bit_of_a_full_frame_is_taken_by_the_kernel(blocks):
 def test_the_door_refuses_layouts_that_cannot_be(wrong):
     with pytest.raises(ValueError, match="at, count, characters"):
         door.Blocks(*wrong)
+
+
+@pytest.mark.parametrize("name", variant.available())
+@pytest.mark.parametrize("each", [1, 2, 6])
+def test_beams_are_metres_and_status_as_numpy_has_them(name, each, monkeypatch):
+    monkeypatch.setattr(door, "kernels", variant.load(name))
+    values = np.random.default_rng(each).integers(-1, 60, (200, each)) * np.array([1, 900] * 100)[:, None]
+    status_of = np.array([3, 1, 2, 3, 4, 3, 0], np.uint8)
+    ranges_m, status = np.empty(200, np.float32), np.empty(200, np.uint8)
+    door.beams_into(values, each, status_of, ranges_m, status)
+    want = status_of[values[:, 0].clip(0, 6)]
+    metres = values[:, 0].astype(np.float32) * np.float32(1e-3)
+    assert np.array_equal(status, want) and np.array_equal(ranges_m, np.where(want, np.nan, metres), equal_nan=True)
+
+
+@pytest.mark.parametrize(("size", "each", "codes"), [(9, 1, 3), (10, 2, 3), (10, 1, 0), (0, 0, 3)])
+def test_beams_of_another_size_are_refused(size, each, codes):
+    with pytest.raises(ValueError, match="expected"):
+        door.beams_into(np.zeros(size, np.int64), each, np.zeros(codes, np.uint8), np.empty(10, np.float32),
+                        np.empty(10, np.uint8))  # fmt: skip
