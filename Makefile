@@ -79,8 +79,9 @@ codec: .venv/.project ## make the generated files in protocol/ anew from rover.d
 	@$(B)/python -m tools.make_can_codec
 	@$(B)/python -m tools.make_dialect
 
-docs: .venv/.project ## make the pages docs/faults, modes, commands and the pictures of docs/as-printed anew
+docs: .venv/.project ## make anew the pages made from tables, the notebook page's figures and the pictures
 	@$(B)/python -m tools.make_docs
+	@$(B)/python -m tools.make_notebook
 	@$(B)/python -m tools.make_pictures
 
 size: ## lines of each package

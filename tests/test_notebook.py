@@ -1,28 +1,20 @@
 """The blocks of docs/planning-in-a-notebook.md run in order, and each prints what the page says."""
 
-import contextlib
-import io
 import re
 
 import pytest
 
-from tools.make_docs import DOCS
+from tools import make_notebook
 
-PAGE = (DOCS / "planning-in-a-notebook.md").read_text()
-BLOCKS = re.findall(r"^```python\n(.*?)^```(?:\s+^```text\n(.*?)^```)?", PAGE, re.MULTILINE | re.DOTALL)
+PAGE = make_notebook.PAGE.read_text()
+BLOCKS = [(code, text) for code, _, text in make_notebook.BLOCK.findall(PAGE)]
 TITLES = [re.findall(r"^#+ (.*)", PAGE[: PAGE.index(code)], re.MULTILINE)[-1] for code, _ in BLOCKS]
 
 
 @pytest.fixture(scope="module")
 def printed():
     """What each block printed, all in one namespace."""
-    namespace, texts = {}, []
-    for title, (code, _) in zip(TITLES, BLOCKS):
-        said = io.StringIO()
-        with contextlib.redirect_stdout(said):
-            exec(compile(code, f"planning-in-a-notebook.md: {title}", "exec"), namespace)
-        texts.append(said.getvalue())
-    return texts
+    return list(make_notebook.said(PAGE))
 
 
 @pytest.mark.parametrize("number", range(len(BLOCKS)), ids=TITLES)
