@@ -15,19 +15,34 @@ import tomllib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 import numpy as np
 
-from hil.devices.lidar_states import DRILLS, State
+from hil.devices.lidar_optics import Optics
+from hil.devices.lidar_profile import Profile
+from hil.devices.lidar_states import DRILLS, Machine, State
 from onboard.config import ConfigError, from_tree
 from protocol import scip
 
-if TYPE_CHECKING:
-    from hil.devices.lidar import Lidar
-
 NS = 1_000_000_000
-Act = Callable[["Lidar", str], None]
+
+
+class Sensor(Protocol):
+    """What of a `lidar.Lidar` a fault lays its hand on."""
+
+    profile: Profile
+    machine: Machine
+    optics: Optics
+    slow_ns: int
+    stalled: bool
+    unplugged: bool
+
+    def reboot(self) -> None: ...  # noqa: D102
+    def jump_clock(self, by_ms: float) -> None: ...  # noqa: D102
+
+
+Act = Callable[[Sensor, str], None]
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,68 +99,68 @@ def load_faults(path: Path) -> tuple[Fault, ...]:
 
 def _put(name: str) -> tuple[Act, Act]:
     """A ratio of the optics, back to what it was in the profile."""
-    def begin(sensor: Lidar, value: str) -> None:
+    def begin(sensor: Sensor, value: str) -> None:
         setattr(sensor.optics, name, float(value))
 
-    def heal(sensor: Lidar, _: str) -> None:
+    def heal(sensor: Sensor, _: str) -> None:
         setattr(sensor.optics, name, sensor.profile.dropout_ratio if name == "dropout_ratio" else 0.0)
 
     return begin, heal
 
 
-def _slow(sensor: Lidar, value: str) -> None:
+def _slow(sensor: Sensor, value: str) -> None:
     sensor.slow_ns = int(float(value) * 1e6)
 
 
-def _stall(sensor: Lidar, value: str) -> None:
+def _stall(sensor: Sensor, value: str) -> None:
     sensor.stalled = True
 
 
-def _go_on(sensor: Lidar, value: str) -> None:
+def _go_on(sensor: Sensor, value: str) -> None:
     sensor.stalled, sensor.slow_ns = False, 0
 
 
-def _unplug(sensor: Lidar, value: str) -> None:
+def _unplug(sensor: Sensor, value: str) -> None:
     sensor.unplugged = True
 
 
-def _plug(sensor: Lidar, value: str) -> None:
+def _plug(sensor: Sensor, value: str) -> None:
     sensor.unplugged = False
 
 
-def _fail(sensor: Lidar, value: str) -> None:
+def _fail(sensor: Sensor, value: str) -> None:
     sensor.machine.state = State.FAULT
 
 
-def _recover(sensor: Lidar, value: str) -> None:
+def _recover(sensor: Sensor, value: str) -> None:
     sensor.machine.recover()
 
 
-def _shake(sensor: Lidar, value: str) -> None:
+def _shake(sensor: Sensor, value: str) -> None:
     sensor.machine.unstable = True
 
 
-def _steady(sensor: Lidar, value: str) -> None:
+def _steady(sensor: Sensor, value: str) -> None:
     sensor.machine.unstable = False
 
 
-def _refuse(sensor: Lidar, value: str) -> None:
+def _refuse(sensor: Sensor, value: str) -> None:
     sensor.machine.refusal = value
 
 
-def _allow(sensor: Lidar, value: str) -> None:
+def _allow(sensor: Sensor, value: str) -> None:
     sensor.machine.refusal = ""
 
 
-def _drill(sensor: Lidar, value: str) -> None:
+def _drill(sensor: Sensor, value: str) -> None:
     sensor.machine.start_drill(value)
 
 
-def _reboot(sensor: Lidar, value: str) -> None:
+def _reboot(sensor: Sensor, value: str) -> None:
     sensor.reboot()
 
 
-def _jump(sensor: Lidar, value: str) -> None:
+def _jump(sensor: Sensor, value: str) -> None:
     sensor.jump_clock(float(value))
 
 
@@ -183,19 +198,19 @@ class Faults:
         self._running: list[tuple[int, str]] = []
         self._stamp = b""
 
-    def begin(self, sensor: Lidar, kind: str, value: str = "") -> None:
+    def begin(self, sensor: Sensor, kind: str, value: str = "") -> None:
         """Start a fault; once more with another value changes it."""
         self.active[kind] = value or KINDS[kind].value
         if act := KINDS[kind].begin:
             act(sensor, self.active[kind])
 
-    def end(self, sensor: Lidar, kind: str) -> None:
+    def end(self, sensor: Sensor, kind: str) -> None:
         """Heal it."""
         value = self.active.pop(kind, "")
         if act := KINDS[kind].heal:
             act(sensor, value)
 
-    def settle(self, sensor: Lidar, now_ns: int) -> None:
+    def settle(self, sensor: Sensor, now_ns: int) -> None:
         """Begin and heal what is due."""
         while self._waiting and int(self._waiting[0].at_s * NS) <= now_ns:
             fault = self._waiting.pop(0)
