@@ -30,7 +30,7 @@ FIXED := PYTHONHASHSEED=0 OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1
 	@$(B)/python -m compileall -q protocol onboard hil ground pictures
 	@touch $@
 
-demo: .venv/.project ## drive a rover across rocks to its goal on the bench; SEED=n, TERRAIN=real or craters
+demo: .venv/.project ## drive a rover across rocks to its goal; SEED=n, TERRAIN=real or craters
 	@$(B)/hil demo --seed $(SEED) --terrain $(TERRAIN)
 
 sim: .venv/.project ## bench, rover and link in real time until Ctrl-C; try `ground` from another terminal
@@ -51,7 +51,7 @@ build/sanitize/.built: .venv/.packages $(NATIVE)
 	@$(B)/ninja -C build/sanitize >> build/sanitize.log || { tail -20 build/sanitize.log; exit 1; }
 	@touch $@
 
-test-sanitize: .venv/.project build/sanitize/.built ## kernel tests and fuzz on a build with ASan and UBSan, then fuzz of SCIP and of the scanner; two minutes each
+test-sanitize: .venv/.project build/sanitize/.built ## kernel tests and fuzz under ASan and UBSan, fuzz of SCIP and scanner, 2 min each
 	@$(FIXED) $(SANITIZED) $(B)/python -m pytest $(KERNEL_TESTS)
 	@$(FIXED) $(SANITIZED) $(B)/python -m tests.fuzz_kernels --seconds $(FUZZ_S) --seed $(SEED)
 	@$(FIXED) $(B)/python -m tests.fuzz_scip --seconds $(FUZZ_S) --seed $(SEED)
@@ -65,11 +65,11 @@ lint: .venv/.project ## ruff, mypy --strict on protocol and onboard, import cont
 bench: .venv/.project ## measure; QUICK=1 for two repeats; writes build/bench.json
 	@$(FIXED) $(B)/python -m tests.bench $(if $(QUICK),--quick)
 
-missions: .venv/.project ## fly mission rule and drive guard on seeded fields without physics; FRESH=commit for 60 more seeds
+missions: .venv/.project ## mission rule and guard on seeded fields without physics; FRESH=commit: 60 more seeds
 	@$(FIXED) $(B)/python -m tests.missions fly $(if $(FRESH),--fresh-from $(FRESH))
 	@$(FIXED) $(B)/python -m tests.missions guard
 
-nightly: lint test test-missions test-sanitize bench missions ## everything that tests or measures, with ten demo seeds, real ground and craters
+nightly: lint test test-missions test-sanitize bench missions ## all that tests or measures, with ten demo seeds, real ground, craters
 	@for seed in 1 2 3 4 5 6 7 8 9 10; do $(B)/hil demo --seed $$seed --out build/nightly/seed-$$seed || echo "seed $$seed failed" >> build/nightly/failed; done
 	@$(B)/hil demo --terrain real --out build/nightly/real
 	@$(B)/hil demo --terrain craters --out build/nightly/craters
@@ -91,6 +91,6 @@ clean: ## remove build and .venv
 	@rm -rf build .venv .mypy_cache .ruff_cache .pytest_cache .hypothesis
 
 help: ## this list
-	@grep -E '^[a-z-]+:.*##' Makefile | sed 's/:.*## /\t/' | expand -t 12
+	@grep -E '^[a-z-]+:.*##' Makefile | sed 's/:.*## /\t/' | expand -t 16
 
 .PHONY: demo sim test test-missions test-sanitize lint bench missions nightly codec docs size clean help

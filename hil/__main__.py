@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.console import Console
-from rich.live import Live
 from rich.table import Table
 from rich.text import Text
 
@@ -21,6 +20,7 @@ from hil.lidar_command import main as lidar_command
 from hil.link_emulator import main as link_command
 from hil.processes import FIXED_ENVIRONMENT
 from hil.scenario import Scenario, load_scenario
+from hil.status import status
 from onboard.config import ConfigError
 
 if TYPE_CHECKING:
@@ -64,13 +64,14 @@ def line(progress: Progress, wall_s: float, live: bool = False) -> Text:
 
 
 def fly(scenario: Scenario, out: Path, pace: float = 0.0) -> RunResult:
-    """Run with a live line; exit 130 on Ctrl-C, nothing left behind."""
+    """Run with its status on standard error; exit 130 on Ctrl-C, nothing left behind."""
     from hil.run import run as run_scenario  # the engine is heavy: not for --help and `hil link`
 
-    console = Console(stderr=True)
     try:
-        with Live(Text("starting bench, onboard, link and ground ..."), console=console, refresh_per_second=4) as live:
-            return run_scenario(scenario, out, lambda p, wall_s: live.update(line(p, wall_s, scenario.live)), pace=pace)
+        with status(Console(stderr=True), Text("starting bench, onboard, link and ground ...")) as tell:
+            return run_scenario(
+                scenario, out, lambda p, wall_s: tell(line(p, wall_s, scenario.live), wall_s), pace=pace
+            )
     except KeyboardInterrupt:
         raise fail(EX_INTERRUPTED, "ended by Ctrl-C; all processes are gone") from None
     except ConfigError as error:

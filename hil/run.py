@@ -126,7 +126,7 @@ def _settings(scenario: Scenario, folder: Path, bench: Bench, rover_side: str) -
         "link.rate_bps": load_profile(scenario.link).down_bps, "mission.gdem": str(folder / "gdem.npz"),
         "record.path": str(folder / "onboard.mcap"), **scenario.set,
     }
-    return [word for key, item in settings.items() for word in ("--set", f"{key}={item}")]
+    return [word for key, item in settings.items() for word in ("--set", f"{key}={json.dumps(item)}")]
 
 
 def _profiles(scenario: Scenario, folder: Path) -> Path:

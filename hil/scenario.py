@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from onboard.config import ConfigError, from_tree, value
+from onboard.config import ConfigError, from_tree, load, value
 
 WHEN = ("time", "sweep", "drive")
 
@@ -26,7 +26,7 @@ class Injection:
 
 @dataclass(frozen=True, slots=True)
 class Scenario:
-    """What a run is; `script` may use {goal_x} and {goal_y}. `set` changes onboard's configuration."""
+    """What a run is; `script` may use {goal_x} and {goal_y}. `set`: onboard's values by dotted name."""
 
     name: str = value("demo", "name in reports")
     terrain: str = value("fbm", "a row of hil.grounds.GROUNDS", one_of=("fbm", "craters", "real", "flat"))
@@ -48,10 +48,28 @@ def load_scenario(path: Path) -> Scenario:
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise ConfigError(f"{path}: not valid TOML: {error}") from error
     faults = tuple(from_tree(Injection, row, str(path), "faults.") for row in tree.pop("faults", []))
-    settings = tree.pop("set", {})
+    settings = _settings(tree.pop("set", {}), path)
     blackout = tuple(float(v) for v in tree.pop("blackout_s", ()))
     if len(blackout) % 2:
         raise ConfigError(f"{path}: `blackout_s` should be pairs of start and end, found {blackout}")
     plain = from_tree(Scenario, tree, str(path))
     fields = {name: getattr(plain, name) for name in Scenario.__dataclass_fields__}
     return Scenario(**{**fields, "faults": faults, "set": settings, "blackout_s": blackout})
+
+
+def _settings(table: Any, path: Path) -> dict[str, Any]:
+    """The table `[set]` by dotted names, of values that the flight program takes."""
+    if not isinstance(table, Mapping):
+        raise ConfigError(f"{path}: `set` should be a table, found {table!r}")
+    settings = dict(_dotted(table, ""))
+    load(None, settings, f"{path}: [set]")
+    return settings
+
+
+def _dotted(table: Mapping[str, Any], prefix: str) -> Iterator[tuple[str, Any]]:
+    """Nested tables as dotted names: TOML reads an unquoted `mapping.folder` as a table in a table."""
+    for key, item in table.items():
+        if isinstance(item, Mapping):
+            yield from _dotted(item, f"{prefix}{key}.")
+        else:
+            yield f"{prefix}{key}", item

@@ -262,10 +262,13 @@ class Config:
     record: Record = field(default_factory=Record)
 
 
-def load(path: Path | None = None, overrides: Mapping[str, Any] | None = None) -> Config:
+def load(
+    path: Path | None = None, overrides: Mapping[str, Any] | None = None, source: str = "command line"
+) -> Config:
     """The defaults, changed by a TOML file, changed by dotted overrides ({"can.uri": "virtual:a"}).
 
-    Raises FileNotFoundError for a missing file, ConfigError for everything wrong in it.
+    source: where the overrides stand, for complaints where there is no file. Raises FileNotFoundError for a missing
+    file, ConfigError for everything wrong in it.
     """
     tree: dict[str, Any] = {}
     if path is not None:
@@ -276,8 +279,10 @@ def load(path: Path | None = None, overrides: Mapping[str, Any] | None = None) -
     for dotted, item in (overrides or {}).items():
         section, _, key = dotted.rpartition(".")
         table = tree.setdefault(section, {}) if section else tree
+        if not isinstance(table, dict):
+            raise ConfigError(f"{path or source}: `{section}` should be a table, found {table!r}")
         table[key] = item
-    return from_tree(Config, tree, str(path or "command line"))
+    return from_tree(Config, tree, str(path or source))
 
 
 def parse_override(text: str) -> tuple[str, Any]:

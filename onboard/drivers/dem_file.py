@@ -42,6 +42,7 @@ class Reading:
 
     corner: x, y of the south-west corner of a file without a place. crs: any name that rasterio knows, over the file's.
     unit_m: metres for each unit of height, 0: what the file says. north_first: the first row of an .npy is the north.
+    nodata: a value that stands for "no data", beside what the file says.
     """
 
     band: int = 0
@@ -50,6 +51,7 @@ class Reading:
     crs: str = ""
     unit_m: float = 0.0
     north_first: bool = False
+    nodata: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -136,7 +138,8 @@ def open_dem(path: Path, how: Reading) -> Iterator[Dem]:
         if not file.read(1):
             raise DemError("is empty; copy it again")
     try:
-        crs = CRS.from_user_input(how.crs) if how.crs else None
+        with rasterio.Env():  # it keeps PROJ's own words off standard error
+            crs = CRS.from_user_input(how.crs) if how.crs else None
     except ValueError:  # CRSError is one
         raise DemError(f"is in no projection called {how.crs!r}; write EPSG:number, PROJ text or WKT") from None
     if path.suffix == ".npy":
@@ -165,9 +168,10 @@ def _array(path: Path, how: Reading, crs: CRS | None) -> Dem:
     rows, columns = array.shape
 
     def read(row: int, column: int, height: int, width: int) -> F64:
-        return _measured(array[row : row + height, column : column + width] * np.float64(how.unit_m or 1.0))
+        raw = array[row : row + height, column : column + width].astype(np.float64)
+        return _measured(raw, how.nodata) * (how.unit_m or 1.0)
 
-    return Dem(rows, columns, _given_place(how, rows, how.north_first), crs or PLAIN, None, read)
+    return Dem(rows, columns, _given_place(how, rows, how.north_first), crs or PLAIN, how.nodata, read)
 
 
 def _raster(file: Any, how: Reading, crs: CRS | None) -> Dem:
@@ -187,9 +191,11 @@ def _raster(file: Any, how: Reading, crs: CRS | None) -> Dem:
         except RasterioError:
             where = f"rows {row} to {row + height}, columns {column} to {column + width}"
             raise DemError(f"is cut short or damaged at {where}; copy it again") from None
-        return _measured(raw.astype(np.float64).filled(np.nan) * scale + offset)
+        heights: F64 = _measured(raw.astype(np.float64).filled(np.nan), how.nodata) * scale + offset
+        return heights
 
-    return Dem(file.height, file.width, to_xy, crs or file.crs or PLAIN, file.nodatavals[band - 1], read)
+    nodata = file.nodatavals[band - 1] if how.nodata is None else how.nodata
+    return Dem(file.height, file.width, to_xy, crs or file.crs or PLAIN, nodata, read)
 
 
 def _band(file: Any, wanted: int) -> int:
@@ -209,9 +215,13 @@ def _given_place(how: Reading, rows: int, north_first: bool) -> Affine:
     return Affine(how.cell_m, 0.0, x, 0.0, up, y + rows * how.cell_m if north_first else y)
 
 
-def _measured(heights: F64) -> F64:
-    heights[~np.isfinite(heights)] = np.nan
-    return heights
+def _measured(raw: F64, nodata: float | None) -> F64:
+    """NaN for what is no number or the value for "no data", to the digits of a float32."""
+    absent = ~np.isfinite(raw)
+    if nodata is not None:
+        absent |= np.isclose(raw, nodata, rtol=1e-6, atol=0.0)
+    raw[absent] = np.nan
+    return raw
 
 
 # -- placing ---------------------------------------------------------------------------------------------------

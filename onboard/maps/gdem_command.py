@@ -43,6 +43,7 @@ def app() -> None:
 @click.option("--band", type=click.IntRange(min=0), default=0, help="Band of the file, from 1; 0: it has one.")
 @click.option("--crs", default="", help="Projection, over what the file says: EPSG:number, PROJ, WKT.")
 @click.option("--unit", "unit_m", type=FROM_0, default=0.0, help="Metres a unit of height; 0: as the file says.")
+@click.option("--nodata", type=float, metavar="VALUE", help="A value for \"no data\", beside what the file says.")
 @click.option("--source-cell", "cell_m", type=FROM_0, default=0.0, help="Cells of a file that does not tell (.npy).")
 @click.option("--source-corner", "corner", type=PAIR, metavar="X Y", default=(0.0, 0.0), help="Its south-west corner.")
 @click.option("--north-first", is_flag=True, help="The first row of an .npy is the northernmost.")
@@ -55,7 +56,8 @@ def import_command(
 
     The map lies around the start, without one around the middle of the file.
 
-    Exit codes: 0 done, 64 start named twice, 65 no map can be made of it, 66 no such file, 73 no place to write.
+    Exit codes: 0 done, 64 start named twice or --out no .npz, 65 no map can be made of it, 66 no such file,
+    73 no place to write.
     """
     from onboard.drivers.dem_file import Reading  # rasterio is heavy, and no other command needs it
     from onboard.drivers.dem_words import DemError
@@ -67,6 +69,8 @@ def import_command(
     if len(named) > 1:
         options = " and ".join(f"--start-{kind}" for kind in named)
         raise _fail(EX_USAGE, f"the start is named by {options}; name it once")
+    if out.suffix.lower() != ".npz":
+        raise _fail(EX_USAGE, f"--out {out}: the map is an .npz; name it {out.with_suffix('.npz')}")
     kind, at = next(iter(named.items()), ("middle", (0.0, 0.0)))
     how = Reading(**source)
     try:
@@ -80,6 +84,8 @@ def import_command(
         out.write_bytes(to_npz(made.gdem))
     except OSError as error:
         raise _fail(EX_CANTCREAT, f"{out} cannot be written: {error.strerror}") from None
+    for line in made.doubts:
+        print(f"onboard: warning: {line}", file=sys.stderr)
     _show(_summary(file, out, made), as_json)
 
 

@@ -15,7 +15,7 @@ import numpy as np
 
 from onboard.drivers.dem_file import Dem, Reading, Site, open_dem, place
 from onboard.drivers.dem_words import DemError
-from onboard.maps.gdem_resample import resample
+from onboard.maps.gdem_resample import Resampled, resample
 from onboard.records import F64, Gdem, Grid
 
 MOST_CELLS = 5000  # of a side: what the global planner is made for
@@ -33,12 +33,16 @@ class Wanted:
 
 @dataclass(frozen=True, slots=True)
 class Imported:
-    """A map and where it came from. level_m: height of the start in the file, subtracted from all heights."""
+    """A map and where it came from. level_m: height of the start in the file, subtracted from all heights.
+
+    doubts: what the user should look at, one line each.
+    """
 
     gdem: Gdem
     site: Site
     level_m: float
     cells_read: int
+    doubts: tuple[str, ...]
 
     @property
     def known_ratio(self) -> float:
@@ -51,12 +55,15 @@ def import_gdem(path: Path, how: Reading, wanted: Wanted, progress: Callable[[in
     grid = map_grid(wanted)
     with open_dem(path, how) as dem:
         site = _place(dem, wanted)
-        heights, cells_read = resample(site, grid, progress)
+        found = resample(site, grid, progress)
+        heights = found.heights_m
         if not np.isfinite(heights).any():
             raise DemError(f"has no data within the {wanted.size_m:g} m around the start; name another start or --size")
         level_m = _level_m(heights)
         note = f"{path.name}: {_note(site, wanted.cell_m, level_m)}"
-    return Imported(Gdem(grid, (heights - level_m).astype(np.float32), note), site, level_m, cells_read)
+        doubts = _doubts(site, grid, wanted, found)
+    gdem = Gdem(grid, (heights - level_m).astype(np.float32), note)
+    return Imported(gdem, site, level_m, found.cells_read, doubts)
 
 
 def map_grid(wanted: Wanted) -> Grid:
@@ -80,6 +87,25 @@ def _level_m(heights_m: F64) -> float:
     j, i = heights_m.shape[0] // 2, heights_m.shape[1] // 2
     around = heights_m[j - 1 : j + 1, i - 1 : i + 1]
     return float(np.nanmean(around) if np.isfinite(around).any() else np.nanmedian(heights_m))
+
+
+def _doubts(site: Site, grid: Grid, wanted: Wanted, found: Resampled) -> tuple[str, ...]:
+    """A size that was raised, a map that reaches beyond the file, heights that no ground has."""
+    lines, side_m = [], grid.rows * grid.cell_m
+    if side_m > wanted.size_m * (1 + 1e-9):
+        lines.append(f"--size {wanted.size_m:g} was raised to {side_m:g} m: the cells of a side are an even number")
+    edge_m = np.array([-side_m / 2, side_m / 2])
+    rows, columns = site.rows_columns(edge_m[[0, 0, 1, 1]], edge_m[[0, 1, 0, 1]])
+    beyond = max(-rows.min(), rows.max() - site.dem.rows, -columns.min(), columns.max() - site.dem.columns)
+    if beyond > 0.5:  # cells of the file
+        unknown = np.isnan(found.heights_m).mean()
+        lines.append(f"the map of {side_m:g} m reaches beyond the file; {100 * unknown:.1f} % of its cells are unknown")
+    if found.highest_m - found.lowest_m > side_m:
+        middle_m = float(np.nanmedian(found.heights_m))
+        odd_m = max(found.lowest_m, found.highest_m, key=lambda height_m: abs(height_m - middle_m))
+        lines.append(f"heights from {found.lowest_m:g} to {found.highest_m:g} m within {side_m:g} m; "
+                     f"if {odd_m:g} stands for no data, say so by --nodata {odd_m:g}")  # fmt: skip
+    return tuple(lines)
 
 
 def _note(site: Site, cell_m: float, level_m: float) -> str:

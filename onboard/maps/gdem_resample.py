@@ -44,8 +44,21 @@ class Cells:
         return found
 
 
-def resample(site: Site, grid: Grid, progress: Callable[[int, int], None]) -> tuple[F64, int]:
-    """Heights on the map's grid (origin at the start), float64 metres, NaN where not known; and the cells read for it.
+@dataclass(frozen=True, slots=True)
+class Resampled:
+    """Heights on the map's grid, float64 metres, NaN where not known; and what was read for it.
+
+    lowest_m, highest_m: of the file's cells that were read; infinite and crossed where none had a height.
+    """
+
+    heights_m: F64
+    cells_read: int
+    lowest_m: float
+    highest_m: float
+
+
+def resample(site: Site, grid: Grid, progress: Callable[[int, int], None]) -> Resampled:
+    """The file's heights on the map's grid (origin at the start).
 
     progress: told after each tile how many of how many are done. Raises DemError when the file fails on the way.
     """
@@ -54,15 +67,17 @@ def resample(site: Site, grid: Grid, progress: Callable[[int, int], None]) -> tu
     samples = math.ceil(SAMPLES_A_CELL * (ratio - 2 * ROUNDING)) if ratio >= 1.0 else 0
     side = max(1, TILE_SIDE // max(1, samples))
     tiles = [(j, i) for j in range(0, grid.rows, side) for i in range(0, grid.columns, side)]
-    heights, cells_read = np.full((grid.rows, grid.columns), np.nan), 0
+    heights, cells_read, lowest_m, highest_m = np.full((grid.rows, grid.columns), np.nan), 0, math.inf, -math.inf
     for done, (j, i) in enumerate(tiles, start=1):
         part = heights[j : j + side, i : i + side]
         rows, columns = _corners(site, grid, (j, i), part.shape)
         cells = _cells_under(site.dem, rows, columns)
         part[:] = _means(cells, rows, columns, samples) if samples else _between(cells, rows, columns)
         cells_read += cells.size
+        lowest_m = min(lowest_m, float(np.fmin.reduce(cells.heights_m, axis=None, initial=math.inf)))
+        highest_m = max(highest_m, float(np.fmax.reduce(cells.heights_m, axis=None, initial=-math.inf)))
         progress(done, len(tiles))
-    return heights, cells_read
+    return Resampled(heights, cells_read, lowest_m, highest_m)
 
 
 def _refuse_pole(site: Site, grid: Grid) -> None:

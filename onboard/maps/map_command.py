@@ -37,6 +37,9 @@ def info_command(folder: Path, as_json: bool) -> None:
 
     Exit codes: 0 some tiles can be used, 65 none, 66 no such folder.
     """
+    if folder.is_file():
+        raise _fail(EX_NOINPUT, f"{folder} is a file; info lists a folder of tiles. The map that a record holds "
+                                f"is had by `onboard map export {folder} --out site.tif`")  # fmt: skip
     kept = _kept(folder)
     now_s = time.time()
     rows = [_row(file, now_s) for file in kept.files]
@@ -125,6 +128,10 @@ def _show(folder: Path, rows: list[dict[str, Any]], dropped: tuple[str, ...]) ->
     from rich.console import Console
     from rich.table import Table
 
+    for line in dropped:
+        print(f"dropped: {line}")
+    if not rows:
+        return
     console, table = Console(), Table(box=None)
     print(f"{folder}: {len(rows)} tiles, {sum(row['bytes'] for row in rows) / 1e6:.2f} MB")
     for name in ("tile", "from x, m", "from y, m", "hit", "points", "kB", "age"):
@@ -135,8 +142,6 @@ def _show(folder: Path, rows: list[dict[str, Any]], dropped: tuple[str, ...]) ->
             f"{row['bytes'] / 1e3:.0f}", _age(row["age_s"]),
         )  # fmt: skip
     console.print(table)
-    for line in dropped:
-        print(f"dropped: {line}")
 
 
 def _age(seconds: float) -> str:

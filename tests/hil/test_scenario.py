@@ -26,6 +26,11 @@ def test_the_benchs_own_scenarios_are_named_as_their_files_and_their_faults_exis
         ("seed = 0", r"out of range"),
         ("[[faults]]\nwhen = 'driving'", r"`faults.when` = 'driving' should be one of time, sweep, drive"),
         ("blackout_s = [1.0]", r"should be pairs of start and end"),
+        ("[set]\nmapping.foldr = 'map'", r"\[set\]: unknown key `mapping.foldr`; did you mean `mapping.folder`\?"),
+        ("[set]\nmaping.folder = 'map'", r"\[set\]: unknown key `maping`; did you mean `mapping`\?"),
+        ("[set]\n'mission.guard' = 1", r"\[set\]: `mission.guard` should be bool, found 1"),
+        ("[set]\nmapping = 1\n'mapping.folder' = 'map'", r"\[set\]: `mapping` should be a table, found 1"),
+        ("set = 1", r"`set` should be a table, found 1"),
     ],
 )
 def test_what_is_wrong_is_named(tmp_path, text, complaint):
@@ -41,3 +46,11 @@ def test_an_unknown_fault_names_those_there_are(tmp_path):
     path.write_text("[[faults]]\nfault = 'rain'")
     with pytest.raises(ConfigError, match="lidar_unplugged"):
         Injector(load_scenario(path).faults)
+
+
+@pytest.mark.parametrize("text", ["[set]\nmapping.folder = 'a b'", "[set]\n'mapping.folder' = 'a b'",
+                                  "[set.mapping]\nfolder = 'a b'"])
+def test_a_setting_may_be_written_in_each_way_of_toml(tmp_path, text):
+    path = tmp_path / "s.toml"
+    path.write_text(text)
+    assert load_scenario(path).set == {"mapping.folder": "a b"}

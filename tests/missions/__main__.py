@@ -68,7 +68,8 @@ def fly(
 ) -> None:
     """Fly, write one row a mission, show the table. Exit 1 where the default rule falls short of its promise.
 
-    Files are written anew after each mission, so what was flown before a Ctrl-C is there (exit 130).
+    Files are written anew after each mission, so what was flown before a Ctrl-C is there (exit 130). Ctrl-C waits for
+    the missions in flight, a second one ends at once.
     """
     chosen = _chosen(name, seeds, fresh_from)
     total = sum(len(run.seeds) for run in chosen)

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import signal
+import sys
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
+from multiprocessing import active_children
 from typing import Protocol, TypeVar
 
 Row = TypeVar("Row")
@@ -22,11 +24,25 @@ RunT = TypeVar("RunT", bound=Seeded)
 
 
 def fly_all(fly: Callable[[RunT, int], Row], runs: Sequence[RunT], workers: int) -> Iterator[Row]:
-    """Every mission of every run, as they end. Ctrl-C reaches the caller alone: a mission begun is flown out."""
+    """Every mission of every run, as they end.
+
+    Ctrl-C reaches the caller alone: a mission begun is flown out, unless a second one kills it.
+    """
     with ProcessPoolExecutor(workers, initializer=signal.signal, initargs=(signal.SIGINT, signal.SIG_IGN)) as pool:
-        jobs = [pool.submit(fly, run, seed) for run in runs for seed in run.seeds]
         try:
-            for job in as_completed(jobs):
+            for job in as_completed([pool.submit(fly, run, seed) for run in runs for seed in run.seeds]):
                 yield job.result()
+        except (KeyboardInterrupt, GeneratorExit):  # the second where the caller had a row in hand
+            _finish(pool)
+            raise
         finally:
             pool.shutdown(wait=True, cancel_futures=True)
+
+
+def _finish(pool: ProcessPoolExecutor) -> None:
+    try:
+        print("finishing the missions in flight; Ctrl-C again ends at once", file=sys.stderr, flush=True)
+        pool.shutdown(wait=True, cancel_futures=True)
+    except KeyboardInterrupt:
+        for child in active_children():
+            child.kill()

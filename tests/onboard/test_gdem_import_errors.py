@@ -90,12 +90,20 @@ def test_a_damaged_file_says_nothing_else_in_a_process_of_its_own(tmp_path):
     assert done.returncode == 65 and done.stderr.count("\n") == 1 and done.stdout == ""
 
 
+@pytest.mark.parametrize("crs", ["EPSG:999999", "+proj=bogus"])
+def test_a_projection_nobody_knows_lets_proj_say_nothing_else(tmp_path, crs):
+    words = [str(geotiff(tmp_path / "a.tif", FLAT)), "--crs", crs, "--out", str(tmp_path / "gdem.npz")]
+    done = subprocess.run([sys.executable, "-m", "onboard", "gdem", "import", *words], capture_output=True, text=True)
+    assert done.returncode == 65 and done.stderr.count("\n") == 1 and f"{crs!r}" in done.stderr
+
+
 def test_no_file_a_folder_and_no_place_to_write_have_their_own_codes(tmp_path):
     path = geotiff(tmp_path / "utm.tif", FLAT)
     for words, code, said in (
         ((tmp_path / "none.tif",), 66, "No such file"),
         ((tmp_path,), 66, "Is a directory"),
         ((path, "--out", tmp_path / "none" / "gdem.npz"), 73, "cannot be written"),
+        ((path, "--out", tmp_path / "gdem.tif"), 64, "the map is an .npz; name it"),
         ((path, "--start-xy", 0, 0, "--start-rowcol", 0, 0), 64, "--start-xy and --start-rowcol; name it once"),
     ):
         result = run(*words)
@@ -105,3 +113,39 @@ def test_no_file_a_folder_and_no_place_to_write_have_their_own_codes(tmp_path):
 def test_the_flight_program_never_loads_rasterio():
     code = "import sys, onboard.__main__, onboard.app; assert 'rasterio' not in sys.modules"
     subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def doubts(path, *options):
+    result = run(path, "--out", path.with_name("gdem.npz"), *options)
+    assert result.exit_code == 0, result.stderr
+    return result.stderr.splitlines()
+
+
+def test_a_value_for_no_data_that_nobody_named_gets_a_warning_until_it_is_named(tmp_path):
+    heights = np.full((50, 50), 5.0, np.float32)
+    heights[3, 3] = -9999
+    path, size = saved(tmp_path / "a.npy", heights), ("--source-cell", 2, "--size", 100)
+    (line,) = doubts(path, *size)
+    assert line.startswith("onboard: warning: heights from -9999 to 5 m within 100 m; ") and "--nodata -9999" in line
+    assert doubts(path, *size, "--nodata", -9999) == []
+    with np.load(tmp_path / "gdem.npz") as made:
+        assert np.nanmin(made["heights_m"]) == np.nanmax(made["heights_m"]) == 0.0
+
+
+def test_a_value_for_no_data_is_compared_before_the_unit_and_beside_the_files_own(tmp_path):
+    heights = np.full((20, 20), 5.0)
+    heights[:, 0], heights[:, -1] = -9999, HOLE
+    path = geotiff(tmp_path / "a.tif", heights, unit="cm")
+    assert doubts(path, "--size", 1600, "--cell", 80, "--nodata", -9999) == []
+    with np.load(tmp_path / "gdem.npz") as made:
+        absent = np.isnan(made["heights_m"])
+    assert absent[:, [0, -1]].all() and not absent[:, 1:-1].any()
+
+
+def test_a_map_that_reaches_beyond_the_file_and_a_raised_size_get_a_line_each(tmp_path):
+    path = geotiff(tmp_path / "a.tif", FLAT)  # 1600 m a side
+    (line,) = doubts(path, "--size", 3200, "--cell", 80)
+    assert line == "onboard: warning: the map of 3200 m reaches beyond the file; 75.0 % of its cells are unknown"
+    (line,) = doubts(path, "--size", 100, "--cell", 80)
+    assert line.startswith("onboard: warning: --size 100 was raised to 160 m")
+    assert doubts(path, "--size", 1600, "--cell", 80) == []

@@ -182,8 +182,16 @@ def test_a_folder_that_is_not_there_exits_66(tmp_path):
 
 
 def test_a_folder_without_a_tile_exits_65(tmp_path):
-    assert "holds no map tile that can be used" in complaint(onboard("info", tmp_path), 65)
+    told = onboard("info", tmp_path)
+    assert "holds no map tile that can be used" in complaint(told, 65) and told.stdout == ""
     assert "holds no map to export: no tiles" in complaint(onboard("export", tmp_path, "-o", tmp_path / "a.tif"), 65)
+
+
+def test_info_of_a_record_names_the_command_for_it_and_exits_66(tmp_path):
+    record = tmp_path / "onboard.mcap"
+    record.write_bytes(b"")
+    said = complaint(onboard("info", record), 66)
+    assert f"`onboard map export {record} --out site.tif`" in said and said.count("\n") == 1
 
 
 def test_a_map_without_a_height_exits_65(tmp_path):

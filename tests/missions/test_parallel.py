@@ -1,0 +1,37 @@
+"""Ctrl-C ends a campaign in order, a second one at once."""
+
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+ENDLESS = """
+import signal, sys
+from types import SimpleNamespace
+from tests.missions.parallel import fly_all
+
+def fly(run, seed):
+    print("begun", flush=True)
+    signal.pause()
+
+try:
+    list(fly_all(fly, [SimpleNamespace(seeds=(1, 2, 3))], 1))
+except KeyboardInterrupt:
+    sys.exit(130)
+"""
+
+
+def test_a_second_ctrl_c_ends_a_mission_that_would_never_end():
+    with subprocess.Popen(
+        [sys.executable, "-c", ENDLESS], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+        cwd=Path(__file__).parents[2],
+    ) as campaign:  # fmt: skip
+        try:
+            assert campaign.stdout.readline() == "begun\n"
+            campaign.send_signal(signal.SIGINT)
+            assert campaign.stderr.readline() == "finishing the missions in flight; Ctrl-C again ends at once\n"
+            campaign.send_signal(signal.SIGINT)
+            rest, said = campaign.communicate(timeout=60)
+        finally:
+            campaign.kill()
+    assert (campaign.returncode, rest, said) == (130, "", "")
