@@ -83,13 +83,19 @@ def info_command(address: str, settings: tuple[str, ...], as_json: bool) -> None
 def watch_command(
     address: str, settings: tuple[str, ...], as_json: bool, seconds: float, polar: bool, reach: float
 ) -> None:
-    """Show a live scan: rate, range ahead, nearest return, clock; a line a second where the output is no terminal."""
+    """Show a live scan: rate, range ahead, nearest return, clock; a line a second where the output is no terminal.
+
+    Exit code 69 also where the sensor is gone at the end; else those of `info`.
+    """
     from onboard.lidar_tool.live import Screen
+    from onboard.lidar_tool.shell import SensorError
 
     def look(shell: Shell) -> None:
         with Screen(polar, reach, as_json) as screen:
             for scans in shell.stream(seconds):
-                screen.show(shell.session, scans, shell.now_ns)
+                screen.show(shell.session, scans, shell.now_ns, shell.trouble)
+        if shell.trouble:
+            raise SensorError(f"{shell.port.address} is {shell.trouble.partition(';')[0]}")
 
     _with_sensor(_config(address, settings), look)
 

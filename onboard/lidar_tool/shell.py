@@ -94,6 +94,13 @@ class Shell:
             taken += len(found)
             yield found
 
+    @property
+    def trouble(self) -> str:
+        """Why there is nothing to see just now; empty while scans come."""
+        if self.port.state is not PortState.OPEN or not self.session.ready:
+            return "gone: unplugged or closed; trying again"
+        return "silent: no scans come" if self.session.silent(self.now_ns) else ""
+
     def _complain(self) -> None:
         if self.session.complaint:
             raise SensorError(self.session.complaint, "lidar.model" in self.session.complaint)

@@ -31,9 +31,11 @@ def polar(scan: Scan, columns: int, rows: int, reach_m: float) -> list[str]:
     return ["".join(line).rstrip() for line in lines]
 
 
-def numbers(scan: Scan | None, rate_hz: float, counts: dict[str, int], clock: ClockQuality) -> str:
-    """One line: rate, damage, ahead, nearest, clock."""
+def numbers(scan: Scan | None, rate_hz: float, counts: dict[str, int], clock: ClockQuality, trouble: str = "") -> str:
+    """One line: rate, scans, ahead, nearest, clock; or what is wrong."""
     text = f"{rate_hz:5.1f} Hz  scans {counts['scans']:6d}"
+    if trouble:
+        return f"{text}  {trouble}"
     if scan is not None:
         phi = scan.first_angle_rad + np.arange(len(scan.ranges_m)) * scan.step_rad
         ahead = scan.ranges_m[int(np.abs(phi).argmin())]

@@ -178,6 +178,28 @@ def test_watch_prints_a_line_a_second_or_json_or_the_room_from_above(tcp):
     assert len(drawn) == 25 and any("+" in line for line in drawn)
 
 
+def unplug(clock):
+    clock.port._fail("unplugged")
+    clock.port.connect = lambda: None
+    clock.pass_time = lambda left_s: setattr(clock, "time_ns", clock.time_ns + round(left_s * 1e9))
+
+
+def test_watch_of_a_sensor_that_goes_away_shows_nothing_as_live_and_ends_with_69(tcp):
+    tcp.plans = {2_500_000_000: unplug}
+    got = tcp.run("watch", tcp.address, "--seconds", "6")
+    lines = got.stdout.splitlines()
+    assert " ahead " in lines[0] and all("0.0 Hz" in line and "ahead" not in line for line in lines[-2:])
+    assert lines[-1].endswith("gone: unplugged or closed; trying again")
+    assert got.exit_code == 69 and "is gone: unplugged or closed" in got.stderr and got.stderr.count("\n") == 1
+
+
+def test_watch_of_a_sensor_that_came_back_ends_well(tcp):
+    tcp.plans = {2_500_000_000: lambda clock: (clock.server.disconnect(), clock.pieces.clear())}
+    got = tcp.run("watch", tcp.address, "--seconds", "8", "--json")
+    rows = [json.loads(line) for line in got.stdout.splitlines()]
+    assert got.exit_code == 0 and rows[-1]["trouble"] == "" and rows[-1]["counts"]["reconnects"] == 1
+
+
 def test_polar_plot_has_a_point_where_the_beam_ended():
     ranges_m = np.array([3.0, 2.0, np.nan], np.float32)
     scan = Scan(0, 1.0, 0.0, np.pi / 2, ranges_m, np.array([0, 0, 1], np.uint8))  # ahead 3 m, left 2 m, behind nothing
