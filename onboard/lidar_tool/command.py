@@ -107,17 +107,22 @@ def watch_command(
 @json_option
 @seconds_option(0.0)
 @click.option("--scans", type=click.IntRange(min=0), default=0, help="End after so many scans; 0: no limit.")
+@click.option("--force", is_flag=True, help="Write over a file that is there.")
 def record_command(
-    address: str, out: Path, settings: tuple[str, ...], as_json: bool, seconds: float, scans: int
+    address: str, out: Path, settings: tuple[str, ...], as_json: bool, seconds: float, scans: int, force: bool
 ) -> None:
     """Write every byte of both directions with its time, so that `replay` does the same again, bit by bit.
 
-    Exit code 73: no place to write; else those of `info`.
+    Exit code 73: no place to write, or the file is there already; else those of `info`.
     """
     from onboard.record.writer import Recorder
 
     config = _config(address, settings)
     config = replace(config, record=replace(config.record, path=str(out)))
+    if not out.parent.is_dir():  # the recorder of a run would make it
+        raise _fail(EX_CANTCREAT, f"{out} cannot be written: {out.parent} is no folder")
+    if out.exists() and not force:
+        raise _fail(EX_CANTCREAT, f"{out} is there already; --force writes over it")
     try:
         recorder = Recorder(config, None)
     except OSError as error:

@@ -18,10 +18,11 @@ from click.testing import CliRunner
 from hil.devices import lidar_profile as profiles
 from hil.lidar_server import LidarServer, LidarTerminal
 from onboard.__main__ import app
-from onboard.lidar_tool.listener import log_of
+from onboard.config import Lidar
+from onboard.lidar_tool.listener import Listener, log_of
 from onboard.lidar_tool.report import CHECKS
 from onboard.lidar_tool.show import polar
-from onboard.records import Scan
+from onboard.records import Chunk, Scan
 from protocol import scip
 from tests.onboard.hand_clock import HandClock
 
@@ -274,6 +275,31 @@ def test_hokuyoaist_log_is_checked_like_a_record(tmp_path):
     (tmp_path / "cut.logr").write_bytes(log[:-3])
     got = CliRunner().invoke(app, ["lidar", "check", str(tmp_path / "cut.logr")])
     assert got.exit_code == 65 and "ends inside a piece" in got.stderr
+
+
+@pytest.mark.parametrize(("asked_to_stop", "gaps"), [(True, 0), (False, 1)])
+def test_pause_that_was_asked_for_is_no_gap(asked_to_stop, gaps):
+    asked, listener = scip.ScanRequest("MD", 0, 1080), Listener(Lidar())
+    values = np.full(asked.values, 1500)
+    for begin_ms in (5000, 9000):
+        for k in range(5):
+            at_ms = begin_ms + 25 * k
+            frame = scip.scan_reply(asked, asked.line(), at_ms, values)
+            assert len(listener.receive(Chunk(at_ms * 1_000_000, frame))) == 1
+        if asked_to_stop:
+            listener.receive(Chunk((at_ms + 20) * 1_000_000, scip.reply(b"QT", "00")))
+    assert listener.counts["gap"] == gaps and listener.counts["scans"] == 10
+
+
+def test_record_makes_no_folders_and_writes_over_nothing_unasked(tcp, tmp_path):
+    got = tcp.run("record", tcp.address, "--out", str(tmp_path / "none" / "r.mcap"))
+    assert got.exit_code == 73 and "is no folder" in got.stderr and not list(tmp_path.iterdir())
+    out = tmp_path / "r.mcap"
+    out.write_bytes(b"dear")
+    got = tcp.run("record", tcp.address, "--out", str(out), "--seconds", "1")
+    assert got.exit_code == 73 and "--force" in got.stderr and out.read_bytes() == b"dear"
+    assert tcp.run("record", tcp.address, "--out", str(out), "--seconds", "1", "--force").exit_code == 0
+    assert out.stat().st_size > 1000
 
 
 @pytest.mark.parametrize("command", ["info", "watch", "record", "replay", "check"])
