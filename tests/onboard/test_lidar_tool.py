@@ -7,7 +7,9 @@ import json
 import os
 import re
 import signal
+import socket
 import struct
+import threading
 from contextlib import contextmanager
 from dataclasses import replace
 
@@ -218,7 +220,7 @@ def test_ctrl_c_ends_a_watch_with_the_laser_off(tcp):
 
 @pytest.mark.parametrize(("words", "code", "text"), [
     (("info", "/nowhere/ttyACM0"), 69, "plugged in"), (("info", "/etc/passwd"), 69, "no tty"),
-    (("check", "tcp:127.0.0.1:1"), 69, "refuses"), (("watch", "usb"), 78, "tty:PATH"),
+    (("check", "tcp:127.0.0.1:1"), 69, "refuses"), (("watch", "usb"), 78, "ADDRESS = 'usb' should be tcp:"),
     (("check", "tcp:127.0.0.1:1", "--set", "lidar.cluter=3"), 78, "cluter"),
     (("check", "/nowhere/r.mcap"), 66, "No such"), (("replay", "/nowhere/r.mcap"), 66, "no record"),
     (("record", "/dev/null", "--out", "/dev/null/r.mcap"), 73, "written"),
@@ -300,6 +302,63 @@ def test_record_makes_no_folders_and_writes_over_nothing_unasked(tcp, tmp_path):
     assert got.exit_code == 73 and "--force" in got.stderr and out.read_bytes() == b"dear"
     assert tcp.run("record", tcp.address, "--out", str(out), "--seconds", "1", "--force").exit_code == 0
     assert out.stat().st_size > 1000
+
+
+@pytest.mark.parametrize("words", ["scanner", "tty:scanner", "./scanner"])
+def test_relative_path_alone_is_a_tty(words, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with handlers_kept():
+        world = World(LidarTerminal, profiles.UTM30LX, monkeypatch)
+        (tmp_path / "scanner").symlink_to(world.address.removeprefix("tty:"))
+        got = world.run("info", words)
+        world.server.close()
+    assert got.exit_code == 0 and "UTM-30LX" in got.stdout, got.output
+
+
+def test_check_of_a_file_that_is_no_record_says_what_it_reads(tmp_path):
+    (tmp_path / "notes.txt").write_text("no record")
+    got = CliRunner().invoke(app, ["lidar", "check", str(tmp_path / "notes.txt")])
+    assert got.exit_code == 65 and ".mcap and .logr" in got.stderr and got.stderr.count("\n") == 1
+
+
+def test_what_answers_otherwise_and_closes_is_no_hokuyo():
+    with socket.create_server(("127.0.0.1", 0)) as server, handlers_kept():
+
+        def refuse():
+            client = server.accept()[0]
+            client.recv(100)
+            client.sendall(b"HTTP/1.0 400 Bad Request\r\n\r\nwhat?\n\n")
+            client.close()
+
+        web = threading.Thread(target=refuse)
+        web.start()
+        got = CliRunner().invoke(app, ["lidar", "info", f"tcp:127.0.0.1:{server.getsockname()[1]}"])
+        web.join()
+    assert got.exit_code == 69 and "answered, but not in SCIP: is this a Hokuyo?" in got.stderr
+    assert got.stderr.count("\n") == 1
+
+
+@pytest.mark.parametrize("words", [["info"], ["watch"], ["record", "--out", "r.mcap"]])
+def test_ctrl_c_before_the_sensor_answers_ends_with_130(words, tcp, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    tcp.plans = {0: lambda clock: os.kill(os.getpid(), signal.SIGINT)}
+    got = tcp.run(words[0], tcp.address, *words[1:])
+    assert got.exit_code == 130 and got.stderr == "onboard: ended before the sensor answered\n"
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(("words", "work"), [
+    (["lidar", "watch", "tcp:127.0.0.1:1"], "onboard.drivers.clock.WallClock"),
+    (["lidar", "scan", "r.mcap", "--out", "r.ply"], "onboard.lidar_tool.again.config_of"),
+    (["gdem", "import", "dem.tif"], "onboard.maps.gdem_import.import_gdem"),
+])  # fmt: skip
+def test_ctrl_c_in_any_command_is_one_line_and_130(words, work, monkeypatch):
+    def interrupted(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(work, interrupted)
+    got = CliRunner().invoke(app, words)
+    assert got.exit_code == 130 and got.stderr == "onboard: ended by Ctrl-C\n"
 
 
 @pytest.mark.parametrize("command", ["info", "watch", "record", "replay", "check"])
