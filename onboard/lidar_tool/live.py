@@ -11,7 +11,7 @@ from rich.live import Live
 from rich.text import Text
 
 from onboard.devices.lidar import LidarSession
-from onboard.lidar_tool.show import numbers, polar
+from onboard.lidar_tool.show import View, numbers, polar, view
 from onboard.records import Scan
 
 _REDRAW_NS, _LINE_NS = 100_000_000, 1_000_000_000
@@ -64,11 +64,14 @@ class Screen:
     def _plot(self, rows: int) -> list[str]:
         if not self._draw or self._newest is None:
             return []
-        return polar(self._newest, max(20, self._console.width - 1), max(8, rows), self._reach_m)
+        drawn = polar(self._newest, max(20, self._console.width - 1), max(8, rows - 1), self._reach_m)
+        return [*drawn, f"ahead is up; + is the scanner, upper edge = {self._reach_m:g} m"]
 
     def _row(self, session: LidarSession, now_ns: int, trouble: str) -> dict[str, object]:
         clock = session.clock.quality
         sigma_ms = clock.sigma_ns / 1e6 if math.isfinite(clock.sigma_ns) else None
         counts = {name: count for name, count in session.counts.items() if count}
-        return {"t_s": round(now_ns / 1e9, 3), "rate_hz": round(self._rate_hz, 2), "trouble": trouble, "counts": counts,
+        seen = view(self._newest) if self._newest is not None else View()
+        return {"t_s": round(now_ns / 1e9, 3), "rate_hz": round(self._rate_hz, 2), "trouble": trouble, **seen._asdict(),
+                "counts": counts,
                 "clock": {"sigma_ms": sigma_ms, "ppm": clock.ppm, "samples": clock.samples}}  # fmt: skip

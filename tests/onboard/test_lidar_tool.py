@@ -21,9 +21,10 @@ from hil.devices import lidar_profile as profiles
 from hil.lidar_server import LidarServer, LidarTerminal
 from onboard.__main__ import app
 from onboard.config import Lidar
+from onboard.devices.lidar_clock import ClockQuality
 from onboard.lidar_tool.listener import Listener, log_of
 from onboard.lidar_tool.report import CHECKS
-from onboard.lidar_tool.show import polar
+from onboard.lidar_tool.show import numbers, polar, view
 from onboard.records import Chunk, Scan
 from protocol import scip
 from tests.onboard.hand_clock import HandClock
@@ -176,9 +177,11 @@ def test_watch_prints_a_line_a_second_or_json_or_the_room_from_above(tcp):
     lines = tcp.run("watch", tcp.address, "--seconds", "4").stdout.splitlines()
     assert len(lines) == 3 and all(re.search(r" Hz .*ahead  (1.9|2.0)", line) for line in lines)
     rows = [json.loads(line) for line in tcp.run("watch", tcp.address, "--seconds", "4", "--json").stdout.splitlines()]
+    assert rows[-1]["ahead_m"] == pytest.approx(2, abs=0.1) and rows[-1]["nearest_m"] == pytest.approx(2, abs=0.1)
+    assert abs(rows[-1]["nearest_deg"]) < 20
     assert len(rows) == 3 and rows[-1]["rate_hz"] == pytest.approx(40, abs=1) and rows[-1]["counts"]["scans"] > 100
     drawn = tcp.run("watch", tcp.address, "--seconds", "2", "--polar", "--reach", "4").stdout.splitlines()
-    assert len(drawn) == 25 and any("+" in line for line in drawn)
+    assert len(drawn) == 25 and "edge = 4 m" in drawn[-2] and any("+" in line for line in drawn)
 
 
 def unplug(clock):
@@ -200,7 +203,16 @@ def test_watch_of_a_sensor_that_came_back_ends_well(tcp):
     tcp.plans = {2_500_000_000: lambda clock: (clock.server.disconnect(), clock.pieces.clear())}
     got = tcp.run("watch", tcp.address, "--seconds", "8", "--json")
     rows = [json.loads(line) for line in got.stdout.splitlines()]
-    assert got.exit_code == 0 and rows[-1]["trouble"] == "" and rows[-1]["counts"]["reconnects"] == 1
+    assert got.exit_code == 0 and rows[-1]["counts"]["reconnects"] == 1
+    assert rows[-1]["trouble"] == "" and rows[-1]["ahead_m"] > 1.9
+
+
+def test_line_of_numbers_fits_80_columns_and_a_view_of_nothing_is_none():
+    far = Scan(0, 1.0, -2.3, 0.01, np.full(400, 59.999, np.float32), np.zeros(400, np.uint8))
+    line = numbers(far, 40.0, {"scans": 999_999}, ClockQuality()._replace(sigma_ns=9.9e6))
+    assert "nearest 59.999 m at -132°" in line and len(line) <= 80
+    dark = Scan(0, 1.0, -1.0, 0.5, np.full(5, np.nan, np.float32), np.full(5, 1, np.uint8))
+    assert view(dark) == (None, None, None)
 
 
 def test_polar_plot_has_a_point_where_the_beam_ended():
