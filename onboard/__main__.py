@@ -17,10 +17,21 @@ from onboard.config import Config, ConfigError, load, parse_override, to_toml
 from onboard.lidar_tool import command as lidar_command
 from onboard.maps import gdem_command, map_command
 
-EX_NOINPUT, EX_UNAVAILABLE, EX_CONFIG = 66, 69, 78
+EX_NOINPUT, EX_UNAVAILABLE, EX_CONFIG, EX_INTERRUPTED = 66, 69, 78, 130
 
 
-@click.group()
+class Commands(click.Group):
+    """Where Ctrl-C ends a command that does not take it itself, it is told in one line."""
+
+    def invoke(self, ctx: click.Context) -> object:
+        """See click.Group."""
+        try:
+            return super().invoke(ctx)
+        except KeyboardInterrupt:
+            raise fail(EX_INTERRUPTED, "ended by Ctrl-C") from None
+
+
+@click.group(cls=Commands)
 def app() -> None:
     """Flight program of a four-wheel-steered rover.
 

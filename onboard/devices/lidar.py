@@ -161,6 +161,7 @@ class LidarSession:
         """The same where no reply is due: what is wanted decides, or how long nothing came."""
         passed_ns, before = now_ns - self._talk.sent_ns, self._talk.phase
         if before is Phase.STREAM and not self._wanted:
+            self._stream.watch.pause()
             self._enter(Phase.STOP)
         elif before is Phase.STREAM and not self.request.streams:
             return True

@@ -1,6 +1,7 @@
 """What can be wrong with a sensor whose frames are all right, each by its name, counted.
 
     gap         more than 3 periods between two scans     missed      turns between two scans that brought none
+                of one stream: a pause that was asked for is neither
     period_off  the turn is off its nominal by over 1 %   all_error   a scan in which no beam saw or missed anything
     laser_off   II says so while scans are wanted         unhealthy   STAT of II is no word that all is well
 """
@@ -33,6 +34,10 @@ class Watch:
         self._stamp_ms = -1
         self._rx_ns = 0
         self._span_ms = self._span_turns = 0
+
+    def pause(self) -> None:
+        """The stream was ended as asked: the next scan is the first of another one."""
+        self._stamp_ms = -1
 
     def turns(self, stamp_ms: int) -> int:
         """Turns since the last scan, by the stamps; 0 for the first and after a jump."""

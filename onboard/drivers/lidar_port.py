@@ -8,8 +8,8 @@ from onboard.drivers.tcp_port import TcpPort
 from onboard.drivers.tty_port import SPEEDS, TtyPort
 
 
-def open_port(address: str) -> LidarPort:
-    """The port of an address, not connected yet.
+def open_port(address: str, name: str = "lidar.address") -> LidarPort:
+    """The port of an address, not connected yet. name: of the setting or argument that it came by, for messages.
 
     Raises ConfigError where it is none of tcp:HOST:PORT, tty:PATH and tty:PATH@BITRATE.
     """
@@ -24,6 +24,6 @@ def open_port(address: str) -> LidarPort:
             return TtyPort(address, path)
         if rate.isdigit() and int(rate) in SPEEDS:
             return TtyPort(address, path, int(rate))
-        raise ConfigError(f"lidar.address = {address!r}: the bit rate should be one of {', '.join(map(str, SPEEDS))}")
-    raise ConfigError(f"lidar.address = {address!r} should be tcp:HOST:PORT (tcp:192.168.0.10:10940), "
+        raise ConfigError(f"{name} = {address!r}: the bit rate should be one of {', '.join(map(str, SPEEDS))}")
+    raise ConfigError(f"{name} = {address!r} should be tcp:HOST:PORT (tcp:192.168.0.10:10940), "
                       "tty:PATH (tty:/dev/ttyACM0) or tty:PATH@BITRATE (tty:/dev/ttyUSB0@115200)")

@@ -68,5 +68,5 @@ class TcpPort(LidarPort):
     def _why(self, number: int, text: str) -> str:
         host, port = self._peer
         if number == errno.ECONNREFUSED:
-            return f"{host} refuses port {port}: another client holds the sensor, or lidar.address is wrong"
-        return f"{host}:{port} does not answer ({text}): are power, cable and lidar.address right? Try: ping {host}"
+            return f"{host} refuses port {port}: another client holds the sensor, or the address is wrong"
+        return f"{host}:{port} does not answer ({text}): are power, cable and address right? Try: ping {host}"

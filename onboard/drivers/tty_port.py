@@ -22,8 +22,8 @@ _WHY = {
     errno.EACCES: "may not be opened: put this user into its group (sudo usermod -aG dialout $USER) and log in anew",
     errno.EBUSY: "is in use by another program. Try: fuser -v",
     errno.EWOULDBLOCK: "is in use by another program. Try: fuser -v",
-    errno.ENOTTY: "is no tty: lidar.address names the wrong file",
-    errno.EISDIR: "is a folder: lidar.address names the wrong file",
+    errno.ENOTTY: "is no tty: the address names the wrong file",
+    errno.EISDIR: "is a folder: the address names the wrong file",
 }
 
 

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 EX_UNHEALTHY, EX_USAGE, EX_DATAERR, EX_NOINPUT, EX_UNAVAILABLE, EX_CANTCREAT, EX_CONFIG = 1, 64, 65, 66, 69, 73, 78
+EX_INTERRUPTED = 130
 EXAMPLES = """\b
 Examples:
   onboard lidar info tty:/dev/ttyACM0
@@ -58,7 +59,7 @@ def info_command(address: str, settings: tuple[str, ...], as_json: bool) -> None
     """Ask a sensor who it is and how it is: VV, PP and II, each read twice. Takes any model.
 
     Exit codes of all commands: 0 done, 69 the sensor cannot be reached, is in use, may not be used or is no Hokuyo,
-    78 a setting or the address is wrong, or the sensor is another model.
+    78 a setting or the address is wrong, or the sensor is another model, 130 Ctrl-C before the sensor answered.
     """
 
     def tell(shell: Shell) -> None:
@@ -83,13 +84,19 @@ def info_command(address: str, settings: tuple[str, ...], as_json: bool) -> None
 def watch_command(
     address: str, settings: tuple[str, ...], as_json: bool, seconds: float, polar: bool, reach: float
 ) -> None:
-    """Show a live scan: rate, range ahead, nearest return, clock; a line a second where the output is no terminal."""
+    """Show a live scan: rate, range ahead, nearest return, clock; a line a second where the output is no terminal.
+
+    Exit code 69 also where the sensor is gone at the end; else those of `info`.
+    """
     from onboard.lidar_tool.live import Screen
+    from onboard.lidar_tool.shell import SensorError
 
     def look(shell: Shell) -> None:
         with Screen(polar, reach, as_json) as screen:
             for scans in shell.stream(seconds):
-                screen.show(shell.session, scans, shell.now_ns)
+                screen.show(shell.session, scans, shell.now_ns, shell.trouble)
+        if shell.trouble:
+            raise SensorError(f"{shell.port.address} is {shell.trouble.partition(';')[0]}")
 
     _with_sensor(_config(address, settings), look)
 
@@ -101,17 +108,22 @@ def watch_command(
 @json_option
 @seconds_option(0.0)
 @click.option("--scans", type=click.IntRange(min=0), default=0, help="End after so many scans; 0: no limit.")
+@click.option("--force", is_flag=True, help="Write over a file that is there.")
 def record_command(
-    address: str, out: Path, settings: tuple[str, ...], as_json: bool, seconds: float, scans: int
+    address: str, out: Path, settings: tuple[str, ...], as_json: bool, seconds: float, scans: int, force: bool
 ) -> None:
     """Write every byte of both directions with its time, so that `replay` does the same again, bit by bit.
 
-    Exit code 73: no place to write; else those of `info`.
+    Exit code 73: no place to write, or the file is there already; else those of `info`.
     """
     from onboard.record.writer import Recorder
 
     config = _config(address, settings)
     config = replace(config, record=replace(config.record, path=str(out)))
+    if not out.parent.is_dir():  # the recorder of a run would make it
+        raise _fail(EX_CANTCREAT, f"{out} cannot be written: {out.parent} is no folder")
+    if out.exists() and not force:
+        raise _fail(EX_CANTCREAT, f"{out} is there already; --force writes over it")
     try:
         recorder = Recorder(config, None)
     except OSError as error:
@@ -126,7 +138,7 @@ def record_command(
     except Exit:
         out.unlink()  # there was no sensor to record
         raise
-    told = {"file": str(out), "bytes": out.stat().st_size, "scans": taken or 0}
+    told = {"file": str(out), "bytes": out.stat().st_size, "scans": taken}
     print(json.dumps(told) if as_json else f"{out}: {told['scans']} scans, {told['bytes']} bytes")
 
 
@@ -154,7 +166,7 @@ def check_command(source: str, settings: tuple[str, ...], as_json: bool, seconds
 
     SOURCE: a sensor's address, a record (.mcap) or a hokuyoaist log (.logr).
 
-    Exit code 1: something is wrong, 65: the file is damaged; else those of `info`.
+    Exit code 1: something is wrong, 65: the file is damaged or no record; else those of `info`.
     """
     from onboard.lidar_tool.report import Report, Tally, findings
     from onboard.lidar_tool.show import lines_of
@@ -167,11 +179,11 @@ def check_command(source: str, settings: tuple[str, ...], as_json: bool, seconds
 
     path = Path(source)
     if path.suffix in (".mcap", ".logr", ".logw"):
-        report: Report | None = _from_file(path)
+        report = _from_file(path)
+    elif path.is_file():
+        raise _fail(EX_DATAERR, f"{source} is no record: check reads .mcap and .logr, or a sensor by its address")
     else:
         report = _with_sensor(_config(source, settings), measure)
-    if report is None:
-        return
     print(json.dumps(report.as_dict()) if as_json else "\n".join(lines_of(report)))
     if findings(report):
         raise Exit(EX_UNHEALTHY)
@@ -235,8 +247,8 @@ def _from_file(path: Path) -> Report:
     return Report(listener.counts, listener.quality, tally, listener.info)
 
 
-def _with_sensor(config: Config, use: Callable[[Shell], T], recorder: Recorder | None = None) -> T | None:
-    """What `use` makes of a sensor that has told who it is; None when Ctrl-C came before. Ends with one line if not."""
+def _with_sensor(config: Config, use: Callable[[Shell], T], recorder: Recorder | None = None) -> T:
+    """What `use` makes of a sensor that has told who it is. One line if not, or if Ctrl-C comes before."""
     from onboard.config import ConfigError
     from onboard.drivers.clock import WallClock
     from onboard.lidar_tool.shell import SensorError, Shell
@@ -246,7 +258,9 @@ def _with_sensor(config: Config, use: Callable[[Shell], T], recorder: Recorder |
         signal.signal(number, lambda *_: setattr(clock, "stopping", True))
     try:
         with Shell(config, clock, recorder) as shell:
-            return use(shell) if shell.until_ready() else None
+            if not shell.until_ready():
+                raise _fail(EX_INTERRUPTED, "ended before the sensor answered")
+            return use(shell)
     except ConfigError as error:
         raise _fail(EX_CONFIG, str(error)) from None
     except SensorError as error:
@@ -256,11 +270,20 @@ def _with_sensor(config: Config, use: Callable[[Shell], T], recorder: Recorder |
 def _config(address: str, settings: tuple[str, ...]) -> Config:
     from onboard.config import ConfigError, load, parse_override
 
-    address = f"tty:{address}" if address.startswith("/") else address
     try:
-        return load(None, {**dict(parse_override(text) for text in settings), "lidar.address": address})
+        return load(None, {**dict(parse_override(text) for text in settings), "lidar.address": _address(address)})
     except ConfigError as error:
         raise _fail(EX_CONFIG, str(error)) from None
+
+
+def _address(text: str) -> str:
+    """As the ports take it: a path alone is a tty, and paths are absolute."""
+    kind, mark, path = text.partition(":")
+    if mark and kind != "tty":
+        return text
+    path = path if mark else text
+    is_path = mark or "/" in path or Path(path.partition("@")[0]).exists()
+    return f"tty:{Path(path).absolute()}" if path and is_path else text
 
 
 def _fail(code: int, text: str) -> Exit:

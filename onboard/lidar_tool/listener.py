@@ -67,6 +67,8 @@ class Listener:
             return self._streaming(asked).take(frame, rx_ns)[1]
         answer = scip.parse_reply(bytes(frame))
         self.counts["replies"] += 1
+        if request.code == "QT" and self._stream is not None and not self._stream.silent(rx_ns, 0):
+            self._stream.watch.pause()  # asked for amid scans; after a silence QT is how a driver begins anew
         if request.code in ("VV", "PP", "II") and answer.status == "00":
             self.info |= scip.parse_text(answer)
             if request.code == "PP":

@@ -11,7 +11,7 @@ from rich.live import Live
 from rich.text import Text
 
 from onboard.devices.lidar import LidarSession
-from onboard.lidar_tool.show import numbers, polar
+from onboard.lidar_tool.show import View, numbers, polar, view
 from onboard.records import Scan
 
 _REDRAW_NS, _LINE_NS = 100_000_000, 1_000_000_000
@@ -40,9 +40,10 @@ class Screen:
         if self._moving:
             self._live.stop()
 
-    def show(self, session: LidarSession, scans: list[Scan], now_ns: int) -> None:
-        """Whatever is due after this tick."""
-        self._newest = scans[-1] if scans else self._newest
+    def show(self, session: LidarSession, scans: list[Scan], now_ns: int, trouble: str = "") -> None:
+        """Whatever is due after this tick. trouble: why no scans come; nothing old is shown as live then."""
+        newest = scans[-1] if scans else self._newest
+        self._newest = None if trouble else newest
         if not self._shown_ns:
             self._shown_ns = self._since_ns = now_ns
         if now_ns - self._since_ns >= _LINE_NS:
@@ -51,9 +52,10 @@ class Screen:
         if now_ns - self._shown_ns < (_REDRAW_NS if self._moving else _LINE_NS):
             return
         self._shown_ns = now_ns
-        line = numbers(self._newest, self._rate_hz, session.counts, session.clock.quality)
+        self._rate_hz = 0.0 if trouble else self._rate_hz
+        line = numbers(self._newest, self._rate_hz, session.counts, session.clock.quality, trouble)
         if self._json:
-            print(json.dumps(self._row(session, now_ns)), flush=True)
+            print(json.dumps(self._row(session, now_ns, trouble)), flush=True)
         elif self._moving:
             self._live.update(Text("\n".join((*self._plot(self._console.height - 2), line))), refresh=True)
         else:
@@ -62,11 +64,14 @@ class Screen:
     def _plot(self, rows: int) -> list[str]:
         if not self._draw or self._newest is None:
             return []
-        return polar(self._newest, max(20, self._console.width - 1), max(8, rows), self._reach_m)
+        drawn = polar(self._newest, max(20, self._console.width - 1), max(8, rows - 1), self._reach_m)
+        return [*drawn, f"ahead is up; + is the scanner, upper edge = {self._reach_m:g} m"]
 
-    def _row(self, session: LidarSession, now_ns: int) -> dict[str, object]:
+    def _row(self, session: LidarSession, now_ns: int, trouble: str) -> dict[str, object]:
         clock = session.clock.quality
         sigma_ms = clock.sigma_ns / 1e6 if math.isfinite(clock.sigma_ns) else None
         counts = {name: count for name, count in session.counts.items() if count}
-        return {"t_s": round(now_ns / 1e9, 3), "rate_hz": round(self._rate_hz, 2), "counts": counts,
+        seen = view(self._newest) if self._newest is not None else View()
+        return {"t_s": round(now_ns / 1e9, 3), "rate_hz": round(self._rate_hz, 2), "trouble": trouble, **seen._asdict(),
+                "counts": counts,
                 "clock": {"sigma_ms": sigma_ms, "ppm": clock.ppm, "samples": clock.samples}}  # fmt: skip

@@ -33,7 +33,7 @@ class Shell:
 
     def __init__(self, config: Config, clock: WallClock, recorder: Recorder | None = None) -> None:
         self.config, self.clock, self.recorder = config, clock, recorder
-        self.port = open_port(config.lidar.address)
+        self.port = open_port(config.lidar.address, "ADDRESS")
         self.core = LidarCore(config)
         self.session = self.core.session
         self._ear = LidarEar(self.port, clock.now_ns)
@@ -77,7 +77,7 @@ class Shell:
             if self.tick() is None:
                 return False
             if self.port.state is PortState.ERROR:
-                raise SensorError(self.port.error)
+                raise SensorError(self._refusal())
             self._complain()
             if self.now_ns > limit_s * 1e9:
                 raise SensorError(f"{self.config.lidar.address} did not say who it is within {limit_s:g} s")
@@ -93,6 +93,18 @@ class Shell:
             self._complain()
             taken += len(found)
             yield found
+
+    @property
+    def trouble(self) -> str:
+        """Why there is nothing to see just now; empty while scans come."""
+        if self.port.state is not PortState.OPEN or not self.session.ready:
+            return "gone: unplugged or closed; trying again"
+        return "silent: no scans come" if self.session.silent(self.now_ns) else ""
+
+    def _refusal(self) -> str:
+        if self.port.received and not self.session.counts["replies"]:
+            return f"{self.port.address} answered, but not in SCIP: is this a Hokuyo?"
+        return self.port.error
 
     def _complain(self) -> None:
         if self.session.complaint:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,18 +32,38 @@ def polar(scan: Scan, columns: int, rows: int, reach_m: float) -> list[str]:
     return ["".join(line).rstrip() for line in lines]
 
 
-def numbers(scan: Scan | None, rate_hz: float, counts: dict[str, int], clock: ClockQuality) -> str:
-    """One line: rate, damage, ahead, nearest, clock."""
-    text = f"{rate_hz:5.1f} Hz  scans {counts['scans']:6d}"
+class View(NamedTuple):
+    """None where nothing is seen."""
+
+    ahead_m: float | None = None
+    nearest_m: float | None = None
+    nearest_deg: float | None = None  # positive left
+
+
+def view(scan: Scan) -> View:
+    """What is straight ahead, and the nearest return."""
+    phi = scan.first_angle_rad + np.arange(len(scan.ranges_m)) * scan.step_rad
+    ahead_m = float(scan.ranges_m[int(np.abs(phi).argmin())])
+    ahead = round(ahead_m, 3) if math.isfinite(ahead_m) else None
+    seen = np.flatnonzero(scan.status == BeamStatus.OK)
+    if not len(seen):
+        return View(ahead)
+    near = seen[scan.ranges_m[seen].argmin()]
+    return View(ahead, round(float(scan.ranges_m[near]), 3), round(math.degrees(phi[near]), 2))
+
+
+def numbers(scan: Scan | None, rate_hz: float, counts: dict[str, int], clock: ClockQuality, trouble: str = "") -> str:
+    """One line of at most 80 columns: rate, scans, ahead, nearest, clock; or what is wrong."""
+    text = f"{rate_hz:4.1f} Hz {counts['scans']:6d} scans"
+    if trouble:
+        return f"{text}  {trouble}"
     if scan is not None:
-        phi = scan.first_angle_rad + np.arange(len(scan.ranges_m)) * scan.step_rad
-        ahead = scan.ranges_m[int(np.abs(phi).argmin())]
-        seen = np.flatnonzero(scan.status == BeamStatus.OK)
-        text += f"  ahead {ahead:6.3f} m" if np.isfinite(ahead) else "  ahead nothing"
-        if len(seen):
-            near = seen[scan.ranges_m[seen].argmin()]
-            text += f"  nearest {scan.ranges_m[near]:6.3f} m at {math.degrees(phi[near]):+4.0f}°"
-    return f"{text}  clock {_clock(clock)}"
+        seen = view(scan)
+        text += "  ahead nothing" if seen.ahead_m is None else f"  ahead {seen.ahead_m:6.3f} m"
+        if seen.nearest_deg is not None:
+            text += f"  nearest {seen.nearest_m:6.3f} m at {seen.nearest_deg:+4.0f}°"
+    sigma = f"±{clock.sigma_ns / 1e6:.3f} ms" if math.isfinite(clock.sigma_ns) else "unknown"
+    return f"{text}  clock {sigma}"
 
 
 def _clock(clock: ClockQuality) -> str:

@@ -342,3 +342,18 @@ def test_a_sensor_is_ready_in_every_phase_but_those_of_connecting():
     assert [p for p in Phase if p not in CONNECTING] == [
         Phase.QUIET, Phase.HEALTH, Phase.LASER, Phase.STREAM, Phase.SUSPECT, Phase.STOP, Phase.DARK,
         *sorted(SEEDING)]  # fmt: skip
+
+
+def test_pause_between_two_streams_is_no_gap():
+    request = scip.ScanRequest("MD", 0, 1080)
+    rig = Script({request.line(): acknowledged(request)})
+    for begin_ms in (1000, 4000):
+        rig.session.stream(True)
+        assert rig.run(60, lambda: rig.session.streaming)
+        for k in range(3):
+            rig.run(TURN_TICKS)
+            rig.down += frame(request, begin_ms + 50 * k)
+        rig.run(2)
+        rig.session.stream(False)
+        rig.run(200)
+    assert len(rig.scans) == 6 and rig.session.counts["gap"] == 0

@@ -7,7 +7,9 @@ import json
 import os
 import re
 import signal
+import socket
 import struct
+import threading
 from contextlib import contextmanager
 from dataclasses import replace
 
@@ -18,10 +20,12 @@ from click.testing import CliRunner
 from hil.devices import lidar_profile as profiles
 from hil.lidar_server import LidarServer, LidarTerminal
 from onboard.__main__ import app
-from onboard.lidar_tool.listener import log_of
+from onboard.config import Lidar
+from onboard.devices.lidar_clock import ClockQuality
+from onboard.lidar_tool.listener import Listener, log_of
 from onboard.lidar_tool.report import CHECKS
-from onboard.lidar_tool.show import polar
-from onboard.records import Scan
+from onboard.lidar_tool.show import numbers, polar, view
+from onboard.records import Chunk, Scan
 from protocol import scip
 from tests.onboard.hand_clock import HandClock
 
@@ -173,9 +177,42 @@ def test_watch_prints_a_line_a_second_or_json_or_the_room_from_above(tcp):
     lines = tcp.run("watch", tcp.address, "--seconds", "4").stdout.splitlines()
     assert len(lines) == 3 and all(re.search(r" Hz .*ahead  (1.9|2.0)", line) for line in lines)
     rows = [json.loads(line) for line in tcp.run("watch", tcp.address, "--seconds", "4", "--json").stdout.splitlines()]
+    assert rows[-1]["ahead_m"] == pytest.approx(2, abs=0.1) and rows[-1]["nearest_m"] == pytest.approx(2, abs=0.1)
+    assert abs(rows[-1]["nearest_deg"]) < 20
     assert len(rows) == 3 and rows[-1]["rate_hz"] == pytest.approx(40, abs=1) and rows[-1]["counts"]["scans"] > 100
     drawn = tcp.run("watch", tcp.address, "--seconds", "2", "--polar", "--reach", "4").stdout.splitlines()
-    assert len(drawn) == 25 and any("+" in line for line in drawn)
+    assert len(drawn) == 25 and "edge = 4 m" in drawn[-2] and any("+" in line for line in drawn)
+
+
+def unplug(clock):
+    clock.port._fail("unplugged")
+    clock.port.connect = lambda: None
+    clock.pass_time = lambda left_s: setattr(clock, "time_ns", clock.time_ns + round(left_s * 1e9))
+
+
+def test_watch_of_a_sensor_that_goes_away_shows_nothing_as_live_and_ends_with_69(tcp):
+    tcp.plans = {2_500_000_000: unplug}
+    got = tcp.run("watch", tcp.address, "--seconds", "6")
+    lines = got.stdout.splitlines()
+    assert " ahead " in lines[0] and all("0.0 Hz" in line and "ahead" not in line for line in lines[-2:])
+    assert lines[-1].endswith("gone: unplugged or closed; trying again")
+    assert got.exit_code == 69 and "is gone: unplugged or closed" in got.stderr and got.stderr.count("\n") == 1
+
+
+def test_watch_of_a_sensor_that_came_back_ends_well(tcp):
+    tcp.plans = {2_500_000_000: lambda clock: (clock.server.disconnect(), clock.pieces.clear())}
+    got = tcp.run("watch", tcp.address, "--seconds", "8", "--json")
+    rows = [json.loads(line) for line in got.stdout.splitlines()]
+    assert got.exit_code == 0 and rows[-1]["counts"]["reconnects"] == 1
+    assert rows[-1]["trouble"] == "" and rows[-1]["ahead_m"] > 1.9
+
+
+def test_line_of_numbers_fits_80_columns_and_a_view_of_nothing_is_none():
+    far = Scan(0, 1.0, -2.3, 0.01, np.full(400, 59.999, np.float32), np.zeros(400, np.uint8))
+    line = numbers(far, 40.0, {"scans": 999_999}, ClockQuality()._replace(sigma_ns=9.9e6))
+    assert "nearest 59.999 m at -132°" in line and len(line) <= 80
+    dark = Scan(0, 1.0, -1.0, 0.5, np.full(5, np.nan, np.float32), np.full(5, 1, np.uint8))
+    assert view(dark) == (None, None, None)
 
 
 def test_polar_plot_has_a_point_where_the_beam_ended():
@@ -195,7 +232,7 @@ def test_ctrl_c_ends_a_watch_with_the_laser_off(tcp):
 
 @pytest.mark.parametrize(("words", "code", "text"), [
     (("info", "/nowhere/ttyACM0"), 69, "plugged in"), (("info", "/etc/passwd"), 69, "no tty"),
-    (("check", "tcp:127.0.0.1:1"), 69, "refuses"), (("watch", "usb"), 78, "tty:PATH"),
+    (("check", "tcp:127.0.0.1:1"), 69, "refuses"), (("watch", "usb"), 78, "ADDRESS = 'usb' should be tcp:"),
     (("check", "tcp:127.0.0.1:1", "--set", "lidar.cluter=3"), 78, "cluter"),
     (("check", "/nowhere/r.mcap"), 66, "No such"), (("replay", "/nowhere/r.mcap"), 66, "no record"),
     (("record", "/dev/null", "--out", "/dev/null/r.mcap"), 73, "written"),
@@ -252,6 +289,88 @@ def test_hokuyoaist_log_is_checked_like_a_record(tmp_path):
     (tmp_path / "cut.logr").write_bytes(log[:-3])
     got = CliRunner().invoke(app, ["lidar", "check", str(tmp_path / "cut.logr")])
     assert got.exit_code == 65 and "ends inside a piece" in got.stderr
+
+
+@pytest.mark.parametrize(("asked_to_stop", "gaps"), [(True, 0), (False, 1)])
+def test_pause_that_was_asked_for_is_no_gap(asked_to_stop, gaps):
+    asked, listener = scip.ScanRequest("MD", 0, 1080), Listener(Lidar())
+    values = np.full(asked.values, 1500)
+    for begin_ms in (5000, 9000):
+        for k in range(5):
+            at_ms = begin_ms + 25 * k
+            frame = scip.scan_reply(asked, asked.line(), at_ms, values)
+            assert len(listener.receive(Chunk(at_ms * 1_000_000, frame))) == 1
+        if asked_to_stop:
+            listener.receive(Chunk((at_ms + 20) * 1_000_000, scip.reply(b"QT", "00")))
+    assert listener.counts["gap"] == gaps and listener.counts["scans"] == 10
+
+
+def test_record_makes_no_folders_and_writes_over_nothing_unasked(tcp, tmp_path):
+    got = tcp.run("record", tcp.address, "--out", str(tmp_path / "none" / "r.mcap"))
+    assert got.exit_code == 73 and "is no folder" in got.stderr and not list(tmp_path.iterdir())
+    out = tmp_path / "r.mcap"
+    out.write_bytes(b"dear")
+    got = tcp.run("record", tcp.address, "--out", str(out), "--seconds", "1")
+    assert got.exit_code == 73 and "--force" in got.stderr and out.read_bytes() == b"dear"
+    assert tcp.run("record", tcp.address, "--out", str(out), "--seconds", "1", "--force").exit_code == 0
+    assert out.stat().st_size > 1000
+
+
+@pytest.mark.parametrize("words", ["scanner", "tty:scanner", "./scanner"])
+def test_relative_path_alone_is_a_tty(words, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with handlers_kept():
+        world = World(LidarTerminal, profiles.UTM30LX, monkeypatch)
+        (tmp_path / "scanner").symlink_to(world.address.removeprefix("tty:"))
+        got = world.run("info", words)
+        world.server.close()
+    assert got.exit_code == 0 and "UTM-30LX" in got.stdout, got.output
+
+
+def test_check_of_a_file_that_is_no_record_says_what_it_reads(tmp_path):
+    (tmp_path / "notes.txt").write_text("no record")
+    got = CliRunner().invoke(app, ["lidar", "check", str(tmp_path / "notes.txt")])
+    assert got.exit_code == 65 and ".mcap and .logr" in got.stderr and got.stderr.count("\n") == 1
+
+
+def test_what_answers_otherwise_and_closes_is_no_hokuyo():
+    with socket.create_server(("127.0.0.1", 0)) as server, handlers_kept():
+
+        def refuse():
+            client = server.accept()[0]
+            client.recv(100)
+            client.sendall(b"HTTP/1.0 400 Bad Request\r\n\r\nwhat?\n\n")
+            client.close()
+
+        web = threading.Thread(target=refuse)
+        web.start()
+        got = CliRunner().invoke(app, ["lidar", "info", f"tcp:127.0.0.1:{server.getsockname()[1]}"])
+        web.join()
+    assert got.exit_code == 69 and "answered, but not in SCIP: is this a Hokuyo?" in got.stderr
+    assert got.stderr.count("\n") == 1
+
+
+@pytest.mark.parametrize("words", [["info"], ["watch"], ["record", "--out", "r.mcap"]])
+def test_ctrl_c_before_the_sensor_answers_ends_with_130(words, tcp, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    tcp.plans = {0: lambda clock: os.kill(os.getpid(), signal.SIGINT)}
+    got = tcp.run(words[0], tcp.address, *words[1:])
+    assert got.exit_code == 130 and got.stderr == "onboard: ended before the sensor answered\n"
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(("words", "work"), [
+    (["lidar", "watch", "tcp:127.0.0.1:1"], "onboard.drivers.clock.WallClock"),
+    (["lidar", "scan", "r.mcap", "--out", "r.ply"], "onboard.lidar_tool.again.config_of"),
+    (["gdem", "import", "dem.tif"], "onboard.maps.gdem_import.import_gdem"),
+])  # fmt: skip
+def test_ctrl_c_in_any_command_is_one_line_and_130(words, work, monkeypatch):
+    def interrupted(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(work, interrupted)
+    got = CliRunner().invoke(app, words)
+    assert got.exit_code == 130 and got.stderr == "onboard: ended by Ctrl-C\n"
 
 
 @pytest.mark.parametrize("command", ["info", "watch", "record", "replay", "check"])
