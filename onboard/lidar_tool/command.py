@@ -197,6 +197,8 @@ def check_command(source: str, settings: tuple[str, ...], as_json: bool, seconds
 def scan_command(record: Path, out: Path, sweep: int, as_json: bool) -> None:
     """Write a 3D scan of a run's record, each beam with its time and tilt: cloud (.ply), image (.npz), both (.mcap).
 
+    Points are in the rover's frame base_link: metres, x ahead, y left, z up.
+
     Exit codes: 0 done, 64 no such format, 65 the record is damaged or has no such sweep, 66 no such file, 73 no place
     to write.
     """
@@ -209,13 +211,16 @@ def scan_command(record: Path, out: Path, sweep: int, as_json: bool) -> None:
         raise _fail(EX_USAGE, f"{out}: a name should end in .ply, .npz or .mcap; all sweeps go into a .mcap only")
     try:
         config = config_of(record)
-        found = list(islice(sweeps_of(record, config), max(0, sweep - 1), sweep or None))
+        found, known = [], 0
+        for known, scan in enumerate(islice(sweeps_of(record, config), sweep or None), 1):
+            found += [scan] if sweep in (0, known) else []
     except FileNotFoundError:
         raise _fail(EX_NOINPUT, f"no record {record}") from None
     except ValueError as error:
         raise _fail(EX_DATAERR, f"{record} is damaged: {error}") from None
     if not found:
-        raise _fail(EX_DATAERR, f"{record} holds no sweep {sweep or ''}".rstrip())
+        asked = f", none is number {sweep}" if known else ""
+        raise _fail(EX_DATAERR, f"{record} holds {known or 'no'} sweeps{asked}")
     try:
         if sweep:
             write(found[0], config.rover, out)

@@ -32,7 +32,8 @@ def write_ply(scan: Scan3d, rover: Rover, path: Path) -> None:
     vertices["time"] = (made.pixels["time_ns"] - scan.pixels["time_ns"].min()) * 1e-9
     rows = "".join(f"property float {name}\n" for name in _VERTEX.names or ())
     head = (
-        "ply\nformat binary_little_endian 1.0\ncomment one sweep of a tilting scanner, metres, z up\n"
+        "ply\nformat binary_little_endian 1.0\ncomment one sweep of a tilting scanner\n"
+        "comment frame base_link (the rover's): metres, x ahead, y left, z up\n"
         f"element vertex {len(vertices)}\n{rows}end_header\n"
     )
     path.write_bytes(head.encode("ascii") + vertices.tobytes())

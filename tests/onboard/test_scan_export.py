@@ -68,6 +68,7 @@ def xyz(rows):
 def test_ply_says_what_it_holds_and_holds_the_points(nod, tmp_path):
     path, _ = nod
     assert run(path, "--out", tmp_path / "s.npz").exit_code == run(path, "--out", tmp_path / "s.ply").exit_code == 0
+    assert b"comment frame base_link (the rover's): metres, x ahead" in (tmp_path / "s.ply").read_bytes()
     rows = read_ply(tmp_path / "s.ply")
     read, image = xyz(rows), np.load(tmp_path / "s.npz")
     good = image["mask"] == 0
@@ -101,7 +102,8 @@ def test_points_of_the_scan_are_those_of_the_rig(nod):
 
 @pytest.mark.parametrize(("words", "code", "text"), [
     (("--out", "s.xyz"), 64, ".ply"), (("--out", "s.ply", "--sweep", "0"), 64, ".mcap"),
-    (("--out", "s.ply", "--sweep", "3"), 65, "no sweep 3"), (("--out", "/dev/null/s.ply"), 73, "cannot be written"),
+    (("--out", "s.ply", "--sweep", "99"), 65, "holds 2 sweeps, none is number 99"),
+    (("--out", "/dev/null/s.ply"), 73, "cannot be written"),
 ])  # fmt: skip
 def test_bad_requests_are_one_line(nod, words, code, text):
     got = run(nod[0], *words)
