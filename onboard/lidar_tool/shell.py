@@ -104,6 +104,8 @@ class Shell:
     def _refusal(self) -> str:
         if self.port.received and not self.session.counts["replies"]:
             return f"{self.port.address} answered, but not in SCIP: is this a Hokuyo?"
+        if self.port.epoch and not self.session.counts["replies"] and self.port.address.startswith("tcp:"):
+            return f"{self.port.address} closed without an answer in SCIP: is this a Hokuyo, has it another client?"
         return self.port.error
 
     def _complain(self) -> None:

@@ -333,20 +333,24 @@ def test_check_of_a_file_that_is_no_record_says_what_it_reads(tmp_path):
     assert got.exit_code == 65 and ".mcap and .logr" in got.stderr and got.stderr.count("\n") == 1
 
 
-def test_what_answers_otherwise_and_closes_is_no_hokuyo():
+@pytest.mark.parametrize(("answer", "told"), [
+    (b"HTTP/1.0 400 Bad Request\r\n\r\nwhat?\n\n", "answered, but not in SCIP: is this a Hokuyo"),
+    (b"", "closed without an answer in SCIP: is this a Hokuyo"),
+])  # fmt: skip
+def test_what_answers_otherwise_or_not_and_closes_is_no_hokuyo(answer, told):
     with socket.create_server(("127.0.0.1", 0)) as server, handlers_kept():
 
         def refuse():
             client = server.accept()[0]
             client.recv(100)
-            client.sendall(b"HTTP/1.0 400 Bad Request\r\n\r\nwhat?\n\n")
+            client.sendall(answer)
             client.close()
 
         web = threading.Thread(target=refuse)
         web.start()
         got = CliRunner().invoke(app, ["lidar", "info", f"tcp:127.0.0.1:{server.getsockname()[1]}"])
         web.join()
-    assert got.exit_code == 69 and "answered, but not in SCIP: is this a Hokuyo?" in got.stderr
+    assert got.exit_code == 69 and told in got.stderr
     assert got.stderr.count("\n") == 1
 
 
