@@ -119,7 +119,8 @@ def record_command(
     from onboard.record.writer import Recorder
 
     config = _config(address, settings)
-    config = replace(config, record=replace(config.record, path=str(out)))
+    part = out.with_name(out.name + ".part")  # a file that is there is not lost to a sensor that is not
+    config = replace(config, record=replace(config.record, path=str(part)))
     if not out.parent.is_dir():  # the recorder of a run would make it
         raise _fail(EX_CANTCREAT, f"{out} cannot be written: {out.parent} is no folder")
     if out.exists() and not force:
@@ -136,8 +137,9 @@ def record_command(
         with recorder:
             taken = _with_sensor(config, take, recorder)
     except Exit:
-        out.unlink()  # there was no sensor to record
+        part.unlink()  # there was no sensor to record
         raise
+    part.replace(out)
     told = {"file": str(out), "bytes": out.stat().st_size, "scans": taken}
     print(json.dumps(told) if as_json else f"{out}: {told['scans']} scans, {told['bytes']} bytes")
 

@@ -316,6 +316,14 @@ def test_record_makes_no_folders_and_writes_over_nothing_unasked(tcp, tmp_path):
     assert out.stat().st_size > 1000
 
 
+def test_a_recording_is_not_lost_to_a_sensor_that_is_not_there(tmp_path):
+    out = tmp_path / "r.mcap"
+    out.write_bytes(b"dear")
+    got = CliRunner().invoke(app, ["lidar", "record", str(tmp_path / "none"), "--out", str(out), "--force"])
+    assert got.exit_code != 0 and got.stderr.count("\n") == 1
+    assert out.read_bytes() == b"dear" and list(tmp_path.iterdir()) == [out]
+
+
 @pytest.mark.parametrize("words", ["scanner", "tty:scanner", "./scanner"])
 def test_relative_path_alone_is_a_tty(words, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
