@@ -232,6 +232,29 @@ def test_a_sensor_that_boots_is_met_within_300_ms_of_its_end():
     assert rig.run(30, lambda: rig.session.ready)
 
 
+def woken(twin):
+    twin.receive(b"%SL\n", 0)
+    return 0  # QT wakes it, at the first tick
+
+
+def booted(twin):
+    twin.reboot()
+    return twin.profile.dark_ns + twin.profile.denied_ns
+
+
+@pytest.mark.parametrize("before", [woken, booted])
+@pytest.mark.parametrize("offset", [0, 1, 2, 3, 4])
+def test_the_stream_is_on_within_300_ms_of_the_end_of_sleep_or_boot(before, offset):
+    rig = Rig(profiles.UTM30LX_EW)
+    ends_ns = before(rig.twin)
+    rig.twin.step(30_000_000)
+    rig.tick = began = 3 + offset
+    rig.session.stream(True)
+    assert rig.run(600, lambda: rig.session.streaming)
+    own_ns = rig.twin.profile.wake_ns + began * TICK_NS if before is woken else ends_ns
+    assert rig.now_ns - own_ns - second_readings_ns(rig) <= 300_000_000
+
+
 # -- watchdogs --------------------------------------------------------------------------------------------------
 
 
