@@ -10,6 +10,8 @@ import signal, sys
 from types import SimpleNamespace
 from tests.missions.parallel import fly_all
 
+signal.signal(signal.SIGINT, signal.default_int_handler)  # who runs the tests in the background may ignore it
+
 def fly(run, seed):
     print("begun", flush=True)
     signal.pause()
