@@ -160,8 +160,8 @@ def test_a_rover_settled_at_10000_poses_free_in_the_map_of_hole_free_fields_neve
 def test_at_most_0_7_percent_of_the_free_poses_within_4_m_of_60_holes_are_hazardous(pitted: list[Seen]) -> None:
     """Hazardous: a hard contact of the rover settled there, by belly, tilt or a wheel's step (the study's measure).
 
-    The study found 13 % of all poses of such fields hazardous, with Golombek rocks on 6 % of the ground; here 15 % are,
-    with 5 %, so this measure is no softer than the one that its 0.6 to 0.7 % of the free poses were counted by.
+    The study found 13 % of all poses of such fields hazardous, with Golombek rocks on 6 % of the ground; here 12 % are,
+    with 5 %: the measure is much like the one that its 0.6 to 0.7 % of the free poses were counted by.
     """
     settled = [(seen.world, pose) for seen in pitted for pose in drawn(seen, 4.0)]
     hazardous = sum(world.contact(pose, CONFIG.rover) == HARD for world, pose in settled)

@@ -6,14 +6,14 @@ from left and right. Holes are part of the raster, with steep walls.
 A wheel's step is how far the ground anywhere under it (0.2 x 0.1 m) rises over the lowest ground of the patch that it
 stands on, 10 x 10 cm about its contact point. A tyre meets what rises before it; what falls away
 under its rim it does not touch as long as it stands: 10 cm from the contact point the rim is a radius above the ground.
-All contacts are with whole cells of the raster, touched even by a border.
+What touches are the raster's nodes that lie under tyre and body: between nodes a wall would lean out.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache
+from functools import cached_property
 
 import numpy as np
 
@@ -28,6 +28,7 @@ from protocol.conventions import WHEEL_SIGNS
 HARD_BELLY_M, SOFT_BELLY_M = 0.15, 0.12  # ground above the wheel plane under the body
 HARD_STEP_M, SOFT_STEP_M = 0.12, 0.10  # of one wheel
 HALF_PATCH_M = 0.05  # of the patch that a wheel stands on
+TYRE_REACH_M = 0.15  # from a wheel's centre no point of its tyre is so far
 HARD_TILT_RAD, SOFT_TILT_RAD = math.radians(30), math.radians(27)
 CLEAR, SOFT, HARD = 0, 1, 2
 
@@ -88,49 +89,33 @@ class World:
 
     def _rises_m(self, pose: Pose, rover: Rover) -> tuple[float, float]:
         """`belly_m`, and the largest step of a wheel with the wheel plane taken out."""
-        x, y, stood, ends = _patches(rover, self.grid.cell_m / 2)
-        above = np.split(self._above(pose, x, y), ends)
-        steps = [wheel.max() - wheel[on].min() for wheel, on in zip(above[1:], np.split(stood, ends)[1:])]
-        return float(above[0].max()), float(max(steps))
+        along, across, above = self._over(pose, math.hypot(rover.half_wheelbase_m, rover.half_track_m) + TYRE_REACH_M)
+        under = _within(along, across, rover.half_wheelbase_m, rover.half_track_m)
+        steps = []
+        for a, b in WHEEL_SIGNS:
+            ahead, beside = along - a * rover.half_wheelbase_m, across - b * rover.half_track_m
+            tyre = _within(ahead, beside, rover.wheel_radius_m, rover.wheel_width_m / 2)
+            stood = _within(ahead, beside, HALF_PATCH_M, HALF_PATCH_M)
+            steps.append(above[tyre].max() - above[stood].min())
+        return float(above[under].max()), float(max(steps))
 
-    def _above(self, pose: Pose, along_m: F64, across_m: F64) -> F64:
-        """Height over the wheel plane of the raster's cells at points of the body, each at the cell's own place.
-
-        Between cells the raster has no walls: what stands upright in it would lean into the next cell.
-        """
+    def _over(self, pose: Pose, reach_m: float) -> tuple[F64, F64, F64]:
+        """Nodes of the raster near a pose: along and across the body, height over the wheel plane."""
         grid, c, s = self.grid, math.cos(pose.yaw_rad), math.sin(pose.yaw_rad)
-        x, y = pose.x_m + c * along_m - s * across_m, pose.y_m + s * along_m + c * across_m
-        i = np.rint((x - grid.x0_m) / grid.cell_m).astype(np.int64).clip(0, grid.columns - 1)
-        j = np.rint((y - grid.y0_m) / grid.cell_m).astype(np.int64).clip(0, grid.rows - 1)
-        dx, dy = grid.x0_m + i * grid.cell_m - pose.x_m, grid.y0_m + j * grid.cell_m - pose.y_m
-        slope_along, slope_across = -math.tan(pose.pitch_rad), math.tan(pose.roll_rad)
-        plane = pose.z_m + (c * dx + s * dy) * slope_along + (c * dy - s * dx) * slope_across
-        above: F64 = self.heights_m[j, i] - plane
-        return above
+        i0, i1 = (round((pose.x_m - grid.x0_m + side * reach_m) / grid.cell_m) for side in (-1, 1))
+        j0, j1 = (round((pose.y_m - grid.y0_m + side * reach_m) / grid.cell_m) for side in (-1, 1))
+        i, j = np.arange(i0, i1 + 1), np.arange(j0, j1 + 1)
+        dx, dy = np.meshgrid(grid.x0_m + i * grid.cell_m - pose.x_m, grid.y0_m + j * grid.cell_m - pose.y_m)
+        along, across = c * dx + s * dy, c * dy - s * dx
+        plane = pose.z_m - along * math.tan(pose.pitch_rad) + across * math.tan(pose.roll_rad)
+        z = self.heights_m[np.ix_(j.clip(0, grid.rows - 1), i.clip(0, grid.columns - 1))]
+        return along, across, z - plane
 
 
-@lru_cache
-def _patches(rover: Rover, step_m: float) -> tuple[F64, F64, Bool, tuple[int, ...]]:
-    """Points of the body along and across, `step_m` apart: under the deck, then under each wheel; where each ends.
-
-    The third: whether the wheel stands on the point, False under the deck.
-    """
-    deck_x, deck_y = _lattice(2 * rover.half_wheelbase_m, 2 * rover.half_track_m, step_m)
-    patches = [(deck_x, deck_y, np.zeros(len(deck_x), np.bool_))]
-    x, y = _lattice(2 * rover.wheel_radius_m, rover.wheel_width_m, step_m)
-    stood = np.maximum(np.abs(x), np.abs(y)) <= HALF_PATCH_M + 1e-9
-    for a, b in WHEEL_SIGNS:
-        patches.append((x + a * rover.half_wheelbase_m, y + b * rover.half_track_m, stood))
-    along, across, on = (np.concatenate(parts) for parts in zip(*patches))
-    return along, across, on, tuple(np.cumsum([len(part[0]) for part in patches])[:-1])
-
-
-def _lattice(length_m: float, width_m: float, step_m: float) -> tuple[F64, F64]:
-    """Points over a rectangle about the origin, its border included."""
-    x = np.linspace(-length_m / 2, length_m / 2, math.ceil(length_m / step_m) + 1)
-    y = np.linspace(-width_m / 2, width_m / 2, math.ceil(width_m / step_m) + 1)
-    across, along = np.meshgrid(y, x)
-    return along.ravel(), across.ravel()
+def _within(along_m: F64, across_m: F64, half_length_m: float, half_width_m: float) -> Bool:
+    """Which points lie in a rectangle about the origin, its border included."""
+    inside: Bool = (np.abs(along_m) <= half_length_m + 1e-9) & (np.abs(across_m) <= half_width_m + 1e-9)
+    return inside
 
 
 def wheels(pose: Pose, rover: Rover) -> list[tuple[float, float]]:
