@@ -64,6 +64,22 @@ class Rig:
         return None
 
 
+# what a sensor may be in the middle of when the driver comes
+
+
+def half_request(twin):
+    twin.receive(b"MD00001080", 0)
+
+
+def stray_stream(twin):
+    twin.receive(b"MD0000108001000\n", 0)
+    twin.connected = False
+
+
+def time_adjustment(twin):
+    twin.receive(b"TM0\n", 0)
+
+
 class Script:
     """A sensor that answers each request from a table: bytes, or the next of a list; the tick after."""
 

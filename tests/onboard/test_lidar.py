@@ -14,7 +14,7 @@ from hil.devices import lidar_profile as profiles
 from onboard.config import Lidar as LidarConfig
 from onboard.devices.lidar import LidarSession
 from onboard.records import BeamStatus, Chunk, PortState
-from tests.onboard.lidar_rig import TICK_NS, Rig, room
+from tests.onboard.lidar_rig import TICK_NS, Rig, half_request, room, stray_stream, time_adjustment
 from tests.protocol import wire
 
 
@@ -28,19 +28,6 @@ def test_quiet_sensor_is_identified_then_streams_40_scans_a_second(cut):
     rig.session.stream(True)
     rig.run(106)
     assert 40 <= len(rig.scans) <= 43 and rig.session.bad == 0
-
-
-def half_request(twin):
-    twin.receive(b"MD00001080", 0)
-
-
-def stray_stream(twin):
-    twin.receive(b"MD0000108001000\n", 0)
-    twin.connected = False
-
-
-def time_adjustment(twin):
-    twin.receive(b"TM0\n", 0)
 
 
 def other_stream(twin):

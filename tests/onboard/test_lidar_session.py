@@ -13,7 +13,7 @@ from onboard.devices.lidar_exchange import CONNECTING, SEEDING, Phase
 from onboard.devices.lidar_watch import Watch
 from onboard.records import BeamStatus
 from protocol import scip
-from tests.onboard.lidar_rig import II, TICK_NS, Rig, Script
+from tests.onboard.lidar_rig import II, TICK_NS, Rig, Script, half_request, stray_stream, time_adjustment
 from tests.protocol.test_scip import PP, VV
 from tests.protocol.wire import flipped
 
@@ -197,19 +197,6 @@ def test_a_sensor_that_takes_nothing_but_tm_is_led_out_of_time_adjustment():
 def second_readings_ns(rig):
     """Time of the 3 second readings: by the tick's raster each costs what a reply does."""
     return 3 * 3 * TICK_NS
-
-
-def half_request(twin):
-    twin.receive(b"MD00001080", 0)
-
-
-def stray_stream(twin):
-    twin.receive(b"MD0000108001000\n", 0)
-    twin.connected = False
-
-
-def time_adjustment(twin):
-    twin.receive(b"TM0\n", 0)
 
 
 @pytest.mark.parametrize("before", [lambda twin: None, half_request, stray_stream, time_adjustment])
