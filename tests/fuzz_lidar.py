@@ -22,6 +22,7 @@ from protocol import scip
 
 MS = 1_000_000
 EXAMPLES = 200
+DRAIN_MS = 200  # after the last request: longer than any frame's bursts
 FULL = dataclasses.replace(IDEAL, name="full", speeds=True, sensitivities=True)
 NO_TICK = tuple(dataclasses.replace(p, reply_tick_ns=0, time_reply_ns=0) for p in (IDEAL, UTM30LX, UTM30LX_EW, FULL))
 
@@ -55,6 +56,8 @@ def answers(profile: Profile, talk: list[tuple[bytes, bytes, int]], whole: bool)
         out += b"".join(piece for _, piece in sensor.send())
         sent += data
         assert len(sensor._input) <= REQUEST_LIMIT + 1
+    sensor.step((now_ms + DRAIN_MS) * MS)
+    out += b"".join(piece for _, piece in sensor.send())
     *lines, _ = sent.replace(b"\r", b"\n").split(b"\n")
     return [line for line in lines if line], out
 
@@ -63,8 +66,8 @@ def check_talk(profile: Profile, talk: list[tuple[bytes, bytes, int]]) -> None:
     """One conversation, in one piece a line and byte by byte."""
     lines, out = answers(profile, talk, True)
     assert answers(profile, talk, False)[1] == out
-    assert out == b"" or out.endswith(b"\n\n")
-    frames = out.split(b"\n\n")[:-1]
+    *frames, begun = out.split(b"\n\n")
+    assert begun == b"" or begun[:1] in (b"M", b"N")  # of a stream the end may still be on its way, in bursts
     replies = []
     for frame in frames:
         answer = scip.parse_reply(frame)
