@@ -5,6 +5,7 @@ A row that is short or fails never changes the exit code; it is shown.
 
 from __future__ import annotations
 
+import argparse
 import json
 import os
 import sys
@@ -47,8 +48,13 @@ def measure(name: str, repeats: int, mission: flight.Mission) -> Measured:
 
 def main(words: list[str]) -> None:
     """Measure, write, show."""
-    repeats = 2 if "--quick" in words else 5
-    wanted = [word for word in words if not word.startswith("-")] or list(GOALS)
+    parser = argparse.ArgumentParser(prog="python -m tests.bench", description="Measures; writes build/bench.json.")
+    parser.add_argument("--quick", action="store_true", help="two repeats instead of five")
+    parser.add_argument("name", nargs="*", metavar="NAME", help=f"rows to measure, all without: {', '.join(GOALS)}")
+    asked = parser.parse_args(words)
+    if unknown := [name for name in asked.name if name not in GOALS]:
+        parser.error(f"no row {unknown[0]!r}; the rows: {', '.join(GOALS)}")
+    repeats, wanted = 2 if asked.quick else 5, asked.name or list(GOALS)
     rows = []
     with TemporaryDirectory() as folder:
         mission = flight.Mission(Path(folder))
