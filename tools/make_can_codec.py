@@ -30,6 +30,7 @@ from enum import IntEnum
 from typing import Any, Callable, NamedTuple
 
 from protocol import WireError
+from protocol.can_crc import END as _END
 from protocol.can_crc import TABLE as _T
 
 _new = tuple.__new__
@@ -139,8 +140,8 @@ def _encoder(message: Any) -> str:
     if not ({limits} and 0 <= counter <= 15):
         _refuse("{message.name}", {refused}, counter=(counter, 0, 15))
     x = {" | ".join(terms)} | counter << 52
-    a, b, c, d, e, f, g = x.to_bytes(7, "little")
-    return (x | (_T[{chain}] ^ 0xFF) << 56).to_bytes(8, "little")
+    a, b, c, d, e, f, g = body = x.to_bytes(7, "little")
+    return body + _END[_T[{chain}]]
 '''
 
 

@@ -46,6 +46,16 @@ static bool global_edges_into(Array<const float, 2> heights_m, float cell_m, Arr
     return global_edges(map, per, first, rows.data(), watch);
 }
 
+// Whether there are no more seeds than nodes, every seed is a node and every cost is finite and >= 0.
+static bool global_seeds_fit(Array<const std::int64_t, 1> seeds, Array<const double, 1> seed_costs_m, std::int64_t nodes) {
+    const auto count = static_cast<std::int64_t>(seeds.size());
+    bool fit = count <= nodes;
+    for (std::int64_t s = 0; s < count; ++s)
+        fit &= seeds.data()[s] >= 0 && seeds.data()[s] < nodes && seed_costs_m.data()[s] >= 0.0 &&
+               seed_costs_m.data()[s] <= std::numeric_limits<double>::max();
+    return fit;
+}
+
 static bool global_cost_to_go_into(Array<const float, 2> edges_m, float shortest_m, Array<const std::int64_t, 1> seeds,
                                    Array<const double, 1> seed_costs_m, Array<double, 1> words,
                                    Array<std::int32_t, 2> chunks, Done done, Cancel cancel, Array<float, 2> cost_m,
@@ -62,6 +72,7 @@ static bool global_cost_to_go_into(Array<const float, 2> edges_m, float shortest
 inline void bind_global(nb::module_& m) {
     m.def("global_layers_into", &global_layers_into);
     m.def("global_edges_into", &global_edges_into);
+    m.def("global_seeds_fit", &global_seeds_fit);
     m.def("global_cost_to_go_into", &global_cost_to_go_into);
     m.attr("GLOBAL_CHUNK_NODES") = kChunkNodes;
     m.attr("GLOBAL_BUCKETS") = kBuckets;

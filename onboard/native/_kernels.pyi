@@ -173,6 +173,7 @@ def global_layers_into(
 def global_edges_into(
     heights_m: F32, cell_m: float, prices: F32, edges_m: F32, done: NDArray[np.int64], cancel: U8
 ) -> bool: ...
+def global_seeds_fit(seeds: NDArray[np.int64], seed_costs_m: F64, nodes: int) -> bool: ...
 def global_cost_to_go_into(
     edges_m: F32,
     shortest_m: float,

@@ -9,6 +9,7 @@ look and cancel while a step runs, for it holds no lock.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -107,11 +108,10 @@ def make_layers(heights_m: F32, cell_m: float, raw_roughness: bool, work: Worksp
 def make_edges(heights_m: F32, cell_m: float, prices: Prices, work: Workspace) -> None:
     """Eq. 21 to 25: fills `work.edges_m`, by the layers. Raises as `make_layers` does, ValueError for wrong prices."""
     _check_map(heights_m, cell_m, work)
-    given = np.array(prices, np.float32)
-    if given.shape != (5,) or not (np.isfinite(given).all() and given.min() >= 0.0 and given[1] > 0.0):
+    if not (all(0.0 <= price < math.inf for price in prices) and prices.roughest_at_least_m > 0.0):
         raise ValueError(f"prices: expected 5 finite numbers >= 0, the second above, given {tuple(prices)}")
     work.edges_cell_m[0] = 0.0
-    if not kernels.global_edges_into(heights_m, cell_m, given, work.edges_m, *_watched(work)):
+    if not kernels.global_edges_into(heights_m, cell_m, np.array(prices, np.float32), work.edges_m, *_watched(work)):
         raise CancelledError("global plan, while the edges were made")
     work.edges_cell_m[0] = cell_m
 
@@ -131,16 +131,21 @@ def cost_to_go(seeds: tuple[NDArray[np.int64], F64], work: Workspace) -> tuple[F
     cell_m = float(work.edges_cell_m[0])
     if cell_m == 0.0:
         raise ValueError("work: expected edges made by make_edges, given none")
-    if len(places) and not (places.min() >= 0 and places.max() < nodes and len(places) <= nodes):
-        raise ValueError(f"seeds: expected at most {nodes} of 0 to {nodes - 1}, given {places.min()} to {places.max()}")
-    if len(places) and not (costs_m.min() >= 0 and np.isfinite(costs_m.max())):
-        raise ValueError(f"seed costs: expected finite costs >= 0, given {costs_m.min()} to {costs_m.max()}")
+    if not kernels.global_seeds_fit(places, costs_m, nodes):
+        raise ValueError(_wrong_seeds(places, costs_m, nodes))
     cost_m = np.empty((work.rows, work.columns), np.float32)
     next_node = np.empty((work.rows, work.columns), np.int32)
     scratch = (work.words, work.chunks, *_watched(work))
     if not kernels.global_cost_to_go_into(work.edges_m, cell_m, places, costs_m, *scratch, cost_m, next_node):
         raise CancelledError("global plan, while the way was searched")
     return cost_m, next_node
+
+
+def _wrong_seeds(places: NDArray[np.int64], costs_m: F64, nodes: int) -> str:
+    """What is wrong with seeds that do not fit."""
+    if places.min() >= 0 and places.max() < nodes and len(places) <= nodes:
+        return f"seed costs: expected finite costs >= 0, given {costs_m.min()} to {costs_m.max()}"
+    return f"seeds: expected at most {nodes} of 0 to {nodes - 1}, given {places.min()} to {places.max()}"
 
 
 def _watched(work: Workspace) -> tuple[NDArray[np.int64], U8]:

@@ -52,6 +52,9 @@ GOALS: dict[str, Goal] = {
 }
 
 
+ENOUGH_S, MOST_PAIRS = 0.05, 25
+
+
 @dataclass(frozen=True, slots=True)
 class Measured:
     """One row. `also`: what the goal asks beside the ratio (accuracy, equal bits)."""
@@ -85,18 +88,27 @@ MISSING = Measured(0.0, 0.0, 0.0, "", "missing: part not built", False)
 def seconds(work: Callable[[], object], repeats: int, inner: int = 1) -> float:
     """Median wall time of one call over `repeats` of `inner` calls each, after one to warm up."""
     work()
-    taken = []
-    for _ in range(repeats):
-        began = time.perf_counter()
-        for _ in range(inner):
-            work()
-        taken.append((time.perf_counter() - began) / inner)
-    return median(taken)
+    return median(_once(work, inner) for _ in range(repeats))
 
 
 def against(
     ours: Callable[[], object], theirs: Callable[[], object], reference: str, repeats: int, inner: int = 1
 ) -> Measured:
-    """Reference time over our time."""
-    ours_s, theirs_s = seconds(ours, repeats, inner), seconds(theirs, repeats, inner)
-    return Measured(theirs_s / ours_s, ours_s, theirs_s, reference)
+    """Reference time over our time: the median over pairs, each measured one right after the other.
+
+    A clock that goes up and down, as on a machine shared with others, so touches both of a pair alike. Pairs are
+    measured until there are `repeats` of them and ENOUGH_S of ours, at most MOST_PAIRS.
+    """
+    ours(), theirs()
+    pairs = [(_once(ours, inner), _once(theirs, inner)) for _ in range(repeats)]
+    while inner * sum(pair[0] for pair in pairs) < ENOUGH_S and len(pairs) < MOST_PAIRS:
+        pairs.append((_once(ours, inner), _once(theirs, inner)))
+    ratio = median(theirs_s / ours_s for ours_s, theirs_s in pairs)
+    return Measured(ratio, median(p[0] for p in pairs), median(p[1] for p in pairs), reference)
+
+
+def _once(work: Callable[[], object], inner: int) -> float:
+    began = time.perf_counter()
+    for _ in range(inner):
+        work()
+    return (time.perf_counter() - began) / inner
