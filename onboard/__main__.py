@@ -7,17 +7,16 @@ from __future__ import annotations
 
 import gc
 import sys
-from collections.abc import Iterable
 from pathlib import Path
 
 import click
 from click.exceptions import Exit
 
-from onboard.config import Config, ConfigError, load, parse_override, to_toml
+from onboard.bus_guard import command as guard_command
+from onboard.command_line import EX_CONFIG, EX_INTERRUPTED, EX_UNAVAILABLE, fail, read_config
+from onboard.config import ConfigError, to_toml
 from onboard.lidar_tool import command as lidar_command
 from onboard.maps import gdem_command, map_command
-
-EX_NOINPUT, EX_UNAVAILABLE, EX_CONFIG, EX_INTERRUPTED = 66, 69, 78, 130
 
 
 class Commands(click.Group):
@@ -49,27 +48,9 @@ def app() -> None:
 app.add_command(gdem_command.app)
 app.add_command(map_command.app)
 app.add_command(lidar_command.app)
+app.add_command(guard_command.app)
 
 
-def fail(code: int, text: str) -> Exit:
-    """One helpful line on standard error, and the exit code."""
-    print(f"onboard: {text}", file=sys.stderr)
-    return Exit(code)
-
-
-def read_config(path: Path | None, settings: Iterable[str]) -> Config:
-    """The configuration, or exit 66 (no such file) or 78 (something wrong in it)."""
-    try:
-        return load(path, dict(parse_override(text) for text in settings))
-    except FileNotFoundError:
-        hint = f"`onboard run --print-config > {path}` makes one"
-        raise fail(EX_NOINPUT, f"no configuration file {path}; {hint}") from None
-    except IsADirectoryError:
-        raise fail(EX_NOINPUT, f"{path} is a folder, not a configuration file") from None
-    except PermissionError:
-        raise fail(EX_NOINPUT, f"{path} may not be read by this user") from None
-    except ConfigError as error:
-        raise fail(EX_CONFIG, str(error)) from None
 
 
 @app.command()

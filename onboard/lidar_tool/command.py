@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import signal
-import sys
 from collections.abc import Callable
 from dataclasses import replace
 from itertools import islice
@@ -14,6 +13,18 @@ from typing import TYPE_CHECKING, TypeVar
 import click
 from click.exceptions import Exit
 
+from onboard.command_line import (
+    EX_CANTCREAT,
+    EX_CONFIG,
+    EX_DATAERR,
+    EX_INTERRUPTED,
+    EX_NOINPUT,
+    EX_UNAVAILABLE,
+    EX_UNHEALTHY,
+    EX_USAGE,
+    fail,
+)
+
 if TYPE_CHECKING:
     from onboard.config import Config
     from onboard.lidar_tool.report import Report
@@ -21,8 +32,6 @@ if TYPE_CHECKING:
     from onboard.record.writer import Recorder
 
 T = TypeVar("T")
-EX_UNHEALTHY, EX_USAGE, EX_DATAERR, EX_NOINPUT, EX_UNAVAILABLE, EX_CANTCREAT, EX_CONFIG = 1, 64, 65, 66, 69, 73, 78
-EX_INTERRUPTED = 130
 EXAMPLES = """\b
 Examples:
   onboard lidar info tty:/dev/ttyACM0
@@ -122,13 +131,13 @@ def record_command(
     part = out.with_name(out.name + ".part")  # a file that is there is not lost to a sensor that is not
     config = replace(config, record=replace(config.record, path=str(part)))
     if not out.parent.is_dir():  # the recorder of a run would make it
-        raise _fail(EX_CANTCREAT, f"{out} cannot be written: {out.parent} is no folder")
+        raise fail(EX_CANTCREAT, f"{out} cannot be written: {out.parent} is no folder")
     if out.exists() and not force:
-        raise _fail(EX_CANTCREAT, f"{out} is there already; --force writes over it")
+        raise fail(EX_CANTCREAT, f"{out} is there already; --force writes over it")
     try:
         recorder = Recorder(config, None)
     except OSError as error:
-        raise _fail(EX_CANTCREAT, f"{out} cannot be written: {error.strerror}") from None
+        raise fail(EX_CANTCREAT, f"{out} cannot be written: {error.strerror}") from None
 
     def take(shell: Shell) -> int:
         return sum(len(found) for found in shell.stream(seconds, scans))
@@ -183,7 +192,7 @@ def check_command(source: str, settings: tuple[str, ...], as_json: bool, seconds
     if path.suffix in (".mcap", ".logr", ".logw"):
         report = _from_file(path)
     elif path.is_file():
-        raise _fail(EX_DATAERR, f"{source} is no record: check reads .mcap and .logr, or a sensor by its address")
+        raise fail(EX_DATAERR, f"{source} is no record: check reads .mcap and .logr, or a sensor by its address")
     else:
         report = _with_sensor(_config(source, settings), measure)
     print(json.dumps(report.as_dict()) if as_json else "\n".join(lines_of(report)))
@@ -210,26 +219,26 @@ def scan_command(record: Path, out: Path, sweep: int, as_json: bool) -> None:
 
     write = FORMATS.get(out.suffix[1:])
     if write is None or (sweep == 0 and out.suffix != ".mcap"):
-        raise _fail(EX_USAGE, f"{out}: a name should end in .ply, .npz or .mcap; all sweeps go into a .mcap only")
+        raise fail(EX_USAGE, f"{out}: a name should end in .ply, .npz or .mcap; all sweeps go into a .mcap only")
     try:
         config = config_of(record)
         found, known = [], 0
         for known, scan in enumerate(islice(sweeps_of(record, config), sweep or None), 1):
             found += [scan] if sweep in (0, known) else []
     except FileNotFoundError:
-        raise _fail(EX_NOINPUT, f"no record {record}") from None
+        raise fail(EX_NOINPUT, f"no record {record}") from None
     except ValueError as error:
-        raise _fail(EX_DATAERR, f"{record} is damaged: {error}") from None
+        raise fail(EX_DATAERR, f"{record} is damaged: {error}") from None
     if not found:
         asked = f", none is number {sweep}" if known else ""
-        raise _fail(EX_DATAERR, f"{record} holds {known or 'no'} sweeps{asked}")
+        raise fail(EX_DATAERR, f"{record} holds {known or 'no'} sweeps{asked}")
     try:
         if sweep:
             write(found[0], config.rover, out)
         else:
             write_record(found, config.rover, out)
     except OSError as error:
-        raise _fail(EX_CANTCREAT, f"{out} cannot be written: {error.strerror}") from None
+        raise fail(EX_CANTCREAT, f"{out} cannot be written: {error.strerror}") from None
     rows = [(*scan.pixels.shape, int(scan.valid.sum())) for scan in found]
     if as_json:
         sweeps = [{"lines": lines, "beams": beams, "points": count} for lines, beams, count in rows]
@@ -248,9 +257,9 @@ def _from_file(path: Path) -> Report:
         for chunk in chunks_of(path):
             tally.add(listener.receive(chunk))
     except OSError as error:
-        raise _fail(EX_NOINPUT, f"{path} cannot be read: {error.strerror}") from None
+        raise fail(EX_NOINPUT, f"{path} cannot be read: {error.strerror}") from None
     except ValueError as error:
-        raise _fail(EX_DATAERR, f"{path} is damaged: {error}") from None
+        raise fail(EX_DATAERR, f"{path} is damaged: {error}") from None
     return Report(listener.counts, listener.quality, tally, listener.info)
 
 
@@ -266,12 +275,12 @@ def _with_sensor(config: Config, use: Callable[[Shell], T], recorder: Recorder |
     try:
         with Shell(config, clock, recorder) as shell:
             if not shell.until_ready():
-                raise _fail(EX_INTERRUPTED, "ended before the sensor answered")
+                raise fail(EX_INTERRUPTED, "ended before the sensor answered")
             return use(shell)
     except ConfigError as error:
-        raise _fail(EX_CONFIG, str(error)) from None
+        raise fail(EX_CONFIG, str(error)) from None
     except SensorError as error:
-        raise _fail(EX_CONFIG if error.wrong_model else EX_UNAVAILABLE, str(error)) from None
+        raise fail(EX_CONFIG if error.wrong_model else EX_UNAVAILABLE, str(error)) from None
 
 
 def _config(address: str, settings: tuple[str, ...]) -> Config:
@@ -280,7 +289,7 @@ def _config(address: str, settings: tuple[str, ...]) -> Config:
     try:
         return load(None, {**dict(parse_override(text) for text in settings), "lidar.address": _address(address)})
     except ConfigError as error:
-        raise _fail(EX_CONFIG, str(error)) from None
+        raise fail(EX_CONFIG, str(error)) from None
 
 
 def _address(text: str) -> str:
@@ -292,7 +301,3 @@ def _address(text: str) -> str:
     is_path = mark or "/" in path or Path(path.partition("@")[0]).exists()
     return f"tty:{Path(path).absolute()}" if path and is_path else text
 
-
-def _fail(code: int, text: str) -> Exit:
-    print(f"onboard: {text}", file=sys.stderr)
-    return Exit(code)

@@ -10,12 +10,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
-from click.exceptions import Exit
+
+from onboard.command_line import EX_CANTCREAT, EX_DATAERR, EX_NOINPUT, EX_USAGE, fail
 
 if TYPE_CHECKING:
     from onboard.maps.gdem_import import Imported
 
-EX_USAGE, EX_DATAERR, EX_NOINPUT, EX_CANTCREAT = 64, 65, 66, 73
 EXAMPLES = """\b
 Examples:
   onboard gdem import LDEM_80S_20M.tif --start-lonlat -45.3 -85.1 --out gdem.npz
@@ -68,30 +68,26 @@ def import_command(
     named = {kind: at for kind, at in starts.items() if at is not None}
     if len(named) > 1:
         options = " and ".join(f"--start-{kind}" for kind in named)
-        raise _fail(EX_USAGE, f"the start is named by {options}; name it once")
+        raise fail(EX_USAGE, f"the start is named by {options}; name it once")
     if out.suffix.lower() != ".npz":
-        raise _fail(EX_USAGE, f"--out {out}: the map is an .npz; name it {out.with_suffix('.npz')}")
+        raise fail(EX_USAGE, f"--out {out}: the map is an .npz; name it {out.with_suffix('.npz')}")
     kind, at = next(iter(named.items()), ("middle", (0.0, 0.0)))
     how = Reading(**source)
     try:
         with _progress(file.name) as progress:
             made = import_gdem(file, how, Wanted(kind, at, size, cell), progress)
     except DemError as error:
-        raise _fail(EX_DATAERR, f"{file} {error}") from None
+        raise fail(EX_DATAERR, f"{file} {error}") from None
     except OSError as error:
-        raise _fail(EX_NOINPUT, f"{file} cannot be read: {error.strerror}") from None
+        raise fail(EX_NOINPUT, f"{file} cannot be read: {error.strerror}") from None
     try:
         out.write_bytes(to_npz(made.gdem))
     except OSError as error:
-        raise _fail(EX_CANTCREAT, f"{out} cannot be written: {error.strerror}") from None
+        raise fail(EX_CANTCREAT, f"{out} cannot be written: {error.strerror}") from None
     for line in made.doubts:
         print(f"onboard: warning: {line}", file=sys.stderr)
     _show(_summary(file, out, made), as_json)
 
-
-def _fail(code: int, text: str) -> Exit:
-    print(f"onboard: {text}", file=sys.stderr)
-    return Exit(code)
 
 
 @contextmanager

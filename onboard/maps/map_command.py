@@ -10,13 +10,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
-from click.exceptions import Exit
+
+from onboard.command_line import EX_CANTCREAT, EX_DATAERR, EX_NOINPUT, EX_USAGE, fail
 
 if TYPE_CHECKING:
     from onboard.drivers.disk import Kept, TileFile
     from onboard.perception.tiles import Tile
 
-EX_USAGE, EX_DATAERR, EX_NOINPUT, EX_CANTCREAT = 64, 65, 66, 73
 EXAMPLES = """\b
 Examples:
   onboard map info map/
@@ -38,7 +38,7 @@ def info_command(folder: Path, as_json: bool) -> None:
     Exit codes: 0 some tiles can be used, 65 none, 66 no such folder.
     """
     if folder.is_file():
-        raise _fail(EX_NOINPUT, f"{folder} is a file; info lists a folder of tiles. The map that a record holds "
+        raise fail(EX_NOINPUT, f"{folder} is a file; info lists a folder of tiles. The map that a record holds "
                                 f"is had by `onboard map export {folder} --out site.tif`")  # fmt: skip
     kept = _kept(folder)
     now_s = time.time()
@@ -48,7 +48,7 @@ def info_command(folder: Path, as_json: bool) -> None:
     else:
         _show(folder, rows, kept.dropped)
     if not rows:
-        raise _fail(EX_DATAERR, f"{folder} holds no map tile that can be used")
+        raise fail(EX_DATAERR, f"{folder} holds no map tile that can be used")
 
 
 @app.command("export", epilog=EXAMPLES)
@@ -71,7 +71,7 @@ def export_command(source: Path, out: Path, form: str, as_json: bool) -> None:
     name = form or ENDINGS.get(out.suffix.lower(), "")
     if name not in FORMATS:
         what = f"no format is called {form!r}" if form else f"the name {out} tells no format"
-        raise _fail(EX_USAGE, f"{what}; --format is one of {', '.join(FORMATS)}")
+        raise fail(EX_USAGE, f"{what}; --format is one of {', '.join(FORMATS)}")
     tiles, dropped = _tiles(source)
     for line in dropped:
         print(f"onboard: dropped: {line}", file=sys.stderr)
@@ -79,11 +79,11 @@ def export_command(source: Path, out: Path, form: str, as_json: bool) -> None:
         cells, _ = join(tiles)
         surface = trimmed(classify(cells, replace(Mapping_(), cell_m=cells.grid.cell_m)))
     except ValueError as error:
-        raise _fail(EX_DATAERR, f"{source} holds no map to export: {error}") from None
+        raise fail(EX_DATAERR, f"{source} holds no map to export: {error}") from None
     try:
         FORMATS[name](surface, out)
     except OSError as error:
-        raise _fail(EX_CANTCREAT, f"{out} cannot be written: {error.strerror or error}") from None
+        raise fail(EX_CANTCREAT, f"{out} cannot be written: {error.strerror or error}") from None
     grid = surface.grid
     told = {"out": str(out), "format": name, "tiles": len(tiles), "rows": grid.rows, "columns": grid.columns,
             "cell_m": grid.cell_m, "x0_m": grid.x0_m, "y0_m": grid.y0_m}  # fmt: skip
@@ -102,7 +102,7 @@ def _tiles(source: Path) -> tuple[tuple[Tile, ...], tuple[str, ...]]:
     try:
         return last_map(source), ()
     except ValueError as error:
-        raise _fail(EX_DATAERR, f"{source} is no record of a run, or a damaged one: {error}") from None
+        raise fail(EX_DATAERR, f"{source} is no record of a run, or a damaged one: {error}") from None
 
 
 def _kept(folder: Path) -> Kept:
@@ -111,7 +111,7 @@ def _kept(folder: Path) -> Kept:
     try:
         return load(folder)
     except OSError as error:
-        raise _fail(EX_NOINPUT, f"{folder} cannot be read: {error.strerror}") from None
+        raise fail(EX_NOINPUT, f"{folder} cannot be read: {error.strerror}") from None
 
 
 def _row(file: TileFile, now_s: float) -> dict[str, Any]:
@@ -150,7 +150,3 @@ def _age(seconds: float) -> str:
             return f"{seconds / size:.0f} {unit}"
     return f"{seconds:.0f} s"
 
-
-def _fail(code: int, text: str) -> Exit:
-    print(f"onboard: {text}", file=sys.stderr)
-    return Exit(code)

@@ -1,0 +1,35 @@
+"""What the commands share: exit codes of sysexits.h, one helpful line on standard error, the configuration file."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterable
+from pathlib import Path
+
+from click.exceptions import Exit
+
+from onboard.config import Config, ConfigError, load, parse_override
+
+EX_UNHEALTHY, EX_USAGE, EX_DATAERR, EX_NOINPUT, EX_UNAVAILABLE, EX_CANTCREAT, EX_CONFIG = 1, 64, 65, 66, 69, 73, 78
+EX_INTERRUPTED = 130
+
+
+def fail(code: int, text: str) -> Exit:
+    """One helpful line on standard error, and the exit code to raise."""
+    print(f"onboard: {text}", file=sys.stderr)
+    return Exit(code)
+
+
+def read_config(path: Path | None, settings: Iterable[str]) -> Config:
+    """The configuration, or exit 66 (no such file) or 78 (something wrong in it)."""
+    try:
+        return load(path, dict(parse_override(text) for text in settings))
+    except FileNotFoundError:
+        hint = f"`onboard run --print-config > {path}` makes one"
+        raise fail(EX_NOINPUT, f"no configuration file {path}; {hint}") from None
+    except IsADirectoryError:
+        raise fail(EX_NOINPUT, f"{path} is a folder, not a configuration file") from None
+    except PermissionError:
+        raise fail(EX_NOINPUT, f"{path} may not be read by this user") from None
+    except ConfigError as error:
+        raise fail(EX_CONFIG, str(error)) from None
