@@ -24,8 +24,8 @@ from hil.status import status
 from onboard.config import ConfigError
 
 if TYPE_CHECKING:
-    from hil.bench import Progress
     from hil.run import RunResult
+    from hil.world import Progress
 
 SHOWN = (
     "goal_reached", "outcome", "distance_to_goal_m", "collisions", "scans", "replans", "way_m", "bench_s", "rtf",

@@ -4,14 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import Protocol
 
-from hil.bench import Bench
 from hil.devices.lidar_faults import KINDS
-from hil.processes import Processes
 from hil.scenario import Injection
+from hil.world import World
 from onboard.config import ConfigError
 
 NS = 1_000_000_000
+
+
+class Processes(Protocol):
+    """Who can end what runs beside the bench."""
+
+    def kill(self, name: str) -> None:
+        """At once, as `kill -9` does."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -19,41 +26,41 @@ class Cause:
     """begin and heal a fault; `target` is a wheel number where one is needed."""
 
     means: str
-    begin: Callable[[Bench, Processes, int], None]
-    heal: Callable[[Bench, Processes, int], None]
+    begin: Callable[[World, Processes, int], None]
+    heal: Callable[[World, Processes, int], None]
 
 
-def _unplug(bench: Bench, _p: Processes, _t: int) -> None:
+def _unplug(bench: World, _p: Processes, _t: int) -> None:
     bench.wires.lidar_plugged = False
 
 
-def _plug(bench: Bench, _p: Processes, _t: int) -> None:
+def _plug(bench: World, _p: Processes, _t: int) -> None:
     bench.wires.lidar_plugged = True
 
 
-def _silence_wheel(bench: Bench, _p: Processes, target: int) -> None:
+def _silence_wheel(bench: World, _p: Processes, target: int) -> None:
     bench.nodes.wheels[target - 1].silent = True
 
 
-def _unsilence_wheel(bench: Bench, _p: Processes, target: int) -> None:
+def _unsilence_wheel(bench: World, _p: Processes, target: int) -> None:
     bench.nodes.wheels[target - 1].silent = False
 
 
-def _kill_onboard(bench: Bench, processes: Processes, _t: int) -> None:
+def _kill_onboard(bench: World, processes: Processes, _t: int) -> None:
     processes.kill("onboard")
-    bench.barrier.drop("onboard")
+    bench.lose("onboard")
 
 
-def _nothing(_b: Bench, _p: Processes, _t: int) -> None:
+def _nothing(_b: World, _p: Processes, _t: int) -> None:
     """What is killed stays dead."""
 
 
 def _of_lidar(kind: str) -> Cause:
     """A fault of the emulated scanner, with its default value."""
-    def begin(bench: Bench, _p: Processes, _t: int) -> None:
+    def begin(bench: World, _p: Processes, _t: int) -> None:
         bench.lidar.faults.begin(bench.lidar, kind)
 
-    def heal(bench: Bench, _p: Processes, _t: int) -> None:
+    def heal(bench: World, _p: Processes, _t: int) -> None:
         bench.lidar.faults.end(bench.lidar, kind)
 
     row = KINDS[kind]
@@ -80,7 +87,7 @@ class Injector:
         self._first_ns: dict[str, int] = {"time": 0}
         self.log: list[dict[str, object]] = []
 
-    def step(self, bench: Bench, processes: Processes, now_ns: int) -> None:
+    def step(self, bench: World, processes: Processes, now_ns: int) -> None:
         """Before each tick."""
         for name, holds in (("sweep", bench.progress.sweeping), ("drive", bench.progress.driving)):
             if holds:

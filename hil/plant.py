@@ -36,6 +36,7 @@ FENCE_M, TIP_RAD, JUMP_M = 0.5, math.radians(35), 0.05
 ROCK_LIMIT_M = 0.08  # a wheel on a higher rock is a collision
 HISTORY = 11  # poses of the last 100 ms, one a tick
 SETTLE_TICKS = 150
+STEP_NS = 2_000_000  # of the physics; 5 ms is for campaigns
 
 
 class PlantAbortError(RuntimeError):
@@ -46,7 +47,7 @@ class Plant:
     """One rover on one field. `step_ns` is the physics step: 2 ms by default, 5 ms for campaigns; it divides 10 ms."""
 
     def __init__(
-        self, field: Field, seed: int = 0, step_ns: int = 2_000_000, rover: Rover | None = None, soil: str = "nominal"
+        self, field: Field, seed: int = 0, step_ns: int = STEP_NS, rover: Rover | None = None, soil: str = "nominal"
     ) -> None:
         if TICK_NS % step_ns:
             raise ValueError(f"a physics step of {step_ns} ns does not divide the tick of {TICK_NS} ns")

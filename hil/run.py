@@ -12,16 +12,17 @@ from pathlib import Path
 from typing import Any
 
 from hil import field_file
-from hil.bench import Bench, Progress
+from hil.bench import Bench
 from hil.fields import Accepted
 from hil.grounds import GROUNDS
-from hil.impairment import PROFILES, load_profile
+from hil.impairment import PROFILES
 from hil.injection import Injector
 from hil.lockstep import ParticipantLostError
 from hil.plant import PlantAbortError
 from hil.processes import ProcessDiedError, Processes, free_ports
-from hil.scenario import Scenario
+from hil.scenario import Scenario, flight_settings
 from hil.truth import Truth
+from hil.world import Progress
 from onboard.config import load
 from onboard.maps.gdem_file import to_npz
 from protocol.conventions import TICK_NS
@@ -117,14 +118,11 @@ def _start(scenario: Scenario, folder: Path, bench: Bench, processes: Processes)
 
 
 def _settings(scenario: Scenario, folder: Path, bench: Bench, rover_side: str) -> list[str]:
-    start = bench.world.start
     settings = {
-        "localisation.start_x_m": start.x_m, "localisation.start_y_m": start.y_m,
-        "localisation.start_yaw_rad": start.yaw_rad,
         "clock.mode": "lockstep", "clock.barrier": bench.barrier.address, "can.uri": bench.hub.uri,
-        "lidar.address": bench.lidar_server.address, "link.endpoint": rover_side, "link.bench_seed": scenario.seed,
-        "link.rate_bps": load_profile(scenario.link).down_bps, "mission.gdem": str(folder / "gdem.npz"),
-        "record.path": str(folder / "onboard.mcap"), **scenario.set,
+        "lidar.address": bench.lidar_server.address, "link.endpoint": rover_side,
+        "mission.gdem": str(folder / "gdem.npz"), "record.path": str(folder / "onboard.mcap"),
+        **flight_settings(scenario, bench.field.start),
     }
     return [word for key, item in settings.items() for word in ("--set", f"{key}={json.dumps(item)}")]
 

@@ -8,7 +8,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from hil.impairment import load_profile
 from onboard.config import ConfigError, from_tree, load, value
+from onboard.records import Pose
 
 WHEN = ("time", "sweep", "drive")
 
@@ -55,6 +57,15 @@ def load_scenario(path: Path) -> Scenario:
     plain = from_tree(Scenario, tree, str(path))
     fields = {name: getattr(plain, name) for name in Scenario.__dataclass_fields__}
     return Scenario(**{**fields, "faults": faults, "set": settings, "blackout_s": blackout})
+
+
+def flight_settings(scenario: Scenario, start: Pose) -> dict[str, Any]:
+    """The flight program's values by dotted name, the same on sockets and in one process; `set` has the last word."""
+    return {
+        "localisation.start_x_m": start.x_m, "localisation.start_y_m": start.y_m,
+        "localisation.start_yaw_rad": start.yaw_rad, "link.bench_seed": scenario.seed,
+        "link.rate_bps": load_profile(scenario.link).down_bps, **scenario.set,
+    }
 
 
 def _settings(table: Any, path: Path) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""What really happened, in a file of the bench's own (`truth.mcap`) that onboard never opens."""
+"""What really happened: hashed, counted, and in a file of the bench's own (`truth.mcap`) that onboard never opens."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ _SCHEMA = json.dumps({"type": "object", "properties": {
     "steer_rad": {"type": "array"}, "contact": {"type": "string"}}}).encode()
 
 
-class Truth:
-    """Writes the plant's state ten times a second, hashes every one, and counts contacts."""
+class TruthFile:
+    """The plant's state ten times a second."""
 
     def __init__(self, path: Path) -> None:
         self._file = path.open("wb")
@@ -26,6 +26,23 @@ class Truth:
         self._writer.start(profile="", library="el-dorado")
         schema = self._writer.register_schema("eldorado.truth", "jsonschema", _SCHEMA)
         self._channel = self._writer.register_channel("/truth", "json", schema)
+
+    def add(self, state: PlantState) -> None:
+        """One state a tick."""
+        if state.now_ns % _PERIOD_NS == 0:
+            self._writer.add_message(self._channel, log_time=state.now_ns, publish_time=state.now_ns, data=_row(state))
+
+    def close(self) -> None:
+        """Finish the file."""
+        self._writer.finish()
+        self._file.close()
+
+
+class Truth:
+    """Hashes the plant's state at every tick and counts contacts; with a path it keeps the states in a file, too."""
+
+    def __init__(self, path: Path | None = None) -> None:
+        self._file = TruthFile(path) if path else None
         self._sum = hashlib.sha256()
         self.states = 0
         self.contacts: list[tuple[float, str]] = []
@@ -40,8 +57,8 @@ class Truth:
         if state.contact and state.contact != self._touching:
             self.contacts.append((state.now_ns / 1e9, state.contact))
         self._touching = state.contact
-        if state.now_ns % _PERIOD_NS == 0:
-            self._writer.add_message(self._channel, log_time=state.now_ns, publish_time=state.now_ns, data=_row(state))
+        if self._file:
+            self._file.add(state)
 
     def sha256(self) -> str:
         """Over the states of all ticks."""
@@ -49,8 +66,8 @@ class Truth:
 
     def close(self) -> None:
         """Finish the file."""
-        self._writer.finish()
-        self._file.close()
+        if self._file:
+            self._file.close()
 
 
 def _row(state: PlantState) -> bytes:

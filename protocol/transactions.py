@@ -143,6 +143,11 @@ class Requester:
             out.append(request.payload)
         return out
 
+    @property
+    def open(self) -> int:
+        """How many requests still wait for their outcome."""
+        return len(self._open)
+
     def next_due_ns(self) -> int | None:
         """When `send` has something again; None while nothing is open."""
         return min((r.next_ns for r in self._open.values()), default=None)

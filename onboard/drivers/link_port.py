@@ -68,6 +68,15 @@ def _keys(name: str, path: str, direction: str) -> Keyring:
         raise ConfigError(f"{name}: {error}") from None  # the cause could quote a secret
 
 
+def checked(opener: Opener, datagram: bytes, stamp_ns: int) -> LinkMessage:
+    """What the core hears of a datagram: its payload, or which check refused it."""
+    try:
+        opened = opener.open(datagram)
+    except WireError as error:
+        return LinkMessage(stamp_ns, False, error.kind, 0, 0, b"")
+    return LinkMessage(stamp_ns, True, "ok", opened.station, opened.kind, opened.payload)
+
+
 class LinkPort:
     """The rover's end of the link. Use it inside `with`, or call `close`: an open session hangs the interpreter."""
 
@@ -114,7 +123,7 @@ class LinkPort:
     def read(self, stamp_ns: int) -> tuple[LinkMessage, ...]:
         """What has arrived, at most 256 datagrams, all with this time of arrival."""
         self._end.knock()
-        return tuple(self._message(datagram, stamp_ns) for datagram in self._end.take(_MOST_PER_READ))
+        return tuple(checked(self._opener, datagram, stamp_ns) for datagram in self._end.take(_MOST_PER_READ))
 
     def read_upto(self, total: int, stamps_us: Sequence[int], limit_s: float = 10.0) -> tuple[LinkMessage, ...]:
         """Waits until `total` datagrams have been taken since the start; the new ones get the barrier's stamps.
@@ -128,14 +137,7 @@ class LinkPort:
             datagrams = self._end.take_upto(total, limit_s)
         except LinkEndError as error:
             raise LinkPortError(str(error)) from error
-        return tuple(self._message(each, us * 1000) for each, us in zip(datagrams, stamps_us, strict=True))
-
-    def _message(self, datagram: bytes, stamp_ns: int) -> LinkMessage:
-        try:
-            opened = self._opener.open(datagram)
-        except WireError as error:
-            return LinkMessage(stamp_ns, False, error.kind, 0, 0, b"")
-        return LinkMessage(stamp_ns, True, "ok", opened.station, opened.kind, opened.payload)
+        return tuple(checked(self._opener, each, us * 1000) for each, us in zip(datagrams, stamps_us, strict=True))
 
     def write(self, payloads: Iterable[tuple[int, bytes]]) -> None:
         """Seals and puts (kind, payload) in their order. Without a session they are lost, as on a dead link."""

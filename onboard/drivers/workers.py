@@ -54,7 +54,7 @@ class Workers:
 
 
 class Inline:
-    """The same for a replay: each job runs when its result is taken."""
+    """The same for a replay and for runs in one process: each job runs when its result is taken."""
 
     def __init__(self) -> None:
         self._waiting: dict[int, JobRequest] = {}
@@ -63,8 +63,12 @@ class Inline:
         """Keep these jobs for later."""
         self._waiting.update((request.job_id, request) for request in requests)
 
+    def due(self, tick: int) -> tuple[int, ...]:
+        """The jobs whose results lock-step takes at this tick, in the order of submission."""
+        return tuple(job_id for job_id, request in self._waiting.items() if tick >= request.due_tick)
+
     def take(self, job_ids: tuple[int, ...]) -> tuple[JobDone, ...]:
-        """Run the jobs whose results the record says were taken at this tick."""
+        """Run the jobs whose results are taken at this tick: those `due`, or those that the record names."""
         taken = []
         for job_id in job_ids:
             request = self._waiting.pop(job_id)

@@ -22,7 +22,7 @@ from rich.table import Table
 from tests.missions import campaign, guard_runs, open_loop
 from tests.missions import draw as drawing
 from tests.missions.campaign import POSE_ERROR, UNGUARDED_STOPS, Row, Run, Summary, mission, summary
-from tests.missions.parallel import fly_all
+from tests.missions.parallel import fly_all, numbers
 from tests.missions.promise import HEADS, cells, markdown, shortfalls
 
 FIXED = tuple(range(1, 61))
@@ -115,7 +115,7 @@ def guard(
 
     Exit 1 where it falls short of its promise.
     """
-    wanted = set(_seeds(seeds)) if seeds else None
+    wanted = set(numbers(seeds)) if seeds else None
     legs: Sequence[open_loop.Outcome] = ()
     for legs in open_loop.until_met(objects, workers):
         typer.echo("met by a wheel: {} of {objects} holes, {} of {objects} rocks".format(
@@ -156,7 +156,7 @@ def _chosen(name: str | None, seeds: str, fresh_from: str | None) -> Sequence[Ru
     chosen = [run for run in runs(_first_seed(fresh_from)) if not name or run.name.startswith(name)]
     if not chosen:
         raise typer.BadParameter(f"{name!r}: no run begins so", param_hint="--run")
-    return [replace(run, seeds=_seeds(seeds)) for run in chosen] if seeds else chosen
+    return [replace(run, seeds=numbers(seeds)) for run in chosen] if seeds else chosen
 
 
 def _first_seed(commit: str | None) -> int | None:
@@ -195,17 +195,6 @@ def _draw(name: str, seed: int, out: Path) -> None:
     out.parent.mkdir(parents=True, exist_ok=True)
     out.write_bytes(drawing.picture(world, perfect, flight))
     typer.echo(f"{out}: {flight.kind} after {len(flight.stops)} stops, {flight.reason}")
-
-
-def _seeds(text: str) -> tuple[int, ...]:
-    found: list[int] = []
-    for part in text.split(","):
-        low, _, high = part.partition("-")
-        try:
-            found += range(int(low), int(high or low) + 1)
-        except ValueError:
-            raise typer.BadParameter(f"{part!r}: expected a number or low-high", param_hint="--seeds") from None
-    return tuple(found)
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""Missions beside each other, in processes."""
+"""Missions beside each other, in processes; and which ones, from a command line."""
 
 from __future__ import annotations
 
@@ -8,6 +8,8 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from multiprocessing import active_children
 from typing import Protocol, TypeVar
+
+import typer
 
 Row = TypeVar("Row")
 
@@ -46,3 +48,15 @@ def _finish(pool: ProcessPoolExecutor) -> None:
     except KeyboardInterrupt:
         for child in active_children():
             child.kill()
+
+
+def numbers(text: str) -> tuple[int, ...]:
+    """The seeds of `1-10` or `3,7`. Raises typer.BadParameter."""
+    found: list[int] = []
+    for part in text.split(","):
+        low, _, high = part.partition("-")
+        try:
+            found += range(int(low), int(high or low) + 1)
+        except ValueError:
+            raise typer.BadParameter(f"{part!r}: expected a number or low-high", param_hint="--seeds") from None
+    return tuple(found)

@@ -1,0 +1,178 @@
+"""A scenario in one process: the bench's world and the flight program's own tick, joined by calls. For campaigns.
+
+    frames, SCIP bytes, orders -> Inputs -> onboard.core.tick -> Outputs -> wheels, scanner, operator
+
+No socket, thread, file or wall clock. Devices, plant, faults and the flight program are those of `hil run`; jobs run
+where lock-step would take their results. The timing is the Bench's as well: what tick n commands acts from n + 1 on. So
+the same scenario gives the same bytes as over sockets, as long as the orders come in the same ticks
+(tests/hil/test_in_memory.py). Without a link emulator and a station, the orders are an Operator's (hil/operator.py) and
+a scenario's `script` and `blackout_s` mean nothing.
+
+    flight = InMemory(Scenario(terrain="flat")).run()
+    flight.arrived, flight.distance_to_goal_m, flight.contacts
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from hil.grounds import GROUNDS
+from hil.injection import Injector
+from hil.operator import Operator, Order
+from hil.plant import STEP_NS, PlantAbortError
+from hil.records import PlantState
+from hil.scenario import Scenario, flight_settings
+from hil.terrain import Field
+from hil.truth import Truth
+from hil.world import World
+from onboard.config import load
+from onboard.core.tick import Rover, tick
+from onboard.drivers.workers import Inline
+from onboard.records import Chunk, Event, Frame, Inputs, Outputs, PortState
+from protocol.conventions import TICK_NS
+from protocol.transactions import Request, State
+
+Observe = Callable[[int, Inputs, Outputs, Rover, PlantState], None]
+GOTO_S = 2.0
+CAMPAIGN_STEP_NS = 5_000_000  # of the physics: half the work, see docs/determinism.md
+
+
+@dataclass(frozen=True, slots=True)
+class Flight:
+    """What came of it. error: '' or why the plant ended the run; requests: the orders and their outcomes."""
+
+    bench_s: float
+    distance_to_goal_m: float
+    way_m: float
+    sweeps: int
+    contacts: tuple[tuple[float, str], ...]
+    events: tuple[Event, ...]
+    requests: tuple[Request, ...]
+    faults: tuple[dict[str, object], ...]
+    streams: dict[str, Any]
+    states_sha256: str
+    error: str
+
+    @property
+    def arrived(self) -> bool:
+        """Whether the rover reports every order completed, the goto among them."""
+        done = all(request.state is State.COMPLETED for request in self.requests)
+        return done and any(request.telecommand.name == "goto" for request in self.requests)
+
+
+class InMemory(World):
+    """One scenario, ready to `run`; or `step` it and look at world and `rover` between the ticks.
+
+    orders: default one goto to the field's goal at 2 s. ground: a field of the caller's own in place of the scenario's.
+    Raises PlantAbortError where the rover cannot stand at the start. Call `free` where `run` is not used.
+    """
+
+    def __init__(
+        self, scenario: Scenario, orders: Sequence[Order] | None = None, *,
+        ground: Field | None = None, step_ns: int = STEP_NS,
+    ) -> None:  # fmt: skip
+        ground = ground or GROUNDS[scenario.terrain](scenario.seed).field
+        config = load(None, flight_settings(scenario, ground.start))
+        super().__init__(ground, scenario.seed, config.rover, Truth(), step_ns)
+        self.scenario = scenario
+        self.rover: Rover | None = Rover(config, ground.gdem)
+        self.operator = Operator(goto(ground) if orders is None else orders, scenario.seed, config.link.boot_count)
+        self.events: list[Event] = []
+        self._injector = Injector(scenario.faults)
+        self._jobs = Inline()
+        self.advance(TICK_NS)
+
+    # -- one tick ----------------------------------------------------------------------------------------------------
+
+    def step(self, observe: Observe | None = None) -> None:
+        """One tick of everything. observe(tick, inputs, outputs, rover, truth at the tick) sees it before it acts."""
+        self._injector.step(self, self, self.tick * TICK_NS)
+        self.tick += 1
+        now_ns = self.tick * TICK_NS
+        outputs = self._think(now_ns, observe)
+        self.advance(now_ns + TICK_NS)
+        if outputs:
+            self._act(outputs, now_ns)
+        self.note(now_ns)
+
+    def _think(self, now_ns: int, observe: Observe | None) -> Outputs | None:
+        """The flight program's tick; None once it was killed."""
+        if self.rover is None:
+            self.unheard()
+            return None
+        inputs = self._inputs(now_ns)
+        outputs = tick(self.rover, inputs)
+        self._jobs.start(outputs.jobs)
+        self.events += outputs.events
+        if observe:
+            observe(self.tick, inputs, outputs, self.rover, self.state)
+        return outputs
+
+    def _inputs(self, now_ns: int) -> Inputs:
+        """What the ports hold: stamps are whole microseconds, as the barrier carries them."""
+        pieces = self.lidar_says()
+        return Inputs(
+            self.tick, now_ns,
+            can_frames=tuple(Frame(f.can_id, f.data, _whole_us(f.stamp_ns)) for f in self.frames()),
+            lidar_chunks=tuple(Chunk(_whole_us(at_ns), data) for at_ns, data in pieces or ()),
+            lidar_state=PortState.CLOSED if pieces is None else PortState.OPEN,
+            link_messages=self.operator.messages(now_ns),
+            jobs=self._jobs.take(self._jobs.due(self.tick)),
+        )
+
+    def _act(self, outputs: Outputs, now_ns: int) -> None:
+        stamp_ns = now_ns + TICK_NS
+        self.hear([Frame(f.can_id, f.data, stamp_ns) for f in outputs.can_frames], outputs.lidar_bytes, stamp_ns)
+        if outputs.lidar_connect and not self.lidar_open and self.wires.lidar_plugged:
+            self.plug_in()
+        self.operator.hear(outputs.link_payloads, now_ns)
+
+    # -- the run -----------------------------------------------------------------------------------------------------
+
+    @property
+    def ended(self) -> bool:
+        """At the scenario's end, else when the outcome of every order is known; at the latest at its limit."""
+        now_s = self.tick * TICK_NS / 1e9
+        if self.scenario.end_s:
+            return now_s >= self.scenario.end_s
+        return self.operator.done or now_s >= self.scenario.limit_s
+
+    def run(self, observe: Observe | None = None) -> Flight:
+        """To its end, and free what the engine holds."""
+        error = ""
+        try:
+            while not self.ended:
+                self.step(observe)
+        except PlantAbortError as abort:
+            error = str(abort)
+        finally:
+            self.free()
+        p = self.progress
+        return Flight(
+            self.tick * TICK_NS / 1e9, p.distance_to_goal_m, p.way_m, p.sweeps, tuple(self.truth.contacts),
+            tuple(self.events), self.operator.requests, tuple(self._injector.log),
+            {name: stream.report() for name, stream in self.streams.items()}, self.truth.sha256(), error,
+        )
+
+    # -- processes, for the injector ---------------------------------------------------------------------------------
+
+    def kill(self, name: str) -> None:
+        """The flight program is gone; there is no other process here."""
+        if name != "onboard":
+            raise ValueError(f"in one process there is no {name!r} to kill, only 'onboard'")
+        self.rover = None
+
+    def lose(self, participant: str) -> None:
+        """`kill` said it all."""
+
+
+def goto(ground: Field, at_s: float = GOTO_S) -> tuple[Order, ...]:
+    """The order to drive to the field's goal."""
+    x_m, y_m = (round(v, 3) for v in ground.goal_m)  # as `hil run` writes them into the operator's script
+    return (Order(at_s, "goto", {"x_m": x_m, "y_m": y_m}),)
+
+
+def _whole_us(stamp_ns: int) -> int:
+    return stamp_ns // 1000 * 1000

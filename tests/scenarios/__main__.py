@@ -1,0 +1,114 @@
+"""`python -m tests.scenarios`: campaigns with physics, each flight in one process (`make test-scenarios`).
+
+    python -m tests.scenarios                     all campaigns, whole
+    python -m tests.scenarios --short             all, as CI flies them
+    python -m tests.scenarios nominal --seeds 1-3 --workers 1
+
+How to add one: tests/scenarios/registry.py.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, fields
+from pathlib import Path
+from typing import Annotated, Any, Optional
+
+import typer
+from rich.console import Console
+from rich.table import Table
+
+from hil.processes import FIXED_ENVIRONMENT
+from tests.missions.parallel import fly_all, numbers
+from tests.scenarios.registry import CAMPAIGNS
+
+OUT = Path("build/scenarios")
+EX_SHORT, EX_INTERRUPTED = 1, 130
+
+
+@dataclass(frozen=True, slots=True)
+class Asked:
+    """A campaign and its seeds."""
+
+    name: str
+    seeds: tuple[int, ...]
+
+
+def fly_one(asked: Asked, seed: int) -> tuple[str, Any]:
+    """In a worker: the campaign's name and the seed's row."""
+    return asked.name, CAMPAIGNS[asked.name].fly(seed)
+
+
+def main(
+    name: Annotated[Optional[str], typer.Argument(help=f"One of {', '.join(CAMPAIGNS)}; all without.")] = None,
+    seeds: Annotated[str, typer.Option(help="Only these seeds: 1-10 or 3,7.")] = "",
+    short: Annotated[bool, typer.Option("--short", help="The seeds that CI flies.")] = False,
+    workers: Annotated[int, typer.Option(min=1, help="Processes.")] = os.cpu_count() or 1,
+    out: Annotated[Path, typer.Option(help="Folder for NAME.json, written anew after each flight.")] = OUT,
+    as_json: Annotated[bool, typer.Option("--json", help="Rows as JSON in place of the tables.")] = False,
+) -> None:
+    """Fly campaigns, write a row a flight, show the tables.
+
+    Exit codes: 0 all promises hold, 1 one is broken (which and by whom is said), 130 Ctrl-C: flights in the air are
+    finished and written, a second Ctrl-C ends at once.
+    """
+    chosen = _chosen(name, seeds, short)
+    rows: dict[str, list[Any]] = {asked.name: [] for asked in chosen}
+    total = sum(len(asked.seeds) for asked in chosen)
+    out.mkdir(parents=True, exist_ok=True)
+    try:
+        for count, (of, row) in enumerate(fly_all(fly_one, chosen, workers), 1):
+            rows[of] = sorted([*rows[of], row], key=lambda r: r.seed)
+            (out / f"{of}.json").write_text(json.dumps([asdict(r) for r in rows[of]], indent=1) + "\n")
+            typer.echo(f"{count} of {total}: {of}: {row}", err=True)
+    except KeyboardInterrupt:
+        typer.echo(f"stopped after {sum(map(len, rows.values()))} of {total} flights, written to {out}", err=True)
+        raise typer.Exit(EX_INTERRUPTED) from None
+    _show(rows, as_json)
+    broken = [f"{of}: {text}" for of in rows for text in CAMPAIGNS[of].judge(rows[of])]
+    for text in broken:
+        typer.echo(f"falls short: {text}", err=True)
+    raise typer.Exit(EX_SHORT if broken else 0)
+
+
+def _chosen(name: str | None, seeds: str, short: bool) -> list[Asked]:
+    if name is not None and name not in CAMPAIGNS:
+        raise typer.BadParameter(f"{name!r}: expected one of {', '.join(CAMPAIGNS)}", param_hint="NAME")
+    wanted = {of: row for of, row in CAMPAIGNS.items() if name in (None, of)}
+    return [
+        Asked(of, numbers(seeds) if seeds else row.SHORT if short else row.SEEDS) for of, row in wanted.items()
+    ]
+
+
+def _show(rows: Mapping[str, Sequence[Any]], as_json: bool) -> None:
+    if as_json:
+        print(json.dumps({name: [asdict(row) for row in found] for name, found in rows.items()}, indent=1))
+        return
+    console = Console(width=None if sys.stdout.isatty() else 170)
+    for name, found in rows.items():
+        console.print(table(name, found))
+
+
+def table(name: str, rows: Sequence[Any]) -> Table:
+    """A column for each field of the rows."""
+    heads = [field.name for field in fields(rows[0])] if rows else []
+    shown = Table(*heads, title=f"{name}: {(CAMPAIGNS[name].__doc__ or '').splitlines()[0]}", title_justify="left")
+    for row in rows:
+        shown.add_row(*(_cell(getattr(row, head)) for head in heads))
+    return shown
+
+
+def _cell(value: Any) -> str:
+    if isinstance(value, tuple | list):
+        return ", ".join(map(_cell, value)) or "-"
+    return f"{value:.4g}" if isinstance(value, float) else str(value)
+
+
+if __name__ == "__main__":
+    if any(os.environ.get(key) != text for key, text in FIXED_ENVIRONMENT.items()):  # the same bits every time
+        environment = {**os.environ, **FIXED_ENVIRONMENT}
+        os.execve(sys.executable, [sys.executable, "-m", "tests.scenarios", *sys.argv[1:]], environment)
+    typer.run(main)

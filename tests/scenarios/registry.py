@@ -1,0 +1,48 @@
+"""TABLE of the campaigns: many scenarios with physics, each in one process, and the promises they are held to.
+
+To add one, two files:
+  1. tests/scenarios/NAME.py with what `Campaign` lists; its first docstring line is its title. See nominal.py: `fly`
+     makes a Scenario, flies it by hil.in_memory and returns a frozen dataclass of figures, `judge` says what of the
+     promise does not hold.
+  2. here, its row.
+
+`fly` of one seed takes about 20 s of one core; a campaign of several kinds of case numbers them by its seeds. Looking
+into a flight, tick by tick:
+
+    def observe(tick, inputs, outputs, rover, state):   # what went in, what came out, the core itself, the truth
+        error_m = math.dist(outputs.pose[:2], state.position_m[:2])
+
+    InMemory(Scenario(seed=seed), step_ns=CAMPAIGN_STEP_NS).run(observe)
+
+Faults are a scenario's (`faults=(Injection("wheel_silent", when="drive", after_s=5.0, target=2),)`); what has no
+injection is set on the bench before the run (`bench.plant.set_soil(1, "soft")`), or between two steps of a loop of the
+campaign's own (`while not bench.ended: bench.step(observe)`, then `bench.free()`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, Protocol
+
+from tests.scenarios import nominal
+
+
+class Campaign(Protocol):
+    """What a campaign's module offers. Row: a frozen dataclass of plain values with a field `seed`."""
+
+    __doc__: str | None
+    SEEDS: tuple[int, ...]  # the whole campaign
+    SHORT: tuple[int, ...]  # enough for CI
+
+    @staticmethod
+    def fly(seed: int) -> Any:
+        """One flight's row; the same seed gives the same row."""
+
+    @staticmethod
+    def judge(rows: Sequence[Any]) -> list[str]:
+        """Where these rows fall short of the promise, one sentence each."""
+
+
+CAMPAIGNS: Mapping[str, Campaign] = {
+    "nominal": nominal,
+}
