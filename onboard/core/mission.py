@@ -19,6 +19,7 @@ from onboard.core.sensing import Sensing, Sweep
 from onboard.devices.lidar import LidarSession
 from onboard.devices.nodes import Nodes
 from onboard.motion.follower import Follower
+from onboard.motion.wheel_health import SOUND, Wheels
 from onboard.perception import ldem
 from onboard.perception.localisation import Localisation
 from onboard.perception.sweep import segments
@@ -51,6 +52,7 @@ class Context:
     jobs: JobBook
     taken: Mapping[str, Any]
     held: bool
+    wheels: Wheels = SOUND
 
 
 @dataclass(frozen=True, slots=True)
@@ -211,7 +213,7 @@ class Mission:
         pose = ctx.localisation.pose
         if ctx.held:
             return Twist()
-        twist = self._follower.twist(self.decision.path, pose, ctx.now_ns)
+        twist = self._follower.twist(self.decision.path, pose, ctx.now_ns, ctx.wheels)
         if not self._follower.done:
             return twist
         if self.decision.kind == "drive":
@@ -231,7 +233,7 @@ class Mission:
     def _turning(self, ctx: Context) -> Twist:
         if ctx.held:
             return Twist()
-        twist = self._follower.turn(self._turn_to_rad, ctx.localisation.pose)
+        twist = self._follower.turn(self._turn_to_rad, ctx.localisation.pose, ctx.wheels)
         if self._follower.done:
             self._scan()
         return twist

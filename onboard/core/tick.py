@@ -21,6 +21,7 @@ from onboard.core.telemetry import View
 from onboard.devices.lidar import LidarSession
 from onboard.devices.nodes import Nodes
 from onboard.motion.kinematics import stopped, wheel_commands
+from onboard.motion.wheel_health import SOUND, Wheels
 from onboard.perception.localisation import Localisation
 from onboard.records import Event, Gdem, Inputs, Outputs, Twist, WheelCommand, WheelMode
 from protocol.faults import BY_NAME
@@ -43,7 +44,8 @@ class Rover:
         self.downlink = Downlink(config.link)
         self.executive = Executive(config, gdem, self.downlink, memory)
         self.jobs = JobBook()
-        self.wheels: tuple[WheelCommand, ...] = (WheelCommand(WheelMode.HOLD, 0.0, 0.0),) * 4
+        self.orders: tuple[WheelCommand, ...] = (WheelCommand(WheelMode.HOLD, 0.0, 0.0),) * 4
+        self.wheels: Wheels = SOUND
         self.twist = Twist()
         self.steering_held = False
         self.worst_tick_ns = 0
@@ -57,11 +59,13 @@ def tick(rover: Rover, inputs: Inputs) -> Outputs:
     orders = rover.downlink.receive(inputs.link_messages, now_ns)
     taken = rover.jobs.take(inputs.jobs, inputs.tick)
 
-    rover.localisation.update(rover.nodes.wheels, rover.nodes.imu[-1] if rover.nodes.imu else None, now_ns)
+    imu = rover.nodes.imu[-1] if rover.nodes.imu else None
+    rover.localisation.update(rover.nodes.wheels, imu, now_ns, rover.wheels)
     faults = active_faults(_watched(rover, inputs))
 
     context = Context(
-        inputs.tick, now_ns, scans, rover.lidar, rover.nodes, rover.localisation, rover.jobs, taken, held=False
+        inputs.tick, now_ns, scans, rover.lidar, rover.nodes, rover.localisation, rover.jobs, taken, held=False,
+        wheels=rover.wheels,
     )
     rover.twist = rover.executive.step(orders, faults, context)
     if inputs.tick % WHEEL_TICKS == 0 or rover.twist == Twist():  # standing never waits
@@ -83,7 +87,7 @@ def tick(rover: Rover, inputs: Inputs) -> Outputs:
 
 def farewell(rover: Rover, now_ns: int) -> Outputs:
     """The last outputs of a run: the wheels stand and the LIDAR is told to be quiet."""
-    rover.nodes.set_wheels(stopped(rover.wheels))
+    rover.nodes.set_wheels(stopped(rover.orders))
     return Outputs(can_frames=rover.nodes.send(now_ns, int(Mode.STANDBY)), lidar_bytes=rover.lidar.farewell(now_ns))
 
 
@@ -104,12 +108,13 @@ def _watched(rover: Rover, inputs: Inputs) -> Watched:
 
 def _steer(rover: Rover) -> tuple[WheelCommand, ...]:
     if rover.twist == Twist():
-        rover.wheels, rover.steering_held = stopped(rover.wheels), False
+        rover.orders, rover.steering_held = stopped(rover.orders), False
     else:
-        rover.wheels, rover.steering_held = wheel_commands(
-            rover.twist, rover.nodes.wheels, rover.wheels, rover.config.rover, rover.config.motion, rover.steering_held
-        )
-    return rover.wheels
+        rover.orders, rover.steering_held = wheel_commands(
+            rover.twist, rover.nodes.wheels, rover.orders, rover.config.rover, rover.config.motion,
+            rover.steering_held, rover.wheels,
+        )  # fmt: skip
+    return rover.orders
 
 
 def _tell(rover: Rover, inputs: Inputs) -> tuple[Event, ...]:

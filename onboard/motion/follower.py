@@ -20,6 +20,7 @@ from collections.abc import Callable
 from onboard.config import Motion, Rover
 from onboard.motion.kinematics import wheel_angles
 from onboard.motion.route import Leg, Turn, route
+from onboard.motion.wheel_health import SOUND, Wheels
 from onboard.records import Path, Pose, Twist
 from protocol.conventions import wrap_rad
 
@@ -58,7 +59,7 @@ class Follower:
             return 1.0
         return min(1.0, self._along_m / self._length_m) if self._length_m > 0.0 else 0.0
 
-    def twist(self, path: Path, pose: Pose, now_ns: int) -> Twist:
+    def twist(self, path: Path, pose: Pose, now_ns: int, wheels: Wheels = SOUND) -> Twist:
         """The motion to order now. Zero, with `done` set, once the last station and its yaw are reached."""
         if path is not self._path:
             self._path = path
@@ -68,7 +69,7 @@ class Follower:
         wanted = self._wanted(pose)
         return self._feasible(wanted, now_ns)
 
-    def turn(self, to_yaw_rad: float, pose: Pose) -> Twist:
+    def turn(self, to_yaw_rad: float, pose: Pose, wheels: Wheels = SOUND) -> Twist:
         """Turns on the spot to a heading and forgets the path; zero, with `done` set, once it is reached."""
         self._path = None
         error = wrap_rad(to_yaw_rad - pose.yaw_rad)

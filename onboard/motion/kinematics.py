@@ -15,6 +15,8 @@
 2. Too fast a wheel slows all: one factor on the whole twist, so the centre of turning stays.
 3. Steer before drive: while any wheel is further than `steer_hold_rad` from its angle all wheels stand, until all are
    within `steer_release_rad`; in between the rates are scaled by the smallest cosine of the errors.
+4. A wheel whose steering is fixed is ordered to where it is, turns as its hub moves along it, and is not waited for. A
+   stuck drive is ordered to stand (its motor would only heat); a free one is ordered to roll along, like a sound one.
 """
 
 from __future__ import annotations
@@ -23,6 +25,7 @@ import math
 from collections.abc import Sequence
 
 from onboard.config import Motion, Rover
+from onboard.motion.wheel_health import SOUND, Drive, Wheels
 from onboard.records import Twist, WheelCommand, WheelMode, WheelState
 from protocol.conventions import WHEEL_SIGNS, wrap_rad
 
@@ -43,26 +46,33 @@ def wheel_commands(
     rover: Rover,
     motion: Motion,
     held: bool,
+    wheels: Wheels = SOUND,
 ) -> tuple[WheelCommands, bool]:
     """Orders for wheels 1 to 4 and whether the drive is held for the steering (give it back in the next call).
 
     measured: newest state of each wheel; for None (unknown) its last ordered angle stands in. previous: last orders.
+    wheels: what of each still works (rule 4).
     """
     vx, vy, yaw = twist
     radius = rover.wheel_radius_m
     half_length, half_track = rover.half_wheelbase_m, rover.half_track_m
     angles, rates, worst, fastest = [], [], 0.0, rover.wheel_rate_limit_radps
-    for (sign_a, sign_b), state, last in zip(WHEEL_SIGNS, measured, previous):
+    for (sign_a, sign_b), state, last, health in zip(WHEEL_SIGNS, measured, previous, wheels):
         u = vx - yaw * sign_b * half_track
         w = vy + yaw * sign_a * half_length
         speed = math.sqrt(u * u + w * w)
         now = last.steer_rad if state is None else state.steer_rad
-        if speed < SLOWEST_MPS:
+        if health.steer_fixed_rad is not None:
+            angle = now = health.steer_fixed_rad
+            rate = (u * math.cos(angle) + w * math.sin(angle)) / radius
+        elif speed < SLOWEST_MPS:
             angle = last.steer_rad
             rate = (u * math.cos(angle) + w * math.sin(angle)) / radius
         else:
             angle, sign = nearest_steering(math.atan2(w, u), now, rover.steer_limit_rad)
             rate = sign * speed / radius
+        if health.drive is Drive.STUCK:
+            rate = 0.0
         angles.append(angle)
         rates.append(rate)
         worst = max(worst, abs(angle - now))

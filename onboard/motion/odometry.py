@@ -21,6 +21,7 @@ from typing import NamedTuple
 
 from onboard.config import Rover
 from onboard.motion.kinematics import wheel_places
+from onboard.motion.wheel_health import SOUND, Wheels
 from onboard.records import Twist, WheelState
 
 WINDOW_NS = 200_000_000  # twist and residual are means over this
@@ -48,7 +49,7 @@ class Step(NamedTuple):
 
 
 class Odometry:
-    """Increments of the encoders, call by call. A wheel that is None or stale is left out, and taken up afresh."""
+    """Increments of the encoders. A wheel that is None, stale or unfit is left out, and taken up afresh later."""
 
     def __init__(self, rover: Rover, stale_ns: int = 30_000_000) -> None:
         self._places = wheel_places(rover)
@@ -62,13 +63,16 @@ class Odometry:
         self._slow = False
         self._steers_rad: list[float | None] = [None] * 4  # at the window's start; None: not known then
 
-    def update(self, wheels: Sequence[WheelState | None], now_ns: int) -> Step:
-        """Takes the wheels' newest states and returns the motion since the last call."""
+    def update(self, wheels: Sequence[WheelState | None], now_ns: int, health: Wheels = SOUND) -> Step:
+        """Takes the wheels' newest states and returns the motion since the last call.
+
+        health: a wheel that does not tell its hub's way (`tells_way`) is left out.
+        """
         n, moved = 0, False
         sum_u = sum_w = sum_a = sum_b = sum_m = sum_q = rolled = 0.0
         for k, state in enumerate(wheels):
             last = self._last[k]
-            if state is None or state.age_ns > self._stale_ns:
+            if state is None or state.age_ns > self._stale_ns or not health[k].tells_way:
                 self._last[k] = self._hubs[k] = None
                 continue
             self._last[k] = state

@@ -25,6 +25,11 @@ class WheelHealth:
     steer_fixed_rad: float | None = None
     encoder: bool = True
 
+    @property
+    def tells_way(self) -> bool:
+        """Whether angle and encoder say where the hub went: not of a wheel that is dragged, along or sideways."""
+        return self.encoder and self.drive is not Drive.STUCK and self.steer_fixed_rad is None
+
 
 Wheels = tuple[WheelHealth, WheelHealth, WheelHealth, WheelHealth]  # 1 to 4, as protocol.conventions.WHEELS
 SOUND: Wheels = (WheelHealth(),) * 4

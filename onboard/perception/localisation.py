@@ -24,6 +24,7 @@ import numpy as np
 from onboard.config import Localisation as LocalisationConfig
 from onboard.config import Rover
 from onboard.motion.odometry import Odometry, Step
+from onboard.motion.wheel_health import SOUND, Wheels
 from onboard.perception.attitude import START_SAMPLES, Attitude
 from onboard.perception.credibility import credible
 from onboard.records import F64, Estimate, ImuSample, Pose, Twist, WheelState
@@ -99,11 +100,13 @@ class Localisation:
         speed = (1.0 - self._state[SLIP]) * math.hypot(twist.vx_mps, twist.vy_mps)
         return Estimate(self.pose, self._covariance[:4, :4].copy(), speed, self.yaw_rate_radps)
 
-    def update(self, wheels: Sequence[WheelState | None], imu: ImuSample | None, now_ns: int) -> None:
+    def update(
+        self, wheels: Sequence[WheelState | None], imu: ImuSample | None, now_ns: int, health: Wheels = SOUND
+    ) -> None:
         """One tick: the newest state of each wheel (None: not known), the newest IMU sample (None: none came)."""
         elapsed_s = (now_ns - self._now_ns) * 1e-9 if self._now_ns >= 0 else 0.0
         self._now_ns = now_ns
-        step = self.step = self._odometry.update(wheels, now_ns)
+        step = self.step = self._odometry.update(wheels, now_ns, health)
         turn = self._turn_rad(imu, now_ns, elapsed_s)
         standing = step.standing and abs(self.yaw_rate_radps) < self._quiet_radps
         if not standing:
