@@ -15,6 +15,7 @@ class Step(Enum):
 
     STOP = "zero wheel rates while the fault lasts"
     DISCARD_SWEEP = "the running sweep is discarded and scanned again, at most 3 times"
+    BACK_OFF = "the way is ended: back 0.3 m as it was driven, scan, plan anew; SAFE after so many tries in a mission"
     SAFE = "mode SAFE, latched until resume"
     STANDBY = "finish the leg, then mode STANDBY"
     ESTOP = "mode ESTOP, latched until reset"
@@ -23,7 +24,7 @@ class Step(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Fault:
-    """One row. `number` is its number on the wire, never used again for another."""
+    """One row. `number` is its number on the wire, never used again for another. tries: of BACK_OFF, in a mission."""
 
     number: int
     name: str
@@ -32,6 +33,7 @@ class Fault:
     response: tuple[Step, ...]
     latched: bool
     suppressed_by: tuple[str, ...] = ()
+    tries: int = 0
 
 
 FAULTS = (

@@ -33,6 +33,7 @@ class Phase(IntEnum):
     TURNING = 5
     ARRIVED = 6
     FAILED = 7
+    BACKING_OFF = 8
 
 
 class ModeRow(NamedTuple):

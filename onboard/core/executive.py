@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING
 
 from onboard.config import Config
 from onboard.core.downlink import Downlink
-from onboard.core.mission import MISSION_JOBS, Context, Mission
+from onboard.core.mission import MISSION_JOBS, MOVING, Context, Mission
 from onboard.planning.plan_records import PlanResult
 from onboard.records import Event, Gdem, Twist
 from protocol.can_codec import StopReason
 from protocol.commands import check_mode
-from protocol.faults import BY_NAME, Step
+from protocol.faults import BY_NAME, Fault, Step
 from protocol.modes import EVENTS, Mode, Phase, next_mode
 from protocol.products import LDEM_CODEC, LdemProduct, MapGrid
 from protocol.transactions import Order, State
@@ -69,6 +69,7 @@ class Executive:
         """One tick: obeys orders, answers faults, advances the mission. Returns the twist that is wanted."""
         for order in orders:
             self._obey(order, ctx)
+        was = self.phase
         self._answer(faults, ctx)
         self._follow_reset(ctx)
         if "product" in ctx.taken:
@@ -76,7 +77,6 @@ class Executive:
         if self.mode is not Mode.AUTONOMOUS or self.mission is None:
             return Twist()
         ctx.held = any(Step.STOP in BY_NAME[name].response for name in self.active)
-        was = self.mission.phase
         twist = self.mission.step(ctx)
         self._follow_up(was, ctx)
         return Twist() if ctx.held else twist
@@ -97,7 +97,7 @@ class Executive:
             event = "arrived" if mission.outcome.completed else "failed"
             self._tell(ctx, event.upper(), mission.outcome.reason)
             self._change(event, ctx, mission.outcome.reason)
-        elif self._standby_after_leg and mission.phase not in (Phase.DRIVING, Phase.TURNING):
+        elif self._standby_after_leg and mission.phase not in MOVING:
             self._standby_after_leg = False
             self._cancel(ctx, State.FAILED, "no authenticated contact: leg finished, standing by")
             self._change("link_lost", ctx, "no authenticated contact")
@@ -114,6 +114,8 @@ class Executive:
             elif Step.SAFE in row.response and self.mode not in (Mode.SAFE, Mode.ESTOP):
                 self._cancel(ctx, State.FAILED, f"{name}: {row.condition}")
                 self._change("fault", ctx, name)
+            elif new and Step.BACK_OFF in row.response:
+                self._back_off(row, ctx)
             elif new and Step.STANDBY in row.response:
                 self._standby_after_leg = True
         for name in self.active:
@@ -122,6 +124,13 @@ class Executive:
             if name not in faults and Step.STANDBY in BY_NAME[name].response:
                 self._standby_after_leg = False
         self.active = faults
+
+    def _back_off(self, row: Fault, ctx: Context) -> None:
+        tries = self.mission.back_off(row.name) if self.mission and self.in_mission else 0
+        if tries > row.tries:
+            reason = f"{row.name}: {row.condition}; the rover backed off {row.tries} times in this mission already"
+            self._cancel(ctx, State.FAILED, reason)
+            self._change("fault", ctx, row.name)
 
     # -- orders ------------------------------------------------------------------------------------------------
 

@@ -1,21 +1,22 @@
 """One `goto`: scan -> map -> plan -> drive -> turn -> scan ... until arrived or failed (section 9 of the chapter).
 
-Where the map does not know the ground under the rover, it scans ahead, turns round and scans behind (R1). Each phase
+Where the map does not know the ground under the rover, it scans ahead, turns round and scans behind (R1). A fault that
+asks for it (`back_off`) ends a way: the rover goes back a little as it came, scans there and plans anew. Each phase
 is one method; a phase ends by entering the next. Both maps outlive the mission: the next goto begins with them.
 """
 
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from onboard.config import Config
 from onboard.core.jobs import JobBook
 from onboard.core.sensing import Sensing, Sweep
+from onboard.core.way import Way
 from onboard.devices.lidar import LidarSession
 from onboard.devices.nodes import Nodes
 from onboard.motion.follower import Follower
@@ -23,9 +24,9 @@ from onboard.motion.wheel_health import SOUND, Wheels
 from onboard.perception import ldem
 from onboard.perception.localisation import Localisation
 from onboard.perception.sweep import segments
-from onboard.planning.mission_rule import MissionState
+from onboard.planning.mission_rule import MissionState, interrupted
 from onboard.planning.plan_records import PlanRequest, PlanResult, Settings
-from onboard.records import Decision, Gdem, Pose, Scan, Twist
+from onboard.records import Decision, Gdem, Path, Pose, Scan, Twist
 from protocol.conventions import wrap_rad
 from protocol.modes import Phase
 
@@ -33,9 +34,10 @@ if TYPE_CHECKING:  # these come from the jobs, which run elsewhere
     from onboard.perception.stop_map import Look, StopMap
 
 MISSION_JOBS = frozenset({"look", "remember", "plan"})
-_TRAIL_M = 0.1
+BACK_OFF_M = 0.3
+_STANDING_MPS = 0.01
+MOVING = frozenset({Phase.DRIVING, Phase.TURNING, Phase.BACKING_OFF})
 _TRUST_ODOMETRY_M = 2.0  # farther than this since the last registration, the rover looks again before it says arrived
-_TRAIL_POSES = 400
 _TRIES = 3
 
 
@@ -74,21 +76,23 @@ class Mission:
         self.scans_taken = 0
         self.result: PlanResult | None = None
         self.notes: list[tuple[str, str]] = []
-        self._rule = MissionState()
+        self._rule = self._rule_before = MissionState()
         self._behind_wanted = True
         self._nod = segments(config.scanning, config.rover.lidar_z_m)  # half a tick's time: once a mission
         self._sensing: Sensing | None = None
         self._follower = Follower(config.rover, config.motion)
         self._turn_to_rad = 0.0
-        self._trail: list[tuple[float, float, float]] = []
-        self._since_look_m = 0.0 if memory is None else math.inf  # a kept map says nothing of the way since
-        self._last_xy: tuple[float, float] | None = None
+        self._way = Way(0.0 if memory is None else math.inf)  # a kept map says nothing of the way since
+        self._retreat: Path | None = None  # before the rover stands
+        self._retreat_m = 0.0
+        self._backed: Counter[str] = Counter()
         self._phases = {
             Phase.SCANNING: self._scanning,
             Phase.MAPPING: self._mapping,
             Phase.PLANNING: self._planning,
             Phase.DRIVING: self._driving,
             Phase.TURNING: self._turning,
+            Phase.BACKING_OFF: self._backing_off,
         }
 
     @property
@@ -109,7 +113,7 @@ class Mission:
         """One tick: the body twist that is wanted now."""
         if self.phase is Phase.NONE:
             self._begin(ctx.localisation.pose)
-        self._note_way(ctx.localisation.pose)
+        self._way.note(ctx.localisation.pose)
         phase = self._phases.get(self.phase)
         return phase(ctx) if phase else Twist()
 
@@ -119,17 +123,21 @@ class Mission:
             self._rule, self._behind_wanted = MissionState(number=1), False
         self._scan()
 
-    def _note_way(self, pose: Pose) -> None:
-        here = (pose.x_m, pose.y_m)
-        if self._last_xy is None:
-            self._last_xy = here
-        way_m = math.dist(here, self._last_xy)
-        if way_m >= _TRAIL_M or not self._trail:
-            self._trail.append((*here, pose.yaw_rad))
-            self._since_look_m += way_m
-            self._last_xy = here
+    def back_off(self, why: str) -> int:
+        """Ends the way being driven: back 0.3 m as it was driven, scan, plan anew. How often for this reason by now.
+
+        0 while no way is driven: nothing is done. In a retreat already: what is left of it is given up, it scans there.
+        """
+        if self.phase not in MOVING:
+            return 0
+        self._backed[why] += 1
+        self._retreat_m, self._retreat = 0.0 if self.phase is Phase.BACKING_OFF else BACK_OFF_M, None
+        self._rule = interrupted(self._rule, self._rule_before)
+        self.phase = Phase.BACKING_OFF
+        return self._backed[why]
 
     def _scan(self) -> None:
+        self._way.begin()
         self._sensing, self.phase = Sensing(self._config, self._nod), Phase.SCANNING
 
     def _end(self, phase: Phase, completed: bool, reason: str) -> None:
@@ -168,7 +176,7 @@ class Mission:
         found = seen.registration
         if found is not None and ctx.localisation.register(found):
             T_map_base = found.T_map_base
-            self._since_look_m = 0.0
+            self._way.since_look_m = 0.0
             self.notes.append(("REGISTERED", f"moved {found.moved_m:.3f} m, {found.moved_rad:.4f} rad"))
         elif found is not None:
             why = found.reason or "the filter finds it incredible"
@@ -187,7 +195,7 @@ class Mission:
             gdem=self.gdem,
             state=self._rule,
             settings=Settings(config.rover, config.mapping, config.planning, config.mission, config.scanning),
-            trail=np.array(self._trail[-_TRAIL_POSES:]).reshape(-1, 3),
+            trail=self._way.trail,
         )
         ctx.jobs.submit("plan", (request,), ctx.tick + self._config.jobs.plan_ticks)
         self.phase = Phase.PLANNING
@@ -197,7 +205,8 @@ class Mission:
             return Twist()
         self.result = ctx.taken["plan"]
         assert self.result
-        self._rule, self.gdem, decision = self.result.state, self.result.gdem, self.result.decision
+        self._rule_before, self._rule, decision = self._rule, self.result.state, self.result.decision
+        self.gdem = self.result.gdem
         self.notes.append(("DECISION", f"{decision.rule} {decision.kind}: {decision.reason}"))
         self.stop += 1
         if decision.kind == "arrived":
@@ -218,7 +227,7 @@ class Mission:
             return twist
         if self.decision.kind == "drive":
             self._turn_to(self.decision.heading_rad)
-        elif self._at_goal(pose) and self._since_look_m <= _TRUST_ODOMETRY_M:
+        elif self._at_goal(pose) and self._way.since_look_m <= _TRUST_ODOMETRY_M:
             self._end(Phase.ARRIVED, True, f"{math.dist(self.goal, (pose.x_m, pose.y_m)):.2f} m from the goal")
         else:
             self._scan()
@@ -234,6 +243,17 @@ class Mission:
         if ctx.held:
             return Twist()
         twist = self._follower.turn(self._turn_to_rad, ctx.localisation.pose, ctx.wheels)
+        if self._follower.done:
+            self._scan()
+        return twist
+
+    def _backing_off(self, ctx: Context) -> Twist:
+        if ctx.held:
+            return Twist()
+        if self._retreat is None and abs(ctx.localisation.estimate.speed_mps) > _STANDING_MPS:
+            return Twist()
+        self._retreat = self._retreat or self._way.back(self._retreat_m)
+        twist = self._follower.twist(self._retreat, ctx.localisation.pose, ctx.now_ns)
         if self._follower.done:
             self._scan()
         return twist

@@ -36,10 +36,7 @@ _STREAMING = (Phase.LASER, Phase.STREAM, Phase.SUSPECT)
 
 
 class LidarSession:
-    """One scanner. Each tick `receive`, `send`, `wants_connect`, in this order.
-
-    counts: by name.
-    """
+    """One scanner. Each tick `receive`, `send`, `wants_connect`, in this order. counts: by name."""
 
     def __init__(self, config: Lidar) -> None:
         self.counts: dict[str, int] = dict.fromkeys((*_OTHER, *CAUSES, *BAD), 0)
@@ -47,14 +44,11 @@ class LidarSession:
         self._config = config
         self._stream = ScanStream(config, self.counts)
         self._talk, self._told = Talk(self._stream), Told(config)
-        self._splitter = scip.Splitter()
-        self._link = Link()
-        self._wanted = False
+        self._splitter, self._link = scip.Splitter(), Link()
+        self._wanted, self._turns = False, 1
         self._wanted_ns: int | None = None
         self._refused_quit = False
         self._stops = 0  # QT after which the laser was still on
-
-    # -- what the core asks ------------------------------------------------------------------------------------
 
     @property
     def info(self) -> dict[str, str]:
@@ -73,7 +67,7 @@ class LidarSession:
 
     @property
     def dark(self) -> bool:
-        """Whether the sensor has stopped and its laser is off."""
+        """Whether its laser is off."""
         return self._talk.phase in (Phase.DOWN, Phase.QUIET)
 
     @property
@@ -96,15 +90,19 @@ class LidarSession:
         """Bad frames so far."""
         return sum(self.counts[kind] for kind in BAD)
 
-    def stream(self, on: bool) -> None:
-        """Wanted from now on: scans as configured (True), or quiet (False). Kept over reconnects."""
-        if on and not self._wanted:
+    def stream(self, on: bool, turns: int = 1) -> None:
+        """Wanted from now on: scans as configured, one of at least so many turns (True), or quiet (False).
+
+        Kept over reconnects. A stream of other turns is ended first.
+        """
+        if on and (not self._wanted or turns != self._turns):
             self._wanted_ns = None
-        self._wanted = on
+        self._wanted, self._turns = on, turns if on else self._turns
 
     def silent(self, now_ns: int) -> bool:
         """Whether streaming is wanted and there was no valid scan for config.silent_ns, or 4 periods and 50 ms."""
-        return self._wanted and self._wanted_ns is not None and self._stream.silent(now_ns, self._wanted_ns)
+        since_ns = self._wanted_ns if self._wanted else None
+        return since_ns is not None and self._stream.silent(now_ns, since_ns, self._turns)
 
     def wants_connect(self, now_ns: int) -> bool:
         """Whether the port should be (re)opened now. Each True is an attempt: the next comes later, 0.1 s to 2 s."""
@@ -160,18 +158,19 @@ class LidarSession:
     def _next(self, now_ns: int) -> bool:
         """The same where no reply is due: what is wanted decides, or how long nothing came."""
         passed_ns, before = now_ns - self._talk.sent_ns, self._talk.phase
-        if before is Phase.STREAM and not self._wanted:
+        if before is Phase.STREAM and not (self._wanted and self._turns == self._stream.turns):
             self._stream.watch.pause()
             self._enter(Phase.STOP)
         elif before is Phase.STREAM and not self.request.streams:
             return True
-        elif before is Phase.STREAM and self._stream.silent(now_ns, self._talk.sent_ns):
+        elif before is Phase.STREAM and self._stream.silent(now_ns, self._talk.sent_ns, self._turns):
             self._enter(Phase.SUSPECT)
         elif before is Phase.WRONG and passed_ns > 10 * self._config.reply_timeout_ns:
             self._enter(Phase.SYNC)
         elif before is Phase.QUIET and self._wanted and self._told.due(Phase.TIME_ON):
             self._enter(Phase.TIME_ON)
         elif before is Phase.QUIET and self._wanted:
+            self._stream.thin(self._turns)
             self._enter(Phase.STREAM if self.request.streams else Phase.LASER)
         elif before is Phase.QUIET and passed_ns > self._config.health_ns:
             self._enter(Phase.HEALTH)

@@ -15,35 +15,54 @@ _SILENT_PERIODS, _SILENT_MARGIN_NS = 4, 50_000_000
 
 
 class ScanStream:
-    """Scans of one request to one model; `learn` makes it anew. counts: shared with the session, by name."""
+    """Scans of one request to one model; `learn` and `thin` make it anew. counts: shared with the session, by name.
+
+    turns: one scan is asked for of so many turns, or of config.skip + 1 where that is more.
+    """
 
     def __init__(self, config: Lidar, counts: dict[str, int]) -> None:
         self.counts = counts
         self.clock = LidarClock(config.latency_ns)
         self.watch = Watch(counts)
         self.heard_ns = 0  # the last valid scan
+        self.turns = 1
         self._config = config
         self._left: int | None = None  # scans that remain of those asked for
         self.learn(models.UTM_30LX, usb=True)
 
     def learn(self, model: models.Model, usb: bool) -> None:
         """Another sensor, or the same one on a new connection."""
-        self.request = models.request_of(self._config, model, usb)
+        self._turn_ms, self.request = model.turn_ms, models.request_of(self._config, model, usb)
         self.beams = BeamMaker(self._config, model, self.request)
         self._code = self.request.code.encode()
-        self._decoder = scip.ScanDecoder(self.request, reader=Blocks)
         self.clock.restart(model.turn_ms)
-        self.watch.restart(model.turn_ms, self.request.skip + 1)
-        periods_ns = round(_SILENT_PERIODS * self.watch.period_ns) + _SILENT_MARGIN_NS
-        self._silent_ns = max(self._config.silent_ns, periods_ns)
+        self._ask_for(self.turns)
+
+    def thin(self, turns: int) -> None:
+        """The next request is for one scan of so many turns."""
+        if turns != self.turns:
+            self._ask_for(turns)
+
+    def _ask_for(self, turns: int) -> None:
+        self.turns = turns
+        self.request = self.request._replace(skip=self._every(turns) - 1)
+        self._decoder = scip.ScanDecoder(self.request, reader=Blocks)
+        self.watch.restart(self._turn_ms, self.request.skip + 1)
+
+    def _every(self, turns: int) -> int:
+        return max(turns, self._config.skip + 1)
 
     def begin(self) -> None:
         """The sensor agreed to the request: the countdown begins."""
         self._left = None
 
-    def silent(self, now_ns: int, since_ns: int) -> bool:
-        """Whether no valid scan came for config.silent_ns, or 4 periods and 50 ms, since since_ns at the earliest."""
-        return now_ns - max(self.heard_ns, since_ns) > self._silent_ns
+    def silent(self, now_ns: int, since_ns: int, turns: int = 1) -> bool:
+        """Whether no valid scan came for config.silent_ns, or 4 periods and 50 ms, since since_ns at the earliest.
+
+        turns: between the scans that are wanted, which may be asked for only now.
+        """
+        periods_ns = round(_SILENT_PERIODS * self._turn_ms * self._every(turns) * 1e6) + _SILENT_MARGIN_NS
+        return now_ns - max(self.heard_ns, since_ns) > max(self._config.silent_ns, periods_ns)
 
     def has(self, frame: memoryview) -> bool:
         """Whether a frame is a scan and no short reply."""

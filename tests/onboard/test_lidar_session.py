@@ -157,6 +157,41 @@ def test_a_counted_stream_is_asked_for_again_when_its_count_is_down():
     assert rig.session.bad == 0
 
 
+def test_a_thinned_stream_brings_one_scan_of_so_many_turns_and_whole_ones_come_back():
+    rig = Rig()
+    rig.session.stream(True, turns=4)
+    rig.run(200)
+    assert b"MD0000108001300" in rig.asked
+    starts = [scan.start_ns for scan in rig.scans]
+    assert np.diff(starts) == pytest.approx(100e6, abs=1e6)
+    rig.session.stream(True)
+    rig.run(100)
+    assert b"MD0000108001000" in rig.asked
+    assert np.diff([scan.start_ns for scan in rig.scans[-20:]]) == pytest.approx(25e6, abs=1e6)
+    assert rig.session.bad == rig.session.counts["missed"] == 0
+
+
+def test_a_thinned_stream_is_silent_after_four_of_its_own_periods():
+    rig = Rig()
+    rig.session.stream(True, turns=4)
+    rig.run(200)
+    last_ns = rig.session._stream.heard_ns
+    rig.twin.disconnect()
+    rig.run(200, lambda: rig.session.silent(rig.now_ns))
+    assert 0.45e9 < rig.now_ns - last_ns <= 0.45e9 + 2 * TICK_NS
+
+
+def test_no_change_between_whole_and_thinned_streams_is_called_silence():
+    rig, silent = Rig(), []
+    assert rig.run(100, lambda: rig.session.ready)
+    for turns in (4, 1, 4, 2, 1):
+        rig.session.stream(True, turns)
+        for _ in range(60):
+            rig.run(1)
+            silent.append(rig.session.silent(rig.now_ns))
+    assert len(rig.scans) > 40 and not any(silent)
+
+
 def test_a_remaining_count_that_does_not_fall_as_the_stamps_say_costs_that_scan():
     request = scip.ScanRequest("MD", 0, 1080, 1, 0, 50)
     rig = Script({request.line(): acknowledged(request)}, scans=50)

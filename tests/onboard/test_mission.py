@@ -7,12 +7,13 @@ import pytest
 from core_bench import QUICK, CoreBench, first_map, quick
 
 from onboard import config
+from onboard.core.mission import BACK_OFF_M
 from protocol.conventions import wrap_rad
 from protocol.modes import Mode, Phase
 from protocol.transactions import State
 
 LETTERS = {Phase.SCANNING: "S", Phase.MAPPING: "M", Phase.PLANNING: "P", Phase.DRIVING: "D", Phase.TURNING: "T",
-           Phase.ARRIVED: "A", Phase.FAILED: "F", Phase.NONE: "-"}
+           Phase.ARRIVED: "A", Phase.FAILED: "F", Phase.NONE: "-", Phase.BACKING_OFF: "B"}
 
 
 def fly(goal, memory=None, **sections):
@@ -110,3 +111,54 @@ def test_without_any_registration_on_a_kept_map_a_near_goal_is_looked_at_too(kno
     rover = fly((1.2, 0.2), known, localisation=tight)
     assert rover.told("REGISTRATION_REFUSED")
     assert word(rover).startswith("SMPDSMP")
+
+
+@pytest.fixture
+def on_the_way(known):
+    rover = CoreBench(settings=quick(), memory=known)
+    rover.settle()
+    rover.request = rover.goto(2.5, 0.5)
+    rover.until_driving()
+    rover.until(lambda: rover.pose[0] > 0.6, 30.0)
+    return rover
+
+
+def test_a_reason_to_back_off_ends_the_way_30_cm_back_with_a_scan_and_a_new_plan(on_the_way):
+    rover, mission = on_the_way, on_the_way.rover.executive.mission
+    assert mission.back_off("NOT_MOVING") == 1
+    rover.until(lambda: max(map(abs, rover.turning_rates)) == 0.0, 5.0)
+    before = rover.pose[:]
+    rover.until_phase(Phase.SCANNING, 30.0)
+    back = [a - b for a, b in zip(rover.pose, before)]
+    ahead_m = back[0] * math.cos(before[2]) + back[1] * math.sin(before[2])
+    assert ahead_m == pytest.approx(-BACK_OFF_M, abs=0.05)
+    assert rover.until_final(rover.request, 400.0) is State.COMPLETED
+    assert word(rover).startswith("SMPDSMPD")
+
+
+def test_the_rule_counts_nothing_as_tried_at_the_end_of_a_way_that_was_given_up(on_the_way):
+    mission = on_the_way.rover.executive.mission
+    mission.back_off("NOT_MOVING")
+    assert (mission._rule.targets, mission._rule.tried) == (mission._rule_before.targets, mission._rule_before.tried)
+    assert mission._rule.stops == mission.result.state.stops
+
+
+def test_each_reason_to_back_off_is_counted_by_itself_and_a_second_one_ends_the_retreat(on_the_way):
+    rover, mission = on_the_way, on_the_way.rover.executive.mission
+    assert mission.back_off("NOT_MOVING") == 1
+    rover.run(2.0)
+    assert rover.rover.twist.vx_mps < 0.0
+    assert mission.back_off("SLIP_HIGH") == 1
+    rover.until_phase(Phase.SCANNING, 2.0)
+    rover.until_driving()
+    assert mission.back_off("NOT_MOVING") == 2
+
+
+def test_while_no_way_is_driven_there_is_nothing_to_back_off_from(known):
+    rover = CoreBench(settings=quick(), memory=known)
+    rover.settle()
+    rover.goto(1.2, 0.2)
+    rover.until_phase(Phase.SCANNING)
+    assert rover.rover.executive.mission.back_off("NOT_MOVING") == 0
+    rover.step()
+    assert rover.phase is Phase.SCANNING
