@@ -102,12 +102,17 @@ class Bench(World):
         frames = self.hub.read_upto(0, sent.get("can", 0), WIRE_LIMIT_S, stamp_ns)
         data = self.lidar_server.poll_exactly(sent.get("lidar", 0), WIRE_LIMIT_S) if self.lidar_open else b""
         self.hear(frames, data, stamp_ns)
-        if connect and not self.lidar_open and self.wires.lidar_plugged:
-            self._wait_for_client()
+        if connect and not self.lidar_open:
+            self._let_in()
 
-    def _wait_for_client(self) -> None:
+    def _let_in(self) -> None:
+        """Onboard has tried to connect. Without a cable it is cut off at once: left in the queue, it would be let in
+        when the cable is back, though it has gone."""
         if not self.lidar_server.wait_client(WIRE_LIMIT_S):
             raise TimeoutError(f"onboard asked for {self.lidar_server.address} and did not come")
+        if not self.wires.lidar_plugged:
+            self.lidar_server.disconnect()
+            return
         self._lidar_epoch, self._lidar_count = self._lidar_epoch + 1, 0
         self.plug_in()
 

@@ -115,8 +115,8 @@ class InMemory(World):
         pieces = self.lidar_says()
         return Inputs(
             self.tick, now_ns,
-            can_frames=tuple(Frame(f.can_id, f.data, _whole_us(f.stamp_ns)) for f in self.frames()),
-            lidar_chunks=tuple(Chunk(_whole_us(at_ns), data) for at_ns, data in pieces or ()),
+            can_frames=tuple(f if f.stamp_ns % 1000 == 0 else _whole_us(f) for f in self.frames()),
+            lidar_chunks=tuple(Chunk(at_ns // 1000 * 1000, data) for at_ns, data in pieces or ()),
             lidar_state=PortState.CLOSED if pieces is None else PortState.OPEN,
             link_messages=self.operator.messages(now_ns),
             jobs=self._jobs.take(self._jobs.due(self.tick)),
@@ -174,5 +174,5 @@ def goto(ground: Field, at_s: float = GOTO_S) -> tuple[Order, ...]:
     return (Order(at_s, "goto", {"x_m": x_m, "y_m": y_m}),)
 
 
-def _whole_us(stamp_ns: int) -> int:
-    return stamp_ns // 1000 * 1000
+def _whole_us(frame: Frame) -> Frame:
+    return Frame(frame.can_id, frame.data, frame.stamp_ns // 1000 * 1000)

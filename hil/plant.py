@@ -241,9 +241,9 @@ class Plant:
         )
         if edge < FENCE_M:
             raise PlantAbortError(f"{edge:.2f} m from the field's edge at ({x:.2f}, {y:.2f})")
-        up = _rotate(q, (0.0, 0.0, 1.0))
-        ahead, left = _rotate(q, (1.0, 0.0, 0.0)), _rotate(q, (0.0, 1.0, 0.0))
-        if up[2] <= 0 or max(abs(ahead[2]), abs(left[2])) > math.sin(TIP_RAD):
+        qx, qy, qz, qw = q  # heights of the body's three axes
+        up, ahead, left = 1 - 2 * (qx * qx + qy * qy), 2 * (qx * qz - qw * qy), 2 * (qy * qz + qw * qx)
+        if up <= 0 or max(abs(ahead), abs(left)) > math.sin(TIP_RAD):
             raise PlantAbortError(f"tipped: pitch or roll over {math.degrees(TIP_RAD):.0f} deg at ({x:.2f}, {y:.2f})")
         if self._history and abs(z - self._history[-1][1][2]) > JUMP_M:
             before = self._history[-1][1][2]

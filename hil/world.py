@@ -31,6 +31,7 @@ from protocol.conventions import TICK_NS
 
 NS = 1_000_000_000
 STREAMS = ("can_to_onboard", "can_to_nodes", "lidar_to_onboard", "lidar_to_sensor")
+_HEAD = struct.Struct("<HB")
 DRIVING_MPS = 0.05  # base_link moves: not a turn on the spot
 
 
@@ -181,7 +182,7 @@ class World:
 
 def pack_frame(frame: Frame) -> bytes:
     """A frame as the certificate hashes it."""
-    return struct.pack("<HB", frame.can_id, len(frame.data)) + frame.data
+    return _HEAD.pack(frame.can_id, len(frame.data)) + frame.data
 
 
 def beam_directions() -> NDArray[np.float64]:
