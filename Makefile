@@ -42,6 +42,9 @@ test: .venv/.project ## the fast test suite (under 5 minutes on two cores)
 test-missions: .venv/.project ## what maps, guard and mission rule do on seeded fields without physics (minutes)
 	@$(FIXED) $(B)/python -m pytest -n 2 --dist loadgroup -m campaign
 
+test-scenarios: .venv/.project ## whole missions with physics, each in one process; a few minutes, FULL=1 flies every seed
+	@$(B)/python -m tests.scenarios $(if $(FULL),,--short)
+
 build/sanitize/.built: .venv/.packages $(NATIVE)
 	@echo "building the kernels with sanitizers"
 	@mkdir -p build/sanitize
@@ -74,6 +77,7 @@ nightly: lint test test-missions test-sanitize bench missions ## all that tests 
 	@$(B)/hil demo --terrain real --out build/nightly/real
 	@$(B)/hil demo --terrain craters --out build/nightly/craters
 	@$(B)/hil tally build/nightly
+	@$(MAKE) test-scenarios FULL=1
 
 codec: .venv/.project ## make the generated files in protocol/ anew from rover.dbc and eldorado.xml
 	@$(B)/python -m tools.make_can_codec
@@ -93,4 +97,4 @@ clean: ## remove build and .venv
 help: ## this list
 	@grep -E '^[a-z-]+:.*##' Makefile | sed 's/:.*## /\t/' | expand -t 16
 
-.PHONY: demo sim test test-missions test-sanitize lint bench missions nightly codec docs size clean help
+.PHONY: demo sim test test-missions test-scenarios test-sanitize lint bench missions nightly codec docs size clean help

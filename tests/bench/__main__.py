@@ -16,11 +16,11 @@ from tempfile import TemporaryDirectory
 from rich.console import Console
 from rich.table import Table
 
-from tests.bench import flight, global_field, mapping, next_position, planning, search, visibility, wire
+from tests.bench import flight, global_field, in_memory, mapping, next_position, planning, search, visibility, wire
 from tests.bench.goals import GOALS, MISSING, Measured
 
 OUT = Path("build/bench.json")
-CORE_MODULES = (global_field, mapping, next_position, planning, search, visibility, wire)
+CORE_MODULES = (global_field, in_memory, mapping, next_position, planning, search, visibility, wire)
 CORE_ROWS = {name: row for module in CORE_MODULES for name, row in module.ROWS.items()}
 
 

@@ -27,6 +27,7 @@ from tests.scenarios.registry import CAMPAIGNS
 
 OUT = Path("build/scenarios")
 EX_SHORT, EX_INTERRUPTED = 1, 130
+app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,6 +43,7 @@ def fly_one(asked: Asked, seed: int) -> tuple[str, Any]:
     return asked.name, CAMPAIGNS[asked.name].fly(seed)
 
 
+@app.command()
 def main(
     name: Annotated[Optional[str], typer.Argument(help=f"One of {', '.join(CAMPAIGNS)}; all without.")] = None,
     seeds: Annotated[str, typer.Option(help="Only these seeds: 1-10 or 3,7.")] = "",
@@ -89,13 +91,14 @@ def _show(rows: Mapping[str, Sequence[Any]], as_json: bool) -> None:
         return
     console = Console(width=None if sys.stdout.isatty() else 170)
     for name, found in rows.items():
-        console.print(table(name, found))
+        console.print(f"{name}: {(CAMPAIGNS[name].__doc__ or '').splitlines()[0]}", highlight=False)
+        console.print(table(found))
 
 
-def table(name: str, rows: Sequence[Any]) -> Table:
+def table(rows: Sequence[Any]) -> Table:
     """A column for each field of the rows."""
     heads = [field.name for field in fields(rows[0])] if rows else []
-    shown = Table(*heads, title=f"{name}: {(CAMPAIGNS[name].__doc__ or '').splitlines()[0]}", title_justify="left")
+    shown = Table(*heads)
     for row in rows:
         shown.add_row(*(_cell(getattr(row, head)) for head in heads))
     return shown
@@ -111,4 +114,4 @@ if __name__ == "__main__":
     if any(os.environ.get(key) != text for key, text in FIXED_ENVIRONMENT.items()):  # the same bits every time
         environment = {**os.environ, **FIXED_ENVIRONMENT}
         os.execve(sys.executable, [sys.executable, "-m", "tests.scenarios", *sys.argv[1:]], environment)
-    typer.run(main)
+    app()

@@ -1,0 +1,62 @@
+"""Rows of a scenario in one process: hil-rtf-memory, hil-rtf-scan. One mission on the demo's first field serves both.
+
+The process never waits, so its CPU time is what it would take alone on a core; neighbours do not count.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+from time import process_time
+
+from hil.in_memory import CAMPAIGN_STEP_NS, InMemory
+from hil.scenario import Scenario
+from protocol.conventions import TICK_NS
+from tests.bench.goals import Measured
+
+
+@dataclass(frozen=True, slots=True)
+class Flown:
+    """CPU time of each tick, apart where a sweep runs; and whether the rover came to its goal."""
+
+    sweeping_s: tuple[float, ...]
+    other_s: tuple[float, ...]
+    way_m: float
+    sweeps: int
+    arrived: bool
+
+
+@cache
+def flown() -> Flown:
+    """Plant, devices, CAN, SCIP, link frames and the flight program with all its jobs; every tick measured."""
+    bench = InMemory(Scenario(name="bench", terrain="fbm", link="lan"), step_ns=CAMPAIGN_STEP_NS)
+    taken: dict[bool, list[float]] = {True: [], False: []}
+    while not bench.ended:
+        sweeping, began = bench.progress.sweeping, process_time()
+        bench.step()
+        taken[sweeping].append(process_time() - began)
+    p = bench.progress
+    bench.free()
+    near = p.distance_to_goal_m < 0.3
+    return Flown(tuple(taken[True]), tuple(taken[False]), p.way_m, p.sweeps, near)
+
+
+def hil_rtf_memory(repeats: int) -> Measured:
+    """Bench time over CPU time of the whole mission, its start-up left out."""
+    run = flown()
+    return _ratio((*run.sweeping_s, *run.other_s), run, f"{run.way_m:.1f} m, {run.sweeps} sweeps")
+
+
+def hil_rtf_scan(repeats: int) -> Measured:
+    """The same for the ticks in which a 3D scan runs: 40 turns of 1081 rays a second."""
+    run = flown()
+    return _ratio(run.sweeping_s, run, f"{len(run.sweeping_s)} ticks of {run.sweeps} sweeps")
+
+
+def _ratio(ticks_s: tuple[float, ...], run: Flown, what: str) -> Measured:
+    cpu_s, bench_s = sum(ticks_s), len(ticks_s) * TICK_NS / 1e9
+    note = f"rough field, {what}, physics at {CAMPAIGN_STEP_NS / 1e6:g} ms; CPU time of one process, once"
+    return Measured(bench_s / cpu_s, cpu_s, bench_s, "real time", note, run.arrived)
+
+
+ROWS = {"hil-rtf-memory": hil_rtf_memory, "hil-rtf-scan": hil_rtf_scan}
