@@ -36,7 +36,7 @@ from protocol.transactions import Request, State
 
 Observe = Callable[[int, Inputs, Outputs, Rover, PlantState], None]
 GOTO_S = 2.0
-CAMPAIGN_STEP_NS = 5_000_000  # of the physics: half the work, see docs/determinism.md
+CAMPAIGN_STEP_NS = 5_000_000  # of the physics: half the work, see docs/campaigns.md
 
 
 @dataclass(frozen=True, slots=True)
