@@ -15,7 +15,7 @@ from __future__ import annotations
 import math
 
 from onboard.config import Motion, Rover
-from onboard.motion.degraded import DRAG_LIMIT, fixed_wheel, load_ratio, speed_ratio
+from onboard.motion.degraded import DRAG_LIMIT, fixed_wheel, load_ratio, rolling, speed_ratio
 from onboard.motion.kinematics import wheel_angles
 from onboard.motion.laws import LAWS, Aim, Sight, in_plane, roll
 from onboard.motion.route import Leg, Turn, route
@@ -120,13 +120,17 @@ class Follower:
         return speed_ratio(self._wheels) * speed_limit(conditions, self._motion)
 
     def _aim(self, sight: Sight) -> Aim:
-        """The configured law's, or the rolling law's from where the wheels cannot push the other."""
+        """The configured law's; from where the wheels cannot push that, the rolling law's or the closest that rolls."""
         aim, fixed = LAWS[self._motion.law](sight, self._motion), fixed_wheel(self._wheels, self._rover)
-        if fixed is None:
+        if all(wheel.steer_fixed_rad is None for wheel in self._wheels):
             return aim
         if not self._rolling and load_ratio(aim.twist, self._wheels, self._rover, _tilt_rad(sight.pose)) > DRAG_LIMIT:
             self._rolling = self._spinning = True
-        return roll(sight, fixed) if self._rolling else aim
+        if not self._rolling:
+            return aim
+        if fixed is None:
+            return aim._replace(twist=rolling(aim.twist, self._wheels, self._rover))
+        return roll(sight, fixed)
 
     def _spin(self, error_rad: float) -> Twist:
         fastest = speed_ratio(self._wheels) * self._motion.yaw_rate_limit_radps

@@ -14,7 +14,8 @@ backwards where the path's yaw looks back, slower in tight arcs (regulated). Dam
 `roll` is no choice of the configuration: the law of a rover with one fixed steering that may not be dragged. With h the
 wheel's heading, (ahead, across) its place in axes along h, e the distance to the left and s the way, each metre
 
-    e' = sin(h - psi) - ahead * h',   h' = kappa - e / l^2 - (2 / l + ahead / l^2) * (h - psi(s + ahead))
+    e' = sin(h - psi) - ahead * h',   h' = k - e / l^2 - (2 / l + ahead / l^2) * (h - h_0)
+    on a bend kappa of the way:       sin(h_0 - psi) = ahead * kappa,   k = kappa / (cos(h_0 - psi) - across * kappa)
 
 so the characteristic is (x + 1/l)^2: critically damped within l. The wheel trails (ahead <= 0): then base_link leads it
 like the drawbar of a cart. A fixed wheel in front throws base_link off by (1 + ahead/l)^2 l/e for each radian that it
@@ -37,6 +38,7 @@ from protocol.conventions import wrap_rad
 
 ROLL_M = 0.35  # l of the rolling law
 BESIDE_M = 0.1  # a wheel so little ahead or behind may roll either way
+STEEPEST_SINE = 0.9
 TIGHTEST_PM = 2.5  # curvature of the fixed wheel's way
 
 
@@ -117,9 +119,10 @@ def roll(sight: Sight, wheel: tuple[float, float, float]) -> Aim:
         angle, place = angle + math.pi, -place
     c, s = math.cos(angle), math.sin(angle)
     off = wrap_rad(sight.pose.yaw_rad + angle - here)
-    turned = wrap_rad(sight.leg.bearing_rad(sight.along_m + place) - here)
+    turned = math.asin(_clip(wrap_rad(sight.leg.bearing_rad(sight.along_m + place) - here), STEEPEST_SINE))
     error = wrap_rad(turned - off)
-    curvature = sight.leg.curvature_pm(sight.along_m + place)
+    bend = sight.leg.curvature_pm(sight.along_m + place)
+    curvature = bend / max(0.3, math.cos(turned) - bend * (b * c - a * s))
     curvature += (2.0 / ROLL_M + place / ROLL_M**2) * error - sight.left_m / ROLL_M**2
     rate = sight.speed_mps * _clip(curvature, TIGHTEST_PM)
     return Aim(Twist(sight.speed_mps * c + rate * b, sight.speed_mps * s - rate * a, rate), error)
