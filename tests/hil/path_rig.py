@@ -2,15 +2,13 @@
 
 import math
 
-import numpy as np
-
 from hil.devices.nodes import build_nodes
 from hil.plant import Plant
 from onboard.config import Can, Motion, Rover
 from onboard.devices.nodes import Nodes
 from onboard.motion.follower import Follower
 from onboard.motion.kinematics import stopped, wheel_commands
-from onboard.motion.wheel_health import SOUND
+from onboard.motion.wheel_health import SOUND, Drive
 from onboard.records import Pose, Twist, WheelCommand, WheelMode
 from protocol.modes import Mode
 
@@ -28,19 +26,32 @@ def true_pose(state):
 
 
 class PathRig:
-    """One rover on one field with nodes whose faults may be set before `drive`."""
+    """One rover on one field with its nodes, of which one may `fail`."""
 
-    def __init__(self, field, motion=None, wheels=SOUND, seed=1):
+    def __init__(self, field, motion=None, seed=1):
         self.plant, self.emulated = Plant(field, step_ns=5_000_000), build_nodes(seed)
-        self.nodes, self.motion, self.wheels = Nodes(ROVER, Can()), motion or Motion(), wheels
+        self.nodes, self.motion, self.wheels, self._told = Nodes(ROVER, Can()), motion or Motion(), SOUND, None
         self.follower, self.held, self.tick = Follower(ROVER, self.motion), False, 0
         self.orders = stopped([WheelCommand(WheelMode.HOLD, 0.0, 0.0)] * 4)
         self.state, self.truth = self.plant.reset(field.start), []
 
+    def fail(self, n, health, told_s):
+        """Wheel n has this health from now on (a fixed steering gets to its angle first); onboard hears it later."""
+        node = self.emulated.wheels[n - 1]
+        node.steer_stuck_rad, node.drive_stuck = health.steer_fixed_rad, health.drive is Drive.STUCK
+        if health.drive is Drive.FREE:
+            self.plant.set_motor(n, 0.0)
+        if health.steer_fixed_rad is not None:
+            for _ in range(100 + int(abs(health.steer_fixed_rad) * 200)):
+                self._step(Twist())
+        self._told = (self.tick + int(told_s * 100), (*SOUND[: n - 1], health, *SOUND[n:]))
+
     def drive(self, path, limit_s):
-        """To the end of the path or of the time: true (x, y, yaw, tick) twenty times a second."""
+        """To the end of the path or of the time; returns the true (x, y, yaw), twenty times a second."""
         twist = Twist()
         for _ in range(int(limit_s * 100)):
+            if self._told is not None and self.tick >= self._told[0]:
+                self.wheels, self._told = self._told[1], None
             if self.tick % 5 == 0:
                 pose = true_pose(self.state)
                 self.truth.append((pose.x_m, pose.y_m, pose.yaw_rad))
@@ -48,7 +59,7 @@ class PathRig:
                 if self.follower.done:
                     break
             self._step(twist)
-        return np.array(self.truth)
+        return self.truth
 
     def _step(self, twist):
         now_ns = self.tick * TICK_NS
