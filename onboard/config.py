@@ -196,7 +196,7 @@ class Motion:
     arrive_yaw_rad: float = value(2 * RAD, "end of a turn: this near to its heading", low=0.002, high=0.5)
     steer_hold_rad: float = value(15 * RAD, "steering error that holds the drive", low=0.02, high=1.5)
     steer_release_rad: float = value(5 * RAD, "steering error that releases it", low=0.01, high=1.5)
-    law: str = value("pose-carrot", "row of motion.follower.LAWS", one_of=("pose-carrot", "carrot"))
+    law: str = value("pose-carrot", "row of motion.follower.LAWS", one_of=("pose-carrot", "carrot", "pure-pursuit"))
 
 
 @dataclass(frozen=True, slots=True)

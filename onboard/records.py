@@ -238,10 +238,12 @@ class Path:
     """Stations to drive: (k, 3) float64 x, y, body yaw in the map frame, at most `spacing_m` apart along the way.
 
     Successive stations with the same place and other yaw are a turn on the spot. The body may move in any direction
-    relative to its yaw (crab, backwards): every station's pose was checked free.
+    relative to its yaw (crab, backwards): every station's pose was checked free. clearance_m: (k,) float64, distance of
+    each to the nearest blocked pose, at most what was looked for; None where nobody looked.
     """
 
     stations: F64
+    clearance_m: F64 | None = None
 
     @property
     def length_m(self) -> float:

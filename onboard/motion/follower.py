@@ -1,25 +1,25 @@
-"""Following a path: a carrot ahead on it, and a twist that goes there (Eq. 38 to 40, for four steered wheels).
+"""Following a path: stage by stage, by a law of `laws`, within what speed, steering and wheels allow.
 
-`pose-carrot`: the carrot is the point of the leg at look-ahead L from the rover. The velocity points at it in body axes
-(crab and backwards allowed); the body turns to the path's own yaw, read v / K_p ahead, which takes out the lag.
-L shrinks in bends until the leg bows by at most 6 mm from the chord, and grows until the circle meets the leg.
+A stage is a leg or a turn on the spot (`route`). On a leg the carrot is at look-ahead L from the rover; L shrinks in
+bends until the leg bows by at most 6 mm from the chord, and grows until the circle meets the leg. An error of heading
+above 45 degrees stops the rover, which turns on the spot until it is below 5 degrees. A leg ends at its place, then its
+turn at its heading. Lengths are measured in the plane the rover stands on.
 
-`carrot`: the chapter's law without its mixing of body heading and wheel angle (Eq. 38 to 40 corrected): the body drives
-ahead at cruise speed and turns by omega = clip(K_p * wrap(bearing - theta)). For a small distance y from a straight
-path y'' + K_p y' + (K_p v / L) y = 0: damping 1/2 sqrt(K_p L / v). It drives the path as one leg, cuts corners,
-and looks at the stations' yaw only at the end.
-
-Both: an error of heading above 45 degrees stops the rover, which turns on the spot until it is below 5 degrees.
+A wheel that does not work is dragged, on the same way, with the same turns. Where the wheels could not push that
+(`degraded.load_ratio`), a fixed steering is rolled instead, for the rest of the path: each leg begins with a turn on
+the spot after which its rim looks along the way and the body aside.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 
 from onboard.config import Motion, Rover
+from onboard.motion.degraded import DRAG_LIMIT, fixed_wheel, load_ratio, rolling, speed_ratio
 from onboard.motion.kinematics import wheel_angles
+from onboard.motion.laws import LAWS, Aim, Sight, in_plane, roll
 from onboard.motion.route import Leg, Turn, route
+from onboard.motion.speed import Conditions, speed_limit
 from onboard.motion.wheel_health import SOUND, Wheels
 from onboard.records import Path, Pose, Twist
 from protocol.conventions import wrap_rad
@@ -42,6 +42,7 @@ class Follower:
     def __init__(self, rover: Rover, motion: Motion) -> None:
         self._rover, self._motion = rover, motion
         self._path: Path | None = None
+        self._wheels = SOUND
         self._start(())
 
     def _start(self, stages: tuple[Leg | Turn, ...]) -> None:
@@ -49,7 +50,7 @@ class Follower:
         self.cross_track_m = 0.0
         self._stages, self._stage, self._place, self._along_m = stages, 0, 0, 0.0
         self._length_m = max((leg.before_m + leg.s_m[-1] for leg in stages if isinstance(leg, Leg)), default=0.0)
-        self._spinning = False
+        self._spinning = self._rolling = False
         self._last, self._last_ns = Twist(), -1
 
     @property
@@ -60,7 +61,11 @@ class Follower:
         return min(1.0, self._along_m / self._length_m) if self._length_m > 0.0 else 0.0
 
     def twist(self, path: Path, pose: Pose, now_ns: int, wheels: Wheels = SOUND) -> Twist:
-        """The motion to order now. Zero, with `done` set, once the last station and its yaw are reached."""
+        """The motion to order now. Zero, with `done` set, once the last station and its yaw are reached.
+
+        wheels: what of each still works; may change on the way.
+        """
+        self._wheels = wheels
         if path is not self._path:
             self._path = path
             motion = self._motion
@@ -71,7 +76,7 @@ class Follower:
 
     def turn(self, to_yaw_rad: float, pose: Pose, wheels: Wheels = SOUND) -> Twist:
         """Turns on the spot to a heading and forgets the path; zero, with `done` set, once it is reached."""
-        self._path = None
+        self._path, self._wheels = None, wheels
         error = wrap_rad(to_yaw_rad - pose.yaw_rad)
         self.done = abs(error) <= 0.5 * self._motion.arrive_yaw_rad
         return Twist() if self.done else self._spin(error)
@@ -82,7 +87,7 @@ class Follower:
             twist = self._turn(stage, pose) if isinstance(stage, Turn) else self._drive(stage, pose)
             if twist is not None:
                 return twist
-            self._stage, self._place, self._spinning = self._stage + 1, 0, False
+            self._stage, self._place, self._spinning = self._stage + 1, 0, self._rolling
         self.done = True
         return Twist()
 
@@ -95,27 +100,42 @@ class Follower:
         self._place, along, self.cross_track_m = leg.nearest(pose.x_m, pose.y_m, self._place)
         along = max(along, self._along_m - leg.before_m)
         self._along_m = leg.before_m + along
-        left = leg.s_m[-1] - along
+        stretch = _stretch(pose, leg.bearing_rad(along))
         off = math.hypot(pose.x_m - leg.x_m[-1], pose.y_m - leg.y_m[-1])
-        if left <= LEG_END_M and off <= motion.arrive_m:
+        left = leg.s_m[-1] - along
+        if left <= LEG_END_M and (off <= motion.arrive_m or self._rolling):
             return None
-        speed = min(motion.cruise_mps, max(CREEP_MPS, math.sqrt(2.0 * BRAKE_MPS2 * max(left, min(off, 0.1)))))
-        carrot = leg.carrot_m(self._place, along, _ahead(leg, along, pose, motion.look_ahead_m))
-        direction, error = LAWS[motion.law](leg, (along, carrot), pose, speed / motion.heading_gain_hz)
-        self._spinning = abs(error) > (motion.point_turn_end_rad if self._spinning else motion.point_turn_start_rad)
-        if self._spinning:
-            return self._spin(error)
-        if motion.law != "carrot":
-            speed *= max(0.3, 1.0 - abs(error) / motion.point_turn_start_rad)
-        return Twist(speed * math.cos(direction), speed * math.sin(direction), self._yaw_rate(error))
+        brake = math.sqrt(2.0 * BRAKE_MPS2 * max(left * stretch, min(off, 0.1)))
+        speed = max(CREEP_MPS, min(self._speed_limit(leg, along, pose), brake))
+        carrot = leg.carrot_m(self._place, along, _ahead(leg, along, pose, motion.look_ahead_m / stretch))
+        aim = self._aim(Sight(leg, along, carrot, self.cross_track_m, pose, speed))
+        self._spinning = abs(aim.error_rad) > (
+            motion.point_turn_end_rad if self._spinning else motion.point_turn_start_rad
+        )
+        return self._spin(aim.error_rad) if self._spinning else aim.twist
+
+    def _speed_limit(self, leg: Leg, along_m: float, pose: Pose) -> float:
+        """m/s, of this place, this slope and these wheels."""
+        conditions = Conditions(_tilt_rad(pose), leg.near_m(along_m), leg.turning_pm(along_m))
+        return speed_ratio(self._wheels) * speed_limit(conditions, self._motion)
+
+    def _aim(self, sight: Sight) -> Aim:
+        """The configured law's; from where the wheels cannot push that, the rolling law's or the closest that rolls."""
+        aim, fixed = LAWS[self._motion.law](sight, self._motion), fixed_wheel(self._wheels, self._rover)
+        if all(wheel.steer_fixed_rad is None for wheel in self._wheels):
+            return aim
+        if not self._rolling and load_ratio(aim.twist, self._wheels, self._rover, _tilt_rad(sight.pose)) > DRAG_LIMIT:
+            self._rolling = self._spinning = True
+        if not self._rolling:
+            return aim
+        if fixed is None:
+            return aim._replace(twist=rolling(aim.twist, self._wheels, self._rover))
+        return roll(sight, fixed)
 
     def _spin(self, error_rad: float) -> Twist:
-        rate = self._yaw_rate(error_rad)
-        return Twist(0.0, 0.0, math.copysign(max(abs(rate), SLOWEST_TURN_RADPS), rate))
-
-    def _yaw_rate(self, error_rad: float) -> float:
-        limit = self._motion.yaw_rate_limit_radps
-        return max(-limit, min(limit, self._motion.heading_gain_hz * error_rad))
+        fastest = speed_ratio(self._wheels) * self._motion.yaw_rate_limit_radps
+        rate = max(SLOWEST_TURN_RADPS, min(fastest, self._motion.heading_gain_hz * abs(error_rad)))
+        return Twist(0.0, 0.0, math.copysign(rate, error_rad))
 
     def _feasible(self, wanted: Twist, now_ns: int) -> Twist:
         """The part of a change that the steering can follow while driving; slower while it does."""
@@ -135,29 +155,18 @@ class Follower:
         return Twist(slow * vx, slow * vy, slow * yaw)
 
 
+def _tilt_rad(pose: Pose) -> float:
+    """Steepest slope of the plane the rover stands on."""
+    return math.acos(math.cos(pose.roll_rad) * math.cos(pose.pitch_rad))
+
+
+def _stretch(pose: Pose, bearing_rad: float) -> float:
+    """Metres in the plane the rover stands on for one in the map, in a direction of the map."""
+    return math.hypot(*in_plane(pose, math.cos(bearing_rad), math.sin(bearing_rad)))
+
+
 def _ahead(leg: Leg, along_m: float, pose: Pose, look_ahead_m: float) -> float:
     """How far along the leg the circle of the look-ahead meets it; 0 where it has to grow to the nearest point."""
     x, y, _ = leg.at(along_m)
     off = math.hypot(pose.x_m - x, pose.y_m - y)
     return math.sqrt(max(0.0, look_ahead_m * look_ahead_m - off * off))
-
-
-def pose_carrot(leg: Leg, ways_m: tuple[float, float], pose: Pose, lead_m: float) -> tuple[float, float]:
-    """(direction of the velocity in body axes, error of heading). ways_m: along the leg, of the rover and the carrot.
-
-    lead_m: how far ahead the path's yaw is read.
-    """
-    along, carrot = ways_m
-    x, y, _ = leg.at(carrot)
-    yaw = leg.at(along + lead_m)[2]
-    return math.atan2(y - pose.y_m, x - pose.x_m) - pose.yaw_rad, wrap_rad(yaw - pose.yaw_rad)
-
-
-def chapter_carrot(leg: Leg, ways_m: tuple[float, float], pose: Pose, lead_m: float) -> tuple[float, float]:
-    """(0: straight ahead, error of heading to the carrot), Eq. 39 with the body's heading."""
-    x, y, _ = leg.at(ways_m[1])
-    return 0.0, wrap_rad(math.atan2(y - pose.y_m, x - pose.x_m) - pose.yaw_rad)
-
-
-Law = Callable[[Leg, tuple[float, float], Pose, float], tuple[float, float]]
-LAWS: dict[str, Law] = {"pose-carrot": pose_carrot, "carrot": chapter_carrot}

@@ -19,6 +19,7 @@ from protocol.conventions import wrap_rad
 SAME_PLACE_M = 1e-3
 CORNER_RAD = math.radians(10.0)
 PASSED_RAD = math.radians(10.0)  # stations within a turn are passed at this distance
+BEND_M = 0.1  # a bend is measured over this to each side
 BOW_M = 0.006  # how far a leg may bow from the chord to the carrot
 
 
@@ -42,9 +43,9 @@ class Turn:
 
 @dataclass(frozen=True, slots=True)
 class Leg:
-    """A stretch driven without a stop: lists over its stations; `direction_rad` over its segments.
+    """A stretch driven without a stop: lists over its stations; `direction_rad` and `middle_m` over its segments.
 
-    before_m: length of the path before it.
+    Angles do not jump. before_m: length of the path before it. clearance_m: of the stations, None where not known.
     """
 
     x_m: list[float]
@@ -52,7 +53,9 @@ class Leg:
     yaw_rad: list[float]
     s_m: list[float]
     direction_rad: list[float]
+    middle_m: list[float]
     before_m: float
+    clearance_m: list[float] | None = None
 
     def nearest(self, x_m: float, y_m: float, segment: int) -> tuple[int, float, float]:
         """(segment, way along the leg, signed distance to the left of it) of the nearest place from a segment on."""
@@ -89,8 +92,34 @@ class Leg:
             self.yaw_rad[i] + t * (self.yaw_rad[i + 1] - self.yaw_rad[i]),
         )
 
+    def bearing_rad(self, along_m: float) -> float:
+        """Direction of the way: in proportion between the middles of segments, constant at the ends; not wrapped."""
+        return _between(self.middle_m, self.direction_rad, along_m)
 
-Place = tuple[float, float, list[float]]  # x, y and the yaws there, in their order
+    def curvature_pm(self, along_m: float) -> float:
+        """Bend of the way over the 0.2 m round a place, rad/m, positive to the left."""
+        return (self.bearing_rad(along_m + BEND_M) - self.bearing_rad(along_m - BEND_M)) / (2 * BEND_M)
+
+    def turning_pm(self, along_m: float) -> float:
+        """Bend of the way or turn of the body, whichever is more, rad/m >= 0."""
+        turn = _between(self.s_m, self.yaw_rad, along_m + BEND_M) - _between(self.s_m, self.yaw_rad, along_m - BEND_M)
+        return max(abs(self.curvature_pm(along_m)), abs(turn) / (2 * BEND_M))
+
+    def near_m(self, along_m: float) -> float:
+        """Clearance at a way along the leg, inf where it is not known."""
+        return math.inf if self.clearance_m is None else _between(self.s_m, self.clearance_m, along_m)
+
+
+def _between(places: list[float], values: list[float], at: float) -> float:
+    """Linear between rising places, constant beyond them."""
+    i = bisect_right(places, at)
+    if i == 0 or i == len(places):
+        return values[0] if i == 0 else values[-1]
+    t = (at - places[i - 1]) / (places[i] - places[i - 1])
+    return values[i - 1] + t * (values[i] - values[i - 1])
+
+
+Place = tuple[float, float, list[float], float]  # x, y, the yaws there in their order, clearance
 
 
 def route(path: Path, within_rad: tuple[float, float, float], *, one_leg: bool = False) -> list[Leg | Turn]:
@@ -105,14 +134,14 @@ def route(path: Path, within_rad: tuple[float, float, float], *, one_leg: bool =
     start, between, end = within_rad
     first = places[0][2]
     stages: list[Leg | Turn] = [] if one_leg else [_turn(first, start if len(first) == 1 else between)]
-    leg, before = [(places[0][0], places[0][1], first[-1])], 0.0
-    for k, (x, y, yaws) in enumerate(places[1:], 1):
-        leg.append((x, y, yaws[0]))
+    leg, before = [(places[0][0], places[0][1], first[-1], places[0][3])], 0.0
+    for k, (x, y, yaws, clear_m) in enumerate(places[1:], 1):
+        leg.append((x, y, yaws[0], clear_m))
         turns = len(yaws) > 1
         if k == len(places) - 1 or (not one_leg and (turns or _corner(places, k))):
             stages.append(_leg(leg, before))
             before += stages[-1].s_m[-1]  # type: ignore[union-attr]
-            leg = [(x, y, yaws[-1])]
+            leg = [(x, y, yaws[-1], clear_m)]
         if turns and not one_leg:
             stages.append(_turn(yaws, between))
     stages.append(_turn(places[-1][2][-1:], end))
@@ -121,17 +150,18 @@ def route(path: Path, within_rad: tuple[float, float, float], *, one_leg: bool =
 
 def _places(path: Path) -> list[Place]:
     places: list[Place] = []
-    for x, y, yaw in path.stations.tolist():
+    clearance = [math.inf] * len(path.stations) if path.clearance_m is None else path.clearance_m.tolist()
+    for (x, y, yaw), clear_m in zip(path.stations.tolist(), clearance):
         if places and math.hypot(x - places[-1][0], y - places[-1][1]) < SAME_PLACE_M:
             if abs(wrap_rad(yaw - places[-1][2][-1])) > 1e-6:
                 places[-1][2].append(yaw)
         else:
-            places.append((x, y, [yaw]))
+            places.append((x, y, [yaw], clear_m))
     return places
 
 
 def _corner(places: list[Place], k: int) -> bool:
-    (ax, ay, _), (bx, by, _), (cx, cy, _) = places[k - 1 : k + 2]
+    (ax, ay, *_), (bx, by, *_), (cx, cy, *_) = places[k - 1 : k + 2]
     return abs(wrap_rad(math.atan2(cy - by, cx - bx) - math.atan2(by - ay, bx - ax))) > CORNER_RAD
 
 
@@ -142,12 +172,17 @@ def _turn(yaws: list[float], within_rad: float) -> Turn:
     return Turn(yaws, rest, within_rad)
 
 
-def _leg(stations: list[tuple[float, float, float]], before_m: float) -> Leg:
+def _leg(stations: list[tuple[float, float, float, float]], before_m: float) -> Leg:
     x, y, yaw = [s[0] for s in stations], [s[1] for s in stations], [stations[0][2]]
-    way, directions = [0.0], []
+    way: list[float] = [0.0]
+    directions: list[float] = []
+    middles: list[float] = []
     for i in range(1, len(stations)):
         dx, dy = x[i] - x[i - 1], y[i] - y[i - 1]
         yaw.append(yaw[-1] + wrap_rad(stations[i][2] - yaw[-1]))
         way.append(way[-1] + math.hypot(dx, dy))
-        directions.append(math.atan2(dy, dx))
-    return Leg(x, y, yaw, way, directions, before_m)
+        direction, last = math.atan2(dy, dx), directions[-1] if directions else 0.0
+        directions.append(last + wrap_rad(direction - last))
+        middles.append(0.5 * (way[-2] + way[-1]))
+    clear = [s[3] for s in stations]
+    return Leg(x, y, yaw, way, directions, middles, before_m, None if math.inf in clear else clear)

@@ -30,6 +30,7 @@ from onboard.planning.pose_field import cost_to_go
 from onboard.planning.poses import (
     ORIENTATIONS,
     Freedom,
+    clearance_m,
     closeness,
     node_sets,
     pose_freedom,
@@ -94,8 +95,15 @@ def plan(request: PlanRequest) -> PlanResult:
         leg = trust.within_trust(leg, request, state)
     if leg is not outcome:
         state = mission_rule.interrupted(state, before)
+    leg = replace(leg, path=measured(leg.path, fields.freedom, surface.grid))
     report = _report(request, fields, sets, field, answer)
     return PlanResult(leg, state, report, request.pose, request.goal_m, gdem)
+
+
+def measured(path: Path, freedom: U8, grid: Grid) -> Path:
+    """The path with the clearance of its stations: the follower slows down beside what is blocked."""
+    poses = np.array([pose_index(grid, *station) for station in path.stations.tolist()], np.int64).reshape(-1, 3)
+    return Path(path.stations, clearance_m(freedom, poses, grid.cell_m))
 
 
 def first_leg(decision: Decision, leg_m: float) -> Decision:

@@ -92,6 +92,22 @@ def closeness(freedom: U8, planning: config.Planning, cell_m: float) -> F32:
     return kernel.closeness(freedom, falloff.astype(np.float32), planning.touching_ratio)
 
 
+def clearance_m(freedom: U8, poses: NDArray[np.integer], cell_m: float) -> NDArray[np.float64]:
+    """Distance (k,) of each pose (k, 3) integers j, i, o to the nearest blocked cell of its orientation, at most 0.5 m.
+
+    A neighbour cell is at distance 0. Poses off the grid have the full 0.5 m: there is nothing known to be near.
+    """
+    half = math.ceil(CLOSE_M / cell_m) + 1
+    dj, di = np.mgrid[-half : half + 1, -half : half + 1].reshape(2, -1)
+    beyond_m = np.clip((np.hypot(dj, di) - 1.0) * cell_m, 0.0, CLOSE_M)
+    j, i, o = np.asarray(poses, np.int64).reshape(-1, 3).T
+    _, rows, columns = freedom.shape
+    jj, ii = j[:, None] + dj, i[:, None] + di
+    inside = (jj >= 0) & (jj < rows) & (ii >= 0) & (ii < columns)
+    around = freedom[o[:, None] % ORIENTATIONS, jj.clip(0, rows - 1), ii.clip(0, columns - 1)]
+    return np.asarray(np.where(inside & (around == Freedom.BLOCKED), beyond_m, CLOSE_M).min(axis=1))
+
+
 def reachable(freedom: U8, j: int, i: int, o: int) -> Bool:
     """Free poses connected with pose (j, i, o) over free poses, bool (8, rows, columns); all False if it is not free.
 

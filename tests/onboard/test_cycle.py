@@ -8,7 +8,7 @@ import pytest
 
 from onboard import config
 from onboard.perception import ldem as ldem_module
-from onboard.planning import cycle, plan_records
+from onboard.planning import cycle, plan_records, poses
 from onboard.planning.mission_rule import MissionState
 from onboard.planning.path import is_free
 from onboard.planning.poses import Freedom, pose_freedom, wheel_cells
@@ -136,6 +136,16 @@ def test_a_goal_on_free_ground_is_met_exactly_and_then_said_to_be_reached():
     there = Pose(*goal, yaw_rad=float(decision.path.stations[-1, 2]))
     decision = cycle.plan(request(world, there, goal, trail=decision.path.stations)).decision
     assert (decision.kind, decision.rule) == ("arrived", "R4")
+
+
+def test_path_past_a_rock_tells_its_clearance_and_one_over_open_ground_that_nothing_is_near():
+    for boxes in ([(0.8, 0.5, 1.0, 0.7)], []):
+        world = World(boxes)
+        begin(world, Pose(0, 0))
+        path = cycle.plan(request(world, Pose(0, 0), (2.0, 0.0))).decision.path
+        assert len(path.clearance_m) == len(path.stations)
+        assert (min(path.clearance_m) < 0.3) == bool(boxes)
+        assert max(path.clearance_m) == poses.CLOSE_M
 
 
 def test_same_request_gives_the_same_result_bit_by_bit():

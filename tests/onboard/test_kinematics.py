@@ -72,6 +72,59 @@ def test_every_hub_moves_as_the_rigid_body_does_and_stays_in_range(twist, start)
         assert speed * math.sin(order.steer_rad) == pytest.approx(w, abs=1e-9)
 
 
+def hubs(orders):
+    """Velocities of the hubs as the orders have them, (x, y) each."""
+    return [(0.1 * o.rate_radps * math.cos(o.steer_rad), 0.1 * o.rate_radps * math.sin(o.steer_rad)) for o in orders]
+
+
+moving = twists.filter(lambda t: min(math.hypot(t[0] - t[2] * b, t[1] + t[2] * a) for a, b in PLACES) > 0.002)
+
+
+@settings(max_examples=150, deadline=None, derandomize=True)
+@given(moving, st.tuples(angles, angles, angles, angles))
+def test_axles_of_all_wheels_meet_in_the_one_turning_centre(twist, start):
+    vx, vy, yaw = twist
+    for (a, b), order in zip(PLACES, settled(twist, start=start)):
+        along = math.cos(order.steer_rad), math.sin(order.steer_rad)
+        # (centre - hub) . along = 0, times omega: the centre of a straight way lies at infinity
+        across = (-vy - yaw * a) * along[0] + (vx - yaw * b) * along[1]
+        assert across == pytest.approx(0.0, abs=1e-12)
+
+
+@settings(max_examples=150, deadline=None, derandomize=True)
+@given(moving)
+def test_a_mirrored_twist_mirrors_the_wheels_and_a_rover_turned_round_swaps_its_ends(twist):
+    vx, vy, yaw = twist
+    here = hubs(settled(twist))
+    mirrored, turned = hubs(settled(Twist(vx, -vy, -yaw))), hubs(settled(Twist(-vx, -vy, yaw)))
+    for k, (u, w) in enumerate(here):
+        assert mirrored[(3, 2, 1, 0)[k]] == pytest.approx((u, -w), abs=1e-12)
+        assert turned[(2, 3, 0, 1)[k]] == pytest.approx((-u, -w), abs=1e-12)
+
+
+@settings(max_examples=150, deadline=None, derandomize=True)
+@given(moving, st.floats(-math.pi, math.pi))
+def test_wheels_know_no_heading_the_same_motion_turned_in_the_map_turns_each_hub_with_it(twist, heading):
+    # Rotation invariance: hub velocities in the map from the body's, and by the rigid body's law in the map itself.
+    c, s = math.cos(heading), math.sin(heading)
+    vx, vy = c * twist.vx_mps - s * twist.vy_mps, s * twist.vx_mps + c * twist.vy_mps
+    for (a, b), (u, w) in zip(PLACES, hubs(settled(twist))):
+        x, y = c * a - s * b, s * a + c * b
+        assert (c * u - s * w, s * u + c * w) == pytest.approx((vx - twist.yaw_radps * y, vy + twist.yaw_radps * x))
+
+
+@settings(max_examples=150, deadline=None, derandomize=True)
+@given(moving, st.floats(1.0, 100.0))
+def test_however_fast_a_twist_is_wanted_its_turning_centre_stays_and_no_wheel_passes_its_limit(twist, factor):
+    wanted = Twist(*(factor * part for part in twist))
+    orders, slow = settled(wanted), settled(twist)
+    assert [o.steer_rad for o in orders] == pytest.approx([o.steer_rad for o in slow])
+    fastest = max(abs(o.rate_radps) for o in orders)
+    assert fastest == pytest.approx(min(ROVER.wheel_rate_limit_radps, factor * max(abs(o.rate_radps) for o in slow)))
+    share = fastest / max(abs(o.rate_radps) for o in slow)
+    assert [o.rate_radps for o in orders] == pytest.approx([share * o.rate_radps for o in slow])
+
+
 @settings(max_examples=150, deadline=None, derandomize=True)
 @given(st.floats(-math.pi, math.pi), angles)
 def test_the_nearest_of_the_two_angles_in_range_is_taken(direction, measured):

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from onboard.config import Motion, Rover
 from onboard.motion.kinematics import wheel_commands, wheel_places
 from onboard.motion.odometry import Odometry, body_twist
+from onboard.motion.wheel_health import Drive, WheelHealth
 from onboard.records import Twist, WheelCommand, WheelMode, WheelState
 
 ROVER, MOTION = Rover(), Motion()
@@ -141,3 +142,54 @@ def test_wheels_that_steer_on_the_spot_are_not_standing():
     *moved, step = drive(Odometry(ROVER), Twist(), 50, steer)
     assert moved == [0.0, 0.0, 0.0]
     assert not step.standing
+
+
+TURN = math.hypot(0.375, 0.23)
+
+
+@pytest.mark.parametrize(("hubs", "twist"), [
+    ([(0.1, 0.0)] * 4, (0.1, 0.0, 0.0)),
+    ([(0.0, 0.1)] * 4, (0.0, 0.1, 0.0)),
+    ([(-0.2 * b, 0.2 * a) for a, b in PLACES], (0.0, 0.0, 0.2)),
+    ([(0.11 - 0.1 * b, 0.1 * a) for a, b in PLACES], (0.11, 0.0, 0.1)),
+    ([(0.1, 0.0), (0.1, 0.0), (0.14, 0.0), (0.14, 0.0)], (0.12, 0.0, 0.04 * 0.23 / (2 * TURN**2))),
+])  # fmt: skip
+def test_closed_forms_of_straight_crab_point_turn_arc_and_of_two_sides_that_disagree(hubs, twist):
+    # The last: m = 4 d * 0.02, Q = 4 (l^2 + d^2), so omega = 0.02 d / (l^2 + d^2).
+    assert list(body_twist(hubs, PLACES)[0]) == pytest.approx(list(twist), abs=1e-12)
+
+
+@pytest.mark.parametrize("used", [(0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3), (0, 1, 2), (0, 1, 2, 3)])
+def test_any_two_wheels_have_the_rank_for_three_unknowns_and_one_has_not(used):
+    rows = np.array([row for k in used for row in ([1, 0, -PLACES[k][1]], [0, 1, PLACES[k][0]])])
+    assert np.linalg.matrix_rank(rows) == 3
+    assert np.linalg.matrix_rank(rows[:2]) == 2
+
+
+UNFIT = {
+    "its encoder lies": (WheelHealth(encoder=False), lambda w: w._replace(position_rad=7.7 * w.position_rad)),
+    "its drive is stuck": (WheelHealth(drive=Drive.STUCK), lambda w: w._replace(position_rad=0.0)),
+    "its steering is fixed": (WheelHealth(steer_fixed_rad=1.0), lambda w: w._replace(steer_rad=1.0)),
+}
+
+
+@pytest.mark.parametrize("what", UNFIT)
+@pytest.mark.parametrize("unfit", [0, 1, 2, 3])
+def test_an_unfit_wheel_is_left_out_and_the_others_tell_the_exact_arc(what, unfit):
+    health, spoil = UNFIT[what]
+    wheels = tuple(health if k == unfit else WheelHealth() for k in range(4))
+    odometry, yaw, x = Odometry(ROVER), 0.0, 0.0
+    for k in range(201):
+        told = [spoil(w) if n == unfit else w for n, w in enumerate(states(Twist(0.11, 0.0, 0.1), k * 0.01))]
+        step = odometry.update(told, k * TICK, wheels)
+        x += step.dx_m * math.cos(yaw + step.dyaw_rad / 2) - step.dy_m * math.sin(yaw + step.dyaw_rad / 2)
+        yaw += step.dyaw_rad
+    assert (x, yaw) == pytest.approx((1.1 * math.sin(0.2), 0.2), abs=1e-6)
+    assert step.residual_mps < 1e-9 and step.wheels == 3
+
+
+def test_with_three_unfit_wheels_odometry_says_that_it_knows_nothing():
+    wheels = (WheelHealth(), *(WheelHealth(encoder=False),) * 3)
+    odometry = Odometry(ROVER)
+    steps = [odometry.update(states(Twist(0.11, 0.0, 0.0), k * 0.01), k * TICK, wheels) for k in range(50)]
+    assert {(s.dx_m, s.dy_m, s.dyaw_rad, s.wheels) for s in steps[1:]} == {(0.0, 0.0, 0.0, 1)}

@@ -211,3 +211,16 @@ def test_a_pose_beside_a_blocked_one_in_place_or_orientation_costs_more() -> Non
     assert ratio[0, 3:6, 3:6].min() == 5.0
     assert ratio[1, 4, 4] == ratio[7, 4, 4] == 5.0
     assert ratio[2, 4, 4] == ratio[0, 4, 6] == ratio[1, 4, 5] == 0.0
+
+
+@settings(max_examples=20, deadline=None, derandomize=True)
+@given(st.integers(0, 2**31 - 1))
+def test_clearance_is_the_distance_to_the_nearest_blocked_cell_of_the_same_orientation(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    freedom = np.where(rng.random((8, 20, 24)) < 0.03, Freedom.BLOCKED, Freedom.FREE).astype(np.uint8)
+    some = np.column_stack([rng.integers(-2, 22, 30), rng.integers(-2, 26, 30), rng.integers(0, 8, 30)])
+    found = poses.clearance_m(freedom, some, 0.1)
+    for (j, i, o), clear_m in zip(some.tolist(), found.tolist()):
+        blocked = np.argwhere(freedom[o] == Freedom.BLOCKED)
+        away = (np.hypot(*(blocked - (j, i)).T) - 1.0) * 0.1
+        assert clear_m == pytest.approx(np.clip(away.min(initial=np.inf), 0.0, poses.CLOSE_M))

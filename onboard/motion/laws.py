@@ -1,0 +1,132 @@
+"""Laws of following: from where the rover is beside its leg to the twist that it should have (Eq. 38 to 40).
+
+`pose-carrot`: the velocity points at the carrot in body axes (crab and backwards allowed); the body turns to the path's
+own yaw, read v / K_p ahead, which takes out the lag.
+
+`carrot`: the chapter's law without its mixing of body heading and wheel angle (Eq. 38 to 40 corrected): the body drives
+ahead at cruise speed and turns by omega = clip(K_p * wrap(bearing - theta)). For a small distance y from a straight
+path y'' + K_p y' + (K_p v / L) y = 0: damping 1/2 sqrt(K_p L / v). It drives the path as one leg, cuts corners,
+and looks at the stations' yaw only at the end.
+
+`pure-pursuit`: the arc through the carrot that is tangent to the body's heading, omega = 2 v sin(alpha) / L, driven
+backwards where the path's yaw looks back, slower in tight arcs (regulated). Damping 1/sqrt(2) at any speed.
+
+`roll` is no choice of the configuration: the law of a rover with one fixed steering that may not be dragged. With h the
+wheel's heading, (ahead, across) its place in axes along h, e the distance to the left and s the way, each metre
+
+    e' = sin(h - psi) - ahead * h',   h' = k - e / l^2 - (2 / l + ahead / l^2) * (h - h_0)
+    on a bend kappa of the way:       sin(h_0 - psi) = ahead * kappa,   k = kappa / (cos(h_0 - psi) - across * kappa)
+
+so the characteristic is (x + 1/l)^2: critically damped within l. The wheel trails (ahead <= 0): then base_link leads it
+like the drawbar of a cart. A fixed wheel in front throws base_link off by (1 + ahead/l)^2 l/e for each radian that it
+has to turn, so such a rover drives with its other end in front.
+
+Bearings and distances are taken in the plane the rover stands on: on a slope they are not the map's.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import NamedTuple
+
+from onboard.config import Motion
+from onboard.motion.route import Leg
+from onboard.motion.speed import Conditions, speed_limit
+from onboard.records import Pose, Twist
+from protocol.conventions import wrap_rad
+
+ROLL_M = 0.35  # l of the rolling law
+BESIDE_M = 0.1  # a wheel so little ahead or behind may roll either way
+STEEPEST_SINE = 0.9
+TIGHTEST_PM = 2.5  # curvature of the fixed wheel's way
+
+
+class Sight(NamedTuple):
+    """What a law looks at. along_m, carrot_m: ways along the leg, of the rover and the carrot; left_m: distance to the
+    left of the leg; speed_mps: the most that is allowed now."""
+
+    leg: Leg
+    along_m: float
+    carrot_m: float
+    left_m: float
+    pose: Pose
+    speed_mps: float
+
+
+class Aim(NamedTuple):
+    """A law's word: the twist, and the error of heading; a large one stops the rover for a turn on the spot."""
+
+    twist: Twist
+    error_rad: float
+
+
+def in_plane(pose: Pose, dx_m: float, dy_m: float) -> tuple[float, float]:
+    """(ahead, left) in body axes of the point of the rover's plane that lies above or below a step in the map."""
+    sy, cy = math.sin(pose.yaw_rad), math.cos(pose.yaw_rad)
+    sp, cp, sr, cr = (f(a) for a in (pose.pitch_rad, pose.roll_rad) for f in (math.sin, math.cos))
+    ahead, left = cy * dx_m + sy * dy_m, cy * dy_m - sy * dx_m
+    w = left / cr
+    return (ahead - sp * sr * w) / cp, w
+
+
+def _carrot(sight: Sight) -> tuple[float, float]:
+    x, y, _ = sight.leg.at(sight.carrot_m)
+    return in_plane(sight.pose, x - sight.pose.x_m, y - sight.pose.y_m)
+
+
+def _clip(value: float, limit: float) -> float:
+    return max(-limit, min(limit, value))
+
+
+def pose_carrot(sight: Sight, motion: Motion) -> Aim:
+    """Towards the carrot, with the path's yaw."""
+    ahead, left = _carrot(sight)
+    yaw = sight.leg.at(sight.along_m + sight.speed_mps / motion.heading_gain_hz)[2]
+    error = wrap_rad(yaw - sight.pose.yaw_rad)
+    speed = sight.speed_mps * max(0.3, 1.0 - abs(error) / motion.point_turn_start_rad)
+    direction, rate = math.atan2(left, ahead), _clip(motion.heading_gain_hz * error, motion.yaw_rate_limit_radps)
+    return Aim(Twist(speed * math.cos(direction), speed * math.sin(direction), rate), error)
+
+
+def chapter_carrot(sight: Sight, motion: Motion) -> Aim:
+    """Straight ahead, turning to the carrot: Eq. 39 with the body's heading."""
+    ahead, left = _carrot(sight)
+    error = math.atan2(left, ahead)
+    rate = _clip(motion.heading_gain_hz * error, motion.yaw_rate_limit_radps)
+    return Aim(Twist(sight.speed_mps, 0.0, rate), error)
+
+
+def pure_pursuit(sight: Sight, motion: Motion) -> Aim:
+    """The arc through the carrot, ahead or backwards."""
+    ahead, left = _carrot(sight)
+    way = sight.leg.bearing_rad(sight.along_m)
+    sense = -1.0 if abs(wrap_rad(sight.leg.at(sight.along_m)[2] - way)) > math.pi / 2 else 1.0
+    error = math.atan2(sense * left, sense * ahead)
+    distance = math.hypot(ahead, left)
+    curvature = 2.0 * math.sin(error) / distance if distance > 0.0 else 0.0
+    speed = min(sight.speed_mps, speed_limit(Conditions(curvature_pm=curvature), motion))
+    return Aim(Twist(sense * speed, 0.0, curvature * speed), error)
+
+
+def roll(sight: Sight, wheel: tuple[float, float, float]) -> Aim:
+    """The twist that rolls the wheel (a_m, b_m, angle_rad) of fixed steering and brings base_link back to the leg."""
+    a, b, angle = wheel
+    here = sight.leg.bearing_rad(sight.along_m)
+    place = a * math.cos(angle) + b * math.sin(angle)
+    backwards = abs(wrap_rad(sight.pose.yaw_rad + angle - here)) > math.pi / 2 if abs(place) < BESIDE_M else place > 0.0
+    if backwards:
+        angle, place = angle + math.pi, -place
+    c, s = math.cos(angle), math.sin(angle)
+    off = wrap_rad(sight.pose.yaw_rad + angle - here)
+    turned = math.asin(_clip(wrap_rad(sight.leg.bearing_rad(sight.along_m + place) - here), STEEPEST_SINE))
+    error = wrap_rad(turned - off)
+    bend = sight.leg.curvature_pm(sight.along_m + place)
+    curvature = bend / max(0.3, math.cos(turned) - bend * (b * c - a * s))
+    curvature += (2.0 / ROLL_M + place / ROLL_M**2) * error - sight.left_m / ROLL_M**2
+    rate = sight.speed_mps * _clip(curvature, TIGHTEST_PM)
+    return Aim(Twist(sight.speed_mps * c + rate * b, sight.speed_mps * s - rate * a, rate), error)
+
+
+Law = Callable[[Sight, Motion], Aim]
+LAWS: dict[str, Law] = {"pose-carrot": pose_carrot, "carrot": chapter_carrot, "pure-pursuit": pure_pursuit}
