@@ -10,17 +10,17 @@ In both, an id of eight digits is an extended or an error frame, and R a remote 
 from __future__ import annotations
 
 import re
-from datetime import UTC, datetime
+from datetime import datetime
 from typing import NamedTuple
 
 NS = 1_000_000_000
 ERROR_FLAG = 0x20000000
 
-_STAMP = r"(?:\((?P<date>\d{4}-\d\d-\d\d )?(?P<stamp>[\d:]+\.\d+)\)\s+)?"
+_STAMP = r"(?:\((?:(?P<date>\d{4}-\d\d-\d\d \d\d:\d\d:\d\d)|(?P<seconds>\d+))\.(?P<fraction>\d+)\)\s+)?"
 _COMPACT = re.compile(_STAMP + r"(?P<bus>\S+)\s+(?P<id>[0-9A-Fa-f]{3}|[0-9A-Fa-f]{8})#(?P<data>\S*)(?:\s+[RT])?")
 _SPACED = re.compile(
     _STAMP + r"(?P<bus>\S+)\s+(?:[RT]X\s+\S\s+\S\s+)?(?P<id>[0-9A-Fa-f]{3}|[0-9A-Fa-f]{8})\s+"
-    r"\[(?P<length>\d+)\]\s*(?P<data>(?:[0-9A-Fa-f]{2}(?:\s+|$))*|remote request)(?P<rest>.*)"
+    r"\[(?P<length>\d+)\]\s*(?P<data>remote request|(?:[0-9A-Fa-f]{2}(?:\s+|$))*)(?P<rest>.*)"
 )
 
 
@@ -48,17 +48,17 @@ def parse(line: str) -> Heard | None:
 def _compact(found: re.Match[str]) -> Heard:
     stamp_ns, can_id, text = _stamp_ns(found), int(found["id"], 16), found["data"]
     if text.startswith("#"):
-        return Heard(stamp_ns, can_id, bytes.fromhex(text[2:]), "CAN FD frame")
+        return Heard(stamp_ns, can_id, _bytes(text[2:]), "CAN FD frame")
     if text.startswith("R"):
         return Heard(stamp_ns, can_id, b"", "remote frame")
-    return Heard(stamp_ns, can_id, _short(bytes.fromhex(text.replace(".", ""))), _kind(found["id"]))
+    return Heard(stamp_ns, can_id, _short(_bytes(text.replace(".", ""))), _kind(found["id"]))
 
 
 def _spaced(found: re.Match[str]) -> Heard:
     stamp_ns, can_id, text = _stamp_ns(found), int(found["id"], 16), found["data"]
     if text.startswith("remote"):
         return Heard(stamp_ns, can_id, b"", "remote frame")
-    data = bytes.fromhex(text)
+    data = _bytes(text)
     if len(data) != int(found["length"]):
         raise ValueError(f"{len(data)} bytes where [{found['length']}] is said")
     if len(found["length"]) == 2:
@@ -66,6 +66,13 @@ def _spaced(found: re.Match[str]) -> Heard:
     if found["rest"] and not found["rest"].startswith(("'", "ERRORFRAME")):
         raise ValueError(f"{found['rest']!r} after its bytes")
     return Heard(stamp_ns, can_id, _short(data), _kind(found["id"]))
+
+
+def _bytes(text: str) -> bytes:
+    try:
+        return bytes.fromhex(text)
+    except ValueError:
+        raise ValueError("its bytes are no pairs of hexadecimal digits") from None
 
 
 def _short(data: bytes) -> bytes:
@@ -81,12 +88,9 @@ def _kind(digits: str) -> str:
 
 
 def _stamp_ns(found: re.Match[str]) -> int | None:
-    if not found["stamp"]:
+    """A date is taken as UTC."""
+    if not found["fraction"]:
         return None
-    if found["date"]:
-        day = datetime.fromisoformat(found["date"] + found["stamp"].partition(".")[0]).replace(tzinfo=UTC)
-        seconds = str(int(day.timestamp()))
-    else:
-        seconds = found["stamp"].partition(".")[0]
-    fraction = found["stamp"].partition(".")[2]
-    return int(seconds) * NS + int(fraction.ljust(9, "0")[:9])
+    date, seconds = found["date"], found["seconds"]
+    whole_s = int(datetime.fromisoformat(date + "+00:00").timestamp()) if date else int(seconds)
+    return whole_s * NS + int(found["fraction"].ljust(9, "0")[:9])
