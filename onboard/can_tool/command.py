@@ -14,14 +14,13 @@ import click
 from click.exceptions import Exit
 
 from onboard.can_tool.names import UnknownNameError, frames_of
+from onboard.command_line import EX_CONFIG, EX_DATAERR, EX_NOINPUT, EX_UNAVAILABLE, EX_UNHEALTHY, EX_USAGE, fail
 from onboard.config import Can
 
 if TYPE_CHECKING:
     from onboard.can_tool.candump import Heard
     from onboard.can_tool.shell import Shell
 
-EX_UNHEALTHY, EX_USAGE, EX_DATAERR, EX_NOINPUT, EX_UNAVAILABLE, EX_CONFIG = 1, 64, 65, 66, 69, 78
-EX_INTERRUPTED = 130
 URI_HELP = "socketcan:IF, socketcand:HOST:PORT/BUS or virtual:NAME."
 EXAMPLES = """\b
 Examples:
@@ -171,12 +170,6 @@ def on_bus(uri: str) -> Iterator[Shell]:
         raise
     except (BusError, OSError) as error:
         raise fail(EX_UNAVAILABLE, str(error)) from None
-
-
-def fail(code: int, text: str) -> Exit:
-    """One helpful line on standard error, and the exit code."""
-    print(f"onboard: {text}", file=sys.stderr)
-    return Exit(code)
 
 
 def _live(shell: Shell, seconds: float) -> Iterator[Heard]:

@@ -13,19 +13,8 @@ from typing import TYPE_CHECKING
 import click
 from click.exceptions import Abort
 
-from onboard.can_tool.command import (
-    EX_CONFIG,
-    EX_INTERRUPTED,
-    EX_NOINPUT,
-    EX_UNAVAILABLE,
-    EX_UNHEALTHY,
-    EX_USAGE,
-    EXAMPLES,
-    URI_HELP,
-    fail,
-    json_option,
-    on_bus,
-)
+from onboard.can_tool.command import EXAMPLES, URI_HELP, json_option, on_bus
+from onboard.command_line import EX_INTERRUPTED, EX_UNAVAILABLE, EX_UNHEALTHY, EX_USAGE, fail, read_config
 
 if TYPE_CHECKING:
     from onboard.can_tool.jog import Jog
@@ -40,6 +29,7 @@ def shared_options(command: Callable[..., None]) -> Callable[..., None]:
     """What both commands take."""
     for option in (
         click.option("--config", "-c", "path", type=Path, metavar="FILE", help="The rover's TOML: limits and bus."),
+        click.option("--set", "-s", "settings", multiple=True, help="section.key=value, over the file; repeatable."),
         click.option("--bus", "uri", metavar="URI", help=f"Instead of can.uri: {URI_HELP}"),
         click.option("--yes", is_flag=True, help="Do not ask before it moves."),
         json_option,
@@ -57,7 +47,7 @@ def shared_options(command: Callable[..., None]) -> Callable[..., None]:
 @shared_options
 def jog(
     wheel: int | None, rate: float | None, steer: float | None, tilt: float | None, seconds: float | None,
-    path: Path | None, uri: str | None, yes: bool, as_json: bool,
+    path: Path | None, settings: tuple[str, ...], uri: str | None, yes: bool, as_json: bool,
 ) -> None:  # fmt: skip
     """Move one wheel or the tilt axis a little, and show what it says of it. THE HARDWARE MOVES: lift the rover.
 
@@ -67,7 +57,7 @@ def jog(
     """
     from onboard.can_tool import move as moves
 
-    config = _config(path)
+    config = read_config(path, settings)
     try:
         if wheel and rate is not None and steer is None and tilt is None:
             asked = moves.turn(wheel, rate, 2.0 if seconds is None else seconds, config.rover)
@@ -84,23 +74,12 @@ def jog(
 
 @click.command("home", epilog=EXAMPLES)
 @shared_options
-def home(path: Path | None, uri: str | None, yes: bool, as_json: bool) -> None:
+def home(path: Path | None, settings: tuple[str, ...], uri: str | None, yes: bool, as_json: bool) -> None:
     """Steer all wheels straight ahead and park the tilt axis level. THE HARDWARE MOVES. Refuses and stops as `jog`."""
     from onboard.can_tool import move as moves
 
-    config = _config(path)
+    config = read_config(path, settings)
     _run(moves.home(), config, uri or config.can.uri, yes, as_json)
-
-
-def _config(path: Path | None) -> Config:
-    from onboard.config import ConfigError, load
-
-    try:
-        return load(path, {})
-    except OSError as error:
-        raise fail(EX_NOINPUT, f"{path} cannot be read: {error.strerror}") from None
-    except ConfigError as error:
-        raise fail(EX_CONFIG, str(error)) from None
 
 
 def _run(move: Move, config: Config, uri: str, yes: bool, as_json: bool) -> None:
