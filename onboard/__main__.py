@@ -55,6 +55,7 @@ app.add_command(guard_command.app)
 app.add_command(can_command.app)
 can_command.app.add_command(jog_command.jog)
 can_command.app.add_command(jog_command.home)
+can_command.app.add_command(jog_command.reset)
 
 
 @app.command()

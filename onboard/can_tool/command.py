@@ -30,7 +30,8 @@ Examples:
   onboard can decode rover.log --errors
   onboard can load
   onboard can jog --wheel 2 --rate 0.5 --for 2
-  onboard can home"""
+  onboard can home
+  onboard can reset"""
 
 bus_option = click.option("--bus", "uri", metavar="URI", default=Can().uri, show_default=True, help=URI_HELP)
 json_option = click.option("--json", "as_json", is_flag=True, help="For programs.")

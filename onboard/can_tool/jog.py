@@ -174,11 +174,11 @@ class Jog:
         if self.nodes.emergency is not None:
             node, reason, _ = self.nodes.emergency
             why = StopReason(reason).name if reason <= max(StopReason) else str(reason)
-            yield f"{node} asserts an EMERGENCY_STOP ({why}): find out why, then release it"
+            yield f"{node} asserts an EMERGENCY_STOP ({why}): find out why, then `onboard can reset`"
         for name in self.move.nodes:
             state = self.nodes.node_state(name)
             if state in (NodeState.EMERGENCY_STOP, NodeState.RESET_ARMED):
-                yield f"{name} has an EMERGENCY_STOP latched: find out why, then release it"
+                yield f"{name} has an EMERGENCY_STOP latched: find out why, then `onboard can reset`"
             if state is NodeState.FAULT:
                 yield f"{name} says FAULT: look at its status with `onboard can watch`"
             if self._versions.get(name, DBC_VERSION) != DBC_VERSION:

@@ -1,9 +1,10 @@
-"""`onboard can jog` and `home`: one bounded movement, asked for twice, watched, ended with the wheels off."""
+"""`onboard can jog`, `home`, `reset`: one bounded movement or a release, agreed to, watched, ended with wheels off."""
 
 from __future__ import annotations
 
 import json
 import math
+import secrets
 import signal
 import sys
 from collections.abc import Callable
@@ -17,12 +18,14 @@ from onboard.can_tool.command import EXAMPLES, URI_HELP, json_option, on_bus
 from onboard.command_line import EX_INTERRUPTED, EX_UNAVAILABLE, EX_UNHEALTHY, EX_USAGE, fail, read_config
 
 if TYPE_CHECKING:
-    from onboard.can_tool.jog import Jog
+    from onboard.can_tool.jog import Jog, Phase
     from onboard.can_tool.move import Move
+    from onboard.can_tool.release import Release
     from onboard.can_tool.shell import Shell
     from onboard.config import Config
 
 TELL_NS = 250_000_000
+HANDS = "Are the wheels off the ground and all hands away?"
 
 
 def shared_options(command: Callable[..., None]) -> Callable[..., None]:
@@ -82,15 +85,42 @@ def home(path: Path | None, settings: tuple[str, ...], uri: str | None, yes: boo
     _run(moves.home(), config, uri or config.can.uri, yes, as_json)
 
 
+@click.command("reset", epilog=EXAMPLES)
+@shared_options
+def reset(path: Path | None, settings: tuple[str, ...], uri: str | None, yes: bool, as_json: bool) -> None:
+    """Release a latched EMERGENCY_STOP in the two steps of the bus, where no flight computer is there to do it.
+
+    Exit codes: 0 released, 1 a node did not let go, 69 refused or no bus; else those of `decode`.
+    """
+    from onboard.can_tool.jog import Phase
+    from onboard.can_tool.release import Release
+
+    config = read_config(path, settings)
+    machine = Release(secrets.randbelow(1 << 16), config.rover, config.can)
+    with on_bus(uri or config.can.uri) as shell:
+        ready = _until(machine, shell, Phase.READY)
+        if machine.problem:
+            raise fail(EX_UNAVAILABLE, f"refused, nothing was sent: {machine.problem}")
+        stopped = machine.stopped
+        if not ready or not (yes or _agreed(f"{', '.join(stopped)}: stopped. Is the cause gone?")):
+            raise fail(EX_INTERRUPTED, "ended before anything was released")
+        _flush(machine, shell)
+        machine.go()
+        done = _until(machine, shell, Phase.DONE)
+    if machine.problem or not done:
+        raise fail(EX_UNHEALTHY, machine.problem or "ended before all nodes had answered")
+    print(json.dumps({"released": stopped}) if as_json else f"released: {', '.join(stopped)}")
+
+
 def _run(move: Move, config: Config, uri: str, yes: bool, as_json: bool) -> None:
     from onboard.can_tool.jog import Jog, Phase
 
     machine = Jog(move, config.rover, config.can)
     with on_bus(uri) as shell:
-        _until(machine, shell, Phase.READY)
+        ready = _until(machine, shell, Phase.READY)
         if machine.problem:
             raise fail(EX_UNAVAILABLE, f"refused, nothing was sent: {machine.problem}")
-        if machine.phase is not Phase.READY or not (yes or _agreed(move)):
+        if not ready or not (yes or _agreed(f"{move}. {HANDS}")):
             raise fail(EX_INTERRUPTED, "ended before anything moved")
         for number in (signal.SIGTERM, signal.SIGINT):
             signal.signal(number, lambda *_: machine.stop())
@@ -103,27 +133,28 @@ def _run(move: Move, config: Config, uri: str, yes: bool, as_json: bool) -> None
         raise fail(EX_INTERRUPTED, "stopped by Ctrl-C; the wheels are off")
 
 
-def _until(machine: Jog, shell: Shell, phase: object, tell: Callable[[int], None] = lambda _: None) -> None:
-    """Tick by tick until the machine is in a phase, or done."""
+def _until(machine: Jog | Release, shell: Shell, phase: Phase, tell: Callable[[int], None] = lambda _: None) -> bool:
+    """Tick by tick until the machine is in a phase, or done; whether it is in that phase."""
     from onboard.can_tool.jog import Phase
 
     for now_ns, frames in shell.ticks():
         shell.write(machine.tick(frames, now_ns))
         tell(now_ns)
         if machine.phase in (phase, Phase.DONE):
-            return
+            return machine.phase is phase
+    return False
 
 
-def _flush(machine: Jog, shell: Shell) -> None:
+def _flush(machine: Jog | Release, shell: Shell) -> None:
     """What came while the operator thought; another computer may be among it."""
     while frames := shell.bus.read(shell.clock.now_ns()):
         machine.tick(frames, shell.clock.now_ns())
 
 
-def _agreed(move: Move) -> bool:
+def _agreed(question: str) -> bool:
     previous = signal.signal(signal.SIGINT, signal.default_int_handler)
     try:
-        return click.confirm(f"{move}. Are the wheels off the ground and all hands away?", err=True)
+        return click.confirm(question, err=True)
     except Abort:
         return False
     finally:

@@ -146,7 +146,7 @@ def _of_beat(name: str, beat: dict[str, Any]) -> Iterator[str]:
                "its values may mean something else; do not drive before both are the same")  # fmt: skip
     for state, words in _STOPPED.items():
         if beat["state"] == state.name:
-            yield f"{name} {words}: an EMERGENCY_STOP is latched; release it by `ground reset` with the flight program"
+            yield f"{name} {words}: an EMERGENCY_STOP is latched; find out why, then `onboard can reset`"
     if beat["state"] == NodeState.FAULT.name:
         yield f"{name} says FAULT: see the fault bits of its status frame"
     if beat["tx_errors"] or beat["rx_errors"]:

@@ -213,8 +213,8 @@ class World:
         if isinstance(end, HubEnd):
             monkeypatch.setattr("onboard.can_tool.shell.open_bus", end.open)
 
-    def run(self, *words, faults=(), at=None, text=None):
-        self.clock = StandClock(faulty(Stand(), list(faults)), self.end, at)
+    def run(self, *words, faults=(), at=None, text=None, stand=None):
+        self.clock = StandClock(stand or faulty(Stand(), list(faults)), self.end, at)
         self.monkeypatch.setattr("onboard.drivers.clock.WallClock", lambda: self.clock)
         return CliRunner().invoke(app, ["can", *words, "--bus", self.end.uri], input=text)
 
@@ -279,7 +279,8 @@ def test_a_refusal_is_one_line_and_exit_69(world):
     got = world.run("jog", "--wheel", "1", "--rate", "1", "--yes", faults=["stop=IMU"])
     assert got.exit_code == 69
     assert got.stderr == (
-        "onboard: refused, nothing was sent: IMU asserts an EMERGENCY_STOP (BUTTON): find out why, then release it\n")
+        "onboard: refused, nothing was sent: IMU asserts an EMERGENCY_STOP (BUTTON): "
+        "find out why, then `onboard can reset`\n")
     assert world.clock.heard == []
 
 
@@ -295,6 +296,25 @@ def test_what_may_not_be_asked_is_one_line_and_exit_64(world, words, told):
     got = world.run("jog", *words)
     assert got.exit_code == 64 and got.stderr.startswith(f"onboard: {told}")
     assert world.clock.number == 0
+
+
+def test_reset_releases_every_node_and_the_wheel_turns_again(anywhere):
+    stand = faulty(Stand(), ["stop=IMU"])
+    got = anywhere.run("reset", "--yes", stand=stand)
+    assert (got.exit_code, got.stdout) == (0, "released: WHEEL_1, WHEEL_2, WHEEL_3, WHEEL_4, TILT, IMU, POWER\n")
+    assert not any(node.latched for node in stand.nodes.all)
+    steps = [TABLE[0x020].decode(f.data) for f in anywhere.clock.heard if f.can_id == 0x020]
+    assert [v.step for v in steps] == sorted(v.step for v in steps) and len({v.nonce for v in steps}) == 1
+
+
+def test_reset_names_who_does_not_let_go_and_refuses_where_nothing_is_stopped(world):
+    stand = faulty(Stand(), ["stop=TILT"])
+    stand.by_name["WHEEL_4"]._reset = lambda nonce, step: None
+    got = world.run("reset", "--yes", stand=stand)
+    assert got.exit_code == 1 and "WHEEL_4" in got.stderr and "did not let go" in got.stderr
+    got = world.run("reset", "--yes")
+    assert got.exit_code == 69 and "no node is stopped: there is nothing to release" in got.stderr
+    assert world.clock.heard == []
 
 
 def test_a_bus_that_goes_away_is_one_line(monkeypatch):
