@@ -179,7 +179,7 @@ class _Teller:
             row = {"t_s": now_ns / 1e9, "phase": self._machine.phase.value, **facts(self._machine)}
             print(json.dumps(row), flush=True)
         else:
-            end = "\n" if done or not self._moving else "\r"
+            end = "\n" if not self._moving else "\x1b[K\n" if done else "\x1b[K\r"
             print(f"{self._machine.phase.value:9} {words(self._machine)}", end=end, flush=True)
 
 
@@ -201,6 +201,9 @@ def facts(machine: Jog) -> dict[str, object]:
 
 def words(machine: Jog) -> str:
     """The same for people."""
+    if len(machine.move.wheels) > 1:
+        angles = " ".join(f"{wheel.steer_rad:+.3f}" if wheel else "-" for wheel in machine.nodes.wheels)
+        return f"steering {angles} rad, tilt {machine.nodes.tilt_angle_rad or 0.0:+.3f} rad"
     parts = []
     for n in machine.move.wheels:
         wheel, status = machine.nodes.wheels[n - 1], machine.nodes.wheel_status[n - 1]

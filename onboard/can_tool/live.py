@@ -12,7 +12,7 @@ from rich.table import Table
 
 from onboard.can_tool.candump import Heard
 from onboard.can_tool.decode import Decoder, Seen
-from onboard.can_tool.show import line_of, row_of, signals_text
+from onboard.can_tool.show import WIDTH, line_of, row_of, signals_text
 from onboard.records import Frame
 
 _REDRAW_NS, _LINE_NS, _OLD_NS = 200_000_000, 1_000_000_000, 1_500_000_000
@@ -75,14 +75,13 @@ class Screen:
             print(f"{now_ns / 1e9:12.3f}  nothing heard for a second", flush=True)
 
     def _table(self, now_ns: int) -> Table:
-        table = Table("frame", "rate/s", "age ms", "bad", "signals", box=None, pad_edge=False)
-        for column in table.columns[1:4]:
-            column.justify = "right"
-        for column in table.columns:
-            column.no_wrap, column.overflow = True, "ellipsis"
+        table = Table(box=None, pad_edge=False)
+        for head, width in (("frame", WIDTH), ("rate/s", 6), ("age ms", 6), ("bad", 4)):
+            table.add_column(head, min_width=width, justify="left" if head == "frame" else "right", no_wrap=True)
+        table.add_column("signals, units as in their names", no_wrap=True, overflow="ellipsis")
         for can_id, seen in sorted(self._newest.items()):
             age_ns = now_ns - (seen.stamp_ns or 0)
             rate, bad = self._rates.get(can_id, 0.0), self._bad.get(can_id, 0)
             table.add_row(seen.name, f"{rate:.0f}", f"{age_ns / 1e6:.0f}", str(bad or ""),
-                          signals_text(can_id, seen.values or {}), style="dim" if age_ns > _OLD_NS else "")  # fmt: skip
+                          signals_text(can_id, seen.values or {}, units=False), style="dim" if age_ns > _OLD_NS else "")  # fmt: skip
         return table if self._newest else Table("nothing heard yet; `onboard can info` looks for the cause", box=None)

@@ -9,15 +9,15 @@ from onboard.can_tool.decode import Seen, Tally, Values, named
 from protocol.can_frames import FRAMES, Signal
 
 _NS = 1_000_000_000
-_WIDTH = max(len(layout.name) for layout in FRAMES.values())
+WIDTH = max(len(layout.name) for layout in FRAMES.values())
 _SIGNALS = {can_id: {s.name: s for s in layout.signals} for can_id, layout in FRAMES.items()}
 _COUNTS = ("late", "lost", "repeated", "crc", "out_of_range", "length")
 
 
-def signals_text(can_id: int, values: Values) -> str:
+def signals_text(can_id: int, values: Values, units: bool = True) -> str:
     """`steer_rad 0.0012 rad  encoder_count 17 count  state RUNNING`: as many decimals as the wire has."""
     signals = _SIGNALS[can_id]
-    return "  ".join(_signal_text(signals[name], value) for name, value in named(can_id, values).items())
+    return "  ".join(_signal_text(signals[name], value, units) for name, value in named(can_id, values).items())
 
 
 def line_of(seen: Seen) -> str:
@@ -25,7 +25,7 @@ def line_of(seen: Seen) -> str:
     stamp = "-" if seen.stamp_ns is None else f"{seen.stamp_ns // _NS}.{seen.stamp_ns % _NS // 1000:06d}"
     problems = f"! {', '.join(seen.problems)}" if seen.problems else ""
     told = f"data {seen.data.hex(' ')}" if seen.values is None else signals_text(seen.can_id, seen.values)
-    return "  ".join(word for word in (f"{stamp:>12}", f"{seen.name:{_WIDTH}}", problems, told) if word)
+    return "  ".join(word for word in (f"{stamp:>12}", f"{seen.name:{WIDTH}}", problems, told) if word)
 
 
 def row_of(seen: Seen) -> dict[str, object]:
@@ -60,13 +60,13 @@ def aligned(rows: Iterable[Sequence[str]]) -> list[str]:
     kept = list(rows)
     widths = [max(map(len, column)) for column in zip(*kept)]
     return [
-        "  ".join(f"{cell:>{width}}" if at else f"{cell:{width}}" for at, (cell, width) in enumerate(zip(row, widths)))
+        "  ".join([f"{row[0]:{widths[0]}}", *(f"{cell:>{width}}" for cell, width in zip(row[1:], widths[1:]))]).rstrip()
         for row in kept
     ]
 
 
-def _signal_text(signal: Signal, value: float | int | str) -> str:
+def _signal_text(signal: Signal, value: float | int | str, units: bool) -> str:
     if signal.scale != 1:
         value = f"{value:.{math.ceil(-math.log10(signal.scale))}f}"
-    unit = "" if signal.unit == "1" else signal.unit
+    unit = signal.unit if units and signal.unit != "1" else ""
     return f"{signal.name} {value} {unit}".rstrip()

@@ -1,8 +1,8 @@
 """Who is on a bus and how it is: what `onboard can info` says after two seconds of listening.
 
 Two nodes with one id: each counts its own frames, so their counters interleave. Two tracks are kept for an id; a frame
-continues the one whose next number it bears. One sender stays on one track, also after losses; two senders change
-tracks with nearly every frame, or repeat each other's numbers.
+continues the one whose next number it bears, or begins the older one anew. One sender, also one that loses frames,
+seldom continues the older track; two senders do so with nearly every frame, or repeat each other's numbers.
 """
 
 from __future__ import annotations
@@ -36,10 +36,10 @@ class _Tracks:
     def note(self, counter: int) -> None:
         """The next frame's counter."""
         self.frames += 1
-        expected = [at for at in (self.on, 1 - self.on) if counter == (self.newest[at] + 1) & 15]
-        at = expected[0] if expected else 1 - self.on
-        self.changes += at != self.on
-        self.on, self.newest[at] = at, counter
+        if counter != (self.newest[self.on] + 1) & 15:
+            self.on = 1 - self.on
+            self.changes += counter == (self.newest[self.on] + 1) & 15
+        self.newest[self.on] = counter
 
 
 class NodeSeen(NamedTuple):
@@ -96,7 +96,9 @@ class Survey:
         others = dict(self._decoder.others)
         found = list(_silence(error_frames, bool(self._sent or others)))
         if self._sent:
-            found += [*_of_nodes(nodes), *_of_rates(tallies, self._sent), *_of_guard(tallies), *self._twice()]
+            twice = self._twice(tallies)
+            once = {name: count for name, count in self._sent.items() if name not in twice}
+            found += [*_of_nodes(nodes), *_of_twins(twice), *_of_rates(tallies, once), *_of_guard(tallies)]
         found += [f"{name}, {count} frames: another device on this bus?" for name, count in others.items()]
         if load_ratio > LOAD_LIMIT:
             found.append(f"the bus is loaded by {load_ratio:.0%}; `onboard can load` says what is normal")
@@ -109,14 +111,15 @@ class Survey:
         if seen.values is not None and layout.family in ("NODE_HEARTBEAT", "COMPUTER_HEARTBEAT"):
             self._beats[layout.sender] = named(layout.can_id, seen.values)
 
-    def _twice(self) -> Iterator[str]:
-        counts = {tally.name: tally.counts for tally in self._decoder.tallies()}
-        for can_id, tracks in sorted(self._tracks.items()):
-            name = FRAMES[can_id].name
-            odd = max(tracks.changes, counts[name].repeated)
+    def _twice(self, tallies: list[Tally]) -> dict[str, list[int]]:
+        """Senders that seem to be two, with the ids that show it."""
+        found: dict[str, list[int]] = {}
+        for tally in tallies:
+            tracks = self._tracks.get(tally.can_id, _Tracks())
+            odd = max(tracks.changes, tally.counts.repeated)
             if tracks.frames >= LEAST_FRAMES and odd > TWICE_RATIO * tracks.frames:
-                yield (f"two nodes seem to send {name} ({can_id:#05x}): the alive counters interleave; "
-                       f"unplug {FRAMES[can_id].sender} and see whether it still comes")  # fmt: skip
+                found.setdefault(FRAMES[tally.can_id].sender, []).append(tally.can_id)
+        return found
 
 
 def _silence(error_frames: int, heard: bool) -> Iterator[str]:
@@ -152,6 +155,12 @@ def _of_beat(name: str, beat: dict[str, Any]) -> Iterator[str]:
     if beat["tx_errors"] or beat["rx_errors"]:
         yield (f"{name} counts {beat['tx_errors']} transmit and {beat['rx_errors']} receive errors: "
                "cable, connector or termination near it")  # fmt: skip
+
+
+def _of_twins(twice: dict[str, list[int]]) -> Iterator[str]:
+    for name, ids in twice.items():
+        yield (f"two nodes seem to be {name}: alive counters interleave on {', '.join(f'{i:#05x}' for i in ids)}; "
+               "unplug one and see whether it still comes, then give the other its own number")  # fmt: skip
 
 
 def _of_rates(tallies: list[Tally], sent: dict[str, int]) -> Iterator[str]:

@@ -247,7 +247,7 @@ def test_jog_moves_the_wheel_and_tells_its_feedback(anywhere):
 def test_home_ends_where_it_should(anywhere):
     got = anywhere.run("home", "--yes")
     assert got.exit_code == 0, got.output
-    assert got.stdout.splitlines()[-1].startswith("done      wheel 1: ")
+    assert got.stdout.splitlines()[-1].startswith("done      steering ")
 
 
 @pytest.mark.parametrize(("answer", "code", "sent"), [("y\n", 0, True), ("n\n", 130, False), ("", 130, False)])

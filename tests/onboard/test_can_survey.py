@@ -40,8 +40,8 @@ def test_a_bus_that_is_well_has_no_findings_and_its_load_is_that_of_its_frames()
     ("foreign=WHEEL_2", "WHEEL_2 was built with version 99 of rover.dbc, this program with 1"),
     ("stop=TILT", "TILT is stopped: an EMERGENCY_STOP is latched"),
     ("damaged=IMU", "IMU_GYRO: "),
-    ("twice=WHEEL_1", "two nodes seem to send WHEEL_1_FEEDBACK"),
-    ("twice=POWER", "two nodes seem to send POWER_STATUS"),
+    ("twice=WHEEL_1", "two nodes seem to be WHEEL_1: alive counters interleave on 0x181"),
+    ("twice=POWER", "two nodes seem to be POWER: alive counters interleave on 0x200"),
 ])  # fmt: skip
 def test_what_is_wrong_is_named(fault, told):
     findings = surveyed(fault).findings
