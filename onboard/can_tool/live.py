@@ -82,6 +82,7 @@ class Screen:
         for can_id, seen in sorted(self._newest.items()):
             age_ns = now_ns - (seen.stamp_ns or 0)
             rate, bad = self._rates.get(can_id, 0.0), self._bad.get(can_id, 0)
-            table.add_row(seen.name, f"{rate:.0f}", f"{age_ns / 1e6:.0f}", str(bad or ""),
-                          signals_text(can_id, seen.values or {}, units=False), style="dim" if age_ns > _OLD_NS else "")  # fmt: skip
+            told = signals_text(can_id, seen.values or {}, units=False)
+            style = "dim" if age_ns > _OLD_NS else ""
+            table.add_row(seen.name, f"{rate:.0f}", f"{age_ns / 1e6:.0f}", str(bad or ""), told, style=style)
         return table if self._newest else Table("nothing heard yet; `onboard can info` looks for the cause", box=None)
