@@ -50,7 +50,7 @@ class Screen:
             if frame.can_id in self._chosen:
                 seen = self._decoder.receive(Heard(frame.stamp_ns, frame.can_id, frame.data))
                 self._counts[frame.can_id] = self._counts.get(frame.can_id, 0) + 1
-                self._bad[frame.can_id] = self._bad.get(frame.can_id, 0) + bool(seen.problems)
+                self._bad[frame.can_id] = self._bad.get(frame.can_id, 0) + bool({*seen.problems} - {"late"})
                 if seen.values is not None:
                     self._newest[frame.can_id] = seen
         if now_ns - self._since_ns >= _LINE_NS:
