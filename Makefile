@@ -81,6 +81,7 @@ nightly: lint test test-missions test-sanitize bench missions ## all that tests 
 
 codec: .venv/.project ## make the generated files in protocol/ anew from rover.dbc and eldorado.xml
 	@$(B)/python -m tools.make_can_codec
+	@$(B)/python -m tools.make_can_frames
 	@$(B)/python -m tools.make_dialect
 
 docs: .venv/.project ## make anew the pages made from tables, the notebook page's figures and the pictures
@@ -89,7 +90,7 @@ docs: .venv/.project ## make anew the pages made from tables, the notebook page'
 	@$(B)/python -m tools.make_pictures
 
 size: ## lines of each package
-	@git ls-files '*.py' '*.hpp' '*.cpp' | grep -v -e can_codec.py -e eldorado_dialect.py | xargs wc -l | sort -n | tail -40
+	@git ls-files '*.py' '*.hpp' '*.cpp' | grep -v -e can_codec.py -e can_frames.py -e eldorado_dialect.py | xargs wc -l | sort -n | tail -40
 
 clean: ## remove build and .venv
 	@rm -rf build .venv .mypy_cache .ruff_cache .pytest_cache .hypothesis

@@ -15,6 +15,8 @@ from rich.table import Table
 from rich.text import Text
 
 from hil import demo as after
+from hil.can_command import EPILOG as CAN_EPILOG
+from hil.can_command import main as can_command
 from hil.lidar_command import EPILOG as LIDAR_EPILOG
 from hil.lidar_command import main as lidar_command
 from hil.link_emulator import main as link_command
@@ -40,10 +42,11 @@ app = typer.Typer(
     no_args_is_help=True, pretty_exceptions_enable=False,
     help="The hardware-in-the-loop bench.\n\nExamples:\n\n"
     "  hil demo --seed 3\n\n  hil run hil/scenarios/lidar_unplugged.toml\n\n  hil link --profile moon-bad\n\n"
-    "  hil lidar --profile utm-30lx --pty",
+    "  hil lidar --profile utm-30lx --pty\n\n  hil can --fault silent=WHEEL_3",
 )
 app.command("link")(link_command)
 app.command("lidar", epilog=LIDAR_EPILOG)(lidar_command)
+app.command("can", epilog=CAN_EPILOG)(can_command)
 
 
 def fail(code: int, text: str) -> typer.Exit:

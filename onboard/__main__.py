@@ -13,6 +13,8 @@ import click
 from click.exceptions import Exit
 
 from onboard.bus_guard import command as guard_command
+from onboard.can_tool import command as can_command
+from onboard.can_tool import jog_command
 from onboard.command_line import EX_CONFIG, EX_INTERRUPTED, EX_UNAVAILABLE, fail, read_config
 from onboard.config import ConfigError, to_toml
 from onboard.lidar_tool import command as lidar_command
@@ -42,6 +44,7 @@ def app() -> None:
       onboard gdem import LDEM.tif --start-lonlat -45.3 -85.1
       onboard map export map/ --out site.tif
       onboard lidar check tty:/dev/ttyACM0
+      onboard can info --bus socketcan:can0
     """
 
 
@@ -49,8 +52,10 @@ app.add_command(gdem_command.app)
 app.add_command(map_command.app)
 app.add_command(lidar_command.app)
 app.add_command(guard_command.app)
-
-
+app.add_command(can_command.app)
+can_command.app.add_command(jog_command.jog)
+can_command.app.add_command(jog_command.home)
+can_command.app.add_command(jog_command.reset)
 
 
 @app.command()

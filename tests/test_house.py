@@ -11,10 +11,10 @@ from protocol.faults import BY_NAME, FAULTS
 
 ROOT = Path(__file__).parent.parent
 PACKAGES = ("protocol", "onboard", "hil", "ground", "pictures")
-GENERATED = {"protocol/can_codec.py", "protocol/eldorado_dialect.py"}
+GENERATED = {"protocol/can_codec.py", "protocol/can_frames.py", "protocol/eldorado_dialect.py"}
 
 ONE_IMPORTER = {
-    "can": {"onboard/drivers/can_bus.py"},
+    "can": {"onboard/drivers/can_bus.py", "onboard/drivers/can_log.py"},
     "zenoh": {"onboard/drivers/link_end.py", "hil/link_emulator.py"},
     "pybullet": {"hil/engine.py"},
     "filterpy": {"onboard/perception/localisation.py"},

@@ -1,4 +1,4 @@
-"""Writes docs/faults.md, modes.md and commands.md from the tables in protocol/: `make docs`. A test compares."""
+"""Writes the pages that are made from tables, and the picture of the frames: `make docs`. A test compares."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ sys.path.insert(0, str(ROOT))
 
 from protocol import commands, modes  # noqa: E402
 from protocol.faults import FAULTS, Step  # noqa: E402
+from tools import icd_page, icd_picture  # noqa: E402
 
 DOCS = ROOT / "docs"
 
@@ -70,7 +71,15 @@ def command_page() -> str:
     )
 
 
-PAGES: dict[str, Callable[[], str]] = {"faults.md": faults, "modes.md": mode_page, "commands.md": command_page}
+def icd() -> str:
+    """Frames, signals, protection, duties, load."""
+    return _page("The bus, for who builds a node", "protocol/rover.dbc", *icd_page.sections(_table))
+
+
+PAGES: dict[str, Callable[[], str]] = {
+    "faults.md": faults, "modes.md": mode_page, "commands.md": command_page, "icd.md": icd,
+    "pictures/can-frames.svg": icd_picture.svg,
+}  # fmt: skip
 
 
 def _steps(steps: Iterable[Step]) -> str:

@@ -33,13 +33,17 @@ class Noise:
 
 
 class Node:
-    """One node. `silent`: it neither sends nor hears, as if unplugged. `out`: frames since the last `send`."""
+    """One node. `out`: frames since the last `send`.
+
+    Faults: `silent`, it neither sends nor hears, as if unplugged; `dbc_version`, what its heartbeat tells.
+    """
 
     def __init__(self, name: str, hears: set[int], rng: np.random.Generator) -> None:
         self.name = name
         self.guard, self.sender = Guard(), Sender()
         self.out: list[Frame] = []
         self.silent = False
+        self.dbc_version = DBC_VERSION
         self.latched = self.armed = False
         self.own_stop: tuple[int, int] | None = None
         self.hears = {RESET_REQUEST, *(i for sender, i in STOPS.items() if sender != name), *hears}
@@ -87,7 +91,7 @@ class Node:
         if self._beat.due(now_ns):
             can_id = HEARTBEATS[self.name]
             uptime_s = now_ns // 1_000_000_000 & 0xFFFF
-            data = self.sender.encode(can_id, self.node_state, uptime_s, 0, 0, FIRMWARE, DBC_VERSION)
+            data = self.sender.encode(can_id, self.node_state, uptime_s, 0, 0, FIRMWARE, self.dbc_version)
             self.out.append(Frame(can_id, data, now_ns))
 
     def order(self, can_id: int, values: Any, now_ns: int) -> None:

@@ -63,6 +63,7 @@ class Nodes:
         self._power: tuple[Any, int] | None = None
         self._emergency = Emergency()
         self._commands: tuple[WheelCommand, ...] = (_STOPPED,) * 4
+        self.enabled = True  # what DRIVE_ENABLE says as long as there is no emergency stop
         self._beats = self._now_ns = 0
         self._every = {
             "wheels": Every(FAST_NS), "time": Every(SLOW_NS), "enable": Every(SLOW_NS, 2 * TICK_NS),
@@ -231,7 +232,7 @@ class Nodes:
         if every["time"].due(now_ns):
             put(TIME_SYNC, now_ns // 1000)
         if every["enable"].due(now_ns):
-            put(DRIVE_ENABLE, int(self.emergency is None), mode)
+            put(DRIVE_ENABLE, int(self.enabled and self.emergency is None), mode)
         if every["wheels"].due(now_ns):
             for n, command in enumerate(self._commands, 1):
                 put(WHEEL_COMMAND + n, int(command.mode), command.steer_rad, command.rate_radps)

@@ -1,0 +1,246 @@
+"""One bounded movement of the hardware without the flight program: the state machine of `onboard can jog` and `home`.
+
+    LISTENING --1.2 s, nothing against it--> READY --go--> MOVING --arrived, time over, problem, stop--> STOPPING
+        \\--another computer, a latched stop, a node missing, foreign or at fault--> DONE <--at rest, then off--/
+
+Nothing is sent before `go`. While it moves it sends what the flight program sends, by the same code: TIME_SYNC,
+DRIVE_ENABLE, COMPUTER_HEARTBEAT, the commands of four wheels (off where nothing is asked) and of the axis.
+Ends with zero rate until the wheels are at rest, then DRIVE_ENABLE without enable and four times OFF.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from enum import Enum
+from itertools import chain
+
+from onboard.can_tool.move import Move
+from onboard.config import Can, Rover
+from onboard.devices.nodes import Nodes
+from onboard.records import Frame, WheelCommand, WheelMode, WheelState
+from protocol.can_codec import DBC_VERSION, NodeState, StopReason
+from protocol.can_frames import FRAMES
+from protocol.can_guard import Guard
+from protocol.modes import Mode
+
+MASTER = {can_id: layout.name for can_id, layout in FRAMES.items() if layout.sender == "COMPUTER"}
+HEARTBEATS = {can_id: row.sender for can_id, row in FRAMES.items() if row.family == "NODE_HEARTBEAT"}
+LISTEN_NS, SETTLE_NS, OFF_NS, REST_LIMIT_NS = 1_200_000_000, 200_000_000, 200_000_000, 4_000_000_000
+ARRIVED_RAD, REST_RADPS = 0.02, 0.05
+WRONG_WAY_NS, WRONG_WAY_RADPS, WRONG_WAY_RAD, RUNAWAY_RADPS = 500_000_000, 0.1, 0.1, 0.5
+TURNED_RATIO = 0.1
+
+
+class Phase(Enum):
+    """Where a movement stands."""
+
+    LISTENING = "listening"
+    READY = "ready"
+    MOVING = "moving"
+    STOPPING = "stopping"
+    DONE = "done"
+
+
+@dataclass(slots=True)
+class _Begun:
+    """The wheels as they were at `go`, and the fastest rate that each showed since, in the direction asked for."""
+
+    at_ns: int = 0
+    wheels: tuple[WheelState | None, ...] = (None,) * 4
+    fastest_radps: list[float] = field(default_factory=lambda: [0.0] * 4)
+
+
+class Jog:
+    """`tick` by tick. `problem`: one line why it was refused or ended early, empty as long as all is well."""
+
+    def __init__(self, move: Move, rover: Rover, can: Can) -> None:
+        self.move = move
+        self.nodes = Nodes(rover, can)
+        self.nodes.enabled = False
+        self.phase = Phase.LISTENING
+        self.problem = ""
+        self.stopped = False  # by `stop`
+        self._silent_ns = can.silent_ns
+        self._heartbeats, self._versions = Guard(), dict[str, int]()
+        self._master = ""
+        self._since_ns: int | None = None  # of the phase
+        self._begun = _Begun()
+        self._there_ns: int | None = None
+
+    def go(self, now_ns: int) -> None:
+        """The operator agrees: from READY to MOVING."""
+        if self.phase is Phase.READY:
+            self._begun = _Begun(now_ns, self.nodes.wheels)
+            self._enter(Phase.MOVING, now_ns)
+            self.nodes.enabled = True
+            if self.move.tilt_rad is not None:
+                self.nodes.park_tilt(self.move.tilt_rad)
+
+    def stop(self) -> None:
+        """Ends the movement with the next tick; before `go` there is nothing to end."""
+        self.stopped = True
+
+    def tick(self, frames: Sequence[Frame], now_ns: int) -> tuple[Frame, ...]:
+        """Frames of the bus in, frames for the bus out; to be called every 10 ms."""
+        self._since_ns = now_ns if self._since_ns is None else self._since_ns
+        self._hear(frames, now_ns)
+        match self.phase:
+            case Phase.LISTENING:
+                self._listen(now_ns)
+            case Phase.READY:
+                self._refuse(now_ns)
+            case Phase.MOVING:
+                self._watch(now_ns)
+            case Phase.STOPPING:
+                self._rest(now_ns)
+        if self.phase not in (Phase.MOVING, Phase.STOPPING):
+            return ()
+        self.nodes.set_wheels(self._commands())
+        return self.nodes.send(now_ns, Mode.STANDBY)
+
+    def turned_rad(self, n: int) -> float:
+        """How far wheel 1 to 4 has turned since `go`."""
+        then, now = self._begun.wheels[n - 1], self.nodes.wheels[n - 1]
+        return now.position_rad - then.position_rad if then and now else 0.0
+
+    # -- the phases ------------------------------------------------------------------------------------------
+
+    def _enter(self, phase: Phase, now_ns: int) -> None:
+        self.phase, self._since_ns = phase, now_ns
+
+    def _hear(self, frames: Sequence[Frame], now_ns: int) -> None:
+        self.nodes.receive(frames, now_ns)
+        for frame in frames:
+            self._master = self._master or MASTER.get(frame.can_id, "")
+            if frame.can_id in HEARTBEATS and (told := self._heartbeats.receive(frame)) is not None:
+                self._versions[HEARTBEATS[frame.can_id]] = told.dbc_version
+
+    def _listen(self, now_ns: int) -> None:
+        if self._refuse(now_ns):
+            return
+        if now_ns - (self._since_ns or 0) >= LISTEN_NS:
+            self._end(next(self._missing(), ""), now_ns)
+            if not self.problem:
+                self._enter(Phase.READY, now_ns)
+
+    def _refuse(self, now_ns: int) -> bool:
+        self._end(next(self._forbidden(), ""), now_ns)
+        return bool(self.problem)
+
+    def _watch(self, now_ns: int) -> None:
+        self._note()
+        self._end(next(chain(self._forbidden(), self._silent(now_ns), self._astray(now_ns)), ""), now_ns)
+        over = now_ns - self._begun.at_ns >= self.move.limit_s * 1e9
+        if self.phase is not Phase.MOVING:
+            return
+        if self.stopped or self._arrived(now_ns):
+            self._enter(Phase.STOPPING, now_ns)
+        elif over:
+            self._end(next(self._short(), ""), now_ns)
+            self._enter(Phase.STOPPING, now_ns)
+
+    def _rest(self, now_ns: int) -> None:
+        waited_ns = now_ns - (self._since_ns or 0)
+        if self.nodes.enabled:
+            turning = any(wheel and abs(wheel.rate_radps) > REST_RADPS for wheel in self.nodes.wheels)
+            if waited_ns >= SETTLE_NS and (not turning or waited_ns >= REST_LIMIT_NS):
+                self.nodes.enabled = False
+                self._since_ns = now_ns
+        elif waited_ns >= OFF_NS:
+            self._enter(Phase.DONE, now_ns)
+
+    def _end(self, problem: str, now_ns: int) -> None:
+        if problem:
+            self.problem = problem
+            self._enter(Phase.STOPPING if self.phase is Phase.MOVING else Phase.DONE, now_ns)
+
+    def _commands(self) -> tuple[WheelCommand, ...]:
+        """RUN for a wheel that turns, HOLD for one that steers, OFF for others; when at rest OFF for all."""
+        made = []
+        for asked_rad, rate_radps, then in zip(self.move.steer_rad, self.move.rate_radps, self._begun.wheels):
+            mode = WheelMode.RUN if rate_radps else WheelMode.OFF if asked_rad is None else WheelMode.HOLD
+            steer_rad = asked_rad if asked_rad is not None else then.steer_rad if then else 0.0
+            rate_radps = rate_radps if self.phase is Phase.MOVING else 0.0
+            made.append(WheelCommand(mode if self.nodes.enabled else WheelMode.OFF, steer_rad, rate_radps))
+        return tuple(made)
+
+    # -- what is against it ----------------------------------------------------------------------------------
+
+    def _forbidden(self) -> Iterator[str]:
+        """What forbids a movement at any time."""
+        if self._master:
+            yield f"another computer commands this bus ({self._master} is on it): end that program first"
+        if self.nodes.emergency is not None:
+            node, reason, _ = self.nodes.emergency
+            why = StopReason(reason).name if reason <= max(StopReason) else str(reason)
+            yield f"{node} asserts an EMERGENCY_STOP ({why}): find out why, then `onboard can reset`"
+        for name in self.move.nodes:
+            state = self.nodes.node_state(name)
+            if state in (NodeState.EMERGENCY_STOP, NodeState.RESET_ARMED):
+                yield f"{name} has an EMERGENCY_STOP latched: find out why, then `onboard can reset`"
+            if state is NodeState.FAULT:
+                yield f"{name} says FAULT: look at its status with `onboard can watch`"
+            if self._versions.get(name, DBC_VERSION) != DBC_VERSION:
+                yield f"{name} has version {self._versions[name]} of rover.dbc, this program {DBC_VERSION}: update one"
+
+    def _missing(self) -> Iterator[str]:
+        """What should have been heard by now."""
+        for name in self.move.nodes:
+            if self.nodes.node_state(name) is None:
+                yield f"{name} is not heard on this bus; `onboard can info` says who is"
+        for n in self.move.wheels:
+            if self.nodes.wheels[n - 1] is None:
+                yield f"WHEEL_{n} sends no feedback: it will not be moved blindly"
+        if self.move.tilt_rad is not None and self.nodes.tilt_angle_rad is None:
+            yield "TILT sends no feedback: it will not be moved blindly"
+
+    def _silent(self, now_ns: int) -> Iterator[str]:
+        for n in self.move.wheels:
+            age_ns = min(self.nodes.wheel_age_ns(n, now_ns), now_ns - self._begun.at_ns)
+            if age_ns > self._silent_ns:
+                yield f"WHEEL_{n} went silent {age_ns / 1e6:.0f} ms ago"
+
+    def _astray(self, now_ns: int) -> Iterator[str]:
+        """Wheels that do something else than asked."""
+        late = now_ns - self._begun.at_ns > WRONG_WAY_NS
+        for n, (wheel, then) in enumerate(zip(self.nodes.wheels, self._begun.wheels), 1):
+            if wheel is None or then is None:
+                continue
+            asked_radps, steer_rad = self.move.rate_radps[n - 1], self.move.steer_rad[n - 1]
+            if abs(wheel.rate_radps) > 1.5 * abs(asked_radps) + RUNAWAY_RADPS:
+                yield f"WHEEL_{n} turns at {wheel.rate_radps:+.2f} rad/s, asked were {asked_radps:+.2f}: it runs away"
+            if late and asked_radps and wheel.rate_radps * asked_radps < -WRONG_WAY_RADPS * abs(asked_radps):
+                yield f"WHEEL_{n} turns the other way: exchange the poles of its motor or the lines of its encoder"
+            if steer_rad is None:
+                continue
+            if abs(wheel.steer_rad - steer_rad) > WRONG_WAY_RAD + abs(then.steer_rad - steer_rad):
+                yield f"WHEEL_{n} steers away from its angle: exchange the poles of its steering motor or of its pot"
+
+    # -- the end ---------------------------------------------------------------------------------------------
+
+    def _note(self) -> None:
+        for index, (wheel, asked) in enumerate(zip(self.nodes.wheels, self.move.rate_radps)):
+            if wheel and asked:
+                rate_radps = wheel.rate_radps if asked > 0 else -wheel.rate_radps
+                self._begun.fastest_radps[index] = max(self._begun.fastest_radps[index], rate_radps)
+
+    def _arrived(self, now_ns: int) -> bool:
+        """Whether all that was asked to go somewhere is there since 0.2 s; never for a wheel that turns."""
+        if any(self.move.rate_radps) or next(self._short(), ""):
+            self._there_ns = None
+            return False
+        self._there_ns = now_ns if self._there_ns is None else self._there_ns
+        return now_ns - self._there_ns >= SETTLE_NS
+
+    def _short(self) -> Iterator[str]:
+        """What did not do what was asked, as it is now."""
+        for n, (wheel, steer_rad) in enumerate(zip(self.nodes.wheels, self.move.steer_rad), 1):
+            if steer_rad is not None and wheel and abs(wheel.steer_rad - steer_rad) > ARRIVED_RAD:
+                yield f"WHEEL_{n} stands at {wheel.steer_rad:+.3f} rad, asked were {steer_rad:+.3f}"
+        for n, (asked, fastest) in enumerate(zip(self.move.rate_radps, self._begun.fastest_radps), 1):
+            if asked and fastest < TURNED_RATIO * abs(asked):
+                yield f"WHEEL_{n} did not turn: power of the drives, motor, encoder? Its status frame may say"
+        angle_rad, tilt_rad = self.nodes.tilt_angle_rad, self.move.tilt_rad
+        if tilt_rad is not None and angle_rad is not None and abs(angle_rad - tilt_rad) > ARRIVED_RAD:
+            yield f"TILT stands at {angle_rad:+.3f} rad, asked were {tilt_rad:+.3f}"

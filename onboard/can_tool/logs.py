@@ -1,0 +1,49 @@
+"""Whatever a bus was recorded into, frame by frame: candump text, .asc, .blf; bad lines are told and left out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from pathlib import Path
+
+from onboard.can_tool.candump import Heard, parse
+
+TOLD_LINES = 20
+OTHERS = (".asc", ".blf")
+
+
+class NoLogError(ValueError):
+    """Not one line of the file is a frame: it is no log of a CAN bus."""
+
+
+def heard_in(path: Path, tell: Callable[[str], None]) -> Iterator[Heard]:
+    """The frames of a file. tell: takes a line for each that is none, of the first 20.
+
+    Raises OSError, NoLogError, ValueError for a damaged .asc or .blf.
+    """
+    if path.suffix.lower() in OTHERS:
+        from onboard.drivers.can_log import messages_of  # python-can is heavy: not for text
+
+        yield from (Heard(*message) for message in messages_of(path))
+    else:
+        with path.open(encoding="ascii", errors="replace") as lines:
+            yield from heard_of(lines, str(path), tell)
+
+
+def heard_of(lines: Iterable[str], name: str, tell: Callable[[str], None]) -> Iterator[Heard]:
+    """The frames of lines of candump, as `heard_in`."""
+    good = bad = 0
+    for number, line in enumerate(lines, 1):
+        try:
+            heard = parse(line)
+        except ValueError as error:
+            bad += 1
+            if bad <= TOLD_LINES:
+                tell(f"{name}:{number}: {error}: {line.strip()[:60]!r}")
+            continue
+        if heard is not None:
+            good += 1
+            yield heard
+    if bad > TOLD_LINES:
+        tell(f"{name}: {bad - TOLD_LINES} more lines are none of candump")
+    if bad and not good:
+        raise NoLogError(f"{name} is no log of a CAN bus: candump (-L or not), .asc and .blf are read")

@@ -1,0 +1,49 @@
+"""A bus on the wall clock for `onboard can`: opened, read every 10 ms, closed."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from types import TracebackType
+
+from onboard.drivers.can_bus import open_bus
+from onboard.drivers.clock import WallClock
+from onboard.records import Frame, PortState
+
+
+class BusError(RuntimeError):
+    """The bus has gone while it was used: one line."""
+
+
+class Shell:
+    """One bus while the `with` lasts. Raises what `open_bus` raises: ConfigError for a URI that is none, OSError."""
+
+    def __init__(self, uri: str, clock: WallClock) -> None:
+        self.uri, self.clock = uri, clock
+        self.bus = open_bus(uri)
+
+    def __enter__(self) -> Shell:
+        self.clock.start()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.bus.close()
+
+    def ticks(self, seconds: float = 0.0) -> Iterator[tuple[int, list[Frame]]]:
+        """Time and the frames that came, every 10 ms, for so long (0: until the clock is asked to stop).
+
+        Raises BusError when the other side closes the bus.
+        """
+        began_ns = self.clock.now_ns()
+        while (tick := self.clock.wait()) is not None:
+            frames = self.bus.read(tick.now_ns)
+            if self.bus.state is PortState.CLOSED:
+                raise BusError(f"{self.uri} is gone: its server has ended, or the interface was taken away")
+            yield tick.now_ns, frames
+            if seconds and tick.now_ns - began_ns >= seconds * 1e9:
+                return
+
+    def write(self, frames: Iterable[Frame]) -> None:
+        """Sends what the bus takes; what it does not take is too late already."""
+        self.bus.write(list(frames))
