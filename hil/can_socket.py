@@ -1,7 +1,7 @@
 """The bench's end of a CAN interface of the kernel, in place of its hub: `hil run --can socketcan:vcan0`.
 
-The kernel sends each frame to every socket of the interface but the sender's own, in order and at once; so counts alone
-decide here too when a tick may run, and candump, cantools or Wireshark may listen. Whoever else *sends* on the interface
+The kernel gives each frame to every socket of the interface but the sender's own, in order and at once; so counts alone
+decide here too when a tick may run, and candump, cantools or Wireshark may listen. Whoever else sends on the interface
 breaks the counts and so the run.
 """
 

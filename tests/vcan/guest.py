@@ -28,7 +28,7 @@ class GuestError(RuntimeError):
 
 @dataclass(frozen=True, slots=True)
 class Job:
-    """A shell command, the only folder it may write to (but for its own memory, /dev/shm), its environment, its time."""
+    """A shell command, the one folder it may write to (and /dev/shm, the guest's memory), its environment and time."""
 
     command: str
     work: Path

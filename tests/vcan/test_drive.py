@@ -16,8 +16,8 @@ DBC = Path(__file__).parents[2] / "protocol" / "rover.dbc"
 LINE = re.compile(r"\((\d+\.\d{6})\) vcan0 ([0-9A-F]{3})#([0-9A-F]*)")
 
 
-def document(drive, name):
-    return json.loads((FOLDER / drive / f"{name}.json").read_text())
+def certificate(drive):
+    return json.loads((FOLDER / drive / "certificate.json").read_text())
 
 
 def crc8_j1850(data):
@@ -49,25 +49,25 @@ def decoded(lines):
     return found
 
 
-def test_both_drives_ran_to_the_scenarios_end_and_the_wheels_turned(decoded):
-    for drive in ("hub", "real"):
-        assert document(drive, "summary")["bench_s"] == 8.0
+def test_the_wheels_turned(decoded):
     rates = [float(signals["rate"].split()[0]) for name, signals in decoded if name == "WHEEL_1_FEEDBACK"]
     assert max(map(abs, rates)) > 0.5
 
 
 def test_every_channel_and_the_plant_have_the_same_bits_over_both_buses():
-    hub, real = document("hub", "certificate"), document("real", "certificate")
+    hub, real = certificate("hub"), certificate("real")
     assert real["channels"] == hub["channels"]
     assert real["plant"] == hub["plant"]
 
 
 def test_the_record_of_the_drive_over_vcan0_replays_to_the_byte():
-    assert document("real", "summary")["replay"] == "identical"
+    command = [sys.executable, "-m", "onboard", "replay", str(FOLDER / "real" / "onboard.mcap")]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout.split()[0]) == (0, "identical"), done.stdout + done.stderr
 
 
 def test_candump_saw_every_frame_that_the_bench_counted(lines):
-    channels = document("real", "certificate")["channels"]
+    channels = certificate("real")["channels"]
     assert len(lines) == channels["can_to_onboard"]["pieces"] + channels["can_to_nodes"]["pieces"]
 
 
