@@ -6,6 +6,7 @@ import json
 import os
 import signal
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -17,6 +18,7 @@ from rich.text import Text
 from hil import demo as after
 from hil.can_command import EPILOG as CAN_EPILOG
 from hil.can_command import main as can_command
+from hil.can_socket import NoInterfaceError
 from hil.lidar_command import EPILOG as LIDAR_EPILOG
 from hil.lidar_command import main as lidar_command
 from hil.link_emulator import main as link_command
@@ -36,7 +38,7 @@ SHOWN = (
 TALLIED = (
     "terrain", "seed", "goal_reached", "distance_to_goal_m", "collisions", "scans", "way_m", "rtf", "replay",
 )
-EX_OK, EX_FAILED, EX_NOINPUT, EX_SOFTWARE, EX_CONFIG, EX_INTERRUPTED = 0, 1, 66, 70, 78, 130
+EX_OK, EX_FAILED, EX_NOINPUT, EX_UNAVAILABLE, EX_SOFTWARE, EX_CONFIG, EX_INTERRUPTED = 0, 1, 66, 69, 70, 78, 130
 
 app = typer.Typer(
     no_args_is_help=True, pretty_exceptions_enable=False,
@@ -79,6 +81,8 @@ def fly(scenario: Scenario, out: Path, pace: float = 0.0) -> RunResult:
         raise fail(EX_INTERRUPTED, "ended by Ctrl-C; all processes are gone") from None
     except ConfigError as error:
         raise fail(EX_CONFIG, str(error)) from None
+    except NoInterfaceError as error:
+        raise fail(EX_UNAVAILABLE, str(error)) from None
 
 
 def conclude(scenario: Scenario, result: RunResult) -> dict[str, object]:
@@ -138,13 +142,16 @@ def _show(facts: dict[str, object]) -> None:
 def run(
     scenario: Annotated[Path, typer.Argument(help="Scenario file (TOML).")],
     out: Annotated[Path | None, typer.Option(help="Folder of the run; default build/runs/NAME.")] = None,
+    can: Annotated[str, typer.Option(help="CAN bus in place of the scenario's: hub, socketcan:INTERFACE.")] = "",
 ) -> None:
     """Run a scenario: bench, onboard, link and ground in lock-step.
 
-    Exit codes: 0 ran to its end, 66 no such file, 70 a process failed, 78 something wrong in the scenario.
+    Exit codes: 0 ran to its end, 66 no such file, 69 no such CAN interface, 70 a process failed, 78 something wrong in
+    the scenario.
     """
     try:
         read = load_scenario(scenario)
+        read = replace(read, can=can or read.can)
     except FileNotFoundError:
         raise fail(EX_NOINPUT, f"no scenario {scenario}; the bench's own are in hil/scenarios") from None
     except ConfigError as error:

@@ -13,8 +13,10 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Set
+from dataclasses import dataclass
 
 from hil.can_hub import CanHub
+from hil.can_socket import CanSocket
 from hil.lidar_server import LidarServer
 from hil.lockstep import Barrier
 from hil.terrain import Field
@@ -27,13 +29,21 @@ from protocol.conventions import TICK_NS
 WIRE_LIMIT_S = 30.0  # wall time for bytes that onboard says it has sent
 
 
+@dataclass(frozen=True, slots=True)
+class Joined:
+    """What a bench is joined to: its CAN bus, and `alive`, which raises when a process of the run has died."""
+
+    hub: CanHub | CanSocket
+    alive: Callable[[], None]
+
+
 class Bench(World):
     """A world behind real sockets. `open` the ports, start the processes, `run`."""
 
-    def __init__(self, ground: Field, seed: int, rover: Rover, truth: Truth, alive: Callable[[], None]) -> None:
+    def __init__(self, ground: Field, seed: int, rover: Rover, truth: Truth, joined: Joined) -> None:
         super().__init__(ground, seed, rover, truth)
-        self._alive = alive
-        self.hub, self.lidar_server, self.barrier = CanHub(), LidarServer("127.0.0.1"), Barrier()
+        self._alive = joined.alive
+        self.hub, self.lidar_server, self.barrier = joined.hub, LidarServer("127.0.0.1"), Barrier()
         self.laps_ms: list[tuple[float, float]] = []  # wall time of a tick: plant, devices; and onboard
         self.ground_code: int | None = None  # exit code of the operator's script once it has ended
         self._lidar_epoch = self._lidar_count = 0

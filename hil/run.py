@@ -12,7 +12,9 @@ from pathlib import Path
 from typing import Any
 
 from hil import field_file
-from hil.bench import Bench
+from hil.bench import Bench, Joined
+from hil.can_hub import CanHub
+from hil.can_socket import CanSocket
 from hil.fields import Accepted
 from hil.grounds import GROUNDS
 from hil.impairment import PROFILES
@@ -72,7 +74,8 @@ def run(
     (folder / "script.txt").write_text(scenario.script.format(**goal))
     truth = Truth(folder / "truth.mcap")
     with Processes(folder) as processes, ExitStack() as interrupted:
-        bench = Bench(accepted.field, scenario.seed, load().rover, truth, processes.check)
+        joined = Joined(CanHub() if scenario.can == "hub" else CanSocket(scenario.can), processes.check)
+        bench = Bench(accepted.field, scenario.seed, load().rover, truth, joined)
         interrupted.callback(bench.close, "the run was interrupted")
         injector, error = Injector(scenario.faults), ""
         started = time.monotonic()

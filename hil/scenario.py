@@ -39,6 +39,7 @@ class Scenario:
     limit_s: float = value(1200.0, "bench time after which the run is ended", low=1, high=1e6)
     end_s: float = value(0.0, "end after this much bench time; 0: when the script is done", low=0, high=1e6)
     live: bool = value(False, "no scripted operator: a live ground station may join; the run does not repeat")
+    can: str = value("hub", "the CAN bus: the bench's hub, or socketcan:INTERFACE of this machine")
     faults: tuple[Injection, ...] = ()
     set: Mapping[str, Any] = field(default_factory=dict)
 

@@ -17,7 +17,8 @@ import numpy as np
 from mcap.reader import make_reader
 from mcap.stream_reader import StreamReader
 
-from hil.bench import Bench
+from hil.bench import Bench, Joined
+from hil.can_hub import CanHub
 from hil.grounds import GROUNDS
 from hil.processes import Processes, free_ports
 from hil.run import NAMES, RunResult, run, write_station
@@ -163,7 +164,8 @@ def start(repeats: int) -> Measured:
 def _first_tick_s() -> float:
     with TemporaryDirectory() as name, Processes(Path(name)) as processes:
         folder = Path(name)
-        bench = Bench(GROUNDS["flat"](1).field, 1, load().rover, Truth(folder / "truth.mcap"), processes.check)
+        joined = Joined(CanHub(), processes.check)
+        bench = Bench(GROUNDS["flat"](1).field, 1, load().rover, Truth(folder / "truth.mcap"), joined)
         rover_side, ground_side = (f"tcp/127.0.0.1:{port}" for port in free_ports(2))
         processes.start(
             "link",

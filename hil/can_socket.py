@@ -1,0 +1,88 @@
+"""The bench's end of a CAN interface of the kernel, in place of its hub: `hil run --can socketcan:vcan0`.
+
+The kernel gives each frame to every socket of the interface but the sender's own, in order and at once; so counts alone
+decide here too when a tick may run, and candump, cantools or Wireshark may listen. Whoever else sends on the interface
+breaks the counts and so the run.
+"""
+
+from __future__ import annotations
+
+import re
+import select
+import socket
+import struct
+import time
+from collections.abc import Sequence
+
+from onboard.records import Frame
+
+_FRAME = struct.Struct("=IB3x8s")  # struct can_frame of linux/can.h
+_ID = 0x1FFF_FFFF
+
+
+class NoInterfaceError(OSError):
+    """The interface is not there, is down, or this kernel knows no CAN; the text says what to do."""
+
+
+class CanSocket:
+    """One raw socket. `sent` and `received` count frames since it was opened; `uri` is what onboard's config names."""
+
+    def __init__(self, uri: str) -> None:
+        found = re.fullmatch(r"socketcan:([\w.-]{1,15})", uri)
+        if not found:
+            raise NoInterfaceError(f"{uri!r} names no interface of the kernel; write socketcan:INTERFACE")
+        self.uri = uri
+        self.sent = self.received = 0
+        try:
+            self._socket = socket.socket(socket.AF_CAN, socket.SOCK_RAW, socket.CAN_RAW)
+            self._socket.bind((found[1],))
+            self._socket.setblocking(False)
+        except OSError as error:
+            raise NoInterfaceError(
+                f"{uri} cannot be opened ({error}); as root: `modprobe vcan; ip link add {found[1]} type vcan; "
+                f"ip link set {found[1]} up`. On a kernel without CAN leave --can away: the bench has a hub"
+            ) from error
+
+    def poll(self) -> None:
+        """Nothing to serve: the kernel does."""
+
+    def write(self, frames: Sequence[Frame]) -> None:
+        """The emulated nodes' frames, in this order. Raises ConnectionError when the interface does not take them."""
+        try:
+            for frame in frames:
+                self._socket.send(_FRAME.pack(frame.can_id, len(frame.data), frame.data))
+                self.sent += 1
+        except OSError as error:
+            raise ConnectionError(f"{self.uri} takes no frame after {self.sent}: {error}") from error
+
+    def read_upto(self, _number: int, total: int, limit_s: float, stamp_ns: int = 0) -> list[Frame]:
+        """Lock-step: blocks until `total` frames of others came since the opening; those of now, stamped `stamp_ns`.
+
+        There is one client. Raises TimeoutError with both counts after `limit_s`, ConnectionError when the interface
+        goes down or away.
+        """
+        frames: list[Frame] = []
+        deadline = time.monotonic() + limit_s
+        while self.received < total:
+            try:
+                frames.append(_unpack(self._socket.recv(_FRAME.size), stamp_ns))
+                self.received += 1
+            except BlockingIOError:
+                left_s = deadline - time.monotonic()
+                if left_s <= 0:
+                    raise TimeoutError(
+                        f"{self.uri}: {self.received} of {total} frames came within {limit_s:g} s"
+                    ) from None
+                select.select([self._socket], [], [], left_s)
+            except OSError as error:
+                raise ConnectionError(f"{self.uri} is gone after {self.received} of {total} frames: {error}") from error
+        return frames
+
+    def close(self) -> None:
+        """Closes the socket; the interface stays."""
+        self._socket.close()
+
+
+def _unpack(data: bytes, stamp_ns: int) -> Frame:
+    can_id, length, payload = _FRAME.unpack(data)
+    return Frame(can_id & _ID, payload[:length], stamp_ns)
