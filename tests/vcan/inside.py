@@ -36,7 +36,8 @@ def timed(what: str) -> Iterator[None]:
 
 def bus_tests() -> int:
     """The exit code of pytest."""
-    command = [sys.executable, "-m", "pytest", "-vv", "--tb=short", "--color=no", *map(str, sorted(HERE.glob("test_real_*.py")))]
+    files = map(str, sorted(HERE.glob("test_real_*.py")))
+    command = [sys.executable, "-m", "pytest", "-vv", "--tb=short", "--color=no", *files]
     environment = {**os.environ, **PLAIN_PYTEST, "EL_DORADO_CAN": INTERFACE}
     return subprocess.run(command, env=environment, check=False).returncode
 
