@@ -190,7 +190,8 @@ def test_only_and_node_show_what_they_name():
     (("missing.blf",), 66, "missing.blf cannot be read: No such file or directory"),
     (("tests",), 66, "tests cannot be read: Is a directory"),
     (("-", "--only", "TILT_FEEDBAK"), 64, "rover.dbc has no frame TILT_FEEDBAK; did you mean TILT_FEEDBACK?"),
-    (("-", "--node", "xyz"), 64, "no node xyz: rover.dbc has COMPUTER, WHEEL_1, WHEEL_2, WHEEL_3, WHEEL_4, TILT ..."),
+    (("-", "--node", "xyz"), 64, "rover.dbc has no node xyz; it has COMPUTER, WHEEL_1, WHEEL_2, WHEEL_3, WHEEL_4, "
+                               "TILT ..."),
     (("pyproject.toml",), 65, "pyproject.toml is no log of a CAN bus: candump (-L or not), .asc and .blf are read"),
     (("--bus", "can0"), 78, "can.uri = 'can0' names no bus"),
     (("--bus", "socketcand:127.0.0.1:1/can0"), 69, "socketcand:127.0.0.1:1/can0 cannot be opened"),
