@@ -7,11 +7,12 @@ from collections.abc import Iterable, Mapping, Sequence
 
 from onboard.can_tool.decode import Seen, Tally, Values, named
 from protocol.can_frames import FRAMES, Signal
+from protocol.can_guard import Counts
 
 _NS = 1_000_000_000
 WIDTH = max(len(layout.name) for layout in FRAMES.values())
 _SIGNALS = {can_id: {s.name: s for s in layout.signals} for can_id, layout in FRAMES.items()}
-_COUNTS = ("late", "lost", "repeated", "crc", "out_of_range", "length")
+_COUNTS = Counts._fields[1:]  # without the accepted ones
 
 
 def signals_text(can_id: int, values: Values, units: bool = True) -> str:
