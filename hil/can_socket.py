@@ -40,7 +40,7 @@ class CanSocket:
         except OSError as error:
             raise NoInterfaceError(
                 f"{uri} cannot be opened ({error}); as root: `modprobe vcan; ip link add {found[1]} type vcan; "
-                f"ip link set {found[1]} up`. On a kernel without CAN leave --can away: the bench has a hub"
+                f"ip link set {found[1]} up`. On a kernel without CAN leave the option away: the bench has a hub"
             ) from error
 
     def poll(self) -> None:
@@ -54,6 +54,22 @@ class CanSocket:
                 self.sent += 1
         except OSError as error:
             raise ConnectionError(f"{self.uri} takes no frame after {self.sent}: {error}") from error
+
+    def wait(self, limit_s: float) -> None:
+        """Blocks until a frame is there, at most `limit_s`."""
+        select.select([self._socket], [], [], limit_s)
+
+    def read(self, stamp_ns: int = 0) -> list[Frame]:
+        """The frames of others that are there now, stamped `stamp_ns`. Raises ConnectionError as `write`."""
+        frames: list[Frame] = []
+        try:
+            while True:
+                frames.append(_unpack(self._socket.recv(_FRAME.size), stamp_ns))
+                self.received += 1
+        except BlockingIOError:
+            return frames
+        except OSError as error:
+            raise ConnectionError(f"{self.uri} is gone after {self.received} frames: {error}") from error
 
     def read_upto(self, _number: int, total: int, limit_s: float, stamp_ns: int = 0) -> list[Frame]:
         """Lock-step: blocks until `total` frames of others came since the opening; those of now, stamped `stamp_ns`.
