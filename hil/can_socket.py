@@ -90,6 +90,10 @@ class CanSocket:
         if not wanted:
             raise ConnectionError(f"{self.uri}: no fault can unplug a CAN interface of the kernel; use the bench's hub")
 
+    def disconnect(self, _number: int) -> None:
+        """Raises ConnectionError, as listen(False)."""
+        self.listen(False)
+
     def wait_client(self, _number: int, _limit_s: float) -> int:
         """Raises ConnectionError: that onboard has opened its socket anew cannot be seen from here."""
         raise ConnectionError(f"{self.uri}: onboard opens its bus anew, and only the bench's hub can wait for it")

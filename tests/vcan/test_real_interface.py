@@ -141,8 +141,9 @@ def test_a_bus_that_is_not_there_is_named_with_the_commands_that_make_it():
 
 def test_faults_that_need_the_hub_end_the_run_and_say_so(wire):
     wire.listen(True)
-    with pytest.raises(ConnectionError, match="use the bench's hub"):
-        wire.listen(False)
+    for fault in (lambda: wire.listen(False), lambda: wire.disconnect(0)):
+        with pytest.raises(ConnectionError, match="use the bench's hub"):
+            fault()
     with pytest.raises(ConnectionError, match="only the bench's hub"):
         wire.wait_client(1, LIMIT_S)
 
