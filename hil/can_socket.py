@@ -17,7 +17,7 @@ from collections.abc import Sequence
 from onboard.records import Frame
 
 _FRAME = struct.Struct("=IB3x8s")  # struct can_frame of linux/can.h
-_ID = 0x1FFF_FFFF
+_ID, _ERROR = 0x1FFF_FFFF, 0x2000_0000
 
 
 class NoInterfaceError(OSError):
@@ -71,6 +71,13 @@ class CanSocket:
         except OSError as error:
             raise ConnectionError(f"{self.uri} is gone after {self.received} frames: {error}") from error
 
+    def write_error(self, classes: int, detail: int = 0, _stamp_ns: int = 0) -> None:
+        """An error frame of SocketCAN's classes, as a controller's driver makes them; counts as a frame.
+
+        detail: byte 1 of its data.
+        """
+        self.write([Frame(_ERROR | classes, bytes([0, detail, 0, 0, 0, 0, 0, 0]))])
+
     def read_upto(self, _number: int, total: int, limit_s: float, stamp_ns: int = 0) -> list[Frame]:
         """Lock-step: blocks until `total` frames of others came since the opening; those of now, stamped `stamp_ns`.
 
@@ -93,6 +100,19 @@ class CanSocket:
             except OSError as error:
                 raise ConnectionError(f"{self.uri} is gone after {self.received} of {total} frames: {error}") from error
         return frames
+
+    def listen(self, wanted: bool) -> None:
+        """Everyone may open the interface. Raises ConnectionError where a fault would keep onboard from it."""
+        if not wanted:
+            raise ConnectionError(f"{self.uri}: no fault can unplug a CAN interface of the kernel; use the bench's hub")
+
+    def disconnect(self, _number: int) -> None:
+        """Raises ConnectionError, as listen(False)."""
+        self.listen(False)
+
+    def wait_client(self, _number: int, _limit_s: float) -> int:
+        """Raises ConnectionError: that onboard has opened its socket anew cannot be seen from here."""
+        raise ConnectionError(f"{self.uri}: onboard opens its bus anew, and only the bench's hub can wait for it")
 
     def close(self) -> None:
         """Closes the socket; the interface stays."""
