@@ -1,0 +1,43 @@
+"""What the shell tells of a port, and of the CAN bus more than of the others."""
+
+from __future__ import annotations
+
+from enum import IntEnum
+from typing import NamedTuple
+
+
+class PortState(IntEnum):
+    """A port as the shell sees it."""
+
+    CLOSED = 0
+    OPEN = 1
+    ERROR = 2
+
+
+class BusTrouble(IntEnum):
+    """Kinds of error frame that a CAN controller or its driver tells of."""
+
+    BUS_OFF = 0
+    PASSIVE = 1
+    WARNING = 2
+    ACTIVE = 3  # good again
+    RESTARTED = 4
+    BUS_ERROR = 5  # bit, form, stuff or CRC errors on the wire
+    NO_ACK = 6
+    OVERFLOW = 7
+    OTHER = 8
+
+
+class BusStatus(NamedTuple):
+    """The CAN bus as the shell sees it; counts since the start of the run.
+
+    state: ERROR when it is open and nothing passes (bus-off, interface down), CLOSED when only opening it anew helps.
+    error: one line for people, what is wrong now; empty while all is well. send_failures: frames that it did not take.
+    openings: attempts to open it. error_frames: by BusTrouble.
+    """
+
+    state: PortState = PortState.OPEN
+    error: str = ""
+    send_failures: int = 0
+    openings: int = 1
+    error_frames: tuple[int, ...] = (0,) * len(BusTrouble)
