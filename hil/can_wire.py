@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from onboard.ports import BUS_CLOSED, BUS_WORDS
 from onboard.records import BusStatus, BusTrouble, Frame, PortState
 from protocol.can_codec import DBC_VERSION, TABLE
 from protocol.conventions import TICK_NS
@@ -38,7 +39,7 @@ class CanWire:
         self.foreign = self.twin = ""
         self._errors: list[BusTrouble] = []
         self._told = [0] * len(BusTrouble)
-        self._word, self._openings = "", 1
+        self._word, self._openings, self._refused = "", 1, 0
         self._newest: dict[int, bytes] = {}
 
     def error(self, kind: BusTrouble) -> None:
@@ -49,7 +50,7 @@ class CanWire:
 
     def to_computer(self, frames: list[Frame], now_ns: int) -> list[Frame]:
         """The frames of the nodes as the computer receives them."""
-        if not (self.plugged and self.connected) or self.bus_off:
+        if not self.connected or self.bus_off:
             return []
         frames = [self._translated(frame) for frame in frames]
         self._newest.update((frame.can_id, frame.data) for frame in frames)
@@ -62,7 +63,9 @@ class CanWire:
 
     def to_nodes(self, frames: list[Frame]) -> list[Frame]:
         """The frames of the computer that the nodes hear."""
-        return frames if self.plugged and self.connected and not self.bus_off else []
+        if not self.connected:
+            self._refused += len(frames)
+        return frames if self.connected and not self.bus_off else []
 
     def errors(self) -> list[BusTrouble]:
         """The error frames since the last call; one that finds the computer unplugged is lost."""
@@ -71,7 +74,7 @@ class CanWire:
             return []
         for kind in errors:
             self._told[kind] += 1
-            self._word = "" if kind in (BusTrouble.ACTIVE, BusTrouble.RESTARTED) else kind.name
+            self._word = BUS_WORDS.get(kind, "")
         return errors
 
     def unplug(self) -> None:
@@ -95,8 +98,8 @@ class CanWire:
     def status(self) -> BusStatus:
         """After the newest errors(); for a computer without sockets."""
         state = PortState.CLOSED if not self.connected else PortState.ERROR if self.bus_off else PortState.OPEN
-        word = self._word if self.connected else "unplugged"
-        return BusStatus(state, word, 0, self._openings, tuple(self._told))
+        word = self._word if self.connected else BUS_CLOSED
+        return BusStatus(state, word, self._refused, self._openings, tuple(self._told))
 
     def _translated(self, frame: Frame) -> Frame:
         """A heartbeat of the foreign node with another DBC version in it."""

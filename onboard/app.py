@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 from onboard.config import Config, ConfigError
 from onboard.core.jobs import JOBS
 from onboard.core.tick import Rover, darken, farewell, tick
-from onboard.drivers.can_bus import CLOSED, CanPort
+from onboard.drivers.can_bus import CanPort
 from onboard.drivers.clock import LockStepClock, WallClock
 from onboard.drivers.disk import Keeper, Kept, load
 from onboard.drivers.lidar_ear import LidarEar
@@ -24,6 +24,7 @@ from onboard.drivers.lidar_port import LidarPort, open_port
 from onboard.drivers.link_port import LinkPort, link_keys
 from onboard.drivers.workers import Workers
 from onboard.maps.gdem_file import from_npz
+from onboard.ports import BUS_CLOSED
 from onboard.record.writer import Recorder
 from onboard.records import BusStatus, Chunk, Frame, Gdem, Health, Inputs, LinkMessage, Outputs, PortState
 from protocol.barrier import Channel, Tick
@@ -100,7 +101,7 @@ class LockStepPorts:
     def _can_status(self, channel: Channel | None) -> BusStatus:
         """While the bench says closed, without the words of an attempt: they name a port that no other run has."""
         status = self.can.status
-        return status if _state(channel) is PortState.OPEN else status._replace(error=CLOSED)
+        return status if _state(channel) is PortState.OPEN else status._replace(error=BUS_CLOSED)
 
     def _read_link(self, channel: Channel | None) -> tuple[LinkMessage, ...]:
         if channel is None or not channel.stamps_us:

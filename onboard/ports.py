@@ -41,3 +41,15 @@ class BusStatus(NamedTuple):
     send_failures: int = 0
     openings: int = 1
     error_frames: tuple[int, ...] = (0,) * len(BusTrouble)
+
+
+BUS_CLOSED = "the bus is closed"
+BUS_WORDS = {  # what a controller's error frame means for people
+    BusTrouble.BUS_OFF: "bus-off: the controller has left the bus after too many errors",
+    BusTrouble.PASSIVE: "error-passive: over 127 errors; cable, termination, bit rate?",
+    BusTrouble.WARNING: "error warning: over 95 errors",
+    BusTrouble.BUS_ERROR: "errors on the wire; where no frame passes at all, the bit rate is another",
+    BusTrouble.NO_ACK: "nobody acknowledges: no other node on the bus, or none with this bit rate",
+    BusTrouble.OVERFLOW: "a buffer of the controller has overflowed",
+    BusTrouble.OTHER: "an error frame of no known kind",
+}

@@ -7,7 +7,8 @@ from collections.abc import Sequence
 
 import can
 
-from onboard.drivers.can_errors import FULL, GONE, WORDS, kind_of, words_of
+from onboard.drivers.can_errors import FULL, GONE, kind_of, words_of
+from onboard.ports import BUS_WORDS
 from onboard.records import BusTrouble, Frame, PortState
 
 _UNTIL_GOOD = (BusTrouble.PASSIVE, BusTrouble.WARNING)  # states of the controller: they hold until it is active again
@@ -140,7 +141,7 @@ class CanBus:
 
     @property
     def _holds(self) -> bool:
-        return self._words["controller"] in [WORDS[kind] for kind in _UNTIL_GOOD]
+        return self._words["controller"] in [BUS_WORDS[kind] for kind in _UNTIL_GOOD]
 
     def _book(self, kind: BusTrouble) -> None:
         self.errors[kind] += 1
@@ -148,9 +149,9 @@ class CanBus:
             self._well()
         elif kind is BusTrouble.BUS_OFF:
             self.state = PortState.ERROR
-            self._words["controller"] = WORDS[kind]
+            self._words["controller"] = BUS_WORDS[kind]
         elif not self._holds or kind in _UNTIL_GOOD:
-            self._words["controller"] = WORDS[kind]
+            self._words["controller"] = BUS_WORDS[kind]
 
     def _well(self) -> None:
         self.state = PortState.OPEN

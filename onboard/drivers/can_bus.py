@@ -19,10 +19,10 @@ from onboard.config import ConfigError
 from onboard.drivers.can_base import CanBus as CanBus
 from onboard.drivers.can_socketcan import NoCanError, open_socketcan
 from onboard.drivers.can_socketcand import open_socketcand
+from onboard.ports import BUS_CLOSED
 from onboard.records import BusStatus, BusTrouble, Frame, PortState
 
 FIRST_LIMIT_S = 5.0
-CLOSED = "the bus is closed"
 FORMS = "socketcan:INTERFACE, socketcand:HOST:PORT/BUS or virtual:NAME"
 
 
@@ -105,7 +105,7 @@ class CanPort:
     def status(self) -> BusStatus:
         """Of the whole run."""
         errors = tuple(map(sum, zip(self._errors, self._bus.errors, strict=True))) if self._bus else self._errors
-        words = self._bus.error if self._bus else self._words or CLOSED
+        words = self._bus.error if self._bus else self._words or BUS_CLOSED
         return BusStatus(self.state, words, self._failures, self.openings, tuple(errors))
 
     @property

@@ -1,4 +1,4 @@
-"""What a CAN error frame and an errno mean: kinds for the counts, words for people. No bus is touched here.
+"""What a CAN error frame and an errno mean: kinds for the counts, words for people. No bus is touched.
 
 An error frame's id is a set of classes (linux/can/error.h); of class CRTL, byte 1 tells more. python-can keeps the
 classes of a socketcan frame and its data; its socketcand client drops the data, so the bench's hub sends byte 1 in bits
@@ -18,15 +18,6 @@ _CLASSES = (  # the first that is set names the frame
 )
 _DETAILS = ((0x30, BusTrouble.PASSIVE), (0x0C, BusTrouble.WARNING), (0x40, BusTrouble.ACTIVE),
             (0x03, BusTrouble.OVERFLOW))
-WORDS = {
-    BusTrouble.BUS_OFF: "bus-off: the controller has left the bus after too many errors",
-    BusTrouble.PASSIVE: "error-passive: over 127 errors; cable, termination, bit rate?",
-    BusTrouble.WARNING: "error warning: over 95 errors",
-    BusTrouble.BUS_ERROR: "errors on the wire; where no frame passes at all, the bit rate is another",
-    BusTrouble.NO_ACK: "nobody acknowledges: no other node on the bus, or none with this bit rate",
-    BusTrouble.OVERFLOW: "a buffer of the controller has overflowed",
-    BusTrouble.OTHER: "an error frame of no known kind",
-}
 GONE = (errno.ENODEV, errno.ENXIO, errno.EBADF)
 FULL = (errno.ENOBUFS, errno.EAGAIN, errno.ENOMEM)
 
