@@ -96,8 +96,8 @@ class Bench(World):
 
     def _can_channel(self, now_ns: int) -> Channel:
         frames, errors = self.frames(), self.can.errors()
-        self.hub.listen(self.can.plugged)
         if not self.can.connected:
+            self.hub.listen(self.can.plugged)
             self.hub.disconnect(self._can_client)
             return Channel("can", 0, CLOSED, self._can_client)
         self.hub.write(frames)
