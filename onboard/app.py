@@ -129,6 +129,8 @@ class LockStepPorts:
             self.lidar.wait_open(WAIT_S)
         if outputs.can_connect:
             self.can.connect()
+            if not self.can.served:  # the bench may send as soon as it knows
+                self.can.wait_open(WAIT_S)
         self.can.write(outputs.can_frames)
         self.lidar.write(outputs.lidar_bytes)
         self.link.write(outputs.link_payloads)

@@ -7,7 +7,7 @@ burst up to `size` is forgiven. It holds at most twice its size: what has ended 
     babble      frames of one id                      leak twice its highest rate, at least 50/s      size 20
     overloaded  frames of all ids                     leak 80 % of the bus                            size 150
     corrupt     bad, jumped, from the future          leak 20/s, over for 0.1 s                       size 5
-    rotten      the same                              leak 200/s                                      size 20
+    rotten      bad, jumped                           leak 200/s                                      size 20
     twins       frames in another one's order         leak 1/s                                        size 3
 
 The 0.1 s are for an id that babbles bad frames to be known as that.
@@ -67,7 +67,7 @@ class CanWatch:
         self._twins: dict[str, Bucket] = {}
         self._twin_counts: Counter[str] = Counter()
         self._bad = self._twin_total = self._copies = 0
-        self._clean_ns = 0
+        self._clean_ns = self._from_future = 0
 
     def rates(self, frames: Sequence[FrameLike], now_ns: int) -> None:
         """All frames of the tick, known or not, before they are used."""
@@ -85,12 +85,12 @@ class CanWatch:
 
     def checks(self, guard: Guard, from_future: int, now_ns: int) -> None:
         """What the guard has found by now; from_future: frames stamped later than now, since the start."""
-        bad = guard.bad + guard.gaps + from_future
-        if not self._few.add(bad - self._bad, now_ns):
+        bad = guard.bad + guard.gaps
+        if not self._few.add(bad + from_future - self._bad - self._from_future, now_ns):
             self._clean_ns = now_ns
         self.corrupt = now_ns - self._clean_ns >= CORRUPT_FOR_NS
         self.rotten = self._many.add(bad - self._bad, now_ns)
-        self._bad = bad
+        self._bad, self._from_future = bad, from_future
         if guard.twins + self._copies != self._twin_total or self._twins:
             self._twin_total = guard.twins + self._copies
             self._find_twins(guard, now_ns)

@@ -87,6 +87,7 @@ class CanPort:
 
     def __init__(self, uri: str, filtered: bool = False) -> None:
         self._open = _opener(uri, filtered)
+        self.served = uri.startswith("socketcand:")  # somebody at the other end has to let us in
         self._bus: CanBus | None = None
         self._attempt: _Attempt | None = None
         self._words = ""

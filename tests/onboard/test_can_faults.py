@@ -211,6 +211,7 @@ def test_frames_from_the_future_are_named_and_do_not_look_fresh_for_ever(driving
     driving.run(0.3)
     assert "from the future" in told(driving, "CAN_CORRUPT")[0]
     assert driving.rover.nodes.from_future > 100
+    assert driving.mode is Mode.AUTONOMOUS and not standing(driving)
     driving.nodes.wheels[1].silent = True
     took = driving.until(lambda: standing(driving), 1.0)
     assert took <= BY_NAME["WHEEL_STALE"].detect_s + TICK_S

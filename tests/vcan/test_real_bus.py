@@ -1,9 +1,8 @@
 """The flight program's port on an interface of the kernel: filters, error frames with their data, down, gone and back.
 
-Needs EL_DORADO_CAN=INTERFACE (any) and root; each test makes an interface of its own.
+Each test makes an interface of its own.
 """
 
-import os
 import socket
 import struct
 import subprocess
@@ -14,17 +13,11 @@ from onboard.drivers.can_bus import CanPort, open_bus
 from onboard.ports import BUS_WORDS
 from onboard.records import BusTrouble, Frame, PortState
 from protocol.can_codec import TABLE
+from tests.vcan.interface import ip_link
 
-pytestmark = pytest.mark.skipif(
-    "EL_DORADO_CAN" not in os.environ, reason="EL_DORADO_CAN names no CAN interface: see `make test-vcan`"
-)
 NAME, LIMIT_S = "vcan2", 30.0
 ERROR_FLAG = 0x2000_0000
 FRAMES = [Frame(can_id, bytes([k])) for k, can_id in enumerate(TABLE)]
-
-
-def ip_link(*words):
-    subprocess.run(["ip", "link", *words], check=True, capture_output=True)
 
 
 def make():
