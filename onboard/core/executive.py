@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 from onboard.config import Config
 from onboard.core.downlink import Downlink
 from onboard.core.mission import MISSION_JOBS, MOVING, Context, Mission
+from onboard.core.monitors import over_limit, words
 from onboard.planning.plan_records import PlanResult
 from onboard.records import Event, Gdem, Twist
 from protocol.can_codec import StopReason
@@ -103,16 +104,19 @@ class Executive:
             self._change("link_lost", ctx, "no authenticated contact")
 
     def _answer(self, faults: tuple[str, ...], ctx: Context) -> None:
+        over = over_limit(ctx.nodes, faults)
+        if ctx.nodes.bus.news:
+            self._tell(ctx, "CAN", ctx.nodes.bus.news)
         for name in faults:
             row = BY_NAME[name]
             new = name not in self.active
             if new and Step.REPORT in row.response:
-                self._tell(ctx, "FAULT", f"{name}: {row.condition}")
+                self._tell(ctx, "FAULT", words(ctx.nodes, name))
             if Step.ESTOP in row.response and self.mode is not Mode.ESTOP:
-                self._cancel(ctx, State.FAILED, f"{name}: {row.condition}")
+                self._cancel(ctx, State.FAILED, words(ctx.nodes, name))
                 self._change("emergency_stop", ctx, name)
-            elif Step.SAFE in row.response and self.mode not in (Mode.SAFE, Mode.ESTOP):
-                self._cancel(ctx, State.FAILED, f"{name}: {row.condition}")
+            elif (Step.SAFE in row.response or name in over) and self.mode not in (Mode.SAFE, Mode.ESTOP):
+                self._cancel(ctx, State.FAILED, words(ctx.nodes, name))
                 self._change("fault", ctx, name)
             elif new and Step.BACK_OFF in row.response:
                 self._back_off(row, ctx)
@@ -165,7 +169,8 @@ class Executive:
         self._downlink.report(order.request_id, State.COMPLETED, self.mode.name)
 
     def _resume(self, order: Order, ctx: Context) -> None:
-        latched = [name for name in self.active if Step.SAFE in BY_NAME[name].response]
+        over = over_limit(ctx.nodes, self.active)
+        latched = [name for name in self.active if Step.SAFE in BY_NAME[name].response or name in over]
         if latched:
             self._downlink.report(order.request_id, State.FAILED, f"still active: {', '.join(latched)}")
             return
