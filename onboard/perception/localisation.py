@@ -6,7 +6,7 @@
     every 100 ms of moving  the filter's covariance is predicted over what moved since (the state is already there)
     every 0.5 s of standing the mean of the gyro is its bias (zero-velocity update); the pose stays, but for the part of
                             the last drive's turn that the bias now explains
-    at a stop               the registration corrects x, y, z, yaw, and through them slip, bias and scale, or is refused;
+    at a stop               a registration corrects x, y, z, yaw, and through them slip, bias, scale, or is refused;
                             then the points enter the map at the corrected pose, which becomes the anchor of the next
 
 Roll and pitch come from `attitude`. A registration that is refused doubles the covariance of the pose and never moves

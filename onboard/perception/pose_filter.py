@@ -1,4 +1,4 @@
-"""The extended Kalman filter of `localisation` (filterpy): pose, gyro, slip, and where the map it is corrected by is off.
+"""The extended Kalman filter of `localisation` (filterpy): pose, gyro, slip, and what is wrong with the map itself.
 
     state   x, y, z, yaw; gyro's bias (rad/s) and scale error; slip = 1 - (body's way) / (wheels' way);
             anchor: true pose minus the pose at which the points of the newest trusted stop entered the map
