@@ -191,7 +191,7 @@ class Localisation:
         level_x, level_y = cp * forward + sp * sr * left, cr * left
         sy, cy = math.sin(yaw), math.cos(yaw)
         way = (cy * level_x - sy * level_y, sy * level_x + cy * level_y, cp * sr * left - sp * forward)
-        self._filter.move(way, rolled)
+        self._filter.move(way, rolled, math.sqrt(1.0 - (cp * cr) ** 2))
 
     def _predict(self) -> None:
         self._since_ns = self._now_ns

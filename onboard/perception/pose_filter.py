@@ -31,10 +31,11 @@ START_SIGMA = (0.001, 0.001, 0.001, 0.001)  # the map begins here: only the scal
 RESET_SIGMA = (0.05, 0.05, 0.05, 0.02)
 BIAS_WALK = 2e-5  # rad/s per sqrt(s)
 SCALE_SIGMA = 0.001
-WAY_WALK = 0.015  # m per sqrt(m), of x and y
-HEIGHT_WALK = 0.008  # m per sqrt(m)
+WAY_WALK = 0.008  # m per sqrt(m), of x and y
+SLOPE_WALK = 0.08  # m per sqrt(m) of x and y, times the sine of the slope: how far it slides there varies
+HEIGHT_WALK = 0.005  # m per sqrt(m)
 TURN_WALK = 0.001  # rad per sqrt(rad)
-SLIP_WALK = 0.01  # per sqrt(m)
+SLIP_WALK = 0.005  # per sqrt(m)
 SLIP_LIMITS = (-0.3, 0.9)
 
 
@@ -49,7 +50,7 @@ class PoseFilter:
         self.covariance[:7, :7] = np.diag([*START_SIGMA, bias_sigma, slip_sigma, SCALE_SIGMA]) ** 2
         self._filter: ExtendedKalmanFilter | None = None
         self._moved = [0.0] * 4  # dx, dy, dz of the wheels, turn since the last prediction
-        self._rolled_m = self._turned_rad = self._seconds = 0.0
+        self._rolled_m = self._sloped_m = self._turned_rad = self._seconds = 0.0
         self._anchor_m = (x_m, y_m)
 
     def turn(self, rate_radps: float, seconds: float) -> float:
@@ -61,13 +62,14 @@ class PoseFilter:
         self._seconds += seconds
         return angle_rad
 
-    def move(self, way_m: tuple[float, float, float], rolled_m: float) -> None:
-        """Goes by a way of the wheels in map axes; rolled_m: way of the rims."""
+    def move(self, way_m: tuple[float, float, float], rolled_m: float, slope_sine: float) -> None:
+        """Goes by a way of the wheels in map axes; rolled_m: way of the rims; slope_sine: of the ground's slope."""
         keep = 1.0 - self.state[SLIP]
         for k in range(3):
             self.state[k] += keep * way_m[k]
             self._moved[k] += way_m[k]
         self._rolled_m += rolled_m
+        self._sloped_m += rolled_m * slope_sine * slope_sine
 
     def predict(self, gyro_noise_radps: float, turn_walk: float = TURN_WALK) -> None:
         """Covariance over what moved since the last call. gyro_noise_radps: 1 sigma of a sample, 100 a second."""
@@ -80,14 +82,16 @@ class PoseFilter:
         F[X, SLIP], F[Y, SLIP], F[Z, SLIP] = -dx, -dy, -dz
         F[YAW, BIAS], F[YAW, SCALE] = -self._seconds, -turn
         walks = np.zeros(STATES)
-        walks[:3] = WAY_WALK**2 * way, WAY_WALK**2 * way, HEIGHT_WALK**2 * way
+        walks[X] = walks[Y] = WAY_WALK**2 * way + SLOPE_WALK**2 * self._sloped_m
+        walks[Z] = HEIGHT_WALK**2 * way
         walks[YAW] = gyro_noise_radps**2 * 0.01 * self._seconds + turn_walk**2 * self._turned_rad
         walks[BIAS], walks[SLIP] = BIAS_WALK**2 * self._seconds, SLIP_WALK**2 * way
         kalman = self._kalman()
         kalman.F, kalman.Q = F, np.diag(walks)
         kalman.predict()
         self.covariance = kalman.P
-        self._moved, self._rolled_m, self._turned_rad, self._seconds = [0.0] * 4, 0.0, 0.0, 0.0
+        self._moved = [0.0] * 4
+        self._rolled_m = self._sloped_m = self._turned_rad = self._seconds = 0.0
 
     def see_bias(self, rate_radps: float, variance: float, seconds: float) -> None:
         """The gyro's mean rate over `seconds` of standing is its bias (zero-velocity update)."""
