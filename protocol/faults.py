@@ -16,6 +16,7 @@ class Step(Enum):
     STOP = "zero wheel rates while the fault lasts"
     DISCARD_SWEEP = "the running sweep is discarded and scanned again, at most 3 times"
     BACK_OFF = "the way is ended: back 0.3 m as it was driven, scan, plan anew; SAFE after so many tries in a mission"
+    LOOK = "the way is ended: scan where the rover stands, register, plan anew; SAFE if the fault outlasts that"
     SAFE = "mode SAFE, latched until resume"
     STANDBY = "finish the leg, then mode STANDBY"
     ESTOP = "mode ESTOP, latched until reset"
@@ -53,6 +54,8 @@ FAULTS = (
     Fault(9, "JOB_LATE", "long work was not done at its tick", 1.0, (Step.REPORT,), latched=False),
     Fault(10, "ESTOP_PRESSED", "an emergency stop frame of any node", 0.02, (Step.STOP, Step.ESTOP, Step.REPORT),
           latched=True),
+    Fault(22, "POSE_UNSURE", "1 sigma of the pose over the limit in a mission", 0.12, (Step.LOOK, Step.REPORT),
+          latched=False),
 )
 
 BY_NAME = {fault.name: fault for fault in FAULTS}

@@ -132,10 +132,19 @@ class Mission:
         if self.phase not in MOVING:
             return 0
         self._backed[why] += 1
-        self._retreat_m, self._retreat = 0.0 if self.phase is Phase.BACKING_OFF else BACK_OFF_M, None
+        self._break_off(0.0 if self.phase is Phase.BACKING_OFF else BACK_OFF_M)
+        return self._backed[why]
+
+    def look_again(self) -> bool:
+        """Ends the way being driven: scan here, register, plan anew. False where the rover has just done that."""
+        if self.phase in (Phase.DRIVING, Phase.TURNING):
+            self._break_off(0.0)
+        return self.phase is not Phase.PLANNING
+
+    def _break_off(self, back_m: float) -> None:
+        self._retreat_m, self._retreat = back_m, None
         self._rule = interrupted(self._rule, self._rule_before)
         self.phase = Phase.BACKING_OFF
-        return self._backed[why]
 
     def _scan(self) -> None:
         self._way.begin()

@@ -46,6 +46,7 @@ class Attitude:
         self._force = [0.0, 0.0, 0.0]
         self._forces, self._moved, self._since_s = 0, False, 0.0
         self._bias = [0.0, 0.0, 0.0]
+        self._first_bias_radps = 0.0  # of yaw: the filter learns what comes to it, here it is for the level alone
         self._gravity_mps2 = 0.0
         self._covariance = np.diag([UNKNOWN_RAD, UNKNOWN_RAD, BIAS_MPS2, BIAS_MPS2]) ** 2
 
@@ -59,18 +60,18 @@ class Attitude:
         if not self.ready:
             self._start(imu)
             return
-        roll, pitch, bias = self.roll_rad, self.pitch_rad, self._bias
+        bias, tilt = self._bias, math.tan(self.pitch_rad)
         p, q, r = (rate - offset for rate, offset in zip(imu.gyro_radps, bias))
-        sine, cosine = math.sin(roll), math.cos(roll)
+        sine, cosine, level = math.sin(self.roll_rad), math.cos(self.roll_rad), math.cos(self.pitch_rad)
         across = q * sine + r * cosine
-        self.yaw_rate_radps = across / math.cos(pitch)
-        self._yaw_rad += self.yaw_rate_radps * elapsed_s
-        self.roll_rad += (p + across * math.tan(pitch)) * elapsed_s
+        self.yaw_rate_radps = (across + (bias[2] - self._first_bias_radps) * cosine) / level
+        self._yaw_rad += across / level * elapsed_s
+        self.roll_rad += (p + across * tilt) * elapsed_s
         self.pitch_rad += (q * cosine - r * sine) * elapsed_s
-        if standing:  # that of yaw is the filter's to learn
+        if standing:
             self._samples = min(self._samples + 1, MOST_SAMPLES)
-            bias[0] += p / self._samples
-            bias[1] += q / self._samples
+            for k, rate in enumerate((p, q, r)):
+                bias[k] += rate / self._samples
         self._moved = self._moved or not standing
         self._since_s += elapsed_s
         self._gather(imu)
@@ -87,8 +88,9 @@ class Attitude:
         ax, ay, az = imu.accel_mps2
         length = math.sqrt(ax * ax + ay * ay + az * az)
         if abs(length - self._gravity_mps2) <= GRAVITY_TOLERANCE_RATIO * self._gravity_mps2:
-            self._force[0] += ax
-            self._force[1] += ay
+            level = math.cos(self.pitch_rad)  # sample by sample: the rover may turn on a slope meanwhile
+            self._force[0] += ax + self._gravity_mps2 * math.sin(self.pitch_rad)
+            self._force[1] += ay - self._gravity_mps2 * level * math.sin(self.roll_rad)
             self._forces += 1
         if self._forces >= WINDOW_SAMPLES:
             standing = not self._moved
@@ -97,16 +99,18 @@ class Attitude:
             self._level((self._force[0] / self._forces, self._force[1] / self._forces), standing)
             self._force, self._forces, self._moved, self._since_s = [0.0, 0.0, 0.0], 0, False, 0.0
 
-    def _level(self, force_mps2: tuple[float, float], standing: bool) -> None:
-        """Corrects level and bias by the mean force along x and y of the body (a Kalman filter of their errors)."""
+    def _level(self, rest_mps2: tuple[float, float], standing: bool) -> None:
+        """Corrects level and bias (a Kalman filter of their errors).
+
+        rest_mps2: mean force along x and y of the body beyond gravity's at the level that is believed.
+        """
         g, yaw = self._gravity_mps2, self._yaw_rad
         sp, cp = math.sin(self.pitch_rad), math.cos(self.pitch_rad)
         sr, cr = math.sin(self.roll_rad), math.cos(self.roll_rad)
         heading = np.array([[math.cos(yaw), math.sin(yaw)], [-math.sin(yaw), math.cos(yaw)]])
         measures = np.hstack([g * np.array([[0.0, -cp], [cr, -sr * sp]]) @ heading, np.eye(2)])
-        expected = np.array([-g * sp, g * cp * sr]) + self.force_bias_mps2
         P = self._covariance
-        noise, off = FORCE_MPS2[standing] ** 2 * np.eye(2), np.array(force_mps2) - expected
+        noise, off = FORCE_MPS2[standing] ** 2 * np.eye(2), np.array(rest_mps2) - self.force_bias_mps2
         spread = measures @ P @ measures.T + noise
         if float(off @ np.linalg.solve(spread, off)) > SURPRISE_LIMIT:
             if not standing:  # the rover swings
@@ -132,5 +136,5 @@ class Attitude:
         self._gravity_mps2 = math.sqrt(ax * ax + ay * ay + az * az)
         self.roll_rad, self.pitch_rad = math.atan2(ay, az), math.atan2(-ax, math.hypot(ay, az))
         if self.ready:
-            self._level((ax, ay), standing=True)
-            self._force = [0.0, 0.0, 0.0]
+            self._level((0.0, 0.0), standing=True)
+            self._force, self._first_bias_radps = [0.0, 0.0, 0.0], self._bias[2]

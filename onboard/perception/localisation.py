@@ -27,7 +27,7 @@ from onboard.config import Rover
 from onboard.motion.odometry import Odometry, Step
 from onboard.motion.wheel_health import SOUND, Wheels
 from onboard.perception.attitude import START_SAMPLES, Attitude
-from onboard.perception.pose_filter import BIAS, SCALE, SLIP, TURN_WALK, YAW, PoseFilter
+from onboard.perception.pose_filter import BIAS, SCALE, SLIP, TURN_WALK, YAW, PoseFilter, X, Y
 from onboard.records import Estimate, ImuSample, Pose, Twist, WheelState
 
 if TYPE_CHECKING:
@@ -85,6 +85,12 @@ class Localisation:
         """The best pose now."""
         x, y, z, yaw = self._filter.state[:4]
         return Pose(x, y, z, self._attitude.roll_rad, self._attitude.pitch_rad, yaw)
+
+    @property
+    def sigma(self) -> tuple[float, float]:
+        """1 sigma of the place in the plan (m) and of the heading (rad)."""
+        P = self._filter.covariance
+        return math.sqrt(P[X, X] + P[Y, Y]), math.sqrt(P[YAW, YAW])
 
     @property
     def estimate(self) -> Estimate:

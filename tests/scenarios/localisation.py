@@ -30,6 +30,7 @@ from onboard.core.tick import Rover
 from onboard.motion.kinematics import wheel_places
 from onboard.perception.localisation import Localisation
 from onboard.records import F64, Grid, Inputs, Outputs, Pose
+from pictures.estimate import Trace
 from protocol.conventions import wrap_rad
 from protocol.modes import Phase
 from protocol.transactions import State
@@ -40,6 +41,7 @@ SLOPE_DEG, BAND_M = 20.0, (5.0, 6.5)
 BACK_M = 5.0
 MEAN_PERCENT, ROUGH_PERCENT, WORST_M, HEADING_DEG = 0.5, 1.0, 0.1, 0.5
 BAND = 0.95
+SAMPLE_TICKS = 50
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,10 +72,11 @@ class Watch:
     after: list[float] = field(default_factory=list)
     error: F64 = field(default_factory=lambda: np.zeros(4))
     drift: F64 = field(default_factory=lambda: np.zeros(4))
+    samples: list[tuple[float, F64, F64, F64]] = field(default_factory=list)
+    stops_m: list[float] = field(default_factory=list)
     _origin: Pose | None = None
     _start: Pose | None = None
     _last: F64 | None = None
-    _registered: int = 0
     _phase: Phase = Phase.NONE
 
     def __call__(self, tick: int, inputs: Inputs, outputs: Outputs, rover: Rover, state: PlantState) -> None:
@@ -88,13 +91,23 @@ class Watch:
             self._origin, self._start = rover.localisation.pose, _pose(state)
         true = self._in_map(_pose(state))
         self.error, self.drift = _off(rover.localisation.pose, true), _off(self.alone.pose, true)
+        if tick % SAMPLE_TICKS == 0:
+            sigma = np.sqrt(rover.localisation.estimate.covariance.diagonal())
+            self.samples.append((self.way_m, self.error, sigma, self.drift))
         if phase is Phase.MAPPING and was is Phase.SCANNING:
             self._nees(rover, self.before)
         for event in outputs.events:
             if event.name == "REGISTERED":
                 self._nees(rover, self.after)
+                self.stops_m.append(self.way_m)
             elif event.name == "REGISTRATION_REFUSED":
                 self.before.pop()  # the look behind at the start, mostly: there is nothing to register to
+
+    @property
+    def trace(self) -> Trace:
+        """For a picture."""
+        way, error, sigma, drift = (np.array(column) for column in zip(*self.samples))
+        return Trace(way, error, sigma, drift, np.array(self.stops_m))
 
     def _nees(self, rover: Rover, to: list[float]) -> None:
         covariance = rover.localisation.estimate.covariance
@@ -115,7 +128,12 @@ class Watch:
 
 
 def fly(seed: int) -> Row:
-    """The seed's ground, to the goal and 5 m back."""
+    """The seed's flight in figures."""
+    return flown(seed)[0]
+
+
+def flown(seed: int) -> tuple[Row, Watch]:
+    """To the goal of the seed's ground and 5 m back, and all that was seen on the way."""
     name, ground = ground_of(seed)
     settings = {"planning.tilt_limit_rad": math.radians(27)} if name == "slope" else {}
     bench = InMemory(
@@ -132,12 +150,13 @@ def fly(seed: int) -> Row:
         _until_done(bench, watch, patch)
     bench.free()
     error_m = float(np.linalg.norm(watch.error[:3]))
-    return Row(
+    row = Row(
         seed, name, bench.operator.requests[-1].report.text, round(watch.way_m, 2), bench.progress.sweeps,
         round(error_m, 4), round(100 * error_m / watch.way_m, 3), round(abs(math.degrees(watch.error[3])), 3),
         round(float(np.linalg.norm(watch.drift[:3])), 3), round(abs(math.degrees(watch.drift[3])), 2),
         tuple(round(v, 2) for v in watch.before[1:]), tuple(round(v, 2) for v in watch.after),
     )  # fmt: skip
+    return row, watch
 
 
 def _until_done(bench: InMemory, watch: Watch, patch: Patch | None) -> None:
