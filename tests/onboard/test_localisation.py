@@ -232,7 +232,7 @@ def test_registrations_to_ones_own_map_do_not_make_the_pose_surer_than_their_err
         drive.filter.anchor(found)
         sigma = np.sqrt(np.diag(drive.filter.estimate.covariance))
         assert sigma[0] == pytest.approx(own[0] * math.sqrt(stop), rel=0.1)
-        assert sigma[2] == pytest.approx(own[2] * math.sqrt(stop), rel=0.1)
+        assert sigma[3] == pytest.approx(own[3] * math.sqrt(stop), rel=0.3)
 
 
 def test_heading_error_of_the_stop_before_moves_the_map_at_a_distance_from_it():
@@ -303,7 +303,7 @@ def test_reset_puts_the_rover_there_and_keeps_what_was_learned():
 def test_same_inputs_give_the_same_digest():
     one, two = (Drive(seed=4, noise=0.002).run(STILL, 1).run(Twist(0.1, 0.02, 0.1), 5) for _ in range(2))
     assert one.filter.digest_items() == two.filter.digest_items()
-    assert len(one.filter.digest_items()) == 24
+    assert len(one.filter.digest_items()) == 28
 
 
 def test_noisy_drive_of_8_m_stays_within_its_own_covariance():
