@@ -1,8 +1,7 @@
 """The extended Kalman filter of `localisation` (filterpy): pose, gyro, slip, and what is wrong with the map itself.
 
     state   x, y, z, yaw; gyro's bias (rad/s) and scale error; slip = 1 - (body's way) / (wheels' way);
-            anchor: true pose minus the pose at which the points of the newest trusted stop entered the map;
-            tilt: slopes along x and y of the whole map, from the level of its first look
+            anchor: true pose minus the pose at which the points of the newest trusted stop entered the map
     motion  d(x, y, z) = (1 - slip) * way,   d yaw = (1 - scale) * (rate - bias) * dt,   the rest wanders or stays
     stop    a registration measures the pose less the anchor's error, carried rigidly from the anchor's place to here
 
@@ -26,13 +25,13 @@ if TYPE_CHECKING:
     from filterpy.kalman import ExtendedKalmanFilter
 
 X, Y, Z, YAW, BIAS, SLIP, SCALE = range(7)
-POSE, ANCHOR, TILT, STATES = slice(0, 4), slice(7, 11), slice(11, 13), 13
+POSE, ANCHOR, STATES = slice(0, 4), slice(7, 11), 11
 WIDEN = 2.0
 START_SIGMA = (0.001, 0.001, 0.001, 0.001)  # the map begins here: only the scale of the numbers
 RESET_SIGMA = (0.05, 0.05, 0.05, 0.02)
 BIAS_WALK = 2e-5  # rad/s per sqrt(s)
 SCALE_SIGMA = 0.001
-TILT_SIGMA = 0.0015  # of the level of a stop that a turn has told
+TILT_SIGMA = 0.0015  # of the map's level: what a registration makes of the height at a distance from its anchor
 WAY_WALK = 0.008  # m per sqrt(m), of x and y
 SLOPE_WALK = 0.08  # m per sqrt(m) of x and y, times the sine of the slope: how far it slides there varies
 HEIGHT_WALK = 0.005  # m per sqrt(m)
@@ -50,7 +49,6 @@ class PoseFilter:
         self.state = [x_m, y_m, 0.0, yaw_rad, *[0.0] * (STATES - 4)]
         self.covariance: F64 = np.zeros((STATES, STATES))
         self.covariance[:7, :7] = np.diag([*START_SIGMA, bias_sigma, slip_sigma, SCALE_SIGMA]) ** 2
-        self.covariance[TILT, TILT] = TILT_SIGMA**2 * np.eye(2)
         self._filter: ExtendedKalmanFilter | None = None
         self._moved = [0.0] * 4  # dx, dy, dz of the wheels, turn since the last prediction
         self._rolled_m = self._sloped_m = self._turned_rad = self._seconds = 0.0
@@ -110,11 +108,11 @@ class PoseFilter:
     def credible(self, measured: F64, covariance: F64) -> bool:
         """Whether a registration (4,) of covariance (4, 4) is within what the filter allows."""
         measures = self._measures()
-        return credible(self.innovation(measured), measures @ self.covariance @ measures.T + covariance)
+        return credible(self.innovation(measured), measures @ self.covariance @ measures.T + self._tilted(covariance))
 
     def see_pose(self, measured: F64, covariance: F64) -> None:
         """Corrects by a registration: x, y, z, yaw (4,) and its own covariance (4, 4)."""
-        self._correct(measured, self._measures(), covariance)
+        self._correct(measured, self._measures(), self._tilted(covariance))
 
     def anchor(self) -> None:
         """Points enter the map at the pose of now: what is wrong with it is from now on wrong with them."""
@@ -141,10 +139,15 @@ class PoseFilter:
         self.covariance[POSE], self.covariance[:, POSE] = 0.0, 0.0
         self.covariance[POSE, POSE] = np.diag(RESET_SIGMA) ** 2
 
+    def _tilted(self, covariance: F64) -> F64:
+        """A registration's covariance with that of the map's tilt, whose height grows from the anchor on."""
+        tilted = covariance.copy()
+        tilted[Z, Z] += (TILT_SIGMA * self.off_anchor_m()) ** 2
+        return tilted
+
     def _expected(self, state: F64) -> F64:
         lever_x, lever_y = state[X] - self._anchor_m[0], state[Y] - self._anchor_m[1]
         off_x, off_y, off_z, off_yaw = state[ANCHOR]
-        off_z += state[TILT] @ (lever_x, lever_y)
         expected: F64 = state[POSE] - (off_x - off_yaw * lever_y, off_y + off_yaw * lever_x, off_z, off_yaw)
         return expected
 
@@ -153,7 +156,6 @@ class PoseFilter:
         measures = np.zeros((4, STATES))
         measures[:, POSE], measures[:, ANCHOR] = np.eye(4), -np.eye(4)
         measures[X, ANCHOR.stop - 1], measures[Y, ANCHOR.stop - 1] = lever_y, -lever_x
-        measures[Z, TILT] = -lever_x, -lever_y
         return measures
 
     def _correct(self, measured: F64, measures: F64, noise: F64) -> None:

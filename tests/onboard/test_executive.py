@@ -328,7 +328,7 @@ def test_a_pose_that_grows_unsure_ends_the_way_with_a_look_that_mends_it(driving
     assert any("POSE_UNSURE" in text for _, text in driving.told("FAULT"))
     driving.until_driving()
     seen = [phase for _, phase in driving.phases[before:]]
-    assert seen[:3] == [Phase.BACKING_OFF, Phase.SCANNING, Phase.MAPPING]
+    assert [phase for phase in seen if phase is not Phase.BACKING_OFF][:2] == [Phase.SCANNING, Phase.MAPPING]
     assert "POSE_UNSURE" in driving.told("FAULT_CLEARED")[-1][1]
     assert driving.rover.localisation.sigma[0] < 0.05
     assert driving.mode is Mode.AUTONOMOUS
