@@ -40,6 +40,10 @@ class Operator:
         self._requester = Requester(STATION)
         self._sealer, self._opener = Sealer(key, STATION, boot_id), Opener(keys, boot_id=boot_id)
 
+    def ask(self, order: Order) -> None:
+        """One order more, at its time or, where that is past, in the next tick."""
+        self._waiting = sorted([*self._waiting, order], key=lambda order: order.at_s)
+
     def messages(self, now_ns: int) -> tuple[LinkMessage, ...]:
         """What reaches the rover in the tick at `now_ns`. Raises ValueError for an order that is no command."""
         while self._waiting and now_ns >= round(self._waiting[0].at_s * 1e9):

@@ -209,10 +209,11 @@ class Localisation:
     slope_slip_ratio: float = value(0.4, "slide down the slope: of the way driven, times the sine of the slope",
                                     low=0, high=2)
     registration_range_m: float = value(15.0, "hits up to here are registered", low=2, high=30)
-    odometry_noise_ratio: float = value(0.08, "1 sigma of the way, of the way driven", low=0, high=1)
-    gyro_noise_radps: float = value(0.002, "1 sigma of the yaw rate", low=0, high=1)
-    registration_sigma_m: float = value(0.01, "1 sigma of a registration", low=0.001, high=1)
-    registration_sigma_rad: float = value(0.002, "1 sigma of its heading", low=1e-4, high=1)
+    odometry_noise_ratio: float = value(0.02, "1 sigma of the slip before anything is known of it", low=0, high=1)
+    gyro_noise_radps: float = value(0.001, "1 sigma of a sample of the gyro", low=0, high=1)
+    registration_scale: float = value(0.9, "sigmas of a registration, of those of its Hessian", low=0.01, high=100)
+    registration_sigma_m: float = value(0.002, "and no less than", low=0.001, high=1)
+    registration_sigma_rad: float = value(3e-4, "and its heading no less than", low=1e-4, high=1)
     gate_m: float = value(0.5, "a registration that moves the pose by more is refused", low=0.01, high=10)
     gate_rad: float = value(8 * RAD, "likewise its heading", low=0.01, high=1)
 
@@ -224,6 +225,8 @@ class Safety:
     command_lost_ns: int = value(300_000_000_000, "no authenticated contact: finish the leg, then STANDBY",
                                  low=1e9, high=1e14)
     tilt_limit_rad: float = value(28 * RAD, "roll or pitch that stops the rover", low=0.1, high=1)
+    pose_sigma_m: float = value(0.25, "1 sigma of the place at which the rover stops and looks", low=0.01, high=10)
+    heading_sigma_rad: float = value(4 * RAD, "likewise of the heading", low=0.01, high=1)
 
 
 @dataclass(frozen=True, slots=True)

@@ -266,6 +266,15 @@ class Cloud:
 
 
 @dataclass(frozen=True, slots=True)
+class Entry:
+    """A cloud in base_link axes, the pose at which it enters the map, and the number of its stop."""
+
+    cloud_base: Cloud
+    pose: Pose
+    stop: int
+
+
+@dataclass(frozen=True, slots=True)
 class Grid:
     """Where a grid lies. Arrays on it are (rows, columns) = z[j, i], row j along +y, column i along +x.
 

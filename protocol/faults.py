@@ -16,6 +16,7 @@ class Step(Enum):
     STOP = "zero wheel rates while the fault lasts"
     DISCARD_SWEEP = "the running sweep is discarded and scanned again, at most 3 times"
     BACK_OFF = "the way is ended: back 0.3 m as it was driven, scan, plan anew; SAFE after so many tries in a mission"
+    LOOK = "the way is ended: scan where the rover stands, register, plan anew; SAFE if the fault outlasts that"
     SAFE = "mode SAFE, latched until resume"
     STANDBY = "finish the leg, then mode STANDBY"
     ESTOP = "mode ESTOP, latched until reset"
@@ -62,6 +63,8 @@ FAULTS = (
           (Step.IGNORE, Step.SAFE_OVER_LIMIT, Step.REPORT), latched=False, suppressed_by=("CAN_BUS_OFF",)),
     Fault(12, "CAN_CORRUPT", "over 20 errors a second of checksum, counter, length, range or time stamp", 0.2,
           (Step.IGNORE, Step.SAFE_OVER_LIMIT, Step.REPORT), latched=False, suppressed_by=("CAN_BUS_OFF", "CAN_BABBLE")),
+    Fault(22, "POSE_UNSURE", "1 sigma of the pose over the limit in a mission", 0.12, (Step.LOOK, Step.REPORT),
+          latched=False),
     Fault(24, "NODE_FOREIGN", "a node's heartbeat carries another DBC version", 0.02,
           (Step.STOP, Step.SAFE, Step.REPORT), latched=True),
     Fault(25, "NODE_TWICE", "two nodes send under one id: two alive counters interleave", 1.0,

@@ -17,7 +17,7 @@ ONE_IMPORTER = {
     "can": {f"onboard/drivers/can_{name}.py" for name in ("base", "bus", "log", "socketcan", "socketcand")},
     "zenoh": {"onboard/drivers/link_end.py", "hil/link_emulator.py"},
     "pybullet": {"hil/engine.py"},
-    "filterpy": {"onboard/perception/localisation.py"},
+    "filterpy": {"onboard/perception/pose_filter.py"},
     "rasterio": {"onboard/drivers/dem_file.py"},
     "small_gicp": {"onboard/perception/registration.py"},
 }

@@ -118,6 +118,9 @@ class Executive:
             elif (Step.SAFE in row.response or name in over) and self.mode not in (Mode.SAFE, Mode.ESTOP):
                 self._cancel(ctx, State.FAILED, words(ctx.nodes, name))
                 self._change("fault", ctx, name)
+            elif Step.LOOK in row.response and self.mission and self.in_mission and not self.mission.look_again():
+                self._cancel(ctx, State.FAILED, f"{name}: {row.condition}, and a look did not help")
+                self._change("fault", ctx, name)
             elif new and Step.BACK_OFF in row.response:
                 self._back_off(row, ctx)
             elif new and Step.STANDBY in row.response:

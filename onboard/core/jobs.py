@@ -19,7 +19,7 @@ from onboard.records import JobDone, JobRequest
 JOBS: Mapping[str, str] = MappingProxyType(
     {
         "look": "onboard.perception.stop_map:look",
-        "remember": "onboard.perception.stop_map:remember",
+        "remember": "onboard.perception.stop_map:remember_all",
         "plan": "onboard.planning.cycle:plan",
         "product": "protocol.products:encode_ldem",
     }

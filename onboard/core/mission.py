@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from onboard.config import Config
@@ -26,7 +26,7 @@ from onboard.perception.localisation import Localisation
 from onboard.perception.sweep import segments
 from onboard.planning.mission_rule import MissionState, interrupted
 from onboard.planning.plan_records import PlanRequest, PlanResult, Settings
-from onboard.records import Decision, Gdem, Path, Pose, Scan, Twist
+from onboard.records import Decision, Entry, Gdem, Path, Pose, Scan, Twist
 from protocol.conventions import wrap_rad
 from protocol.modes import Phase
 
@@ -82,6 +82,7 @@ class Mission:
         self._sensing: Sensing | None = None
         self._follower = Follower(config.rover, config.motion)
         self._turn_to_rad = 0.0
+        self._first: tuple[StopMap | None, Entry, tuple[float, float]] | None = None  # map before, look, force bias
         self._way = Way(0.0 if memory is None else math.inf)  # a kept map says nothing of the way since
         self._retreat: Path | None = None  # before the rover stands
         self._retreat_m = 0.0
@@ -131,10 +132,19 @@ class Mission:
         if self.phase not in MOVING:
             return 0
         self._backed[why] += 1
-        self._retreat_m, self._retreat = 0.0 if self.phase is Phase.BACKING_OFF else BACK_OFF_M, None
+        self._break_off(0.0 if self.phase is Phase.BACKING_OFF else BACK_OFF_M)
+        return self._backed[why]
+
+    def look_again(self) -> bool:
+        """Ends the way being driven: scan here, register, plan anew. False where the rover has just done that."""
+        if self.phase in (Phase.DRIVING, Phase.TURNING):
+            self._break_off(0.0)
+        return self.phase is not Phase.PLANNING
+
+    def _break_off(self, back_m: float) -> None:
+        self._retreat_m, self._retreat = back_m, None
         self._rule = interrupted(self._rule, self._rule_before)
         self.phase = Phase.BACKING_OFF
-        return self._backed[why]
 
     def _scan(self) -> None:
         self._way.begin()
@@ -172,17 +182,30 @@ class Mission:
         return Twist()
 
     def _remember(self, ctx: Context, seen: Look) -> None:
-        T_map_base = ctx.localisation.pose.matrix()
-        found = seen.registration
-        if found is not None and ctx.localisation.register(found):
-            T_map_base = found.T_map_base
-            self._way.since_look_m = 0.0
-            self.notes.append(("REGISTERED", f"moved {found.moved_m:.3f} m, {found.moved_rad:.4f} rad"))
+        localisation, found = ctx.localisation, seen.registration
+        taken = found if found is not None and localisation.register(found) else None
+        if taken is not None:
+            self._way.correct(localisation.pose)
+            self.notes.append(("REGISTERED", f"moved {taken.moved_m:.3f} m, {taken.moved_rad:.4f} rad"))
         elif found is not None:
             why = found.reason or "the filter finds it incredible"
             self.notes.append(("REGISTRATION_REFUSED", f"{why} ({found.moved_m:.3f} m, {found.moved_rad:.4f} rad)"))
-        arguments = (self.memory, seen.cloud_base, T_map_base, self.stop, self._config)
-        ctx.jobs.submit("remember", arguments, ctx.tick + self._config.jobs.map_ticks)
+        entry = Entry(seen.cloud_base, localisation.anchor(taken), self.stop)
+        self._enter(ctx, entry)
+
+    def _enter(self, ctx: Context, entry: Entry) -> None:
+        """Into the map; and at the second look of the first stop, the first one's cloud anew.
+
+        By then the turn has told the accelerometer's bias, and the first look's level is known to a milliradian. Left
+        as it was the map would have a fold between its halves, to which later scans do not fit.
+        """
+        bias, memory, entries = ctx.localisation.force_bias_mps2, self.memory, [entry]
+        if self._first is not None:
+            memory, first, bias_then = self._first
+            pose = ctx.localisation.known_now(first.pose, bias_then)
+            entries.insert(0, replace(first, pose=pose))
+        self._first = (memory, entry, bias) if self._behind_wanted else None
+        ctx.jobs.submit("remember", (memory, entries, self._config), ctx.tick + self._config.jobs.map_ticks)
 
     def _plan(self, ctx: Context) -> None:
         assert self.memory

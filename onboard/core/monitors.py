@@ -26,6 +26,7 @@ class Watched:
     lidar: LidarSession
     nodes: Nodes
     pose: Pose
+    pose_sigma: tuple[float, float]
     last_contact_ns: int
     overdue_ticks: int
     in_mission: bool
@@ -62,6 +63,11 @@ def _tilt_angle(w: Watched) -> bool:
     return abs(w.pose.roll_rad) > limit or abs(w.pose.pitch_rad) > limit
 
 
+def _pose_unsure(w: Watched) -> bool:
+    limits = w.config.safety.pose_sigma_m, w.config.safety.heading_sigma_rad
+    return w.in_mission and any(sigma > limit for sigma, limit in zip(w.pose_sigma, limits))
+
+
 def _command_lost(w: Watched) -> bool:
     return w.in_mission and w.now_ns - w.last_contact_ns > w.config.safety.command_lost_ns
 
@@ -89,6 +95,7 @@ MONITORS: Mapping[str, Callable[[Watched], bool]] = {
     "JOB_LATE": _job_late,
     "ESTOP_PRESSED": _estop_pressed,
     **{name: _of_nodes(monitor) for name, monitor in can_monitors.MONITORS.items()},
+    "POSE_UNSURE": _pose_unsure,
 }
 
 

@@ -23,6 +23,7 @@ class Way:
     def __init__(self, since_look_m: float) -> None:
         self.since_look_m = since_look_m
         self._trail: list[tuple[float, float, float]] = []
+        self._known = 0  # poses of the trail up to the last correction
         self._fine: list[tuple[float, float, float]] = []
         self._here = (0.0, 0.0, 0.0)
 
@@ -48,6 +49,23 @@ class Way:
         elif abs(wrap_rad(here[2] - last[2])) >= STEP_RAD:
             place = last if math.dist(here[:2], last[:2]) < SPOT_M else here
             self._fine.append((*place[:2], here[2]))
+
+    def correct(self, pose: Pose) -> None:
+        """The rover stands and was found to be at this pose: what it drove since the last time bends to end there.
+
+        The error of a way grows along it, so each pose takes the share of the shift that it has of the way.
+        """
+        shift = (pose.x_m - self._here[0], pose.y_m - self._here[1], wrap_rad(pose.yaw_rad - self._here[2]))
+        since = len(self._trail) - self._known
+        for k in range(since):
+            share = (k + 1) / since
+            x_m, y_m, yaw_rad = self._trail[self._known + k]
+            bent = (x_m + share * shift[0], y_m + share * shift[1], wrap_rad(yaw_rad + share * shift[2]))
+            self._trail[self._known + k] = bent
+        self._known = len(self._trail)
+        self._here = (pose.x_m, pose.y_m, pose.yaw_rad)
+        self._fine.clear()
+        self.since_look_m = 0.0
 
     def back(self, way_m: float) -> Path:
         """From here back as it was driven since `begin`, at most `way_m`; without stations where it only turned."""

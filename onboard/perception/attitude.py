@@ -1,34 +1,54 @@
-"""Roll and pitch from the IMU: gyro over short times, gravity over long ones (a complementary filter).
+"""Roll and pitch from the IMU: the gyro carries them, the accelerometer levels them, a small filter weighs the two.
 
-The rover is slow, so over seconds the specific force is gravity's: at rest g * (-sin p, cos p sin r, cos p cos r). A
-sample whose length is more than a tenth off gravity's (a wheel drops from a stone) is left out. Gravity's length and
-the gyro's bias are the means of the first half second, while the rover stands.
+The rover is slow, so the mean specific force of half a second is gravity's and the accelerometer's own bias:
+
+    f = g * R^T * e_z + b + noise,   R^T * e_z = (-sin p, cos p sin r, cos p cos r)
+
+On a weak world the bias is the larger part: 0.01 m/s^2 of 1.62 m/s^2 are 6 mrad, 5 cm at 8 m. Standing still, level
+and bias cannot be told apart; but the error of the level stays with the ground, and the bias turns with the rover. So
+the four errors (level about the ground's two axes, bias along the body's two) are estimated together, and the first
+turn on the spot parts them: the gyro knows the turn to better than a milliradian. Gravity's length and the gyro's bias
+begin as the means of the first half second, while the rover stands; the gyro's bias is learned on at every stop.
 """
 
 from __future__ import annotations
 
 import math
 
-from onboard.records import ImuSample
+import numpy as np
+
+from onboard.records import F64, ImuSample
 
 START_SAMPLES = 50
-TIME_CONSTANT_S = 2.0
-BIAS_TIME_CONSTANT_S = 20.0
-GRAVITY_TOLERANCE_RATIO = 0.1
+WINDOW_SAMPLES = 50
+MOST_SAMPLES = 2000  # of the running mean of the gyro's bias: 20 s
+GRAVITY_TOLERANCE_RATIO = 0.1  # a sample whose length is farther off (a wheel drops from a stone) is left out
+UNKNOWN_RAD = 0.1
+BIAS_MPS2 = 0.01  # 1 sigma of the accelerometer's bias at the start
+BIAS_WALK = 2e-4  # m/s^2 per sqrt(s)
+LEVEL_WALK = (6e-4, 1e-4)  # rad per sqrt(s): moving (noise and wander of the gyro's bias), standing
+FORCE_MPS2 = (0.008, 0.002)  # 1 sigma of a window's mean force: moving, standing
+SURPRISE_LIMIT = 25.0  # chi-square, 2 degrees of freedom: once in 3e5 windows
 
 
 class Attitude:
     """roll_rad, pitch_rad, and yaw_rate_radps about the map's vertical with the starting bias taken out.
 
     Until `ready`, roll and pitch are those of the mean force so far, and the yaw rate is 0.
+    force_bias_mps2: what is known of the accelerometer's bias along x and y of the body.
     """
 
     def __init__(self) -> None:
         self.roll_rad = self.pitch_rad = self.yaw_rate_radps = 0.0
+        self.force_bias_mps2 = (0.0, 0.0)
         self._samples = 0
+        self._yaw_rad = 0.0  # since the start: which way the level's error lies in the body
         self._force = [0.0, 0.0, 0.0]
+        self._forces, self._moved, self._since_s = 0, False, 0.0
         self._bias = [0.0, 0.0, 0.0]
+        self._first_bias_radps = 0.0  # of yaw: the filter learns what comes to it, here it is for the level alone
         self._gravity_mps2 = 0.0
+        self._covariance = np.diag([UNKNOWN_RAD, UNKNOWN_RAD, BIAS_MPS2, BIAS_MPS2]) ** 2
 
     @property
     def ready(self) -> bool:
@@ -40,24 +60,72 @@ class Attitude:
         if not self.ready:
             self._start(imu)
             return
-        roll, pitch, bias = self.roll_rad, self.pitch_rad, self._bias
+        bias, tilt = self._bias, math.tan(self.pitch_rad)
         p, q, r = (rate - offset for rate, offset in zip(imu.gyro_radps, bias))
-        sine, cosine = math.sin(roll), math.cos(roll)
+        sine, cosine, level = math.sin(self.roll_rad), math.cos(self.roll_rad), math.cos(self.pitch_rad)
         across = q * sine + r * cosine
-        self.yaw_rate_radps = across / math.cos(pitch)
-        roll += (p + across * math.tan(pitch)) * elapsed_s
-        pitch += (q * cosine - r * sine) * elapsed_s
+        self.yaw_rate_radps = (across + (bias[2] - self._first_bias_radps) * cosine) / level
+        self._yaw_rad += across / level * elapsed_s
+        self.roll_rad += (p + across * tilt) * elapsed_s
+        self.pitch_rad += (q * cosine - r * sine) * elapsed_s
+        if standing:
+            self._samples = min(self._samples + 1, MOST_SAMPLES)
+            for k, rate in enumerate((p, q, r)):
+                bias[k] += rate / self._samples
+        self._moved = self._moved or not standing
+        self._since_s += elapsed_s
+        self._gather(imu)
+
+    def known_now(self, roll_rad: float, pitch_rad: float, bias_mps2: tuple[float, float]) -> tuple[float, float]:
+        """Roll and pitch of an earlier stop, told while the force's bias was thought to be bias_mps2, as known now."""
+        along, left = (now - then for now, then in zip(self.force_bias_mps2, bias_mps2))
+        g = self._gravity_mps2
+        pitch = along / (g * math.cos(pitch_rad))
+        roll = (math.sin(roll_rad) * math.sin(pitch_rad) * pitch - left / g) / math.cos(roll_rad)
+        return roll_rad + roll / math.cos(pitch_rad), pitch_rad + pitch
+
+    def _gather(self, imu: ImuSample) -> None:
         ax, ay, az = imu.accel_mps2
         length = math.sqrt(ax * ax + ay * ay + az * az)
         if abs(length - self._gravity_mps2) <= GRAVITY_TOLERANCE_RATIO * self._gravity_mps2:
-            share = min(1.0, elapsed_s / TIME_CONSTANT_S)
-            roll += share * (math.atan2(ay, az) - roll)
-            pitch += share * (math.atan2(-ax, math.hypot(ay, az)) - pitch)
-        if standing:  # a gyro that stands reads its bias; that of yaw is the filter's to learn
-            share = min(1.0, elapsed_s / BIAS_TIME_CONSTANT_S)
-            bias[0] += share * p
-            bias[1] += share * q
-        self.roll_rad, self.pitch_rad = roll, pitch
+            level = math.cos(self.pitch_rad)  # sample by sample: the rover may turn on a slope meanwhile
+            self._force[0] += ax + self._gravity_mps2 * math.sin(self.pitch_rad)
+            self._force[1] += ay - self._gravity_mps2 * level * math.sin(self.roll_rad)
+            self._forces += 1
+        if self._forces >= WINDOW_SAMPLES:
+            standing = not self._moved
+            walk = np.array([LEVEL_WALK[standing]] * 2 + [BIAS_WALK] * 2)
+            self._covariance += np.diag(walk**2 * self._since_s)
+            self._level((self._force[0] / self._forces, self._force[1] / self._forces), standing)
+            self._force, self._forces, self._moved, self._since_s = [0.0, 0.0, 0.0], 0, False, 0.0
+
+    def _level(self, rest_mps2: tuple[float, float], standing: bool) -> None:
+        """Corrects level and bias (a Kalman filter of their errors).
+
+        rest_mps2: mean force along x and y of the body beyond gravity's at the level that is believed.
+        """
+        g, yaw = self._gravity_mps2, self._yaw_rad
+        sp, cp = math.sin(self.pitch_rad), math.cos(self.pitch_rad)
+        sr, cr = math.sin(self.roll_rad), math.cos(self.roll_rad)
+        heading = np.array([[math.cos(yaw), math.sin(yaw)], [-math.sin(yaw), math.cos(yaw)]])
+        measures = np.hstack([g * np.array([[0.0, -cp], [cr, -sr * sp]]) @ heading, np.eye(2)])
+        P = self._covariance
+        noise, off = FORCE_MPS2[standing] ** 2 * np.eye(2), np.array(rest_mps2) - self.force_bias_mps2
+        spread = measures @ P @ measures.T + noise
+        if float(off @ np.linalg.solve(spread, off)) > SURPRISE_LIMIT:
+            if not standing:  # the rover swings
+                return
+            # the gyro missed a tilt: levelled afresh
+            P[:2] = P[:, :2] = 0.0
+            P[:2, :2] = UNKNOWN_RAD**2 * np.eye(2)
+            spread = measures @ P @ measures.T + noise
+        gain: F64 = np.linalg.solve(spread, measures @ P).T
+        error = gain @ off
+        about_x, about_y = (heading @ error[:2]).tolist()
+        self.roll_rad += about_x / cp
+        self.pitch_rad += about_y
+        self.force_bias_mps2 = (self.force_bias_mps2[0] + float(error[2]), self.force_bias_mps2[1] + float(error[3]))
+        self._covariance = P - gain @ spread @ gain.T
 
     def _start(self, imu: ImuSample) -> None:
         self._samples += 1
@@ -67,3 +135,6 @@ class Attitude:
         ax, ay, az = self._force
         self._gravity_mps2 = math.sqrt(ax * ax + ay * ay + az * az)
         self.roll_rad, self.pitch_rad = math.atan2(ay, az), math.atan2(-ax, math.hypot(ay, az))
+        if self.ready:
+            self._level((0.0, 0.0), standing=True)
+            self._force, self._first_bias_radps = [0.0, 0.0, 0.0], self._bias[2]

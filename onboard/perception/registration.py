@@ -207,7 +207,7 @@ def _trusted(T_map_base: F64, guess: F64, loose: Loose) -> tuple[F64, float, flo
 
 
 def _covariance(hessian: F64, T_map_base: F64, loose: Loose, config: Localisation) -> F64:
-    body = np.linalg.inv(hessian)
+    body = config.registration_scale**2 * np.linalg.inv(hessian)
     body[:3, :3] += UNKNOWN_M2 * loose[0] @ loose[0].T
     body[3:, 3:] += UNKNOWN_M2 * loose[1] @ loose[1].T
     to_map = np.zeros((4, 6))

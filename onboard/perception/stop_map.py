@@ -1,8 +1,9 @@
 """The MAPPING work of a stop, as pure functions for beside the tick: cloud, registration, map.
 
 `look` makes the cloud of a sweep in base_link axes and registers it to what earlier stops saw. The filter then
-decides, in the tick, whether it believes the registration. `remember` enters the cloud into the map at the pose that
-was decided. `recall` is the map that an earlier run of the program kept on disk.
+decides, in the tick, whether it believes the registration. `remember_all` enters the cloud into the map at the pose
+that was decided; at the second look of the first stop both, for by then the first one's level is known better.
+`recall` is the map that an earlier run of the program kept on disk.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from onboard.perception import ldem
 from onboard.perception.cloud import cloud
 from onboard.perception.registration import RegistrationResult, merge_target, register
 from onboard.perception.tiles import Tile, join
-from onboard.records import F64, Cloud, Ldem, Pose, Scan, TiltTrack
+from onboard.records import F64, Cloud, Entry, Ldem, Pose, Scan, TiltTrack
 
 NO_POINTS: F64 = np.empty((0, 3))
 POINTS_AT_ONCE = 1 << 14  # temporaries stay small beside the 240,000 points of a sweep
@@ -46,6 +47,13 @@ def look(scans: Sequence[Scan], tilt: TiltTrack, guess: F64, memory: StopMap | N
     if memory is None or not len(memory.target_points):
         return Look(seen, None)
     return Look(seen, register(seen.ends_m[seen.hit], memory.target_points, guess, config.localisation))
+
+
+def remember_all(memory: StopMap | None, entries: Sequence[Entry], config: Config) -> StopMap | None:
+    """`remember` of each in turn."""
+    for entry in entries:
+        memory = remember(memory, entry.cloud_base, entry.pose.matrix(), entry.stop, config)
+    return memory
 
 
 def remember(memory: StopMap | None, seen: Cloud, T_map_base: F64, stop: int, config: Config) -> StopMap:

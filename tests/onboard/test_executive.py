@@ -7,6 +7,7 @@ import pytest
 from core_bench import QUICK, STATION, CoreBench, first_map, quick
 
 from onboard import config
+from onboard.perception.registration import RegistrationResult
 from onboard.records import Gdem, Grid, LinkMessage
 from protocol import bulk
 from protocol.can_codec import StopReason
@@ -25,6 +26,7 @@ TESTED_BY = {
     "NODE_LOST": "test_a_node_without_heartbeat_leads_to_safe_within_1600_ms",
     "IMU_DEAD": "test_a_dead_imu_stops_the_wheels_within_40_ms_and_they_go_on_by_themselves",
     "TILT_ANGLE": "test_roll_over_the_limit_leads_to_safe_in_the_tick_that_sees_it",
+    "POSE_UNSURE": "test_a_pose_that_grows_unsure_ends_the_way_with_a_look_that_mends_it",
     "COMMAND_LOST": "test_without_contact_the_leg_is_finished_then_the_rover_stands_by_and_says_so",
     "JOB_LATE": "test_a_late_job_is_reported_while_it_is_late",
     "CAN_BABBLE": "test_a_babbling_id_is_named_within_200_ms_and_ignored_until_it_stops",
@@ -312,6 +314,40 @@ def test_roll_over_the_limit_leads_to_safe_in_the_tick_that_sees_it(driving):
     driving.until(lambda: abs(driving.rover.localisation.pose.roll_rad) > QUICK.safety.tilt_limit_rad, 60.0)
     assert driving.mode is Mode.SAFE
     assert "TILT_ANGLE" in driving.told("MODE")[-1][1]
+
+
+def lose_the_pose(rover):
+    """Registrations are refused until the filter does not know where it is."""
+    localisation = rover.rover.localisation
+    refused = RegistrationResult(False, "", localisation.pose.matrix(), np.eye(4), False, 0.0, 0.0, 0.0, 0.0, ())
+    while localisation.sigma[0] <= QUICK.safety.pose_sigma_m:
+        localisation.register(refused)
+
+
+def test_a_pose_that_grows_unsure_ends_the_way_with_a_look_that_mends_it(driving):
+    driving.until(lambda: not standing(driving), 10.0)
+    driving.run(3.0)
+    lose_the_pose(driving)
+    before = len(driving.phases)
+    driving.run(0.12)
+    assert any("POSE_UNSURE" in text for _, text in driving.told("FAULT"))
+    driving.until_driving()
+    seen = [phase for _, phase in driving.phases[before:]]
+    assert [phase for phase in seen if phase is not Phase.BACKING_OFF][:2] == [Phase.SCANNING, Phase.MAPPING]
+    assert "POSE_UNSURE" in driving.told("FAULT_CLEARED")[-1][1]
+    assert driving.rover.localisation.sigma[0] < 0.05
+    assert driving.mode is Mode.AUTONOMOUS
+
+
+def test_a_pose_that_a_look_does_not_mend_leads_to_safe_with_the_reason(known):
+    rover = bench(known, localisation=config.Localisation(gate_m=0.01, gate_rad=0.01, start_x_m=0.2))
+    request = rover.goto(3.0, 0.5)
+    rover.until_driving()
+    lose_the_pose(rover)
+    rover.until(lambda: rover.mode is Mode.SAFE, 60.0)
+    assert standing(rover)
+    assert "POSE_UNSURE" in rover.told("MODE")[-1][1]
+    assert "a look did not help" in rover.text(request)
 
 
 def test_without_contact_the_leg_is_finished_then_the_rover_stands_by_and_says_so(known):

@@ -78,3 +78,26 @@ def test_the_trail_has_a_pose_each_10_cm_and_only_the_newest_400():
 def test_the_way_since_the_last_look_adds_up():
     assert driven(ahead(1.0)).since_look_m == pytest.approx(1.0, abs=TRAIL_M)
     assert driven(ahead(1.0), math.inf).since_look_m == math.inf
+
+
+def test_a_correction_at_a_stop_bends_the_trail_since_the_last_one_to_end_there_and_no_further_back():
+    way = driven(ahead(2.0))
+    way.correct(Pose(2.0, 0.0))
+    for pose in ahead(2.0)[1:]:
+        way.note(Pose(2.0 + pose[0], 0.0, yaw_rad=0.0))
+    before = way.trail
+    way.correct(Pose(3.9, 0.2, yaw_rad=0.04))
+    after, first = way.trail, int((before[:, 0] <= 2.0).sum())
+    assert np.array_equal(after[:first], before[:first])
+    assert after[-1] == pytest.approx(before[-1] + (-0.1, 0.2, 0.04), abs=1e-9)
+    shares = (after - before)[first:, 1] / 0.2
+    assert np.diff(shares) == pytest.approx(1 / len(shares), abs=1e-9)  # in step with the way, so nothing tears
+    assert way.since_look_m == 0.0
+
+
+def test_a_correction_is_no_way_that_was_driven():
+    way = driven(ahead(1.0))
+    way.correct(Pose(1.3, 0.0))
+    way.note(Pose(1.3, 0.0))
+    assert way.since_look_m < TRAIL_M
+    assert len(way.back(1.0).stations) == 0

@@ -1,0 +1,190 @@
+"""The extended Kalman filter of `localisation` (filterpy): pose, gyro, slip, and what is wrong with the map itself.
+
+    state   x, y, z, yaw; gyro's bias (rad/s) and scale error; slip = 1 - (body's way) / (wheels' way);
+            anchor: true pose minus the pose at which the points of the newest trusted stop entered the map
+    motion  d(x, y, z) = (1 - slip) * way,   d yaw = (1 - scale) * (rate - bias) * dt,   the rest wanders or stays
+    stop    a registration measures the pose less the anchor's error, carried rigidly from the anchor's place to here
+
+A registration is relative to points that carry the errors of the stops before: were it taken for absolute, the sigmas
+of n stops would fall like 1 / sqrt(n) while the true error grows like sqrt(n). With the anchor in the state (a clone of
+the pose, made when points enter) the covariance is that of the way from the map's origin.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from onboard.perception.credibility import credible
+from onboard.records import F64
+from protocol.conventions import wrap_rad
+
+if TYPE_CHECKING:
+    from filterpy.kalman import ExtendedKalmanFilter
+
+X, Y, Z, YAW, BIAS, SLIP, SCALE = range(7)
+POSE, ANCHOR, STATES = slice(0, 4), slice(7, 11), 11
+WIDEN = 2.0
+START_SIGMA = (0.001, 0.001, 0.001, 0.001)  # the map begins here: only the scale of the numbers
+RESET_SIGMA = (0.05, 0.05, 0.05, 0.02)
+BIAS_WALK = 2e-5  # rad/s per sqrt(s)
+SCALE_SIGMA = 0.001
+TILT_SIGMA = 0.0015  # of the map's level: what a registration makes of the height at a distance from its anchor
+WAY_WALK = 0.008  # m per sqrt(m), of x and y
+SLOPE_WALK = 0.08  # m per sqrt(m) of x and y, times the sine of the slope: how far it slides there varies
+HEIGHT_WALK = 0.005  # m per sqrt(m)
+TURN_WALK = 0.001  # rad per sqrt(rad)
+SLIP_WALK = 0.005  # per sqrt(m)
+SLIP_LIMITS = (-0.3, 0.9)
+
+
+class PoseFilter:
+    """State and covariance; the state moves at once, the covariance by `predict` over what moved since."""
+
+    def __init__(self, start: tuple[float, float, float], bias_sigma: float, slip_sigma: float) -> None:
+        """start: x, y, yaw. bias_sigma: of the gyro, rad/s."""
+        x_m, y_m, yaw_rad = start
+        self.state = [x_m, y_m, 0.0, yaw_rad, *[0.0] * (STATES - 4)]
+        self.covariance: F64 = np.zeros((STATES, STATES))
+        self.covariance[:7, :7] = np.diag([*START_SIGMA, bias_sigma, slip_sigma, SCALE_SIGMA]) ** 2
+        self._filter: ExtendedKalmanFilter | None = None
+        self._moved = [0.0] * 4  # dx, dy, dz of the wheels, turn since the last prediction
+        self._rolled_m = self._sloped_m = self._turned_rad = self._seconds = 0.0
+        self._anchor_m = (x_m, y_m)
+
+    def turn(self, rate_radps: float, seconds: float) -> float:
+        """Turns by a rate of the gyro (or of what stands in for it); returns the angle."""
+        angle_rad = rate_radps * seconds
+        self.state[YAW] = wrap_rad(self.state[YAW] + angle_rad)
+        self._moved[3] += angle_rad
+        self._turned_rad += abs(angle_rad)
+        self._seconds += seconds
+        return angle_rad
+
+    def move(self, way_m: tuple[float, float, float], rolled_m: float, slope_sine: float) -> None:
+        """Goes by a way of the wheels in map axes; rolled_m: way of the rims; slope_sine: of the ground's slope."""
+        keep = 1.0 - self.state[SLIP]
+        for k in range(3):
+            self.state[k] += keep * way_m[k]
+            self._moved[k] += way_m[k]
+        self._rolled_m += rolled_m
+        self._sloped_m += rolled_m * slope_sine * slope_sine
+
+    def predict(self, gyro_noise_radps: float, turn_walk: float = TURN_WALK) -> None:
+        """Covariance over what moved since the last call. gyro_noise_radps: 1 sigma of a sample, 100 a second."""
+        if self._rolled_m == 0.0 and self._turned_rad == 0.0:
+            return
+        (dx, dy, dz, turn), way = self._moved, self._rolled_m
+        keep = 1.0 - self.state[SLIP]
+        F = np.eye(STATES)
+        F[X, YAW], F[Y, YAW] = -keep * dy, keep * dx
+        F[X, SLIP], F[Y, SLIP], F[Z, SLIP] = -dx, -dy, -dz
+        F[YAW, BIAS], F[YAW, SCALE] = -self._seconds, -turn
+        walks = np.zeros(STATES)
+        walks[X] = walks[Y] = WAY_WALK**2 * way + SLOPE_WALK**2 * self._sloped_m
+        walks[Z] = HEIGHT_WALK**2 * way
+        walks[YAW] = gyro_noise_radps**2 * 0.01 * self._seconds + turn_walk**2 * self._turned_rad
+        walks[BIAS], walks[SLIP] = BIAS_WALK**2 * self._seconds, SLIP_WALK**2 * way
+        kalman = self._kalman()
+        kalman.F, kalman.Q = F, np.diag(walks)
+        kalman.predict()
+        self.covariance = kalman.P
+        self._moved = [0.0] * 4
+        self._rolled_m = self._sloped_m = self._turned_rad = self._seconds = 0.0
+
+    def see_bias(self, rate_radps: float, variance: float, seconds: float) -> None:
+        """The gyro's mean rate over `seconds` of standing is its bias (zero-velocity update)."""
+        self.covariance[BIAS, BIAS] += BIAS_WALK**2 * seconds
+        measures = np.zeros((1, STATES))
+        measures[0, BIAS] = 1.0
+        self._correct(np.array([rate_radps]), measures, np.array([[variance]]))
+
+    def innovation(self, measured: F64) -> F64:
+        """(4,): a registration's x, y, z, yaw minus what the state expects of it."""
+        return _residual(measured, self._expected(np.array(self.state)))
+
+    def credible(self, measured: F64, covariance: F64) -> bool:
+        """Whether a registration (4,) of covariance (4, 4) is within what the filter allows."""
+        measures = self._measures()
+        return credible(self.innovation(measured), measures @ self.covariance @ measures.T + self._tilted(covariance))
+
+    def see_pose(self, measured: F64, covariance: F64) -> None:
+        """Corrects by a registration: x, y, z, yaw (4,) and its own covariance (4, 4)."""
+        self._correct(measured, self._measures(), self._tilted(covariance))
+
+    def anchor(self) -> None:
+        """Points enter the map at the pose of now: what is wrong with it is from now on wrong with them."""
+        clone = np.eye(STATES)
+        clone[ANCHOR] = 0.0
+        clone[ANCHOR, POSE] = np.eye(4)
+        self.covariance = clone @ self.covariance @ clone.T
+        self.state[ANCHOR] = [0.0] * 4
+        self._anchor_m = (self.state[X], self.state[Y])
+
+    def off_anchor_m(self) -> float:
+        """Distance from where the anchor's points entered."""
+        return math.dist(self._anchor_m, self.state[:2])
+
+    def widen(self) -> None:
+        """Doubles the covariance of the pose; the pose stays."""
+        scale = np.ones(STATES)
+        scale[POSE] = math.sqrt(WIDEN)
+        self.covariance = self.covariance * np.outer(scale, scale)
+
+    def reset(self, x_m: float, y_m: float, z_m: float, yaw_rad: float) -> None:
+        """Puts the rover at a pose known from elsewhere; the rest stays as learned, the map as it is."""
+        self.state[POSE] = [x_m, y_m, z_m, yaw_rad]
+        self.covariance[POSE], self.covariance[:, POSE] = 0.0, 0.0
+        self.covariance[POSE, POSE] = np.diag(RESET_SIGMA) ** 2
+
+    def _tilted(self, covariance: F64) -> F64:
+        """A registration's covariance with that of the map's tilt, whose height grows from the anchor on."""
+        tilted = covariance.copy()
+        tilted[Z, Z] += (TILT_SIGMA * self.off_anchor_m()) ** 2
+        return tilted
+
+    def _expected(self, state: F64) -> F64:
+        lever_x, lever_y = state[X] - self._anchor_m[0], state[Y] - self._anchor_m[1]
+        off_x, off_y, off_z, off_yaw = state[ANCHOR]
+        expected: F64 = state[POSE] - (off_x - off_yaw * lever_y, off_y + off_yaw * lever_x, off_z, off_yaw)
+        return expected
+
+    def _measures(self) -> F64:
+        lever_x, lever_y = self.state[X] - self._anchor_m[0], self.state[Y] - self._anchor_m[1]
+        measures = np.zeros((4, STATES))
+        measures[:, POSE], measures[:, ANCHOR] = np.eye(4), -np.eye(4)
+        measures[X, ANCHOR.stop - 1], measures[Y, ANCHOR.stop - 1] = lever_y, -lever_x
+        return measures
+
+    def _correct(self, measured: F64, measures: F64, noise: F64) -> None:
+        kalman, pose = self._kalman(), len(measured) == 4
+        kalman.update(
+            measured, lambda x: measures, self._expected if pose else lambda x: measures @ x, R=noise,
+            residual=_residual if pose else np.subtract,
+        )  # fmt: skip
+        self.state, self.covariance = kalman.x.tolist(), kalman.P
+        self.state[YAW] = wrap_rad(self.state[YAW])
+        self.state[SLIP] = max(SLIP_LIMITS[0], min(SLIP_LIMITS[1], self.state[SLIP]))
+
+    def _kalman(self) -> ExtendedKalmanFilter:
+        """The filter with the state and covariance of now; made where it is first needed.
+
+        filterpy loads all of scipy.stats, twice what all else before a first tick takes, and nothing is predicted or
+        corrected before the rover has moved or stood for half a second.
+        """
+        if self._filter is None:
+            from filterpy.kalman import ExtendedKalmanFilter
+
+            self._filter = ExtendedKalmanFilter(dim_x=STATES, dim_z=4)
+            self._filter.predict_x = lambda u: None  # the state has moved already
+        self._filter.x, self._filter.P = np.array(self.state), self.covariance
+        return self._filter
+
+
+def _residual(measured: F64, expected: F64) -> F64:
+    """Difference of x, y, z, yaw with the yaw wrapped."""
+    rest: F64 = measured - expected
+    rest[3] = wrap_rad(float(rest[3]))
+    return rest

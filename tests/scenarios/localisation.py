@@ -1,0 +1,252 @@
+"""Where the rover believes to be: error at the end of 20 m, and whether its covariance tells the truth, at every stop.
+
+Seeds 1 to 10 are the demo's fields; 21 to 24 slopes of 20 degrees, up, across and down; 31 to 34 the demo's fields with
+a band of soft soil, 1.5 m deep, across the way. The rover drives to the goal 15 m away, then 5 m back towards the
+start. Errors are against the truth in the map's frame, whose origin and heading are the pose at the first order: the
+filter is told no more of it. NEES is e^T P^-1 e over x, y, z, yaw, before and after the registration of each stop but
+the first; over n stops of an honest filter their sum is chi-square with 4 n degrees of freedom. Noise figures are
+fitted on seeds from 101 on.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from scipy.stats import chi2
+
+from hil.fields import draw_course
+from hil.grounds import GROUNDS
+from hil.in_memory import CAMPAIGN_STEP_NS, InMemory, goto
+from hil.operator import Order
+from hil.recipe import Recipe, compose
+from hil.records import PlantState
+from hil.scenario import Scenario
+from hil.terrain import Field
+from hil.world import rotate
+from onboard.core.tick import Rover
+from onboard.motion.kinematics import wheel_places
+from onboard.perception.localisation import Localisation
+from onboard.records import F64, Grid, Inputs, Outputs, Pose
+from pictures.estimate import Trace
+from protocol.conventions import wrap_rad
+from protocol.modes import Phase
+from protocol.transactions import State
+
+SEEDS = (*range(1, 11), *range(21, 25), *range(31, 35))
+SHORT = (1, 21, 31)
+SLOPE_DEG, BAND_M = 20.0, (5.0, 6.5)
+BACK_M = 5.0
+MEAN_PERCENT, ROUGH_PERCENT, WORST_M, HEADING_DEG = 0.5, 1.0, 0.1, 0.5
+BAND = 0.95
+SAMPLE_TICKS = 50
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """One flight. Errors at its end; the odometry is a filter of the same sensors that is never registered."""
+
+    seed: int
+    ground: str
+    outcome: str
+    way_m: float
+    scans: int
+    error_m: float
+    error_percent: float
+    heading_deg: float
+    odometry_m: float
+    odometry_deg: float
+    nees_before: tuple[float, ...]
+    nees_after: tuple[float, ...]
+
+
+@dataclass(slots=True)
+class Watch:
+    """Sees each tick: both filters against the truth, and the moments of the stops."""
+
+    alone: Localisation
+    way_m: float = 0.0
+    before: list[float] = field(default_factory=list)
+    after: list[float] = field(default_factory=list)
+    error: F64 = field(default_factory=lambda: np.zeros(4))
+    drift: F64 = field(default_factory=lambda: np.zeros(4))
+    samples: list[tuple[float, F64, F64, F64]] = field(default_factory=list)
+    stops_m: list[float] = field(default_factory=list)
+    _origin: Pose | None = None
+    _start: Pose | None = None
+    _last: F64 | None = None
+    _phase: Phase = Phase.NONE
+
+    def __call__(self, tick: int, inputs: Inputs, outputs: Outputs, rover: Rover, state: PlantState) -> None:
+        self.alone.update(rover.nodes.wheels, rover.nodes.imu[-1] if rover.nodes.imu else None, inputs.now_ns)
+        if self._last is not None:
+            self.way_m += math.dist(state.position_m[:2], self._last[:2])
+        self._last = state.position_m
+        phase, was, self._phase = rover.executive.phase, self._phase, rover.executive.phase
+        if phase is Phase.NONE:
+            return
+        if self._origin is None:
+            self._origin, self._start = rover.localisation.pose, _pose(state)
+        true = self._in_map(_pose(state))
+        self.error, self.drift = _off(rover.localisation.pose, true), _off(self.alone.pose, true)
+        if tick % SAMPLE_TICKS == 0:
+            sigma = np.sqrt(rover.localisation.estimate.covariance.diagonal())
+            self.samples.append((self.way_m, self.error, sigma, self.drift))
+        if phase is Phase.MAPPING and was is Phase.SCANNING:
+            self._nees(rover, self.before)
+        for event in outputs.events:
+            if event.name == "REGISTERED":
+                self._nees(rover, self.after)
+                self.stops_m.append(self.way_m)
+            elif event.name == "REGISTRATION_REFUSED":
+                self.before.pop()  # the look behind at the start, mostly: there is nothing to register to
+
+    @property
+    def trace(self) -> Trace:
+        """For a picture."""
+        way, error, sigma, drift = (np.array(column) for column in zip(*self.samples))
+        return Trace(way, error, sigma, drift, np.array(self.stops_m))
+
+    def _nees(self, rover: Rover, to: list[float]) -> None:
+        covariance = rover.localisation.estimate.covariance
+        to.append(float(self.error @ np.linalg.solve(covariance, self.error)))
+
+    def _in_map(self, true: Pose) -> Pose:
+        """A true pose in the frame that began where the rover stood, heading and place as it was told."""
+        assert self._origin and self._start
+        turn = self._origin.yaw_rad - self._start.yaw_rad
+        dx, dy = true.x_m - self._start.x_m, true.y_m - self._start.y_m
+        return replace(
+            true,
+            x_m=self._origin.x_m + math.cos(turn) * dx - math.sin(turn) * dy,
+            y_m=self._origin.y_m + math.sin(turn) * dx + math.cos(turn) * dy,
+            z_m=true.z_m - self._start.z_m + self._origin.z_m,
+            yaw_rad=true.yaw_rad + turn,
+        )
+
+
+def fly(seed: int) -> Row:
+    """The seed's flight in figures."""
+    return flown(seed)[0]
+
+
+def flown(seed: int) -> tuple[Row, Watch]:
+    """To the goal of the seed's ground and 5 m back, and all that was seen on the way."""
+    name, ground = ground_of(seed)
+    settings = {"planning.tilt_limit_rad": math.radians(27)} if name == "slope" else {}
+    bench = InMemory(
+        Scenario(name="localisation", seed=seed, set=settings), goto(ground), ground=ground, step_ns=CAMPAIGN_STEP_NS
+    )
+    config = bench.rover.config
+    watch = Watch(Localisation(config.rover, config.localisation))
+    patch = Patch(bench) if name == "soft" else None
+    _until_done(bench, watch, patch)
+    if bench.operator.requests[-1].state is State.COMPLETED:
+        back = 1.0 - BACK_M / math.hypot(*ground.goal_m)
+        x_m, y_m = (round(back * v, 3) for v in ground.goal_m)
+        bench.operator.ask(Order(0.0, "goto", {"x_m": x_m, "y_m": y_m}))
+        _until_done(bench, watch, patch)
+    bench.free()
+    error_m = float(np.linalg.norm(watch.error[:3]))
+    row = Row(
+        seed, name, bench.operator.requests[-1].report.text, round(watch.way_m, 2), bench.progress.sweeps,
+        round(error_m, 4), round(100 * error_m / watch.way_m, 3), round(abs(math.degrees(watch.error[3])), 3),
+        round(float(np.linalg.norm(watch.drift[:3])), 3), round(abs(math.degrees(watch.drift[3])), 2),
+        tuple(round(v, 2) for v in watch.before[1:]), tuple(round(v, 2) for v in watch.after),
+    )  # fmt: skip
+    return row, watch
+
+
+def _until_done(bench: InMemory, watch: Watch, patch: Patch | None) -> None:
+    while not bench.ended:
+        if patch:
+            patch.step()
+        bench.step(watch)
+
+
+def judge(rows: Sequence[Row]) -> list[str]:
+    """Means over the level and over the rough flights, the worst, and both NEES of all stops."""
+    short = [f"seed {row.seed}: {row.outcome}" for row in rows if "from the goal" not in row.outcome]
+    for names, limit in ((("level",), MEAN_PERCENT), (("slope", "soft"), ROUGH_PERCENT)):
+        some = [row for row in rows if row.ground in names]
+        if not some:
+            continue
+        mean = sum(row.error_percent for row in some) / len(some)
+        heading = sum(row.heading_deg for row in some) / len(some)
+        if mean > limit:
+            short.append(f"{', '.join(names)}: mean error {mean:.2f} % of the way, {limit} promised")
+        if heading > HEADING_DEG:
+            short.append(f"{', '.join(names)}: mean heading error {heading:.2f} deg, {HEADING_DEG} promised")
+    short += [
+        f"seed {row.seed}: {row.error_m} m at the end, {WORST_M} promised"
+        for row in rows if row.ground == "level" and row.error_m > WORST_M
+    ]
+    for when in ("before", "after"):
+        values = [value for row in rows for value in getattr(row, f"nees_{when}")]
+        low, high = chi2.interval(BAND, 4 * len(values)) if values else (0.0, 0.0)
+        if not low <= sum(values) <= high:
+            n = len(values)
+            mean = sum(values) / n
+            short.append(f"NEES {when} {n} registrations: mean {mean:.2f}, band {low / n:.2f} to {high / n:.2f}")
+    return short
+
+
+def ground_of(seed: int) -> tuple[str, Field]:
+    """Kind and field of a seed."""
+    if 20 < seed < 30:
+        return "slope", slope(seed)
+    return "soft" if 30 < seed < 40 else "level", GROUNDS["fbm"](seed % 10 or 10 if 30 < seed < 40 else seed).field
+
+
+def slope(seed: int) -> Field:
+    """Gentle waves on a plane of 20 degrees: up, across, down and across it from start to goal, in turn."""
+    rng = np.random.default_rng([seed, 77])
+    course = draw_course(rng)
+    field = compose(Recipe(0.85, median_slope_deg=2.0), course, rng, seed)
+    rise = course.bearing_rad + (seed - 21) * math.pi / 2
+    ahead, left = (math.tan(math.radians(SLOPE_DEG)) * v for v in (math.cos(rise), math.sin(rise)))
+    soil = field.soil_z + _plane(field.grid, ahead, left)
+    gdem = replace(field.gdem, heights_m=field.gdem.heights_m + _plane(field.gdem.grid, ahead, left))
+    return replace(field, soil_z=soil.astype(np.float32), gdem=gdem)
+
+
+def _plane(grid: Grid, ahead: float, left: float) -> F64:
+    x_m = grid.x0_m + grid.cell_m * np.arange(grid.columns)
+    y_m = grid.y0_m + grid.cell_m * np.arange(grid.rows)
+    return (ahead * x_m[None, :] + left * y_m[:, None]).astype(np.float32)
+
+
+class Patch:
+    """The band of soft soil across the straight way from start to goal: each wheel is on it or not."""
+
+    def __init__(self, bench: InMemory) -> None:
+        self._bench, self._soft = bench, [False] * 4
+        start, goal = bench.world.start, bench.world.goal_m
+        along = np.array([goal[0] - start.x_m, goal[1] - start.y_m])
+        self._along = along / np.linalg.norm(along)
+        self._from = np.array([start.x_m, start.y_m])
+        self._wheels = np.array([(*place, 0.0) for place in wheel_places(bench.rover.config.rover)])
+
+    def step(self) -> None:
+        """Before each tick."""
+        state = self._bench.state
+        places = state.position_m + rotate(np.tile(state.quaternion_xyzw, (4, 1)), self._wheels)
+        for k, way_m in enumerate((places[:, :2] - self._from) @ self._along):
+            soft = bool(BAND_M[0] <= way_m <= BAND_M[1])
+            if soft != self._soft[k]:
+                self._soft[k] = soft
+                self._bench.plant.set_soil(k + 1, "soft" if soft else "nominal")
+
+
+def _pose(state: PlantState) -> Pose:
+    x, y, z, w = state.quaternion_xyzw.tolist()
+    yaw = math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
+    return Pose(*state.position_m.tolist(), yaw_rad=yaw)
+
+
+def _off(pose: Pose, true: Pose) -> F64:
+    """(4,): x, y, z, yaw of a pose minus the true one's."""
+    off = (pose.x_m - true.x_m, pose.y_m - true.y_m, pose.z_m - true.z_m)
+    return np.array([*off, wrap_rad(pose.yaw_rad - true.yaw_rad)])
