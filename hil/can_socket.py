@@ -46,21 +46,6 @@ class CanSocket:
     def poll(self) -> None:
         """Nothing to serve: the kernel does."""
 
-    def listen(self, wanted: bool) -> None:
-        """Nobody can be kept off an interface: onboard closes its port when the lock-step says so."""
-
-    def disconnect(self, number: int) -> None:
-        """As `listen`."""
-
-    def wait_client(self, number: int, limit_s: float) -> int:
-        """Onboard has opened the interface anew before it said so: its frames are counted from here."""
-        self.received = 0
-        return number
-
-    def write_error(self, classes: int, detail: int = 0, stamp_ns: int = 0) -> None:
-        """An error frame of SocketCAN's classes; detail: byte 1 of its data."""
-        self.write([Frame(_ERROR | classes, bytes((0, detail, 0, 0, 0, 0, 0, 0)), stamp_ns)])
-
     def write(self, frames: Sequence[Frame]) -> None:
         """The emulated nodes' frames, in this order. Raises ConnectionError when the interface does not take them."""
         try:
