@@ -37,8 +37,8 @@ class Fault:
 
 
 FAULTS = (
-    Fault(1, "LIDAR_SILENT", "no valid frame for 4 periods of the commanded stream", 0.15,
-          (Step.STOP, Step.DISCARD_SWEEP, Step.REPORT), latched=False),
+    Fault(1, "LIDAR_SILENT", "no valid frame for 4 periods of the commanded stream and 50 ms (0.45 s for the guard's)",
+          0.15, (Step.STOP, Step.DISCARD_SWEEP, Step.REPORT), latched=False),
     Fault(2, "WHEEL_STALE", "feedback of a wheel older than 30 ms", 0.04, (Step.STOP,), latched=False),
     Fault(3, "WHEEL_SILENT", "feedback of a wheel older than 200 ms", 0.21, (Step.STOP, Step.SAFE, Step.REPORT),
           latched=True, suppressed_by=("CAN_LOST",)),
@@ -53,6 +53,8 @@ FAULTS = (
     Fault(9, "JOB_LATE", "long work was not done at its tick", 1.0, (Step.REPORT,), latched=False),
     Fault(10, "ESTOP_PRESSED", "an emergency stop frame of any node", 0.02, (Step.STOP, Step.ESTOP, Step.REPORT),
           latched=True),
+    Fault(21, "HAZARD_AHEAD", "a step, hole or thing on the wheels' way that the drive guard has seen twice", 0.2,
+          (Step.STOP, Step.BACK_OFF, Step.REPORT), latched=False, tries=20),
 )
 
 BY_NAME = {fault.name: fault for fault in FAULTS}

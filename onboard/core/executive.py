@@ -65,6 +65,11 @@ class Executive:
         """Whether a mission runs."""
         return self.mission is not None and self.mission.outcome is None
 
+    @property
+    def hazard(self) -> bool:
+        """Whether the drive guard has stopped the rover and what it saw is not in the map yet."""
+        return self.mission is not None and bool(self.mission.hazards)
+
     def step(self, orders: Sequence[Order], faults: tuple[str, ...], ctx: Context) -> Twist:
         """One tick: obeys orders, answers faults, advances the mission. Returns the twist that is wanted."""
         for order in orders:

@@ -29,6 +29,7 @@ class Watched:
     last_contact_ns: int
     overdue_ticks: int
     in_mission: bool
+    hazard: bool
 
 
 def _lidar_silent(w: Watched) -> bool:
@@ -78,6 +79,10 @@ def _estop_pressed(w: Watched) -> bool:
     return w.nodes.emergency is not None
 
 
+def _hazard_ahead(w: Watched) -> bool:
+    return w.hazard
+
+
 MONITORS: Mapping[str, Callable[[Watched], bool]] = {
     "LIDAR_SILENT": _lidar_silent,
     "WHEEL_STALE": _wheel_stale,
@@ -89,6 +94,7 @@ MONITORS: Mapping[str, Callable[[Watched], bool]] = {
     "COMMAND_LOST": _command_lost,
     "JOB_LATE": _job_late,
     "ESTOP_PRESSED": _estop_pressed,
+    "HAZARD_AHEAD": _hazard_ahead,
 }
 
 

@@ -103,6 +103,7 @@ def _watched(rover: Rover, inputs: Inputs) -> Watched:
     return Watched(
         inputs.now_ns, rover.config, inputs.can_state, rover.lidar, rover.nodes, rover.localisation.pose,
         rover.downlink.last_contact_ns, rover.jobs.overdue_ticks(inputs.tick), rover.executive.in_mission,
+        rover.executive.hazard,
     )
 
 

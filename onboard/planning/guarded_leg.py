@@ -20,8 +20,9 @@ from onboard.perception.cloud import cloud
 from onboard.perception.stop_map import StopMap
 from onboard.planning import drive_guard
 from onboard.planning.drive_guard import Bad, Settings, Watch
+from onboard.planning.plan_records import GuardLine
 from onboard.planning.tracks import tracks
-from onboard.records import F64, Cloud, Pose, Scan, TiltTrack
+from onboard.records import F64, Bool, Cloud, Pose, TiltTrack
 from protocol.conventions import wrap_rad
 
 MARGIN_M = 3.0  # of the guard's grid round the path: the line reaches 2.5 m
@@ -31,21 +32,16 @@ TURN_M = 0.2  # what a radian of heading counts in that
 
 @dataclass(frozen=True, slots=True)
 class Leg:
-    """stations (k, 3): of the path, `at`: the one that was reached; trail (m, 3): driven before it."""
+    """stations (k, 3): of the path, `at`: the one that was reached; trail (m, 3): driven before it.
+
+    ahead: cells (rows, columns) that wheels roll over from there on.
+    """
 
     watch: Watch
     stations: F64
     trail: F64
-    at: int = 0
-
-
-@dataclass(frozen=True, slots=True)
-class Line:
-    """One turn of the held scanner: its scan, the tilt it was held at, the estimate at its time."""
-
-    scan: Scan
-    tilt_rad: float
-    pose: Pose
+    at: int
+    ahead: Bool
 
 
 def settings_of(config: Config) -> Settings:
@@ -58,18 +54,21 @@ def begin(memory: StopMap, pose: Pose, ways: tuple[F64, F64], stop: int, config:
     stations, trail = ways
     reach_m = MARGIN_M + float(np.abs(stations[:, :2] - (pose.x_m, pose.y_m)).max(initial=0.0))
     surface = classify(ldem.window(memory.cells, pose.x_m, pose.y_m, 2 * reach_m), config.mapping)
-    return Leg(drive_guard.begin(surface, stop), stations, trail)
+    ahead = tracks(stations, trail, surface.grid, config.rover)
+    return Leg(drive_guard.begin(surface, stop), stations, trail, 0, ahead)
 
 
 def hear(leg: Leg, line: Cloud, pose: Pose, settings: Settings) -> tuple[Leg, tuple[Bad, ...]]:
     """The leg after one more line, in the map frame by the estimate `pose`; and the cells that stop the rover by it."""
     at = _reached(leg, pose)
-    ahead = tracks(leg.stations[at:], leg.trail, leg.watch.surface.grid, settings.rover)
-    watch, bad = drive_guard.hear(leg.watch, line, pose, ahead, settings)
-    return replace(leg, watch=watch, at=at), bad
+    if at != leg.at:
+        ahead = tracks(leg.stations[at:], leg.trail, leg.watch.surface.grid, settings.rover)
+        leg = replace(leg, at=at, ahead=ahead)
+    watch, bad = drive_guard.hear(leg.watch, line, pose, leg.ahead, settings)
+    return replace(leg, watch=watch), bad
 
 
-def listen(leg: Leg, lines: Sequence[Line], config: Config) -> tuple[Leg, tuple[Bad, ...]]:
+def listen(leg: Leg, lines: Sequence[GuardLine], config: Config) -> tuple[Leg, tuple[Bad, ...]]:
     """`hear` for lines as the scanner gives them, in their order."""
     settings, found = settings_of(config), list[Bad]()
     for line in lines:
@@ -94,7 +93,7 @@ def _reached(leg: Leg, pose: Pose) -> int:
     return leg.at + int(np.argmin(away_m))
 
 
-def _cloud(line: Line, config: Config) -> Cloud:
+def _cloud(line: GuardLine, config: Config) -> Cloud:
     """The line's beams; the axis is held, so one angle holds for the whole turn."""
     scan = line.scan
     end_ns = scan.start_ns + round(len(scan.ranges_m) * scan.beam_ns) + 1

@@ -1,5 +1,6 @@
 """Orders, faults and modes of the flight core, seen from outside: frames on the bus, reports and events on the link."""
 
+import math
 from pathlib import Path
 
 import numpy as np
@@ -27,6 +28,7 @@ TESTED_BY = {
     "TILT_ANGLE": "test_roll_over_the_limit_leads_to_safe_in_the_tick_that_sees_it",
     "COMMAND_LOST": "test_without_contact_the_leg_is_finished_then_the_rover_stands_by_and_says_so",
     "JOB_LATE": "test_a_late_job_is_reported_while_it_is_late",
+    "HAZARD_AHEAD": "test_a_thing_put_on_the_way_ends_it_within_200_ms_of_the_second_line_that_meets_it",
     "ESTOP_PRESSED": "test_an_emergency_stop_frame_of_a_node_latches_estop_within_20_ms",
 }
 
@@ -300,6 +302,44 @@ def test_a_dead_imu_stops_the_wheels_within_40_ms_and_they_go_on_by_themselves(d
     assert driving.mode is Mode.AUTONOMOUS
     driving.nodes.imu.silent = False
     driving.until(lambda: not standing(driving), 0.1)
+
+
+@pytest.fixture
+def guarded(known):
+    rover = bench(known, drive_guard=config.DriveGuard(on=True))
+    rover.request = rover.goto(2.8, 0.5)
+    rover.until(lambda: rover.pose[0] > 0.6, 60.0)
+    rover.put_post(2.3, 0.3)
+    return rover
+
+
+def lines_on_the_post_ns(jobs):
+    """When the lines in orders to judge them began, of those with 5 beams more than 0.1 m over flat ground."""
+    lines = [line for job in jobs if job.name == "guard_listen" for line in job.arguments[1]]
+    for line in lines:
+        phi = line.scan.first_angle_rad + line.scan.step_rad * np.arange(len(line.scan.ranges_m))
+        over_m = QUICK.rover.lidar_z_m - line.scan.ranges_m * np.cos(phi) * math.sin(line.tilt_rad)
+        if (over_m > 0.1).sum() >= 5:
+            yield line.scan.start_ns
+
+
+def test_a_thing_put_on_the_way_ends_it_within_200_ms_of_the_second_line_that_meets_it(guarded):
+    met_ns = []
+    while not guarded.told("FAULT"):
+        met_ns += lines_on_the_post_ns(guarded.step().jobs)
+    assert len(met_ns) >= 2
+    assert guarded.now_ns - met_ns[1] <= BY_NAME["HAZARD_AHEAD"].detect_s * 1e9
+    assert "HAZARD_AHEAD" in guarded.told("FAULT")[0][1]
+    assert guarded.told("HAZARD")
+    assert guarded.phase is Phase.BACKING_OFF
+    assert guarded.rover.twist == (0.0, 0.0, 0.0)
+
+
+def test_to_back_off_once_more_than_the_row_allows_leads_to_safe_with_the_reason(guarded):
+    guarded.rover.executive.mission._backed["HAZARD_AHEAD"] = BY_NAME["HAZARD_AHEAD"].tries
+    assert guarded.until_final(guarded.request, 20.0) is State.FAILED
+    assert guarded.mode is Mode.SAFE
+    assert "backed off 20 times" in guarded.told("MODE")[-1][1]
 
 
 def test_roll_over_the_limit_leads_to_safe_in_the_tick_that_sees_it(driving):

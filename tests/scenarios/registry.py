@@ -24,7 +24,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any, Protocol
 
-from tests.scenarios import nominal
+from tests.scenarios import guard, nominal
 
 
 class Campaign(Protocol):
@@ -44,5 +44,6 @@ class Campaign(Protocol):
 
 
 CAMPAIGNS: Mapping[str, Campaign] = {
+    "guard": guard,
     "nominal": nominal,
 }
