@@ -133,9 +133,9 @@ class Executive:
     def _back_off(self, row: Fault, ctx: Context) -> None:
         tries = self.mission.back_off(row.name) if self.mission and self.in_mission else 0
         if tries > row.tries:
-            reason = f"{row.name}: {row.condition}; the rover backed off {row.tries} times in this mission already"
+            reason = f"{row.name}: backed off {row.tries} times in this mission already"
             self._cancel(ctx, State.FAILED, reason)
-            self._change("fault", ctx, row.name)
+            self._change("fault", ctx, reason)
 
     # -- orders ------------------------------------------------------------------------------------------------
 
