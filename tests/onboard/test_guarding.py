@@ -1,12 +1,15 @@
 """The drive guard in the flight program: the scanner held, lines judged, a hazard mapped, its loss noticed."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
-from core_bench import QUICK, CoreBench, first_map, quick
+from core_bench import QUICK, CoreBench, digest, first_map, quick
 
 from onboard import config
+from onboard.core.tick import Rover, tick
+from onboard.drivers.workers import Inline
 from protocol.modes import Mode, Phase
 from protocol.transactions import State
 
@@ -122,3 +125,25 @@ def test_an_axis_that_does_not_come_to_its_angle_keeps_the_wheels_still(setting_
     assert max(map(abs, setting_out.turning_rates)) == 0.0
     assert setting_out.until_final(setting_out.request, 40.0) is State.FAILED
     assert "not held" in setting_out.text(setting_out.request)
+
+
+def test_from_its_inputs_alone_a_hazard_is_answered_again_with_the_same_bytes(known):
+    settings, inputs = quick(drive_guard=ON), []
+    rover = CoreBench(settings=settings, memory=known)
+
+    def step():
+        rover.step()
+        inputs.append(rover.inputs)
+
+    for _ in range(200):
+        step()
+    rover.goto(2.4, 0.5)
+    while not rover.told("FAULT_CLEARED"):
+        step()
+        if rover.pose[0] > 0.6 and not rover.told("HAZARD") and len(rover._posts) == 8:
+            rover.put_post(2.0, 0.3)
+    again, jobs = Rover(settings, None, known), Inline()
+    for number, heard in enumerate(inputs):
+        outputs = tick(again, replace(heard, jobs=jobs.take(tuple(done.job_id for done in heard.jobs))))
+        jobs.start(outputs.jobs)
+        assert digest(outputs) == rover.digests[number]
