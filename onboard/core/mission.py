@@ -1,8 +1,7 @@
 """One `goto`: scan -> map -> plan -> drive -> turn -> scan ... until arrived or failed (section 9 of the chapter).
 
-Where the map does not know the ground under the rover, it scans ahead, turns round and scans behind (R1). A fault that
-asks for it (`back_off`) ends a way: the rover goes back a little as it came, scans there and plans anew. Each phase
-is one method; a phase ends by entering the next. Both maps outlive the mission: the next goto begins with them.
+Where the map does not know the ground under the rover, it scans ahead, turns round and scans behind (R1). A fault may
+end a way (`back_off`). Each phase is one method; a phase ends by entering the next. Both maps outlive the mission.
 """
 
 from __future__ import annotations
