@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Protocol
 
+from hil import ground_faults
 from hil.can_faults import CAUSES, CanCause
 from hil.devices.lidar_faults import KINDS
 from hil.scenario import Injection
@@ -75,11 +76,18 @@ def _of_can(cause: CanCause) -> Cause:
     )
 
 
+def _of_ground(kind: str) -> Cause:
+    """A change of the ground on the way to the goal."""
+    put = ground_faults.before_the_goal(kind)
+    return Cause(f"a {kind} across the straight way to the goal", lambda bench, _p, _t: put(bench), _nothing)
+
+
 INJECTIONS: Mapping[str, Cause] = {
     "lidar_unplugged": Cause("the LIDAR's cable is pulled", _unplug, _plug),
     "wheel_silent": Cause("one wheel node sends nothing more", _silence_wheel, _unsilence_wheel),
     "onboard_killed": Cause("the flight program gets SIGKILL", _kill_onboard, _nothing),
     **{name: _of_can(cause) for name, cause in CAUSES.items()},
+    **{f"ground_{kind}": _of_ground(kind) for kind in ground_faults.KINDS},
     **{f"lidar_{kind}": _of_lidar(kind) for kind in KINDS if kind != "cable"},  # that is lidar_unplugged
 }
 

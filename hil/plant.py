@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 import tempfile
 from collections import deque
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -23,7 +24,7 @@ from hil.rover_model import CENTRE_OF_MASS_M, urdf
 from hil.soil import SoilContacts
 from hil.terrain import Field
 from onboard.config import Rover
-from onboard.records import Pose
+from onboard.records import F32, Pose
 from protocol.conventions import TICK_NS, WHEEL_SIGNS, WHEELS
 
 F64 = NDArray[np.float64]
@@ -156,6 +157,12 @@ class Plant:
     def set_soil(self, wheel: int, name: str) -> None:
         """Soil under wheel 1..4 from now on; a row of hil.soil.CLASSES."""
         self._soil.set_soil(wheel - 1, name)
+
+    def reshape(self, soil_z: F32) -> None:
+        """Other ground from now on, (rows, columns) on the field's grid: for wheels, body and scanner alike."""
+        self._soil.reshape(soil_z)
+        self.field = replace(self.field, soil_z=soil_z)
+        self.ground.reshape(self.field)
 
     def step(self, ticks_ns: int = TICK_NS) -> PlantState:
         """One tick of physics; the truth at its end. Raises PlantAbortError."""

@@ -15,6 +15,7 @@ from hil.engine import pybullet
 from hil.ground_rays import GroundRays
 from hil.rocks import Rock
 from hil.terrain import Field
+from onboard.records import F32
 
 F64 = NDArray[np.float64]
 SOIL, ROCK, BODY, WHEEL = 1, 2, 4, 8  # collision groups
@@ -26,22 +27,33 @@ class Ground:
     """A field built into an engine client: soil tiles and rocks, and `cast`."""
 
     def __init__(self, field: Field, client: int) -> None:
-        self._client, self._rays = client, GroundRays(field)
+        self._client = client
         self._rocks: dict[int, tuple[F64, list[Rock]]] = {}
-        grid, z = field.grid, field.soil_z
-        for j in range(0, grid.rows - 1, TILE):
-            for i in range(0, grid.columns - 1, TILE):
-                part = z[j : j + TILE + 1, i : i + TILE + 1]
-                x = grid.x0_m + (i + np.arange(part.shape[1])) * grid.cell_m
-                y = grid.y0_m + (j + np.arange(part.shape[0])) * grid.cell_m
-                vertices = np.dstack((*np.meshgrid(x, y), part)).reshape(-1, 3)
-                self._mesh(vertices, squares(*part.shape), SOIL, SOIL | BODY)
+        self._tiles: dict[tuple[int, int], tuple[int, F32]] = {}  # soil: engine body and its heights by first j, i
+        self.reshape(field)
         for rocks in _blocks(field.rocks):
             vertices = np.concatenate([rock.vertices_m for rock in rocks])
             counts = np.cumsum([0] + [len(rock.vertices_m) for rock in rocks])
             triangles = np.concatenate([rock.triangles + first for rock, first in zip(rocks, counts)])
             body = self._mesh(vertices, triangles, ROCK, SOIL | BODY | WHEEL)
             self._rocks[body] = (np.array([(rock.x_m, rock.y_m, rock.diameter_m / 2) for rock in rocks]), rocks)
+
+    def reshape(self, field: Field) -> None:
+        """The soil of another field on the same grid and with the same rocks, from now on; equal tiles stay."""
+        self._rays = GroundRays(field)
+        grid, z = field.grid, field.soil_z
+        for j in range(0, grid.rows - 1, TILE):
+            for i in range(0, grid.columns - 1, TILE):
+                part = z[j : j + TILE + 1, i : i + TILE + 1]
+                body, old = self._tiles.get((j, i), (-1, None))
+                if old is not None and np.array_equal(old, part):
+                    continue
+                if body >= 0:
+                    pybullet.removeBody(body, physicsClientId=self._client)
+                x = grid.x0_m + (i + np.arange(part.shape[1])) * grid.cell_m
+                y = grid.y0_m + (j + np.arange(part.shape[0])) * grid.cell_m
+                vertices = np.dstack((*np.meshgrid(x, y), part)).reshape(-1, 3)
+                self._tiles[j, i] = self._mesh(vertices, squares(*part.shape), SOIL, SOIL | BODY), part.copy()
 
     def rock_at(self, body: int, point_m: tuple[float, float, float]) -> Rock | None:
         """The rock of a contact on an engine body, None if the body holds no rocks."""

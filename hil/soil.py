@@ -48,10 +48,9 @@ class SoilContacts:
     ) -> None:
         if grid.rows < 2 or grid.columns < 2:
             raise ValueError(f"grid: expected at least 2 x 2 nodes, given {grid.rows} x {grid.columns}")
-        heights = np.ascontiguousarray(soil_z, np.float32)
-        if heights.shape != (grid.rows, grid.columns) or not np.isfinite(heights).all():
-            raise ValueError(f"soil {heights.shape} on a grid {(grid.rows, grid.columns)}, or heights not finite")
-        self._contacts = _soil.Contacts(heights, grid.x0_m, grid.y0_m, grid.cell_m, radius_m, width_m, len(soils))
+        self._heights = np.empty((grid.rows, grid.columns), np.float32)  # the kernel reads them where they are
+        self.reshape(soil_z)
+        self._contacts = _soil.Contacts(self._heights, grid.x0_m, grid.y0_m, grid.cell_m, radius_m, width_m, len(soils))
         for wheel, name in enumerate(soils):
             self.set_soil(wheel, name)
 
@@ -60,6 +59,12 @@ class SoilContacts:
         if name not in CLASSES:
             raise ValueError(f"soil {name!r} is not one of {', '.join(CLASSES)}")
         self._contacts.set_soil(wheel, tuple(CLASSES[name]))
+
+    def reshape(self, soil_z: NDArray[np.float32]) -> None:
+        """Other heights from now on, (rows, columns); shear stays. Raises ValueError for a wrong shape or no number."""
+        if soil_z.shape != self._heights.shape or not np.isfinite(soil_z).all():
+            raise ValueError(f"soil {soil_z.shape} on a grid {self._heights.shape}, or heights not finite")
+        self._heights[:] = soil_z
 
     def reset(self) -> None:
         """Forget all shear."""

@@ -145,9 +145,6 @@ def run(config: Config, announce: Callable[[str], None]) -> int:
 
     announce: told in one line that all ports are open and the ticks begin, and what of a kept map cannot be used.
     """
-    if config.drive_guard.on:
-        raise ConfigError("drive_guard.on = true: the bus does not hold the scanner's tilt while driving yet; "
-                          "it flies in the kinematic missions only")
     _return_large_memory()
     gdem = load_gdem(config.mission.gdem)
     kept = load_tiles(config)

@@ -176,7 +176,7 @@ class Mission:
 class DriveGuard:
     """The scanner held still while driving watches the wheels' tracks."""
 
-    on: bool = value(False, "whether it rides along: in the kinematic missions; the flight program refuses it yet")
+    on: bool = value(False, "whether it rides along")
     tilt_rad: float = value(40 * RAD, "held while driving, positive down", low=0.3, high=1.1)
     step_m: float = value(0.08, "highest step in the strip", low=0.01, high=1)
     depth_m: float = value(0.06, "depth or height against the strip's plane, change against the map", low=0.01, high=1)
@@ -235,6 +235,7 @@ class Jobs:
 
     map_ticks: int = value(100, "registration and map", low=1, high=100_000)
     plan_ticks: int = value(200, "sets, fields, decision, path", low=1, high=100_000)
+    guard_ticks: int = value(8, "a line of the drive guard; the next comes after 10", low=1, high=100)
 
 
 @dataclass(frozen=True, slots=True)

@@ -24,7 +24,8 @@ GREY, PALE = "#6b6b6b", "#e4e4e4"
 DOTS_PER_INCH = 150
 PAGE_IN = 9.0  # width of a picture on the page
 
-PHASE_COLOURS = {"SCANNING": SKY, "MAPPING": PALE, "PLANNING": PALE, "DRIVING": GREEN, "TURNING": ORANGE}
+PHASE_COLOURS = {"SCANNING": SKY, "MAPPING": PALE, "PLANNING": PALE, "DRIVING": GREEN, "TURNING": ORANGE,
+                  "BACKING_OFF": RED}
 
 _STYLE: dict[str, Any] = {
     "font.family": "DejaVu Sans", "font.size": 10.0, "axes.titlesize": 11.0, "axes.titleweight": "bold",

@@ -41,8 +41,8 @@ class Fault:
 
 
 FAULTS = (
-    Fault(1, "LIDAR_SILENT", "no valid frame for 4 periods of the commanded stream", 0.15,
-          (Step.STOP, Step.DISCARD_SWEEP, Step.REPORT), latched=False),
+    Fault(1, "LIDAR_SILENT", "no valid frame for 4 periods of the commanded stream and 50 ms (0.45 s for the guard's)",
+          0.15, (Step.STOP, Step.DISCARD_SWEEP, Step.REPORT), latched=False),
     Fault(2, "WHEEL_STALE", "feedback of a wheel older than 30 ms", 0.04, (Step.STOP,), latched=False,
           suppressed_by=("CAN_BUS_OFF",)),
     Fault(3, "WHEEL_SILENT", "feedback of a wheel older than 200 ms", 0.21, (Step.STOP, Step.SAFE, Step.REPORT),
@@ -63,6 +63,8 @@ FAULTS = (
           (Step.IGNORE, Step.SAFE_OVER_LIMIT, Step.REPORT), latched=False, suppressed_by=("CAN_BUS_OFF",)),
     Fault(12, "CAN_CORRUPT", "over 20 errors a second of checksum, counter, length, range or time stamp", 0.2,
           (Step.IGNORE, Step.SAFE_OVER_LIMIT, Step.REPORT), latched=False, suppressed_by=("CAN_BUS_OFF", "CAN_BABBLE")),
+    Fault(21, "HAZARD_AHEAD", "a step, hole or thing on the wheels' way that the drive guard has seen twice", 0.2,
+          (Step.STOP, Step.BACK_OFF, Step.REPORT), latched=False, tries=20),
     Fault(22, "POSE_UNSURE", "1 sigma of the pose over the limit in a mission", 0.12, (Step.LOOK, Step.REPORT),
           latched=False),
     Fault(24, "NODE_FOREIGN", "a node's heartbeat carries another DBC version", 0.02,

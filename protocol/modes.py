@@ -109,6 +109,7 @@ EVENTS = (
     EventRow("REGISTERED", "info", "the pose was corrected by the map"),
     EventRow("REGISTRATION_REFUSED", "warning", "a registration was outside the gate"),
     EventRow("DECISION", "info", "the mission rule chose, with its reason"),
+    EventRow("HAZARD", "warning", "what the drive guard has seen, and where"),
     EventRow("ARRIVED", "info", "the goal is reached"),
     EventRow("FAILED", "error", "the mission ended without reaching the goal"),
     EventRow("FAULT", "warning", "a row of the fault table became active"),

@@ -66,6 +66,11 @@ class Executive:
         """Whether a mission runs."""
         return self.mission is not None and self.mission.outcome is None
 
+    @property
+    def hazard(self) -> bool:
+        """Whether the drive guard has stopped the rover and what it saw is not in the map yet."""
+        return self.mission is not None and bool(self.mission.hazards)
+
     def step(self, orders: Sequence[Order], faults: tuple[str, ...], ctx: Context) -> Twist:
         """One tick: obeys orders, answers faults, advances the mission. Returns the twist that is wanted."""
         for order in orders:
@@ -135,9 +140,9 @@ class Executive:
     def _back_off(self, row: Fault, ctx: Context) -> None:
         tries = self.mission.back_off(row.name) if self.mission and self.in_mission else 0
         if tries > row.tries:
-            reason = f"{row.name}: {row.condition}; the rover backed off {row.tries} times in this mission already"
+            reason = f"{row.name}: backed off {row.tries} times in this mission already"
             self._cancel(ctx, State.FAILED, reason)
-            self._change("fault", ctx, row.name)
+            self._change("fault", ctx, reason)
 
     # -- orders ------------------------------------------------------------------------------------------------
 

@@ -21,6 +21,9 @@ JOBS: Mapping[str, str] = MappingProxyType(
         "look": "onboard.perception.stop_map:look",
         "remember": "onboard.perception.stop_map:remember_all",
         "plan": "onboard.planning.cycle:plan",
+        "guard_begin": "onboard.planning.guarded_leg:begin",
+        "guard_listen": "onboard.planning.guarded_leg:listen",
+        "guard_credit": "onboard.planning.guarded_leg:credit",
         "product": "protocol.products:encode_ldem",
     }
 )  # name -> module:function, which is pure

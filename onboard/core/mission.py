@@ -1,8 +1,7 @@
 """One `goto`: scan -> map -> plan -> drive -> turn -> scan ... until arrived or failed (section 9 of the chapter).
 
-Where the map does not know the ground under the rover, it scans ahead, turns round and scans behind (R1). A fault that
-asks for it (`back_off`) ends a way: the rover goes back a little as it came, scans there and plans anew. Each phase
-is one method; a phase ends by entering the next. Both maps outlive the mission: the next goto begins with them.
+Where the map does not know the ground under the rover, it scans ahead, turns round and scans behind (R1). A fault may
+end a way (`back_off`). Each phase is one method; a phase ends by entering the next. Both maps outlive the mission.
 """
 
 from __future__ import annotations
@@ -14,6 +13,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from onboard.config import Config
+from onboard.core.guarding import GUARD_JOBS, Guarding
 from onboard.core.jobs import JobBook
 from onboard.core.sensing import Sensing, Sweep
 from onboard.core.way import Way
@@ -32,13 +32,15 @@ from protocol.modes import Phase
 
 if TYPE_CHECKING:  # these come from the jobs, which run elsewhere
     from onboard.perception.stop_map import Look, StopMap
+    from onboard.planning.drive_guard import Bad
 
-MISSION_JOBS = frozenset({"look", "remember", "plan"})
+MISSION_JOBS = frozenset({"look", "remember", "plan"}) | GUARD_JOBS
 BACK_OFF_M = 0.3
 _STANDING_MPS = 0.01
 MOVING = frozenset({Phase.DRIVING, Phase.TURNING, Phase.BACKING_OFF})
 _TRUST_ODOMETRY_M = 2.0  # farther than this since the last registration, the rover looks again before it says arrived
 _TRIES = 3
+_BLIND_NS = 30_000_000_000  # a reconnect of the scanner included
 
 
 @dataclass(slots=True)
@@ -86,6 +88,8 @@ class Mission:
         self._way = Way(0.0 if memory is None else math.inf)  # a kept map says nothing of the way since
         self._retreat: Path | None = None  # before the rover stands
         self._retreat_m = 0.0
+        self._guard: Guarding | None = None  # of a leg that is driven, until what it saw is in the map
+        self._driven = False
         self._backed: Counter[str] = Counter()
         self._phases = {
             Phase.SCANNING: self._scanning,
@@ -100,6 +104,11 @@ class Mission:
     def decision(self) -> Decision | None:
         """The newest decision of the mission rule."""
         return self.result.decision if self.result else None
+
+    @property
+    def hazards(self) -> tuple[Bad, ...]:
+        """What the drive guard has seen that is not in the map yet."""
+        return self._guard.bad if self._guard else ()
 
     @property
     def progress_ratio(self) -> float:
@@ -217,8 +226,10 @@ class Mission:
             goal_m=self.goal,
             gdem=self.gdem,
             state=self._rule,
-            settings=Settings(config.rover, config.mapping, config.planning, config.mission, config.scanning),
+            settings=Settings(config.rover, config.mapping, config.planning, config.mission, config.scanning,
+                              config.drive_guard),
             trail=self._way.trail,
+            blocked_m=self.memory.blocked_m,
         )
         ctx.jobs.submit("plan", (request,), ctx.tick + self._config.jobs.plan_ticks)
         self.phase = Phase.PLANNING
@@ -237,17 +248,27 @@ class Mission:
         elif decision.kind == "unreachable":
             self._end(Phase.FAILED, False, decision.reason)
         else:
-            self.phase = Phase.DRIVING
+            self._set_out(ctx, decision.path)
         return Twist()
+
+    def _set_out(self, ctx: Context, path: Path) -> None:
+        assert self.memory
+        self.phase, self._driven = Phase.DRIVING, False
+        if self._config.drive_guard.on and path.length_m > 0.0:
+            self._guard = Guarding(self._config)
+            self._guard.begin(ctx, self.memory, (path.stations, self._way.trail), self.stop)
 
     def _driving(self, ctx: Context) -> Twist:
         assert self.decision
-        pose = ctx.localisation.pose
-        if ctx.held:
-            return Twist()
-        twist = self._follower.twist(self.decision.path, pose, ctx.now_ns, ctx.wheels)
-        if not self._follower.done:
+        if not self._driven:
+            if not self._watched(ctx) or ctx.held:
+                return Twist()
+            twist = self._follower.twist(self.decision.path, ctx.localisation.pose, ctx.now_ns, ctx.wheels)
+            self._driven = self._follower.done
             return twist
+        if not self._credited(ctx):
+            return Twist()
+        pose = ctx.localisation.pose
         if self.decision.kind == "drive":
             self._turn_to(self.decision.heading_rad)
         elif self._at_goal(pose) and self._way.since_look_m <= _TRUST_ODOMETRY_M:
@@ -255,6 +276,26 @@ class Mission:
         else:
             self._scan()
         return Twist()
+
+    def _watched(self, ctx: Context) -> bool:
+        """Whether the way ahead is watched, or need not be, and nothing was seen on it."""
+        if self._guard is None:
+            return True
+        known = self.hazards
+        watching = self._guard.step(ctx)
+        if self.hazards and not known:
+            first = self.hazards[0]
+            self.notes.append(("HAZARD", f"{first.why} at {first.x_m:.2f} {first.y_m:.2f}"))
+        if self._guard.blind_ns > _BLIND_NS:
+            self._end(Phase.FAILED, False, f"blind for {_BLIND_NS // 10**9} s: no lines, or the scanner is not held")
+        return watching and not self.hazards
+
+    def _credited(self, ctx: Context) -> bool:
+        """Whether what the guard saw on the leg is in the map; it goes there while the rover stands."""
+        assert self.memory
+        if self._guard is not None and (kept := self._guard.close(ctx, self.memory)):
+            self.memory, self._guard = kept, None
+        return self._guard is None
 
     def _at_goal(self, pose: Pose) -> bool:
         return math.dist(self.goal, (pose.x_m, pose.y_m)) <= self._config.mission.goal_tolerance_m
@@ -271,9 +312,10 @@ class Mission:
         return twist
 
     def _backing_off(self, ctx: Context) -> Twist:
-        if ctx.held:
-            return Twist()
         if self._retreat is None and abs(ctx.localisation.estimate.speed_mps) > _STANDING_MPS:
+            self._watched(ctx)
+            return Twist()
+        if not self._credited(ctx) or ctx.held:
             return Twist()
         self._retreat = self._retreat or self._way.back(self._retreat_m)
         twist = self._follower.twist(self._retreat, ctx.localisation.pose, ctx.now_ns, ctx.wheels)

@@ -30,6 +30,7 @@ class Watched:
     last_contact_ns: int
     overdue_ticks: int
     in_mission: bool
+    hazard: bool
 
 
 def _lidar_silent(w: Watched) -> bool:
@@ -84,6 +85,10 @@ def _of_nodes(monitor: Callable[[Nodes], bool]) -> Callable[[Watched], bool]:
     return lambda w: monitor(w.nodes)
 
 
+def _hazard_ahead(w: Watched) -> bool:
+    return w.hazard
+
+
 MONITORS: Mapping[str, Callable[[Watched], bool]] = {
     "LIDAR_SILENT": _lidar_silent,
     "WHEEL_STALE": _wheel_stale,
@@ -96,6 +101,7 @@ MONITORS: Mapping[str, Callable[[Watched], bool]] = {
     "ESTOP_PRESSED": _estop_pressed,
     **{name: _of_nodes(monitor) for name, monitor in can_monitors.MONITORS.items()},
     "POSE_UNSURE": _pose_unsure,
+    "HAZARD_AHEAD": _hazard_ahead,
 }
 
 

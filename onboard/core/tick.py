@@ -104,6 +104,7 @@ def _watched(rover: Rover, inputs: Inputs) -> Watched:
     return Watched(
         inputs.now_ns, rover.config, rover.lidar, rover.nodes, rover.localisation.pose, rover.localisation.sigma,
         rover.downlink.last_contact_ns, rover.jobs.overdue_ticks(inputs.tick), rover.executive.in_mission,
+        rover.executive.hazard,
     )
 
 

@@ -34,10 +34,14 @@ class Look:
 
 @dataclass(frozen=True, slots=True)
 class StopMap:
-    """What the rover remembers: the persistent map, and (m, 3) points in the map frame to register to."""
+    """What the rover remembers: the persistent map, and (m, 3) points in the map frame to register to.
+
+    blocked_m: points whose cells no wheel may roll over, whatever the map says: the drive guard stopped at them.
+    """
 
     cells: Ldem
     target_points: F64
+    blocked_m: tuple[tuple[float, float], ...] = ()
 
 
 def look(scans: Sequence[Scan], tilt: TiltTrack, guess: F64, memory: StopMap | None, config: Config) -> Look:
@@ -66,15 +70,14 @@ def remember(memory: StopMap | None, seen: Cloud, T_map_base: F64, stop: int, co
     x_m, y_m = float(T_map_base[0, 3]), float(T_map_base[1, 3])
     here = moved(seen, T_map_base)
     if memory is None:
-        cells, target = ldem.empty(ldem.grid_around(x_m, y_m, mapping.cell_m, mapping.cell_m)), NO_POINTS
-    else:
-        cells, target = memory.cells, memory.target_points
-    cells = ldem.grow(cells, x_m, y_m, mapping.size_m / 2)
+        memory = StopMap(ldem.empty(ldem.grid_around(x_m, y_m, mapping.cell_m, mapping.cell_m)), NO_POINTS)
+    cells = ldem.grow(memory.cells, x_m, y_m, mapping.size_m / 2)
     if not ldem.knows(cells, x_m, y_m, config.rover.body_length_m / 2):
         cells = ldem.assume_disc(cells, pose_of(T_map_base), mapping.assumed_m)
     near = ldem.window(cells, x_m, y_m, mapping.size_m)  # a scan reaches no farther: the map may be large
     cells = ldem.paste(cells, ldem.insert(near, within(here, config.scanning.range_m), stop, mapping.near_m))
-    return StopMap(cells, merge_target(target, here.ends_m[here.hit], (x_m, y_m)))
+    target = merge_target(memory.target_points, here.ends_m[here.hit], (x_m, y_m))
+    return StopMap(cells, target, memory.blocked_m)
 
 
 def recall(tiles: Sequence[Tile]) -> StopMap | None:

@@ -91,7 +91,7 @@ def plan(request: PlanRequest) -> PlanResult:
         outcome, state = mission_rule.decide(replace(state, cleared=True), situation, settings.mission)
     assert isinstance(outcome, Decision), "without a way the rule gives up"
     leg = first_leg(outcome, settings.mission.leg_m)
-    if settings.mission.ground == "pitted":
+    if settings.mission.ground == "pitted" or settings.drive_guard.on:
         leg = trust.within_trust(leg, request, state)
     if leg is not outcome:
         state = mission_rule.interrupted(state, before)

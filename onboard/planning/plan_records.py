@@ -1,4 +1,4 @@
-"""What the planning job is asked and what it answers: plain records, so that its archive need not know the job."""
+"""What the planning jobs are asked and what they answer: plain records; core and archive need not know the jobs."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from onboard import config
 from onboard.planning.mission_rule import MissionState
-from onboard.records import F32, F64, U8, Decision, Gdem, Grid, Ldem, Pose
+from onboard.records import F32, F64, U8, Decision, Gdem, Grid, Ldem, Pose, Scan
 
 if TYPE_CHECKING:  # its module loads scipy, and the records travel without it
     from onboard.planning.next_position import NextPosition
@@ -41,6 +41,15 @@ class PlanRequest:
     settings: Settings
     trail: F64
     blocked_m: tuple[tuple[float, float], ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class GuardLine:
+    """One turn of the scanner while the drive guard holds it: scan, tilt, the estimate at its middle."""
+
+    scan: Scan
+    tilt_rad: float
+    pose: Pose
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,6 +7,7 @@ proves that a wheel will not fall (study 3.6). Trusted is a wheel's cell, its 8 
     or lies under a pose that was driven before (R2),
     or that the guard's line will have swept on this very path before the wheel comes there.
 
+On smooth ground, with the guard, that is asked only where the way goes sideways or back: there no line was before.
 What the guard will sweep is trusted for the path only; a view goes into the map with its data (`strip_map.merge`).
 """
 
@@ -28,6 +29,7 @@ from onboard.planning.tracks import driven, wheel_squares
 from onboard.records import F64, Bool, CellClass, Decision, Grid, Ldem, Path
 
 NOSE_M = 0.6  # it may always go so far where a look brings nothing more
+AHEAD_RATIO = math.cos(math.radians(30.0))  # of a way that the guard's line has gone before
 SETTLE = 4  # stations: a cell is judged twice and the rover stopped before a wheel comes there
 _NEIGHBOURS = np.ones((3, 3), np.bool_)
 
@@ -41,6 +43,8 @@ def within_trust(decision: Decision, request: PlanRequest, state: MissionState) 
     """
     stations = decision.path.stations
     good = trusted_stations(stations, request)
+    if request.settings.mission.ground == "smooth":
+        good |= ~sideways(stations)
     if decision.kind not in ("drive", "goal") or good.all():
         return decision
     way = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(stations[:, :2], axis=0).T))])
@@ -65,6 +69,15 @@ def trusted_stations(stations: F64, request: PlanRequest) -> Bool:
     if settings.drive_guard.on:
         seen |= _swept(stations, cells, grid, settings)
     found: Bool = seen.all(axis=1) | driven(stations, request.trail, grid)
+    return found
+
+
+def sideways(stations: F64) -> Bool:
+    """Of each station (k, 3), whether the way to it leads more than 30 degrees off its heading, (k,) bool."""
+    (dx, dy), yaw = np.diff(stations[:, :2], axis=0).T, stations[1:, 2]
+    ahead_m = np.cos(yaw) * dx + np.sin(yaw) * dy
+    found = np.zeros(len(stations), np.bool_)
+    found[1:] = ahead_m < AHEAD_RATIO * np.hypot(dx, dy) - 1e-9
     return found
 
 

@@ -13,13 +13,11 @@ from itertools import pairwise
 import numpy as np
 
 from onboard.config import Config, Rover
-from onboard.perception import ldem, strip_map
-from onboard.perception.cell_classes import classify
-from onboard.planning import drive_guard
+from onboard.perception import ldem
+from onboard.planning import guarded_leg
 from onboard.planning.drive_guard import Bad
 from onboard.planning.mission_rule import interrupted
 from onboard.planning.plan_records import PlanResult
-from onboard.planning.tracks import tracks
 from onboard.records import F64, CellClass, Cloud, Decision, Pose, Surface
 from protocol.conventions import wrap_rad
 from tests.missions.mission import Errors, Flight, Kinematic, unseen
@@ -29,7 +27,6 @@ from tests.missions.world import World, wheels
 LINE_M, LINE_RAD = 0.022, math.radians(1.5)
 FEEL_M, FEEL_RAD = 0.05, math.radians(11.25)  # contacts and tracks are looked at so often
 STOPPING_M, BACK_OFF_M = 0.10, 0.30
-MARGIN_M = 3.0  # of the guard's grid round the path: the line reaches 2.5 m
 PATCH_M, PATCH_DEPTH_M = 0.10, 0.08  # a wheel over such a patch of a hole is in it
 
 
@@ -126,7 +123,7 @@ class Guarded(Kinematic):
         super().__init__(world, scanner, errors, seed)
         self.flight: GuardedFlight = GuardedFlight()
         self.drift, self.lines = drift, line_scanner(self.config)
-        self.settings = drive_guard.Settings(self.config.rover, self.config.mapping, self.config.drive_guard)
+        self.settings = guarded_leg.settings_of(self.config)
         self.before = self.rule
 
     def _plan(self) -> PlanResult:
@@ -137,34 +134,29 @@ class Guarded(Kinematic):
         assert self.flight.memory
         stop, pose = len(self.flight.stops), self.estimate
         drive = self._in_steps(decision.path.stations)
-        reach_m = MARGIN_M + float(np.abs(drive.stations[:, :2] - (pose.x_m, pose.y_m)).max())
-        surface = classify(ldem.window(self.flight.memory.cells, pose.x_m, pose.y_m, 2 * reach_m), self.config.mapping)
-        watch, end = drive_guard.begin(surface, stop), len(drive.stations) - 1
+        ways = (drive.stations[drive.feel > 0], self._driven())
+        leg = guarded_leg.begin(self.flight.memory, pose, ways, stop, self.config)
         bad: tuple[Bad, ...] = ()
-        driven, ahead = self._driven(), np.zeros(surface.z_mean.shape, np.bool_)
-        k = -1
+        k, end = -1, len(drive.stations) - 1
         while k < end:
             k += 1
             true, believed = self._at(drive, k)
             if drive.feel[k]:
-                self._roll(true, drive.stations[k] if k else None, surface, watch.strip)
-                ahead = tracks(drive.stations[k:][drive.feel[k:] > 0], driven, surface.grid, self.config.rover)
+                self._roll(true, drive.stations[k] if k else None, leg.watch.surface, leg.watch.strip)
                 self.trail.append(tuple(float(part) for part in drive.stations[k]))  # type: ignore[arg-type]
             if self.config.drive_guard.on:
-                watch, found = drive_guard.hear(
-                    watch, self.lines.line(self.world, true, believed, self.rng), believed, ahead, self.settings
-                )
+                line = self.lines.line(self.world, true, believed, self.rng)
+                leg, found = guarded_leg.hear(leg, line, believed, self.settings)
                 if found and not bad:
                     end = min(end, int(np.searchsorted(drive.way_m, drive.way_m[k] + STOPPING_M)))
                 bad += found
         self.flight.stops[-1] = replace(self.flight.stops[-1], driven=drive.true[: k + 1])
         self.flight.way_m += float(drive.way_m[k])
-        if bad:
-            self.true = self._at(drive, k)[0]
-            self._stopped(bad)
-            k = self._back(drive, k)
         self.true, self.estimate = self._at(drive, k)
-        self._credit(watch.strip)
+        self.flight.memory = guarded_leg.credit(self.flight.memory, leg, self.estimate, bad, self.config)
+        if bad:
+            self._stopped(bad)
+            self.true, self.estimate = self._at(drive, self._back(drive, k))
         return not bad
 
     def _in_steps(self, stations: F64) -> Drive:
@@ -205,10 +197,9 @@ class Guarded(Kinematic):
             self.flight.unseen += unseen(station, known, surface.grid, self.config.rover)
 
     def _stopped(self, bad: tuple[Bad, ...]) -> None:
-        """The cells are blocked for wheels; the rule takes the leg as not tried."""
+        """The rule takes the leg as not tried."""
         real = any(really_bad(self.world, cell.x_m, cell.y_m) for cell in bad)
         self.flight.guard_stops.append(GuardStop(self.true, bad, real))
-        self.blocked_m = tuple(sorted({*self.blocked_m, *((cell.x_m, cell.y_m) for cell in bad)}))
         self.rule = interrupted(self.rule, self.before)
 
     def _back(self, drive: Drive, k: int) -> int:
@@ -219,13 +210,6 @@ class Guarded(Kinematic):
                 self._feel(self._stand(*drive.true[at]))
         self.flight.way_m += float(drive.way_m[k] - drive.way_m[last])
         return last
-
-    def _credit(self, strip: ldem.Ldem) -> None:
-        """The strip's verdict goes into the map."""
-        assert self.flight.memory
-        ahead = drive_guard.ahead_m(self.config.rover, self.config.drive_guard)
-        cells = strip_map.merge(self.flight.memory.cells, strip, self.estimate, ahead, self.config.mapping)
-        self.flight.memory = replace(self.flight.memory, cells=cells)
 
 
 def in_hole(world: World, pose: Pose, rover: Rover) -> bool:

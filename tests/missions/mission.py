@@ -87,7 +87,6 @@ class Kinematic:
         self.estimate = self.true
         self.rule = MissionState()
         self.trail: list[tuple[float, float, float]] = []
-        self.blocked_m: tuple[tuple[float, float], ...] = ()
 
     def fly(self) -> Flight:
         """The whole mission."""
@@ -146,7 +145,7 @@ class Kinematic:
             settings=Settings(config.rover, config.mapping, config.planning, config.mission, config.scanning,
                               config.drive_guard),
             trail=self._driven(),
-            blocked_m=self.blocked_m,
+            blocked_m=self.flight.memory.blocked_m,
         )
         return plan(request)
 

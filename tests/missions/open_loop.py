@@ -20,11 +20,12 @@ from onboard.config import Rover, load
 from onboard.perception import ldem
 from onboard.perception.cell_classes import classify
 from onboard.planning import drive_guard
+from onboard.planning.guarded_leg import MARGIN_M
 from onboard.planning.tracks import tracks
 from onboard.records import F64, Pose
 from tests.missions.fields import main_field
 from tests.missions.guard_runs import GUARDED
-from tests.missions.guarded import MARGIN_M, STOPPING_M, Guarded
+from tests.missions.guarded import STOPPING_M, Guarded
 from tests.missions.mission import Errors
 from tests.missions.scanner import scanner
 from tests.missions.truth import truth

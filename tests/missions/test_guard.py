@@ -40,7 +40,7 @@ def test_hole_that_opens_after_the_scans_stops_the_rover_and_is_gone_round():
     first = flight.guard_stops[0]
     assert first.real
     assert first.pose.x_m + 0.475 < 2.4 - 0.2  # the front wheels' rims, well before the hole's
-    assert all(math.dist(point, (2.6, 0.23)) < 0.5 for point in mission.blocked_m)
+    assert all(math.dist(point, (2.6, 0.23)) < 0.5 for point in flight.memory.blocked_m)
 
 
 def test_unguarded_the_same_rover_drives_into_it():

@@ -104,6 +104,10 @@ class CoreBench:
         """The command goto."""
         return self.order("goto", x_m=x_m, y_m=y_m)
 
+    def put_post(self, x_m, y_m):
+        """A post more, from now on."""
+        self._posts = (*self._posts, (x_m, y_m))
+
     def hear(self, message):
         """A datagram that arrives with the next tick."""
         self._messages.append(message)

@@ -33,6 +33,7 @@ TESTED_BY = {
     "CAN_CORRUPT": "test_corrupt_frames_are_named_within_200_ms_with_their_counts_and_dropped",
     "NODE_FOREIGN": "test_a_node_that_speaks_another_dbc_is_named_at_its_first_heartbeat_and_there_is_no_drive",
     "NODE_TWICE": "test_a_second_node_under_one_id_is_named_within_a_second_and_there_is_no_drive",
+    "HAZARD_AHEAD": "test_a_thing_put_on_the_way_ends_it_within_200_ms_of_the_second_line_that_meets_it",
     "ESTOP_PRESSED": "test_an_emergency_stop_frame_of_a_node_latches_estop_within_20_ms",
 }
 
@@ -307,6 +308,36 @@ def test_a_dead_imu_stops_the_wheels_within_40_ms_and_they_go_on_by_themselves(d
     assert driving.mode is Mode.AUTONOMOUS
     driving.nodes.imu.silent = False
     driving.until(lambda: not standing(driving), 0.1)
+
+
+@pytest.fixture
+def guarded(known):
+    rover = bench(known, drive_guard=config.DriveGuard(on=True))
+    rover.request = rover.goto(2.8, 0.5)
+    rover.until(lambda: rover.pose[0] > 0.6, 60.0)
+    rover.put_post(2.3, 0.3)
+    return rover
+
+
+def test_a_thing_put_on_the_way_ends_it_within_200_ms_of_the_second_line_that_meets_it(guarded):
+    lines_ns = {}  # when each line that was judged began, by the tick of its verdict
+    while not guarded.told("HAZARD"):
+        for job in guarded.step().jobs:
+            if job.name == "guard_listen":
+                lines_ns[job.due_tick] = job.arguments[1][-1].scan.start_ns
+    confirming_ns = lines_ns[guarded.tick]
+    guarded.until(lambda: guarded.told("FAULT"), 0.1)
+    assert guarded.now_ns - confirming_ns <= BY_NAME["HAZARD_AHEAD"].detect_s * 1e9
+    assert "HAZARD_AHEAD" in guarded.told("FAULT")[0][1]
+    assert guarded.phase is Phase.BACKING_OFF
+    assert guarded.rover.twist == (0.0, 0.0, 0.0)
+
+
+def test_to_back_off_once_more_than_the_row_allows_leads_to_safe_with_the_reason(guarded):
+    guarded.rover.executive.mission._backed["HAZARD_AHEAD"] = BY_NAME["HAZARD_AHEAD"].tries
+    assert guarded.until_final(guarded.request, 20.0) is State.FAILED
+    assert guarded.mode is Mode.SAFE
+    assert "backed off 20 times" in guarded.text(guarded.request)
 
 
 def test_roll_over_the_limit_leads_to_safe_in_the_tick_that_sees_it(driving):

@@ -26,9 +26,9 @@ def seen(view_m):
     return replace(ldem.empty(GRID), n=n, z_hi=flat, z_lo=flat, view_m=view_m.astype(np.float32))
 
 
-def request(view_m, guard=False, trust_m=1.5, trail=()):
+def request(view_m, guard=False, trust_m=1.5, trail=(), ground="pitted"):
     settings = Settings(
-        config.Rover(), config.Mapping_(trust_m=trust_m), config.Planning(), config.Mission(ground="pitted"),
+        config.Rover(), config.Mapping_(trust_m=trust_m), config.Planning(), config.Mission(ground=ground),
         config.Scanning(), config.DriveGuard(on=guard),
     )  # fmt: skip
     return PlanRequest(
@@ -70,6 +70,29 @@ def test_guard_does_not_vouch_for_what_lies_nearer_than_its_line():
     assert decision.path.length_m == pytest.approx(0.3, abs=0.051)
     beyond = np.where((X > 2.4) & (X < 2.6), 4.0, 1.0)
     assert cut(request(beyond, guard=True)).path.stations is AHEAD
+
+
+CRAB = np.column_stack([np.full(61, 0.05), np.arange(0.05, 3.1, 0.05), np.zeros(61)])
+
+
+def test_on_smooth_ground_under_guard_only_ways_sideways_or_back_need_a_near_view():
+    asked = request(FROM_HERE, guard=True, ground="smooth")
+    assert cut(asked).path.stations is AHEAD
+    crab = cut(asked, CRAB)
+    assert crab.kind == "drive"
+    assert crab.path.stations[-1, 1] + 0.23 <= 1.5
+    assert cut(request(np.full(X.shape, 1.2), guard=True, ground="smooth"), CRAB).path.stations is CRAB
+
+
+@pytest.mark.parametrize(("heading_deg", "off"), [(0, False), (25, False), (35, True), (90, True), (180, True)])
+def test_a_way_counts_as_sideways_from_30_degrees_off_the_heading(heading_deg, off):
+    turned = np.column_stack([AHEAD[:, :2], np.full(61, math.radians(heading_deg))])
+    assert trust.sideways(turned).tolist() == [False, *[off] * 60]
+
+
+def test_a_turn_on_the_spot_goes_nowhere():
+    turn = np.column_stack([np.zeros((9, 2)), np.linspace(0.0, 3.0, 9)])
+    assert not trust.sideways(turn).any()
 
 
 def test_guard_sees_nothing_of_a_way_driven_backwards():

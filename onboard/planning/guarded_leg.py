@@ -1,0 +1,102 @@
+"""One leg under the drive guard: begun on the map of its stop, told line by line, at its end entered into the map.
+
+    begin(map, path, trail) -> leg;   hear(leg, line, pose) -> leg, bad cells;   credit(map, leg, pose, bad) -> map
+
+Pure. The flight program and the kinematic missions both drive by these three; `listen` is the flight program's `hear`,
+a job that makes the lines from scans.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from onboard.config import Config
+from onboard.perception import ldem, strip_map
+from onboard.perception.cell_classes import classify
+from onboard.perception.cloud import cloud
+from onboard.perception.stop_map import StopMap
+from onboard.planning import drive_guard
+from onboard.planning.drive_guard import Bad, Settings, Watch
+from onboard.planning.plan_records import GuardLine
+from onboard.planning.tracks import tracks
+from onboard.records import F64, Bool, Cloud, Pose, TiltTrack
+from protocol.conventions import wrap_rad
+
+MARGIN_M = 3.0  # of the guard's grid round the path: the line reaches 2.5 m
+NEXT = 6  # stations ahead among which the rover is looked for: a line comes each 11 mm, and a way may cross itself
+TURN_M = 0.2  # what a radian of heading counts in that
+
+
+@dataclass(frozen=True, slots=True)
+class Leg:
+    """stations (k, 3): of the path, `at`: the one that was reached; trail (m, 3): driven before it.
+
+    ahead: cells (rows, columns) that wheels roll over from there on.
+    """
+
+    watch: Watch
+    stations: F64
+    trail: F64
+    at: int
+    ahead: Bool
+
+
+def settings_of(config: Config) -> Settings:
+    """What the guard reads of the configuration."""
+    return Settings(config.rover, config.mapping, config.drive_guard)
+
+
+def begin(memory: StopMap, pose: Pose, ways: tuple[F64, F64], stop: int, config: Config) -> Leg:
+    """The guard of a leg that begins at `pose`. ways: stations (k, 3) to come, and the trail (m, 3) driven so far."""
+    stations, trail = ways
+    reach_m = MARGIN_M + float(np.abs(stations[:, :2] - (pose.x_m, pose.y_m)).max(initial=0.0))
+    surface = classify(ldem.window(memory.cells, pose.x_m, pose.y_m, 2 * reach_m), config.mapping)
+    ahead = tracks(stations, trail, surface.grid, config.rover)
+    return Leg(drive_guard.begin(surface, stop), stations, trail, 0, ahead)
+
+
+def hear(leg: Leg, line: Cloud, pose: Pose, settings: Settings) -> tuple[Leg, tuple[Bad, ...]]:
+    """The leg after one more line, in the map frame by the estimate `pose`; and the cells that stop the rover by it."""
+    at = _reached(leg, pose)
+    if at != leg.at:
+        ahead = tracks(leg.stations[at:], leg.trail, leg.watch.surface.grid, settings.rover)
+        leg = replace(leg, at=at, ahead=ahead)
+    watch, bad = drive_guard.hear(leg.watch, line, pose, leg.ahead, settings)
+    return replace(leg, watch=watch), bad
+
+
+def listen(leg: Leg, lines: Sequence[GuardLine], config: Config) -> tuple[Leg, tuple[Bad, ...]]:
+    """`hear` for lines as the scanner gives them, in their order."""
+    settings, found = settings_of(config), list[Bad]()
+    for line in lines:
+        leg, bad = hear(leg, _cloud(line, config), line.pose, settings)
+        found += bad
+    return leg, tuple(found)
+
+
+def credit(memory: StopMap, leg: Leg, pose: Pose, bad: Sequence[Bad], config: Config) -> StopMap:
+    """The map with the strip's verdict, as the leg ends at `pose`, and the bad cells blocked for wheels."""
+    ahead_m = drive_guard.ahead_m(config.rover, config.drive_guard)
+    cells = strip_map.merge(memory.cells, leg.watch.strip, pose, ahead_m, config.mapping)
+    blocked = {*memory.blocked_m, *((cell.x_m, cell.y_m) for cell in bad)}
+    return replace(memory, cells=cells, blocked_m=tuple(sorted(blocked)))
+
+
+def _reached(leg: Leg, pose: Pose) -> int:
+    """The station nearest to a pose among the next few; never one before the last."""
+    near = leg.stations[leg.at : leg.at + NEXT]
+    turned = np.abs([wrap_rad(yaw - pose.yaw_rad) for yaw in near[:, 2].tolist()])
+    away_m = np.hypot(near[:, 0] - pose.x_m, near[:, 1] - pose.y_m) + TURN_M * turned
+    return leg.at + int(np.argmin(away_m))
+
+
+def _cloud(line: GuardLine, config: Config) -> Cloud:
+    """The line's beams; the axis is held, so one angle holds for the whole turn."""
+    scan = line.scan
+    end_ns = scan.start_ns + round(len(scan.ranges_m) * scan.beam_ns) + 1
+    held = TiltTrack(np.array([scan.start_ns, end_ns]), np.array([line.tilt_rad, line.tilt_rad]))
+    noise_m = config.lidar.range_noise_m
+    return cloud((scan,), held, line.pose.matrix(), config.rover, config.scanning, noise_m)

@@ -1,0 +1,174 @@
+"""Trenches and steps put across the way after the scan: the drive guard stops for each; few stops where there is none.
+
+Seeds 1 to 20 put a trench (0.30 m wide, 0.12 m deep), 21 to 40 a step (0.10 m), 2.5 to 7 m of way from the stop, on
+gently rolling ground, and end when the rover has backed off. Seeds 41 to 50 are whole missions on the demo's fields.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from hil import ground_faults
+from hil.ground_faults import KINDS, Obstacle
+from hil.in_memory import CAMPAIGN_STEP_NS, InMemory
+from hil.plant import PlantAbortError
+from hil.recipe import Course, Recipe, compose
+from hil.records import PlantState
+from hil.scenario import Scenario
+from hil.terrain import Field, height_at
+from onboard import config
+from onboard.core.tick import Rover
+from onboard.records import F64, Inputs, Outputs
+from protocol.conventions import WHEEL_SIGNS
+from protocol.modes import Phase
+
+TRENCHES, STEPS, NOMINAL = range(1, 21), range(21, 41), range(41, 51)
+SEEDS = (*TRENCHES, *STEPS, *NOMINAL)
+SHORT = (1, 21, 41)
+SET = {"drive_guard.on": True}
+GOAL_M = (8.0, 0.0)
+SLOPE_DEG = 2.0
+LEG_M = 8.0  # one leg to the goal, so that there is way of 7 m
+MOST_PER_10_M, MOST_FALSE_PER_10_M = 2.0, 0.2
+TRUE_STEP_M, ONE_CELL_M = 0.08, 0.15  # a true step: within a cell and its neighbours
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """One flight. at_m: of way to the obstacle's edge; room_m: from the foremost wheel to it when the rover stood.
+
+    in_it: a wheel's rim came over the obstacle. false_stops: where no true step over 0.08 m is.
+    """
+
+    seed: int
+    kind: str
+    outcome: str
+    at_m: float
+    room_m: float
+    in_it: bool
+    stops: int
+    false_stops: int
+    way_m: float
+    scans: int
+    why: tuple[str, ...]
+    mission_s: float
+
+
+def fly(seed: int) -> Row:
+    """The flight of a seed."""
+    if seed in NOMINAL:
+        return _nominal(seed)
+    return Crossing(seed, "trench" if seed in TRENCHES else "step").fly()
+
+
+class Crossing:
+    """A way that an obstacle comes to lie across, watched tick by tick."""
+
+    def __init__(self, seed: int, kind: str) -> None:
+        self.seed, self.kind = seed, kind
+        scenario = Scenario(name="guard", terrain="flat", seed=seed, set={**SET, "mission.leg_m": LEG_M})
+        self.bench = InMemory(scenario, ground=rolling(seed), step_ns=CAMPAIGN_STEP_NS)
+        self.obstacle: Obstacle | None = None
+        self.at_m, self.room_m, self.in_it, self.stopped = 0.0, math.inf, False, False
+
+    def fly(self) -> Row:
+        """To the scan after the guard's stop, or to the first wheel on the obstacle, or to the mission's end."""
+        outcome = "passed"
+        try:
+            while not (self.bench.ended or self.in_it or self.stopped):
+                self.bench.step(self._look)
+        except PlantAbortError as abort:
+            outcome = str(abort)
+        finally:
+            self.bench.free()
+        hazards = tuple(event.text for event in self.bench.events if event.name == "HAZARD")
+        progress = self.bench.progress
+        return Row(
+            self.seed, self.kind, "stopped" if self.stopped else outcome, round(self.at_m, 2), round(self.room_m, 3),
+            self.in_it, len(hazards), 0, round(progress.way_m, 2), progress.sweeps, hazards, self.bench.tick / 100,
+        )
+
+    def _look(self, tick: int, inputs: Inputs, outputs: Outputs, rover: Rover, state: PlantState) -> None:
+        mission = rover.executive.mission
+        if mission is None or mission.decision is None:
+            return
+        if self.obstacle is None:
+            if mission.phase is Phase.DRIVING:
+                self._dig(mission.decision.path.stations[:, :2])
+            return
+        radius_m = rover.config.rover.wheel_radius_m
+        x_m, y_m = wheels(state, rover.config.rover)
+        self.in_it |= bool(self.obstacle.holds(x_m, y_m, radius_m).any())
+        self.room_m = min(self.room_m, -float(self.obstacle.along_m(x_m, y_m).max()) - radius_m)
+        backing = mission.phase is Phase.BACKING_OFF
+        self.stopped = backing and not mission.hazards  # it stands, and what it saw is in the map
+
+    def _dig(self, way_m: F64) -> None:
+        self.obstacle = ground_faults.across(KINDS[self.kind], way_m, self.seed)
+        if self.obstacle is not None:
+            ground_faults.put(self.bench, self.obstacle)
+            self.at_m = math.dist(way_m[0], (self.obstacle.x_m, self.obstacle.y_m))
+
+
+def rolling(seed: int) -> Field:
+    """Gently rolling ground without rocks, the goal 8 m ahead."""
+    field = compose(Recipe(0.8, median_slope_deg=SLOPE_DEG), Course(), np.random.default_rng([seed, 22]), seed)
+    return replace(field, goal_m=GOAL_M)
+
+
+def wheels(state: PlantState, rover: config.Rover) -> tuple[F64, F64]:
+    """(x, y) of the four wheels' places, in truth."""
+    x, y, z, w = state.quaternion_xyzw
+    yaw = math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+    along, across = (np.array(WHEEL_SIGNS) * (rover.half_wheelbase_m, rover.half_track_m)).T
+    c, s = math.cos(yaw), math.sin(yaw)
+    return state.position_m[0] + c * along - s * across, state.position_m[1] + s * along + c * across
+
+
+def _nominal(seed: int) -> Row:
+    """A whole mission with nothing put in its way; each stop of the guard is held against the true ground."""
+    field_seed = seed - NOMINAL[0] + 1
+    bench = InMemory(Scenario(name="guard", terrain="fbm", seed=field_seed, set=SET), step_ns=CAMPAIGN_STEP_NS)
+    whys: list[tuple[str, bool]] = []
+
+    def look(tick: int, inputs: Inputs, outputs: Outputs, rover: Rover, state: PlantState) -> None:
+        mission = rover.executive.mission
+        for event in (event for event in outputs.events if event.name == "HAZARD"):
+            assert mission is not None
+            whys.append((event.text, any(true_step(bench.field, cell.x_m, cell.y_m) for cell in mission.hazards)))
+
+    flight = bench.run(look)
+    told = flight.requests[0].report if flight.requests else None
+    return Row(
+        seed, "nominal", "arrived" if flight.arrived else flight.error or (told.text if told else "no outcome"), 0.0,
+        math.inf, False, len(whys), sum(not true for _, true in whys), round(flight.way_m, 2), flight.sweeps,
+        tuple(text for text, _ in whys), flight.bench_s,
+    )
+
+
+def true_step(field: Field, x_m: float, y_m: float) -> bool:
+    """Whether the true ground has a step over 0.08 m within the cell and its neighbours, its slope taken out."""
+    side = np.arange(-ONE_CELL_M, ONE_CELL_M + 1e-9, field.grid.cell_m)
+    dx, dy = (part.ravel() for part in np.meshgrid(side, side))
+    z = height_at(field, x_m + dx, y_m + dy)
+    basis = np.stack([np.ones_like(dx), dx, dy], axis=1)
+    return bool(np.ptp(z - basis @ np.linalg.lstsq(basis, z, rcond=None)[0]) > TRUE_STEP_M)
+
+
+def judge(rows: Sequence[Row]) -> list[str]:
+    """Every obstacle stopped for with no wheel on it; on the demo's fields few stops, hardly any for nothing."""
+    short = [
+        f"seed {row.seed}: the {row.kind} at {row.at_m} m: {'a wheel on it' if row.in_it else row.outcome}"
+        for row in rows if row.kind != "nominal" and (row.in_it or row.outcome != "stopped")
+    ]
+    nominal = [row for row in rows if row.kind == "nominal"]
+    way_m = max(sum(row.way_m for row in nominal), 1e-9)
+    for stops, most in ((sum(row.stops for row in nominal), MOST_PER_10_M),
+                        (sum(row.false_stops for row in nominal), MOST_FALSE_PER_10_M)):
+        if 10.0 * stops / way_m > most:
+            short.append(f"{stops} stops in {way_m:.0f} m of nominal way, over {most} per 10 m")
+    return short
