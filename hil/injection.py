@@ -8,6 +8,7 @@ from typing import Protocol
 
 from hil.devices.lidar_faults import KINDS
 from hil.scenario import Injection
+from hil.wheel_faults import WHEEL_FAULTS
 from hil.world import World
 from onboard.config import ConfigError
 
@@ -67,10 +68,20 @@ def _of_lidar(kind: str) -> Cause:
     return Cause(f"the LIDAR's {kind}, {row.value}: {row.means}", begin, heal)
 
 
+def _of_wheels(name: str) -> Cause:
+    row = WHEEL_FAULTS[name]
+    return Cause(
+        row.means,
+        lambda bench, _p, target: row.begin(bench, target),
+        lambda bench, _p, target: row.heal(bench, target),
+    )
+
+
 INJECTIONS: Mapping[str, Cause] = {
     "lidar_unplugged": Cause("the LIDAR's cable is pulled", _unplug, _plug),
     "wheel_silent": Cause("one wheel node sends nothing more", _silence_wheel, _unsilence_wheel),
     "onboard_killed": Cause("the flight program gets SIGKILL", _kill_onboard, _nothing),
+    **{name: _of_wheels(name) for name in WHEEL_FAULTS},
     **{f"lidar_{kind}": _of_lidar(kind) for kind in KINDS if kind != "cable"},  # that is lidar_unplugged
 }
 

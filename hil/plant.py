@@ -10,7 +10,9 @@ from __future__ import annotations
 import math
 import tempfile
 from collections import deque
+from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +22,7 @@ from hil.mesh import soil_height
 from hil.raycast import BODY, ROCK, SOIL, WHEEL, Ground
 from hil.records import PlantState, WheelDrive, WheelTruth
 from hil.rover_model import CENTRE_OF_MASS_M, urdf
-from hil.soil import SoilContacts
+from hil.soil import CLASSES, SoilContacts
 from hil.terrain import Field
 from onboard.config import Rover
 from onboard.records import Pose
@@ -61,6 +63,10 @@ class Plant:
             field.grid, field.soil_z, self.rover.wheel_radius_m, self.rover.wheel_width_m, (soil,) * len(WHEELS)
         )
         self._limits_nm = [DRIVE_NM] * len(WHEELS)
+        self._soils = [soil] * len(WHEELS)
+        self.patches: list[tuple[tuple[float, float], float, str]] = []  # centre, radius, soil: the newest counts
+        self._on_patch = False
+        self._jammed = [False] * len(WHEELS)
         self._drives = (WheelDrive(0.0, 0.0),) * len(WHEELS)
         self.reset(field.start)
 
@@ -153,9 +159,20 @@ class Plant:
         """Largest drive torque of wheel 1..4 from now on: 0 runs free, little is weak, 8 is sound."""
         self._limits_nm[wheel - 1] = torque_nm
 
+    def jam(self, wheel: int, jammed: bool) -> None:
+        """Whether the gear of wheel 1..4 holds it where it is."""
+        self._jammed[wheel - 1] = jammed
+
     def set_soil(self, wheel: int, name: str) -> None:
         """Soil under wheel 1..4 from now on; a row of hil.soil.CLASSES."""
         self._soil.set_soil(wheel - 1, name)
+        self._soils[wheel - 1] = name
+
+    def lay_patch(self, centre_m: tuple[float, float], radius_m: float, name: str) -> None:
+        """Soil of another kind within a circle, from the next tick on; `patches` holds them all."""
+        if name not in CLASSES:
+            raise ValueError(f"soil {name!r} is not one of {', '.join(CLASSES)}")
+        self.patches.append((centre_m, radius_m, name))
 
     def step(self, ticks_ns: int = TICK_NS) -> PlantState:
         """One tick of physics; the truth at its end. Raises PlantAbortError."""
@@ -172,12 +189,23 @@ class Plant:
                     push(body, link, force, point, pybullet.WORLD_FRAME, client)  # lives for one step
             advance(client)
         self._now_ns += ticks_ns
+        if self.patches or self._on_patch:
+            self._find_patches(states(body, wheels, physicsClientId=client))
         return self._truth(ticks_ns * 1e-9, contacts)
+
+    def _find_patches(self, links: Sequence[Any]) -> None:
+        """The soil under each wheel: of the newest patch that its centre is over, else its own."""
+        for k, ((x, y, _), *_rest) in enumerate(links):
+            under = [name for (px, py), radius, name in self.patches if math.hypot(x - px, y - py) < radius]
+            self._soil.set_soil(k, under[-1] if under else self._soils[k])
+        self._on_patch = bool(self.patches)
 
     def _motors(self, tick_s: float) -> None:
         slew, turn = DRIVE_SLEW_RADPS2 * tick_s, self.rover.steer_rate_radps * tick_s
         for k, drive in enumerate(self._drives):
             self._rates[k] += min(max(drive.rate_radps - self._rates[k], -slew), slew)
+            if self._jammed[k]:
+                self._rates[k] = 0.0
             self._angles[k] += min(max(drive.steer_rad - self._angles[k], -turn), turn)
         pybullet.setJointMotorControlArray(
             self._body, self._wheels, pybullet.VELOCITY_CONTROL, targetVelocities=self._rates, forces=self._limits_nm,
@@ -212,10 +240,15 @@ class Plant:
             angular_radps=np.array(_rotate(_inverse(q), spin)),
             specific_force_mps2=np.array(_rotate(_inverse(middle), (felt[0], felt[1], felt[2] + GRAVITY_MPS2))),
             wheels=tuple(
-                WheelTruth(joints[k + 4][0], joints[k][0], joints[k][1], joints[k][3], contacts[k][2]) for k in range(4)
+                WheelTruth(*joints[k + 4][:1], *joints[k][:2], self._torque_nm(k, joints[k][3]), contacts[k][2])
+                for k in range(4)
             ),
             contact=self._touch(),
         )
+
+    def _torque_nm(self, k: int, told_nm: float) -> float:
+        """The engine repeats the last torque of a motor that has none left."""
+        return max(-self._limits_nm[k], min(self._limits_nm[k], told_nm))
 
     def _touch(self) -> str:
         """'' or the worst that the rover touches now."""

@@ -224,6 +224,7 @@ class Safety:
     command_lost_ns: int = value(300_000_000_000, "no authenticated contact: finish the leg, then STANDBY",
                                  low=1e9, high=1e14)
     tilt_limit_rad: float = value(28 * RAD, "roll or pitch that stops the rover", low=0.1, high=1)
+    degraded_drive: bool = value(True, "on with three drives, one steering fixed, or without an encoder; else SAFE")
 
 
 @dataclass(frozen=True, slots=True)

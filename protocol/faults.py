@@ -16,6 +16,9 @@ class Step(Enum):
     STOP = "zero wheel rates while the fault lasts"
     DISCARD_SWEEP = "the running sweep is discarded and scanned again, at most 3 times"
     BACK_OFF = "the way is ended: back 0.3 m as it was driven, scan, plan anew; SAFE after so many tries in a mission"
+    RESCAN = "the way is ended where the rover stands: scan, plan anew"
+    SLOW = "half the speed while the fault lasts"
+    DEGRADE = "on without what is broken, if safety.degraded_drive and no second wheel is; else mode SAFE, latched"
     SAFE = "mode SAFE, latched until resume"
     STANDBY = "finish the leg, then mode STANDBY"
     ESTOP = "mode ESTOP, latched until reset"
@@ -53,6 +56,22 @@ FAULTS = (
     Fault(9, "JOB_LATE", "long work was not done at its tick", 1.0, (Step.REPORT,), latched=False),
     Fault(10, "ESTOP_PRESSED", "an emergency stop frame of any node", 0.02, (Step.STOP, Step.ESTOP, Step.REPORT),
           latched=True),
+    Fault(13, "ENCODER_BAD", "a wheel's encoder is dead, frozen or jumps, against current, order and its own rate", 1.0,
+          (Step.DEGRADE, Step.REPORT), latched=True),
+    Fault(14, "WHEEL_STUCK", "a wheel does not turn and draws its stall current, or none and is dragged", 1.0,
+          (Step.RESCAN, Step.DEGRADE, Step.REPORT), latched=True),
+    Fault(15, "WHEEL_FREE", "a wheel rolls along and draws nothing while the others work", 1.0,
+          (Step.RESCAN, Step.DEGRADE, Step.REPORT), latched=True),
+    Fault(16, "WHEEL_WEAK", "a wheel turns slower than ordered and draws too little to change it", 1.0,
+          (Step.RESCAN, Step.DEGRADE, Step.REPORT), latched=True),
+    Fault(17, "STEER_STUCK", "a steering angle more than 3 degrees off its rate-limited model", 0.5,
+          (Step.RESCAN, Step.DEGRADE, Step.REPORT), latched=True),
+    Fault(18, "STEER_OFFSET", "a steering reading stands off its order, and over 5 m driven the gyro says which is wrong",
+          46.0, (Step.REPORT,), latched=True),
+    Fault(19, "SLIP_HIGH", "the wheels' way against gyro, accelerometer and registrations, over 1 m driven", 9.1,
+          (Step.SLOW, Step.REPORT), latched=False),
+    Fault(20, "NOT_MOVING", "the wheels turn and accelerometer and gyro say the rover stands", 5.0,
+          (Step.BACK_OFF, Step.REPORT), latched=False, tries=3),
 )
 
 BY_NAME = {fault.name: fault for fault in FAULTS}

@@ -45,9 +45,9 @@ def _clip(value: float, limit: float) -> float:
 class WheelNode(Node):
     """Steering and drive of wheel `n`.
 
-    Faults: `silent`; `drive_stuck`, a jammed gear, against which the motor pushes with all its current;
-    `steer_stuck_rad`, where the steering stays; `encoder`; `pot_offset_rad`, what the pot reads too much (the steering
-    counts its own motor's turns and stands where it is ordered). A free or weak drive is the plant's `set_motor`.
+    Faults: `silent`; `drive_stuck`, the motor pushes with all its current against a gear that is jammed (the plant's
+    `jam`); `steer_stuck_rad`, where the steering stays; `encoder`; `pot_offset_rad`, what the pot reads too much (the
+    steering counts its own motor's turns and stands where it is ordered). Free or weak: the plant's `set_motor`.
     """
 
     def __init__(self, n: int, rng: np.random.Generator) -> None:
@@ -81,7 +81,7 @@ class WheelNode(Node):
         steer_rad = self._steer_rad if self._held_rad is None else self._held_rad
         if self.steer_stuck_rad is not None:
             steer_rad = self.steer_stuck_rad
-        return WheelDrive(steer_rad, 0.0 if self.drive_stuck else self._drive_radps)
+        return WheelDrive(steer_rad, self._drive_radps)
 
     def order(self, can_id: int, values: Any, now_ns: int) -> None:
         """DRIVE_ENABLE or this wheel's command."""

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 from onboard.config import Config
 from onboard.core.downlink import Downlink
 from onboard.core.mission import MISSION_JOBS, MOVING, Context, Mission
+from onboard.motion.wheel_health import Drive, Wheels
 from onboard.planning.plan_records import PlanResult
 from onboard.records import Event, Gdem, Twist
 from protocol.can_codec import StopReason
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
     from onboard.perception.stop_map import StopMap
 
 PRODUCT_TICKS = 50
+SLOW_RATIO = 0.5
 SEVERITY = {row.name: row.severity for row in EVENTS}
 
 
@@ -38,6 +40,7 @@ class Executive:
         self.mission: Mission | None = None
         self.events: list[Event] = []
         self.active: tuple[str, ...] = ()
+        self._of: Mapping[str, tuple[int, ...]] = {}
         self.memory = memory
         self._goto_id: int | None = None
         self._latest: PlanResult | None = None
@@ -77,9 +80,10 @@ class Executive:
         if self.mode is not Mode.AUTONOMOUS or self.mission is None:
             return Twist()
         ctx.held = any(Step.STOP in BY_NAME[name].response for name in self.active)
+        slow = SLOW_RATIO if any(Step.SLOW in BY_NAME[name].response for name in self.active) else 1.0
         twist = self.mission.step(ctx)
         self._follow_up(was, ctx)
-        return Twist() if ctx.held else twist
+        return Twist() if ctx.held else Twist(*(slow * v for v in twist))
 
     def _follow_up(self, was: Phase, ctx: Context) -> None:
         mission = self.mission
@@ -105,17 +109,20 @@ class Executive:
     def _answer(self, faults: tuple[str, ...], ctx: Context) -> None:
         for name in faults:
             row = BY_NAME[name]
-            new = name not in self.active
+            of = ctx.found.get(name, ())
+            new = name not in self.active or of != self._of.get(name, of)
             if new and Step.REPORT in row.response:
-                self._tell(ctx, "FAULT", f"{name}: {row.condition}")
+                self._tell(ctx, "FAULT", f"{name}{_whose(of)}: {row.condition}")
             if Step.ESTOP in row.response and self.mode is not Mode.ESTOP:
                 self._cancel(ctx, State.FAILED, f"{name}: {row.condition}")
                 self._change("emergency_stop", ctx, name)
-            elif Step.SAFE in row.response and self.mode not in (Mode.SAFE, Mode.ESTOP):
+            elif self._latches(row, ctx) and self.mode not in (Mode.SAFE, Mode.ESTOP):
                 self._cancel(ctx, State.FAILED, f"{name}: {row.condition}")
                 self._change("fault", ctx, name)
             elif new and Step.BACK_OFF in row.response:
                 self._back_off(row, ctx)
+            elif new and Step.RESCAN in row.response and self.mission:
+                self.mission.back_off(row.name, 0.0)
             elif new and Step.STANDBY in row.response:
                 self._standby_after_leg = True
         for name in self.active:
@@ -123,7 +130,12 @@ class Executive:
                 self._tell(ctx, "FAULT_CLEARED", name)
             if name not in faults and Step.STANDBY in BY_NAME[name].response:
                 self._standby_after_leg = False
-        self.active = faults
+        self.active, self._of = faults, dict(ctx.found)
+
+    def _latches(self, row: Fault, ctx: Context) -> bool:
+        if Step.DEGRADE in row.response:
+            return not (self._config.safety.degraded_drive and _can_go_on(ctx.wheels))
+        return Step.SAFE in row.response
 
     def _back_off(self, row: Fault, ctx: Context) -> None:
         tries = self.mission.back_off(row.name) if self.mission and self.in_mission else 0
@@ -165,7 +177,7 @@ class Executive:
         self._downlink.report(order.request_id, State.COMPLETED, self.mode.name)
 
     def _resume(self, order: Order, ctx: Context) -> None:
-        latched = [name for name in self.active if Step.SAFE in BY_NAME[name].response]
+        latched = [name for name in self.active if self._latches(BY_NAME[name], ctx)]
         if latched:
             self._downlink.report(order.request_id, State.FAILED, f"still active: {', '.join(latched)}")
             return
@@ -244,6 +256,17 @@ class Executive:
 
     def _tell(self, ctx: Context, name: str, text: str) -> None:
         self.events.append(Event(ctx.now_ns, SEVERITY[name], name, text))
+
+
+def _can_go_on(wheels: Wheels) -> bool:
+    """Whether at most one wheel is broken, and two or more still tell the way."""
+    broken = sum(h.drive is not Drive.GOOD or h.steer_fixed_rad is not None for h in wheels)
+    return broken <= 1 and sum(h.tells_way for h in wheels) >= 2
+
+
+def _whose(wheels: tuple[int, ...]) -> str:
+    """Words for the wheels that a fault is of; '' where it is the rover's."""
+    return f" of wheel {', '.join(map(str, wheels))}" if wheels else ""
 
 
 def _beyond(gdem: Gdem | None, goal_m: tuple[float, float]) -> str:

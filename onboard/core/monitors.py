@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 
 from onboard.config import Config
+from onboard.core.wheel_watch.watch import WHEEL_ROWS
 from onboard.devices.lidar import LidarSession
 from onboard.devices.nodes import Nodes
 from onboard.records import PortState, Pose
@@ -29,6 +30,7 @@ class Watched:
     last_contact_ns: int
     overdue_ticks: int
     in_mission: bool
+    of_wheels: Collection[str] = ()  # rows that core.wheel_watch found
 
 
 def _lidar_silent(w: Watched) -> bool:
@@ -78,6 +80,10 @@ def _estop_pressed(w: Watched) -> bool:
     return w.nodes.emergency is not None
 
 
+def _of_wheels(name: str) -> Callable[[Watched], bool]:
+    return lambda w: name in w.of_wheels
+
+
 MONITORS: Mapping[str, Callable[[Watched], bool]] = {
     "LIDAR_SILENT": _lidar_silent,
     "WHEEL_STALE": _wheel_stale,
@@ -89,6 +95,7 @@ MONITORS: Mapping[str, Callable[[Watched], bool]] = {
     "COMMAND_LOST": _command_lost,
     "JOB_LATE": _job_late,
     "ESTOP_PRESSED": _estop_pressed,
+    **{name: _of_wheels(name) for name in WHEEL_ROWS},
 }
 
 
