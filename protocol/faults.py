@@ -66,7 +66,7 @@ FAULTS = (
           (Step.RESCAN, Step.DEGRADE, Step.REPORT), latched=True),
     Fault(17, "STEER_STUCK", "a steering angle more than 3 degrees off its rate-limited model", 0.5,
           (Step.RESCAN, Step.DEGRADE, Step.REPORT), latched=True),
-    Fault(18, "STEER_OFFSET", "a steering reading stands off its order, and over 5 m driven the gyro says which is wrong",
+    Fault(18, "STEER_OFFSET", "a steering reading stands off its order; the gyro says, over 5 m driven, which is wrong",
           46.0, (Step.REPORT,), latched=True),
     Fault(19, "SLIP_HIGH", "the wheels' way against gyro, accelerometer and registrations, over 1 m driven", 9.1,
           (Step.SLOW, Step.REPORT), latched=False),

@@ -176,7 +176,7 @@ def _digest(rover: Rover) -> bytes:
     """8 bytes over the state of every part, as float64: what a replay compares each tick."""
     items = (
         rover.executive.mode, rover.executive.phase, *rover.twist, rover.steering_held,
-        *rover.localisation.digest_items(), *rover.watch.digest_items(), *rover.lidar.digest_items(), *rover.nodes.digest_items(),
-        *rover.downlink.digest_items(),
+        *rover.localisation.digest_items(), *rover.watch.digest_items(), *rover.lidar.digest_items(),
+        *rover.nodes.digest_items(), *rover.downlink.digest_items(),
     )
     return hashlib.blake2b(array("d", items), digest_size=8).digest()

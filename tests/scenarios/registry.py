@@ -24,7 +24,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any, Protocol
 
-from tests.scenarios import nominal
+from tests.scenarios import nominal, wheels
 
 
 class Campaign(Protocol):
@@ -45,4 +45,5 @@ class Campaign(Protocol):
 
 CAMPAIGNS: Mapping[str, Campaign] = {
     "nominal": nominal,
+    "wheels": wheels,
 }

@@ -68,10 +68,11 @@ class WheelBlocks:
         return True
 
     def _turn(self, turned_rad: float, age_s: float) -> None:
-        self._turned += turned_rad
-        if abs(turned_rad) > FASTEST_RADPS * (2 * TICK_S + age_s) + COUNT_RAD:
-            self.jumps = self.jumps + 1 if self._tick - self._jump_tick <= JUMP_TICKS else 1
-            self._jump_tick = self._tick
+        if abs(turned_rad) <= FASTEST_RADPS * (2 * TICK_S + age_s) + COUNT_RAD:
+            self._turned += turned_rad
+            return
+        self.jumps = self.jumps + 1 if self._tick - self._jump_tick <= JUMP_TICKS else 1
+        self._jump_tick = self._tick
 
     def _begin(self) -> None:
         self._ticks = self._currents = 0

@@ -16,6 +16,7 @@ from onboard.records import ImuSample, Twist
 Vector = tuple[float, float, float]
 TAU_S = 4.0
 SUSPECTED = 0.25  # of their pull is left to wheels under suspicion
+SETTLE_TICKS = 40  # of standing, until the rover has come to rest
 MEAN_TICKS = 50  # of standing, for u; twice that for the gyro's bias as well
 
 
@@ -27,7 +28,7 @@ class BodySpeed:
         self._v: Vector = (0.0, 0.0, 0.0)
         self._u: Vector = (0.0, 0.0, 0.0)
         self._bias: Vector = (0.0, 0.0, 0.0)
-        self._forces, self._rates, self._ticks = [0.0] * 3, [0.0] * 3, 0
+        self._forces, self._rates, self._ticks, self._still = [0.0] * 3, [0.0] * 3, 0, 0
 
     @property
     def vx_mps(self) -> float:
@@ -44,12 +45,15 @@ class BodySpeed:
         if standing:
             self._stand(imu)
             return
-        self._forces, self._rates, self._ticks = [0.0] * 3, [0.0] * 3, 0
+        self._forces, self._rates, self._ticks, self._still = [0.0] * 3, [0.0] * 3, 0, 0
         if self.known:
             self._move(imu, wheels, SUSPECTED if alone else 1.0)
 
     def _stand(self, imu: ImuSample) -> None:
         self._v = (0.0, 0.0, 0.0)
+        self._still += 1
+        if self._still <= SETTLE_TICKS:
+            return
         for k in range(3):
             self._forces[k] += imu.accel_mps2[k]
             self._rates[k] += imu.gyro_radps[k]

@@ -2,7 +2,7 @@
 
 A reading that is wrong by o turns the odometry: the wheel's part in omega is m / Q, m = s * (a * sin d - b * cos d), so
 
-    x = -o * s * (a * cos d + b * sin d) / Q        is what the gyro turns more than the odometry, if the reading is wrong
+    x = -o * s * (a * cos d + b * sin d) / Q      is what the gyro turns more than the odometry, if the reading is wrong
 
 and 0 if it is right. x and the gyro's excess are summed over 0.25 m of way each; their regression says which. At 6
 degrees x is 2.9 degrees a metre, where a sound rover's excess walks by 0.4 degrees in half a metre.

@@ -81,7 +81,7 @@ class SlipWatch:
         """Counts the ticks since the body seems to have stopped under turning wheels."""
         if self._stopped == 0:
             self._stopped = int(self._short >= STOPPED_TICKS)
-        elif self._shaking.now_radps > SHAKING_RADPS and self._stopped > SETTLE_TICKS or self.shortfall < THRUST:
+        elif (self._stopped > SETTLE_TICKS and self._shaking.now_radps > SHAKING_RADPS) or self.shortfall < THRUST:
             self._stopped = 0
         else:
             self._stopped += 1

@@ -22,7 +22,7 @@ POT_RAD = 0.01  # noise of a reading, 20 sigma
 
 
 class SteerWatch:
-    """`update` each tick. off_rad: how far the reading stands off; stuck_rad: the reading where it is stuck, or None."""
+    """`update` each tick. off_rad: how far the reading stands off; stuck_rad: the angle where it is stuck, or None."""
 
     def __init__(self, rate_radps: float) -> None:
         self.off_rad = 0.0
