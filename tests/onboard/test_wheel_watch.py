@@ -11,7 +11,7 @@ from onboard.core.wheel_watch.watch import WheelWatch
 from onboard.motion.kinematics import wheel_places
 from onboard.motion.odometry import Odometry
 from onboard.motion.wheel_health import SOUND, Drive
-from onboard.records import ImuSample, Twist, WheelCommand, WheelMode, WheelState
+from onboard.records import ImuSample, WheelCommand, WheelMode, WheelState
 from protocol.can_codec import NodeState
 from protocol.faults import BY_NAME
 
@@ -81,9 +81,8 @@ class Drive4:
         shake = self.shake_radps * (-1) ** (self.tick // 3)
         imu = ImuSample(self.tick * 10_000_000, (shake, 0.0, 0.0), (thrust, 0.0, GRAVITY_MPS2))
         currents_a = [wheel.current_a if self.tick % 5 == 0 else None for wheel in self.wheels]
-        self.watch.update(
-            Seen(self.tick * 10_000_000, [order] * 4, states, currents_a, imu, step, self.extra_turn_radps, self.slip_ratio)
-        )
+        turn_radps, slip_ratio = self.extra_turn_radps, self.slip_ratio
+        self.watch.update(Seen(imu.stamp_ns, [order] * 4, states, currents_a, imu, step, turn_radps, slip_ratio))
 
 
 def driving():
@@ -209,7 +208,7 @@ def turn_of(n, off_rad, rate_radps=CRUISE_RADPS):
     return a * RADIUS_M * rate_radps * math.sin(off_rad) / sum(a * a + b * b for a, b in PLACES)
 
 
-def test_a_pot_that_jumps_is_no_stuck_steering_and_within_five_metres_the_gyro_says_the_reading_is_wrong():
+def test_a_pot_that_jumps_is_no_stuck_steering_and_within_five_metres_the_reading_is_said_to_be_wrong():
     rover = driving()
     rover.wheels[1].pot_rad = OFF_RAD
     rover.run(45.0)

@@ -3,9 +3,10 @@
     dv/dt = f - u - w x v + 1.6 / tau * e,    du/dt = -w x u - e / tau^2,    e = odometry's velocity - v
 
 f specific force, w rates, u the reaction to gravity as the base sees it: the mean force of the last standing, turned by
-the gyro since. The last terms let the odometry pull v, and tilt u, within tau = 4 s: a rover that slips or stops shows
-within a second. Where gravity is the Moon's, a tenth of a degree of tilt costs 3 mm/s2; on 50 m of rough ground driven
-without a stop v was within 0.021 m/s of the truth (means over 1 s).
+the gyro since. The last terms let the odometry pull v, and tilt u, within tau: 4 s where the rover drives, so that one
+that slips or stops shows within a second; 1.5 s where the wheels hardly carry it (turning on the spot, steering); 10 s
+while they are under suspicion. Where gravity is the Moon's, a tenth of a degree of tilt costs 3 mm/s2; on 50 m of rough
+ground driven without a stop v was within 0.028 m/s of the truth (means over 1 s).
 """
 
 from __future__ import annotations
@@ -14,8 +15,7 @@ from onboard.core.wheel_watch.seen import TICK_S
 from onboard.records import ImuSample, Twist
 
 Vector = tuple[float, float, float]
-TAU_S = 4.0
-SUSPECTED = 0.25  # of their pull is left to wheels under suspicion
+DRIVING_S, SLOW_S, SUSPECT_S = 4.0, 1.5, 10.0  # tau
 SETTLE_TICKS = 40  # of standing, until the rover has come to rest
 MEAN_TICKS = 50  # of standing, for u; twice that for the gyro's bias as well
 
@@ -40,14 +40,14 @@ class BodySpeed:
         """To the left."""
         return self._v[1]
 
-    def update(self, imu: ImuSample, wheels: Twist, standing: bool, alone: bool) -> None:
-        """Takes one tick. alone: the wheels are under suspicion."""
+    def update(self, imu: ImuSample, wheels: Twist, standing: bool, tau_s: float) -> None:
+        """Takes one tick."""
         if standing:
             self._stand(imu)
             return
         self._forces, self._rates, self._ticks, self._still = [0.0] * 3, [0.0] * 3, 0, 0
         if self.known:
-            self._move(imu, wheels, SUSPECTED if alone else 1.0)
+            self._move(imu, wheels, tau_s)
 
     def _stand(self, imu: ImuSample) -> None:
         self._v = (0.0, 0.0, 0.0)
@@ -66,12 +66,12 @@ class BodySpeed:
             self._bias = (self._rates[0] / n, self._rates[1] / n, self._rates[2] / n)
             self.known = True
 
-    def _move(self, imu: ImuSample, wheels: Twist, pull: float) -> None:
+    def _move(self, imu: ImuSample, wheels: Twist, tau_s: float) -> None:
         v, u = self._v, self._u
         w = (imu.gyro_radps[0] - self._bias[0], imu.gyro_radps[1] - self._bias[1], imu.gyro_radps[2] - self._bias[2])
         turning, leaning = _cross(w, v), _cross(w, u)
         error = (wheels.vx_mps - v[0], wheels.vy_mps - v[1], -v[2])
-        fast, slow = 1.6 / TAU_S * pull, pull / TAU_S**2
+        fast, slow = 1.6 / tau_s, 1.0 / tau_s**2
         faster = [f - up - t + fast * e for f, up, t, e in zip(imu.accel_mps2, u, turning, error)]
         leant = [-lean - slow * e for lean, e in zip(leaning, error)]
         self._v = _ahead(v, faster)

@@ -13,9 +13,10 @@ from __future__ import annotations
 import math
 from collections import deque
 
-from onboard.core.wheel_watch.body_speed import BodySpeed
+from onboard.core.wheel_watch.body_speed import DRIVING_S, SLOW_S, SUSPECT_S, BodySpeed
 from onboard.core.wheel_watch.seen import TICK_S, Seen
 from onboard.core.wheel_watch.shaking import Shaking
+from onboard.records import Twist
 
 LEAST_MPS, LEAST_RADPS = 0.04, 0.06  # slower than this by the wheels is not judged
 HIGH, CALM, STOPPED, THRUST = 0.4, 0.25, 0.7, -0.3
@@ -44,8 +45,7 @@ class SlipWatch:
         if seen.imu is None:
             return
         self._suspect = self._suspect + 1 if self.shortfall > SUSPECT else 0
-        alone = 0 < self._suspect < SUSPECT_TICKS
-        self.body.update(seen.imu, seen.step.twist, seen.step.standing, alone)
+        self.body.update(seen.imu, seen.step.twist, seen.step.standing, self._tau_s(seen.step.twist))
         self._shaking.update(seen.imu)
         if strays:
             self._stray(seen)
@@ -60,6 +60,12 @@ class SlipWatch:
             self._high = self._short = self._stopped = 0
             self._turns.clear()
         self._conclude(seen)
+
+    def _tau_s(self, twist: Twist) -> float:
+        """How slowly the wheels may pull the body's speed."""
+        if math.hypot(twist.vx_mps, twist.vy_mps) <= LEAST_MPS:
+            return SLOW_S
+        return SUSPECT_S if 0 < self._suspect < SUSPECT_TICKS else DRIVING_S
 
     def _judge(self, seen: Seen) -> bool:
         """Sets `shortfall`; False where the wheels are too slow to tell."""
