@@ -10,20 +10,20 @@ from __future__ import annotations
 import math
 import tempfile
 from collections import deque
-from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hil.engine import pybullet
 from hil.mesh import soil_height
+from hil.patches import Patches
 from hil.raycast import BODY, ROCK, SOIL, WHEEL, Ground
 from hil.records import PlantState, WheelDrive, WheelTruth
 from hil.rover_model import CENTRE_OF_MASS_M, urdf
-from hil.soil import CLASSES, SoilContacts
+from hil.soil import SoilContacts
 from hil.terrain import Field
+from hil.turns import inverse, middle, rotate
 from onboard.config import Rover
 from onboard.records import Pose
 from protocol.conventions import TICK_NS, WHEEL_SIGNS, WHEELS
@@ -64,8 +64,7 @@ class Plant:
         )
         self._limits_nm = [DRIVE_NM] * len(WHEELS)
         self._soils = [soil] * len(WHEELS)
-        self.patches: list[tuple[tuple[float, float], float, str]] = []  # centre, radius, soil: the newest counts
-        self._on_patch = False
+        self.patches = Patches()
         self._jammed = [False] * len(WHEELS)
         self._drives = (WheelDrive(0.0, 0.0),) * len(WHEELS)
         self.reset(field.start)
@@ -121,7 +120,7 @@ class Plant:
         """
         z, roll, pitch = self._rest(pose.x_m, pose.y_m, pose.yaw_rad)
         quaternion = pybullet.getQuaternionFromEuler([roll, pitch, pose.yaw_rad])
-        up = _rotate(quaternion, (0.0, 0.0, CENTRE_OF_MASS_M))
+        up = rotate(quaternion, (0.0, 0.0, CENTRE_OF_MASS_M))
         place = [pose.x_m + up[0], pose.y_m + up[1], z + up[2]]
         pybullet.resetBasePositionAndOrientation(self._body, place, quaternion, physicsClientId=self._client)
         pybullet.resetBaseVelocity(self._body, [0, 0, 0], [0, 0, 0], physicsClientId=self._client)
@@ -168,12 +167,6 @@ class Plant:
         self._soil.set_soil(wheel - 1, name)
         self._soils[wheel - 1] = name
 
-    def lay_patch(self, centre_m: tuple[float, float], radius_m: float, name: str) -> None:
-        """Soil of another kind within a circle, from the next tick on; `patches` holds them all."""
-        if name not in CLASSES:
-            raise ValueError(f"soil {name!r} is not one of {', '.join(CLASSES)}")
-        self.patches.append((centre_m, radius_m, name))
-
     def step(self, ticks_ns: int = TICK_NS) -> PlantState:
         """One tick of physics; the truth at its end. Raises PlantAbortError."""
         self._motors(ticks_ns * 1e-9)
@@ -189,16 +182,10 @@ class Plant:
                     push(body, link, force, point, pybullet.WORLD_FRAME, client)  # lives for one step
             advance(client)
         self._now_ns += ticks_ns
-        if self.patches or self._on_patch:
-            self._find_patches(states(body, wheels, physicsClientId=client))
+        if self.patches.laid:
+            for k, name in enumerate(self.patches.under(states(body, wheels, physicsClientId=client), self._soils)):
+                self._soil.set_soil(k, name)
         return self._truth(ticks_ns * 1e-9, contacts)
-
-    def _find_patches(self, links: Sequence[Any]) -> None:
-        """The soil under each wheel: of the newest patch that its centre is over, else its own."""
-        for k, ((x, y, _), *_rest) in enumerate(links):
-            under = [name for (px, py), radius, name in self.patches if math.hypot(x - px, y - py) < radius]
-            self._soil.set_soil(k, under[-1] if under else self._soils[k])
-        self._on_patch = bool(self.patches)
 
     def _motors(self, tick_s: float) -> None:
         slew, turn = DRIVE_SLEW_RADPS2 * tick_s, self.rover.steer_rate_radps * tick_s
@@ -219,7 +206,7 @@ class Plant:
     def _truth(self, tick_s: float, contacts: list) -> PlantState:
         place, q = pybullet.getBasePositionAndOrientation(self._body, physicsClientId=self._client)
         velocity, spin = pybullet.getBaseVelocity(self._body, physicsClientId=self._client)
-        arm = _rotate(q, (0.0, 0.0, -CENTRE_OF_MASS_M))
+        arm = rotate(q, (0.0, 0.0, -CENTRE_OF_MASS_M))
         position = (place[0] + arm[0], place[1] + arm[1], place[2] + arm[2])
         moving = (
             velocity[0] + spin[1] * arm[2] - spin[2] * arm[1],
@@ -229,7 +216,7 @@ class Plant:
         self._fence(position, q)
         before, self._last = self._last or (moving, q), (moving, q)
         felt = [(a - b) / tick_s for a, b in zip(moving, before[0])]
-        middle = _middle(before[1], q)
+        half_way = middle(before[1], q)
         self._history.append((self._now_ns, position, q))
         joints = pybullet.getJointStates(self._body, [*self._wheels, *self._steers], physicsClientId=self._client)
         return PlantState(
@@ -237,8 +224,8 @@ class Plant:
             position_m=np.array(position),
             quaternion_xyzw=np.array(q),
             velocity_mps=np.array(moving),
-            angular_radps=np.array(_rotate(_inverse(q), spin)),
-            specific_force_mps2=np.array(_rotate(_inverse(middle), (felt[0], felt[1], felt[2] + GRAVITY_MPS2))),
+            angular_radps=np.array(rotate(inverse(q), spin)),
+            specific_force_mps2=np.array(rotate(inverse(half_way), (felt[0], felt[1], felt[2] + GRAVITY_MPS2))),
             wheels=tuple(
                 WheelTruth(*joints[k + 4][:1], *joints[k][:2], self._torque_nm(k, joints[k][3]), contacts[k][2])
                 for k in range(4)
@@ -302,26 +289,3 @@ class Plant:
     def close(self) -> None:
         """Free the engine."""
         pybullet.disconnect(self._client)
-
-
-def _rotate(q: tuple[float, ...], v: tuple[float, ...]) -> tuple[float, float, float]:
-    """The vector turned by a unit quaternion x y z w."""
-    x, y, z, w = q
-    tx, ty, tz = 2 * (y * v[2] - z * v[1]), 2 * (z * v[0] - x * v[2]), 2 * (x * v[1] - y * v[0])
-    return (
-        v[0] + w * tx + y * tz - z * ty,
-        v[1] + w * ty + z * tx - x * tz,
-        v[2] + w * tz + x * ty - y * tx,
-    )
-
-
-def _inverse(q: tuple[float, ...]) -> tuple[float, float, float, float]:
-    return -q[0], -q[1], -q[2], q[3]
-
-
-def _middle(a: tuple[float, ...], b: tuple[float, ...]) -> tuple[float, ...]:
-    """Half way between two orientations near each other."""
-    sign = math.copysign(1.0, sum(p * q for p, q in zip(a, b)))
-    added = [p + sign * q for p, q in zip(a, b)]
-    size = math.sqrt(sum(p * p for p in added))
-    return tuple(p / size for p in added)

@@ -70,13 +70,13 @@ def _patch(soil: str, radius_m: float, ahead_m: float) -> Callable[[World, int],
         x, y, _ = world.state.position_m
         vx, vy, _ = world.state.velocity_mps
         share = ahead_m / max(math.hypot(vx, vy), 1e-6)
-        world.plant.lay_patch((x + share * vx, y + share * vy), radius_m, soil)
+        world.plant.patches.lay((x + share * vx, y + share * vy), radius_m, soil)
 
     return lay
 
 
 def _sweep_patches(world: World, _n: int) -> None:
-    world.plant.patches.clear()
+    world.plant.patches.sweep()
 
 
 WHEEL_FAULTS: Mapping[str, WheelFault] = {
