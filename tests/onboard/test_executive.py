@@ -403,7 +403,8 @@ def test_a_stuck_wheel_ends_the_way_with_a_scan_and_a_second_one_is_the_end(driv
     driving.until_phase(Phase.SCANNING, 5.0)
     assert driving.mode is Mode.AUTONOMOUS
     assert driving.rover.wheels[1].drive is Drive.STUCK
-    driving.until_driving()
+    driving.until_phase(Phase.DRIVING)
+    driving.until(lambda: abs(driving.turning_rates[2]) > 0.3, 20.0)
     jam(driving, 3)
     driving.until(lambda: driving.mode is Mode.SAFE, 3.0)
     assert driving.told("FAULT")[-1][1].startswith("WHEEL_STUCK of wheel 2, 3:")
