@@ -80,6 +80,7 @@ class LockstepClock:
         welcome = self._hear()
         if not isinstance(welcome, barrier.Welcome):
             raise ClockError(f"the bench did not answer HELLO with WELCOME but {type(welcome).__name__}")
+        peer.settimeout(None)  # how long a tick may take is the bench's business: it names who does not answer
         self._tick_ns = welcome.tick_ns
         return self
 

@@ -17,6 +17,7 @@ from dataclasses import dataclass
 
 from hil.can_hub import CanHub
 from hil.can_socket import CanSocket
+from hil.can_wire import ERROR_FRAMES
 from hil.lidar_server import LidarServer
 from hil.lockstep import Barrier
 from hil.terrain import Field
@@ -47,6 +48,7 @@ class Bench(World):
         self.laps_ms: list[tuple[float, float]] = []  # wall time of a tick: plant, devices; and onboard
         self.ground_code: int | None = None  # exit code of the operator's script once it has ended
         self._lidar_epoch = self._lidar_count = 0
+        self._can_client = self._can_count = 0  # the client's number is the epoch of the channel
         self._link_counts: dict[str, int] = {}
 
     def lose(self, participant: str) -> None:
@@ -79,20 +81,31 @@ class Bench(World):
         if onboard:
             done = onboard.finish(self._alive)
             self.laps_ms.append((1e3 * (ready - begun), 1e3 * (time.perf_counter() - begun)))
-            self._drain(done.sent, "lidar" in done.connect, now_ns)
+            self._drain(done.sent, done.connect, now_ns)
         self._link_and_ground(now_ns)
         self.note(now_ns)
         counts = self._link_counts
         self.progress.link = {"sent": counts.get("down_in", 0), "received": counts.get("down_out", 0)}
 
     def _channels(self, now_ns: int) -> tuple[Channel, ...]:
-        frames = self.frames()
-        self.hub.write(frames)
-        can = Channel("can", self.streams["can_to_onboard"].pieces, OPEN, 0, tuple(f.stamp_ns // 1000 for f in frames))
         down = self._link_counts.get("up_out", 0)
         fresh = down - self._link_counts.get("onboard_knows", 0)
         self._link_counts["onboard_knows"] = down
-        return (can, self._lidar_channel(), Channel("link", down, OPEN, 0, (now_ns // 1000,) * fresh))
+        link = Channel("link", down, OPEN, 0, (now_ns // 1000,) * fresh)
+        return (self._can_channel(now_ns), self._lidar_channel(), link)
+
+    def _can_channel(self, now_ns: int) -> Channel:
+        frames, errors = self.frames(), self.can.errors()
+        if not self.can.connected:
+            self.hub.listen(self.can.plugged)
+            self.hub.disconnect(self._can_client)
+            return Channel("can", 0, CLOSED, self._can_client)
+        self.hub.write(frames)
+        for kind in errors:
+            self.hub.write_error(*ERROR_FRAMES[kind], now_ns)
+        self._can_count += len(frames) + len(errors)
+        stamps = (*(frame.stamp_ns // 1000 for frame in frames), *(now_ns // 1000 for _ in errors))
+        return Channel("can", self._can_count, OPEN, self._can_client, stamps)
 
     def _lidar_channel(self) -> Channel:
         was_open, pieces = self.lidar_open, self.lidar_says()
@@ -107,13 +120,22 @@ class Bench(World):
             stamps += [len(data), stamp_ns // 1000]
         return Channel("lidar", self._lidar_count, OPEN, self._lidar_epoch, tuple(stamps))
 
-    def _drain(self, sent: dict[str, int], connect: bool, now_ns: int) -> None:
+    def _drain(self, sent: dict[str, int], connect: tuple[str, ...], now_ns: int) -> None:
         stamp_ns = now_ns + TICK_NS  # the plant has gone on by a tick meanwhile
-        frames = self.hub.read_upto(0, sent.get("can", 0), WIRE_LIMIT_S, stamp_ns)
+        frames = self.hub.read_upto(self._can_client, sent.get("can", 0), WIRE_LIMIT_S, stamp_ns)
         data = self.lidar_server.poll_exactly(sent.get("lidar", 0), WIRE_LIMIT_S) if self.lidar_open else b""
         self.hear(frames, data, stamp_ns)
-        if connect and not self.lidar_open:
+        if "can" in connect:
+            self._reconnect_can()
+        if "lidar" in connect and not self.lidar_open:
             self._let_in()
+
+    def _reconnect_can(self) -> None:
+        self.can.connect()
+        if self.can.connected:
+            self.hub.listen(True)
+            self._can_client = self.hub.wait_client(self._can_client + 1, WIRE_LIMIT_S)
+            self._can_count = 0
 
     def _let_in(self) -> None:
         """Onboard has tried to connect. Without a cable it is cut off at once: left in the queue, it would be let in

@@ -89,10 +89,10 @@ class CanHub:
     """The hub. `uri` is what a client's configuration names. Raises OSError when the address is taken."""
 
     def __init__(self, host: str = "127.0.0.1", port: int = 0, bus: str = "rover") -> None:
-        self._server = socket.create_server((host, port))
-        self._server.setblocking(False)
+        self._server: socket.socket | None = _server(host, port)
+        self._address = host, self._server.getsockname()[1]
         self.bus = bus
-        self.uri = f"socketcand:{host}:{self._server.getsockname()[1]}/{bus}"
+        self.uri = f"socketcand:{host}:{self._address[1]}/{bus}"
         self.malformed = 0
         self._callers: list[_Client] = []  # every connection that is open
         self._clients: list[_Client] = []  # those that asked for the bus, by number
@@ -107,6 +107,24 @@ class CanHub:
         """How many clients are past the handshake and still there: frames go to these."""
         return sum(c.live for c in self._clients)
 
+    def listen(self, wanted: bool) -> None:
+        """Whether new clients are let in; until then they are refused as if nobody were there."""
+        if wanted and self._server is None:
+            self._server = _server(*self._address)
+        elif not wanted and self._server is not None:
+            self._server.close()
+            self._server = None
+
+    def wait_client(self, number: int, limit_s: float) -> int:
+        """Blocks until client `number` is live; its number. Raises TimeoutError when it is not within `limit_s`."""
+        deadline = time.monotonic() + limit_s
+        while len(self._clients) <= number or not self._clients[number].live:
+            left = deadline - time.monotonic()
+            if left <= 0:
+                raise TimeoutError(f"CAN client {number} did not come within {limit_s:g} s")
+            self.wait(left)
+        return number
+
     def poll(self) -> None:
         """Takes new clients, reads and answers, sends what waits. Never blocks."""
         self._accept()
@@ -118,7 +136,9 @@ class CanHub:
 
     def wait(self, limit_s: float) -> None:
         """Blocks until a client has something to say, at most `limit_s`; then polls."""
-        streams = [self._server, *(c.stream for c in self._callers if c.state is PortState.OPEN)]
+        streams = [c.stream for c in self._callers if c.state is PortState.OPEN]
+        if self._server:
+            streams.append(self._server)
         select.select(streams, [], [], limit_s)
         self.poll()
 
@@ -131,9 +151,12 @@ class CanHub:
             self.poll()
         self._spread(frames, None)
 
-    def write_error(self, flags: int, stamp_ns: int = 0) -> None:
-        """An error frame with SocketCAN's flags (0x40 bus-off, 0x100 restarted) to every client; counts as a frame."""
-        text = f"< error {0x20000000 | flags:08X} {_seconds(stamp_ns)} >".encode()
+    def write_error(self, classes: int, detail: int = 0, stamp_ns: int = 0) -> None:
+        """An error frame of SocketCAN's classes (0x40 bus-off, 0x100 restarted) to every client; counts as a frame.
+
+        detail: byte 1 of its data, in bits 16 to 23 of the id as well: the client drops the data.
+        """
+        text = f"< error {0x20000000 | detail << 16 | classes:08X} {_seconds(stamp_ns)} >".encode()
         for client in self._clients:
             if client.live:
                 client.put(text, 1)
@@ -164,8 +187,10 @@ class CanHub:
         return self.read(stamp_ns)
 
     def disconnect(self, number: int) -> None:
-        """Unplugs one client (a fault of the scenario)."""
-        self._clients[number].lose(PortState.CLOSED)
+        """Unplugs one client (a fault of the scenario); harmless when it is gone."""
+        if self._clients[number].state is PortState.OPEN:
+            self._clients[number].flush()
+            self._clients[number].lose(PortState.CLOSED)
 
     def close(self) -> None:
         """Every socket of the hub."""
@@ -173,10 +198,10 @@ class CanHub:
             if client.state is PortState.OPEN:
                 client.flush()
                 client.lose(PortState.CLOSED)
-        self._server.close()
+        self.listen(False)
 
     def _accept(self) -> None:
-        while True:
+        while self._server:
             try:
                 stream, _ = self._server.accept()
             except BlockingIOError:
@@ -237,6 +262,12 @@ class CanHub:
         text = "".join(rows).encode()
         for client in receivers:
             client.put(text, len(frames))
+
+
+def _server(host: str, port: int) -> socket.socket:
+    server = socket.create_server((host, port))
+    server.setblocking(False)
+    return server
 
 
 def _seconds(stamp_ns: int) -> str:

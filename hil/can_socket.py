@@ -17,7 +17,7 @@ from collections.abc import Sequence
 from onboard.records import Frame
 
 _FRAME = struct.Struct("=IB3x8s")  # struct can_frame of linux/can.h
-_ID = 0x1FFF_FFFF
+_ID, _ERROR = 0x1FFF_FFFF, 0x2000_0000
 
 
 class NoInterfaceError(OSError):
@@ -40,11 +40,26 @@ class CanSocket:
         except OSError as error:
             raise NoInterfaceError(
                 f"{uri} cannot be opened ({error}); as root: `modprobe vcan; ip link add {found[1]} type vcan; "
-                f"ip link set {found[1]} up`. On a kernel without CAN leave --can away: the bench has a hub"
+                f"ip link set {found[1]} up`. On a kernel without CAN leave the option away: the bench has a hub"
             ) from error
 
     def poll(self) -> None:
         """Nothing to serve: the kernel does."""
+
+    def listen(self, wanted: bool) -> None:
+        """Nobody can be kept off an interface: onboard closes its port when the lock-step says so."""
+
+    def disconnect(self, number: int) -> None:
+        """As `listen`."""
+
+    def wait_client(self, number: int, limit_s: float) -> int:
+        """Onboard has opened the interface anew before it said so: its frames are counted from here."""
+        self.received = 0
+        return number
+
+    def write_error(self, classes: int, detail: int = 0, stamp_ns: int = 0) -> None:
+        """An error frame of SocketCAN's classes; detail: byte 1 of its data."""
+        self.write([Frame(_ERROR | classes, bytes((0, detail, 0, 0, 0, 0, 0, 0)), stamp_ns)])
 
     def write(self, frames: Sequence[Frame]) -> None:
         """The emulated nodes' frames, in this order. Raises ConnectionError when the interface does not take them."""
@@ -54,6 +69,29 @@ class CanSocket:
                 self.sent += 1
         except OSError as error:
             raise ConnectionError(f"{self.uri} takes no frame after {self.sent}: {error}") from error
+
+    def wait(self, limit_s: float) -> None:
+        """Blocks until a frame is there, at most `limit_s`."""
+        select.select([self._socket], [], [], limit_s)
+
+    def read(self, stamp_ns: int = 0) -> list[Frame]:
+        """The frames of others that are there now, stamped `stamp_ns`. Raises ConnectionError as `write`."""
+        frames: list[Frame] = []
+        try:
+            while True:
+                frames.append(_unpack(self._socket.recv(_FRAME.size), stamp_ns))
+                self.received += 1
+        except BlockingIOError:
+            return frames
+        except OSError as error:
+            raise ConnectionError(f"{self.uri} is gone after {self.received} frames: {error}") from error
+
+    def write_error(self, classes: int, detail: int = 0, _stamp_ns: int = 0) -> None:
+        """An error frame of SocketCAN's classes, as a controller's driver makes them; counts as a frame.
+
+        detail: byte 1 of its data.
+        """
+        self.write([Frame(_ERROR | classes, bytes([0, detail, 0, 0, 0, 0, 0, 0]))])
 
     def read_upto(self, _number: int, total: int, limit_s: float, stamp_ns: int = 0) -> list[Frame]:
         """Lock-step: blocks until `total` frames of others came since the opening; those of now, stamped `stamp_ns`.
@@ -77,6 +115,19 @@ class CanSocket:
             except OSError as error:
                 raise ConnectionError(f"{self.uri} is gone after {self.received} of {total} frames: {error}") from error
         return frames
+
+    def listen(self, wanted: bool) -> None:
+        """Everyone may open the interface. Raises ConnectionError where a fault would keep onboard from it."""
+        if not wanted:
+            raise ConnectionError(f"{self.uri}: no fault can unplug a CAN interface of the kernel; use the bench's hub")
+
+    def disconnect(self, _number: int) -> None:
+        """Raises ConnectionError, as listen(False)."""
+        self.listen(False)
+
+    def wait_client(self, _number: int, _limit_s: float) -> int:
+        """Raises ConnectionError: that onboard has opened its socket anew cannot be seen from here."""
+        raise ConnectionError(f"{self.uri}: onboard opens its bus anew, and only the bench's hub can wait for it")
 
     def close(self) -> None:
         """Closes the socket; the interface stays."""

@@ -23,9 +23,10 @@ class HeightField:
         if not np.isfinite(heights_m).all():
             raise ValueError("heights_m: expected finite heights, given some that are not")
         self.grid = grid
-        self._z: F32 = np.ascontiguousarray(heights_m, np.float32)
-        corners = (self._z[:-1, :-1], self._z[:-1, 1:], self._z[1:, :-1], self._z[1:, 1:])
-        self._top: F32 = np.ascontiguousarray(np.maximum.reduce(corners))
+        self.heights_m: F32 = np.ascontiguousarray(heights_m, np.float32)
+        z = self.heights_m
+        corners = (z[:-1, :-1], z[:-1, 1:], z[1:, :-1], z[1:, 1:])
+        self.top_m: F32 = np.ascontiguousarray(np.maximum.reduce(corners))
 
     def cast(self, origin_m: NDArray[np.floating], directions: F64, range_m: float) -> F64:
         """Ranges (n,) of rays from one origin (3,) along unit `directions` (n, 3); inf where nothing is met in range.
@@ -40,5 +41,7 @@ class HeightField:
             raise ValueError(f"directions: expected (n, 3), given {ways.shape}")
         ranges_m = np.empty(len(ways))
         grid = self.grid
-        _heightfield.cast_into(self._z, self._top, grid.x0_m, grid.y0_m, grid.cell_m, origin, ways, range_m, ranges_m)
+        _heightfield.cast_into(
+            self.heights_m, self.top_m, grid.x0_m, grid.y0_m, grid.cell_m, origin, ways, range_m, ranges_m
+        )
         return ranges_m

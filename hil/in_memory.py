@@ -30,7 +30,7 @@ from hil.world import World
 from onboard.config import load
 from onboard.core.tick import Rover, tick
 from onboard.drivers.workers import Inline
-from onboard.records import Chunk, Event, Frame, Inputs, Outputs, PortState
+from onboard.records import BusStatus, Chunk, Event, Frame, Inputs, Outputs, PortState
 from protocol.conventions import TICK_NS
 from protocol.transactions import Request, State
 
@@ -116,17 +116,26 @@ class InMemory(World):
         return Inputs(
             self.tick, now_ns,
             can_frames=tuple(f if f.stamp_ns % 1000 == 0 else _whole_us(f) for f in self.frames()),
+            can=self._can_status(),
             lidar_chunks=tuple(Chunk(at_ns // 1000 * 1000, data) for at_ns, data in pieces or ()),
             lidar_state=PortState.CLOSED if pieces is None else PortState.OPEN,
             link_messages=self.operator.messages(now_ns),
             jobs=self._jobs.take(self._jobs.due(self.tick)),
         )
 
+    def _can_status(self) -> BusStatus:
+        self.can.errors()
+        return self.can.status
+
     def _act(self, outputs: Outputs, now_ns: int) -> None:
         stamp_ns = now_ns + TICK_NS
+        if outputs.can_connect:
+            self.can.hang_up()  # what the computer says while its port is closed is lost
         self.hear([Frame(f.can_id, f.data, stamp_ns) for f in outputs.can_frames], outputs.lidar_bytes, stamp_ns)
         if outputs.lidar_connect and not self.lidar_open and self.wires.lidar_plugged:
             self.plug_in()
+        if outputs.can_connect:
+            self.can.connect()
         self.operator.hear(outputs.link_payloads, now_ns)
 
     # -- the run -----------------------------------------------------------------------------------------------------

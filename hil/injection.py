@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Protocol
 
+from hil.can_faults import CAUSES, CanCause
 from hil.devices.lidar_faults import KINDS
 from hil.scenario import Injection
 from hil.wheel_faults import WHEEL_FAULTS
@@ -77,11 +78,19 @@ def _of_wheels(name: str) -> Cause:
     )
 
 
+def _of_can(cause: CanCause) -> Cause:
+    return Cause(
+        cause.means, lambda bench, _, target: cause.begin(bench.can, target),
+        lambda bench, _, target: cause.heal(bench.can, target),
+    )
+
+
 INJECTIONS: Mapping[str, Cause] = {
     "lidar_unplugged": Cause("the LIDAR's cable is pulled", _unplug, _plug),
     "wheel_silent": Cause("one wheel node sends nothing more", _silence_wheel, _unsilence_wheel),
     "onboard_killed": Cause("the flight program gets SIGKILL", _kill_onboard, _nothing),
     **{name: _of_wheels(name) for name in WHEEL_FAULTS},
+    **{name: _of_can(cause) for name, cause in CAUSES.items()},
     **{f"lidar_{kind}": _of_lidar(kind) for kind in KINDS if kind != "cable"},  # that is lidar_unplugged
 }
 

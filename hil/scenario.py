@@ -23,7 +23,7 @@ class Injection:
     when: str = value("time", "start of the count: time, first sweep, first drive", one_of=WHEN)
     after_s: float = value(0.0, "seconds after that", low=0, high=1e6)
     for_s: float = value(1e9, "how long", low=0, high=1e9)
-    target: int = value(0, "wheel number where the fault needs one", low=0, high=4)
+    target: int = value(0, "wheel, node, CAN id or percent, as the fault needs", low=0, high=0x7FF)
 
 
 @dataclass(frozen=True, slots=True)

@@ -18,6 +18,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from hil.can_wire import CanWire
 from hil.devices.lidar import Lidar
 from hil.devices.nodes import Nodes, build_nodes
 from hil.plant import STEP_NS, Plant
@@ -83,6 +84,7 @@ class World:
         self.nodes: Nodes = build_nodes(seed)
         self.lidar = Lidar(seed, self._cast)
         self.wires = Wires()
+        self.can = CanWire(seed)
         self.lidar_open = False
         self.streams = {name: Stream() for name in STREAMS}
         self.progress = Progress()
@@ -122,7 +124,7 @@ class World:
 
     def frames(self) -> list[Frame]:
         """The nodes' frames since the last call."""
-        frames, self._frames = self._frames, []
+        frames, self._frames = self.can.to_computer(self._frames, self.tick * TICK_NS), []
         self.streams["can_to_onboard"].add(b"".join(map(pack_frame, frames)), len(frames))
         return frames
 
@@ -147,7 +149,7 @@ class World:
 
     def hear(self, frames: Iterable[Frame], lidar_bytes: bytes, now_ns: int) -> None:
         """What the flight program said reaches the nodes and, while the port is open, the scanner."""
-        frames = list(frames)
+        frames = self.can.to_nodes(list(frames))
         self.streams["can_to_nodes"].add(b"".join(map(pack_frame, frames)), len(frames))
         for frame in frames:
             self.nodes.receive(frame, now_ns)

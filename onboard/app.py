@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 from onboard.config import Config, ConfigError
 from onboard.core.jobs import JOBS
 from onboard.core.tick import Rover, darken, farewell, tick
-from onboard.drivers.can_bus import CanBus, open_bus
+from onboard.drivers.can_bus import CanPort
 from onboard.drivers.clock import LockStepClock, WallClock
 from onboard.drivers.disk import Keeper, Kept, load
 from onboard.drivers.lidar_ear import LidarEar
@@ -24,8 +24,9 @@ from onboard.drivers.lidar_port import LidarPort, open_port
 from onboard.drivers.link_port import LinkPort, link_keys
 from onboard.drivers.workers import Workers
 from onboard.maps.gdem_file import from_npz
+from onboard.ports import BUS_CLOSED
 from onboard.record.writer import Recorder
-from onboard.records import Chunk, Frame, Gdem, Health, Inputs, LinkMessage, Outputs, PortState
+from onboard.records import BusStatus, Chunk, Frame, Gdem, Health, Inputs, LinkMessage, Outputs, PortState
 from protocol.barrier import Channel, Tick
 
 if TYPE_CHECKING:
@@ -41,9 +42,8 @@ LATER = ("filterpy.kalman:ExtendedKalmanFilter", *JOBS.values())  # no first tic
 class WallPorts:
     """Ports on the wall clock: a tick takes what is there. Stamps of CAN are the kernel's, of the LIDAR the ear's."""
 
-    def __init__(self, can: CanBus, lidar: LidarPort, link: LinkPort, clock: WallClock) -> None:
+    def __init__(self, can: CanPort, lidar: LidarPort, link: LinkPort, clock: WallClock) -> None:
         self.can, self.lidar, self.link, self._clock = can, lidar, link, clock
-        self._failures = 0
         self.ear = LidarEar(lidar, clock.now_ns)
 
     def read(self, now: Tick) -> Inputs:
@@ -51,7 +51,7 @@ class WallPorts:
         stamp_ns = self._clock.now_ns()
         return Inputs(
             now.number, now.now_ns,
-            can_frames=tuple(self.can.read(stamp_ns)), can_state=self.can.state, can_send_failures=self._failures,
+            can_frames=tuple(self.can.read(stamp_ns)), can=self.can.status,
             lidar_chunks=self.ear.take(), lidar_state=self.lidar.state,
             link_messages=self.link.read(stamp_ns), link_state=self.link.state,
             health=Health(slipped_ticks=self._clock.slipped_ticks, rss_bytes=_peak_rss_bytes()),
@@ -61,7 +61,9 @@ class WallPorts:
         """Never blocks."""
         if outputs.lidar_connect:
             self.lidar.connect()
-        self._failures += self.can.write(outputs.can_frames)
+        if outputs.can_connect:
+            self.can.connect()
+        self.can.write(outputs.can_frames)
         self.lidar.write(outputs.lidar_bytes)
         self.link.write(outputs.link_payloads)
 
@@ -69,8 +71,10 @@ class WallPorts:
 class LockStepPorts:
     """The same ports where the bench counts: a tick takes exactly what the barrier says has arrived."""
 
-    def __init__(self, can: CanBus, lidar: LidarPort, link: LinkPort) -> None:
+    def __init__(self, can: CanPort, lidar: LidarPort, link: LinkPort) -> None:
         self.can, self.lidar, self.link = can, lidar, link
+        if can.state is not PortState.OPEN:
+            raise OSError(can.status.error)
 
     def read(self, now: Tick) -> Inputs:
         """Blocks until each channel holds its count."""
@@ -78,15 +82,26 @@ class LockStepPorts:
         lidar_state, chunks = self._read_lidar(channels.get("lidar"))
         return Inputs(
             now.number, now.now_ns,
-            can_frames=self._read_can(channels.get("can")), can_state=_state(channels.get("can")),
+            can_frames=self._read_can(channels.get("can")), can=self._can_status(channels.get("can")),
             lidar_chunks=chunks, lidar_state=lidar_state,
             link_messages=self._read_link(channels.get("link")), link_state=_state(channels.get("link")),
         )
 
     def _read_can(self, channel: Channel | None) -> tuple[Frame, ...]:
+        """The bench serves an attempt to open before it counts the next tick: here it is decided."""
+        state = self.can.wait_open(WAIT_S)
+        if _state(channel) is not PortState.OPEN:
+            self.can.close()
+        elif state is not PortState.OPEN:
+            raise ConnectionError(f"CAN: the bench says open, the port is not: {self.can.status.error}")
         if channel is None or not channel.stamps_us:
             return ()
         return tuple(self.can.read_upto(channel.count, channel.stamps_us, WAIT_S))
+
+    def _can_status(self, channel: Channel | None) -> BusStatus:
+        """While the bench says closed, without the words of an attempt: they name a port that no other run has."""
+        status = self.can.status
+        return status if _state(channel) is PortState.OPEN else status._replace(error=BUS_CLOSED)
 
     def _read_link(self, channel: Channel | None) -> tuple[LinkMessage, ...]:
         if channel is None or not channel.stamps_us:
@@ -112,6 +127,10 @@ class LockStepPorts:
         if outputs.lidar_connect:
             self.lidar.connect()
             self.lidar.wait_open(WAIT_S)
+        if outputs.can_connect:
+            self.can.connect()
+            if not self.can.served:  # the bench may send as soon as it knows
+                self.can.wait_open(WAIT_S)
         self.can.write(outputs.can_frames)
         self.lidar.write(outputs.lidar_bytes)
         self.link.write(outputs.link_payloads)
@@ -139,7 +158,7 @@ def run(config: Config, announce: Callable[[str], None]) -> int:
         lockstep = config.clock.mode == "lockstep"
         clock = LockStepClock(config.clock.barrier) if lockstep else WallClock()
         stack.callback(clock.close)
-        can = open_bus(config.can.uri)
+        can = CanPort(config.can.uri, filtered=not lockstep)  # the lock-step counts every frame
         stack.callback(can.close)
         lidar = open_port(config.lidar.address)
         stack.callback(lidar.close)
@@ -160,13 +179,13 @@ def run(config: Config, announce: Callable[[str], None]) -> int:
             workers.preload(LATER).result()  # beside the ticks it would make them late
         rover = Rover(config, gdem, memory)
 
-        told = ""
+        told = {"lidar": "", "can": ""}
 
         def keep(inputs: Inputs, outputs: Outputs) -> None:
-            nonlocal told
-            if (word := lidar.error or rover.lidar.complaint) != told:
-                told = word
-                announce(f"lidar: {word or 'is well'}")
+            for port, word in (("lidar", lidar.error or rover.lidar.complaint), ("can", inputs.can.error)):
+                if word != told[port]:
+                    told[port] = word
+                    announce(f"{port}: {word or 'is well'}")
             recorder.write(inputs, outputs)
             keeper.keep(rover.executive.memory)
 
@@ -196,7 +215,7 @@ def loop(
         outputs = tick(rover, inputs)
         ports.write(outputs)
         workers.start(outputs.jobs)
-        connect = ("lidar",) if outputs.lidar_connect else ()
+        connect = [name for name, wanted in (("lidar", outputs.lidar_connect), ("can", outputs.can_connect)) if wanted]
         clock.done(now, ports.sent() if isinstance(ports, LockStepPorts) else {}, connect)
         loading = loading or workers.preload(LATER)
         keep(inputs, outputs)

@@ -14,6 +14,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from onboard.ports import BusStatus as BusStatus
+from onboard.ports import BusTrouble as BusTrouble
+from onboard.ports import PortState as PortState
 from onboard.scan import BeamStatus as BeamStatus
 from onboard.scan import Scan as Scan
 
@@ -25,14 +28,6 @@ Bool = NDArray[np.bool_]
 
 
 # -- ports: what the shell tells the core, and what the core asks of the shell --------------------------------
-
-
-class PortState(IntEnum):
-    """A port as the shell sees it."""
-
-    CLOSED = 0
-    OPEN = 1
-    ERROR = 2
 
 
 class Frame(NamedTuple):
@@ -99,8 +94,7 @@ class Inputs:
     tick: int
     now_ns: int
     can_frames: tuple[Frame, ...] = ()
-    can_state: PortState = PortState.OPEN
-    can_send_failures: int = 0
+    can: BusStatus = BusStatus()
     lidar_chunks: tuple[Chunk, ...] = ()
     lidar_state: PortState = PortState.CLOSED
     link_messages: tuple[LinkMessage, ...] = ()
@@ -124,6 +118,7 @@ class Outputs:
     """Everything the core asks of the outside in one tick."""
 
     can_frames: tuple[Frame, ...] = ()
+    can_connect: bool = False
     lidar_bytes: bytes = b""
     lidar_connect: bool = False
     link_payloads: tuple[tuple[int, bytes], ...] = ()  # (protocol.link.Kind, untagged payload)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -10,18 +9,12 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.patches import Rectangle
 from matplotlib.ticker import FixedFormatter, FixedLocator, NullLocator
-from matplotlib.transforms import Affine2D
 
 from onboard.records import F64, I32, Grid
-from pictures.style import BLACK, BLUE, GREY, PAGE_IN, RED, drawn, figure, quiet
+from pictures.style import BLACK, PAGE_IN, RED, drawn, figure, quiet
 from pictures.terrain import Ground, draw_ground, draw_rocks, extent, hillshade, map_axes
-
-WHEEL_M = (0.2, 0.1)
-_RING = {"marker": "o", "markersize": 11, "markerfacecolor": "none", "markeredgecolor": RED, "markeredgewidth": 2,
-         "linestyle": "none"}
-_PALE_BOX = {"boxstyle": "square,pad=0.2", "facecolor": "white", "edgecolor": "none", "alpha": 0.85}
+from pictures.wheels import RING, draw_angle, draw_body, draw_wheel
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,7 +72,7 @@ def search(ground: Ground, nodes: Grid, goal_m: tuple[float, float], answers: Se
         draw_rocks(axes, ground.rocks)
         if answer.best is not None:
             axes.plot(*nodes.centre(*answer.best), "*", color="white", markeredgecolor=BLACK, markersize=16)
-        axes.plot(*goal_m, **_RING)
+        axes.plot(*goal_m, **RING)
         axes.set_title(answer.title)
         map_axes(axes)
         made.colorbar(image, ax=axes, location="bottom", shrink=0.8, label="E")
@@ -89,7 +82,7 @@ def search(ground: Ground, nodes: Grid, goal_m: tuple[float, float], answers: Se
         Line2D([], [], marker="X", markersize=9, color="none", markerfacecolor=RED, markeredgecolor="white",
                label="where it was cut off"),
         Line2D([], [], marker="*", markersize=15, label="best node", **dot),
-        Line2D([], [], label="goal", **_RING),
+        Line2D([], [], label="goal", **RING),
     ])
     return made
 
@@ -117,25 +110,13 @@ def steering(turns: Sequence[Steered], rates_radps: F64, rims_mps: Sequence[tupl
 def _rover(axes: Axes, turn: Steered) -> None:
     """A plan view, ahead upwards: map +x up, +y to the left."""
     centre = -turn.v_mps / turn.rate_radps  # across the picture: the left is -x here
-    for number, ((a, b), angle) in enumerate(zip(turn.places_m, turn.angles_rad), 1):
-        length, width = WHEEL_M
-        shape = Rectangle((-width / 2, -length / 2), width, length, facecolor=GREY, edgecolor=BLACK, zorder=4)
-        shape.set_transform(Affine2D().rotate(angle).translate(-b, a) + axes.transData)
-        axes.add_patch(shape)
-        reach = np.array([-1.75, 1.75])
-        axes.plot(-b + reach * math.cos(angle), a + reach * math.sin(angle), color=BLUE, linewidth=0.8, zorder=2)
-        side = -1 if b > 0 else 1
-        axes.text(side * 0.48, math.copysign(0.62, a), f"{math.degrees(angle):+.1f}°", ha="center", va="center",
-                  fontsize=8.5, bbox=_PALE_BOX, zorder=6)
-        axes.text(-b, a, str(number), color="white", ha="center", va="center", fontsize=8, zorder=5)
-    axes.add_patch(Rectangle((-0.14, -0.375), 0.28, 0.75, facecolor="white", edgecolor=BLACK, zorder=3))
+    for number, (place, angle) in enumerate(zip(turn.places_m, turn.angles_rad), 1):
+        draw_angle(axes, place, float(angle))
+        draw_wheel(axes, number, place, float(angle))
+    draw_body(axes)
     axes.annotate("", (0, 0.3), (0, -0.1), arrowprops={"arrowstyle": "-|>", "color": BLACK}, zorder=6)
-    axes.plot(centre, 0, **_RING, zorder=6)
+    axes.plot(centre, 0, **RING, zorder=6)
     axes.set_title(turn.title)
-    axes.set_aspect("equal")
-    axes.set(xlim=(-1.4, 1.4), ylim=(-0.85, 0.85))
-    axes.set_xlabel("to the right, m")
-    axes.set_ylabel("ahead, m")
 
 
 @drawn

@@ -5,6 +5,12 @@
                        bits 7-4   3-0
 
 A frame that fails a check is dropped and counted; nothing of it reaches whoever asked.
+
+Two nodes with one id interleave two counters: a frame that follows not the last one but the one before it, as
+
+    5 12 6 13 7 14      every frame but the first two follows the last but one
+
+is accepted and counted as `twin`, not as lost; plain loss looks so in one of 16 cases.
 """
 
 from __future__ import annotations
@@ -17,13 +23,13 @@ from protocol.can_crc import TABLE as _CRC
 from protocol.can_crc import crc8 as crc8
 
 LATE_CYCLES = 2.5  # an interval of more cycle times than this is counted late
-
+_NEVER = -1
 
 FrameLike = tuple[int, bytes, int]  # can id, data, stamp in ns: onboard.records.Frame is one
 
 
 class Counts(NamedTuple):
-    """What the receiver saw of one id: `accepted`, among them `late`; `lost` never came; the rest was dropped."""
+    """What the receiver saw of one id: `accepted`, among them `late` and `twin`; `lost` never came."""
 
     accepted: int = 0
     late: int = 0
@@ -32,6 +38,7 @@ class Counts(NamedTuple):
     crc: int = 0
     out_of_range: int = 0
     length: int = 0
+    twin: int = 0
 
     @property
     def bad(self) -> int:
@@ -58,27 +65,37 @@ class _Watch:
 
     __slots__ = (
         "accepted", "counter", "crc", "decode", "late", "length", "limit_ns", "lost", "out_of_range", "repeated",
-        "seed", "stamp_ns",
+        "seed", "stamp_ns", "twin", "twin_counter",
     )  # fmt: skip
 
     def __init__(self, can_id: int) -> None:
         row = TABLE[can_id]
         self.seed, self.decode = row.seed, row.decode
         self.limit_ns = 0 if row.event else int(LATE_CYCLES * row.cycle_ns)
-        self.counter = -1
-        self.stamp_ns = 0
         self.accepted = self.late = self.lost = self.repeated = self.crc = self.out_of_range = self.length = 0
+        self.twin = 0
+        self.arm()
+
+    def arm(self) -> None:
+        """The next frame is the first: no counter to follow, no interval to keep."""
+        self.counter = self.twin_counter = self.stamp_ns = _NEVER
 
 
 class Guard:
     """Checks every frame of the bus for one receiver and keeps the counts.
 
-    `bad`: frames of known ids that were dropped; `lost`: those that never came; `unknown`: ids that are not in the DBC.
+    `bad`: frames of known ids that were dropped; `lost`: those that never came; `unknown`: ids that are not in the DBC;
+    `twins`: those that another node than the last sender seems to have sent; `gaps`: jumps of a counter, however far.
     """
 
     def __init__(self) -> None:
         self._watches = {can_id: _Watch(can_id) for can_id in TABLE}
-        self.unknown = self.bad = self.lost = 0
+        self.unknown = self.bad = self.lost = self.gaps = self.twins = 0
+
+    def rearm(self) -> None:
+        """After a break of the bus: what came before says nothing of what comes next. The counts stay."""
+        for watch in self._watches.values():
+            watch.arm()
 
     def accept(self, frame: FrameLike) -> bool:
         """Whether the frame is good; counted either way."""
@@ -101,31 +118,44 @@ class Guard:
             watch.crc += 1
             self.bad += 1
             return None
-        step = ((g >> 4) - watch.counter) & 15
-        if step != 1 and watch.counter >= 0:
-            if step == 0:
-                watch.repeated += 1
-                self.bad += 1
-                return None
-            watch.lost += step - 1
-            self.lost += step - 1
-        watch.counter = g >> 4
+        counter = g >> 4
+        step = (counter - watch.counter) & 15
+        if step != 1 and watch.counter >= 0 and not self._in_order(watch, counter, step):
+            return None
+        watch.counter = counter
         try:
             values = watch.decode(data)
         except WireError:
             watch.out_of_range += 1
             self.bad += 1
             return None
-        if watch.limit_ns and watch.accepted and stamp_ns - watch.stamp_ns > watch.limit_ns:
+        if watch.limit_ns and watch.stamp_ns >= 0 and stamp_ns - watch.stamp_ns > watch.limit_ns:
             watch.late += 1
         watch.stamp_ns = stamp_ns
         watch.accepted += 1
         return values
 
+    def _in_order(self, watch: _Watch, counter: int, step: int) -> bool:
+        """Books a counter that is not the next one; whether its frame is good all the same."""
+        if watch.twin_counter >= 0 and (counter - watch.twin_counter) & 15 == 1:
+            watch.twin += 1
+            self.twins += 1
+        elif step == 0:
+            watch.twin_counter = counter
+            watch.repeated += 1
+            self.bad += 1
+            return False
+        else:
+            watch.lost += step - 1
+            self.lost += step - 1
+            self.gaps += 1
+        watch.twin_counter = watch.counter
+        return True
+
     def counts(self, can_id: int) -> Counts:
         """The counts of one id of the DBC."""
         w = self._watches[can_id]
-        return Counts(w.accepted, w.late, w.lost, w.repeated, w.crc, w.out_of_range, w.length)
+        return Counts(w.accepted, w.late, w.lost, w.repeated, w.crc, w.out_of_range, w.length, w.twin)
 
     def total(self) -> Counts:
         """The sums over all ids; walks them, so not for each tick."""

@@ -23,6 +23,9 @@ class Step(Enum):
     STANDBY = "finish the leg, then mode STANDBY"
     ESTOP = "mode ESTOP, latched until reset"
     REPORT = "an event to the ground"
+    RESTART_BUS = "the bus is opened again at once, then after 0.1, 0.2, 0.4, 0.8 and 1.6 s"
+    IGNORE = "what is wrong is dropped before anything uses it"
+    SAFE_OVER_LIMIT = "mode SAFE, latched until resume, when the tries are used up or a second, higher limit is passed"
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,14 +45,16 @@ class Fault:
 FAULTS = (
     Fault(1, "LIDAR_SILENT", "no valid frame for 4 periods of the commanded stream", 0.15,
           (Step.STOP, Step.DISCARD_SWEEP, Step.REPORT), latched=False),
-    Fault(2, "WHEEL_STALE", "feedback of a wheel older than 30 ms", 0.04, (Step.STOP,), latched=False),
+    Fault(2, "WHEEL_STALE", "feedback of a wheel older than 30 ms", 0.04, (Step.STOP,), latched=False,
+          suppressed_by=("CAN_BUS_OFF",)),
     Fault(3, "WHEEL_SILENT", "feedback of a wheel older than 200 ms", 0.21, (Step.STOP, Step.SAFE, Step.REPORT),
-          latched=True, suppressed_by=("CAN_LOST",)),
-    Fault(4, "CAN_LOST", "the bus is closed or in error", 0.05, (Step.STOP, Step.SAFE, Step.REPORT), latched=True),
+          latched=True, suppressed_by=("CAN_BUS_OFF",)),
+    Fault(4, "CAN_BUS_OFF", "the bus is closed, bus-off or down, or no frame of any node", 0.05,
+          (Step.STOP, Step.RESTART_BUS, Step.SAFE_OVER_LIMIT, Step.REPORT), latched=False),
     Fault(5, "NODE_LOST", "no heartbeat of the tilt, IMU or power node for 1.5 s", 1.6,
-          (Step.STOP, Step.SAFE, Step.REPORT), latched=True, suppressed_by=("CAN_LOST",)),
+          (Step.STOP, Step.SAFE, Step.REPORT), latched=True, suppressed_by=("CAN_BUS_OFF",)),
     Fault(6, "IMU_DEAD", "IMU samples older than 30 ms", 0.04, (Step.STOP,), latched=False,
-          suppressed_by=("CAN_LOST",)),
+          suppressed_by=("CAN_BUS_OFF",)),
     Fault(7, "TILT_ANGLE", "roll or pitch over the limit", 0.05, (Step.STOP, Step.SAFE, Step.REPORT), latched=True),
     Fault(8, "COMMAND_LOST", "no authenticated contact for the configured time", 1.0,
           (Step.STANDBY, Step.REPORT), latched=False),
@@ -72,6 +77,14 @@ FAULTS = (
           (Step.SLOW, Step.REPORT), latched=False),
     Fault(20, "NOT_MOVING", "the wheels turn and accelerometer and gyro say the rover stands", 5.0,
           (Step.BACK_OFF, Step.REPORT), latched=False, tries=3),
+    Fault(11, "CAN_BABBLE", "frames of one id far above its rate", 0.2,
+          (Step.IGNORE, Step.SAFE_OVER_LIMIT, Step.REPORT), latched=False, suppressed_by=("CAN_BUS_OFF",)),
+    Fault(12, "CAN_CORRUPT", "over 20 errors a second of checksum, counter, length, range or time stamp", 0.2,
+          (Step.IGNORE, Step.SAFE_OVER_LIMIT, Step.REPORT), latched=False, suppressed_by=("CAN_BUS_OFF", "CAN_BABBLE")),
+    Fault(24, "NODE_FOREIGN", "a node's heartbeat carries another DBC version", 0.02,
+          (Step.STOP, Step.SAFE, Step.REPORT), latched=True),
+    Fault(25, "NODE_TWICE", "two nodes send under one id: two alive counters interleave", 1.0,
+          (Step.STOP, Step.SAFE, Step.REPORT), latched=True, suppressed_by=("CAN_BABBLE",)),
 )
 
 BY_NAME = {fault.name: fault for fault in FAULTS}

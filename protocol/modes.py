@@ -113,6 +113,7 @@ EVENTS = (
     EventRow("FAILED", "error", "the mission ended without reaching the goal"),
     EventRow("FAULT", "warning", "a row of the fault table became active"),
     EventRow("FAULT_CLEARED", "info", "a row of the fault table is no longer active"),
+    EventRow("CAN", "warning", "what the CAN port or its controller says of itself has changed"),
     EventRow("LINK_REFUSED", "warning", "datagrams failed their checks; how many of which kind"),
 )
 SEVERITIES = ("debug", "info", "warning", "error", "critical")

@@ -8,7 +8,7 @@ import pytest
 from protocol.commands import TABLE
 from protocol.faults import FAULTS
 from tools.make_docs import DOCS, PAGES, ROOT
-from tools.make_pictures import MADE, SCANNED
+from tools.make_pictures import DRIVEN, MADE, SCANNED
 
 PAGE_FILES = sorted([ROOT / "README.md", ROOT / "CHANGELOG.md", *DOCS.glob("*.md")])
 
@@ -35,7 +35,9 @@ def test_paths_in_code_type_exist(page):
     assert [name for name in named if not (ROOT / name).exists()] == []
 
 
-@pytest.mark.parametrize(("page", "made"), [("as-printed.md", MADE), ("lidar-tool.md", SCANNED)])
+@pytest.mark.parametrize(
+    ("page", "made"), [("as-printed.md", MADE), ("lidar-tool.md", SCANNED), ("motion.md", DRIVEN)]
+)
 def test_a_page_shows_every_picture_that_is_made_for_it(page, made):
     shown = re.findall(r"\]\(pictures/([\w.-]+)\)", (DOCS / page).read_text())
     assert shown == list(made)

@@ -14,7 +14,7 @@ PACKAGES = ("protocol", "onboard", "hil", "ground", "pictures")
 GENERATED = {"protocol/can_codec.py", "protocol/can_frames.py", "protocol/eldorado_dialect.py"}
 
 ONE_IMPORTER = {
-    "can": {"onboard/drivers/can_bus.py", "onboard/drivers/can_log.py"},
+    "can": {f"onboard/drivers/can_{name}.py" for name in ("base", "bus", "log", "socketcan", "socketcand")},
     "zenoh": {"onboard/drivers/link_end.py", "hil/link_emulator.py"},
     "pybullet": {"hil/engine.py"},
     "filterpy": {"onboard/perception/localisation.py"},

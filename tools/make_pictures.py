@@ -1,4 +1,4 @@
-"""Makes the pictures of docs/as-printed.md and docs/lidar-tool.md anew, from the code that flies: `make docs`."""
+"""Makes the pictures of as-printed.md, lidar-tool.md and motion.md anew, from the code that flies: `make docs`."""
 
 from __future__ import annotations
 
@@ -26,6 +26,7 @@ from pictures.scan3d import scan_figure  # noqa: E402
 from pictures.style import png  # noqa: E402
 from pictures.terrain import Ground  # noqa: E402
 from tests.onboard import nodding  # noqa: E402
+from tools.motion_pictures import DRIVEN  # noqa: E402
 
 PICTURES = ROOT / "docs" / "pictures"
 CELL_M, SIZE, STRIDE, HURST = 0.1, 80, 2, 0.8
@@ -159,7 +160,7 @@ SCANNED: dict[str, Callable[[], Figure]] = {"scan3d.png": scan3d}
 
 def main() -> None:
     """Write every picture."""
-    for name, made in (MADE | SCANNED).items():
+    for name, made in (MADE | SCANNED | DRIVEN).items():
         (PICTURES / name).write_bytes(png(made(), DOTS_PER_INCH))
 
 

@@ -65,20 +65,20 @@ inline double square(const Raster& r, const Ray& ray, std::int64_t j, std::int64
 
 }  // namespace detail
 
-// Way to the first hit, kMiss where nothing is met within `range_m` or on the raster.
-inline double cast(const Raster& r, const Ray& ray, double range_m) {
+// Calls visit(j, i, from, to) for the squares that a ray crosses between `t` and `end`, in their order, until it is true.
+template <typename Visit>
+inline void walk(const Raster& r, const Ray& ray, double t, double end, Visit visit) {
     const double width = static_cast<double>(r.columns - 1), height = static_cast<double>(r.rows - 1);
-    double t = 0.0, end = range_m;
     for (const auto& [at, way, size] : {std::array{ray.u, ray.du, width}, std::array{ray.v, ray.dv, height}}) {
         if (way == 0.0) {
-            if (at < 0.0 || at >= size) return kMiss;
+            if (at < 0.0 || at >= size) return;
             continue;
         }
         const double a = -at / way, b = (size - at) / way;
         t = std::max(t, std::min(a, b));
         end = std::min(end, std::max(a, b));
     }
-    if (!(t < end)) return kMiss;
+    if (!(t < end)) return;
     auto i = std::clamp(static_cast<std::int64_t>(std::floor(ray.u + t * ray.du)), std::int64_t{0}, r.columns - 2);
     auto j = std::clamp(static_cast<std::int64_t>(std::floor(ray.v + t * ray.dv)), std::int64_t{0}, r.rows - 2);
     const double step_u = ray.du != 0.0 ? 1.0 / std::abs(ray.du) : kMiss, step_v = ray.dv != 0.0 ? 1.0 / std::abs(ray.dv) : kMiss;
@@ -86,9 +86,8 @@ inline double cast(const Raster& r, const Ray& ray, double range_m) {
     double next_u = ray.du != 0.0 ? (static_cast<double>(i + (way_i > 0)) - ray.u) / ray.du : kMiss;
     double next_v = ray.dv != 0.0 ? (static_cast<double>(j + (way_j > 0)) - ray.v) / ray.dv : kMiss;
     while (t < end && i >= 0 && j >= 0 && i < r.columns - 1 && j < r.rows - 1) {
-        const double leave = std::min({next_u, next_v, end});
-        const double hit = detail::square(r, ray, j, i, t, std::max(t, leave));
-        if (hit < kMiss) return hit;
+        const double leave = std::max(t, std::min({next_u, next_v, end}));
+        if (visit(j, i, t, leave)) return;
         if (next_u <= next_v) {
             i += way_i;
             next_u += step_u;
@@ -96,9 +95,18 @@ inline double cast(const Raster& r, const Ray& ray, double range_m) {
             j += way_j;
             next_v += step_v;
         }
-        t = std::max(t, leave);
+        t = leave;
     }
-    return kMiss;
+}
+
+// Way to the first hit, kMiss where nothing is met within `range_m` or on the raster.
+inline double cast(const Raster& r, const Ray& ray, double range_m) {
+    double hit = kMiss;
+    walk(r, ray, 0.0, range_m, [&](std::int64_t j, std::int64_t i, double from, double to) {
+        hit = detail::square(r, ray, j, i, from, to);
+        return hit < kMiss;
+    });
+    return hit;
 }
 
 }  // namespace heightfield

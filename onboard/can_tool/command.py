@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING
 import click
 from click.exceptions import Exit
 
-from onboard.can_tool.names import UnknownNameError, frames_of
 from onboard.command_line import EX_CONFIG, EX_DATAERR, EX_NOINPUT, EX_UNAVAILABLE, EX_UNHEALTHY, EX_USAGE, fail
 from onboard.config import Can
 
@@ -146,6 +145,8 @@ def load_command(as_json: bool) -> None:
 
 def chosen_frames(only: tuple[str, ...], nodes: tuple[str, ...]) -> frozenset[int]:
     """The ids that --only and --node ask for, or exit 64."""
+    from onboard.can_tool.names import UnknownNameError, frames_of
+
     try:
         return frames_of(only, nodes)
     except UnknownNameError as error:

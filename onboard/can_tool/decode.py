@@ -11,6 +11,7 @@ from protocol.can_frames import FRAMES
 from protocol.can_guard import Counts, Guard
 
 Values = dict[str, Any]
+_CHOICES = {can_id: {s.name: s.choices for s in layout.signals if s.choices} for can_id, layout in FRAMES.items()}
 
 
 class Seen(NamedTuple):
@@ -87,7 +88,7 @@ class Decoder:
 
 def named(can_id: int, values: Values) -> Values:
     """The values with the names of a value table in place of their numbers."""
-    choices = {signal.name: signal.choices for signal in FRAMES[can_id].signals if signal.choices}
+    choices = _CHOICES[can_id]
     return {
         name: choices[name][value] if name in choices and value < len(choices[name]) else value
         for name, value in values.items()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-import secrets
+import os
 import signal
 import sys
 from collections.abc import Callable
@@ -96,7 +96,7 @@ def reset(path: Path | None, settings: tuple[str, ...], uri: str | None, yes: bo
     from onboard.can_tool.release import Release
 
     config = read_config(path, settings)
-    machine = Release(secrets.randbelow(1 << 16), config.rover, config.can)
+    machine = Release(int.from_bytes(os.urandom(2)), config.rover, config.can)
     with on_bus(uri or config.can.uri) as shell:
         ready = _until(machine, shell, Phase.READY)
         if machine.problem:

@@ -30,20 +30,31 @@ def heard_in(path: Path, tell: Callable[[str], None]) -> Iterator[Heard]:
 
 
 def heard_of(lines: Iterable[str], name: str, tell: Callable[[str], None]) -> Iterator[Heard]:
-    """The frames of lines of candump, as `heard_in`."""
-    good = bad = 0
+    """The frames of lines of candump, as `heard_in`. What is wrong with lines is told once one was good."""
+    good, bad, held = 0, 0, list[str]()
     for number, line in enumerate(lines, 1):
         try:
             heard = parse(line)
         except ValueError as error:
             bad += 1
             if bad <= TOLD_LINES:
-                tell(f"{name}:{number}: {error}: {line.strip()[:60]!r}")
+                held.append(f"{name}:{number}: {error}: {line.strip()[:60]!r}")
+            elif not good:
+                break
             continue
         if heard is not None:
             good += 1
             yield heard
+        if good:
+            _tell_all(held, tell)
+    if held and not good:
+        raise NoLogError(f"{name} is no log of a CAN bus: candump (-L or not), .asc and .blf are read; {held[0]}")
+    _tell_all(held, tell)
     if bad > TOLD_LINES:
         tell(f"{name}: {bad - TOLD_LINES} more lines are none of candump")
-    if bad and not good:
-        raise NoLogError(f"{name} is no log of a CAN bus: candump (-L or not), .asc and .blf are read")
+
+
+def _tell_all(held: list[str], tell: Callable[[str], None]) -> None:
+    for text in held:
+        tell(text)
+    held.clear()

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from difflib import get_close_matches
 from fnmatch import fnmatchcase
 
 from protocol.can_frames import FRAMES, NODES
@@ -47,6 +46,8 @@ def _node(name: str) -> str:
 
 
 def _unknown(kind: str, name: str, known: list[str]) -> str:
+    from difflib import get_close_matches  # only for who mistypes
+
     near = get_close_matches(name.upper(), known, 1)
-    hint = f"did you mean {near[0]}?" if near else f"rover.dbc has {', '.join(known[:6])} ..."
-    return f"rover.dbc has no {kind} {name}; {hint}" if near else f"no {kind} {name}: {hint}"
+    hint = f"did you mean {near[0]}?" if near else f"it has {', '.join(known[:6])} ..."
+    return f"rover.dbc has no {kind} {name}; {hint}"

@@ -7,17 +7,21 @@ from collections.abc import Iterable, Mapping, Sequence
 
 from onboard.can_tool.decode import Seen, Tally, Values, named
 from protocol.can_frames import FRAMES, Signal
+from protocol.can_guard import Counts
 
 _NS = 1_000_000_000
 WIDTH = max(len(layout.name) for layout in FRAMES.values())
-_SIGNALS = {can_id: {s.name: s for s in layout.signals} for can_id, layout in FRAMES.items()}
-_COUNTS = ("late", "lost", "repeated", "crc", "out_of_range", "length")
+_SIGNALS = {
+    can_id: {s.name: (s, max(0, math.ceil(-math.log10(s.scale)))) for s in layout.signals}
+    for can_id, layout in FRAMES.items()
+}  # with its decimals
+_COUNTS = Counts._fields[1:]  # without the accepted ones
 
 
 def signals_text(can_id: int, values: Values, units: bool = True) -> str:
     """`steer_rad 0.0012 rad  encoder_count 17 count  state RUNNING`: as many decimals as the wire has."""
     signals = _SIGNALS[can_id]
-    return "  ".join(_signal_text(signals[name], value, units) for name, value in named(can_id, values).items())
+    return "  ".join(_signal_text(*signals[name], value, units) for name, value in named(can_id, values).items())
 
 
 def line_of(seen: Seen) -> str:
@@ -65,8 +69,8 @@ def aligned(rows: Iterable[Sequence[str]]) -> list[str]:
     ]
 
 
-def _signal_text(signal: Signal, value: float | int | str, units: bool) -> str:
-    if signal.scale != 1:
-        value = f"{value:.{math.ceil(-math.log10(signal.scale))}f}"
+def _signal_text(signal: Signal, decimals: int, value: float | int | str, units: bool) -> str:
+    if decimals:
+        value = f"{value:.{decimals}f}"
     unit = signal.unit if units and signal.unit != "1" else ""
     return f"{signal.name} {value} {unit}".rstrip()

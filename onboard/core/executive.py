@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 from onboard.config import Config
 from onboard.core.downlink import Downlink
 from onboard.core.mission import MISSION_JOBS, MOVING, Context, Mission
+from onboard.core.monitors import over_limit, words
 from onboard.motion.wheel_health import Drive, Wheels
 from onboard.planning.plan_records import PlanResult
 from onboard.records import Event, Gdem, Twist
@@ -107,17 +108,20 @@ class Executive:
             self._change("link_lost", ctx, "no authenticated contact")
 
     def _answer(self, faults: tuple[str, ...], ctx: Context) -> None:
+        over = over_limit(ctx.nodes, faults)
+        if ctx.nodes.bus.news:
+            self._tell(ctx, "CAN", ctx.nodes.bus.news)
         for name in faults:
             row = BY_NAME[name]
             of = ctx.found.get(name, ())
             new = name not in self.active or of != self._of.get(name, of)
             if new and Step.REPORT in row.response:
-                self._tell(ctx, "FAULT", f"{name}{_whose(of)}: {row.condition}")
+                self._tell(ctx, "FAULT", words(ctx.nodes, name) + _whose(of))
             if Step.ESTOP in row.response and self.mode is not Mode.ESTOP:
-                self._cancel(ctx, State.FAILED, f"{name}: {row.condition}")
+                self._cancel(ctx, State.FAILED, words(ctx.nodes, name))
                 self._change("emergency_stop", ctx, name)
-            elif self._latches(row, ctx) and self.mode not in (Mode.SAFE, Mode.ESTOP):
-                self._cancel(ctx, State.FAILED, f"{name}: {row.condition}")
+            elif (self._latches(row, ctx) or name in over) and self.mode not in (Mode.SAFE, Mode.ESTOP):
+                self._cancel(ctx, State.FAILED, words(ctx.nodes, name) + _whose(of))
                 self._change("fault", ctx, name)
             elif new and Step.BACK_OFF in row.response:
                 self._back_off(row, ctx)
@@ -177,7 +181,8 @@ class Executive:
         self._downlink.report(order.request_id, State.COMPLETED, self.mode.name)
 
     def _resume(self, order: Order, ctx: Context) -> None:
-        latched = [name for name in self.active if self._latches(BY_NAME[name], ctx)]
+        over = over_limit(ctx.nodes, self.active)
+        latched = [name for name in self.active if self._latches(BY_NAME[name], ctx) or name in over]
         if latched:
             self._downlink.report(order.request_id, State.FAILED, f"still active: {', '.join(latched)}")
             return
@@ -266,7 +271,7 @@ def _can_go_on(wheels: Wheels) -> bool:
 
 def _whose(wheels: tuple[int, ...]) -> str:
     """Words for the wheels that a fault is of; '' where it is the rover's."""
-    return f" of wheel {', '.join(map(str, wheels))}" if wheels else ""
+    return f" (wheel {', '.join(map(str, wheels))})" if wheels else ""
 
 
 def _beyond(gdem: Gdem | None, goal_m: tuple[float, float]) -> str:

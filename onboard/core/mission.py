@@ -254,7 +254,7 @@ class Mission:
         if self._retreat is None and abs(ctx.localisation.estimate.speed_mps) > _STANDING_MPS:
             return Twist()
         self._retreat = self._retreat or self._way.back(self._retreat_m)
-        twist = self._follower.twist(self._retreat, ctx.localisation.pose, ctx.now_ns)
+        twist = self._follower.twist(self._retreat, ctx.localisation.pose, ctx.now_ns, ctx.wheels)
         if self._follower.done:
             self._scan()
         return twist

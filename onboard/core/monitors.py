@@ -6,10 +6,11 @@ from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 
 from onboard.config import Config
+from onboard.core import can_monitors
 from onboard.core.wheel_watch.watch import WHEEL_ROWS
 from onboard.devices.lidar import LidarSession
 from onboard.devices.nodes import Nodes
-from onboard.records import PortState, Pose
+from onboard.records import Pose
 from protocol.faults import BY_NAME
 
 _GRACE_NS = 1_000_000_000  # after the start, before a node must have spoken
@@ -23,7 +24,6 @@ class Watched:
 
     now_ns: int
     config: Config
-    can_state: PortState
     lidar: LidarSession
     nodes: Nodes
     pose: Pose
@@ -47,10 +47,6 @@ def _wheel_stale(w: Watched) -> bool:
 
 def _wheel_silent(w: Watched) -> bool:
     return _wheels_older_than(w, w.config.can.silent_ns)
-
-
-def _can_lost(w: Watched) -> bool:
-    return w.now_ns > _GRACE_NS and w.can_state is not PortState.OPEN
 
 
 def _node_lost(w: Watched) -> bool:
@@ -84,17 +80,21 @@ def _of_wheels(name: str) -> Callable[[Watched], bool]:
     return lambda w: name in w.of_wheels
 
 
+def _of_nodes(monitor: Callable[[Nodes], bool]) -> Callable[[Watched], bool]:
+    return lambda w: monitor(w.nodes)
+
+
 MONITORS: Mapping[str, Callable[[Watched], bool]] = {
     "LIDAR_SILENT": _lidar_silent,
     "WHEEL_STALE": _wheel_stale,
     "WHEEL_SILENT": _wheel_silent,
-    "CAN_LOST": _can_lost,
     "NODE_LOST": _node_lost,
     "IMU_DEAD": _imu_dead,
     "TILT_ANGLE": _tilt_angle,
     "COMMAND_LOST": _command_lost,
     "JOB_LATE": _job_late,
     "ESTOP_PRESSED": _estop_pressed,
+    **{name: _of_nodes(monitor) for name, monitor in can_monitors.MONITORS.items()},
     **{name: _of_wheels(name) for name in WHEEL_ROWS},
 }
 
@@ -103,3 +103,14 @@ def active_faults(watched: Watched) -> tuple[str, ...]:
     """Names of the faults that hold now, in the table's order, without those that another one explains."""
     found = {name for name, monitor in MONITORS.items() if monitor(watched)}
     return tuple(name for name in BY_NAME if name in found and not found.intersection(BY_NAME[name].suppressed_by))
+
+
+def over_limit(nodes: Nodes, active: tuple[str, ...]) -> frozenset[str]:
+    """Those of the active faults that have used up their tries or passed their second limit."""
+    return frozenset(name for name in active if name in can_monitors.LIMITS and can_monitors.LIMITS[name](nodes))
+
+
+def words(nodes: Nodes, name: str) -> str:
+    """What an active fault says of itself: its condition, and more where it knows more."""
+    more = can_monitors.WORDS[name](nodes) if name in can_monitors.WORDS else ""
+    return f"{name}: {BY_NAME[name].condition}" + (f" ({more})" if more else "")

@@ -65,7 +65,7 @@ class Sensing:
             return None
         sector_rad = self._config.scanning.sector_rad
         self._scans.extend(ahead(scan, sector_rad) for scan in scans if scan.start_ns >= self._start_ns)
-        if lidar.silent(now_ns) or now_ns > self._start_ns + 2 * self._length_ns:
+        if lidar.silent(now_ns) or not nodes.bus_well or now_ns > self._start_ns + 2 * self._length_ns:
             self._discard(nodes)
         elif self.state is State.SWEEPING and nodes.sweep_done(now_ns):
             self.state, self._end_ns = State.SETTLING, now_ns + _SETTLE_NS
@@ -84,7 +84,7 @@ class Sensing:
         nodes.park_tilt(first_rad)
         angle_rad = nodes.tilt_angle_rad
         parked = angle_rad is not None and not nodes.tilt_moving and abs(angle_rad - first_rad) < _PARKED_RAD
-        if parked and scans:
+        if parked and scans and nodes.bus_well:
             self._start_ns = now_ns + _LEAD_NS
             nodes.sweep(self._segments, self._start_ns)
             self.state = State.SWEEPING

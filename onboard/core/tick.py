@@ -60,7 +60,7 @@ def tick(rover: Rover, inputs: Inputs) -> Outputs:
     """One tick of 10 ms: what the outside said in, what the rover does out."""
     now_ns = inputs.now_ns
     scans = rover.lidar.receive(inputs.lidar_chunks, inputs.lidar_state, now_ns)
-    rover.nodes.receive(inputs.can_frames, now_ns)
+    rover.nodes.receive(inputs.can_frames, now_ns, inputs.can)
     orders = rover.downlink.receive(inputs.link_messages, now_ns)
     taken = rover.jobs.take(inputs.jobs, inputs.tick)
 
@@ -83,6 +83,7 @@ def tick(rover: Rover, inputs: Inputs) -> Outputs:
     pose = rover.localisation.pose
     return Outputs(
         can_frames=rover.nodes.send(now_ns, int(rover.executive.mode)),
+        can_connect=rover.nodes.bus.wants_connect,
         lidar_bytes=rover.lidar.send(now_ns),
         lidar_connect=rover.lidar.wants_connect(now_ns),
         link_payloads=rover.downlink.send(now_ns),
@@ -109,7 +110,7 @@ def darken(rover: Rover, inputs: Inputs) -> Outputs | None:
 
 def _watched(rover: Rover, inputs: Inputs) -> Watched:
     return Watched(
-        inputs.now_ns, rover.config, inputs.can_state, rover.lidar, rover.nodes, rover.localisation.pose,
+        inputs.now_ns, rover.config, rover.lidar, rover.nodes, rover.localisation.pose,
         rover.downlink.last_contact_ns, rover.jobs.overdue_ticks(inputs.tick), rover.executive.in_mission,
         rover.watch.faults,
     )

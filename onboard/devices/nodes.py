@@ -7,9 +7,11 @@ from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 from onboard import config
+from onboard.devices.can_recovery import Bus, CanRecovery
+from onboard.devices.can_watch import CanWatch
 from onboard.devices.emergency import Emergency
 from onboard.devices.tilt import SegmentLike, Tilt
-from onboard.records import Frame, ImuSample, PowerState, TiltTrack, WheelCommand, WheelMode, WheelState
+from onboard.records import BusStatus, Frame, ImuSample, PowerState, TiltTrack, WheelCommand, WheelMode, WheelState
 from protocol.can_codec import ENCODER_COUNTS_PER_TURN, TABLE, NodeState
 from protocol.can_guard import Counts, Every, Guard, Sender
 
@@ -20,6 +22,7 @@ NODES = tuple(row.sender for row in TABLE.values() if row.name.startswith("NODE_
 RAD_PER_COUNT = math.tau / ENCODER_COUNTS_PER_TURN
 FAST_NS, SLOW_NS, TICK_NS = 20_000_000, 100_000_000, 10_000_000
 _STOPPED = WheelCommand(WheelMode.OFF, 0.0, 0.0)
+_OPEN = BusStatus()
 
 
 class WheelStatus(NamedTuple):
@@ -48,12 +51,18 @@ class _Wheel:
 
 
 class Nodes:
-    """The rover's nodes: `receive` once a tick, then read; give orders, then `send`."""
+    """The rover's nodes: `receive` once a tick, then read; give orders, then `send`.
+
+    bus: what the bus is good for. watch: what is wrong with its frames. from_future: frames stamped later than now.
+    """
 
     def __init__(self, rover: config.Rover, can: config.Can, boot_count: int = 1) -> None:
         self._rover, self.stale_ns = rover, can.stale_ns
         self._boot_count = boot_count & 0xFFFF
         self._guard, self._sender = Guard(), Sender()
+        self.bus, self.watch = CanRecovery(), CanWatch()
+        self.from_future = 0
+        self._back_ns = 0  # since then the bus passes frames without a break
         self.tilt = Tilt()
         self._wheels = tuple(_Wheel() for _ in range(4))
         self._status: list[WheelStatus | None] = [None] * 4
@@ -73,17 +82,27 @@ class Nodes:
 
     # -- in --------------------------------------------------------------------------------------------------
 
-    def receive(self, frames: Sequence[Frame], now_ns: int) -> None:
-        """The tick's frames; bad ones are counted and dropped."""
+    def receive(self, frames: Sequence[Frame], now_ns: int, status: BusStatus = _OPEN) -> None:
+        """The tick's frames and how the bus is; bad ones are counted and dropped, those of a babbling id ignored."""
         self._now_ns = now_ns
         self._imu = []
-        receive, handlers = self._guard.receive, self._handlers
+        if self.bus.state is Bus.LOST:
+            self._guard.rearm()
+        self.watch.rates(frames, now_ns)
+        receive, handlers, babbling, heard = self._guard.receive, self._handlers, self.watch.babbling, False
         for frame in frames:
-            values = receive(frame)
-            if values is not None:
-                handler = handlers.get(frame.can_id)
-                if handler is not None:
-                    handler(values, frame.stamp_ns)
+            can_id, _, stamp_ns = frame
+            values = None if can_id in babbling else receive(frame)
+            if values is None:
+                continue
+            heard = True
+            if stamp_ns > now_ns:  # it would look fresh for as long as it is ahead
+                self.from_future += 1
+                stamp_ns = now_ns
+            handlers[can_id](values, stamp_ns)
+        self.watch.checks(self._guard, self.from_future, now_ns)
+        if self.bus.step(status, heard, now_ns):
+            self._back_ns = now_ns
 
     @property
     def wheels(self) -> tuple[WheelState | None, ...]:
@@ -133,21 +152,26 @@ class Nodes:
         return self.tilt.track(since_ns)
 
     def wheel_age_ns(self, n: int, now_ns: int) -> int:
-        """Time since the last feedback of wheel 1 to 4; since the start of the run when none came."""
+        """Time since the last feedback of wheel 1 to 4, or since the bus passes frames; at first since the start."""
         told = self._wheels[n - 1].values
-        return now_ns - (told[1] if told else 0)
+        return now_ns - max(told[1] if told else 0, self._back_ns)
 
     def imu_age_ns(self, now_ns: int) -> int:
-        """Time since the last pair of IMU frames; since the start of the run when none came."""
-        return now_ns - self._imu_ns
+        """Time since the last pair of IMU frames, or as wheel_age_ns."""
+        return now_ns - max(self._imu_ns, self._back_ns)
 
     def heartbeat_age_ns(self, node: str, now_ns: int) -> int:
-        """Time since the last heartbeat of a node (a name of NODES); since the start of the run when none came."""
-        return now_ns - self._emergency.heard_ns.get(node, 0)
+        """Time since the last heartbeat of a node (a name of NODES), or as wheel_age_ns."""
+        return now_ns - max(self._emergency.heard_ns.get(node, 0), self._back_ns)
 
     def node_state(self, node: str) -> NodeState | None:
         """What a node's last heartbeat told; None when none came."""
         return self._emergency.states.get(node)
+
+    @property
+    def bus_well(self) -> bool:
+        """Whether the bus passes frames, and has for a moment."""
+        return self.bus.state is Bus.WELL
 
     @property
     def guard_counts(self) -> Counts:
@@ -250,6 +274,7 @@ class Nodes:
         for wheel, command in zip(self._wheels, self._commands):
             told = wheel.values[0] if wheel.values else (0.0, 0, 0.0, 0)
             items += [wheel.count, *told, int(command.mode), command.steer_rad, command.rate_radps]
+        items += [*self.bus.digest_items(), *self.watch.digest_items()]
         return (*items, *self.tilt.digest(), *(self._power[0] if self._power else ()))
 
     # -- handlers --------------------------------------------------------------------------------------------
@@ -264,7 +289,9 @@ class Nodes:
         for can_id, row in TABLE.items():
             if row.name.startswith("NODE_HEARTBEAT"):
                 table[can_id] = self._heartbeat_of(row.sender)
-            elif row.name.startswith("EMERGENCY_STOP") and row.sender != "COMPUTER":
+            elif row.sender == "COMPUTER":
+                table[can_id] = lambda _values, _stamp_ns: self.watch.copy_of_us()
+            elif row.name.startswith("EMERGENCY_STOP"):
                 table[can_id] = self._stop_of(row.sender)
         return table
 
@@ -277,6 +304,7 @@ class Nodes:
     def _heartbeat_of(self, node: str) -> Callable[[Any, int], None]:
         def handler(values: Any, stamp_ns: int) -> None:
             self._emergency.heartbeat(node, values.state, stamp_ns)
+            self.watch.heartbeat(node, values.dbc_version)
 
         return handler
 

@@ -121,13 +121,14 @@ class Follower:
 
     def _aim(self, sight: Sight) -> Aim:
         """The configured law's; from where the wheels cannot push that, the rolling law's or the closest that rolls."""
-        aim, fixed = LAWS[self._motion.law](sight, self._motion), fixed_wheel(self._wheels, self._rover)
+        aim = LAWS[self._motion.law](sight, self._motion)
         if all(wheel.steer_fixed_rad is None for wheel in self._wheels):
             return aim
         if not self._rolling and load_ratio(aim.twist, self._wheels, self._rover, _tilt_rad(sight.pose)) > DRAG_LIMIT:
             self._rolling = self._spinning = True
         if not self._rolling:
             return aim
+        fixed = fixed_wheel(self._wheels, self._rover)
         if fixed is None:
             return aim._replace(twist=rolling(aim.twist, self._wheels, self._rover))
         return roll(sight, fixed)

@@ -2,12 +2,14 @@
 
 Each channel is one MCAP topic with one message for each tick in which it has something. Little-endian; layouts:
 
-    /in/tick    tick u64, now_ns i64, can_state u8, can_send_failures u32, lidar_state u8, link_state u8,
-                health 5 x i64, then the ids (u32) of the jobs taken
+    /in/tick    tick u64, now_ns i64, lidar_state u8, link_state u8, health 5 x i64, then the ids (u32) of jobs taken
+    /in/bus     of a CAN bus that is not as at the start: state u8, send failures u32, openings u32, error frames by
+                kind 9 x u32, then the error's words
     /in/can     per frame: stamp_ns i64, id u16, length u8, data
     /in/lidar   per chunk: rx_ns i64, length u32, data
     /in/link    per message: rx_ns i64, accepted u8, station u8, kind u8, verdict length u8, payload length u16, both
-    /out/tick   state digest 8 B, CRC-32 of the four input messages (4 x u32), connect u8, then ids (u32) of new jobs
+    /out/tick   state digest 8 B, CRC-32 of the five input messages (5 x u32), connect u8 (1 LIDAR, 2 CAN), then
+                ids (u32) of new jobs
     /out/can    per frame: id u16, length u8, data          /out/lidar   bytes
     /out/link   per payload: kind u8, length u16, data      /out/event   JSON      /out/pose   6 x f64
 """
@@ -18,9 +20,11 @@ import json
 import struct
 import zlib
 
-from onboard.records import Chunk, Frame, Health, Inputs, LinkMessage, Outputs, PortState
+from onboard.records import BusStatus, BusTrouble, Chunk, Frame, Health, Inputs, LinkMessage, Outputs, PortState
 
-_TICK = struct.Struct("<QqBIBB5q")
+_TICK = struct.Struct("<QqBB5q")
+_BUS = struct.Struct(f"<BII{len(BusTrouble)}I")
+_CHECKS = struct.Struct("<5I")
 _FRAME_IN = struct.Struct("<qHB")
 _CHUNK = struct.Struct("<qI")
 _MESSAGE = struct.Struct("<qBBBBH")
@@ -28,7 +32,7 @@ _FRAME_OUT = struct.Struct("<HB")
 _PAYLOAD = struct.Struct("<BH")
 _POSE = struct.Struct("<6d")
 
-INPUTS = ("/in/tick", "/in/can", "/in/lidar", "/in/link")
+INPUTS = ("/in/tick", "/in/bus", "/in/can", "/in/lidar", "/in/link")
 OUTPUTS = ("/out/tick", "/out/can", "/out/lidar", "/out/link", "/out/event", "/out/pose")
 
 
@@ -36,10 +40,11 @@ def encode_inputs(inputs: Inputs) -> dict[str, bytes]:
     """Topic -> message, for the channels that have something; /in/tick always."""
     ids = b"".join(struct.pack("<I", job.job_id) for job in inputs.jobs)
     head = _TICK.pack(
-        inputs.tick, inputs.now_ns, inputs.can_state, inputs.can_send_failures, inputs.lidar_state, inputs.link_state,
-        *inputs.health,
+        inputs.tick, inputs.now_ns, inputs.lidar_state, inputs.link_state, *inputs.health,
     )
     messages = {"/in/tick": head + ids}
+    if inputs.can != BusStatus():
+        messages["/in/bus"] = _bus_bytes(inputs.can)
     if inputs.can_frames:
         messages["/in/can"] = b"".join(
             _FRAME_IN.pack(stamp, can_id, len(data)) + data for can_id, data, stamp in inputs.can_frames
@@ -58,16 +63,27 @@ def encode_inputs(inputs: Inputs) -> dict[str, bytes]:
 def decode_inputs(messages: dict[str, bytes]) -> tuple[Inputs, tuple[int, ...]]:
     """Inputs of one tick without the jobs' values, and the ids of the jobs whose results were taken."""
     raw = messages["/in/tick"]
-    tick, now_ns, can_state, failures, lidar_state, link_state, *health = _TICK.unpack_from(raw)
+    tick, now_ns, lidar_state, link_state, *health = _TICK.unpack_from(raw)
     ids = struct.unpack(f"<{(len(raw) - _TICK.size) // 4}I", raw[_TICK.size :])
     inputs = Inputs(
         tick, now_ns,
-        can_frames=_frames(messages.get("/in/can", b"")), can_state=PortState(can_state), can_send_failures=failures,
+        can_frames=_frames(messages.get("/in/can", b"")), can=_bus(messages.get("/in/bus", b"")),
         lidar_chunks=_chunks(messages.get("/in/lidar", b"")), lidar_state=PortState(lidar_state),
         link_messages=_link(messages.get("/in/link", b"")), link_state=PortState(link_state),
         health=Health(*health),
     )
     return inputs, ids
+
+
+def _bus_bytes(bus: BusStatus) -> bytes:
+    return _BUS.pack(bus.state, bus.send_failures, bus.openings, *bus.error_frames) + bus.error.encode()
+
+
+def _bus(raw: bytes) -> BusStatus:
+    if not raw:
+        return BusStatus()
+    state, failures, openings, *errors = _BUS.unpack_from(raw)
+    return BusStatus(PortState(state), raw[_BUS.size :].decode(), failures, openings, tuple(errors))
 
 
 def _frames(raw: bytes) -> tuple[Frame, ...]:
@@ -104,9 +120,10 @@ def _link(raw: bytes) -> tuple[LinkMessage, ...]:
 
 def encode_outputs(outputs: Outputs, inputs: dict[str, bytes]) -> dict[str, bytes]:
     """Topic -> message of one tick's outputs; /out/tick guards the inputs it was computed from."""
-    checks = struct.pack("<4I", *(zlib.crc32(inputs.get(topic, b"")) for topic in INPUTS))
+    checks = _CHECKS.pack(*(zlib.crc32(inputs.get(topic, b"")) for topic in INPUTS))
     ids = b"".join(struct.pack("<I", job.job_id) for job in outputs.jobs)
-    messages = {"/out/tick": outputs.state_digest + checks + bytes([outputs.lidar_connect]) + ids}
+    connect = outputs.lidar_connect | outputs.can_connect << 1
+    messages = {"/out/tick": outputs.state_digest + checks + bytes([connect]) + ids}
     if outputs.can_frames:
         messages["/out/can"] = b"".join(
             _FRAME_OUT.pack(can_id, len(data)) + data for can_id, data, _ in outputs.can_frames
@@ -126,4 +143,4 @@ def encode_outputs(outputs: Outputs, inputs: dict[str, bytes]) -> dict[str, byte
 
 def input_checks(out_tick: bytes) -> dict[str, int]:
     """CRC-32 of each input channel as the tick's output remembers it."""
-    return dict(zip(INPUTS, struct.unpack_from("<4I", out_tick, 8)))
+    return dict(zip(INPUTS, _CHECKS.unpack_from(out_tick, 8)))

@@ -3,6 +3,8 @@
 import json
 import os
 import signal
+import socket
+import struct
 import subprocess
 import sys
 from pathlib import Path
@@ -13,6 +15,7 @@ from typer.testing import CliRunner
 from hil.__main__ import app
 from hil.can_command import faulty, serve
 from hil.can_hub import CanHub
+from hil.can_socket import CanSocket
 from hil.can_stand import FAULTS, TICK_NS, Stand
 from onboard.config import ConfigError
 from onboard.records import Frame
@@ -101,3 +104,38 @@ def test_it_tells_its_address_serves_a_client_and_ends_with_ctrl_c():
     assert {node["name"] for node in report["nodes"] if node["beat"]} == {
         "WHEEL_1", "WHEEL_2", "WHEEL_3", "WHEEL_4", "TILT", "IMU", "POWER"}  # fmt: skip
     assert (process.returncode, said) == (0, "hil can: ended by Ctrl-C\n")
+
+
+class Raw:
+    """Stands in for a raw CAN socket where the kernel has none: whole frames, in order, through a pair of sockets."""
+
+    AF_CAN = SOCK_RAW = CAN_RAW = 0
+
+    def __init__(self):
+        self._near, self.far = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+
+    def socket(self, *_):
+        return self
+
+    def bind(self, address):
+        self.bound = address
+
+    def __getattr__(self, name):
+        return getattr(self._near, name)
+
+
+def test_the_stand_serves_an_interface_of_the_kernel_as_it_serves_the_hub(monkeypatch):
+    monkeypatch.setattr("hil.can_socket.socket", raw := Raw())
+    wire, stand, layout = CanSocket("socketcan:vcan0"), Stand(), struct.Struct("=IB3x8s")
+    order = Sender().encode(0x101, WheelMode.HOLD, 0.3, 0.0)
+    raw.far.send(layout.pack(0x101, 8, order))
+    assert wire.read(7) == [Frame(0x101, order, 7)] and wire.read(8) == [] and wire.received == 1
+    raw.far.send(layout.pack(0x101, 8, order))
+    serve(wire, stand, lambda now_ns: now_ns < 3 * TICK_NS)
+    twin = Stand()
+    expected = [frame for n in (1, 2, 3) for frame in twin.step((), n * TICK_NS)]
+    got = [layout.unpack(raw.far.recv(16)) for _ in range(wire.sent)]
+    assert raw.bound == ("vcan0",) and [can_id for can_id, _, _ in got] == [f.can_id for f in expected]
+    assert stand.nodes.wheels[0].drive().steer_rad == pytest.approx(0.3)
+    wire.close()
+    raw.far.close()

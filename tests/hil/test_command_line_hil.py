@@ -31,3 +31,11 @@ def test_a_terrain_that_is_none_is_one_line_and_exit_64():
     done = hil("-m", "hil", "demo", "--terrain", "moon")
     assert done.returncode == 64
     assert done.stderr == "hil: --terrain 'moon' should be one of fbm, craters, flat, real\n"
+
+
+def test_a_can_interface_that_is_not_there_is_named_with_its_cure_and_exit_69(tmp_path):
+    scenario = "hil/scenarios/wheel_silent.toml"
+    done = hil("-m", "hil", "run", scenario, "--can", "socketcan:vcan7", "--out", str(tmp_path))
+    assert done.returncode == 69
+    assert "hil: socketcan:vcan7 cannot be opened" in done.stderr
+    assert "ip link add vcan7 type vcan" in done.stderr

@@ -12,6 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from hil.can_wire import CanWire
 from hil.devices.lidar import Lidar
 from hil.devices.nodes import build_nodes
 from hil.records import PlantState, WheelTruth
@@ -80,7 +81,7 @@ class CoreBench:
         self.pose = [0.0, 0.0, 0.0]
         self.reports, self.events, self.phases = [], [], []
         self.ordered, self.digests, self.inputs, self.outputs = {}, [], None, None
-        self.can_state, self.lidar_plugged = PortState.OPEN, True
+        self.wire, self.lidar_plugged = CanWire(seed), True
         self.job_late_ticks, self.tilt_rad, self.noise = 0, 0.0, ()
         self.grip, self._speed = 1.0, (0.0, 0.0)
         self._posts, self._guard = posts, Guard()
@@ -155,7 +156,8 @@ class CoreBench:
         self.tick += 1
         now_ns, was = self.now_ns, self.phase
         inputs = self.inputs = Inputs(
-            self.tick, now_ns, can_frames=(*self._frames, *self.noise), can_state=self.can_state,
+            self.tick, now_ns, can_frames=(*self.wire.to_computer(self._frames, now_ns), *self.noise),
+            can=self._can_status(),
             lidar_chunks=tuple(self._bytes), lidar_state=PortState.OPEN if self._lidar_open else PortState.CLOSED,
             link_messages=tuple(self._messages), jobs=self._done(),
         )
@@ -214,6 +216,10 @@ class CoreBench:
         self._jobs = [job for job in self._jobs if job not in due]
         return tuple(JobDone(job.job_id, perform(job)) for job in due)
 
+    def _can_status(self):
+        self.wire.errors()
+        return self.wire.status
+
     def _advance(self, until_ns):
         hubs = []
         for n, (wheel, drive) in enumerate(zip(self._wheels, self.nodes.drives())):
@@ -257,7 +263,9 @@ class CoreBench:
         )
 
     def _deliver(self, outputs, now_ns):
-        for frame in outputs.can_frames:
+        if outputs.can_connect:
+            self.wire.connect()
+        for frame in self.wire.to_nodes(outputs.can_frames):
             self.nodes.receive(frame, now_ns)
             values = self._guard.receive(frame)
             if 0x101 <= frame.can_id <= 0x104:

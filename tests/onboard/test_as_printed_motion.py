@@ -57,6 +57,24 @@ def test_eq_37_divides_by_zero_when_the_rover_heads_south():
         eq_37(0, Going(0.11, math.pi / 2, 0.0), -math.pi / 2, VEHICLE)
 
 
+def test_eq_37s_other_form_drives_too_slowly_by_the_same_cosine_and_divides_by_zero_heading_west():
+    north, steer = math.pi / 2, wheel_angles(Twist(0.11, 0.0, 0.3), ROVER)[0]
+    assert eq_37(0, Going(0.11, north, 0.3), steer, VEHICLE) * VEHICLE.r_m == pytest.approx(0.035, abs=1e-9)
+    with pytest.raises(ZeroDivisionError):
+        eq_37(0, Going(0.11, WEST, 0.1), -WEST, VEHICLE)
+    assert abs(eq_37(0, Going(0.11, WEST, 0.1), 0.0, VEHICLE)) > 1e14  # straight wheels; sin(180 degrees) is 1e-16
+
+
+def test_eq_37s_two_forms_jump_at_45_degrees_with_the_angles_of_eq_34():
+    def rates(steer):
+        return [eq_37(0, Going(0.11, math.pi / 4 + step, 0.1), steer, VEHICLE) for step in (0.0, 1e-9)]
+
+    right = wheel_angles(Twist(0.11, 0.0, 0.1), ROVER)[0]
+    assert rates(right)[1] == pytest.approx(rates(right)[0], rel=1e-6)
+    below, above = rates(eq_34(0, Going(0.11, math.pi / 4, 0.1), VEHICLE))
+    assert above / below > 4.0
+
+
 def test_eq_40_turns_a_rover_that_already_heads_for_the_carrot():
     straight_wheels, carrot = 0.0, math.pi / 2  # the rover heads north, the carrot is north
     assert eq_38_40(0.8, carrot, straight_wheels) == pytest.approx(0.8 * math.pi / 2)

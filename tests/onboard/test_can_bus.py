@@ -4,12 +4,14 @@ import socket
 import threading
 import time
 
+import can
 import pytest
+from can.interfaces.virtual import VirtualBus
 
 from hil.can_hub import QUEUE_BYTES, CanHub
 from onboard.config import ConfigError
-from onboard.drivers import can_bus
 from onboard.drivers.can_bus import open_bus
+from onboard.drivers.can_socketcan import KernelBus
 from onboard.records import Frame, PortState
 
 FRAMES = [Frame(0x100 + n, bytes([n, 0, 0xFF, 1, 2, 3, 4, 5]), 1_000_000 * n) for n in range(30)]
@@ -289,8 +291,8 @@ class CanHubPort:
 
 
 def test_the_kernels_stamps_count_back_from_the_reading(monkeypatch):
-    bus = can_bus._SocketcanBus(can_bus.VirtualBus("stamps"))
+    bus = KernelBus(VirtualBus("stamps"))
     monkeypatch.setattr(time, "time", lambda: 100.0)
-    message = can_bus.can.Message(timestamp=99.996)
+    message = can.Message(timestamp=99.996)
     assert bus._stamp_ns(message, 5_000_000_000) == pytest.approx(4_996_000_000, abs=1000)
     bus.close()

@@ -190,7 +190,8 @@ def test_only_and_node_show_what_they_name():
     (("missing.blf",), 66, "missing.blf cannot be read: No such file or directory"),
     (("tests",), 66, "tests cannot be read: Is a directory"),
     (("-", "--only", "TILT_FEEDBAK"), 64, "rover.dbc has no frame TILT_FEEDBAK; did you mean TILT_FEEDBACK?"),
-    (("-", "--node", "xyz"), 64, "no node xyz: rover.dbc has COMPUTER, WHEEL_1, WHEEL_2, WHEEL_3, WHEEL_4, TILT ..."),
+    (("-", "--node", "xyz"), 64, "rover.dbc has no node xyz; it has COMPUTER, WHEEL_1, WHEEL_2, WHEEL_3, WHEEL_4, "
+                               "TILT ..."),
     (("pyproject.toml",), 65, "pyproject.toml is no log of a CAN bus: candump (-L or not), .asc and .blf are read"),
     (("--bus", "can0"), 78, "can.uri = 'can0' names no bus"),
     (("--bus", "socketcand:127.0.0.1:1/can0"), 69, "socketcand:127.0.0.1:1/can0 cannot be opened"),
@@ -215,3 +216,16 @@ def test_every_signal_of_every_frame_has_a_text():
         low = [s.low for s in FRAMES[can_id].signals if s.name in row.fields]
         line = line_of(Decoder().receive(Heard(0, can_id, row.encode(*low, 0))))
         assert all(f"  {name} " in line for name in row.fields)
+
+
+def test_many_bad_lines_are_counted_and_a_file_without_a_good_one_is_given_up_at_once(tmp_path):
+    path = tmp_path / "noisy.log"
+    path.write_text(log((0, 0x181, wheel(0))) + "noise\n" * 50 + log((10, 0x181, wheel(1))))
+    got = run(str(path))
+    assert got.exit_code == 0 and len(got.stdout.splitlines()) == 2
+    assert got.stderr.splitlines()[19:] == [
+        f"onboard: {path}:21: no line of candump: 'noise'", f"onboard: {path}: 30 more lines are none of candump"]
+    path.write_text("noise\n" * 1000 + log((10, 0x181, wheel(1))))
+    got = run(str(path))
+    assert got.exit_code == 65 and got.stdout == "" and len(got.stderr.splitlines()) == 1
+    assert got.stderr.endswith(f"{path}:1: no line of candump: 'noise'\n")

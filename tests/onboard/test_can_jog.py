@@ -14,6 +14,7 @@ from hil.can_command import faulty
 from hil.can_hub import CanHub
 from hil.can_stand import TICK_NS, Stand
 from onboard.__main__ import app
+from onboard.bus_guard.rules import BusGuard
 from onboard.can_tool import move
 from onboard.can_tool.jog import Jog, Phase
 from onboard.config import Can, Rover
@@ -33,7 +34,7 @@ class Hand:
     def __init__(self, asked, faults=()):
         self.stand = faulty(Stand(), list(faults))
         self.jog = Jog(asked, ROVER, Can())
-        self.sent, self.phases, self.now_ns = [], [], 0
+        self.sent, self.frames, self.phases, self.now_ns = [], [], [], 0
         self._out = ()
 
     def run(self, ticks=2000, at=None, extra=None):
@@ -44,6 +45,7 @@ class Hand:
                 at = None
             frames = [*self.stand.step(self._out, self.now_ns), *((extra(self.now_ns),) if extra else ())]
             self._out = self.jog.tick(frames, self.now_ns)
+            self.frames += [(self.now_ns, frame) for frame in self._out]
             self.sent += [(self.now_ns, f.can_id, TABLE[f.can_id].decode(f.data)) for f in self._out]
             if not self.phases or self.phases[-1] is not self.jog.phase:
                 self.phases.append(self.jog.phase)
@@ -96,6 +98,15 @@ def test_the_axis_tilts_and_home_brings_all_back():
     again.now_ns = hand.now_ns
     assert again.run().problem == "" and again.jog.nodes.tilt_angle_rad == pytest.approx(0.0, abs=0.02)
     assert all(abs(wheel.steer_rad) < 0.02 for wheel in again.jog.nodes.wheels)
+
+
+def test_the_guard_of_the_bus_has_no_objection_to_a_movement():
+    for asked in (move.turn(2, -2.0, 3.0, ROVER), move.home(), move.steer(1, 1.8, 8.0, ROVER)):
+        hand, guard = Hand(asked), BusGuard(ROVER, 0)
+        hand.run()
+        for now_ns in range(0, hand.now_ns, TICK_NS):
+            frames = [f._replace(stamp_ns=now_ns) for at_ns, f in hand.frames if at_ns == now_ns]
+            assert not guard.step(now_ns, frames) and guard.verdict is None
 
 
 @pytest.mark.parametrize(("faults", "asked", "told"), [

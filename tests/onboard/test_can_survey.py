@@ -140,6 +140,14 @@ def test_watch_prints_the_newest_of_each_frame_once_a_second_where_there_is_no_t
     assert len(rows[-1]["frames"]) == sum(layout.sender in NEEDED and not layout.event for layout in FRAMES.values())
 
 
+def test_watch_is_a_table_in_a_terminal(world):
+    world.monkeypatch.setenv("FORCE_COLOR", "1")
+    world.monkeypatch.setenv("COLUMNS", "120")
+    lines = world.run("watch", "--node", "WHEEL_1", "--seconds", "2", faults=["silent=IMU"]).stdout.splitlines()
+    row = next(line for line in reversed(lines) if "WHEEL_1_FEEDBACK" in line).split()
+    assert row[1:4] == ["100", "0", "steer_rad"] and "state" in row and not any("WHEEL_2" in line for line in lines)
+
+
 def test_decode_of_a_live_bus_ends_with_ctrl_c_and_still_sums_up(world):
     got = world.run("decode", "--errors", at={150: lambda _: os.kill(os.getpid(), signal.SIGINT)})
     assert got.exit_code == 0

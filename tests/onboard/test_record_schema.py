@@ -4,7 +4,18 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from onboard.record.schema import decode_inputs, encode_inputs, encode_outputs, input_checks
-from onboard.records import Chunk, Frame, Health, Inputs, JobDone, LinkMessage, Outputs, PortState
+from onboard.records import (
+    BusStatus,
+    BusTrouble,
+    Chunk,
+    Frame,
+    Health,
+    Inputs,
+    JobDone,
+    LinkMessage,
+    Outputs,
+    PortState,
+)
 
 TIMES = st.integers(0, 2**50)
 STATES = st.sampled_from(PortState)
@@ -13,8 +24,8 @@ INPUTS = st.builds(
     tick=st.integers(0, 2**40),
     now_ns=TIMES,
     can_frames=st.lists(st.builds(Frame, st.integers(0, 2047), st.binary(max_size=8), TIMES), max_size=5).map(tuple),
-    can_state=STATES,
-    can_send_failures=st.integers(0, 2**31),
+    can=st.builds(BusStatus, STATES, st.text(max_size=40), st.integers(0, 2**31), st.integers(0, 2**31),
+                  st.tuples(*[st.integers(0, 2**31)] * len(BusTrouble))),
     lidar_chunks=st.lists(st.builds(Chunk, TIMES, st.binary(max_size=100)), max_size=4).map(tuple),
     lidar_state=STATES,
     link_messages=st.lists(

@@ -10,6 +10,8 @@ from pathlib import Path
 
 import pytest
 
+from hil.can_hub import CanHub
+
 ROOT = Path(__file__).parents[2]
 EX_UNAVAILABLE, EX_CONFIG = 69, 78
 
@@ -64,6 +66,25 @@ def test_without_scanner_and_link_it_runs_and_a_signal_ends_it_with_a_whole_reco
         verdict, complaints = replay.communicate(timeout=120)
         assert (replay.returncode, complaints) == (0, "")
         assert verdict.startswith("identical: ")
+
+
+def test_a_can_server_that_is_not_there_is_named_and_waited_for_and_the_bus_is_used_when_it_comes(tmp_path):
+    hub = CanHub()
+    hub.listen(False)
+    settings = alone(tmp_path / "onboard.mcap") | {"can__uri": hub.uri}
+    with started("run", **settings) as program:
+        assert program.stderr.readline().startswith("onboard: running: wall clock")
+        told = iter(program.stderr.readline, "")
+        assert next(line for line in told if "can: " in line).startswith(f"onboard: can: {hub.uri} cannot be opened")
+        hub.listen(True)
+        hub.wait_client(0, 60.0)
+        while not (heard := hub.read()):
+            hub.wait(10.0)
+        assert {frame.can_id for frame in heard} <= {0x080, 0x100, 0x101, 0x102, 0x103, 0x104, 0x120, 0x300}
+        assert next(line for line in told if "can: " in line) == "onboard: can: is well\n"
+        program.send_signal(signal.SIGTERM)
+        assert program.wait(60) == 0
+    hub.close()
 
 
 @pytest.mark.skipif(Path("/proc/net/can").exists(), reason="this kernel has AF_CAN")

@@ -137,10 +137,16 @@ def _row(seed: int, bench: InMemory, truth: _Truth) -> Row:
         seed=seed, fault=fault, wheel=wheel,
         took_s=round(found.now_ns / NS - truth.violated_tick / TICKS_PER_S, 2) if found and shown else -1.0,
         way_m=round(truth.way_m, 2), shown=shown,
-        found=found.text.partition(":")[0] if found else "",
+        found=_short(found.text) if found else "",
         others=tuple(event.text.partition(":")[0] for event in named[:at]),
         answer=after[0] if after else "",
     )  # fmt: skip
+
+
+def _short(text: str) -> str:
+    """The row's name and the wheels, of an event's text."""
+    name, wheels = text.partition(":")[0], text.rpartition(" (wheel ")
+    return f"{name} (wheel {wheels[2]}" if wheels[1] else name
 
 
 def judge(rows: Sequence[Row]) -> list[str]:
@@ -151,7 +157,7 @@ def judge(rows: Sequence[Row]) -> list[str]:
     short = []
     for row in rows:
         name = CASES[row.seed % len(CASES)][1]
-        wanted = name + (f" of wheel {row.wheel}" if row.wheel else "")
+        wanted = name + (f" (wheel {row.wheel})" if row.wheel else "")
         allowed = ("SLIP_HIGH",) if name == "NOT_MOVING" else ()
         late = row.way_m > WAYS_M[name] if name in WAYS_M else row.took_s > BY_NAME[name].detect_s
         if row.shown and row.found != wanted:

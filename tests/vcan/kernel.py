@@ -8,7 +8,7 @@ import shutil
 import subprocess
 from pathlib import Path
 
-NEEDED = ("virtio_pci", "9pnet_virtio", "9p", "can_raw", "vcan")
+NEEDED = ("virtio_pci", "9pnet_virtio", "9p", "can_raw", "vcan", "sch_tbf")  # the last: a slow queue before vcan
 _XZ = b"\xfd7zXZ\0"
 
 

@@ -90,6 +90,16 @@ def test_error_frames_are_counted_and_not_returned(rover, wire, raw):
     assert (rover.error_frames, rover.state) == (1, PortState.OPEN)
 
 
+def test_the_bench_sends_error_frames_as_a_driver_does(rover, wire, raw):
+    raw.setsockopt(socket.SOL_CAN_RAW, socket.CAN_RAW_ERR_FILTER, 0x1FFF_FFFF)
+    wire.write_error(BUS_OFF)
+    wire.write_error(0x04, 0x30)
+    assert rover.read_upto(2, [0, 0], LIMIT_S) == [] and rover.error_frames == 2
+    assert struct.unpack("=IB3x8s", raw.recv(16)) == (ERROR_FLAG | BUS_OFF, 8, bytes(8))
+    assert struct.unpack("=IB3x8s", raw.recv(16)) == (ERROR_FLAG | 0x04, 8, b"\0\x30\0\0\0\0\0\0")
+    assert wire.sent == 2
+
+
 def test_bus_off_is_a_state_until_the_controller_restarts(rover, raw):
     send_error(raw, BUS_OFF)
     assert rover.read(0) == [] and rover.state is PortState.ERROR
@@ -115,9 +125,9 @@ def test_frames_cross_again_when_the_interface_is_up_again(rover, interface):
         assert plain(wire.read_upto(0, 40, LIMIT_S)) == plain(FRAMES)
 
 
-def test_an_interface_that_is_removed_is_an_error(rover, interface):
+def test_an_interface_that_is_removed_is_no_open_bus_and_never_blocks(rover, interface):
     ip_link("del", interface)
-    assert rover.read(0) == [] and rover.state is PortState.ERROR
+    assert rover.read(0) == [] and rover.state is not PortState.OPEN
     assert rover.write(FRAMES) == len(FRAMES)
 
 
@@ -127,6 +137,15 @@ def test_a_bus_that_is_not_there_is_named_with_the_commands_that_make_it():
             opener("socketcan:vcan7")
     with pytest.raises(NoInterfaceError, match="socketcan:INTERFACE"):
         CanSocket("socketcand:127.0.0.1:29536/rover")
+
+
+def test_faults_that_need_the_hub_end_the_run_and_say_so(wire):
+    wire.listen(True)
+    for fault in (lambda: wire.listen(False), lambda: wire.disconnect(0)):
+        with pytest.raises(ConnectionError, match="use the bench's hub"):
+            fault()
+    with pytest.raises(ConnectionError, match="only the bench's hub"):
+        wire.wait_client(1, LIMIT_S)
 
 
 @pytest.mark.parametrize("end", ["down", "removed"])

@@ -1,0 +1,135 @@
+"""The CAN bus of the bench between the nodes and the computer's controller, with what a scenario does to it.
+
+    nodes -- to_computer --> foreign, twin, babble, corrupt, future --> computer          nothing either way while it is
+    nodes <-- to_nodes ----------------------------------------------- computer           unplugged or bus-off
+
+An error frame goes to the computer alone. `status` is what a controller's driver would say of it.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from onboard.ports import BUS_CLOSED, BUS_WORDS
+from onboard.records import BusStatus, BusTrouble, Frame, PortState
+from protocol.can_codec import DBC_VERSION, TABLE
+from protocol.conventions import TICK_NS
+
+BABBLE_PER_TICK = 10  # 1000 frames a second
+TWIN_LAG = 7  # of the second node's alive counter
+ERROR_FRAMES = {  # kind -> SocketCAN's error class, byte 1 of the data
+    BusTrouble.BUS_OFF: (0x40, 0x00), BusTrouble.RESTARTED: (0x100, 0x00), BusTrouble.PASSIVE: (0x04, 0x30),
+    BusTrouble.ACTIVE: (0x04, 0x40), BusTrouble.BUS_ERROR: (0x88, 0x00),
+}  # fmt: skip
+_HEARTBEAT = "NODE_HEARTBEAT_"
+
+
+class CanWire:
+    """The wire of one run. What a fault changes is an attribute:
+
+    corrupt_ratio: share of the frames with a wrong bit. babble_id: sent again and again. foreign, twin: a node's name.
+    ahead_ns: how far in the future the stamps are.
+    """
+
+    def __init__(self, seed: int) -> None:
+        self._rng = np.random.default_rng([seed, 0xB5])
+        self.plugged, self.connected, self.bus_off = True, True, False
+        self.corrupt_ratio, self.ahead_ns = 0.0, 0
+        self.babble_id: int | None = None
+        self.foreign = self.twin = ""
+        self._errors: list[BusTrouble] = []
+        self._told = [0] * len(BusTrouble)
+        self._word, self._openings, self._refused = "", 1, 0
+        self._newest: dict[int, bytes] = {}
+
+    def error(self, kind: BusTrouble) -> None:
+        """The controller tells of it with the next tick's frames."""
+        self._errors.append(kind)
+        if kind in (BusTrouble.BUS_OFF, BusTrouble.RESTARTED):
+            self.bus_off = kind is BusTrouble.BUS_OFF
+
+    def to_computer(self, frames: list[Frame], now_ns: int) -> list[Frame]:
+        """The frames of the nodes as the computer receives them."""
+        if not self.connected or self.bus_off:
+            return []
+        frames = [self._translated(frame) for frame in frames]
+        self._newest.update((frame.can_id, frame.data) for frame in frames)
+        frames += [self._of_twin(frame) for frame in frames if self.twin == _sender(frame)]
+        frames += self._babble(now_ns)
+        frames.sort(key=lambda frame: (frame.stamp_ns, frame.can_id))
+        if self.corrupt_ratio:
+            frames = [self._corrupted(frame) if hit else frame for frame, hit in self._draw(frames)]
+        return [Frame(f.can_id, f.data, f.stamp_ns + self.ahead_ns) for f in frames] if self.ahead_ns else frames
+
+    def to_nodes(self, frames: list[Frame]) -> list[Frame]:
+        """The frames of the computer that the nodes hear."""
+        if not self.connected:
+            self._refused += len(frames)
+        return frames if self.connected and not self.bus_off else []
+
+    def errors(self) -> list[BusTrouble]:
+        """The error frames since the last call; one that finds the computer unplugged is lost."""
+        errors, self._errors = self._errors, []
+        if not self.connected:
+            return []
+        for kind in errors:
+            self._told[kind] += 1
+            self._word = BUS_WORDS.get(kind, "")
+        return errors
+
+    def unplug(self) -> None:
+        """The computer's port is closed from now on; plug() lets it be opened again."""
+        self.plugged = self.connected = False
+
+    def hang_up(self) -> None:
+        """As unplug() and plug() at once: closed, and free to be opened."""
+        self.connected = False
+
+    def plug(self) -> None:
+        """The next attempt to open the port succeeds."""
+        self.plugged = True
+
+    def connect(self) -> None:
+        """The computer tries to open its port anew."""
+        self._openings += 1
+        self.connected, self._word = self.plugged, ""
+
+    @property
+    def status(self) -> BusStatus:
+        """After the newest errors(); for a computer without sockets."""
+        state = PortState.CLOSED if not self.connected else PortState.ERROR if self.bus_off else PortState.OPEN
+        word = self._word if self.connected else BUS_CLOSED
+        return BusStatus(state, word, self._refused, self._openings, tuple(self._told))
+
+    def _translated(self, frame: Frame) -> Frame:
+        """A heartbeat of the foreign node with another DBC version in it."""
+        row = TABLE[frame.can_id]
+        if self.foreign and row.name == _HEARTBEAT + self.foreign:
+            values = row.decode(frame.data)._replace(dbc_version=DBC_VERSION + 1 & 0xFF)
+            return Frame(frame.can_id, row.encode(*values, frame.data[6] >> 4), frame.stamp_ns)
+        return frame
+
+    def _of_twin(self, frame: Frame) -> Frame:
+        """The same word from a second node, which counts from elsewhere."""
+        row = TABLE[frame.can_id]
+        counter = (frame.data[6] >> 4) + TWIN_LAG & 15
+        return Frame(frame.can_id, row.encode(*row.decode(frame.data), counter), frame.stamp_ns)
+
+    def _babble(self, now_ns: int) -> list[Frame]:
+        """The newest frame of an id, or zeros, all through the tick before now."""
+        if self.babble_id is None:
+            return []
+        data, step_ns = self._newest.get(self.babble_id, bytes(8)), TICK_NS // BABBLE_PER_TICK
+        return [Frame(self.babble_id, data, now_ns - k * step_ns) for k in range(BABBLE_PER_TICK)]
+
+    def _draw(self, frames: list[Frame]) -> list[tuple[Frame, bool]]:
+        return list(zip(frames, (self._rng.random(len(frames)) < self.corrupt_ratio).tolist(), strict=True))
+
+    def _corrupted(self, frame: Frame) -> Frame:
+        bit = 1 << int(self._rng.integers(64))
+        data = (int.from_bytes(frame.data, "little") ^ bit).to_bytes(8, "little")
+        return Frame(frame.can_id, data, frame.stamp_ns)
+
+
+def _sender(frame: Frame) -> str:
+    return TABLE[frame.can_id].sender

@@ -1,0 +1,46 @@
+"""The monitors of the CAN bus: when its rows of protocol.faults hold, when they are over the limit, what they say."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+from onboard.devices.nodes import Nodes
+from protocol.can_codec import DBC_VERSION
+
+MONITORS: Mapping[str, Callable[[Nodes], bool]] = {
+    "CAN_BUS_OFF": lambda nodes: not nodes.bus_well,
+    "CAN_BABBLE": lambda nodes: bool(nodes.watch.babbling),
+    "CAN_CORRUPT": lambda nodes: nodes.watch.corrupt,
+    "NODE_FOREIGN": lambda nodes: bool(nodes.watch.foreign),
+    "NODE_TWICE": lambda nodes: bool(nodes.watch.twins),
+}
+
+LIMITS: Mapping[str, Callable[[Nodes], bool]] = {
+    "CAN_BUS_OFF": lambda nodes: nodes.bus.used_up,
+    "CAN_BABBLE": lambda nodes: nodes.watch.overloaded,
+    "CAN_CORRUPT": lambda nodes: nodes.watch.rotten,
+}
+
+
+def _ids(nodes: Nodes) -> str:
+    return "far above their rates: " + ", ".join(f"{can_id:#05x}" for can_id in sorted(nodes.watch.babbling))
+
+
+def _counts(nodes: Nodes) -> str:
+    counts = nodes.guard_counts
+    return (f"since the start {counts.crc} checksums, {counts.lost} lost, {counts.repeated} repeated, "
+            f"{counts.out_of_range + counts.length} malformed, {nodes.from_future} from the future")
+
+
+def _versions(nodes: Nodes) -> str:
+    told = ", ".join(f"{node} {version}" for node, version in sorted(nodes.watch.foreign.items()))
+    return f"DBC version of {told}; ours is {DBC_VERSION}"
+
+
+WORDS: Mapping[str, Callable[[Nodes], str]] = {
+    "CAN_BUS_OFF": lambda nodes: nodes.bus.words,
+    "CAN_BABBLE": _ids,
+    "CAN_CORRUPT": _counts,
+    "NODE_FOREIGN": _versions,
+    "NODE_TWICE": lambda nodes: "two alive counters from " + ", ".join(nodes.watch.twins),
+}

@@ -1,0 +1,170 @@
+"""One open CAN bus: what every kind of bus has in common, and all there is of the virtual one."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+
+import can
+
+from onboard.drivers.can_errors import FULL, GONE, kind_of, words_of
+from onboard.ports import BUS_WORDS
+from onboard.records import BusTrouble, Frame, PortState
+
+_UNTIL_GOOD = (BusTrouble.PASSIVE, BusTrouble.WARNING)  # states of the controller: they hold until it is active again
+
+
+class CanBus:
+    """One open bus. `received` and `sent` count frames since it was opened; `state` is what the last call saw.
+
+    Error frames of the controller count in `received`, are not returned, and set `state`: ERROR at bus-off, OPEN again
+    at a restart or with the next data frame. An interface that is down is ERROR likewise; one that is gone is CLOSED.
+    errors: error frames by BusTrouble. error: one line, what is wrong now; empty while all is well.
+    """
+
+    def __init__(self, bus: can.BusABC) -> None:
+        self._bus = bus
+        self.received = self.sent = 0
+        self.errors = [0] * len(BusTrouble)
+        self.state = PortState.OPEN
+        self._words = {"port": "", "controller": "", "queue": ""}
+
+    @property
+    def error(self) -> str:
+        """What is wrong now, for people."""
+        return "; ".join(word for word in self._words.values() if word)
+
+    @property
+    def error_frames(self) -> int:
+        """Error frames of every kind."""
+        return sum(self.errors)
+
+    def fileno(self) -> int:
+        """For poll(); -1 for a virtual bus."""
+        return -1
+
+    def read(self, stamp_ns: int) -> list[Frame]:
+        """The frames that are there now, stamped `stamp_ns`; never waits."""
+        frames: list[Frame] = []
+        while (message := self._receive()) is not None:
+            if self._counted(message):
+                frames.append(Frame(message.arbitration_id, bytes(message.data), self._stamp_ns(message, stamp_ns)))
+        return frames
+
+    def read_upto(self, total: int, stamps_us: Sequence[int], limit_s: float) -> list[Frame]:
+        """Lock-step: waits until `total` frames were received since the opening; `stamps_us`: one for each new frame.
+
+        Returns fewer when the bus closes (see `state`). Raises TimeoutError with both counts after `limit_s`,
+        ValueError when the stamps are not as many as the new frames.
+        """
+        if len(stamps_us) != max(0, total - self.received):
+            raise ValueError(f"{len(stamps_us)} stamps for frames {self.received} to {total}")
+        frames: list[Frame] = []
+        deadline = time.monotonic() + limit_s
+        for stamp_us in stamps_us:
+            while (message := self._receive()) is None:
+                left = deadline - time.monotonic()
+                if self.state is PortState.CLOSED:
+                    return frames
+                if left <= 0:
+                    raise TimeoutError(f"CAN: {self.received} of {total} frames came within {limit_s:g} s")
+                self._wait(left)
+            if self._counted(message):
+                frames.append(Frame(message.arbitration_id, bytes(message.data), stamp_us * 1000))
+        return frames
+
+    def write(self, frames: Sequence[Frame]) -> int:
+        """Sends what the bus takes at once, in order; the number of frames that it did not take. Never waits.
+
+        What is not taken is dropped: the next tick has newer orders. After the first refusal of a tick the rest of its
+        frames is not tried.
+        """
+        if self.state is PortState.CLOSED:
+            return len(frames)
+        for done, frame in enumerate(frames):
+            try:
+                self._bus.send(message_of(frame), timeout=0)
+            except (can.CanError, OSError) as error:
+                self._refused(error)
+                return len(frames) - done
+            self.sent += 1
+        if frames:
+            self._words["queue"] = ""
+        return 0
+
+    def close(self) -> None:
+        """Closes the bus; harmless when it is closed."""
+        self.state = PortState.CLOSED
+        self._bus.shutdown()
+
+    def _receive(self) -> can.Message | None:
+        """The next message that is there, else None; what the bus raises becomes the state."""
+        if self.state is PortState.CLOSED:
+            return None
+        try:
+            return self._bus.recv(0)
+        except (can.CanError, OSError) as error:
+            if errno_of(error) not in FULL:  # EAGAIN: another read was faster
+                self._failed(error)
+            return None
+
+    def _refused(self, error: Exception) -> None:
+        number = errno_of(error)
+        if number in FULL or number is None:  # None: python-can found the socket's buffer full
+            self._words["queue"] = words_of(FULL[0], "")
+        else:
+            self._failed(error)
+
+    def _failed(self, error: Exception) -> None:
+        number = errno_of(error)
+        self.state = PortState.CLOSED if number in GONE else PortState.ERROR
+        self._words["port"] = words_of(number, str(error))
+
+    def _wait(self, limit_s: float) -> None:
+        """Waits until something may have come."""
+        time.sleep(min(limit_s, 0.0005))
+
+    def _stamp_ns(self, _message: can.Message, stamp_ns: int) -> int:
+        return stamp_ns
+
+    def _counted(self, message: can.Message) -> bool:
+        """Books a message; whether it is a data frame of the rover's kind."""
+        self.received += 1
+        if message.is_error_frame:
+            detail = message.data[1] if len(message.data) > 1 else message.arbitration_id >> 16 & 0xFF
+            self._book(kind_of(message.arbitration_id, detail))
+        elif self.state is PortState.ERROR:
+            self._well()
+        elif self._words["controller"] and not self._holds:
+            self._words["controller"] = ""
+        return not (message.is_error_frame or message.is_remote_frame or message.is_extended_id)
+
+    @property
+    def _holds(self) -> bool:
+        return self._words["controller"] in [BUS_WORDS[kind] for kind in _UNTIL_GOOD]
+
+    def _book(self, kind: BusTrouble) -> None:
+        self.errors[kind] += 1
+        if kind in (BusTrouble.ACTIVE, BusTrouble.RESTARTED):
+            self._well()
+        elif kind is BusTrouble.BUS_OFF:
+            self.state = PortState.ERROR
+            self._words["controller"] = BUS_WORDS[kind]
+        elif not self._holds or kind in _UNTIL_GOOD:
+            self._words["controller"] = BUS_WORDS[kind]
+
+    def _well(self) -> None:
+        self.state = PortState.OPEN
+        self._words["port"] = self._words["controller"] = ""
+
+
+def message_of(frame: Frame) -> can.Message:
+    """A frame as python-can wants it."""
+    return can.Message(arbitration_id=frame.can_id, data=frame.data, is_extended_id=False)
+
+
+def errno_of(error: Exception) -> int | None:
+    """The system's number of an error, where it has one."""
+    if isinstance(error, can.CanError):
+        return error.error_code
+    return error.errno if isinstance(error, OSError) else None

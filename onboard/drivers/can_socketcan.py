@@ -1,0 +1,60 @@
+"""The kernel's CAN: socketcan through python-can, never blocking, filtered by the blocks of the DBC."""
+
+from __future__ import annotations
+
+import errno
+import select
+import socket
+import time
+
+import can
+from can.interfaces.socketcan import SocketcanBus
+from can.typechecking import CanFilter
+
+from onboard.drivers.can_base import CanBus
+from protocol.can_codec import TABLE
+
+_BLOCK_MASK = 0x7F0
+
+
+class NoCanError(OSError):
+    """This machine has no CAN at all: no waiting cures that."""
+
+
+def dbc_filters() -> list[CanFilter]:
+    """For the kernel: every block of 16 ids that has one of the DBC; the others of a block pass, to be counted."""
+    blocks = sorted({can_id & _BLOCK_MASK for can_id in TABLE})
+    return [{"can_id": block, "can_mask": _BLOCK_MASK, "extended": False} for block in blocks]
+
+
+class KernelBus(CanBus):
+    """The kernel's bus. Its stamps are wall time: a frame's age counts back from the moment it is read."""
+
+    def fileno(self) -> int:
+        """For poll(); -1 when it is closed."""
+        return int(self._bus.fileno())
+
+    def _wait(self, limit_s: float) -> None:
+        select.select([self.fileno()], [], [], limit_s)
+
+    def _stamp_ns(self, message: can.Message, stamp_ns: int) -> int:
+        return stamp_ns - max(0, int((time.time() - message.timestamp) * 1e9))
+
+
+def open_socketcan(interface: str, filtered: bool) -> CanBus:
+    """An interface of this machine. Raises OSError with what to do; NoCanError on a kernel without AF_CAN."""
+    if not hasattr(socket, "AF_CAN"):
+        raise NoCanError(f"socketcan:{interface}: this Python knows no AF_CAN; use socketcand:HOST:PORT/BUS")
+    try:
+        bus = SocketcanBus(interface, can_filters=dbc_filters() if filtered else None)
+    except (can.CanError, OSError) as error:
+        kind = NoCanError if getattr(error, "errno", None) == errno.EAFNOSUPPORT else OSError
+        raise kind(
+            f"socketcan:{interface} cannot be opened ({error}). For a virtual interface: `modprobe vcan; ip link add "
+            f"dev {interface} type vcan; ip link set {interface} up`. A kernel without AF_CAN: run a socketcand server "
+            "(the bench has one) and use socketcand:HOST:PORT/BUS"
+        ) from error
+    bus.socket.setblocking(False)  # python-can asks select() first; this holds where that is wrong
+    return KernelBus(bus)
+
+
