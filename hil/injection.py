@@ -10,6 +10,7 @@ from hil import ground_faults
 from hil.can_faults import CAUSES, CanCause
 from hil.devices.lidar_faults import KINDS
 from hil.scenario import Injection
+from hil.wheel_faults import WHEEL_FAULTS
 from hil.world import World
 from onboard.config import ConfigError
 
@@ -69,6 +70,15 @@ def _of_lidar(kind: str) -> Cause:
     return Cause(f"the LIDAR's {kind}, {row.value}: {row.means}", begin, heal)
 
 
+def _of_wheels(name: str) -> Cause:
+    row = WHEEL_FAULTS[name]
+    return Cause(
+        row.means,
+        lambda bench, _p, target: row.begin(bench, target),
+        lambda bench, _p, target: row.heal(bench, target),
+    )
+
+
 def _of_can(cause: CanCause) -> Cause:
     return Cause(
         cause.means, lambda bench, _, target: cause.begin(bench.can, target),
@@ -86,6 +96,7 @@ INJECTIONS: Mapping[str, Cause] = {
     "lidar_unplugged": Cause("the LIDAR's cable is pulled", _unplug, _plug),
     "wheel_silent": Cause("one wheel node sends nothing more", _silence_wheel, _unsilence_wheel),
     "onboard_killed": Cause("the flight program gets SIGKILL", _kill_onboard, _nothing),
+    **{name: _of_wheels(name) for name in WHEEL_FAULTS},
     **{name: _of_can(cause) for name, cause in CAUSES.items()},
     **{f"ground_{kind}": _of_ground(kind) for kind in ground_faults.KINDS},
     **{f"lidar_{kind}": _of_lidar(kind) for kind in KINDS if kind != "cable"},  # that is lidar_unplugged

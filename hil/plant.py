@@ -18,11 +18,13 @@ from numpy.typing import NDArray
 
 from hil.engine import pybullet
 from hil.mesh import soil_height
+from hil.patches import Patches
 from hil.raycast import BODY, ROCK, SOIL, WHEEL, Ground
 from hil.records import PlantState, WheelDrive, WheelTruth
 from hil.rover_model import CENTRE_OF_MASS_M, urdf
 from hil.soil import SoilContacts
 from hil.terrain import Field
+from hil.turns import inverse, middle, rotate
 from onboard.config import Rover
 from onboard.records import F32, Pose
 from protocol.conventions import TICK_NS, WHEEL_SIGNS, WHEELS
@@ -62,6 +64,9 @@ class Plant:
             field.grid, field.soil_z, self.rover.wheel_radius_m, self.rover.wheel_width_m, (soil,) * len(WHEELS)
         )
         self._limits_nm = [DRIVE_NM] * len(WHEELS)
+        self._soils = [soil] * len(WHEELS)
+        self.patches = Patches()
+        self._jammed = [False] * len(WHEELS)
         self._drives = (WheelDrive(0.0, 0.0),) * len(WHEELS)
         self.reset(field.start)
 
@@ -116,7 +121,7 @@ class Plant:
         """
         z, roll, pitch = self._rest(pose.x_m, pose.y_m, pose.yaw_rad)
         quaternion = pybullet.getQuaternionFromEuler([roll, pitch, pose.yaw_rad])
-        up = _rotate(quaternion, (0.0, 0.0, CENTRE_OF_MASS_M))
+        up = rotate(quaternion, (0.0, 0.0, CENTRE_OF_MASS_M))
         place = [pose.x_m + up[0], pose.y_m + up[1], z + up[2]]
         pybullet.resetBasePositionAndOrientation(self._body, place, quaternion, physicsClientId=self._client)
         pybullet.resetBaseVelocity(self._body, [0, 0, 0], [0, 0, 0], physicsClientId=self._client)
@@ -154,9 +159,14 @@ class Plant:
         """Largest drive torque of wheel 1..4 from now on: 0 runs free, little is weak, 8 is sound."""
         self._limits_nm[wheel - 1] = torque_nm
 
+    def jam(self, wheel: int, jammed: bool) -> None:
+        """Whether the gear of wheel 1..4 holds it where it is."""
+        self._jammed[wheel - 1] = jammed
+
     def set_soil(self, wheel: int, name: str) -> None:
         """Soil under wheel 1..4 from now on; a row of hil.soil.CLASSES."""
         self._soil.set_soil(wheel - 1, name)
+        self._soils[wheel - 1] = name
 
     def reshape(self, soil_z: F32) -> None:
         """Other ground from now on, (rows, columns) on the field's grid: for wheels, body and scanner alike."""
@@ -179,12 +189,17 @@ class Plant:
                     push(body, link, force, point, pybullet.WORLD_FRAME, client)  # lives for one step
             advance(client)
         self._now_ns += ticks_ns
+        if self.patches.laid:
+            for k, name in enumerate(self.patches.under(states(body, wheels, physicsClientId=client), self._soils)):
+                self._soil.set_soil(k, name)
         return self._truth(ticks_ns * 1e-9, contacts)
 
     def _motors(self, tick_s: float) -> None:
         slew, turn = DRIVE_SLEW_RADPS2 * tick_s, self.rover.steer_rate_radps * tick_s
         for k, drive in enumerate(self._drives):
             self._rates[k] += min(max(drive.rate_radps - self._rates[k], -slew), slew)
+            if self._jammed[k]:
+                self._rates[k] = 0.0
             self._angles[k] += min(max(drive.steer_rad - self._angles[k], -turn), turn)
         pybullet.setJointMotorControlArray(
             self._body, self._wheels, pybullet.VELOCITY_CONTROL, targetVelocities=self._rates, forces=self._limits_nm,
@@ -198,7 +213,7 @@ class Plant:
     def _truth(self, tick_s: float, contacts: list) -> PlantState:
         place, q = pybullet.getBasePositionAndOrientation(self._body, physicsClientId=self._client)
         velocity, spin = pybullet.getBaseVelocity(self._body, physicsClientId=self._client)
-        arm = _rotate(q, (0.0, 0.0, -CENTRE_OF_MASS_M))
+        arm = rotate(q, (0.0, 0.0, -CENTRE_OF_MASS_M))
         position = (place[0] + arm[0], place[1] + arm[1], place[2] + arm[2])
         moving = (
             velocity[0] + spin[1] * arm[2] - spin[2] * arm[1],
@@ -208,7 +223,7 @@ class Plant:
         self._fence(position, q)
         before, self._last = self._last or (moving, q), (moving, q)
         felt = [(a - b) / tick_s for a, b in zip(moving, before[0])]
-        middle = _middle(before[1], q)
+        half_way = middle(before[1], q)
         self._history.append((self._now_ns, position, q))
         joints = pybullet.getJointStates(self._body, [*self._wheels, *self._steers], physicsClientId=self._client)
         return PlantState(
@@ -216,13 +231,18 @@ class Plant:
             position_m=np.array(position),
             quaternion_xyzw=np.array(q),
             velocity_mps=np.array(moving),
-            angular_radps=np.array(_rotate(_inverse(q), spin)),
-            specific_force_mps2=np.array(_rotate(_inverse(middle), (felt[0], felt[1], felt[2] + GRAVITY_MPS2))),
+            angular_radps=np.array(rotate(inverse(q), spin)),
+            specific_force_mps2=np.array(rotate(inverse(half_way), (felt[0], felt[1], felt[2] + GRAVITY_MPS2))),
             wheels=tuple(
-                WheelTruth(joints[k + 4][0], joints[k][0], joints[k][1], joints[k][3], contacts[k][2]) for k in range(4)
+                WheelTruth(*joints[k + 4][:1], *joints[k][:2], self._torque_nm(k, joints[k][3]), contacts[k][2])
+                for k in range(4)
             ),
             contact=self._touch(),
         )
+
+    def _torque_nm(self, k: int, told_nm: float) -> float:
+        """The engine repeats the last torque of a motor that has none left."""
+        return max(-self._limits_nm[k], min(self._limits_nm[k], told_nm))
 
     def _touch(self) -> str:
         """'' or the worst that the rover touches now."""
@@ -276,26 +296,3 @@ class Plant:
     def close(self) -> None:
         """Free the engine."""
         pybullet.disconnect(self._client)
-
-
-def _rotate(q: tuple[float, ...], v: tuple[float, ...]) -> tuple[float, float, float]:
-    """The vector turned by a unit quaternion x y z w."""
-    x, y, z, w = q
-    tx, ty, tz = 2 * (y * v[2] - z * v[1]), 2 * (z * v[0] - x * v[2]), 2 * (x * v[1] - y * v[0])
-    return (
-        v[0] + w * tx + y * tz - z * ty,
-        v[1] + w * ty + z * tx - x * tz,
-        v[2] + w * tz + x * ty - y * tx,
-    )
-
-
-def _inverse(q: tuple[float, ...]) -> tuple[float, float, float, float]:
-    return -q[0], -q[1], -q[2], q[3]
-
-
-def _middle(a: tuple[float, ...], b: tuple[float, ...]) -> tuple[float, ...]:
-    """Half way between two orientations near each other."""
-    sign = math.copysign(1.0, sum(p * q for p, q in zip(a, b)))
-    added = [p + sign * q for p, q in zip(a, b)]
-    size = math.sqrt(sum(p * p for p in added))
-    return tuple(p / size for p in added)

@@ -227,6 +227,7 @@ class Safety:
     tilt_limit_rad: float = value(28 * RAD, "roll or pitch that stops the rover", low=0.1, high=1)
     pose_sigma_m: float = value(0.25, "1 sigma of the place at which the rover stops and looks", low=0.01, high=10)
     heading_sigma_rad: float = value(4 * RAD, "likewise of the heading", low=0.01, high=1)
+    degraded_drive: bool = value(True, "on with three drives, one steering fixed, or without an encoder; else SAFE")
 
 
 @dataclass(frozen=True, slots=True)

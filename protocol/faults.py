@@ -17,6 +17,9 @@ class Step(Enum):
     DISCARD_SWEEP = "the running sweep is discarded and scanned again, at most 3 times"
     BACK_OFF = "the way is ended: back 0.3 m as it was driven, scan, plan anew; SAFE after so many tries in a mission"
     LOOK = "the way is ended: scan where the rover stands, register, plan anew; SAFE if the fault outlasts that"
+    RESCAN = "the way is ended where the rover stands: scan, plan anew"
+    SLOW = "half the speed while the fault lasts"
+    DEGRADE = "on without what is broken, if safety.degraded_drive and no second wheel is; else mode SAFE, latched"
     SAFE = "mode SAFE, latched until resume"
     STANDBY = "finish the leg, then mode STANDBY"
     ESTOP = "mode ESTOP, latched until reset"
@@ -63,6 +66,22 @@ FAULTS = (
           (Step.IGNORE, Step.SAFE_OVER_LIMIT, Step.REPORT), latched=False, suppressed_by=("CAN_BUS_OFF",)),
     Fault(12, "CAN_CORRUPT", "over 20 errors a second of checksum, counter, length, range or time stamp", 0.2,
           (Step.IGNORE, Step.SAFE_OVER_LIMIT, Step.REPORT), latched=False, suppressed_by=("CAN_BUS_OFF", "CAN_BABBLE")),
+    Fault(13, "ENCODER_BAD", "a wheel's encoder is dead, frozen or jumps, against current, order and its own rate", 1.0,
+          (Step.DEGRADE, Step.REPORT), latched=True),
+    Fault(14, "WHEEL_STUCK", "a wheel does not turn and draws its stall current, or none and is dragged", 1.0,
+          (Step.RESCAN, Step.DEGRADE, Step.REPORT), latched=True),
+    Fault(15, "WHEEL_FREE", "a wheel rolls along and draws nothing while the others work", 1.0,
+          (Step.RESCAN, Step.DEGRADE, Step.REPORT), latched=True),
+    Fault(16, "WHEEL_WEAK", "a wheel turns slower than ordered and draws too little to change it", 1.0,
+          (Step.RESCAN, Step.DEGRADE, Step.REPORT), latched=True),
+    Fault(17, "STEER_STUCK", "a steering angle more than 3 degrees off its rate-limited model", 0.5,
+          (Step.RESCAN, Step.DEGRADE, Step.REPORT), latched=True),
+    Fault(18, "STEER_OFFSET", "a steering reading stands off its order; the gyro says, over 5 m driven, which is wrong",
+          46.0, (Step.REPORT,), latched=True),
+    Fault(19, "SLIP_HIGH", "the wheels' way against gyro, accelerometer and registrations, over 1 m driven", 9.1,
+          (Step.SLOW, Step.REPORT), latched=False),
+    Fault(20, "NOT_MOVING", "the wheels turn and accelerometer and gyro say the rover stands", 5.0,
+          (Step.BACK_OFF, Step.REPORT), latched=False, tries=3),
     Fault(21, "HAZARD_AHEAD", "a step, hole or thing on the wheels' way that the drive guard has seen twice", 0.2,
           (Step.STOP, Step.BACK_OFF, Step.REPORT), latched=False, tries=20),
     Fault(22, "POSE_UNSURE", "1 sigma of the pose over the limit in a mission", 0.12, (Step.LOOK, Step.REPORT),

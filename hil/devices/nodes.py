@@ -7,6 +7,7 @@ attributes.
 from __future__ import annotations
 
 import math
+from enum import Enum
 from typing import Any
 
 import numpy as np
@@ -23,7 +24,18 @@ WHEEL_COMMAND, WHEEL_FEEDBACK, WHEEL_STATUS = 0x100, 0x180, 0x1A0  # + number of
 COMMAND_TIMEOUT_NS, ENABLE_TIMEOUT_NS = 100_000_000, 500_000_000
 SLEW_RADPS2, STOP_RADPS2 = 1.0, 4.0
 TORQUE_NM_PER_A = 0.8
+STALL_NM, STALL_GAIN_NM_PER_RADPS = 8.0, 40.0  # the speed loop of a drive that cannot turn
+JUMP_SIGMA, JUMP_COUNTS = 2.0, 300.0  # a jumping encoder: 4.6 % of the samples jump, by this times a normal number
 POT_NOISE_RAD, RATE_NOISE_RADPS, CURRENT_NOISE_A = 0.0005, 0.003, 0.02
+
+
+class Encoder(Enum):
+    """What a wheel's encoder does."""
+
+    GOOD = "counts"
+    DEAD = "gives no more pulses: the count stays, the rate is 0"
+    FROZEN = "its register hangs: count and rate stay as they were"
+    JUMPING = "counts, and jumps"
 
 
 def _clip(value: float, limit: float) -> float:
@@ -33,17 +45,17 @@ def _clip(value: float, limit: float) -> float:
 class WheelNode(Node):
     """Steering and drive of wheel `n`.
 
-    Faults: `silent`; `drive_stuck`, the wheel does not turn; `drive_gain`, a weak drive; `steer_stuck_rad`, where the
-    steering stays; `encoder_frozen`; `encoder_jump_counts`, added to the position; `pot_offset_rad`.
+    Faults: `silent`; `drive_stuck`, the motor pushes with all its current against a gear that is jammed (the plant's
+    `jam`); `steer_stuck_rad`, where the steering stays; `encoder`; `pot_offset_rad`, what the pot reads too much (the
+    steering counts its own motor's turns and stands where it is ordered). Free or weak: the plant's `set_motor`.
     """
 
     def __init__(self, n: int, rng: np.random.Generator) -> None:
         super().__init__(f"WHEEL_{n}", {DRIVE_ENABLE, WHEEL_COMMAND + n}, rng)
         self.n = n
-        self.drive_stuck = self.encoder_frozen = False
-        self.drive_gain = 1.0
+        self.drive_stuck = False
         self.steer_stuck_rad: float | None = None
-        self.encoder_jump_counts = 0
+        self.encoder = Encoder.GOOD
         self.pot_offset_rad = float(rng.normal(0.0, 0.001))
         self.timed_out = True
         self._noise = Noise(rng)
@@ -53,7 +65,8 @@ class WheelNode(Node):
         self._held_rad: float | None = 0.0
         self._drive_radps = 0.0
         self._then_ns = 0
-        self._count = 0
+        self._count, self._seen_radps = 0, 0.0
+        self._jump_counts = 0
         self._status = Every(50_000_000, n * 10_000_000)
         self._temperature_c = 20.0
 
@@ -68,7 +81,7 @@ class WheelNode(Node):
         steer_rad = self._steer_rad if self._held_rad is None else self._held_rad
         if self.steer_stuck_rad is not None:
             steer_rad = self.steer_stuck_rad
-        return WheelDrive(steer_rad, 0.0 if self.drive_stuck else self._drive_radps * self.drive_gain)
+        return WheelDrive(steer_rad, self._drive_radps)
 
     def order(self, can_id: int, values: Any, now_ns: int) -> None:
         """DRIVE_ENABLE or this wheel's command."""
@@ -100,16 +113,21 @@ class WheelNode(Node):
     def _measure(self, now_ns: int, steer_rad: float, position_rad: float, rate_radps: float) -> None:
         noise = self._noise.next
         pot_rad = _clip(steer_rad + self.pot_offset_rad + POT_NOISE_RAD * noise(), 3.2767)
+        count = math.floor(position_rad * (ENCODER_COUNTS_PER_TURN / math.tau))
         seen_radps = _clip(rate_radps + RATE_NOISE_RADPS * noise(), 16.38)
-        if self.encoder_frozen:
-            seen_radps = 0.0
-        else:
-            self._count = math.floor(position_rad * (ENCODER_COUNTS_PER_TURN / math.tau)) + self.encoder_jump_counts
+        if self.encoder is Encoder.JUMPING and abs(noise()) > JUMP_SIGMA:
+            self._jump_counts += round(JUMP_COUNTS * noise())
+        if self.encoder is Encoder.DEAD:
+            self._seen_radps = 0.0
+        elif self.encoder is not Encoder.FROZEN:
+            self._count, self._seen_radps = count + self._jump_counts, seen_radps
         can_id = WHEEL_FEEDBACK + self.n
-        data = self.sender.encode(can_id, pot_rad, self._count & 0xFFFF, seen_radps, self.node_state)
+        data = self.sender.encode(can_id, pot_rad, self._count & 0xFFFF, self._seen_radps, self.node_state)
         self.out.append(Frame(can_id, data, now_ns))
 
     def _tell_status(self, now_ns: int, torque_nm: float, dt_s: float) -> None:
+        if self.drive_stuck:  # the gear holds the wheel; the motor feels the block, not the ground
+            torque_nm = _clip(self._drive_radps * STALL_GAIN_NM_PER_RADPS, STALL_NM)
         drive_a = _clip(torque_nm / TORQUE_NM_PER_A + CURRENT_NOISE_A * self._noise.next(), 20.47)
         steer_a = _clip(0.1 + CURRENT_NOISE_A * self._noise.next(), 20.47)
         self._temperature_c += dt_s * (0.05 * drive_a * drive_a - 0.02 * (self._temperature_c - 20.0))

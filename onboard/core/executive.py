@@ -12,6 +12,7 @@ from onboard.config import Config
 from onboard.core.downlink import Downlink
 from onboard.core.mission import MISSION_JOBS, MOVING, Context, Mission
 from onboard.core.monitors import over_limit, words
+from onboard.motion.wheel_health import Drive, Wheels
 from onboard.planning.plan_records import PlanResult
 from onboard.records import Event, Gdem, Twist
 from protocol.can_codec import StopReason
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
     from onboard.perception.stop_map import StopMap
 
 PRODUCT_TICKS = 50
+SLOW_RATIO = 0.5
 SEVERITY = {row.name: row.severity for row in EVENTS}
 
 
@@ -39,6 +41,7 @@ class Executive:
         self.mission: Mission | None = None
         self.events: list[Event] = []
         self.active: tuple[str, ...] = ()
+        self._of: Mapping[str, tuple[int, ...]] = {}
         self.memory = memory
         self._goto_id: int | None = None
         self._latest: PlanResult | None = None
@@ -83,9 +86,10 @@ class Executive:
         if self.mode is not Mode.AUTONOMOUS or self.mission is None:
             return Twist()
         ctx.held = any(Step.STOP in BY_NAME[name].response for name in self.active)
+        slow = SLOW_RATIO if any(Step.SLOW in BY_NAME[name].response for name in self.active) else 1.0
         twist = self.mission.step(ctx)
         self._follow_up(was, ctx)
-        return Twist() if ctx.held else twist
+        return Twist() if ctx.held else Twist(*(slow * v for v in twist))
 
     def _follow_up(self, was: Phase, ctx: Context) -> None:
         mission = self.mission
@@ -113,34 +117,45 @@ class Executive:
         if ctx.nodes.bus.news:
             self._tell(ctx, "CAN", ctx.nodes.bus.news)
         for name in faults:
-            row = BY_NAME[name]
-            new = name not in self.active
+            row, of = BY_NAME[name], ctx.found.get(name, ())
+            new = name not in self.active or of != self._of.get(name, of)
+            text = words(ctx.nodes, name) + _whose(of)
             if new and Step.REPORT in row.response:
-                self._tell(ctx, "FAULT", words(ctx.nodes, name))
+                self._tell(ctx, "FAULT", text)
             if Step.ESTOP in row.response and self.mode is not Mode.ESTOP:
-                self._cancel(ctx, State.FAILED, words(ctx.nodes, name))
+                self._cancel(ctx, State.FAILED, text)
                 self._change("emergency_stop", ctx, name)
-            elif (Step.SAFE in row.response or name in over) and self.mode not in (Mode.SAFE, Mode.ESTOP):
-                self._cancel(ctx, State.FAILED, words(ctx.nodes, name))
+            elif (self._latches(row, ctx) or name in over) and self.mode not in (Mode.SAFE, Mode.ESTOP):
+                self._cancel(ctx, State.FAILED, text)
                 self._change("fault", ctx, name)
-            elif Step.LOOK in row.response and self.mission and self.in_mission and not self.mission.look_again():
-                self._cancel(ctx, State.FAILED, f"{name}: {row.condition}, and a look did not help")
-                self._change("fault", ctx, name)
-            elif new and Step.BACK_OFF in row.response:
-                self._back_off(row, ctx)
-            elif new and Step.STANDBY in row.response:
-                self._standby_after_leg = True
+            elif Step.LOOK in row.response or new:
+                self._break_off(row, ctx)
         for name in self.active:
             if name not in faults and Step.REPORT in BY_NAME[name].response:
                 self._tell(ctx, "FAULT_CLEARED", name)
             if name not in faults and Step.STANDBY in BY_NAME[name].response:
                 self._standby_after_leg = False
-        self.active = faults
+        self.active, self._of = faults, dict(ctx.found)
 
-    def _back_off(self, row: Fault, ctx: Context) -> None:
-        tries = self.mission.back_off(row.name) if self.mission and self.in_mission else 0
-        if tries > row.tries:
+    def _latches(self, row: Fault, ctx: Context) -> bool:
+        if Step.DEGRADE in row.response:
+            return not (self._config.safety.degraded_drive and _can_go_on(ctx.wheels))
+        return Step.SAFE in row.response
+
+    def _break_off(self, row: Fault, ctx: Context) -> None:
+        """What a fault's response does to the way being driven, each kind at most so often."""
+        if Step.STANDBY in row.response:
+            self._standby_after_leg = True
+        if self.mission is None or not self.in_mission:
+            return
+        reason = ""
+        if Step.LOOK in row.response and not self.mission.look_again():
+            reason = f"{row.name}: {row.condition}, and a look did not help"
+        elif Step.BACK_OFF in row.response and self.mission.back_off(row.name) > row.tries:
             reason = f"{row.name}: backed off {row.tries} times in this mission already"
+        elif Step.RESCAN in row.response:
+            self.mission.back_off(row.name, 0.0)
+        if reason:
             self._cancel(ctx, State.FAILED, reason)
             self._change("fault", ctx, reason)
 
@@ -178,7 +193,7 @@ class Executive:
 
     def _resume(self, order: Order, ctx: Context) -> None:
         over = over_limit(ctx.nodes, self.active)
-        latched = [name for name in self.active if Step.SAFE in BY_NAME[name].response or name in over]
+        latched = [name for name in self.active if self._latches(BY_NAME[name], ctx) or name in over]
         if latched:
             self._downlink.report(order.request_id, State.FAILED, f"still active: {', '.join(latched)}")
             return
@@ -257,6 +272,17 @@ class Executive:
 
     def _tell(self, ctx: Context, name: str, text: str) -> None:
         self.events.append(Event(ctx.now_ns, SEVERITY[name], name, text))
+
+
+def _can_go_on(wheels: Wheels) -> bool:
+    """Whether at most one wheel is broken, and two or more still tell the way."""
+    broken = sum(h.drive is not Drive.GOOD or h.steer_fixed_rad is not None for h in wheels)
+    return broken <= 1 and sum(h.tells_way for h in wheels) >= 2
+
+
+def _whose(wheels: tuple[int, ...]) -> str:
+    """Words for the wheels that a fault is of; '' where it is the rover's."""
+    return f" (wheel {', '.join(map(str, wheels))})" if wheels else ""
 
 
 def _beyond(gdem: Gdem | None, goal_m: tuple[float, float]) -> str:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 from onboard.config import Config
@@ -57,6 +57,7 @@ class Context:
     taken: Mapping[str, Any]
     held: bool
     wheels: Wheels = SOUND
+    found: Mapping[str, tuple[int, ...]] = field(default_factory=dict)  # fault -> the wheels it was found of
 
 
 @dataclass(frozen=True, slots=True)
@@ -133,7 +134,7 @@ class Mission:
             self._rule, self._behind_wanted = MissionState(number=1), False
         self._scan()
 
-    def back_off(self, why: str) -> int:
+    def back_off(self, why: str, way_m: float = BACK_OFF_M) -> int:
         """Ends the way being driven: back 0.3 m as it was driven, scan, plan anew. How often for this reason by now.
 
         0 while no way is driven: nothing is done. In a retreat already: what is left of it is given up, it scans there.
@@ -141,7 +142,7 @@ class Mission:
         if self.phase not in MOVING:
             return 0
         self._backed[why] += 1
-        self._break_off(0.0 if self.phase is Phase.BACKING_OFF else BACK_OFF_M)
+        self._break_off(0.0 if self.phase is Phase.BACKING_OFF else way_m)
         return self._backed[why]
 
     def look_again(self) -> bool:

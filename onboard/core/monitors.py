@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 
 from onboard.config import Config
 from onboard.core import can_monitors
+from onboard.core.wheel_watch.watch import WHEEL_ROWS
 from onboard.devices.lidar import LidarSession
 from onboard.devices.nodes import Nodes
 from onboard.records import Pose
@@ -31,6 +32,7 @@ class Watched:
     overdue_ticks: int
     in_mission: bool
     hazard: bool
+    of_wheels: Collection[str] = ()  # rows that core.wheel_watch found
 
 
 def _lidar_silent(w: Watched) -> bool:
@@ -81,6 +83,10 @@ def _estop_pressed(w: Watched) -> bool:
     return w.nodes.emergency is not None
 
 
+def _of_wheels(name: str) -> Callable[[Watched], bool]:
+    return lambda w: name in w.of_wheels
+
+
 def _of_nodes(monitor: Callable[[Nodes], bool]) -> Callable[[Watched], bool]:
     return lambda w: monitor(w.nodes)
 
@@ -102,6 +108,7 @@ MONITORS: Mapping[str, Callable[[Watched], bool]] = {
     **{name: _of_nodes(monitor) for name, monitor in can_monitors.MONITORS.items()},
     "POSE_UNSURE": _pose_unsure,
     "HAZARD_AHEAD": _hazard_ahead,
+    **{name: _of_wheels(name) for name in WHEEL_ROWS},
 }
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import hashlib
 from array import array
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from onboard.config import Config
@@ -18,12 +19,15 @@ from onboard.core.jobs import JobBook
 from onboard.core.mission import Context
 from onboard.core.monitors import Watched, active_faults
 from onboard.core.telemetry import View
+from onboard.core.wheel_watch.seen import Seen
+from onboard.core.wheel_watch.watch import WheelWatch
 from onboard.devices.lidar import LidarSession
 from onboard.devices.nodes import Nodes
 from onboard.motion.kinematics import stopped, wheel_commands
 from onboard.motion.wheel_health import SOUND, Wheels
 from onboard.perception.localisation import Localisation
-from onboard.records import Event, Gdem, Inputs, Outputs, Twist, WheelCommand, WheelMode
+from onboard.records import Event, Gdem, ImuSample, Inputs, Outputs, Twist, WheelCommand, WheelMode, WheelState
+from protocol.conventions import TICK_NS
 from protocol.faults import BY_NAME
 from protocol.modes import Mode
 
@@ -45,6 +49,7 @@ class Rover:
         self.executive = Executive(config, gdem, self.downlink, memory)
         self.jobs = JobBook()
         self.orders: tuple[WheelCommand, ...] = (WheelCommand(WheelMode.HOLD, 0.0, 0.0),) * 4
+        self.watch = WheelWatch(config.rover)
         self.wheels: Wheels = SOUND
         self.twist = Twist()
         self.steering_held = False
@@ -60,16 +65,19 @@ def tick(rover: Rover, inputs: Inputs) -> Outputs:
     taken = rover.jobs.take(inputs.jobs, inputs.tick)
 
     imu = rover.nodes.imu[-1] if rover.nodes.imu else None
-    rover.localisation.update(rover.nodes.wheels, imu, now_ns, rover.wheels)
+    wheels = rover.watch.readings(rover.nodes.wheels)
+    rover.localisation.update(wheels, imu, now_ns, rover.wheels)
+    rover.watch.update(_seen(rover, imu, now_ns))
+    rover.wheels = rover.watch.health
     faults = active_faults(_watched(rover, inputs))
 
     context = Context(
         inputs.tick, now_ns, scans, rover.lidar, rover.nodes, rover.localisation, rover.jobs, taken, held=False,
-        wheels=rover.wheels,
-    )
+        wheels=rover.wheels, found=rover.watch.faults,
+    )  # fmt: skip
     rover.twist = rover.executive.step(orders, faults, context)
     if inputs.tick % WHEEL_TICKS == 0 or rover.twist == Twist():  # standing never waits
-        rover.nodes.set_wheels(_steer(rover))
+        rover.nodes.set_wheels(rover.watch.orders(_steer(rover, wheels)))
 
     events = _tell(rover, inputs)
     pose = rover.localisation.pose
@@ -104,16 +112,27 @@ def _watched(rover: Rover, inputs: Inputs) -> Watched:
     return Watched(
         inputs.now_ns, rover.config, rover.lidar, rover.nodes, rover.localisation.pose, rover.localisation.sigma,
         rover.downlink.last_contact_ns, rover.jobs.overdue_ticks(inputs.tick), rover.executive.in_mission,
-        rover.executive.hazard,
+        rover.executive.hazard, rover.watch.faults,
     )
 
 
-def _steer(rover: Rover) -> tuple[WheelCommand, ...]:
+def _seen(rover: Rover, imu: ImuSample | None, now_ns: int) -> Seen:
+    currents_a = tuple(
+        told.drive_current_a if told and told.stamp_ns > now_ns - TICK_NS else None for told in rover.nodes.wheel_status
+    )
+    localisation = rover.localisation
+    return Seen(
+        now_ns, rover.watch.orders(rover.orders), rover.nodes.wheels, currents_a, imu, localisation.step,
+        localisation.yaw_rate_radps, localisation.slip_ratio,
+    )  # fmt: skip
+
+
+def _steer(rover: Rover, wheels: Sequence[WheelState | None]) -> tuple[WheelCommand, ...]:
     if rover.twist == Twist():
         rover.orders, rover.steering_held = stopped(rover.orders), False
     else:
         rover.orders, rover.steering_held = wheel_commands(
-            rover.twist, rover.nodes.wheels, rover.orders, rover.config.rover, rover.config.motion,
+            rover.twist, wheels, rover.orders, rover.config.rover, rover.config.motion,
             rover.steering_held, rover.wheels,
         )  # fmt: skip
     return rover.orders
@@ -158,7 +177,7 @@ def _digest(rover: Rover) -> bytes:
     """8 bytes over the state of every part, as float64: what a replay compares each tick."""
     items = (
         rover.executive.mode, rover.executive.phase, *rover.twist, rover.steering_held,
-        *rover.localisation.digest_items(), *rover.lidar.digest_items(), *rover.nodes.digest_items(),
-        *rover.downlink.digest_items(),
+        *rover.localisation.digest_items(), *rover.watch.digest_items(), *rover.lidar.digest_items(),
+        *rover.nodes.digest_items(), *rover.downlink.digest_items(),
     )
     return hashlib.blake2b(array("d", items), digest_size=8).digest()

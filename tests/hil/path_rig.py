@@ -39,6 +39,7 @@ class PathRig:
         """Wheel n has this health from now on (a fixed steering gets to its angle first); onboard hears it later."""
         node = self.emulated.wheels[n - 1]
         node.steer_stuck_rad, node.drive_stuck = health.steer_fixed_rad, health.drive is Drive.STUCK
+        self.plant.jam(n, health.drive is Drive.STUCK)
         if health.drive is Drive.FREE:
             self.plant.set_motor(n, 0.0)
         if health.steer_fixed_rad is not None:

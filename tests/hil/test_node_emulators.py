@@ -121,13 +121,19 @@ def test_a_silent_node_sends_and_hears_nothing_and_its_wheel_stops():
     assert not any(f.can_id == 0x182 and f.stamp_ns > 1_210_000_000 for f in bench.frames)
 
 
-def test_faults_of_a_wheel_act_where_they_are():
+def told_of(bench, can_id):
+    """What the newest frame of an id says."""
+    return TABLE[can_id].decode([f for f in bench.frames if f.can_id == can_id][-1].data)
+
+
+def test_a_stuck_steering_stays_and_the_motor_of_a_jammed_drive_draws_its_stall_current():
     bench = Bench()
-    one, two, three, _ = bench.nodes.wheels
-    one.drive_stuck, two.steer_stuck_rad, three.drive_gain = True, -0.3, 0.5
+    one, two, *_ = bench.nodes.wheels
+    one.drive_stuck, two.steer_stuck_rad = True, -0.3
     bench.run_wheels(70)
-    drives = bench.nodes.drives()
-    assert (drives[0].rate_radps, drives[1].steer_rad, drives[2].rate_radps) == pytest.approx((0.0, -0.3, 0.55))
+    assert bench.nodes.drives()[1].steer_rad == -0.3
+    assert told_of(bench, 0x1A1).drive_current_a == pytest.approx(10.0, abs=0.1)
+    assert abs(told_of(bench, 0x1A3).drive_current_a) < 0.2
 
 
 # -- emergency stop --------------------------------------------------------------------------------------------

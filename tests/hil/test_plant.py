@@ -219,3 +219,30 @@ def test_rays_do_not_see_the_rover_itself(plant_on):
 def test_steps_that_do_not_divide_the_tick_are_refused():
     with pytest.raises(ValueError, match="does not divide"):
         Plant(plane(), step_ns=4_166_667)
+
+
+def test_a_wheel_without_torque_rolls_along_slower_than_ordered_and_draws_nothing(plant_on):
+    plant = plant_on(plane(10), step_ns=5_000_000)
+    plant.set_motor(4, 0.0)
+    state = run(plant, (WheelDrive(0.0, 1.1),) * 4, 4)[-1]
+    assert state.wheels[3].torque_nm == 0.0
+    assert 0.7 < state.wheels[3].rate_radps < 1.09
+    assert [wheel.rate_radps for wheel in state.wheels[:3]] == pytest.approx([1.1] * 3, abs=1e-3)
+
+
+def test_a_jammed_wheel_stands_at_once_and_is_dragged(plant_on):
+    plant = plant_on(plane(), step_ns=5_000_000)
+    run(plant, (WheelDrive(0.0, 1.1),) * 4, 2)
+    plant.jam(2, True)
+    state = run(plant, (WheelDrive(0.0, 1.1),) * 4, 0.2)[-1]
+    assert abs(state.wheels[1].rate_radps) < 1e-3
+    assert state.velocity_mps[0] > 0.05
+
+
+def test_a_rover_stops_in_a_patch_of_dust_and_goes_on_when_it_is_swept_away(plant_on):
+    plant = plant_on(plane(), step_ns=5_000_000)
+    run(plant, (WheelDrive(0.0, 1.1),) * 4, 2)
+    plant.patches.lay((float(plant.poses_at(np.array([2_000_000_000]))[0][0, 0]), 0.0), 1.0, "dust")
+    assert run(plant, (WheelDrive(0.0, 1.1),) * 4, 4)[-1].velocity_mps[0] < 0.02
+    plant.patches.sweep()
+    assert run(plant, (WheelDrive(0.0, 1.1),) * 4, 3)[-1].velocity_mps[0] > 0.1

@@ -21,7 +21,7 @@ from onboard.core.tick import Rover, tick
 from onboard.drivers.workers import perform
 from onboard.motion.kinematics import wheel_places
 from onboard.motion.odometry import body_twist
-from onboard.records import Chunk, Inputs, JobDone, LinkMessage, PortState
+from onboard.records import Chunk, Inputs, JobDone, LinkMessage, PortState, Twist
 from protocol import commands
 from protocol.can_guard import Guard
 from protocol.conventions import TICK_NS
@@ -31,6 +31,7 @@ from protocol.transactions import State, decode_report
 
 DT_S = TICK_NS / 1e9
 GRAVITY_MPS2 = 1.62
+LOAD_NM = 0.1
 STEER_RATE_RADPS = 0.5
 RANGE_M = 30.0
 POST_RADIUS_M, POST_TOP_M = 0.2, 1.5
@@ -67,7 +68,8 @@ class CoreBench:
 
     reports: (tick, Report) as the ground would hear them. phases: (tick, Phase), each entry into one.
     ordered: newest WHEEL_n_COMMAND values, wheels 1 to 4. memory: a map kept from before. lidar_plugged,
-    job_late_ticks, tilt_rad, noise (frames of the next tick): faults. digests: of each tick's outputs.
+    job_late_ticks, tilt_rad, noise (frames of the next tick), grip (share of the wheels' motion that the body makes):
+    faults. digests: of each tick's outputs.
     inputs, outputs: of the tick last run.
     """
 
@@ -81,6 +83,7 @@ class CoreBench:
         self.ordered, self.digests, self.inputs, self.outputs = {}, [], None, None
         self.wire, self.lidar_plugged = CanWire(seed), True
         self.job_late_ticks, self.tilt_rad, self.noise = 0, 0.0, ()
+        self.grip, self._speed = 1.0, (0.0, 0.0)
         self._posts, self._guard = posts, Guard()
         self._places = wheel_places(settings.rover)
         self._radius_m = settings.rover.wheel_radius_m
@@ -227,10 +230,11 @@ class CoreBench:
             way_rad = STEER_RATE_RADPS * DT_S
             steer_rad = wheel.steer_rad + max(-way_rad, min(way_rad, drive.steer_rad - wheel.steer_rad))
             position_rad = wheel.position_rad + drive.rate_radps * DT_S
-            self._wheels[n] = WheelTruth(steer_rad, position_rad, drive.rate_radps, 0.0)
+            self._wheels[n] = WheelTruth(steer_rad, position_rad, drive.rate_radps, LOAD_NM * np.sign(drive.rate_radps))
             speed_mps = drive.rate_radps * self._radius_m
             hubs.append((speed_mps * math.cos(steer_rad), speed_mps * math.sin(steer_rad)))
         twist, _ = body_twist(hubs, self._places)
+        twist = Twist(*(self.grip * v for v in twist))
         self._move(twist)
         state = self._state(until_ns, twist)
         self.nodes.step(until_ns, state)
@@ -251,7 +255,12 @@ class CoreBench:
     def _state(self, now_ns, twist):
         """The truth; `tilt_rad` rolls what gravity looks like, not the ground."""
         half = 0.5 * self.pose[2]
-        force = np.array([0.0, GRAVITY_MPS2 * math.sin(self.tilt_rad), GRAVITY_MPS2 * math.cos(self.tilt_rad)])
+        (vx, vy, yaw), (ux, uy) = twist, self._speed
+        self._speed = (vx, vy)
+        force = np.array([
+            (vx - ux) / DT_S - yaw * vy, (vy - uy) / DT_S + yaw * vx + GRAVITY_MPS2 * math.sin(self.tilt_rad),
+            GRAVITY_MPS2 * math.cos(self.tilt_rad),
+        ])
         return PlantState(
             now_ns, np.array([self.pose[0], self.pose[1], 0.0]), np.array([0.0, 0.0, math.sin(half), math.cos(half)]),
             np.zeros(3), np.array([0.0, 0.0, twist.yaw_radps]), force, tuple(self._wheels),

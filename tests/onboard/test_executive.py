@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 from core_bench import QUICK, STATION, CoreBench, first_map, quick
 
+from hil.devices.nodes import Encoder
 from onboard import config
+from onboard.motion.wheel_health import Drive
 from onboard.perception.registration import RegistrationResult
 from onboard.records import Gdem, Grid, LinkMessage
 from protocol import bulk
@@ -35,6 +37,14 @@ TESTED_BY = {
     "NODE_TWICE": "test_a_second_node_under_one_id_is_named_within_a_second_and_there_is_no_drive",
     "HAZARD_AHEAD": "test_a_thing_put_on_the_way_ends_it_within_200_ms_of_the_second_line_that_meets_it",
     "ESTOP_PRESSED": "test_an_emergency_stop_frame_of_a_node_latches_estop_within_20_ms",
+    "ENCODER_BAD": "test_a_bad_encoder_is_named_within_a_second_and_left_out_of_the_odometry",
+    "WHEEL_STUCK": "test_a_failed_drive_is_named_of_its_wheel_within_a_second_and_goes_into_the_health",
+    "WHEEL_FREE": "test_a_failed_drive_is_named_of_its_wheel_within_a_second_and_goes_into_the_health",
+    "WHEEL_WEAK": "test_a_failed_drive_is_named_of_its_wheel_within_a_second_and_goes_into_the_health",
+    "STEER_STUCK": "test_a_stuck_steering_is_named_half_a_second_after_it_is_three_degrees_away_with_its_angle",
+    "STEER_OFFSET": "test_a_pot_that_jumps_is_no_stuck_steering_and_within_five_metres_the_reading_is_said_to_be_wrong",
+    "SLIP_HIGH": "test_a_rover_that_lacks_half_its_speed_slips_within_a_metre_and_is_calm_three_seconds_after",
+    "NOT_MOVING": "test_a_rover_whose_wheels_turn_and_that_stands_is_found_within_five_seconds",
 }
 
 
@@ -447,3 +457,45 @@ def test_a_lidar_that_stays_silent_fails_the_mission_after_3_new_tries():
     assert (rover.mode, rover.phase) == (Mode.STANDBY, Phase.FAILED)
     rover.run(0.1)
     assert rover.rover.executive.active == ()
+
+
+# -- wheel faults: what is done about them -------------------------------------------------------------------------
+
+
+def jam(rover, n):
+    rover.nodes.wheels[n - 1].encoder = Encoder.DEAD  # what the ideal ground here can show of a stuck wheel
+    rover.nodes.wheels[n - 1].drive_stuck = True
+
+
+def test_a_stuck_wheel_ends_the_way_with_a_scan_and_a_second_one_is_the_end(driving):
+    jam(driving, 2)
+    driving.until(lambda: driving.told("FAULT"), 1.5)
+    assert driving.told("FAULT")[0][1].startswith("WHEEL_STUCK: ") and driving.told("FAULT")[0][1].endswith("(wheel 2)")
+    driving.until_phase(Phase.SCANNING, 5.0)
+    assert driving.mode is Mode.AUTONOMOUS
+    assert driving.rover.wheels[1].drive is Drive.STUCK
+    driving.until_phase(Phase.DRIVING)
+    driving.until(lambda: abs(driving.turning_rates[2]) > 0.3, 20.0)
+    jam(driving, 3)
+    driving.until(lambda: driving.mode is Mode.SAFE, 3.0)
+    assert driving.told("FAULT")[-1][1].endswith("(wheel 2, 3)")
+
+
+def test_without_leave_for_a_degraded_drive_a_stuck_wheel_leads_to_safe_and_resume_is_refused(known):
+    rover = bench(known, safety=config.Safety(degraded_drive=False))
+    goto = rover.goto(3.0, 0.5)
+    rover.until_driving()
+    jam(rover, 4)
+    rover.until(lambda: rover.mode is Mode.SAFE, 1.5)
+    assert "WHEEL_STUCK" in rover.text(goto)
+    refused = rover.order("resume")
+    rover.run(0.3)
+    assert rover.text(refused) == "still active: WHEEL_STUCK"
+
+
+def test_a_rover_that_does_not_move_backs_off_three_times_at_most_then_is_safe(driving):
+    driving.grip = 0.0
+    driving.until(lambda: driving.mode is Mode.SAFE, 300.0)
+    backed = [text for _, text in driving.told("PHASE") if text.startswith("BACKING_OFF")]
+    assert 1 <= len(backed) <= BY_NAME["NOT_MOVING"].tries
+    assert "NOT_MOVING" in driving.told("MODE")[-1][1]

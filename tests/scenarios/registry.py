@@ -24,7 +24,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any, Protocol
 
-from tests.scenarios import guard, localisation, nominal
+from tests.scenarios import guard, localisation, nominal, wheels
 
 
 class Campaign(Protocol):
@@ -47,4 +47,5 @@ CAMPAIGNS: Mapping[str, Campaign] = {
     "guard": guard,
     "nominal": nominal,
     "localisation": localisation,
+    "wheels": wheels,
 }

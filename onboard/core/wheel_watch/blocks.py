@@ -1,0 +1,91 @@
+"""One wheel's drive in blocks of 0.2 s: what it owed, what it turned, what it told, what it drew.
+
+    owed    rate (rad/s): the order as the node ramps it, at 1 rad/s2, two ticks late
+    turned  rate by the encoder's position;   told  rate by the feedback's own figure;   current (A), mean
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from typing import NamedTuple
+
+from onboard.core.wheel_watch.seen import TICK_S, approach, works
+from onboard.records import WheelCommand, WheelState
+
+SLEW_RADPS2 = 1.0  # of the drives, 10-navigation section 2
+BLOCK_TICKS, BLOCKS = 20, 3
+ORDER_TICKS = 2  # from an order to the feedback that shows it
+FASTEST_RADPS, COUNT_RAD = 4.5, 0.01  # no-load rate; a position farther off in one tick has jumped
+JUMP_TICKS = 100  # two jumps within this are no accident of the wire
+
+
+class Block(NamedTuple):
+    """Means over 0.2 s. ramp_radps2: how fast `owed` changed. current_a: None where no status came."""
+
+    owed_radps: float
+    turned_radps: float
+    told_radps: float
+    current_a: float | None
+    ramp_radps2: float
+
+
+class WheelBlocks:
+    """The last three blocks of one wheel; `update` each tick, True where a block was closed."""
+
+    def __init__(self) -> None:
+        self.blocks: deque[Block] = deque(maxlen=BLOCKS)
+        self.jumps = 0
+        self._jump_tick = self._tick = 0
+        self._owed_radps = 0.0
+        self._orders: deque[float] = deque([0.0] * ORDER_TICKS, maxlen=ORDER_TICKS)
+        self._last_rad: float | None = None
+        self._begin()
+
+    def update(self, order: WheelCommand, state: WheelState | None, current_a: float | None) -> bool:
+        """Takes one tick. A wheel whose node does not run owes nothing and starts afresh."""
+        self._tick += 1
+        late = self._orders[0]
+        self._orders.append(order.rate_radps)
+        if not works(state):
+            self._owed_radps, self._last_rad = 0.0, None
+            self.blocks.clear()
+            self._begin()
+            return False
+        assert state
+        self._owed_radps = approach(self._owed_radps, late, SLEW_RADPS2 * TICK_S)
+        if self._last_rad is not None:
+            self._turn(state.position_rad - self._last_rad, state.age_ns * 1e-9)
+        self._last_rad = state.position_rad
+        self._owed += self._owed_radps
+        self._told += state.rate_radps
+        if current_a is not None:
+            self._current += current_a
+            self._currents += 1
+        self._ticks += 1
+        if self._ticks < BLOCK_TICKS:
+            return False
+        self._close()
+        return True
+
+    def _turn(self, turned_rad: float, age_s: float) -> None:
+        if abs(turned_rad) <= FASTEST_RADPS * (2 * TICK_S + age_s) + COUNT_RAD:
+            self._turned += turned_rad
+            return
+        self.jumps = self.jumps + 1 if self._tick - self._jump_tick <= JUMP_TICKS else 1
+        self._jump_tick = self._tick
+
+    def _begin(self) -> None:
+        self._ticks = self._currents = 0
+        self._owed = self._turned = self._told = self._current = 0.0
+        self._first_radps = self._owed_radps
+
+    def _close(self) -> None:
+        n = self._ticks
+        self.blocks.append(
+            Block(
+                self._owed / n, self._turned / (n * TICK_S), self._told / n,
+                self._current / self._currents if self._currents else None,
+                abs(self._owed_radps - self._first_radps) / (n * TICK_S),
+            )
+        )  # fmt: skip
+        self._begin()

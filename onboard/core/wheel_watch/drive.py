@@ -1,0 +1,64 @@
+"""Which of ENCODER_BAD, WHEEL_STUCK, WHEEL_FREE and WHEEL_WEAK three blocks of a wheel show, if any.
+
+A sound drive has 8 N m where the ground asks for 1 at most: it turns as it owes, to 0.001 rad/s. So
+
+    position and told rate disagree, or the position jumps twice      the encoder
+    it does not turn, and draws little                                the encoder, for the wheel must be turning
+    it does not turn, and draws much, or nothing and is dragged       stuck
+    it turns otherwise than it owes: the ground turns it              free where it draws nothing, weak where it draws
+                                                                      some, towards what it owes, and not enough
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from onboard.core.wheel_watch.blocks import BLOCKS, Block
+
+OWES_RADPS = 0.15  # slower wheels are not judged
+STILL_RATIO = 0.1  # of what is owed: does not turn
+STALL_A = 3.0  # the ground's worst is 1.4
+NO_CURRENT_A = 0.03  # 3 sigma of a block's mean
+WORK_A = 0.05  # mean of the other wheels: there is work to do
+HARD_WORK_A = 0.35  # of the other wheels, which drag this one
+OFF_RADPS = 0.01  # from what is owed: half the slip of flat soil; a sound drive is within 0.001
+LAG_S = 0.015  # and this of a ramp
+DISAGREE_RADPS = 0.05  # position against told rate, mean of the blocks
+
+
+def encoder_bad(blocks: Sequence[Block], jumps: int, others_a: float) -> bool:
+    """Whether the encoder tells what cannot be, or nothing while the wheel must be turning. others_a: see below."""
+    if jumps >= 2:
+        return True
+    if len(blocks) < BLOCKS:
+        return False
+    if abs(sum(b.turned_radps - b.told_radps for b in blocks)) > DISAGREE_RADPS * BLOCKS:
+        return True
+    most_a = max(STALL_A if b.current_a is None else abs(b.current_a) for b in blocks)
+    dragged = most_a < NO_CURRENT_A and others_a > HARD_WORK_A
+    return all(map(_still, blocks)) and most_a < STALL_A and not dragged
+
+
+def drive_word(blocks: Sequence[Block], others_a: float) -> str | None:
+    """The fault's name, or None. others_a: mean of what the other wheels draw, by size. After `encoder_bad`."""
+    if len(blocks) < BLOCKS or any(b.current_a is None or abs(b.owed_radps) < OWES_RADPS for b in blocks):
+        return None
+    sign = 1.0 if blocks[-1].owed_radps > 0.0 else -1.0
+    currents = [sign * (b.current_a or 0.0) for b in blocks]
+    if all(map(_still, blocks)):
+        stuck = min(map(abs, currents[1:])) > STALL_A or max(map(abs, currents)) < NO_CURRENT_A
+        return "WHEEL_STUCK" if stuck else None
+    offs = [sign * (b.turned_radps - b.owed_radps) for b in blocks]
+    far = all(abs(off) > OFF_RADPS + LAG_S * b.ramp_radps2 for off, b in zip(offs, blocks))
+    if not far or others_a < WORK_A or max(map(abs, currents)) > STALL_A:
+        return None
+    if max(map(abs, currents)) < NO_CURRENT_A:
+        return "WHEEL_FREE"
+    if min(map(abs, currents)) > NO_CURRENT_A and all((c > 0.0) == (off < 0.0) for c, off in zip(currents, offs)):
+        return "WHEEL_WEAK"
+    return None
+
+
+def _still(block: Block) -> bool:
+    owed = abs(block.owed_radps)
+    return owed >= OWES_RADPS and abs(block.turned_radps) < STILL_RATIO * owed

@@ -1,0 +1,63 @@
+"""STEER_OFFSET: whether a reading that stands off its order is wrong, or the wheel really stands so; by the gyro.
+
+A reading that is wrong by o turns the odometry: the wheel's part in omega is m / Q, m = s * (a * sin d - b * cos d), so
+
+    x = -o * s * (a * cos d + b * sin d) / Q      is what the gyro turns more than the odometry, if the reading is wrong
+
+and 0 if it is right. x and the gyro's excess are summed over 0.25 m of way each; their regression says which. At 6
+degrees x is 2.9 degrees a metre, where a sound rover's excess walks by 0.4 degrees in half a metre.
+"""
+
+from __future__ import annotations
+
+import math
+
+from onboard.core.wheel_watch.seen import TICK_S, Seen
+
+LEAST_RAD = math.radians(1.5)  # a reading that stands off by less is left alone
+BLOCK_M, FIRST_M, LAST_M = 0.25, 1.0, 5.0
+TELLING_RAD = math.radians(3.0)  # of x in all: then it is decided
+FAINT_RAD = math.radians(1.0)  # and at LAST_M already at this
+
+
+class OffsetWatch:
+    """One wheel at (a_m, b_m). verdict: None, or whether the reading is wrong; a change of the offset asks again."""
+
+    def __init__(self, place_m: tuple[float, float], q_m2: float) -> None:
+        self._place_m, self._q_m2 = place_m, q_m2
+        self.verdict: bool | None = None
+        self.off_rad = 0.0
+        self._restart()
+
+    @property
+    def open(self) -> bool:
+        """Whether a reading stands off and it is not known yet why."""
+        return self.verdict is None and abs(self.off_rad) >= LEAST_RAD
+
+    def update(self, off_rad: float, rim_m: float, seen: Seen, n: int) -> None:
+        """Takes one tick. off_rad: how far the reading of wheel `n` (from 0) stands off; rim_m: its way."""
+        if off_rad != self.off_rad:
+            self.off_rad, self.verdict = off_rad, None
+            self._restart()
+        state = seen.wheels[n]
+        if not self.open or state is None:
+            return
+        a, b = self._place_m
+        self._x -= off_rad * rim_m * (a * math.cos(state.steer_rad) + b * math.sin(state.steer_rad)) / self._q_m2
+        self._y += seen.turn_radps * TICK_S - seen.step.dyaw_rad
+        self._block_m += abs(rim_m)
+        if self._block_m >= BLOCK_M:
+            self._close()
+
+    def _restart(self) -> None:
+        self._x = self._y = self._block_m = self._way_m = self._told_rad = self._xx = self._xy = 0.0
+
+    def _close(self) -> None:
+        self._xx += self._x * self._x
+        self._xy += self._x * self._y
+        self._told_rad += abs(self._x)
+        self._way_m += self._block_m
+        self._x = self._y = self._block_m = 0.0
+        least = TELLING_RAD if self._way_m < LAST_M else FAINT_RAD
+        if self._way_m >= FIRST_M and self._told_rad >= least:
+            self.verdict = self._xy > 0.5 * self._xx

@@ -1,0 +1,41 @@
+"""What the wheel monitors look at in one tick, as plain values."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from onboard.motion.odometry import Step
+from onboard.records import ImuSample, WheelCommand, WheelState
+from protocol.can_codec import NodeState
+
+TICK_S = 0.01
+FRESH_NS = 30_000_000
+
+
+class Seen(NamedTuple):
+    """One tick. Wheels 1 to 4 in each sequence.
+
+    orders: those last sent. wheels: newest feedback, as read. currents_a: of the drives, where a status came since the
+    last tick, else None. imu: newest sample. step: odometry. turn_radps: yaw rate of the gyro, its bias taken out.
+    slip_ratio: the filter's, moved by registrations.
+    """
+
+    now_ns: int
+    orders: Sequence[WheelCommand]
+    wheels: Sequence[WheelState | None]
+    currents_a: Sequence[float | None]
+    imu: ImuSample | None
+    step: Step
+    turn_radps: float
+    slip_ratio: float
+
+
+def works(state: WheelState | None) -> bool:
+    """Whether a wheel's node runs and was heard: only then do its wheel and steering owe what was ordered."""
+    return state is not None and state.age_ns <= FRESH_NS and state.state == NodeState.RUNNING
+
+
+def approach(value: float, target: float, most: float) -> float:
+    """One step of at most `most` towards the target: how a drive ramps and a steering turns."""
+    return value + max(-most, min(most, target - value))

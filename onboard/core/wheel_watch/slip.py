@@ -1,0 +1,106 @@
+"""SLIP_HIGH and NOT_MOVING: what the wheels say against gyro, accelerometer and registrations.
+
+    shortfall   1 - (the body's speed along the odometry's, by `body_speed`) / (the odometry's speed); turning on the
+                spot 1 - (the gyro's rate) / (the odometry's)
+    SLIP_HIGH   shortfall over 0.4 for 1 s of driving, or the gyro turns 5 degrees otherwise than the odometry within
+                1 m of way, or the filter's slip ratio, which registrations move, over 0.4. Until below 0.25 for 3 s
+    NOT_MOVING  shortfall over 0.7 for 0.3 s, and from then on for 3 s wheels that turn, no shaking of the gyro, and no
+                thrust forwards either. Until the rover has stood for half a second
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+
+from onboard.core.wheel_watch.body_speed import DRIVING_S, SLOW_S, SUSPECT_S, BodySpeed
+from onboard.core.wheel_watch.seen import TICK_S, Seen
+from onboard.core.wheel_watch.shaking import Shaking
+from onboard.records import Twist
+
+LEAST_MPS, LEAST_RADPS = 0.04, 0.06  # slower than this by the wheels is not judged
+HIGH, CALM, STOPPED, THRUST = 0.4, 0.25, 0.7, -0.3
+SUSPECT = 0.35  # from here on the wheels pull the body's speed less
+HIGH_TICKS, CALM_TICKS, STOPPED_TICKS, STILL_TICKS, STOOD_TICKS = 100, 300, 30, 300, 50
+SUSPECT_TICKS = 500  # but no longer than this
+SHAKING_RADPS = 0.006  # noise of the sensor 0.001, wheels that dig 0.005, rough ground under a rover that goes more
+SETTLE_TICKS = 150  # a rover that is stopped rocks for so long
+ASTRAY_RAD = math.radians(5.0)  # a sound rover on rough ground: 1.9 degrees
+ASTRAY_M, PIECES = 0.25, 4
+
+
+class SlipWatch:
+    """`update` each tick; `high` and `still` are the faults, `shortfall` of the tick (0 where it is not judged)."""
+
+    def __init__(self) -> None:
+        self.high = self.still = False
+        self.shortfall = 0.0
+        self.body, self._shaking = BodySpeed(), Shaking()
+        self._high = self._calm = self._short = self._stopped = self._stood = self._suspect = 0
+        self._turns: deque[float] = deque(maxlen=PIECES)
+        self._turn_rad = self._way_m = 0.0
+
+    def update(self, seen: Seen, strays: bool) -> None:
+        """Takes one tick; without an IMU nothing is judged. strays: whether the ground alone may turn the rover."""
+        if seen.imu is None:
+            return
+        self._suspect = self._suspect + 1 if self.shortfall > SUSPECT else 0
+        self.body.update(seen.imu, seen.step.twist, seen.step.standing, self._tau_s(seen.step.twist))
+        self._shaking.update(seen.imu)
+        if strays:
+            self._stray(seen)
+        else:
+            self._turns.clear()
+        self._stood = self._stood + 1 if seen.step.standing else 0
+        if self._judge(seen):
+            self._high = self._high + 1 if self.shortfall > HIGH else 0
+            self._short = self._short + 1 if self.shortfall > STOPPED else 0
+            self._stop()
+        elif self._stood >= STOOD_TICKS:
+            self._high = self._short = self._stopped = 0
+            self._turns.clear()
+        self._conclude(seen)
+
+    def _tau_s(self, twist: Twist) -> float:
+        """How slowly the wheels may pull the body's speed."""
+        if math.hypot(twist.vx_mps, twist.vy_mps) <= LEAST_MPS:
+            return SLOW_S
+        return SUSPECT_S if 0 < self._suspect < SUSPECT_TICKS else DRIVING_S
+
+    def _judge(self, seen: Seen) -> bool:
+        """Sets `shortfall`; False where the wheels are too slow to tell."""
+        twist = seen.step.twist
+        speed = math.hypot(twist.vx_mps, twist.vy_mps)
+        self.shortfall = 0.0
+        if seen.step.standing:
+            return False
+        if speed > LEAST_MPS:
+            along = (self.body.vx_mps * twist.vx_mps + self.body.vy_mps * twist.vy_mps) / speed
+            self.shortfall = 1.0 - along / speed if self.body.known else 0.0
+            return self.body.known
+        if abs(twist.yaw_radps) > LEAST_RADPS:
+            self.shortfall = 1.0 - seen.turn_radps / twist.yaw_radps
+            return True
+        return False
+
+    def _stop(self) -> None:
+        """Counts the ticks since the body seems to have stopped under turning wheels."""
+        if self._stopped == 0:
+            self._stopped = int(self._short >= STOPPED_TICKS)
+        elif (self._stopped > SETTLE_TICKS and self._shaking.now_radps > SHAKING_RADPS) or self.shortfall < THRUST:
+            self._stopped = 0
+        else:
+            self._stopped += 1
+
+    def _conclude(self, seen: Seen) -> None:
+        slips = self._high >= HIGH_TICKS or abs(sum(self._turns)) > ASTRAY_RAD or seen.slip_ratio > HIGH
+        self._calm = 0 if slips or self.shortfall > CALM else self._calm + 1
+        self.high = slips or (self.high and self._calm < CALM_TICKS)
+        self.still = (self.still or self._stopped >= STILL_TICKS) and self._stood < STOOD_TICKS
+
+    def _stray(self, seen: Seen) -> None:
+        self._turn_rad += seen.turn_radps * TICK_S - seen.step.dyaw_rad
+        self._way_m += seen.step.rolled_m
+        if self._way_m >= ASTRAY_M:
+            self._turns.append(self._turn_rad)
+            self._turn_rad = self._way_m = 0.0

@@ -1,0 +1,121 @@
+"""The wheel monitors in one: a tick of plain values in, the faults' names, the wheels' health and corrections out.
+
+What is found of a wheel stays found: it goes into the health, and the wheel is not judged again.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from onboard.config import Rover
+from onboard.core.wheel_watch.blocks import WheelBlocks
+from onboard.core.wheel_watch.drive import drive_word, encoder_bad
+from onboard.core.wheel_watch.offset import OffsetWatch
+from onboard.core.wheel_watch.seen import Seen
+from onboard.core.wheel_watch.slip import SlipWatch
+from onboard.core.wheel_watch.steering import SteerWatch
+from onboard.motion.kinematics import wheel_places
+from onboard.motion.wheel_health import SOUND, Drive, WheelHealth, Wheels
+from onboard.records import WheelCommand, WheelState
+
+WHEEL_ROWS = (
+    "ENCODER_BAD", "WHEEL_STUCK", "WHEEL_FREE", "WHEEL_WEAK", "STEER_STUCK", "STEER_OFFSET", "SLIP_HIGH", "NOT_MOVING",
+)  # fmt: skip
+DRIVE_OF = {"WHEEL_STUCK": Drive.STUCK, "WHEEL_FREE": Drive.FREE, "WHEEL_WEAK": Drive.FREE}
+
+
+class WheelWatch:
+    """`update` each tick. faults: name -> the wheels (1 to 4) it was found of, none where it is of the rover."""
+
+    def __init__(self, rover: Rover) -> None:
+        places = wheel_places(rover)
+        q_m2 = sum(a * a + b * b for a, b in places)
+        self.health: Wheels = SOUND
+        self.slip = SlipWatch()
+        self._found: dict[str, tuple[int, ...]] = {}
+        self._radius_m = rover.wheel_radius_m
+        self._drives = tuple(WheelBlocks() for _ in places)
+        self._steers = tuple(SteerWatch(rover.steer_rate_radps) for _ in places)
+        self._offsets = tuple(OffsetWatch(place, q_m2) for place in places)
+        self._last: list[WheelState | None] = [None] * len(places)
+
+    @property
+    def faults(self) -> dict[str, tuple[int, ...]]:
+        """What holds now."""
+        rover = {"SLIP_HIGH": self.slip.high, "NOT_MOVING": self.slip.still}
+        return {**self._found, **{name: () for name, holds in rover.items() if holds}}
+
+    def update(self, seen: Seen) -> None:
+        """Takes one tick."""
+        self.slip.update(seen, strays=not self._pulls_aside())
+        for k in range(len(self._drives)):
+            self._drive(k, seen)
+            self._steer(k, seen)
+            self._last[k] = seen.wheels[k]
+
+    def readings(self, wheels: Sequence[WheelState | None]) -> tuple[WheelState | None, ...]:
+        """The wheels' states with the steering readings that are known to be wrong put right."""
+        return tuple(
+            state._replace(steer_rad=state.steer_rad - offset.off_rad) if state and offset.verdict else state
+            for state, offset in zip(wheels, self._offsets)
+        )
+
+    def orders(self, orders: Sequence[WheelCommand]) -> tuple[WheelCommand, ...]:
+        """The orders with the angles put right of steerings that are known to stand off."""
+        return tuple(
+            order._replace(steer_rad=order.steer_rad - offset.off_rad) if offset.verdict is False else order
+            for order, offset in zip(orders, self._offsets)
+        )
+
+    def digest_items(self) -> tuple[float, ...]:
+        """Plain values for the state digest."""
+        body = self.slip.body
+        return (body.vx_mps, body.vy_mps, self.slip.shortfall, *(steer.off_rad for steer in self._steers))
+
+    def _drive(self, k: int, seen: Seen) -> None:
+        watch, health = self._drives[k], self.health[k]
+        closed = watch.update(seen.orders[k], seen.wheels[k], seen.currents_a[k])
+        if not closed or health.drive is not Drive.GOOD or not health.encoder:
+            return
+        others_a = self._others_a(k)
+        if encoder_bad(watch.blocks, watch.jumps, others_a):
+            self._find("ENCODER_BAD", k, replace(health, encoder=False))
+            return
+        name = drive_word(watch.blocks, others_a)
+        if name:
+            self._find(name, k, replace(health, drive=DRIVE_OF[name]))
+
+    def _steer(self, k: int, seen: Seen) -> None:
+        steer, offset, health = self._steers[k], self._offsets[k], self.health[k]
+        steer.update(seen.orders[k], seen.wheels[k])
+        if health.steer_fixed_rad is not None:
+            return
+        if steer.stuck_rad is not None:
+            self._find("STEER_STUCK", k, replace(health, steer_fixed_rad=steer.stuck_rad))
+            return
+        state, last = seen.wheels[k], self._last[k]
+        turned_rad = state.position_rad - last.position_rad if state and last else 0.0
+        offset.update(steer.off_rad, turned_rad * self._radius_m, seen, k)
+        if offset.verdict is not None:
+            self._find("STEER_OFFSET", k, health)
+
+    def _pulls_aside(self) -> bool:
+        """Whether a wheel is known to turn the rover, or its reading the odometry, and not the ground."""
+        return any(h.drive is Drive.STUCK or h.steer_fixed_rad is not None for h in self.health) or any(
+            offset.open for offset in self._offsets
+        )
+
+    def _others_a(self, k: int) -> float:
+        """Mean of what the other wheels drew in their newest block, by size."""
+        drawn = [
+            abs(watch.blocks[-1].current_a or 0.0) for n, watch in enumerate(self._drives) if n != k and watch.blocks
+        ]
+        return sum(drawn) / len(drawn) if drawn else 0.0
+
+    def _find(self, name: str, k: int, health: WheelHealth) -> None:
+        wheel = k + 1
+        if wheel not in self._found.get(name, ()):
+            self._found[name] = (*self._found.get(name, ()), wheel)
+        one, two, three, four = (health if n == k else old for n, old in enumerate(self.health))
+        self.health = (one, two, three, four)
