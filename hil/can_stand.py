@@ -70,7 +70,9 @@ class Stand:
     def _turned(self, node: WheelNode, wheel: WheelTruth, dt_s: float) -> WheelTruth:
         drive = node.drive()
         way_rad = max(-STEER_RADPS * dt_s, min(STEER_RADPS * dt_s, drive.steer_rad - wheel.steer_rad))
-        rate_radps = -drive.rate_radps if node.name in self.reversed else drive.rate_radps
+        rate_radps = 0.0 if node.drive_stuck else drive.rate_radps
+        if node.name in self.reversed:
+            rate_radps = -rate_radps
         friction_nm = math.copysign(BEARING_NM, rate_radps) + DRAG_NMS * rate_radps if rate_radps else 0.0
         return WheelTruth(wheel.steer_rad + way_rad, wheel.position_rad + rate_radps * dt_s, rate_radps, friction_nm)
 

@@ -51,6 +51,7 @@ class SoilContacts:
     ) -> None:
         if grid.rows < 2 or grid.columns < 2:
             raise ValueError(f"grid: expected at least 2 x 2 nodes, given {grid.rows} x {grid.columns}")
+        self._wheels = len(soils)
         self._heights = np.empty((grid.rows, grid.columns), np.float32)  # the kernel reads them where they are
         self.reshape(soil_z)
         self._contacts = _soil.Contacts(self._heights, grid.x0_m, grid.y0_m, grid.cell_m, radius_m, width_m, len(soils))
@@ -81,6 +82,8 @@ class SoilContacts:
         """One step for all wheels: (force (3,) N, point (3,) m, load N, sinkage m) of each, map axes.
 
         states: one row per wheel as pybullet's getLinkStates tells it: [0] centre, [1] quaternion x y z w,
-        [6] velocity, [7] angular velocity, all in map axes.
+        [6] velocity, [7] angular velocity, all in map axes. Raises ValueError for another number of wheels.
         """
+        if len(states) != self._wheels:
+            raise ValueError(f"{len(states)} states for {self._wheels} wheels")
         return self._contacts.step(states, dt_s)

@@ -306,7 +306,7 @@ _wheels = st.tuples(SIDES, SIDES).flatmap(
         rows=st.just(n[0]),
         columns=st.just(n[1]),
         heights_m=arrays(n, np.float32),
-        states=st.lists(st.lists(USUAL, min_size=13, max_size=13), min_size=3, max_size=3),
+        states=st.lists(st.lists(USUAL, min_size=13, max_size=13), min_size=len(CLASSES) - 1, max_size=len(CLASSES)),
         dt_s=st.sampled_from((0.002, 0.01)),
     )
 )

@@ -108,7 +108,7 @@ def make_layers(heights_m: F32, cell_m: float, raw_roughness: bool, work: Worksp
 def make_edges(heights_m: F32, cell_m: float, prices: Prices, work: Workspace) -> None:
     """Eq. 21 to 25: fills `work.edges_m`, by the layers. Raises as `make_layers` does, ValueError for wrong prices."""
     _check_map(heights_m, cell_m, work)
-    if not (all(0.0 <= price < math.inf for price in prices) and prices.roughest_at_least_m > 0.0):
+    if len(prices) != 5 or not all(0.0 <= price < math.inf for price in prices) or prices[1] == 0.0:
         raise ValueError(f"prices: expected 5 finite numbers >= 0, the second above, given {tuple(prices)}")
     work.edges_cell_m[0] = 0.0
     if not kernels.global_edges_into(heights_m, cell_m, np.array(prices, np.float32), work.edges_m, *_watched(work)):

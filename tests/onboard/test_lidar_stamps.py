@@ -14,6 +14,7 @@ from onboard.app import WallPorts
 from onboard.config import Lidar
 from onboard.devices.lidar import LidarSession
 from onboard.drivers.lidar_port import open_port
+from onboard.ports import BusStatus
 from onboard.records import Outputs, PortState
 from tests.onboard.hand_clock import REAL_LIMIT_S, HandClock
 
@@ -22,7 +23,7 @@ def fly(profile, latency_ns, seconds):
     """Scans of a stream over a TCP port, with the wall clock's ports between sensor and session."""
     server = LidarServer()
     lidar, clock = open_port(server.address), HandClock(server, profile)
-    silent = SimpleNamespace(state=PortState.OPEN, read=lambda _: (), write=lambda _: 0)
+    silent = SimpleNamespace(state=PortState.OPEN, status=BusStatus(), read=lambda _: (), write=lambda _: 0)
     ports, session, scans = WallPorts(silent, lidar, silent, clock), LidarSession(Lidar(latency_ns=latency_ns)), []
     clock.idle = ports.ear.listen
     lidar.connect()
@@ -57,7 +58,7 @@ def test_bytes_between_two_ticks_are_stamped_when_they_come_and_taken_in_order_a
     try:
         lidar = open_port(server.address)
         clock = SimpleNamespace(now_ns=iter((3_000_000, 7_000_000, 9_000_000, 9_100_000)).__next__, slipped_ticks=0)
-        silent = SimpleNamespace(state=PortState.OPEN, read=lambda _: ())
+        silent = SimpleNamespace(state=PortState.OPEN, status=BusStatus(), read=lambda _: ())
         ports = WallPorts(silent, lidar, silent, clock)
         lidar.connect()
         assert server.wait_client(REAL_LIMIT_S) and lidar.wait_open(REAL_LIMIT_S) is PortState.OPEN
