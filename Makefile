@@ -39,7 +39,7 @@ sim: .venv/.project ## bench, rover and link in real time until Ctrl-C; try `gro
 test: .venv/.project ## the fast test suite (under 5 minutes on two cores)
 	@$(FIXED) $(B)/python -m pytest -n 2 --dist loadgroup -m "not campaign"
 
-test-missions: .venv/.project ## what maps, guard and mission rule do on seeded fields without physics (minutes)
+test-missions: .venv/.project ## maps, guard and mission rule on seeded fields without physics, ways driven with a failed wheel (minutes)
 	@$(FIXED) $(B)/python -m pytest -n 2 --dist loadgroup -m campaign
 
 test-scenarios: .venv/.project ## whole missions with physics, each in one process; a few minutes, FULL=1 flies every seed

@@ -223,7 +223,7 @@ class Patch:
 
     def __init__(self, bench: InMemory) -> None:
         self._bench, self._soft = bench, [False] * 4
-        start, goal = bench.world.start, bench.world.goal_m
+        start, goal = bench.field.start, bench.field.goal_m
         along = np.array([goal[0] - start.x_m, goal[1] - start.y_m])
         self._along = along / np.linalg.norm(along)
         self._from = np.array([start.x_m, start.y_m])
