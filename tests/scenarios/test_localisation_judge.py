@@ -21,12 +21,16 @@ def test_a_flight_within_its_promises_is_not_named():
         ({"heading_deg": 0.7}, "heading"),
         ({"error_m": 0.12}, "0.12 m at the end"),
         ({"outcome": "no way"}, "no way"),
-        ({"nees_after": (40.0, 30.0)}, "NEES after"),
-        ({"nees_before": (0.1, 0.1, 0.1, 0.1)}, "NEES before"),  # a covariance that is too wide is not honest either
+        ({"nees_after": (9.0, 8.0) * 25}, "NEES after"),
+        ({"nees_before": (0.5, 2.0) * 25}, "NEES before"),  # a covariance that is too wide is not honest either
     ],
 )
 def test_what_falls_short_is_named(change, word):
     assert any(word in text for text in judge([replace(GOOD, **change)]))
+
+
+def test_fewer_than_50_stops_say_nothing_of_the_covariance():
+    assert judge([replace(GOOD, nees_after=(9.0, 8.0) * 24)]) == []
 
 
 @pytest.mark.parametrize("seed", [21, 22, 23])
