@@ -9,8 +9,9 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from onboard.config import Config
+from onboard.core.context import Context
 from onboard.core.downlink import Downlink
-from onboard.core.mission import MISSION_JOBS, MOVING, Context, Mission
+from onboard.core.mission import MISSION_JOBS, MOVING, Mission
 from onboard.core.monitors import over_limit, words
 from onboard.motion.wheel_health import Drive, Wheels
 from onboard.planning.plan_records import PlanResult

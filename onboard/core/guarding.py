@@ -18,7 +18,7 @@ from onboard.records import F64, Pose, Scan
 from protocol.conventions import TICK_NS
 
 if TYPE_CHECKING:  # these come from the jobs, which run elsewhere
-    from onboard.core.mission import Context
+    from onboard.core.context import Context
     from onboard.perception.stop_map import StopMap
     from onboard.planning.drive_guard import Bad
     from onboard.planning.guarded_leg import Leg

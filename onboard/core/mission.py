@@ -8,25 +8,20 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 from onboard.config import Config
+from onboard.core.context import Context
 from onboard.core.guarding import GUARD_JOBS, Guarding
-from onboard.core.jobs import JobBook
 from onboard.core.sensing import Sensing, Sweep
 from onboard.core.way import Way
-from onboard.devices.lidar import LidarSession
-from onboard.devices.nodes import Nodes
 from onboard.motion.follower import Follower
-from onboard.motion.wheel_health import SOUND, Wheels
 from onboard.perception import ldem
-from onboard.perception.localisation import Localisation
 from onboard.perception.sweep import segments
 from onboard.planning.mission_rule import MissionState, interrupted
 from onboard.planning.plan_records import PlanRequest, PlanResult, Settings
-from onboard.records import Decision, Entry, Gdem, Path, Pose, Scan, Twist
+from onboard.records import Decision, Entry, Gdem, Path, Pose, Twist
 from protocol.conventions import wrap_rad
 from protocol.modes import Phase
 
@@ -41,23 +36,6 @@ MOVING = frozenset({Phase.DRIVING, Phase.TURNING, Phase.BACKING_OFF})
 _TRUST_ODOMETRY_M = 2.0  # farther than this since the last registration, the rover looks again before it says arrived
 _TRIES = 3
 _BLIND_NS = 30_000_000_000  # a reconnect of the scanner included
-
-
-@dataclass(slots=True)
-class Context:
-    """What a phase may look at and order in one tick."""
-
-    tick: int
-    now_ns: int
-    scans: Sequence[Scan]
-    lidar: LidarSession
-    nodes: Nodes
-    localisation: Localisation
-    jobs: JobBook
-    taken: Mapping[str, Any]
-    held: bool
-    wheels: Wheels = SOUND
-    found: Mapping[str, tuple[int, ...]] = field(default_factory=dict)  # fault -> the wheels it was found of
 
 
 @dataclass(frozen=True, slots=True)

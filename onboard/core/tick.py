@@ -13,10 +13,10 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from onboard.config import Config
+from onboard.core.context import Context
 from onboard.core.downlink import Downlink
 from onboard.core.executive import Executive
 from onboard.core.jobs import JobBook
-from onboard.core.mission import Context
 from onboard.core.monitors import Watched, active_faults
 from onboard.core.telemetry import View
 from onboard.core.wheel_watch.seen import Seen

@@ -1,0 +1,31 @@
+"""What the core hands down through executive, mission and drive guard in one tick."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from onboard.core.jobs import JobBook
+from onboard.devices.lidar import LidarSession
+from onboard.devices.nodes import Nodes
+from onboard.motion.wheel_health import SOUND, Wheels
+from onboard.perception.localisation import Localisation
+from onboard.records import Scan
+
+
+@dataclass(slots=True)
+class Context:
+    """What a phase may look at and order in one tick."""
+
+    tick: int
+    now_ns: int
+    scans: Sequence[Scan]
+    lidar: LidarSession
+    nodes: Nodes
+    localisation: Localisation
+    jobs: JobBook
+    taken: Mapping[str, Any]
+    held: bool
+    wheels: Wheels = SOUND
+    found: Mapping[str, tuple[int, ...]] = field(default_factory=dict)  # fault -> the wheels it was found of
