@@ -66,9 +66,10 @@ class SoilContacts:
 
     def reshape(self, soil_z: NDArray[np.float32]) -> None:
         """Other heights from now on, (rows, columns); shear stays. Raises ValueError for a wrong shape or no number."""
-        if soil_z.shape != self._heights.shape or not np.isfinite(soil_z).all():
-            raise ValueError(f"soil {soil_z.shape} on a grid {self._heights.shape}, or heights not finite")
-        self._heights[:] = soil_z
+        heights = np.asarray(soil_z, np.float32)
+        if heights.shape != self._heights.shape or not np.isfinite(heights).all():
+            raise ValueError(f"soil {heights.shape} on a grid {self._heights.shape}, or heights not finite")
+        self._heights[:] = heights
 
     def reset(self) -> None:
         """Forget all shear."""
