@@ -10,6 +10,7 @@ from onboard.native.checks import check_array
 from onboard.native.variant import kernels
 from onboard.records import F32, Bool, Grid
 
+MOST_STATIONS = 10**6  # of a line: more are a mistake, and would take for ever
 
 def price_m(
     free: Bool,
@@ -23,7 +24,8 @@ def price_m(
     free: bool (orientations, rows, columns) on `grid`; closeness: float32, the same shape, or None. line: its two ends
     (x, y) and the orientation. Stations lie evenly, at most spacing_m apart, both ends included; each stands in its
     nearest cell, off the grid nothing is free. A piece costs its length times 1 + the mean closeness of its ends.
-    Raises ValueError for wrong shapes, dtypes, layout, a line that is not finite or an orientation there is not.
+    Raises ValueError for wrong shapes, dtypes, layout, a line that is not finite
+    or of more than MOST_STATIONS, or an orientation there is not.
     """
     check_array("free", free, (None, grid.rows, grid.columns), np.bool_)
     if closeness is not None:
@@ -31,6 +33,8 @@ def price_m(
     a, b, orientation = line
     if not (math.isfinite(math.dist(a, b)) and grid.cell_m > 0.0 and spacing_m > 0.0):
         raise ValueError(f"line: expected finite ends and spacings above 0, given {a} to {b}, {spacing_m}, {grid}")
+    if math.dist(a, b) > MOST_STATIONS * spacing_m:
+        raise ValueError(f"line: expected at most {MOST_STATIONS} stations, given {a} to {b} every {spacing_m} m")
     if not 0 <= orientation < free.shape[0]:
         raise ValueError(f"orientation: expected 0 to {free.shape[0] - 1}, given {orientation}")
     layers = free.view(np.uint8)
