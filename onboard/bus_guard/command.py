@@ -24,7 +24,7 @@ EXAMPLES = """\b
 Examples:
   onboard guard --bus socketcan:can0
   onboard guard --config rover.toml --json
-  onboard guard --bus socketcand:127.0.0.1:29536/rover --watch-only"""
+  onboard guard --bus socketcand:127.0.0.1:29536/can0 --watch-only"""
 
 
 @click.command("guard", epilog=EXAMPLES)
