@@ -19,8 +19,8 @@ from typing import Any, NamedTuple
 
 from protocol import WireError
 from protocol.can_codec import TABLE
-from protocol.can_crc import TABLE as _CRC
 from protocol.can_crc import crc8 as crc8
+from protocol.can_crc import sound
 
 LATE_CYCLES = 2.5  # an interval of more cycle times than this is counted late
 _NEVER = -1
@@ -112,13 +112,11 @@ class Guard:
             watch.length += 1
             self.bad += 1
             return None
-        a, b, c, d, e, f, g, crc = data
-        t = _CRC
-        if t[t[t[t[t[t[t[watch.seed ^ a] ^ b] ^ c] ^ d] ^ e] ^ f] ^ g] != crc ^ 0xFF:
+        if not sound(data, watch.seed):
             watch.crc += 1
             self.bad += 1
             return None
-        counter = g >> 4
+        counter = data[6] >> 4
         step = (counter - watch.counter) & 15
         if step != 1 and watch.counter >= 0 and not self._in_order(watch, counter, step):
             return None
