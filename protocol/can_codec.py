@@ -9,11 +9,11 @@ from enum import IntEnum
 from typing import Any, Callable, NamedTuple
 
 from protocol import WireError
-from protocol.can_crc import END as _END
-from protocol.can_crc import TABLE as _T
+from protocol.can_crc import crc8 as _crc
 
 _new = tuple.__new__
 _from_bytes = int.from_bytes
+_BYTE = tuple(bytes((value,)) for value in range(256))
 
 
 class Row(NamedTuple):
@@ -114,8 +114,8 @@ def encode_EMERGENCY_STOP_COMPUTER(reason, detail, counter):
     if not (0 <= reason <= 255 and 0 <= detail <= 65535 and 0 <= counter <= 15):
         _refuse("EMERGENCY_STOP_COMPUTER", reason=(reason, 0, 255), detail=(detail, 0, 65535), counter=(counter, 0, 15))
     x = reason | detail << 8 | counter << 52
-    a, b, c, d, e, f, g = body = x.to_bytes(7, "little")
-    return body + _END[_T[_T[_T[_T[_T[_T[_T[0x8c ^ a] ^ b] ^ c] ^ d] ^ e] ^ f] ^ g]]
+    body = x.to_bytes(7, "little")
+    return body + _BYTE[_crc(body, 0x73)]
 
 
 decode_EMERGENCY_STOP_WHEEL_1 = decode_EMERGENCY_STOP_COMPUTER
@@ -125,8 +125,8 @@ def encode_EMERGENCY_STOP_WHEEL_1(reason, detail, counter):
     if not (0 <= reason <= 255 and 0 <= detail <= 65535 and 0 <= counter <= 15):
         _refuse("EMERGENCY_STOP_WHEEL_1", reason=(reason, 0, 255), detail=(detail, 0, 65535), counter=(counter, 0, 15))
     x = reason | detail << 8 | counter << 52
-    a, b, c, d, e, f, g = body = x.to_bytes(7, "little")
-    return body + _END[_T[_T[_T[_T[_T[_T[_T[0x91 ^ a] ^ b] ^ c] ^ d] ^ e] ^ f] ^ g]]
+    body = x.to_bytes(7, "little")
+    return body + _BYTE[_crc(body, 0x6e)]
 
 
 decode_EMERGENCY_STOP_WHEEL_2 = decode_EMERGENCY_STOP_COMPUTER
@@ -136,8 +136,8 @@ def encode_EMERGENCY_STOP_WHEEL_2(reason, detail, counter):
     if not (0 <= reason <= 255 and 0 <= detail <= 65535 and 0 <= counter <= 15):
         _refuse("EMERGENCY_STOP_WHEEL_2", reason=(reason, 0, 255), detail=(detail, 0, 65535), counter=(counter, 0, 15))
     x = reason | detail << 8 | counter << 52
-    a, b, c, d, e, f, g = body = x.to_bytes(7, "little")
-    return body + _END[_T[_T[_T[_T[_T[_T[_T[0xb6 ^ a] ^ b] ^ c] ^ d] ^ e] ^ f] ^ g]]
+    body = x.to_bytes(7, "little")
+    return body + _BYTE[_crc(body, 0x49)]
 
 
 decode_EMERGENCY_STOP_WHEEL_3 = decode_EMERGENCY_STOP_COMPUTER
@@ -147,8 +147,8 @@ def encode_EMERGENCY_STOP_WHEEL_3(reason, detail, counter):
     if not (0 <= reason <= 255 and 0 <= detail <= 65535 and 0 <= counter <= 15):
         _refuse("EMERGENCY_STOP_WHEEL_3", reason=(reason, 0, 255), detail=(detail, 0, 65535), counter=(counter, 0, 15))
     x = reason | detail << 8 | counter << 52
-    a, b, c, d, e, f, g = body = x.to_bytes(7, "little")
-    return body + _END[_T[_T[_T[_T[_T[_T[_T[0xab ^ a] ^ b] ^ c] ^ d] ^ e] ^ f] ^ g]]
+    body = x.to_bytes(7, "little")
+    return body + _BYTE[_crc(body, 0x54)]
 
 
 decode_EMERGENCY_STOP_WHEEL_4 = decode_EMERGENCY_STOP_COMPUTER
@@ -158,8 +158,8 @@ def encode_EMERGENCY_STOP_WHEEL_4(reason, detail, counter):
     if not (0 <= reason <= 255 and 0 <= detail <= 65535 and 0 <= counter <= 15):
         _refuse("EMERGENCY_STOP_WHEEL_4", reason=(reason, 0, 255), detail=(detail, 0, 65535), counter=(counter, 0, 15))
     x = reason | detail << 8 | counter << 52
-    a, b, c, d, e, f, g = body = x.to_bytes(7, "little")
-    return body + _END[_T[_T[_T[_T[_T[_T[_T[0xf8 ^ a] ^ b] ^ c] ^ d] ^ e] ^ f] ^ g]]
+    body = x.to_bytes(7, "little")
+    return body + _BYTE[_crc(body, 0x7)]
 
 
 decode_EMERGENCY_STOP_TILT = decode_EMERGENCY_STOP_COMPUTER
@@ -169,8 +169,8 @@ def encode_EMERGENCY_STOP_TILT(reason, detail, counter):
     if not (0 <= reason <= 255 and 0 <= detail <= 65535 and 0 <= counter <= 15):
         _refuse("EMERGENCY_STOP_TILT", reason=(reason, 0, 255), detail=(detail, 0, 65535), counter=(counter, 0, 15))
     x = reason | detail << 8 | counter << 52
-    a, b, c, d, e, f, g = body = x.to_bytes(7, "little")
-    return body + _END[_T[_T[_T[_T[_T[_T[_T[0xe5 ^ a] ^ b] ^ c] ^ d] ^ e] ^ f] ^ g]]
+    body = x.to_bytes(7, "little")
+    return body + _BYTE[_crc(body, 0x1a)]
 
 
 decode_EMERGENCY_STOP_IMU = decode_EMERGENCY_STOP_COMPUTER
@@ -180,8 +180,8 @@ def encode_EMERGENCY_STOP_IMU(reason, detail, counter):
     if not (0 <= reason <= 255 and 0 <= detail <= 65535 and 0 <= counter <= 15):
         _refuse("EMERGENCY_STOP_IMU", reason=(reason, 0, 255), detail=(detail, 0, 65535), counter=(counter, 0, 15))
     x = reason | detail << 8 | counter << 52
-    a, b, c, d, e, f, g = body = x.to_bytes(7, "little")
-    return body + _END[_T[_T[_T[_T[_T[_T[_T[0xc2 ^ a] ^ b] ^ c] ^ d] ^ e] ^ f] ^ g]]
+    body = x.to_bytes(7, "little")
+    return body + _BYTE[_crc(body, 0x3d)]
 
 
 decode_EMERGENCY_STOP_POWER = decode_EMERGENCY_STOP_COMPUTER
@@ -191,8 +191,8 @@ def encode_EMERGENCY_STOP_POWER(reason, detail, counter):
     if not (0 <= reason <= 255 and 0 <= detail <= 65535 and 0 <= counter <= 15):
         _refuse("EMERGENCY_STOP_POWER", reason=(reason, 0, 255), detail=(detail, 0, 65535), counter=(counter, 0, 15))
     x = reason | detail << 8 | counter << 52
-    a, b, c, d, e, f, g = body = x.to_bytes(7, "little")
-    return body + _END[_T[_T[_T[_T[_T[_T[_T[0xdf ^ a] ^ b] ^ c] ^ d] ^ e] ^ f] ^ g]]
+    body = x.to_bytes(7, "little")
+    return body + _BYTE[_crc(body, 0x20)]
 
 
 decode_EMERGENCY_STOP_GUARD = decode_EMERGENCY_STOP_COMPUTER
@@ -202,8 +202,8 @@ def encode_EMERGENCY_STOP_GUARD(reason, detail, counter):
     if not (0 <= reason <= 255 and 0 <= detail <= 65535 and 0 <= counter <= 15):
         _refuse("EMERGENCY_STOP_GUARD", reason=(reason, 0, 255), detail=(detail, 0, 65535), counter=(counter, 0, 15))
     x = reason | detail << 8 | counter << 52
-    a, b, c, d, e, f, g = body = x.to_bytes(7, "little")
-    return body + _END[_T[_T[_T[_T[_T[_T[_T[0x37 ^ a] ^ b] ^ c] ^ d] ^ e] ^ f] ^ g]]
+    body = x.to_bytes(7, "little")
+    return body + _BYTE[_crc(body, 0xc8)]
 
 
 class ResetRequestFrame(NamedTuple):
@@ -227,8 +227,8 @@ def encode_RESET_REQUEST(nonce, step, counter):
     if not (0 <= nonce <= 65535 and 1 <= step <= 2 and 0 <= counter <= 15):
         _refuse("RESET_REQUEST", nonce=(nonce, 0, 65535), step=(step, 1, 2), counter=(counter, 0, 15))
     x = nonce | step << 16 | counter << 52
-    a, b, c, d, e, f, g = body = x.to_bytes(7, "little")
-    return body + _END[_T[_T[_T[_T[_T[_T[_T[0xc6 ^ a] ^ b] ^ c] ^ d] ^ e] ^ f] ^ g]]
+    body = x.to_bytes(7, "little")
+    return body + _BYTE[_crc(body, 0x39)]
 
 
 class TimeSyncFrame(NamedTuple):
@@ -248,8 +248,8 @@ def encode_TIME_SYNC(bus_time_us, counter):
     if not (0 <= bus_time_us <= 281474976710655 and 0 <= counter <= 15):
         _refuse("TIME_SYNC", bus_time_us=(bus_time_us, 0, 281474976710655), counter=(counter, 0, 15))
     x = bus_time_us | counter << 52
-    a, b, c, d, e, f, g = body = x.to_bytes(7, "little")
-    return body + _END[_T[_T[_T[_T[_T[_T[_T[0x67 ^ a] ^ b] ^ c] ^ d] ^ e] ^ f] ^ g]]
+    body = x.to_bytes(7, "little")
+    return body + _BYTE[_crc(body, 0x98)]
 
 
 class DriveEnableFrame(NamedTuple):
@@ -270,8 +270,8 @@ def encode_DRIVE_ENABLE(enable, mode, counter):
     if not (0 <= enable <= 1 and 0 <= mode <= 255 and 0 <= counter <= 15):
         _refuse("DRIVE_ENABLE", enable=(enable, 0, 1), mode=(mode, 0, 255), counter=(counter, 0, 15))
     x = enable | mode << 1 | counter << 52
-    a, b, c, d, e, f, g = body = x.to_bytes(7, "little")
-    return body + _END[_T[_T[_T[_T[_T[_T[_T[0xd ^ a] ^ b] ^ c] ^ d] ^ e] ^ f] ^ g]]
+    body = x.to_bytes(7, "little")
+    return body + _BYTE[_crc(body, 0xf2)]
 
 
 class WheelCommandFrame(NamedTuple):
@@ -302,8 +302,8 @@ def encode_WHEEL_1_COMMAND(mode, steer_rad, rate_radps, counter):
     if not (0 <= mode <= 2 and -3.2 <= steer_rad <= 3.2 and -16 <= rate_radps <= 16 and 0 <= counter <= 15):
         _refuse("WHEEL_1_COMMAND", mode=(mode, 0, 2), steer_rad=(steer_rad, -3.2, 3.2), rate_radps=(rate_radps, -16, 16), counter=(counter, 0, 15))
     x = mode | (round(steer_rad / 0.0001) & 0xffff) << 2 | (round(rate_radps / 0.0005) & 0xffff) << 18 | counter << 52
-    a, b, c, d, e, f, g = body = x.to_bytes(7, "little")
-    return body + _END[_T[_T[_T[_T[_T[_T[_T[0x10 ^ a] ^ b] ^ c] ^ d] ^ e] ^ f] ^ g]]
+    body = x.to_bytes(7, "little")
+    return body + _BYTE[_crc(body, 0xef)]
 
 
 decode_WHEEL_2_COMMAND = decode_WHEEL_1_COMMAND
@@ -313,8 +313,8 @@ def encode_WHEEL_2_COMMAND(mode, steer_rad, rate_radps, counter):
     if not (0 <= mode <= 2 and -3.2 <= steer_rad <= 3.2 and -16 <= rate_radps <= 16 and 0 <= counter <= 15):
         _refuse("WHEEL_2_COMMAND", mode=(mode, 0, 2), steer_rad=(steer_rad, -3.2, 3.2), rate_radps=(rate_radps, -16, 16), counter=(counter, 0, 15))
     x = mode | (round(steer_rad / 0.0001) & 0xffff) << 2 | (round(rate_radps / 0.0005) & 0xffff) << 18 | counter << 52
-    a, b, c, d, e, f, g = body = x.to_bytes(7, "little")
-    return body + _END[_T[_T[_T[_T[_T[_T[_T[0x37 ^ a] ^ b] ^ c] ^ d] ^ e] ^ f] ^ g]]
+    body = x.to_bytes(7, "little")
+    return body + _BYTE[_crc(body, 0xc8)]
 
 
 decode_WHEEL_3_COMMAND = decode_WHEEL_1_COMMAND
@@ -324,8 +324,8 @@ def encode_WHEEL_3_COMMAND(mode, steer_rad, rate_radps, counter):
     if not (0 <= mode <= 2 and -3.2 <= steer_rad <= 3.2 and -16 <= rate_radps <= 16 and 0 <= counter <= 15):
         _refuse("WHEEL_3_COMMAND", mode=(mode, 0, 2), steer_rad=(steer_rad, -3.2, 3.2), rate_radps=(rate_radps, -16, 16), counter=(counter, 0, 15))
     x = mode | (round(steer_rad / 0.0001) & 0xffff) << 2 | (round(rate_radps / 0.0005) & 0xffff) << 18 | counter << 52
-    a, b, c, d, e, f, g = body = x.to_bytes(7, "little")
-    return body + _END[_T[_T[_T[_T[_T[_T[_T[0x2a ^ a] ^ b] ^ c] ^ d] ^ e] ^ f] ^ g]]
+    body = x.to_bytes(7, "little")
+    return body + _BYTE[_crc(body, 0xd5)]
 
 
 decode_WHEEL_4_COMMAND = decode_WHEEL_1_COMMAND
@@ -335,8 +335,8 @@ def encode_WHEEL_4_COMMAND(mode, steer_rad, rate_radps, counter):
     if not (0 <= mode <= 2 and -3.2 <= steer_rad <= 3.2 and -16 <= rate_radps <= 16 and 0 <= counter <= 15):
         _refuse("WHEEL_4_COMMAND", mode=(mode, 0, 2), steer_rad=(steer_rad, -3.2, 3.2), rate_radps=(rate_radps, -16, 16), counter=(counter, 0, 15))
     x = mode | (round(steer_rad / 0.0001) & 0xffff) << 2 | (round(rate_radps / 0.0005) & 0xffff) << 18 | counter << 52
-    a, b, c, d, e, f, g = body = x.to_bytes(7, "little")
-    return body + _END[_T[_T[_T[_T[_T[_T[_T[0x79 ^ a] ^ b] ^ c] ^ d] ^ e] ^ f] ^ g]]
+    body = x.to_bytes(7, "little")
+    return body + _BYTE[_crc(body, 0x86)]
 
 
 class TiltCommandFrame(NamedTuple):
@@ -363,8 +363,8 @@ def encode_TILT_COMMAND(start_rad, end_rad, rate_radps, start_ms, mode, counter)
     if not (-1.4297737232337548 <= start_rad <= 1.429424657383356 and -1.4297737232337548 <= end_rad <= 1.429424657383356 and 0 <= rate_radps <= 0.5563236990731926 and 0 <= start_ms <= 65535 and 0 <= mode <= 2 and 0 <= counter <= 15):
         _refuse("TILT_COMMAND", start_rad=(start_rad, -1.4297737232337548, 1.429424657383356), end_rad=(end_rad, -1.4297737232337548, 1.429424657383356), rate_radps=(rate_radps, 0, 0.5563236990731926), start_ms=(start_ms, 0, 65535), mode=(mode, 0, 2), counter=(counter, 0, 15))
     x = (round(start_rad / 0.00034906585039886593) & 0x1fff) | (round(end_rad / 0.00034906585039886593) & 0x1fff) << 13 | round(rate_radps / 0.002181661564992912) << 26 | start_ms << 34 | mode << 50 | counter << 52
-    a, b, c, d, e, f, g = body = x.to_bytes(7, "little")
-    return body + _END[_T[_T[_T[_T[_T[_T[_T[0x8a ^ a] ^ b] ^ c] ^ d] ^ e] ^ f] ^ g]]
+    body = x.to_bytes(7, "little")
+    return body + _BYTE[_crc(body, 0x75)]
 
 
 class WheelFeedbackFrame(NamedTuple):
@@ -393,8 +393,8 @@ def encode_WHEEL_1_FEEDBACK(steer_rad, encoder_count, rate_radps, state, counter
     if not (-3.2767 <= steer_rad <= 3.2767 and 0 <= encoder_count <= 65535 and -16.3835 <= rate_radps <= 16.3835 and 0 <= state <= 15 and 0 <= counter <= 15):
         _refuse("WHEEL_1_FEEDBACK", steer_rad=(steer_rad, -3.2767, 3.2767), encoder_count=(encoder_count, 0, 65535), rate_radps=(rate_radps, -16.3835, 16.3835), state=(state, 0, 15), counter=(counter, 0, 15))
     x = (round(steer_rad / 0.0001) & 0xffff) | encoder_count << 16 | (round(rate_radps / 0.0005) & 0xffff) << 32 | state << 48 | counter << 52
-    a, b, c, d, e, f, g = body = x.to_bytes(7, "little")
-    return body + _END[_T[_T[_T[_T[_T[_T[_T[0x36 ^ a] ^ b] ^ c] ^ d] ^ e] ^ f] ^ g]]
+    body = x.to_bytes(7, "little")
+    return body + _BYTE[_crc(body, 0xc9)]
 
 
 decode_WHEEL_2_FEEDBACK = decode_WHEEL_1_FEEDBACK
@@ -404,8 +404,8 @@ def encode_WHEEL_2_FEEDBACK(steer_rad, encoder_count, rate_radps, state, counter
     if not (-3.2767 <= steer_rad <= 3.2767 and 0 <= encoder_count <= 65535 and -16.3835 <= rate_radps <= 16.3835 and 0 <= state <= 15 and 0 <= counter <= 15):
         _refuse("WHEEL_2_FEEDBACK", steer_rad=(steer_rad, -3.2767, 3.2767), encoder_count=(encoder_count, 0, 65535), rate_radps=(rate_radps, -16.3835, 16.3835), state=(state, 0, 15), counter=(counter, 0, 15))
     x = (round(steer_rad / 0.0001) & 0xffff) | encoder_count << 16 | (round(rate_radps / 0.0005) & 0xffff) << 32 | state << 48 | counter << 52
-    a, b, c, d, e, f, g = body = x.to_bytes(7, "little")
-    return body + _END[_T[_T[_T[_T[_T[_T[_T[0x11 ^ a] ^ b] ^ c] ^ d] ^ e] ^ f] ^ g]]
+    body = x.to_bytes(7, "little")
+    return body + _BYTE[_crc(body, 0xee)]
 
 
 decode_WHEEL_3_FEEDBACK = decode_WHEEL_1_FEEDBACK
@@ -415,8 +415,8 @@ def encode_WHEEL_3_FEEDBACK(steer_rad, encoder_count, rate_radps, state, counter
     if not (-3.2767 <= steer_rad <= 3.2767 and 0 <= encoder_count <= 65535 and -16.3835 <= rate_radps <= 16.3835 and 0 <= state <= 15 and 0 <= counter <= 15):
         _refuse("WHEEL_3_FEEDBACK", steer_rad=(steer_rad, -3.2767, 3.2767), encoder_count=(encoder_count, 0, 65535), rate_radps=(rate_radps, -16.3835, 16.3835), state=(state, 0, 15), counter=(counter, 0, 15))
     x = (round(steer_rad / 0.0001) & 0xffff) | encoder_count << 16 | (round(rate_radps / 0.0005) & 0xffff) << 32 | state << 48 | counter << 52
-    a, b, c, d, e, f, g = body = x.to_bytes(7, "little")
-    return body + _END[_T[_T[_T[_T[_T[_T[_T[0xc ^ a] ^ b] ^ c] ^ d] ^ e] ^ f] ^ g]]
+    body = x.to_bytes(7, "little")
+    return body + _BYTE[_crc(body, 0xf3)]
 
 
 decode_WHEEL_4_FEEDBACK = decode_WHEEL_1_FEEDBACK
@@ -426,8 +426,8 @@ def encode_WHEEL_4_FEEDBACK(steer_rad, encoder_count, rate_radps, state, counter
     if not (-3.2767 <= steer_rad <= 3.2767 and 0 <= encoder_count <= 65535 and -16.3835 <= rate_radps <= 16.3835 and 0 <= state <= 15 and 0 <= counter <= 15):
         _refuse("WHEEL_4_FEEDBACK", steer_rad=(steer_rad, -3.2767, 3.2767), encoder_count=(encoder_count, 0, 65535), rate_radps=(rate_radps, -16.3835, 16.3835), state=(state, 0, 15), counter=(counter, 0, 15))
     x = (round(steer_rad / 0.0001) & 0xffff) | encoder_count << 16 | (round(rate_radps / 0.0005) & 0xffff) << 32 | state << 48 | counter << 52
-    a, b, c, d, e, f, g = body = x.to_bytes(7, "little")
-    return body + _END[_T[_T[_T[_T[_T[_T[_T[0x5f ^ a] ^ b] ^ c] ^ d] ^ e] ^ f] ^ g]]
+    body = x.to_bytes(7, "little")
+    return body + _BYTE[_crc(body, 0xa0)]
 
 
 class WheelStatusFrame(NamedTuple):
@@ -456,8 +456,8 @@ def encode_WHEEL_1_STATUS(drive_current_a, steer_current_a, temperature_c, fault
     if not (-20.47 <= drive_current_a <= 20.47 and -20.47 <= steer_current_a <= 20.47 and -128 <= temperature_c <= 127 and 0 <= faults <= 65535 and 0 <= counter <= 15):
         _refuse("WHEEL_1_STATUS", drive_current_a=(drive_current_a, -20.47, 20.47), steer_current_a=(steer_current_a, -20.47, 20.47), temperature_c=(temperature_c, -128, 127), faults=(faults, 0, 65535), counter=(counter, 0, 15))
     x = (round(drive_current_a / 0.01) & 0xfff) | (round(steer_current_a / 0.01) & 0xfff) << 12 | (temperature_c & 0xff) << 24 | faults << 32 | counter << 52
-    a, b, c, d, e, f, g = body = x.to_bytes(7, "little")
-    return body + _END[_T[_T[_T[_T[_T[_T[_T[0xb1 ^ a] ^ b] ^ c] ^ d] ^ e] ^ f] ^ g]]
+    body = x.to_bytes(7, "little")
+    return body + _BYTE[_crc(body, 0x4e)]
 
 
 decode_WHEEL_2_STATUS = decode_WHEEL_1_STATUS
@@ -467,8 +467,8 @@ def encode_WHEEL_2_STATUS(drive_current_a, steer_current_a, temperature_c, fault
     if not (-20.47 <= drive_current_a <= 20.47 and -20.47 <= steer_current_a <= 20.47 and -128 <= temperature_c <= 127 and 0 <= faults <= 65535 and 0 <= counter <= 15):
         _refuse("WHEEL_2_STATUS", drive_current_a=(drive_current_a, -20.47, 20.47), steer_current_a=(steer_current_a, -20.47, 20.47), temperature_c=(temperature_c, -128, 127), faults=(faults, 0, 65535), counter=(counter, 0, 15))
     x = (round(drive_current_a / 0.01) & 0xfff) | (round(steer_current_a / 0.01) & 0xfff) << 12 | (temperature_c & 0xff) << 24 | faults << 32 | counter << 52
-    a, b, c, d, e, f, g = body = x.to_bytes(7, "little")
-    return body + _END[_T[_T[_T[_T[_T[_T[_T[0x96 ^ a] ^ b] ^ c] ^ d] ^ e] ^ f] ^ g]]
+    body = x.to_bytes(7, "little")
+    return body + _BYTE[_crc(body, 0x69)]
 
 
 decode_WHEEL_3_STATUS = decode_WHEEL_1_STATUS
@@ -478,8 +478,8 @@ def encode_WHEEL_3_STATUS(drive_current_a, steer_current_a, temperature_c, fault
     if not (-20.47 <= drive_current_a <= 20.47 and -20.47 <= steer_current_a <= 20.47 and -128 <= temperature_c <= 127 and 0 <= faults <= 65535 and 0 <= counter <= 15):
         _refuse("WHEEL_3_STATUS", drive_current_a=(drive_current_a, -20.47, 20.47), steer_current_a=(steer_current_a, -20.47, 20.47), temperature_c=(temperature_c, -128, 127), faults=(faults, 0, 65535), counter=(counter, 0, 15))
     x = (round(drive_current_a / 0.01) & 0xfff) | (round(steer_current_a / 0.01) & 0xfff) << 12 | (temperature_c & 0xff) << 24 | faults << 32 | counter << 52
-    a, b, c, d, e, f, g = body = x.to_bytes(7, "little")
-    return body + _END[_T[_T[_T[_T[_T[_T[_T[0x8b ^ a] ^ b] ^ c] ^ d] ^ e] ^ f] ^ g]]
+    body = x.to_bytes(7, "little")
+    return body + _BYTE[_crc(body, 0x74)]
 
 
 decode_WHEEL_4_STATUS = decode_WHEEL_1_STATUS
@@ -489,8 +489,8 @@ def encode_WHEEL_4_STATUS(drive_current_a, steer_current_a, temperature_c, fault
     if not (-20.47 <= drive_current_a <= 20.47 and -20.47 <= steer_current_a <= 20.47 and -128 <= temperature_c <= 127 and 0 <= faults <= 65535 and 0 <= counter <= 15):
         _refuse("WHEEL_4_STATUS", drive_current_a=(drive_current_a, -20.47, 20.47), steer_current_a=(steer_current_a, -20.47, 20.47), temperature_c=(temperature_c, -128, 127), faults=(faults, 0, 65535), counter=(counter, 0, 15))
     x = (round(drive_current_a / 0.01) & 0xfff) | (round(steer_current_a / 0.01) & 0xfff) << 12 | (temperature_c & 0xff) << 24 | faults << 32 | counter << 52
-    a, b, c, d, e, f, g = body = x.to_bytes(7, "little")
-    return body + _END[_T[_T[_T[_T[_T[_T[_T[0xd8 ^ a] ^ b] ^ c] ^ d] ^ e] ^ f] ^ g]]
+    body = x.to_bytes(7, "little")
+    return body + _BYTE[_crc(body, 0x27)]
 
 
 class TiltFeedbackFrame(NamedTuple):
@@ -513,8 +513,8 @@ def encode_TILT_FEEDBACK(node_time_us, angle_rad, rate_radps, state, counter):
     if not (0 <= node_time_us <= 16777215 and -3.141592653589793 <= angle_rad <= 3.1400586728019073 and -0.6144 <= rate_radps <= 0.6141 and 0 <= state <= 15 and 0 <= counter <= 15):
         _refuse("TILT_FEEDBACK", node_time_us=(node_time_us, 0, 16777215), angle_rad=(angle_rad, -3.141592653589793, 3.1400586728019073), rate_radps=(rate_radps, -0.6144, 0.6141), state=(state, 0, 15), counter=(counter, 0, 15))
     x = node_time_us | (round(angle_rad / 0.0015339807878856412) & 0xfff) << 24 | (round(rate_radps / 0.0003) & 0xfff) << 36 | state << 48 | counter << 52
-    a, b, c, d, e, f, g = body = x.to_bytes(7, "little")
-    return body + _END[_T[_T[_T[_T[_T[_T[_T[0x38 ^ a] ^ b] ^ c] ^ d] ^ e] ^ f] ^ g]]
+    body = x.to_bytes(7, "little")
+    return body + _BYTE[_crc(body, 0xc7)]
 
 
 class ImuGyroFrame(NamedTuple):
@@ -546,8 +546,8 @@ def encode_IMU_GYRO(x_radps, y_radps, z_radps, status, counter):
     if not (-3.2767 <= x_radps <= 3.2767 and -3.2767 <= y_radps <= 3.2767 and -3.2767 <= z_radps <= 3.2767 and 0 <= status <= 15 and 0 <= counter <= 15):
         _refuse("IMU_GYRO", x_radps=(x_radps, -3.2767, 3.2767), y_radps=(y_radps, -3.2767, 3.2767), z_radps=(z_radps, -3.2767, 3.2767), status=(status, 0, 15), counter=(counter, 0, 15))
     x = (round(x_radps / 0.0001) & 0xffff) | (round(y_radps / 0.0001) & 0xffff) << 16 | (round(z_radps / 0.0001) & 0xffff) << 32 | status << 48 | counter << 52
-    a, b, c, d, e, f, g = body = x.to_bytes(7, "little")
-    return body + _END[_T[_T[_T[_T[_T[_T[_T[0xf5 ^ a] ^ b] ^ c] ^ d] ^ e] ^ f] ^ g]]
+    body = x.to_bytes(7, "little")
+    return body + _BYTE[_crc(body, 0xa)]
 
 
 class ImuAccelFrame(NamedTuple):
@@ -579,8 +579,8 @@ def encode_IMU_ACCEL(x_mps2, y_mps2, z_mps2, status, counter):
     if not (-32.767 <= x_mps2 <= 32.767 and -32.767 <= y_mps2 <= 32.767 and -32.767 <= z_mps2 <= 32.767 and 0 <= status <= 15 and 0 <= counter <= 15):
         _refuse("IMU_ACCEL", x_mps2=(x_mps2, -32.767, 32.767), y_mps2=(y_mps2, -32.767, 32.767), z_mps2=(z_mps2, -32.767, 32.767), status=(status, 0, 15), counter=(counter, 0, 15))
     x = (round(x_mps2 / 0.001) & 0xffff) | (round(y_mps2 / 0.001) & 0xffff) << 16 | (round(z_mps2 / 0.001) & 0xffff) << 32 | status << 48 | counter << 52
-    a, b, c, d, e, f, g = body = x.to_bytes(7, "little")
-    return body + _END[_T[_T[_T[_T[_T[_T[_T[0xe8 ^ a] ^ b] ^ c] ^ d] ^ e] ^ f] ^ g]]
+    body = x.to_bytes(7, "little")
+    return body + _BYTE[_crc(body, 0x17)]
 
 
 class PowerStatusFrame(NamedTuple):
@@ -610,8 +610,8 @@ def encode_POWER_STATUS(voltage_v, current_a, charge_ratio, temperature_c, switc
     if not (0 <= voltage_v <= 40.95 and -40.94 <= current_a <= 40.94 and 0 <= charge_ratio <= 1 and -128 <= temperature_c <= 127 and 0 <= switches <= 255 and 0 <= counter <= 15):
         _refuse("POWER_STATUS", voltage_v=(voltage_v, 0, 40.95), current_a=(current_a, -40.94, 40.94), charge_ratio=(charge_ratio, 0, 1), temperature_c=(temperature_c, -128, 127), switches=(switches, 0, 255), counter=(counter, 0, 15))
     x = round(voltage_v / 0.01) | (round(current_a / 0.02) & 0xfff) << 12 | round(charge_ratio / 0.004) << 24 | (temperature_c & 0xff) << 32 | switches << 40 | counter << 52
-    a, b, c, d, e, f, g = body = x.to_bytes(7, "little")
-    return body + _END[_T[_T[_T[_T[_T[_T[_T[0xd9 ^ a] ^ b] ^ c] ^ d] ^ e] ^ f] ^ g]]
+    body = x.to_bytes(7, "little")
+    return body + _BYTE[_crc(body, 0x26)]
 
 
 class ComputerHeartbeatFrame(NamedTuple):
@@ -633,8 +633,8 @@ def encode_COMPUTER_HEARTBEAT(mode, beats, boot_count, counter):
     if not (0 <= mode <= 255 and 0 <= beats <= 65535 and 0 <= boot_count <= 65535 and 0 <= counter <= 15):
         _refuse("COMPUTER_HEARTBEAT", mode=(mode, 0, 255), beats=(beats, 0, 65535), boot_count=(boot_count, 0, 65535), counter=(counter, 0, 15))
     x = mode | beats << 8 | boot_count << 24 | counter << 52
-    a, b, c, d, e, f, g = body = x.to_bytes(7, "little")
-    return body + _END[_T[_T[_T[_T[_T[_T[_T[0x95 ^ a] ^ b] ^ c] ^ d] ^ e] ^ f] ^ g]]
+    body = x.to_bytes(7, "little")
+    return body + _BYTE[_crc(body, 0x6a)]
 
 
 class NodeHeartbeatFrame(NamedTuple):
@@ -659,8 +659,8 @@ def encode_NODE_HEARTBEAT_WHEEL_1(state, uptime_s, tx_errors, rx_errors, firmwar
     if not (0 <= state <= 15 and 0 <= uptime_s <= 65535 and 0 <= tx_errors <= 255 and 0 <= rx_errors <= 255 and 0 <= firmware <= 255 and 0 <= dbc_version <= 255 and 0 <= counter <= 15):
         _refuse("NODE_HEARTBEAT_WHEEL_1", state=(state, 0, 15), uptime_s=(uptime_s, 0, 65535), tx_errors=(tx_errors, 0, 255), rx_errors=(rx_errors, 0, 255), firmware=(firmware, 0, 255), dbc_version=(dbc_version, 0, 255), counter=(counter, 0, 15))
     x = state | uptime_s << 4 | tx_errors << 20 | rx_errors << 28 | firmware << 36 | dbc_version << 44 | counter << 52
-    a, b, c, d, e, f, g = body = x.to_bytes(7, "little")
-    return body + _END[_T[_T[_T[_T[_T[_T[_T[0x88 ^ a] ^ b] ^ c] ^ d] ^ e] ^ f] ^ g]]
+    body = x.to_bytes(7, "little")
+    return body + _BYTE[_crc(body, 0x77)]
 
 
 decode_NODE_HEARTBEAT_WHEEL_2 = decode_NODE_HEARTBEAT_WHEEL_1
@@ -670,8 +670,8 @@ def encode_NODE_HEARTBEAT_WHEEL_2(state, uptime_s, tx_errors, rx_errors, firmwar
     if not (0 <= state <= 15 and 0 <= uptime_s <= 65535 and 0 <= tx_errors <= 255 and 0 <= rx_errors <= 255 and 0 <= firmware <= 255 and 0 <= dbc_version <= 255 and 0 <= counter <= 15):
         _refuse("NODE_HEARTBEAT_WHEEL_2", state=(state, 0, 15), uptime_s=(uptime_s, 0, 65535), tx_errors=(tx_errors, 0, 255), rx_errors=(rx_errors, 0, 255), firmware=(firmware, 0, 255), dbc_version=(dbc_version, 0, 255), counter=(counter, 0, 15))
     x = state | uptime_s << 4 | tx_errors << 20 | rx_errors << 28 | firmware << 36 | dbc_version << 44 | counter << 52
-    a, b, c, d, e, f, g = body = x.to_bytes(7, "little")
-    return body + _END[_T[_T[_T[_T[_T[_T[_T[0xaf ^ a] ^ b] ^ c] ^ d] ^ e] ^ f] ^ g]]
+    body = x.to_bytes(7, "little")
+    return body + _BYTE[_crc(body, 0x50)]
 
 
 decode_NODE_HEARTBEAT_WHEEL_3 = decode_NODE_HEARTBEAT_WHEEL_1
@@ -681,8 +681,8 @@ def encode_NODE_HEARTBEAT_WHEEL_3(state, uptime_s, tx_errors, rx_errors, firmwar
     if not (0 <= state <= 15 and 0 <= uptime_s <= 65535 and 0 <= tx_errors <= 255 and 0 <= rx_errors <= 255 and 0 <= firmware <= 255 and 0 <= dbc_version <= 255 and 0 <= counter <= 15):
         _refuse("NODE_HEARTBEAT_WHEEL_3", state=(state, 0, 15), uptime_s=(uptime_s, 0, 65535), tx_errors=(tx_errors, 0, 255), rx_errors=(rx_errors, 0, 255), firmware=(firmware, 0, 255), dbc_version=(dbc_version, 0, 255), counter=(counter, 0, 15))
     x = state | uptime_s << 4 | tx_errors << 20 | rx_errors << 28 | firmware << 36 | dbc_version << 44 | counter << 52
-    a, b, c, d, e, f, g = body = x.to_bytes(7, "little")
-    return body + _END[_T[_T[_T[_T[_T[_T[_T[0xb2 ^ a] ^ b] ^ c] ^ d] ^ e] ^ f] ^ g]]
+    body = x.to_bytes(7, "little")
+    return body + _BYTE[_crc(body, 0x4d)]
 
 
 decode_NODE_HEARTBEAT_WHEEL_4 = decode_NODE_HEARTBEAT_WHEEL_1
@@ -692,8 +692,8 @@ def encode_NODE_HEARTBEAT_WHEEL_4(state, uptime_s, tx_errors, rx_errors, firmwar
     if not (0 <= state <= 15 and 0 <= uptime_s <= 65535 and 0 <= tx_errors <= 255 and 0 <= rx_errors <= 255 and 0 <= firmware <= 255 and 0 <= dbc_version <= 255 and 0 <= counter <= 15):
         _refuse("NODE_HEARTBEAT_WHEEL_4", state=(state, 0, 15), uptime_s=(uptime_s, 0, 65535), tx_errors=(tx_errors, 0, 255), rx_errors=(rx_errors, 0, 255), firmware=(firmware, 0, 255), dbc_version=(dbc_version, 0, 255), counter=(counter, 0, 15))
     x = state | uptime_s << 4 | tx_errors << 20 | rx_errors << 28 | firmware << 36 | dbc_version << 44 | counter << 52
-    a, b, c, d, e, f, g = body = x.to_bytes(7, "little")
-    return body + _END[_T[_T[_T[_T[_T[_T[_T[0xe1 ^ a] ^ b] ^ c] ^ d] ^ e] ^ f] ^ g]]
+    body = x.to_bytes(7, "little")
+    return body + _BYTE[_crc(body, 0x1e)]
 
 
 decode_NODE_HEARTBEAT_TILT = decode_NODE_HEARTBEAT_WHEEL_1
@@ -703,8 +703,8 @@ def encode_NODE_HEARTBEAT_TILT(state, uptime_s, tx_errors, rx_errors, firmware, 
     if not (0 <= state <= 15 and 0 <= uptime_s <= 65535 and 0 <= tx_errors <= 255 and 0 <= rx_errors <= 255 and 0 <= firmware <= 255 and 0 <= dbc_version <= 255 and 0 <= counter <= 15):
         _refuse("NODE_HEARTBEAT_TILT", state=(state, 0, 15), uptime_s=(uptime_s, 0, 65535), tx_errors=(tx_errors, 0, 255), rx_errors=(rx_errors, 0, 255), firmware=(firmware, 0, 255), dbc_version=(dbc_version, 0, 255), counter=(counter, 0, 15))
     x = state | uptime_s << 4 | tx_errors << 20 | rx_errors << 28 | firmware << 36 | dbc_version << 44 | counter << 52
-    a, b, c, d, e, f, g = body = x.to_bytes(7, "little")
-    return body + _END[_T[_T[_T[_T[_T[_T[_T[0xfc ^ a] ^ b] ^ c] ^ d] ^ e] ^ f] ^ g]]
+    body = x.to_bytes(7, "little")
+    return body + _BYTE[_crc(body, 0x3)]
 
 
 decode_NODE_HEARTBEAT_IMU = decode_NODE_HEARTBEAT_WHEEL_1
@@ -714,8 +714,8 @@ def encode_NODE_HEARTBEAT_IMU(state, uptime_s, tx_errors, rx_errors, firmware, d
     if not (0 <= state <= 15 and 0 <= uptime_s <= 65535 and 0 <= tx_errors <= 255 and 0 <= rx_errors <= 255 and 0 <= firmware <= 255 and 0 <= dbc_version <= 255 and 0 <= counter <= 15):
         _refuse("NODE_HEARTBEAT_IMU", state=(state, 0, 15), uptime_s=(uptime_s, 0, 65535), tx_errors=(tx_errors, 0, 255), rx_errors=(rx_errors, 0, 255), firmware=(firmware, 0, 255), dbc_version=(dbc_version, 0, 255), counter=(counter, 0, 15))
     x = state | uptime_s << 4 | tx_errors << 20 | rx_errors << 28 | firmware << 36 | dbc_version << 44 | counter << 52
-    a, b, c, d, e, f, g = body = x.to_bytes(7, "little")
-    return body + _END[_T[_T[_T[_T[_T[_T[_T[0xdb ^ a] ^ b] ^ c] ^ d] ^ e] ^ f] ^ g]]
+    body = x.to_bytes(7, "little")
+    return body + _BYTE[_crc(body, 0x24)]
 
 
 decode_NODE_HEARTBEAT_POWER = decode_NODE_HEARTBEAT_WHEEL_1
@@ -725,46 +725,46 @@ def encode_NODE_HEARTBEAT_POWER(state, uptime_s, tx_errors, rx_errors, firmware,
     if not (0 <= state <= 15 and 0 <= uptime_s <= 65535 and 0 <= tx_errors <= 255 and 0 <= rx_errors <= 255 and 0 <= firmware <= 255 and 0 <= dbc_version <= 255 and 0 <= counter <= 15):
         _refuse("NODE_HEARTBEAT_POWER", state=(state, 0, 15), uptime_s=(uptime_s, 0, 65535), tx_errors=(tx_errors, 0, 255), rx_errors=(rx_errors, 0, 255), firmware=(firmware, 0, 255), dbc_version=(dbc_version, 0, 255), counter=(counter, 0, 15))
     x = state | uptime_s << 4 | tx_errors << 20 | rx_errors << 28 | firmware << 36 | dbc_version << 44 | counter << 52
-    a, b, c, d, e, f, g = body = x.to_bytes(7, "little")
-    return body + _END[_T[_T[_T[_T[_T[_T[_T[0xc6 ^ a] ^ b] ^ c] ^ d] ^ e] ^ f] ^ g]]
+    body = x.to_bytes(7, "little")
+    return body + _BYTE[_crc(body, 0x39)]
 
 
 TABLE: dict[int, Row] = {
-    0x010: Row("EMERGENCY_STOP_COMPUTER", 0x010, "COMPUTER", 100000000, True, 0x8c, ('reason', 'detail'), encode_EMERGENCY_STOP_COMPUTER, decode_EMERGENCY_STOP_COMPUTER),
-    0x011: Row("EMERGENCY_STOP_WHEEL_1", 0x011, "WHEEL_1", 100000000, True, 0x91, ('reason', 'detail'), encode_EMERGENCY_STOP_WHEEL_1, decode_EMERGENCY_STOP_WHEEL_1),
-    0x012: Row("EMERGENCY_STOP_WHEEL_2", 0x012, "WHEEL_2", 100000000, True, 0xb6, ('reason', 'detail'), encode_EMERGENCY_STOP_WHEEL_2, decode_EMERGENCY_STOP_WHEEL_2),
-    0x013: Row("EMERGENCY_STOP_WHEEL_3", 0x013, "WHEEL_3", 100000000, True, 0xab, ('reason', 'detail'), encode_EMERGENCY_STOP_WHEEL_3, decode_EMERGENCY_STOP_WHEEL_3),
-    0x014: Row("EMERGENCY_STOP_WHEEL_4", 0x014, "WHEEL_4", 100000000, True, 0xf8, ('reason', 'detail'), encode_EMERGENCY_STOP_WHEEL_4, decode_EMERGENCY_STOP_WHEEL_4),
-    0x015: Row("EMERGENCY_STOP_TILT", 0x015, "TILT", 100000000, True, 0xe5, ('reason', 'detail'), encode_EMERGENCY_STOP_TILT, decode_EMERGENCY_STOP_TILT),
-    0x016: Row("EMERGENCY_STOP_IMU", 0x016, "IMU", 100000000, True, 0xc2, ('reason', 'detail'), encode_EMERGENCY_STOP_IMU, decode_EMERGENCY_STOP_IMU),
-    0x017: Row("EMERGENCY_STOP_POWER", 0x017, "POWER", 100000000, True, 0xdf, ('reason', 'detail'), encode_EMERGENCY_STOP_POWER, decode_EMERGENCY_STOP_POWER),
-    0x01f: Row("EMERGENCY_STOP_GUARD", 0x01f, "GUARD", 100000000, True, 0x37, ('reason', 'detail'), encode_EMERGENCY_STOP_GUARD, decode_EMERGENCY_STOP_GUARD),
-    0x020: Row("RESET_REQUEST", 0x020, "COMPUTER", 0, True, 0xc6, ('nonce', 'step'), encode_RESET_REQUEST, decode_RESET_REQUEST),
-    0x080: Row("TIME_SYNC", 0x080, "COMPUTER", 100000000, False, 0x67, ('bus_time_us',), encode_TIME_SYNC, decode_TIME_SYNC),
-    0x100: Row("DRIVE_ENABLE", 0x100, "COMPUTER", 100000000, False, 0x0d, ('enable', 'mode'), encode_DRIVE_ENABLE, decode_DRIVE_ENABLE),
-    0x101: Row("WHEEL_1_COMMAND", 0x101, "COMPUTER", 20000000, False, 0x10, ('mode', 'steer_rad', 'rate_radps'), encode_WHEEL_1_COMMAND, decode_WHEEL_1_COMMAND),
-    0x102: Row("WHEEL_2_COMMAND", 0x102, "COMPUTER", 20000000, False, 0x37, ('mode', 'steer_rad', 'rate_radps'), encode_WHEEL_2_COMMAND, decode_WHEEL_2_COMMAND),
-    0x103: Row("WHEEL_3_COMMAND", 0x103, "COMPUTER", 20000000, False, 0x2a, ('mode', 'steer_rad', 'rate_radps'), encode_WHEEL_3_COMMAND, decode_WHEEL_3_COMMAND),
-    0x104: Row("WHEEL_4_COMMAND", 0x104, "COMPUTER", 20000000, False, 0x79, ('mode', 'steer_rad', 'rate_radps'), encode_WHEEL_4_COMMAND, decode_WHEEL_4_COMMAND),
-    0x120: Row("TILT_COMMAND", 0x120, "COMPUTER", 100000000, False, 0x8a, ('start_rad', 'end_rad', 'rate_radps', 'start_ms', 'mode'), encode_TILT_COMMAND, decode_TILT_COMMAND),
-    0x181: Row("WHEEL_1_FEEDBACK", 0x181, "WHEEL_1", 10000000, False, 0x36, ('steer_rad', 'encoder_count', 'rate_radps', 'state'), encode_WHEEL_1_FEEDBACK, decode_WHEEL_1_FEEDBACK),
-    0x182: Row("WHEEL_2_FEEDBACK", 0x182, "WHEEL_2", 10000000, False, 0x11, ('steer_rad', 'encoder_count', 'rate_radps', 'state'), encode_WHEEL_2_FEEDBACK, decode_WHEEL_2_FEEDBACK),
-    0x183: Row("WHEEL_3_FEEDBACK", 0x183, "WHEEL_3", 10000000, False, 0x0c, ('steer_rad', 'encoder_count', 'rate_radps', 'state'), encode_WHEEL_3_FEEDBACK, decode_WHEEL_3_FEEDBACK),
-    0x184: Row("WHEEL_4_FEEDBACK", 0x184, "WHEEL_4", 10000000, False, 0x5f, ('steer_rad', 'encoder_count', 'rate_radps', 'state'), encode_WHEEL_4_FEEDBACK, decode_WHEEL_4_FEEDBACK),
-    0x1a1: Row("WHEEL_1_STATUS", 0x1a1, "WHEEL_1", 50000000, False, 0xb1, ('drive_current_a', 'steer_current_a', 'temperature_c', 'faults'), encode_WHEEL_1_STATUS, decode_WHEEL_1_STATUS),
-    0x1a2: Row("WHEEL_2_STATUS", 0x1a2, "WHEEL_2", 50000000, False, 0x96, ('drive_current_a', 'steer_current_a', 'temperature_c', 'faults'), encode_WHEEL_2_STATUS, decode_WHEEL_2_STATUS),
-    0x1a3: Row("WHEEL_3_STATUS", 0x1a3, "WHEEL_3", 50000000, False, 0x8b, ('drive_current_a', 'steer_current_a', 'temperature_c', 'faults'), encode_WHEEL_3_STATUS, decode_WHEEL_3_STATUS),
-    0x1a4: Row("WHEEL_4_STATUS", 0x1a4, "WHEEL_4", 50000000, False, 0xd8, ('drive_current_a', 'steer_current_a', 'temperature_c', 'faults'), encode_WHEEL_4_STATUS, decode_WHEEL_4_STATUS),
-    0x1c0: Row("TILT_FEEDBACK", 0x1c0, "TILT", 100000000, False, 0x38, ('node_time_us', 'angle_rad', 'rate_radps', 'state'), encode_TILT_FEEDBACK, decode_TILT_FEEDBACK),
-    0x1d0: Row("IMU_GYRO", 0x1d0, "IMU", 10000000, False, 0xf5, ('x_radps', 'y_radps', 'z_radps', 'status'), encode_IMU_GYRO, decode_IMU_GYRO),
-    0x1d1: Row("IMU_ACCEL", 0x1d1, "IMU", 10000000, False, 0xe8, ('x_mps2', 'y_mps2', 'z_mps2', 'status'), encode_IMU_ACCEL, decode_IMU_ACCEL),
-    0x200: Row("POWER_STATUS", 0x200, "POWER", 200000000, False, 0xd9, ('voltage_v', 'current_a', 'charge_ratio', 'temperature_c', 'switches'), encode_POWER_STATUS, decode_POWER_STATUS),
-    0x300: Row("COMPUTER_HEARTBEAT", 0x300, "COMPUTER", 100000000, False, 0x95, ('mode', 'beats', 'boot_count'), encode_COMPUTER_HEARTBEAT, decode_COMPUTER_HEARTBEAT),
-    0x301: Row("NODE_HEARTBEAT_WHEEL_1", 0x301, "WHEEL_1", 500000000, False, 0x88, ('state', 'uptime_s', 'tx_errors', 'rx_errors', 'firmware', 'dbc_version'), encode_NODE_HEARTBEAT_WHEEL_1, decode_NODE_HEARTBEAT_WHEEL_1),
-    0x302: Row("NODE_HEARTBEAT_WHEEL_2", 0x302, "WHEEL_2", 500000000, False, 0xaf, ('state', 'uptime_s', 'tx_errors', 'rx_errors', 'firmware', 'dbc_version'), encode_NODE_HEARTBEAT_WHEEL_2, decode_NODE_HEARTBEAT_WHEEL_2),
-    0x303: Row("NODE_HEARTBEAT_WHEEL_3", 0x303, "WHEEL_3", 500000000, False, 0xb2, ('state', 'uptime_s', 'tx_errors', 'rx_errors', 'firmware', 'dbc_version'), encode_NODE_HEARTBEAT_WHEEL_3, decode_NODE_HEARTBEAT_WHEEL_3),
-    0x304: Row("NODE_HEARTBEAT_WHEEL_4", 0x304, "WHEEL_4", 500000000, False, 0xe1, ('state', 'uptime_s', 'tx_errors', 'rx_errors', 'firmware', 'dbc_version'), encode_NODE_HEARTBEAT_WHEEL_4, decode_NODE_HEARTBEAT_WHEEL_4),
-    0x305: Row("NODE_HEARTBEAT_TILT", 0x305, "TILT", 500000000, False, 0xfc, ('state', 'uptime_s', 'tx_errors', 'rx_errors', 'firmware', 'dbc_version'), encode_NODE_HEARTBEAT_TILT, decode_NODE_HEARTBEAT_TILT),
-    0x306: Row("NODE_HEARTBEAT_IMU", 0x306, "IMU", 500000000, False, 0xdb, ('state', 'uptime_s', 'tx_errors', 'rx_errors', 'firmware', 'dbc_version'), encode_NODE_HEARTBEAT_IMU, decode_NODE_HEARTBEAT_IMU),
-    0x307: Row("NODE_HEARTBEAT_POWER", 0x307, "POWER", 500000000, False, 0xc6, ('state', 'uptime_s', 'tx_errors', 'rx_errors', 'firmware', 'dbc_version'), encode_NODE_HEARTBEAT_POWER, decode_NODE_HEARTBEAT_POWER),
+    0x010: Row("EMERGENCY_STOP_COMPUTER", 0x010, "COMPUTER", 100000000, True, 0x73, ('reason', 'detail'), encode_EMERGENCY_STOP_COMPUTER, decode_EMERGENCY_STOP_COMPUTER),
+    0x011: Row("EMERGENCY_STOP_WHEEL_1", 0x011, "WHEEL_1", 100000000, True, 0x6e, ('reason', 'detail'), encode_EMERGENCY_STOP_WHEEL_1, decode_EMERGENCY_STOP_WHEEL_1),
+    0x012: Row("EMERGENCY_STOP_WHEEL_2", 0x012, "WHEEL_2", 100000000, True, 0x49, ('reason', 'detail'), encode_EMERGENCY_STOP_WHEEL_2, decode_EMERGENCY_STOP_WHEEL_2),
+    0x013: Row("EMERGENCY_STOP_WHEEL_3", 0x013, "WHEEL_3", 100000000, True, 0x54, ('reason', 'detail'), encode_EMERGENCY_STOP_WHEEL_3, decode_EMERGENCY_STOP_WHEEL_3),
+    0x014: Row("EMERGENCY_STOP_WHEEL_4", 0x014, "WHEEL_4", 100000000, True, 0x07, ('reason', 'detail'), encode_EMERGENCY_STOP_WHEEL_4, decode_EMERGENCY_STOP_WHEEL_4),
+    0x015: Row("EMERGENCY_STOP_TILT", 0x015, "TILT", 100000000, True, 0x1a, ('reason', 'detail'), encode_EMERGENCY_STOP_TILT, decode_EMERGENCY_STOP_TILT),
+    0x016: Row("EMERGENCY_STOP_IMU", 0x016, "IMU", 100000000, True, 0x3d, ('reason', 'detail'), encode_EMERGENCY_STOP_IMU, decode_EMERGENCY_STOP_IMU),
+    0x017: Row("EMERGENCY_STOP_POWER", 0x017, "POWER", 100000000, True, 0x20, ('reason', 'detail'), encode_EMERGENCY_STOP_POWER, decode_EMERGENCY_STOP_POWER),
+    0x01f: Row("EMERGENCY_STOP_GUARD", 0x01f, "GUARD", 100000000, True, 0xc8, ('reason', 'detail'), encode_EMERGENCY_STOP_GUARD, decode_EMERGENCY_STOP_GUARD),
+    0x020: Row("RESET_REQUEST", 0x020, "COMPUTER", 0, True, 0x39, ('nonce', 'step'), encode_RESET_REQUEST, decode_RESET_REQUEST),
+    0x080: Row("TIME_SYNC", 0x080, "COMPUTER", 100000000, False, 0x98, ('bus_time_us',), encode_TIME_SYNC, decode_TIME_SYNC),
+    0x100: Row("DRIVE_ENABLE", 0x100, "COMPUTER", 100000000, False, 0xf2, ('enable', 'mode'), encode_DRIVE_ENABLE, decode_DRIVE_ENABLE),
+    0x101: Row("WHEEL_1_COMMAND", 0x101, "COMPUTER", 20000000, False, 0xef, ('mode', 'steer_rad', 'rate_radps'), encode_WHEEL_1_COMMAND, decode_WHEEL_1_COMMAND),
+    0x102: Row("WHEEL_2_COMMAND", 0x102, "COMPUTER", 20000000, False, 0xc8, ('mode', 'steer_rad', 'rate_radps'), encode_WHEEL_2_COMMAND, decode_WHEEL_2_COMMAND),
+    0x103: Row("WHEEL_3_COMMAND", 0x103, "COMPUTER", 20000000, False, 0xd5, ('mode', 'steer_rad', 'rate_radps'), encode_WHEEL_3_COMMAND, decode_WHEEL_3_COMMAND),
+    0x104: Row("WHEEL_4_COMMAND", 0x104, "COMPUTER", 20000000, False, 0x86, ('mode', 'steer_rad', 'rate_radps'), encode_WHEEL_4_COMMAND, decode_WHEEL_4_COMMAND),
+    0x120: Row("TILT_COMMAND", 0x120, "COMPUTER", 100000000, False, 0x75, ('start_rad', 'end_rad', 'rate_radps', 'start_ms', 'mode'), encode_TILT_COMMAND, decode_TILT_COMMAND),
+    0x181: Row("WHEEL_1_FEEDBACK", 0x181, "WHEEL_1", 10000000, False, 0xc9, ('steer_rad', 'encoder_count', 'rate_radps', 'state'), encode_WHEEL_1_FEEDBACK, decode_WHEEL_1_FEEDBACK),
+    0x182: Row("WHEEL_2_FEEDBACK", 0x182, "WHEEL_2", 10000000, False, 0xee, ('steer_rad', 'encoder_count', 'rate_radps', 'state'), encode_WHEEL_2_FEEDBACK, decode_WHEEL_2_FEEDBACK),
+    0x183: Row("WHEEL_3_FEEDBACK", 0x183, "WHEEL_3", 10000000, False, 0xf3, ('steer_rad', 'encoder_count', 'rate_radps', 'state'), encode_WHEEL_3_FEEDBACK, decode_WHEEL_3_FEEDBACK),
+    0x184: Row("WHEEL_4_FEEDBACK", 0x184, "WHEEL_4", 10000000, False, 0xa0, ('steer_rad', 'encoder_count', 'rate_radps', 'state'), encode_WHEEL_4_FEEDBACK, decode_WHEEL_4_FEEDBACK),
+    0x1a1: Row("WHEEL_1_STATUS", 0x1a1, "WHEEL_1", 50000000, False, 0x4e, ('drive_current_a', 'steer_current_a', 'temperature_c', 'faults'), encode_WHEEL_1_STATUS, decode_WHEEL_1_STATUS),
+    0x1a2: Row("WHEEL_2_STATUS", 0x1a2, "WHEEL_2", 50000000, False, 0x69, ('drive_current_a', 'steer_current_a', 'temperature_c', 'faults'), encode_WHEEL_2_STATUS, decode_WHEEL_2_STATUS),
+    0x1a3: Row("WHEEL_3_STATUS", 0x1a3, "WHEEL_3", 50000000, False, 0x74, ('drive_current_a', 'steer_current_a', 'temperature_c', 'faults'), encode_WHEEL_3_STATUS, decode_WHEEL_3_STATUS),
+    0x1a4: Row("WHEEL_4_STATUS", 0x1a4, "WHEEL_4", 50000000, False, 0x27, ('drive_current_a', 'steer_current_a', 'temperature_c', 'faults'), encode_WHEEL_4_STATUS, decode_WHEEL_4_STATUS),
+    0x1c0: Row("TILT_FEEDBACK", 0x1c0, "TILT", 100000000, False, 0xc7, ('node_time_us', 'angle_rad', 'rate_radps', 'state'), encode_TILT_FEEDBACK, decode_TILT_FEEDBACK),
+    0x1d0: Row("IMU_GYRO", 0x1d0, "IMU", 10000000, False, 0x0a, ('x_radps', 'y_radps', 'z_radps', 'status'), encode_IMU_GYRO, decode_IMU_GYRO),
+    0x1d1: Row("IMU_ACCEL", 0x1d1, "IMU", 10000000, False, 0x17, ('x_mps2', 'y_mps2', 'z_mps2', 'status'), encode_IMU_ACCEL, decode_IMU_ACCEL),
+    0x200: Row("POWER_STATUS", 0x200, "POWER", 200000000, False, 0x26, ('voltage_v', 'current_a', 'charge_ratio', 'temperature_c', 'switches'), encode_POWER_STATUS, decode_POWER_STATUS),
+    0x300: Row("COMPUTER_HEARTBEAT", 0x300, "COMPUTER", 100000000, False, 0x6a, ('mode', 'beats', 'boot_count'), encode_COMPUTER_HEARTBEAT, decode_COMPUTER_HEARTBEAT),
+    0x301: Row("NODE_HEARTBEAT_WHEEL_1", 0x301, "WHEEL_1", 500000000, False, 0x77, ('state', 'uptime_s', 'tx_errors', 'rx_errors', 'firmware', 'dbc_version'), encode_NODE_HEARTBEAT_WHEEL_1, decode_NODE_HEARTBEAT_WHEEL_1),
+    0x302: Row("NODE_HEARTBEAT_WHEEL_2", 0x302, "WHEEL_2", 500000000, False, 0x50, ('state', 'uptime_s', 'tx_errors', 'rx_errors', 'firmware', 'dbc_version'), encode_NODE_HEARTBEAT_WHEEL_2, decode_NODE_HEARTBEAT_WHEEL_2),
+    0x303: Row("NODE_HEARTBEAT_WHEEL_3", 0x303, "WHEEL_3", 500000000, False, 0x4d, ('state', 'uptime_s', 'tx_errors', 'rx_errors', 'firmware', 'dbc_version'), encode_NODE_HEARTBEAT_WHEEL_3, decode_NODE_HEARTBEAT_WHEEL_3),
+    0x304: Row("NODE_HEARTBEAT_WHEEL_4", 0x304, "WHEEL_4", 500000000, False, 0x1e, ('state', 'uptime_s', 'tx_errors', 'rx_errors', 'firmware', 'dbc_version'), encode_NODE_HEARTBEAT_WHEEL_4, decode_NODE_HEARTBEAT_WHEEL_4),
+    0x305: Row("NODE_HEARTBEAT_TILT", 0x305, "TILT", 500000000, False, 0x03, ('state', 'uptime_s', 'tx_errors', 'rx_errors', 'firmware', 'dbc_version'), encode_NODE_HEARTBEAT_TILT, decode_NODE_HEARTBEAT_TILT),
+    0x306: Row("NODE_HEARTBEAT_IMU", 0x306, "IMU", 500000000, False, 0x24, ('state', 'uptime_s', 'tx_errors', 'rx_errors', 'firmware', 'dbc_version'), encode_NODE_HEARTBEAT_IMU, decode_NODE_HEARTBEAT_IMU),
+    0x307: Row("NODE_HEARTBEAT_POWER", 0x307, "POWER", 500000000, False, 0x39, ('state', 'uptime_s', 'tx_errors', 'rx_errors', 'firmware', 'dbc_version'), encode_NODE_HEARTBEAT_POWER, decode_NODE_HEARTBEAT_POWER),
 }

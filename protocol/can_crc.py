@@ -1,31 +1,16 @@
-"""CRC-8 SAE J1850: polynomial 0x1D, start 0xFF, final xor 0xFF, most significant bit first."""
+"""CRC-8 SAE J1850 by fastcrc: polynomial 0x1D, start 0xFF, final xor 0xFF, most significant bit first."""
 
+from fastcrc import crc8 as _algorithms
 
-def _entry(value: int) -> int:
-    for _ in range(8):
-        value = (value << 1) ^ 0x1D if value & 0x80 else value << 1
-    return value & 0xFF
-
-
-TABLE = tuple(_entry(byte) for byte in range(256))
-END = tuple(bytes((register ^ 0xFF,)) for register in range(256))  # the checksum's byte by the last register
-
-
-def crc8(data: bytes, start: int = 0xFF) -> int:
-    """The checksum of some bytes; `start` is the register before the first one."""
-    register = start
-    for byte in data:
-        register = TABLE[register ^ byte]
-    return register ^ 0xFF
+crc8 = _algorithms.sae_j1850  # (data[, checksum of the bytes before it])
+RESIDUE = crc8(bytes(1), 0)  # the checksum of any bytes that end in their own
 
 
 def sound(data: bytes, start: int) -> bool:
-    """Whether a frame of 8 bytes ends in the checksum of its other 7. Raises ValueError for another length."""
-    t = TABLE
-    a, b, c, d, e, f, g, crc = data
-    return t[t[t[t[t[t[t[start ^ a] ^ b] ^ c] ^ d] ^ e] ^ f] ^ g] == crc ^ 0xFF
+    """Whether a frame ends in its checksum; `start` is that of its id."""
+    return crc8(data, start) == RESIDUE
 
 
 def seed(can_id: int) -> int:
-    """The register after the data id, big-endian: where the checksum of a frame's bytes 0 to 6 starts."""
-    return crc8(can_id.to_bytes(2, "big")) ^ 0xFF
+    """The checksum of the data id, big-endian: where that of a frame's bytes 0 to 6 goes on."""
+    return crc8(can_id.to_bytes(2, "big"))

@@ -30,11 +30,11 @@ from enum import IntEnum
 from typing import Any, Callable, NamedTuple
 
 from protocol import WireError
-from protocol.can_crc import END as _END
-from protocol.can_crc import TABLE as _T
+from protocol.can_crc import crc8 as _crc
 
 _new = tuple.__new__
 _from_bytes = int.from_bytes
+_BYTE = tuple(bytes((value,)) for value in range(256))
 
 
 class Row(NamedTuple):
@@ -133,15 +133,12 @@ def _encoder(message: Any) -> str:
         if s.is_signed:
             raw = f"({raw} & {(1 << s.length) - 1:#x})"
         terms.append(f"{raw} << {s.start}" if s.start else raw)
-    chain = f"{seed(message.frame_id):#x} ^ a"
-    for name in "bcdefg":
-        chain = f"_T[{chain}] ^ {name}"
     return f'''def encode_{message.name}({names}, counter):
     if not ({limits} and 0 <= counter <= 15):
         _refuse("{message.name}", {refused}, counter=(counter, 0, 15))
     x = {" | ".join(terms)} | counter << 52
-    a, b, c, d, e, f, g = body = x.to_bytes(7, "little")
-    return body + _END[_T[{chain}]]
+    body = x.to_bytes(7, "little")
+    return body + _BYTE[_crc(body, {seed(message.frame_id):#x})]
 '''
 
 
