@@ -27,6 +27,7 @@ from hil.scenario import Scenario, flight_settings
 from hil.terrain import Field
 from hil.truth import Truth
 from hil.world import World
+from onboard.config import Rover as BuiltRover
 from onboard.config import load
 from onboard.core.tick import Rover, tick
 from onboard.drivers.workers import Inline
@@ -66,16 +67,17 @@ class InMemory(World):
     """One scenario, ready to `run`; or `step` it and look at world and `rover` between the ticks.
 
     orders: default one goto to the field's goal at 2 s. ground: a field of the caller's own in place of the scenario's.
+    built: the rover as it really is (`hil.build_errors`); default, as the flight program believes.
     Raises PlantAbortError where the rover cannot stand at the start. Call `free` where `run` is not used.
     """
 
     def __init__(
         self, scenario: Scenario, orders: Sequence[Order] | None = None, *,
-        ground: Field | None = None, step_ns: int = STEP_NS,
+        ground: Field | None = None, step_ns: int = STEP_NS, built: BuiltRover | None = None,
     ) -> None:  # fmt: skip
         ground = ground or GROUNDS[scenario.terrain](scenario.seed).field
         config = load(None, flight_settings(scenario, ground.start))
-        super().__init__(ground, scenario.seed, config.rover, Truth(), step_ns)
+        super().__init__(ground, scenario.seed, built or config.rover, Truth(), step_ns)
         self.scenario = scenario
         self.rover: Rover | None = Rover(config, ground.gdem)
         self.operator = Operator(goto(ground) if orders is None else orders, scenario.seed, config.link.boot_count)

@@ -31,7 +31,7 @@ class Scenario:
     """What a run is; `script` may use {goal_x} and {goal_y}. `set`: onboard's values by dotted name."""
 
     name: str = value("demo", "name in reports")
-    terrain: str = value("fbm", "a row of hil.grounds.GROUNDS", one_of=("fbm", "craters", "real", "flat"))
+    terrain: str = value("fbm", "a row of hil.grounds.GROUNDS", one_of=("fbm", "craters", "real", "flat", "yard"))
     seed: int = value(1, "the n-th accepted field", low=1, high=1_000_000)
     link: str = value("ets8-b", "row of hil/link_profiles.toml")
     blackout_s: tuple[float, ...] = ()

@@ -26,6 +26,7 @@ from hil.records import PlantState
 from hil.terrain import Field
 from hil.truth import Truth
 from onboard.config import Rover
+from onboard.mounting import lidar_place, lidar_rotation
 from onboard.records import Frame
 from protocol.can_codec import TiltState
 from protocol.conventions import TICK_NS
@@ -76,12 +77,15 @@ class Progress:
 
 
 class World:
-    """Plant and devices on one field, their time, and what passed between them and the flight program."""
+    """Plant and devices on one field, their time, and what passed between them and the flight program.
+
+    rover: as it was built (`hil.build_errors`), whatever the flight program believes.
+    """
 
     def __init__(self, ground: Field, seed: int, rover: Rover, truth: Truth, step_ns: int = STEP_NS) -> None:
         self.field, self._rover, self.truth = ground, rover, truth
-        self.plant = Plant(ground, seed, step_ns)
-        self.nodes: Nodes = build_nodes(seed)
+        self.plant = Plant(ground, seed, step_ns, rover)
+        self.nodes: Nodes = build_nodes(seed, rover)
         self.lidar = Lidar(seed, self._cast)
         self.wires = Wires()
         self.can = CanWire(seed)
@@ -106,7 +110,9 @@ class World:
         tilt = self.nodes.tilt.angles_at(times_ns)
         flat = self._directions
         in_base = np.column_stack([flat[:, 0] * np.cos(tilt), flat[:, 1], -flat[:, 0] * np.sin(tilt)])
-        mount = np.array([self._rover.lidar_x_m, 0.0, self._rover.lidar_z_m])
+        mount, turned = lidar_place(self._rover), lidar_rotation(self._rover)
+        if turned is not None:
+            in_base = in_base @ turned.T
         origins = positions + rotate(quaternions, np.broadcast_to(mount, in_base.shape))
         return self.plant.cast(np.ascontiguousarray(origins), rotate(quaternions, in_base), 30.0)
 

@@ -13,6 +13,7 @@ import click
 from click.exceptions import Exit
 
 from onboard.bus_guard import command as guard_command
+from onboard.calibrate import command as calibrate_command
 from onboard.can_tool import command as can_command
 from onboard.can_tool import jog_command
 from onboard.command_line import EX_CONFIG, EX_INTERRUPTED, EX_UNAVAILABLE, fail, read_config
@@ -45,6 +46,7 @@ def app() -> None:
       onboard map export map/ --out site.tif
       onboard lidar check tty:/dev/ttyACM0
       onboard can info --bus socketcan:can0
+      onboard calibrate --config rover.toml --out calibrated.toml
     """
 
 
@@ -53,6 +55,7 @@ app.add_command(map_command.app)
 app.add_command(lidar_command.app)
 app.add_command(guard_command.app)
 app.add_command(can_command.app)
+app.add_command(calibrate_command.calibrate)
 can_command.app.add_command(jog_command.jog)
 can_command.app.add_command(jog_command.home)
 can_command.app.add_command(jog_command.reset)

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import signal
 import sys
 from collections.abc import Iterable
 from pathlib import Path
 
-from click.exceptions import Exit
+import click
+from click.exceptions import Abort, Exit
 
 from onboard.config import Config, ConfigError, load, parse_override
 
@@ -18,6 +20,17 @@ def fail(code: int, text: str) -> Exit:
     """One helpful line on standard error, and the exit code to raise."""
     print(f"onboard: {text}", file=sys.stderr)
     return Exit(code)
+
+
+def agreed(question: str) -> bool:
+    """Whether the operator says yes; Ctrl-C is a no."""
+    previous = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        return click.confirm(question, err=True)
+    except Abort:
+        return False
+    finally:
+        signal.signal(signal.SIGINT, previous)
 
 
 def read_config(path: Path | None, settings: Iterable[str]) -> Config:

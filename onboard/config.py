@@ -47,6 +47,19 @@ class Rover:
     wheel_rate_limit_radps: float = value(4.0, "fastest wheel without load", low=0.1, high=100)
     lidar_x_m: float = value(0.30, "scanner's centre ahead of base_link, on the tilt axis", low=-3, high=3)
     lidar_z_m: float = value(0.70, "scanner's centre above the wheel plane", low=0.1, high=5)
+    lidar_y_m: float = value(0.0, "scanner's centre left of base_link", low=-3, high=3)
+    lidar_roll_rad: float = value(0.0, "tilt unit as it is bolted on: about x, after that pitch and yaw; see docs "
+                                  "(calibration)", low=-0.3, high=0.3)
+    lidar_pitch_rad: float = value(0.0, "likewise, about y: down where the axis says 0", low=-0.3, high=0.3)
+    lidar_yaw_rad: float = value(0.0, "likewise, about z: it looks to the left", low=-0.3, high=0.3)
+    imu_roll_rad: float = value(0.0, "inertial sensor as it is bolted on: about x, after that pitch and yaw",
+                                low=-math.pi, high=math.pi)
+    imu_pitch_rad: float = value(0.0, "likewise, about y", low=-math.pi, high=math.pi)
+    imu_yaw_rad: float = value(0.0, "likewise, about z", low=-math.pi, high=math.pi)
+    steer_1_offset_rad: float = value(0.0, "angle of wheel 1 (front left) where its unit says 0", low=-0.3, high=0.3)
+    steer_2_offset_rad: float = value(0.0, "likewise of wheel 2, rear left", low=-0.3, high=0.3)
+    steer_3_offset_rad: float = value(0.0, "likewise of wheel 3, rear right", low=-0.3, high=0.3)
+    steer_4_offset_rad: float = value(0.0, "likewise of wheel 4, front right", low=-0.3, high=0.3)
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,6 +7,7 @@ attributes.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from enum import Enum
 from typing import Any
 
@@ -15,6 +16,8 @@ import numpy as np
 from hil.devices.node import Node, Noise
 from hil.devices.tilt import TiltNode
 from hil.records import PlantState, WheelDrive
+from onboard.config import Rover
+from onboard.mounting import Rows, imu_rotation, rotated, steer_offsets_rad
 from onboard.records import Frame
 from protocol.can_codec import ENCODER_COUNTS_PER_TURN, NodeState, WheelMode
 from protocol.can_guard import Every
@@ -26,6 +29,7 @@ SLEW_RADPS2, STOP_RADPS2 = 1.0, 4.0
 TORQUE_NM_PER_A = 0.8
 STALL_NM, STALL_GAIN_NM_PER_RADPS = 8.0, 40.0  # the speed loop of a drive that cannot turn
 JUMP_SIGMA, JUMP_COUNTS = 2.0, 300.0  # a jumping encoder: 4.6 % of the samples jump, by this times a normal number
+DRAWING = Rover()
 POT_NOISE_RAD, RATE_NOISE_RADPS, CURRENT_NOISE_A = 0.0005, 0.003, 0.02
 
 
@@ -48,11 +52,12 @@ class WheelNode(Node):
     Faults: `silent`; `drive_stuck`, the motor pushes with all its current against a gear that is jammed (the plant's
     `jam`); `steer_stuck_rad`, where the steering stays; `encoder`; `pot_offset_rad`, what the pot reads too much (the
     steering counts its own motor's turns and stands where it is ordered). Free or weak: the plant's `set_motor`.
+    zero_rad: where the wheel really stands when its unit says 0, as it was built.
     """
 
-    def __init__(self, n: int, rng: np.random.Generator) -> None:
+    def __init__(self, n: int, rng: np.random.Generator, zero_rad: float = 0.0) -> None:
         super().__init__(f"WHEEL_{n}", {DRIVE_ENABLE, WHEEL_COMMAND + n}, rng)
-        self.n = n
+        self.n, self.zero_rad = n, zero_rad
         self.drive_stuck = False
         self.steer_stuck_rad: float | None = None
         self.encoder = Encoder.GOOD
@@ -78,7 +83,7 @@ class WheelNode(Node):
 
     def drive(self) -> WheelDrive:
         """What the motor drivers ask of the plant, after ramp, timeout and faults."""
-        steer_rad = self._steer_rad if self._held_rad is None else self._held_rad
+        steer_rad = self.zero_rad + (self._steer_rad if self._held_rad is None else self._held_rad)
         if self.steer_stuck_rad is not None:
             steer_rad = self.steer_stuck_rad
         return WheelDrive(steer_rad, self._drive_radps)
@@ -104,8 +109,8 @@ class WheelNode(Node):
         if not dead and self._mode is not WheelMode.OFF:
             self._held_rad = None
         elif self._held_rad is None:
-            self._held_rad = wheel.steer_rad
-        self._measure(now_ns, wheel.steer_rad, wheel.position_rad, wheel.rate_radps)
+            self._held_rad = wheel.steer_rad - self.zero_rad
+        self._measure(now_ns, wheel.steer_rad - self.zero_rad, wheel.position_rad, wheel.rate_radps)
         if self._status.due(now_ns):
             self._tell_status(now_ns, wheel.torque_nm, dt_s)
         self.beat(now_ns)
@@ -140,14 +145,15 @@ class ImuNode(Node):
     """Angular rate and specific force at base_link: white noise, walking bias, scale error, saturation.
 
     Faults: `silent`; `gyro_bias_radps`, `accel_bias_mps2`, lists of three that a scenario may step. The sensor sits at
-    base_link: no lever arm.
+    base_link: no lever arm. `rotation` is how it was bolted on: rows that turn its axes into base_link's.
     """
 
     GYRO_NOISE, GYRO_WALK, GYRO_LIMIT = 0.001, 2e-6, 3.2767
     ACCEL_NOISE, ACCEL_WALK, ACCEL_LIMIT = 0.01, 2e-5, 32.767
 
-    def __init__(self, rng: np.random.Generator) -> None:
+    def __init__(self, rng: np.random.Generator, rotation: Rows | None = None) -> None:
         super().__init__("IMU", set(), rng)
+        self._into = None if rotation is None else tuple(zip(*rotation))  # base_link's axes into its own
         self._noise = Noise(rng)
         self.gyro_bias_radps: list[float] = rng.normal(0.0, 0.0005, 3).tolist()
         self.accel_bias_mps2: list[float] = rng.normal(0.0, 0.01, 3).tolist()
@@ -157,17 +163,17 @@ class ImuNode(Node):
     def step(self, now_ns: int, truth: PlantState) -> None:
         """Measures once; the frames go to `out`."""
         self._axes(
-            GYRO, now_ns, truth.angular_radps.tolist(), self._gyro_scale, self.gyro_bias_radps,
+            GYRO, now_ns, rotated(self._into, truth.angular_radps.tolist()), self._gyro_scale, self.gyro_bias_radps,
             (self.GYRO_NOISE, self.GYRO_WALK, self.GYRO_LIMIT),
         )  # fmt: skip
         self._axes(
-            ACCEL, now_ns, truth.specific_force_mps2.tolist(), self._accel_scale, self.accel_bias_mps2,
-            (self.ACCEL_NOISE, self.ACCEL_WALK, self.ACCEL_LIMIT),
+            ACCEL, now_ns, rotated(self._into, truth.specific_force_mps2.tolist()), self._accel_scale,
+            self.accel_bias_mps2, (self.ACCEL_NOISE, self.ACCEL_WALK, self.ACCEL_LIMIT),
         )  # fmt: skip
         self.beat(now_ns)
 
     def _axes(
-        self, can_id: int, now_ns: int, true: list[float], scale: list[float], bias: list[float],
+        self, can_id: int, now_ns: int, true: Sequence[float], scale: list[float], bias: list[float],
         model: tuple[float, float, float],
     ) -> None:  # fmt: skip
         sigma, walk, limit = model
@@ -251,8 +257,8 @@ class Nodes:
         return tuple(wheel.drive() for wheel in self.wheels)
 
 
-def build_nodes(seed: int) -> Nodes:
-    """The rover's seven nodes; each has its own random generator, children of `seed`."""
+def build_nodes(seed: int, rover: Rover = DRAWING) -> Nodes:
+    """The seven nodes of a rover as it was built; each has its own random generator, children of `seed`."""
     streams = [np.random.default_rng(child) for child in np.random.SeedSequence([seed, 0xCA]).spawn(7)]
-    wheels = tuple(WheelNode(n, streams[n - 1]) for n in (1, 2, 3, 4))
-    return Nodes(wheels, TiltNode(streams[4]), ImuNode(streams[5]), PowerNode(streams[6]))
+    wheels = tuple(WheelNode(n, streams[n - 1], zero) for n, zero in enumerate(steer_offsets_rad(rover), 1))
+    return Nodes(wheels, TiltNode(streams[4]), ImuNode(streams[5], imu_rotation(rover)), PowerNode(streams[6]))

@@ -16,16 +16,12 @@ from enum import Enum
 from itertools import chain
 
 from onboard.can_tool.move import Move
+from onboard.can_tool.permit import Permit
 from onboard.config import Can, Rover
 from onboard.devices.nodes import Nodes
 from onboard.records import Frame, WheelCommand, WheelMode, WheelState
-from protocol.can_codec import DBC_VERSION, NodeState, StopReason
-from protocol.can_frames import FRAMES
-from protocol.can_guard import Guard
 from protocol.modes import Mode
 
-MASTER = {can_id: layout.name for can_id, layout in FRAMES.items() if layout.sender == "COMPUTER"}
-HEARTBEATS = {can_id: row.sender for can_id, row in FRAMES.items() if row.family == "NODE_HEARTBEAT"}
 LISTEN_NS, SETTLE_NS, OFF_NS, REST_LIMIT_NS = 1_200_000_000, 200_000_000, 200_000_000, 4_000_000_000
 ARRIVED_RAD, REST_RADPS = 0.02, 0.05
 WRONG_WAY_NS, WRONG_WAY_RADPS, WRONG_WAY_RAD, RUNAWAY_RADPS = 500_000_000, 0.1, 0.1, 0.5
@@ -62,8 +58,7 @@ class Jog:
         self.problem = ""
         self.stopped = False  # by `stop`
         self._silent_ns = can.silent_ns
-        self._heartbeats, self._versions = Guard(), dict[str, int]()
-        self._master = ""
+        self._permit = Permit(self.nodes, move.nodes)
         self._since_ns: int | None = None  # of the phase
         self._begun = _Begun()
         self._there_ns: int | None = None
@@ -111,10 +106,7 @@ class Jog:
 
     def _hear(self, frames: Sequence[Frame], now_ns: int) -> None:
         self.nodes.receive(frames, now_ns)
-        for frame in frames:
-            self._master = self._master or MASTER.get(frame.can_id, "")
-            if frame.can_id in HEARTBEATS and (told := self._heartbeats.receive(frame)) is not None:
-                self._versions[HEARTBEATS[frame.can_id]] = told.dbc_version
+        self._permit.hear(frames)
 
     def _listen(self, now_ns: int) -> None:
         if self._refuse(now_ns):
@@ -125,12 +117,12 @@ class Jog:
                 self._enter(Phase.READY, now_ns)
 
     def _refuse(self, now_ns: int) -> bool:
-        self._end(next(self._forbidden(), ""), now_ns)
+        self._end(next(self._permit.forbidden(), ""), now_ns)
         return bool(self.problem)
 
     def _watch(self, now_ns: int) -> None:
         self._note()
-        self._end(next(chain(self._forbidden(), self._silent(now_ns), self._astray(now_ns)), ""), now_ns)
+        self._end(next(chain(self._permit.forbidden(), self._silent(now_ns), self._astray(now_ns)), ""), now_ns)
         over = now_ns - self._begun.at_ns >= self.move.limit_s * 1e9
         if self.phase is not Phase.MOVING:
             return
@@ -167,28 +159,9 @@ class Jog:
 
     # -- what is against it ----------------------------------------------------------------------------------
 
-    def _forbidden(self) -> Iterator[str]:
-        """What forbids a movement at any time."""
-        if self._master:
-            yield f"another computer commands this bus ({self._master} is on it): end that program first"
-        if self.nodes.emergency is not None:
-            node, reason, _ = self.nodes.emergency
-            why = StopReason(reason).name if reason <= max(StopReason) else str(reason)
-            yield f"{node} asserts an EMERGENCY_STOP ({why}): find out why, then `onboard can reset`"
-        for name in self.move.nodes:
-            state = self.nodes.node_state(name)
-            if state in (NodeState.EMERGENCY_STOP, NodeState.RESET_ARMED):
-                yield f"{name} has an EMERGENCY_STOP latched: find out why, then `onboard can reset`"
-            if state is NodeState.FAULT:
-                yield f"{name} says FAULT: look at its status with `onboard can watch`"
-            if self._versions.get(name, DBC_VERSION) != DBC_VERSION:
-                yield f"{name} has version {self._versions[name]} of rover.dbc, this program {DBC_VERSION}: update one"
-
     def _missing(self) -> Iterator[str]:
         """What should have been heard by now."""
-        for name in self.move.nodes:
-            if self.nodes.node_state(name) is None:
-                yield f"{name} is not heard on this bus; `onboard can info` says who is"
+        yield from self._permit.missing()
         for n in self.move.wheels:
             if self.nodes.wheels[n - 1] is None:
                 yield f"WHEEL_{n} sends no feedback: it will not be moved blindly"

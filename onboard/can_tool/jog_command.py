@@ -12,10 +12,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
-from click.exceptions import Abort
 
 from onboard.can_tool.command import EXAMPLES, URI_HELP, json_option, on_bus
-from onboard.command_line import EX_INTERRUPTED, EX_UNAVAILABLE, EX_UNHEALTHY, EX_USAGE, fail, read_config
+from onboard.command_line import EX_INTERRUPTED, EX_UNAVAILABLE, EX_UNHEALTHY, EX_USAGE, agreed, fail, read_config
 
 if TYPE_CHECKING:
     from onboard.can_tool.jog import Jog, Phase
@@ -102,7 +101,7 @@ def reset(path: Path | None, settings: tuple[str, ...], uri: str | None, yes: bo
         if machine.problem:
             raise fail(EX_UNAVAILABLE, f"refused, nothing was sent: {machine.problem}")
         stopped = machine.stopped
-        if not ready or not (yes or _agreed(f"{', '.join(stopped)}: stopped. Is the cause gone?")):
+        if not ready or not (yes or agreed(f"{', '.join(stopped)}: stopped. Is the cause gone?")):
             raise fail(EX_INTERRUPTED, "ended before anything was released")
         _flush(machine, shell)
         machine.go()
@@ -120,7 +119,7 @@ def _run(move: Move, config: Config, uri: str, yes: bool, as_json: bool) -> None
         ready = _until(machine, shell, Phase.READY)
         if machine.problem:
             raise fail(EX_UNAVAILABLE, f"refused, nothing was sent: {machine.problem}")
-        if not ready or not (yes or _agreed(f"{move}. {HANDS}")):
+        if not ready or not (yes or agreed(f"{move}. {HANDS}")):
             raise fail(EX_INTERRUPTED, "ended before anything moved")
         for number in (signal.SIGTERM, signal.SIGINT):
             signal.signal(number, lambda *_: machine.stop())
@@ -149,16 +148,6 @@ def _flush(machine: Jog | Release, shell: Shell) -> None:
     """What came while the operator thought; another computer may be among it."""
     while frames := shell.bus.read(shell.clock.now_ns()):
         machine.tick(frames, shell.clock.now_ns())
-
-
-def _agreed(question: str) -> bool:
-    previous = signal.signal(signal.SIGINT, signal.default_int_handler)
-    try:
-        return click.confirm(question, err=True)
-    except Abort:
-        return False
-    finally:
-        signal.signal(signal.SIGINT, previous)
 
 
 class _Teller:

@@ -10,7 +10,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from onboard.can_tool.jog import LISTEN_NS, MASTER, Phase
+from onboard.can_tool.jog import LISTEN_NS, Phase
+from onboard.can_tool.permit import MASTER
 from onboard.config import Can, Rover
 from onboard.devices.nodes import NODES, Nodes
 from onboard.records import Frame

@@ -11,6 +11,7 @@ from onboard.devices.can_recovery import Bus, CanRecovery
 from onboard.devices.can_watch import CanWatch
 from onboard.devices.emergency import Emergency
 from onboard.devices.tilt import SegmentLike, Tilt
+from onboard.mounting import imu_rotation, rotated, steer_offsets_rad
 from onboard.records import BusStatus, Frame, ImuSample, PowerState, TiltTrack, WheelCommand, WheelMode, WheelState
 from protocol.can_codec import ENCODER_COUNTS_PER_TURN, TABLE, NodeState
 from protocol.can_guard import Counts, Every, Guard, Sender
@@ -54,10 +55,13 @@ class Nodes:
     """The rover's nodes: `receive` once a tick, then read; give orders, then `send`.
 
     bus: what the bus is good for. watch: what is wrong with its frames. from_future: frames stamped later than now.
+    Here readings and orders pass between the nodes' own zeros and the rover's axes: steering offsets, the sensor's
+    mounting (`onboard.mounting`). Nothing further in knows of them.
     """
 
     def __init__(self, rover: config.Rover, can: config.Can, boot_count: int = 1) -> None:
         self._rover, self.stale_ns = rover, can.stale_ns
+        self._offsets_rad, self._imu_rotation = steer_offsets_rad(rover), imu_rotation(rover)
         self._boot_count = boot_count & 0xFFFF
         self._guard, self._sender = Guard(), Sender()
         self.bus, self.watch = CanRecovery(), CanWatch()
@@ -108,13 +112,13 @@ class Nodes:
     def wheels(self) -> tuple[WheelState | None, ...]:
         """The four wheels as last told, None for one that was never heard; ages at the last `receive`."""
         states: list[WheelState | None] = []
-        for wheel in self._wheels:
+        for wheel, offset_rad in zip(self._wheels, self._offsets_rad):
             if wheel.values is None:
                 states.append(None)
                 continue
             told, stamp_ns = wheel.values
-            age_ns = self._now_ns - stamp_ns
-            states.append(WheelState(told.steer_rad, wheel.count * RAD_PER_COUNT, told.rate_radps, told.state, age_ns))
+            steer_rad, age_ns = told.steer_rad + offset_rad, self._now_ns - stamp_ns
+            states.append(WheelState(steer_rad, wheel.count * RAD_PER_COUNT, told.rate_radps, told.state, age_ns))
         return tuple(states)
 
     @property
@@ -208,8 +212,8 @@ class Nodes:
             if not (math.isfinite(command.steer_rad) and math.isfinite(command.rate_radps)):
                 raise ValueError(f"the order of wheel {n} is no number: {command!r}")
         self._commands = tuple(
-            WheelCommand(c.mode, max(-steer, min(steer, c.steer_rad)), max(-rate, min(rate, c.rate_radps)))
-            for c in commands
+            WheelCommand(c.mode, max(-steer, min(steer, c.steer_rad - off)), max(-rate, min(rate, c.rate_radps)))
+            for c, off in zip(commands, self._offsets_rad)
         )
 
     def sweep(self, segments: Sequence[SegmentLike], start_ns: int) -> None:
@@ -319,7 +323,8 @@ class Nodes:
 
     def _on_accel(self, values: Any, stamp_ns: int) -> None:
         if self._gyro is not None:
-            self._imu.append(ImuSample(stamp_ns, self._gyro[:3], values[:3]))
+            turn = self._imu_rotation
+            self._imu.append(ImuSample(stamp_ns, rotated(turn, self._gyro[:3]), rotated(turn, values[:3])))
             self._imu_ns = stamp_ns
             self._gyro = None
 

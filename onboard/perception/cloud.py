@@ -1,7 +1,8 @@
 """Scans, the tilt at each beam's own time, the rover's pose: points in the map frame.
 
     p_tilt = range * (cos phi, sin phi, 0)           phi: angle of the beam in the scanner's plane
-    p_base = (x_L, 0, z_L) + R_y(tilt) p_tilt        positive tilt is down; the scanner's centre is on the axis
+    p_base = t + R R_y(tilt) p_tilt                  positive tilt is down; the scanner's centre t is on the axis,
+                                                     R is how the tilt unit is bolted on (`onboard.mounting`)
     p_map  = T_map_base p_base
 """
 
@@ -15,6 +16,7 @@ from itertools import groupby
 import numpy as np
 
 from onboard.config import Rover, Scanning
+from onboard.mounting import lidar_place, lidar_rotation
 from onboard.perception.beam_tilt import tilt_at
 from onboard.records import F32, F64, BeamStatus, Bool, Cloud, Scan, TiltTrack
 from protocol.conventions import WHEEL_SIGNS
@@ -33,7 +35,7 @@ def cloud(
     scanning.range_m and beams without a return are kept as non-hits that end at that range. Dropped: beams whose tilt
     was not sampled or not steady, too near, in error, and what hit the rover itself (its hull plus 3 cm).
     """
-    origin_base_m = np.array([rover.lidar_x_m, 0.0, rover.lidar_z_m])
+    origin_base_m, mount = lidar_place(rover), lidar_rotation(rover)
     rotation, translation = T_map_base[:3, :3], T_map_base[:3, 3]
     boxes = hull_boxes(rover)
     ends: list[F32] = [np.empty((0, 3), np.float32)]
@@ -42,6 +44,8 @@ def cloud(
         together = list(alike)
         for first in range(0, len(together), SCANS_AT_ONCE):
             points_base_m, hit = _beams(together[first : first + SCANS_AT_ONCE], tilt, scanning)
+            if mount is not None:
+                points_base_m = points_base_m @ mount.T
             points_base_m += origin_base_m
             kept = ~(hit & _inside(points_base_m, boxes))
             ends.append((points_base_m[kept] @ rotation.T + translation).astype(np.float32))
@@ -66,9 +70,9 @@ def _geometry(scan: Scan) -> tuple[int, float, float]:
 
 
 def _beams(scans: Sequence[Scan], tilt: TiltTrack, scanning: Scanning) -> tuple[F64, Bool]:
-    """(vectors from the scanner to the beam's end in base axes (k, 3), whether it hit (k,)) of the beams that count.
+    """(vectors from the scanner to the beam's end in the tilt unit's axes (k, 3), whether it hit (k,)).
 
-    The scans have one geometry, so they go through as one (scans, beams) array.
+    Of the beams that count. The scans have one geometry, so they go through as one (scans, beams) array.
     """
     count, first_rad, step_rad = _geometry(scans[0])
     phi = first_rad + np.arange(count) * step_rad

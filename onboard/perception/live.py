@@ -13,6 +13,7 @@ from __future__ import annotations
 import numpy as np
 
 from onboard.config import Rover, Scanning
+from onboard.mounting import lidar_place, lidar_rotation
 from onboard.native.cells import LiveGrid, Mount, Turn
 from onboard.perception.beam_tilt import tilt_at
 from onboard.perception.cloud import hull_boxes
@@ -38,8 +39,16 @@ def turn_of(scan: Scan, tilt: TiltTrack, scanning: Scanning) -> Turn:
 
 
 def mount_of(T_map_base: F64, rover: Rover) -> Mount:
-    """The scanner on a rover whose base_link stands at T_map_base (4, 4), with the hull that `cloud` masks."""
-    return Mount(np.array([rover.lidar_x_m, 0.0, rover.lidar_z_m]), hull_boxes(rover), T_map_base)
+    """The scanner on a rover whose base_link stands at T_map_base (4, 4), with the hull that `cloud` masks.
+
+    A scanner that is bolted on askew: in its own axes it is the rover that is turned; the hull then is, too.
+    """
+    place, mount = lidar_place(rover), lidar_rotation(rover)
+    if mount is not None:
+        turned = np.eye(4)
+        turned[:3, :3] = mount
+        place, T_map_base = mount.T @ place, T_map_base @ turned
+    return Mount(place, hull_boxes(rover), T_map_base)
 
 
 def _directions(angles_rad: F64) -> F64:

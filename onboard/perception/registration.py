@@ -129,6 +129,39 @@ def _judged(result: RegistrationResult, guess: F64, config: Localisation, prior:
     return dataclasses.replace(result, accepted=False, reason=reason, T_map_base=guess.copy()) if reason else result
 
 
+@dataclass(frozen=True, slots=True)
+class Alignment:
+    """Of two clouds of the same ground. T_target_source: (4, 4). covariance: (6, 6) over a small rotation (rad) and way
+    (m) in the source's axes, from the Hessian alone. overlap_ratio: of the source at the guess.
+    """
+
+    T_target_source: F64
+    covariance: F64
+    inlier_ratio: float
+    overlap_ratio: float
+
+
+def align(source: Prepared, target: Prepared, guess: F64) -> Alignment | None:
+    """GICP in all six directions, for whoever weighs them himself; None where it does not converge or hardly matches.
+
+    source, target: of `prepare`. guess: (4, 4) T_target_source.
+    """
+    clouds = [prepared[0] for prepared in (source, target)]
+    shared = _overlap(clouds[0].points(), clouds[1].points(), guess)
+    if shared < LEAST_OVERLAP_RATIO:
+        return None
+    found = small_gicp.align(clouds[1], clouds[0], target[1], guess, "GICP", MATCH_M, 1, MOST_ITERATIONS, 1e-5, 1e-4)
+    inlier_ratio = int(found.num_inliers) / clouds[0].size()
+    if not found.converged or inlier_ratio < LEAST_INLIERS_RATIO:
+        return None
+    return Alignment(found.T_target_source, np.linalg.inv(found.H), inlier_ratio, shared)
+
+
+def prepare(points: F64) -> Prepared:
+    """A cloud (n, 3) thinned, with the planes of its points: for `align`."""
+    return _prepared(np.ascontiguousarray(points, np.float64))
+
+
 def merge_target(
     target: F64 | F32, new_points_map: F64 | F32, centre_m: tuple[float, float], keep_m: float = 25.0
 ) -> F64:

@@ -3,7 +3,7 @@
     pixels[line, beam]    line: one turn of the scanner, in time order      beam: counter-clockwise, as fired
 
     p_tilt = range * (cos phi, sin phi, 0)           phi = first_angle_rad + beam * step_rad
-    p_base = (x_L, 0, z_L) + R_y(tilt) p_tilt        positive tilt is down
+    p_base = t + R R_y(tilt) p_tilt                  positive tilt is down; t, R: of the tilt unit (`onboard.mounting`)
     p_map  = T_map_base(time) p_base                 the rover's pose at the beam's own time, if it moves
 """
 
@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from onboard.config import Rover
+from onboard.mounting import lidar_place, lidar_rotation
 from onboard.perception.beam_tilt import tilt_at
 from onboard.records import F64, BeamStatus, Bool, Scan, TiltTrack
 
@@ -112,9 +113,11 @@ def points(scan: Scan3d, rover: Rover, poses: PoseTrack | None = None) -> Points
     phi, tilt = scan.azimuths_rad[beam], pixels["tilt_rad"].astype(np.float64)
     range_m = pixels["range_m"].astype(np.float64)
     ahead_m = range_m * np.cos(phi)
-    xyz_m = np.stack([
-        rover.lidar_x_m + ahead_m * np.cos(tilt), range_m * np.sin(phi), rover.lidar_z_m - ahead_m * np.sin(tilt)
-    ], axis=1)  # fmt: skip
+    xyz_m = np.stack([ahead_m * np.cos(tilt), range_m * np.sin(phi), -ahead_m * np.sin(tilt)], axis=1)
+    mount = lidar_rotation(rover)
+    if mount is not None:
+        xyz_m = xyz_m @ mount.T
+    xyz_m += lidar_place(rover)
     if poses is not None:
         _move(xyz_m, pixels["time_ns"], poses)
     return Points(xyz_m, pixels, line, beam)

@@ -1,0 +1,58 @@
+"""How a rover was built, against its drawing: what `onboard calibrate` has to find.
+
+    built = BuildErrors(wheel_radius_ratio=1.02, steer_rad=(0.03, 0.0, 0.0, -0.02)).built(Rover())
+    InMemory(Scenario(), built=built)             the world is that of `built`, the flight program believes its config
+
+The bench builds plant, steering units, tilt unit and inertial sensor by the same keys that the flight program reads of
+its configuration (`onboard.mounting`); so a configuration with the keys of `built` knows the rover as it is.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from onboard.config import Rover
+
+Three = tuple[float, float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class BuildErrors:
+    """What is off. steer_rad: of wheels 1 to 4. lidar_m: x, y, z; lidar_rad, imu_rad: roll, pitch, yaw."""
+
+    wheel_radius_ratio: float = 1.0
+    steer_rad: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
+    lidar_m: Three = (0.0, 0.0, 0.0)
+    lidar_rad: Three = (0.0, 0.0, 0.0)
+    imu_rad: Three = (0.0, 0.0, 0.0)
+
+    def built(self, drawing: Rover) -> Rover:
+        """The rover as it is, whose drawing says that."""
+        x, y, z = self.lidar_m
+        mounted = {f"{unit}_{axis}_rad": angle for unit, angles in (("lidar", self.lidar_rad), ("imu", self.imu_rad))
+                   for axis, angle in zip(("roll", "pitch", "yaw"), angles)}  # fmt: skip
+        steered = {f"steer_{n}_offset_rad": angle for n, angle in enumerate(self.steer_rad, 1)}
+        return replace(
+            drawing, wheel_radius_m=drawing.wheel_radius_m * self.wheel_radius_ratio,
+            lidar_x_m=drawing.lidar_x_m + x, lidar_y_m=drawing.lidar_y_m + y, lidar_z_m=drawing.lidar_z_m + z,
+            **mounted, **steered,
+        )
+
+
+def drawn(seed: int) -> BuildErrors:
+    """Errors as careful hands leave them, by chance (1 sigma): wheels 1 %, steering and scanner 1.5 degrees, inertial
+    sensor 1 degree, scanner's place 5 mm; its sideways place 1 mm, since that is taken from the drawing.
+    """
+    rng = np.random.default_rng([seed, 0xB01])
+
+    def angles(count: int, sigma_deg: float) -> tuple[float, ...]:
+        return tuple((math.radians(sigma_deg) * rng.standard_normal(count)).tolist())
+
+    return BuildErrors(
+        1.0 + 0.01 * float(rng.standard_normal()), angles(4, 1.5),  # type: ignore[arg-type]
+        tuple((np.array([0.005, 0.001, 0.005]) * rng.standard_normal(3)).tolist()),
+        angles(3, 1.5), angles(3, 1.0),
+    )  # fmt: skip

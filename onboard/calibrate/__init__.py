@@ -1,0 +1,1 @@
+"""`onboard calibrate`: wheel radius, steering offsets, mounting of scanner and inertial sensor from a driven square."""

@@ -1,0 +1,236 @@
+"""The drive as a state machine: inputs of a tick in, outputs out. Nothing is sent before `go`.
+
+    LISTENING --1.2 s, nothing against it--> READY --go--> MOVING: step after step --all done--> STOPPING --> DONE
+        \\--> DONE (refused)                                  \\------ problem, stop ----------------^ at rest, then off
+
+A step rolls (`roll`) or scans (the flight program's `Sensing`). What ends the drive: whatever forbids a movement by
+hand (`can_tool.permit`), a wheel, the inertial sensor or the scanner gone silent, a fault of the flight program's wheel
+monitors, a slope, and a step that takes too long.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from itertools import chain
+
+from onboard.calibrate.log import Log, Logger
+from onboard.calibrate.plan import nod, square
+from onboard.calibrate.roll import Roll
+from onboard.can_tool.jog import LISTEN_NS, OFF_NS, REST_LIMIT_NS, REST_RADPS, SETTLE_NS, Phase
+from onboard.can_tool.permit import Permit
+from onboard.config import Config, Rover
+from onboard.core.sensing import Sensing
+from onboard.core.wheel_watch.seen import Seen
+from onboard.core.wheel_watch.watch import WheelWatch
+from onboard.devices.lidar import LidarSession
+from onboard.devices.nodes import NODES, Nodes
+from onboard.motion.odometry import Odometry
+from onboard.motion.odometry import Step as Moved
+from onboard.perception.sweep import segments
+from onboard.records import Event, ImuSample, Inputs, Outputs, Scan, WheelCommand, WheelMode
+from protocol.conventions import TICK_NS
+from protocol.modes import Mode
+
+LATE_RATIO, LATE_S = 2.0, 20.0  # a step may take so much longer than planned
+MOST_TRIES = 2  # of a scan
+SLOPE_LIMIT_RAD = math.radians(12)
+MEAN_TICKS = 100  # of gyro and accelerometer
+EXPECTED = {"STEER_OFFSET", "SLIP_HIGH"}  # an offset is what is looked for, and soft ground is no fault here
+DRIVEN = "CALIBRATE"  # the event by which a record keeps the side of the square
+IMU_SILENT_NS = 100_000_000
+
+
+class Drive:
+    """`tick` by tick. `problem`: one line why it was refused or ended early; `log` is the record as far as it came."""
+
+    def __init__(self, config: Config, side_m: float) -> None:
+        self._config = replace(config, scanning=nod(config))
+        self.steps, self.at, self._side_m = square(side_m), 0, side_m
+        self.nodes, self.lidar = Nodes(config.rover, config.can), LidarSession(config.lidar)
+        self.nodes.enabled = False
+        self.phase, self.problem, self.stopped = Phase.LISTENING, "", False
+        self._permit = Permit(self.nodes, NODES)
+        self._odometry, self._watch = Odometry(config.rover), WheelWatch(config.rover)
+        self._logger = Logger(self.steps, self._config)
+        self._orders: tuple[WheelCommand, ...] = (WheelCommand(WheelMode.HOLD, 0.0, 0.0),) * 4
+        self._imu: ImuSample | None = None
+        self._bias_radps, self._force = 0.0, [0.0, 0.0, 0.0]
+        self._since_ns: int | None = None  # of the phase
+        self._step_ns = 0
+        self._doing = self._begun()
+
+    def go(self, now_ns: int) -> None:
+        """The operator agrees: from READY to MOVING."""
+        if self.phase is Phase.READY:
+            self._enter(Phase.MOVING, now_ns)
+            self._step_ns = now_ns
+            self.nodes.enabled = True
+
+    def stop(self) -> None:
+        """Ends the drive with the next tick; before `go` there is nothing to end."""
+        self.stopped = True
+
+    @property
+    def rover(self) -> Rover:
+        """As it was believed."""
+        return self._config.rover
+
+    @property
+    def log(self) -> Log:
+        """What was driven so far."""
+        return self._logger.log()
+
+    @property
+    def complete(self) -> bool:
+        """Whether every step was done."""
+        return self.at == len(self.steps)
+
+    @property
+    def progress_ratio(self) -> float:
+        """Share of the drive's time that is over, about."""
+        past = sum(step.seconds for step in self.steps[: self.at])
+        past += 0.0 if self.complete else self._doing.progress_ratio * self.steps[self.at].seconds
+        return past / sum(step.seconds for step in self.steps)
+
+    def tick(self, inputs: Inputs) -> Outputs:
+        """10 ms: what the outside said in, what it is told out."""
+        now_ns, first = inputs.now_ns, self._since_ns is None
+        self._since_ns = now_ns if self._since_ns is None else self._since_ns
+        self.nodes.receive(inputs.can_frames, now_ns, inputs.can)
+        self._permit.hear(inputs.can_frames)
+        scans = self.lidar.receive(inputs.lidar_chunks, inputs.lidar_state, now_ns)
+        self._imu = self.nodes.imu[-1] if self.nodes.imu else self._imu
+        match self.phase:
+            case Phase.LISTENING:
+                self._listen(now_ns)
+            case Phase.READY:
+                self._end(next(self._permit.forbidden(), ""), now_ns)
+            case Phase.MOVING:
+                self._move(scans, now_ns)
+            case Phase.STOPPING:
+                self._rest(now_ns)
+        if self.phase not in (Phase.MOVING, Phase.STOPPING):
+            events = (Event(now_ns, "info", DRIVEN, str(self._side_m)),) if first else ()
+            return Outputs(lidar_bytes=self._farewell(now_ns), events=events)
+        self.nodes.set_wheels(self._orders)
+        return Outputs(
+            can_frames=self.nodes.send(now_ns, Mode.STANDBY), lidar_bytes=self.lidar.send(now_ns),
+            lidar_connect=self.lidar.wants_connect(now_ns),
+        )  # fmt: skip
+
+    def _farewell(self, now_ns: int) -> bytes:
+        return self.lidar.farewell(now_ns) if self.phase is Phase.DONE and not self.lidar.dark else b""
+
+    # -- the phases ------------------------------------------------------------------------------------------
+
+    def _enter(self, phase: Phase, now_ns: int) -> None:
+        self.phase, self._since_ns = phase, now_ns
+
+    def _end(self, problem: str, now_ns: int) -> None:
+        if problem:
+            self.problem = problem
+            self._enter(Phase.STOPPING if self.phase is Phase.MOVING else Phase.DONE, now_ns)
+
+    def _listen(self, now_ns: int) -> None:
+        self._end(next(self._permit.forbidden(), ""), now_ns)
+        if not self.problem and now_ns - (self._since_ns or 0) >= LISTEN_NS:
+            self._end(next(chain(self._permit.missing(), self._unheard()), ""), now_ns)
+            if not self.problem:
+                self._enter(Phase.READY, now_ns)
+
+    def _move(self, scans: Sequence[Scan], now_ns: int) -> None:
+        moved = self._odometry.update(self.nodes.wheels, now_ns)
+        self._mean(moved.standing)
+        turn_radps = self._imu.gyro_radps[2] - self._bias_radps if self._imu else 0.0
+        currents_a = self._currents_a(now_ns)
+        if self._imu:
+            self._logger.tick(self.at, now_ns, moved.standing, self.nodes.wheels, self._imu, self.nodes.wheel_status)
+        self._watch.update(
+            Seen(now_ns, self._orders, self.nodes.wheels, currents_a, self._imu, moved, turn_radps, 0.0)
+        )
+        self._end(next(chain(self._permit.forbidden(), self._against(now_ns)), ""), now_ns)
+        if self.stopped or self.problem:
+            self._halt(now_ns)
+        elif self._do(moved, turn_radps, scans, now_ns):
+            self.at, self._step_ns = self.at + 1, now_ns
+            if self.complete:
+                self._halt(now_ns)
+            else:
+                self._doing = self._begun()
+
+    def _halt(self, now_ns: int) -> None:
+        self._orders = tuple(order._replace(mode=WheelMode.HOLD, rate_radps=0.0) for order in self._orders)
+        self._enter(Phase.STOPPING, now_ns)
+
+    def _rest(self, now_ns: int) -> None:
+        self.lidar.stream(False)
+        waited_ns = now_ns - (self._since_ns or 0)
+        if self.nodes.enabled:
+            turning = any(wheel and abs(wheel.rate_radps) > REST_RADPS for wheel in self.nodes.wheels)
+            if waited_ns >= SETTLE_NS and (not turning or waited_ns >= REST_LIMIT_NS):
+                self.nodes.enabled = False
+                self._orders = tuple(order._replace(mode=WheelMode.OFF) for order in self._orders)
+                self._since_ns = now_ns
+        elif waited_ns >= OFF_NS:
+            self._enter(Phase.DONE, now_ns)
+
+    # -- the steps -------------------------------------------------------------------------------------------
+
+    def _begun(self) -> Roll | Sensing:
+        step, config = self.steps[self.at], self._config
+        if step.scans:
+            return Sensing(config, segments(config.scanning, config.rover.lidar_z_m))
+        return Roll(step, config, self._orders)
+
+    def _do(self, moved: Moved, turn_radps: float, scans: Sequence[Scan], now_ns: int) -> bool:
+        """One tick of the step; whether it is done."""
+        if isinstance(self._doing, Roll):
+            self._doing.tick(self.nodes.wheels, moved, turn_radps)
+            self._orders = self._doing.orders
+            return self._doing.done
+        sweep = self._doing.step(self.lidar, self.nodes, scans, now_ns)
+        if sweep is not None:
+            self._logger.scan(self.at, sweep)
+        return sweep is not None
+
+    def _mean(self, standing: bool) -> None:
+        if self._imu and standing:
+            self._bias_radps += (self._imu.gyro_radps[2] - self._bias_radps) / MEAN_TICKS
+            for k, force in enumerate(self._imu.accel_mps2):
+                self._force[k] += (force - self._force[k]) / MEAN_TICKS
+
+    def _currents_a(self, now_ns: int) -> tuple[float | None, ...]:
+        return tuple(
+            told.drive_current_a if told and told.stamp_ns > now_ns - TICK_NS else None
+            for told in self.nodes.wheel_status
+        )
+
+    # -- what is against it ----------------------------------------------------------------------------------
+
+    def _unheard(self) -> Iterator[str]:
+        names = [f"WHEEL_{n}" for n, wheel in enumerate(self.nodes.wheels, 1) if wheel is None]
+        names += [] if self._imu else ["IMU"]
+        if names:
+            yield f"{', '.join(names)}: no measurements come, it will not drive blindly"
+
+    def _against(self, now_ns: int) -> Iterator[str]:
+        step, doing = self.steps[self.at], self._doing
+        for n in (1, 2, 3, 4):
+            if (age_ns := self.nodes.wheel_age_ns(n, now_ns)) > self._config.can.silent_ns:
+                yield f"WHEEL_{n} went silent {age_ns / 1e6:.0f} ms ago"
+        if (age_ns := self.nodes.imu_age_ns(now_ns)) > IMU_SILENT_NS:
+            yield f"IMU went silent {age_ns / 1e6:.0f} ms ago"
+        for name, wheels in self._watch.faults.items():
+            if name not in EXPECTED:
+                yield f"{name}{' of wheel ' + ', '.join(map(str, wheels)) if wheels else ''} in {step.name!r}"
+        ahead, left, up = self._force
+        if math.hypot(ahead, left) > math.tan(SLOPE_LIMIT_RAD) * up > 0.0:
+            yield f"it stands on a slope of over {math.degrees(SLOPE_LIMIT_RAD):.0f} degrees: find level ground"
+        if self.lidar.complaint:
+            yield f"scanner: {self.lidar.complaint}"
+        if isinstance(doing, Sensing) and doing.tries > MOST_TRIES:
+            yield "the scanner or its axis gives no whole scan: `onboard lidar check`, `onboard can jog --tilt 0.2`"
+        if now_ns - self._step_ns > (LATE_RATIO * step.seconds + LATE_S) * 1e9:
+            yield f"{step.name!r} takes too long: {(now_ns - self._step_ns) * 1e-9:.0f} s"

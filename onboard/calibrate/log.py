@@ -1,0 +1,82 @@
+"""What a drive left: readings of every tick as the nodes told them, and a cloud for each scan. Plain arrays."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from onboard.calibrate.plan import Step
+from onboard.config import Config
+from onboard.core.sensing import Sweep
+from onboard.devices.nodes import WheelStatus
+from onboard.mounting import imu_rotation, steer_offsets_rad
+from onboard.perception.scan3d import gather, points
+from onboard.records import F64, ImuSample, WheelState
+
+FIELDS = 4 + 4 + 3 + 3 + 4  # of a row behind step, time, standing
+
+
+@dataclass(frozen=True, slots=True)
+class Log:
+    """One drive, its ticks (n,) in order.
+
+    step: index into `steps`. standing: neither driving nor steering. position_rad, steer_rad (n, 4): encoders unwrapped
+    and angles as the units say them. gyro_radps, accel_mps2 (n, 3): in the sensor's own axes. current_a (n, 4): of the
+    drives, newest. clouds: (k, 3) points for each step that scans, in the tilt unit's axes from the scanner's centre;
+    None for other steps.
+    """
+
+    steps: tuple[Step, ...]
+    step: NDArray[np.int64]
+    time_s: F64
+    standing: NDArray[np.bool_]
+    position_rad: F64
+    steer_rad: F64
+    gyro_radps: F64
+    accel_mps2: F64
+    current_a: F64
+    clouds: tuple[F64 | None, ...]
+
+
+class Logger:
+    """Collects one."""
+
+    def __init__(self, steps: Sequence[Step], config: Config) -> None:
+        self._steps, self._config = tuple(steps), config
+        self._rows: list[tuple[float, ...]] = []
+        self._clouds: list[F64 | None] = [None] * len(steps)
+
+    def tick(
+        self, step: int, now_ns: int, standing: bool, wheels: Sequence[WheelState | None], imu: ImuSample,
+        status: Sequence[WheelStatus | None],
+    ) -> None:  # fmt: skip
+        """One row; a tick in which a wheel is unknown is none."""
+        if all(wheel is not None for wheel in wheels):
+            currents_a = (told.drive_current_a if told else 0.0 for told in status)
+            positions = (wheel.position_rad for wheel in wheels if wheel)
+            steers = (wheel.steer_rad for wheel in wheels if wheel)
+            self._rows.append((step, now_ns * 1e-9, standing, *positions, *steers, *imu.gyro_radps, *imu.accel_mps2,
+                               *currents_a))  # fmt: skip
+
+    def scan(self, step: int, sweep: Sweep) -> None:
+        """The sweep of a step."""
+        bare = replace(self._config.rover, lidar_x_m=0.0, lidar_y_m=0.0, lidar_z_m=0.0, lidar_roll_rad=0.0,
+                       lidar_pitch_rad=0.0, lidar_yaw_rad=0.0)  # fmt: skip
+        seen = points(gather(sweep.scans, sweep.tilt), bare).xyz_m
+        self._clouds[step] = seen[np.linalg.norm(seen, axis=1) <= self._config.scanning.range_m]
+
+    def log(self) -> Log:
+        """All of it; what the configuration in use had put right is taken out again."""
+        table = np.array(self._rows, np.float64).reshape(-1, 3 + FIELDS)
+        turn = imu_rotation(self._config.rover)
+        back = np.eye(3) if turn is None else np.array(turn)  # v_unit = R^T v_base, and rows are v^T
+        return Log(
+            self._steps, table[:, 0].astype(np.int64), table[:, 1], table[:, 2] > 0, table[:, 3:7],
+            table[:, 7:11] - np.array(steer_offsets_rad(self._config.rover)), table[:, 11:14] @ back,
+            table[:, 14:17] @ back, table[:, 17:21], tuple(self._clouds),
+        )
+
+

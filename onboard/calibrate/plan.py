@@ -1,0 +1,84 @@
+"""What is driven: a square with turns on the spot, two crabs, a scan wherever the rover stands, as a list of steps.
+
+        1 <------------ s               each side: forward, scan, turn left by 90 degrees, scan
+        |               ^
+        v   then left   |               the turns part the scanner's place from its direction, and the inertial
+        2 --- and back  |               sensor's tilt and bias from the ground's slope
+          --> . . . . > 0               the crabs see the left wheels' steering against the right wheels'
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from onboard.config import Config, Scanning
+from onboard.records import Twist
+
+SPEED_MPS, TURN_RADPS = 0.1, 0.2
+MOST_SIDE_M, LEAST_SIDE_M = 5.0, 0.5
+SCAN_S, STEER_S = 15.0, 6.0  # about, for people
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """`amount` of a motion, m or rad; no twist: a scan of the standing rover."""
+
+    name: str
+    twist: Twist = Twist()
+    amount: float = 0.0
+
+    @property
+    def scans(self) -> bool:
+        """Whether the rover stands and looks."""
+        return self.twist == Twist()
+
+    @property
+    def speed(self) -> float:
+        """m/s, or rad/s of a turn."""
+        return math.hypot(self.twist.vx_mps, self.twist.vy_mps) or abs(self.twist.yaw_radps)
+
+    @property
+    def turns(self) -> bool:
+        """Whether its amount is an angle."""
+        return self.twist.yaw_radps != 0.0
+
+    @property
+    def seconds(self) -> float:
+        """About how long it takes."""
+        return SCAN_S if self.scans else self.amount / self.speed + STEER_S
+
+
+def square(side_m: float) -> tuple[Step, ...]:
+    """The whole drive. Raises ValueError for a side that is too short to see anything or too long to watch."""
+    if not LEAST_SIDE_M <= side_m <= MOST_SIDE_M:
+        raise ValueError(f"a side of {side_m:g} m should be within {LEAST_SIDE_M:g} and {MOST_SIDE_M:g} m")
+    return tuple(_steps(side_m))
+
+
+def _steps(side_m: float) -> Iterator[Step]:
+    scan = Step("scan")
+    yield scan
+    for _ in range(4):
+        yield Step("forward", Twist(SPEED_MPS), side_m)
+        yield scan
+        yield Step("turn left", Twist(yaw_radps=TURN_RADPS), math.pi / 2)
+        yield scan
+    yield Step("crab left", Twist(vy_mps=SPEED_MPS), side_m)
+    yield scan
+    yield Step("crab right", Twist(vy_mps=-SPEED_MPS), side_m)
+    yield scan
+
+
+def room_m(side_m: float) -> float:
+    """How far from its start the rover may come, its body included."""
+    return math.hypot(side_m, side_m) + 0.8
+
+
+def nod(config: Config) -> Scanning:
+    """The sweep of these scans: coarser than a mission's, and to the sides as far as the rover does not hide it."""
+    return Scanning(
+        start_rad=config.scanning.start_rad, end_rad=math.radians(-10), spacing_m=0.08, cap_rad=math.radians(0.5),
+        range_m=config.scanning.range_m, sector_rad=math.radians(110),
+    )  # fmt: skip

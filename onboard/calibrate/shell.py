@@ -1,0 +1,77 @@
+"""Both ports and the clock around a drive, and the drive again from its record."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+from onboard.calibrate.drive import DRIVEN, Drive
+from onboard.can_tool.jog import Phase
+from onboard.drivers.can_bus import CanPort
+from onboard.drivers.clock import WallClock
+from onboard.drivers.lidar_ear import LidarEar
+from onboard.drivers.lidar_port import LidarPort
+from onboard.lidar_tool.again import config_of, rows_of
+from onboard.record.replay import DamagedRecordError
+from onboard.record.writer import Recorder
+from onboard.records import Inputs, Outputs
+from protocol.barrier import Tick
+
+Tell = Callable[[Drive], None]
+
+
+class Shell:
+    """The rover's two ports while the `with` of their owner lasts."""
+
+    def __init__(self, can: CanPort, lidar: LidarPort, clock: WallClock, recorder: Recorder) -> None:
+        self.can, self.lidar, self.clock, self._recorder = can, lidar, clock, recorder
+        self._ear = LidarEar(lidar, clock.now_ns)
+        clock.idle = self._ear.listen
+
+    def until(self, drive: Drive, phase: Phase, tell: Tell) -> bool:
+        """Tick by tick until the drive is in a phase, or done; whether it is in that phase."""
+        while (now := self.clock.wait()) is not None:
+            self._tick(drive, now)
+            tell(drive)
+            if drive.phase in (phase, Phase.DONE):
+                return drive.phase is phase
+        return False
+
+    def linger(self, drive: Drive, ticks: int) -> None:
+        """So many ticks more: what came while the operator thought, or what is to be said after the end."""
+        for now in self.clock.overtime(ticks):
+            self._tick(drive, now)
+
+    def _tick(self, drive: Drive, now: Tick) -> None:
+        inputs = Inputs(
+            now.number, now.now_ns, can_frames=tuple(self.can.read(self.clock.now_ns())), can=self.can.status,
+            lidar_chunks=self._ear.take(), lidar_state=self.lidar.state,
+        )  # fmt: skip
+        outputs = drive.tick(inputs)
+        self._write(outputs)
+        self._recorder.write(inputs, outputs)
+
+    def _write(self, outputs: Outputs) -> None:
+        if outputs.lidar_connect:
+            self.lidar.connect()
+        self.can.write(outputs.can_frames)
+        self.lidar.write(outputs.lidar_bytes)
+
+
+def again(path: Path) -> Drive:
+    """The drive of a record: the same machine on the same inputs. Nothing was sent before `go`, so the first frame that
+    was says when that came. Raises DamagedRecordError, FileNotFoundError.
+    """
+    rows = rows_of(path)
+    _, inputs, recorded = next(rows)
+    told = json.loads(recorded.get("/out/event", b"[]"))
+    if not told or told[0]["name"] != DRIVEN:
+        raise DamagedRecordError("`onboard calibrate` did not make it")
+    drive = Drive(config_of(path), float(told[0]["text"]))
+    drive.tick(inputs)
+    for _, inputs, recorded in rows:
+        if drive.phase is Phase.READY and "/out/can" in recorded:
+            drive.go(inputs.now_ns)
+        drive.tick(inputs)
+    return drive

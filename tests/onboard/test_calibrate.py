@@ -1,0 +1,141 @@
+"""`onboard calibrate`: what a drive shows is found, what it cannot show is named, and nothing moves unasked."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from hil.build_errors import BuildErrors, drawn
+from onboard.__main__ import app
+from onboard.calibrate.estimate import estimate
+from onboard.calibrate.model import CALIBRATED, believed
+from onboard.calibrate.plan import room_m, square
+from onboard.calibrate.report import toml
+from onboard.config import Can, Rover, load
+from onboard.devices.nodes import Nodes
+from onboard.mounting import imu_rotation, lidar_rotation, rotated, rotation
+from onboard.records import WheelCommand, WheelMode
+from protocol.can_codec import TABLE
+from tests.onboard.calibrate_twin import SQUARE, drive
+
+DIAGONAL = "steer_1 - steer_2 + steer_3 - steer_4"
+ERRORS = BuildErrors(1.02, (0.03, -0.01, -0.03, 0.01), (0.01, 0.0, -0.01), (0.02, -0.03, 0.01), (0.015, -0.01, 0.0))
+
+
+def off(found, built):
+    return dict(zip(CALIBRATED, np.array([value.after for value in found.values]) - believed(built)))
+
+
+def test_a_drive_without_noise_gives_every_value_that_it_shows():
+    built = ERRORS.built(Rover())
+    found = estimate(drive(built, SQUARE), Rover())
+    assert found.misfit < 0.02 and found.odd_pairs == 0
+    assert all(abs(error) < (1e-4 if key.endswith("_m") else 1e-3) for key, error in off(found, built).items())
+
+
+def test_a_second_calibration_that_begins_with_the_first_finds_the_same():
+    built = ERRORS.built(Rover())
+    first = estimate(drive(built, SQUARE), Rover())
+    again = estimate(drive(built, SQUARE), first.applied(Rover()))
+    assert [v.after for v in again.values] == pytest.approx([v.after for v in first.values], abs=1e-3)
+
+
+def test_steering_that_is_off_crosswise_is_named_as_not_seen_and_keeps_the_drawing():
+    crosswise = (0.03, -0.03, 0.03, -0.03)
+    found = estimate(drive(BuildErrors(steer_rad=crosswise).built(Rover()), SQUARE), Rover())
+    assert DIAGONAL in found.unobserved
+    steers = [value.after for value in found.values if value.key.startswith("steer")]
+    pattern = np.dot(steers, np.sign(crosswise)) / 4
+    assert abs(pattern) < 0.003  # nothing of the 0.03 rad
+
+
+def test_without_crabs_left_against_right_rests_on_the_turns_alone():
+    sigmas = [
+        {value.key: value.sigma for value in estimate(drive(Rover(), legs), Rover()).values}
+        for legs in (SQUARE, tuple(leg for leg in SQUARE if leg[1] == 0.0 and leg[2] == 0.0))
+    ]
+    assert sigmas[1]["steer_1_offset_rad"] > sigmas[0]["steer_1_offset_rad"]
+    assert sigmas[1]["lidar_x_m"] > 5 * sigmas[0]["lidar_x_m"]  # no turn, no place of the scanner
+
+
+def test_a_scan_aligned_to_the_wrong_rocks_is_left_out():
+    built = ERRORS.built(Rover())
+    evidence = drive(built, SQUARE)
+    ways_m = evidence.pairs.ways_m.copy()
+    ways_m[3] += (0.0, 0.2, 0.0)
+    found = estimate(replace(evidence, pairs=evidence.pairs._replace(ways_m=ways_m)), Rover())
+    assert found.odd_pairs == 1
+    assert all(abs(error) < 2e-3 for error in off(found, built).values())
+
+
+def test_the_toml_it_writes_is_a_configuration_that_knows_the_rover(tmp_path):
+    built = ERRORS.built(Rover())
+    found = estimate(drive(built, SQUARE), Rover())
+    path = tmp_path / "calibrated.toml"
+    path.write_text(toml(found, "a test"))
+    assert believed(load(path).rover) == pytest.approx([value.after for value in found.values], abs=1e-6)
+
+
+# -- the keys are used -----------------------------------------------------------------------------------------
+
+
+def test_a_rotation_of_the_mounting_is_about_x_then_y_then_z():
+    roll, pitch, yaw = 0.1, -0.2, 0.3
+    turned = rotation(roll, pitch, yaw) @ (0.0, 0.0, 1.0)
+    y, z = -math.sin(roll), math.cos(roll)
+    x, z = math.sin(pitch) * z, math.cos(pitch) * z
+    expected = (math.cos(yaw) * x - math.sin(yaw) * y, math.sin(yaw) * x + math.cos(yaw) * y, z)
+    assert turned == pytest.approx(expected)
+
+
+def test_a_mounting_without_rotation_is_left_out():
+    vector = (0.1, -0.0, 9.81)
+    assert lidar_rotation(Rover()) is None and imu_rotation(Rover()) is None and rotated(None, vector) is vector
+
+
+def test_an_order_leaves_less_the_offset_of_its_steering_unit():
+    nodes = Nodes(Rover(steer_2_offset_rad=0.03), Can())
+    nodes.set_wheels([WheelCommand(WheelMode.RUN, 0.2, 0.5)] * 4)
+    sent = {frame.can_id: TABLE[frame.can_id].decode(frame.data) for frame in nodes.send(10_000_000, 1)}
+    assert [sent[0x100 + n].steer_rad for n in (1, 2, 3, 4)] == pytest.approx([0.2, 0.17, 0.2, 0.2], abs=1e-4)
+
+
+def test_an_order_at_the_end_of_the_range_stays_in_the_units_range():
+    rover = Rover(steer_1_offset_rad=-0.1)
+    nodes = Nodes(rover, Can())
+    nodes.set_wheels([WheelCommand(WheelMode.RUN, rover.steer_limit_rad, 0.0)] * 4)
+    sent = {frame.can_id: TABLE[frame.can_id].decode(frame.data) for frame in nodes.send(10_000_000, 1)}
+    assert sent[0x101].steer_rad == pytest.approx(rover.steer_limit_rad, abs=1e-4)
+
+
+# -- the drive and the command ---------------------------------------------------------------------------------
+
+
+def test_the_drive_ends_where_it_began_and_scans_after_each_motion():
+    steps = square(1.5)
+    assert [step.scans for step in steps] == [True, False] * 10 + [True]
+    x = y = yaw = far = 0.0
+    for step in steps:
+        ahead, left = (step.amount * np.sign(v) for v in step.twist[:2])
+        x, y = x + ahead * math.cos(yaw) - left * math.sin(yaw), y + ahead * math.sin(yaw) + left * math.cos(yaw)
+        yaw, far = yaw + step.amount * np.sign(step.twist.yaw_radps), max(far, math.hypot(x, y))
+    assert (x, y, math.remainder(yaw, math.tau)) == pytest.approx((0, 0, 0), abs=1e-9) and far < room_m(1.5)
+
+
+@pytest.mark.parametrize(("words", "code", "told"), [
+    (["--side", "9"], 64, "within 0.5 and 5"),
+    (["--from", "nowhere.mcap"], 66, "no record"),
+    (["--from", "."], 66, "Is a directory"),
+    (["--config", "nowhere.toml"], 66, "no configuration file"),
+    (["--bus", "can0"], 78, "can.uri"),
+])  # fmt: skip
+def test_what_is_asked_wrongly_ends_with_its_code(words, code, told, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    result = CliRunner().invoke(app, ["calibrate", *words])
+    assert result.exit_code == code and told in result.output
+
+
+def test_errors_drawn_by_chance_are_the_same_for_a_seed():
+    assert drawn(4) == drawn(4) != drawn(5)
