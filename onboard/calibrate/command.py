@@ -98,37 +98,50 @@ def _again(source: Path) -> Drive:
 
 def _driven(config: Config, uri: str | None, side_m: float, yes: bool, record: Path) -> Drive:
     from onboard.calibrate.drive import Drive
-    from onboard.calibrate.plan import room_m
-    from onboard.can_tool.jog import Phase
 
     config = replace(config, can=replace(config.can, uri=uri or config.can.uri),
                      record=replace(config.record, path=str(record)))  # fmt: skip
+    if record.exists():
+        raise fail(EX_CANTCREAT, f"{record} is there already: name another by --record")
     try:
         drive = Drive(config, side_m)
     except ValueError as error:
         raise fail(EX_USAGE, f"--side: {error}") from None
-    minutes = sum(step.seconds for step in drive.steps) / 60
-    question = (f"The rover will drive a square of {side_m:g} m to its left, {minutes:.0f} minutes. Is all within "
-                f"{room_m(side_m):.1f} m free, and a hand on the stop button?")  # fmt: skip
-    with _ports(config) as shell:
-        ready = shell.until(drive, Phase.READY, lambda _: None)
-        if drive.problem:
-            raise fail(EX_UNAVAILABLE, f"refused, nothing was sent: {drive.problem}")
-        if not ready or not (yes or agreed(question)):
-            raise fail(EX_INTERRUPTED, "ended before anything moved")
-        for number in (signal.SIGTERM, signal.SIGINT):
-            signal.signal(number, lambda *_: drive.stop())
-        shell.linger(drive, THOUGHT_TICKS)
-        if drive.problem:
-            raise fail(EX_UNAVAILABLE, f"refused, nothing was sent: {drive.problem}")
-        drive.go(shell.clock.now_ns())
-        shell.until(drive, Phase.DONE, _teller())
-        shell.linger(drive, HUSH_TICKS)
+    try:
+        _drive(drive, config, side_m, yes)
+    finally:
+        if not drive.agreed:
+            record.unlink(missing_ok=True)
     if drive.problem:
         raise fail(EX_UNHEALTHY, f"{drive.problem}; what was driven is in {record}")
     if drive.stopped:
         raise fail(EX_INTERRUPTED, f"stopped by Ctrl-C; the wheels are off, what was driven is in {record}")
     return drive
+
+
+def _drive(drive: Drive, config: Config, side_m: float, yes: bool) -> None:
+    """From listening to wheels off."""
+    from onboard.calibrate.plan import room_m
+    from onboard.can_tool.jog import Phase
+
+    minutes = sum(step.seconds for step in drive.steps) / 60
+    question = (f"The rover will drive a square of {side_m:g} m to its left, {minutes:.0f} minutes. Is all within "
+                f"{room_m(side_m):.1f} m free, and a hand on the stop button?")  # fmt: skip
+    with _ports(config) as shell:
+        ready = shell.until(drive, Phase.READY, lambda _: None)
+        if ready and not (yes or agreed(question)):
+            ready = False
+        elif ready:
+            shell.linger(drive, THOUGHT_TICKS)
+        if drive.problem:
+            raise fail(EX_UNAVAILABLE, f"refused, nothing was sent: {drive.problem}")
+        if not ready:
+            raise fail(EX_INTERRUPTED, "ended before anything moved")
+        for number in (signal.SIGTERM, signal.SIGINT):
+            signal.signal(number, lambda *_: drive.stop())
+        drive.go(shell.clock.now_ns())
+        shell.until(drive, Phase.DONE, _teller())
+        shell.linger(drive, HUSH_TICKS)
 
 
 @contextmanager

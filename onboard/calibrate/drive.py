@@ -10,6 +10,7 @@ monitors, a slope, and a step that takes too long.
 
 from __future__ import annotations
 
+import hashlib
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -51,6 +52,7 @@ class Drive:
         self.nodes, self.lidar = Nodes(config.rover, config.can), LidarSession(config.lidar)
         self.nodes.enabled = False
         self.phase, self.problem, self.stopped = Phase.LISTENING, "", False
+        self.agreed = False
         self._permit = Permit(self.nodes, NODES)
         self._odometry, self._watch = Odometry(config.rover), WheelWatch(config.rover)
         self._logger = Logger(self.steps, self._config)
@@ -64,6 +66,7 @@ class Drive:
     def go(self, now_ns: int) -> None:
         """The operator agrees: from READY to MOVING."""
         if self.phase is Phase.READY:
+            self.agreed = True
             self._enter(Phase.MOVING, now_ns)
             self._step_ns = now_ns
             self.nodes.enabled = True
@@ -113,12 +116,16 @@ class Drive:
                 self._rest(now_ns)
         if self.phase not in (Phase.MOVING, Phase.STOPPING):
             events = (Event(now_ns, "info", DRIVEN, str(self._side_m)),) if first else ()
-            return Outputs(lidar_bytes=self._farewell(now_ns), events=events)
+            return Outputs(lidar_bytes=self._farewell(now_ns), events=events, state_digest=self._digest())
         self.nodes.set_wheels(self._orders)
         return Outputs(
             can_frames=self.nodes.send(now_ns, Mode.STANDBY), lidar_bytes=self.lidar.send(now_ns),
-            lidar_connect=self.lidar.wants_connect(now_ns),
+            lidar_connect=self.lidar.wants_connect(now_ns), state_digest=self._digest(),
         )  # fmt: skip
+
+    def _digest(self) -> bytes:
+        items = (self.phase.value, self.at, self.nodes.digest_items(), self.lidar.digest_items())
+        return hashlib.blake2b(repr(items).encode(), digest_size=8).digest()
 
     def _farewell(self, now_ns: int) -> bytes:
         return self.lidar.farewell(now_ns) if self.phase is Phase.DONE and not self.lidar.dark else b""

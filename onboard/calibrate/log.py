@@ -47,7 +47,7 @@ class Logger:
     def __init__(self, steps: Sequence[Step], config: Config) -> None:
         self._steps, self._config = tuple(steps), config
         self._rows: list[tuple[float, ...]] = []
-        self._clouds: list[F64 | None] = [None] * len(steps)
+        self._sweeps: dict[int, Sweep] = {}
 
     def tick(
         self, step: int, now_ns: int, standing: bool, wheels: Sequence[WheelState | None], imu: ImuSample,
@@ -62,11 +62,18 @@ class Logger:
                                *currents_a))  # fmt: skip
 
     def scan(self, step: int, sweep: Sweep) -> None:
-        """The sweep of a step."""
+        """The sweep of a step; it becomes points when the drive is over and no tick waits."""
+        self._sweeps[step] = sweep
+
+    def _cloud(self, step: int) -> F64 | None:
+        if step not in self._sweeps:
+            return None
+        sweep = self._sweeps[step]
         bare = replace(self._config.rover, lidar_x_m=0.0, lidar_y_m=0.0, lidar_z_m=0.0, lidar_roll_rad=0.0,
                        lidar_pitch_rad=0.0, lidar_yaw_rad=0.0)  # fmt: skip
         seen = points(gather(sweep.scans, sweep.tilt), bare).xyz_m
-        self._clouds[step] = seen[np.linalg.norm(seen, axis=1) <= self._config.scanning.range_m]
+        near: F64 = seen[np.linalg.norm(seen, axis=1) <= self._config.scanning.range_m]
+        return near
 
     def log(self) -> Log:
         """All of it; what the configuration in use had put right is taken out again."""
@@ -76,7 +83,7 @@ class Logger:
         return Log(
             self._steps, table[:, 0].astype(np.int64), table[:, 1], table[:, 2] > 0, table[:, 3:7],
             table[:, 7:11] - np.array(steer_offsets_rad(self._config.rover)), table[:, 11:14] @ back,
-            table[:, 14:17] @ back, table[:, 17:21], tuple(self._clouds),
+            table[:, 14:17] @ back, table[:, 17:21], tuple(map(self._cloud, range(len(self._steps)))),
         )
 
 

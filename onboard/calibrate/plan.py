@@ -1,10 +1,10 @@
 """What is driven: a square with turns on the spot, two crabs, a scan wherever the rover stands, as a list of steps.
 
-        1 <------------ s               each side: forward, scan, turn left by 90 degrees, scan
-        |               ^
-        v   then left   |               the turns part the scanner's place from its direction, and the inertial
-        2 --- and back  |               sensor's tilt and bias from the ground's slope
-          --> . . . . > 0               the crabs see the left wheels' steering against the right wheels'
+        3 <------ 2         each side: forward, scan, turn left by 90 degrees, scan. The turns part the scanner's place
+        |         ^         from its direction, and the inertial sensor's tilt from its bias and the ground's slope.
+        v         |
+        0 ------> 1         from 0, in the end: a crab to 3 and back, which shows the left wheels' steering against
+      start                 the right wheels'
 """
 
 from __future__ import annotations

@@ -21,13 +21,16 @@ class Yard(World):
             self.plant.set_soil(n, soil)
         self.advance(TICK_NS)
 
-    def run(self, drive: Drive, observe=None):
+    def run(self, drive: Drive, observe=None, recorder=None):
         """To its end; agreed to as soon as it is ready."""
         while drive.phase is not Phase.DONE:
             self.tick += 1
             assert self.tick < MOST_TICKS, "the drive does not come to an end"
             now_ns = self.tick * TICK_NS
-            outputs = drive.tick(self.inputs(now_ns))
+            inputs = self.inputs(now_ns)
+            outputs = drive.tick(inputs)
+            if recorder:
+                recorder.write(inputs, outputs)
             self.advance(now_ns + TICK_NS)
             stamp_ns = now_ns + TICK_NS
             self.hear([Frame(f.can_id, f.data, stamp_ns) for f in outputs.can_frames], outputs.lidar_bytes, stamp_ns)

@@ -41,6 +41,10 @@ class StandClock:
     def now_ns(self):
         return self.number * TICK_NS
 
+    def overtime(self, ticks):
+        for _ in range(ticks):
+            yield self.wait()
+
     def wait(self):
         self.number += 1
         assert self.number < 5000, "the tool does not come to an end"

@@ -2,23 +2,32 @@
 
 import math
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 from click.testing import CliRunner
 
 from hil.build_errors import BuildErrors, drawn
+from hil.can_command import faulty
+from hil.can_stand import Stand
 from onboard.__main__ import app
+from onboard.calibrate.drive import Drive
 from onboard.calibrate.estimate import estimate
 from onboard.calibrate.model import CALIBRATED, believed
 from onboard.calibrate.plan import room_m, square
 from onboard.calibrate.report import toml
-from onboard.config import Can, Rover, load
+from onboard.calibrate.shell import again
+from onboard.can_tool.jog import Phase
+from onboard.config import Can, Config, Record, Rover, load
 from onboard.devices.nodes import Nodes
 from onboard.mounting import imu_rotation, lidar_rotation, rotated, rotation
+from onboard.record.writer import Recorder
 from onboard.records import WheelCommand, WheelMode
 from protocol.can_codec import TABLE
+from tests.onboard.calibrate_rig import Yard
 from tests.onboard.calibrate_twin import SQUARE, drive
+from tests.onboard.stand_clock import StandClock, VirtualEnd, handlers_kept
 
 DIAGONAL = "steer_1 - steer_2 + steer_3 - steer_4"
 ERRORS = BuildErrors(1.02, (0.03, -0.01, -0.03, 0.01), (0.01, 0.0, -0.01), (0.02, -0.03, 0.01), (0.015, -0.01, 0.0))
@@ -135,6 +144,111 @@ def test_what_is_asked_wrongly_ends_with_its_code(words, code, told, tmp_path, m
     monkeypatch.chdir(tmp_path)
     result = CliRunner().invoke(app, ["calibrate", *words])
     assert result.exit_code == code and told in result.output
+
+
+@pytest.fixture(scope="module")
+def begun(tmp_path_factory):
+    """A drive that is stopped while it turns, after a side and two scans; its record; all frames it sent."""
+    path = tmp_path_factory.mktemp("calibrate") / "drive.mcap"
+    built = BuildErrors(wheel_radius_ratio=1.02, lidar_rad=(0.02, -0.01, 0.0), imu_rad=(0.0, 0.02, 0.0)).built(Rover())
+    config = replace(Config(), record=Record(str(path)))
+    sent = []
+
+    def observe(world, machine):
+        if machine.at == 3 and abs(world.state.angular_radps[2]) > 0.15:
+            machine.stop()
+
+    class Tapped(Yard):
+        def hear(self, frames, lidar_bytes, now_ns):
+            sent.extend(frames)
+            super().hear(frames, lidar_bytes, now_ns)
+
+    yard = Tapped(built)
+    try:
+        with Recorder(config, None) as recorder:
+            machine = yard.run(Drive(config, 0.5), observe, recorder)
+        yield machine, yard, path, sent, built
+    finally:
+        yard.free()
+
+
+def test_a_drive_that_is_stopped_ends_at_rest_with_wheels_off_and_the_drives_disabled(begun):
+    machine, yard, _, sent, _ = begun
+    assert machine.problem == "" and machine.stopped and not machine.complete and machine.at == 3
+    assert all(abs(wheel.rate_radps) < 0.01 for wheel in yard.state.wheels)
+    orders = [TABLE[frame.can_id].decode(frame.data) for frame in sent if 0x101 <= frame.can_id <= 0x104][-4:]
+    enables = [TABLE[frame.can_id].decode(frame.data) for frame in sent if frame.can_id == 0x100]
+    assert {order.mode for order in orders} == {WheelMode.OFF} and enables[-1].enable == 0
+
+
+def test_nothing_is_sent_before_the_operator_agrees():
+    drive = Drive(Config(), 1.0)
+    yard = Yard(Rover())
+    try:
+        outputs = [drive.tick(yard.inputs(10_000_000))]
+        for tick in range(2, 200):
+            yard.advance((tick + 1) * 10_000_000)
+            outputs.append(drive.tick(yard.inputs(tick * 10_000_000)))
+    finally:
+        yard.free()
+    assert drive.phase is Phase.READY
+    assert not any(out.can_frames or out.lidar_bytes or out.lidar_connect for out in outputs)
+
+
+def test_the_record_of_a_drive_gives_the_drive_again_up_to_where_it_was_stopped(begun):
+    machine, _, path, _, _ = begun
+    first, second = machine.log, again(path).log
+    rows = len(first.time_s)
+    for name in ("step", "time_s", "standing", "position_rad", "steer_rad", "gyro_radps", "accel_mps2"):
+        assert np.array_equal(getattr(first, name), getattr(second, name)[:rows])
+    assert all(np.array_equal(a, b) for a, b in zip(first.clouds, second.clouds) if a is not None)
+
+
+def test_one_side_of_the_square_is_enough_for_the_scanners_tilt(begun):
+    *_, path, _, built = begun
+    result = CliRunner().invoke(app, ["calibrate", "--from", str(path), "--out", str(path.with_suffix(".toml"))])
+    assert result.exit_code == 0, result.output
+    rover = load(path.with_suffix(".toml")).rover
+    for key in ("lidar_roll_rad", "lidar_pitch_rad"):
+        assert getattr(rover, key) == pytest.approx(getattr(built, key), abs=0.003)
+    assert "lidar_yaw" in result.output.split("not seen:")[1]  # nothing turned: base and scanner share one heading
+
+
+@pytest.fixture
+def on_stand(monkeypatch, tmp_path):
+    """The command on the rover's nodes with the wheels off the ground, time by hand, and no scanner at its address."""
+    monkeypatch.chdir(tmp_path)
+    end, clocks = VirtualEnd("calibrate"), []
+
+    def invoke(faults, answer):
+        clocks.append(StandClock(faulty(Stand(), faults), end))
+        monkeypatch.setattr("onboard.drivers.clock.WallClock", lambda: clocks[-1])
+        words = ["calibrate", "--bus", end.uri, "-s", "lidar.address=tcp:127.0.0.1:1"]
+        with handlers_kept():
+            return CliRunner().invoke(app, words, input=answer), clocks[-1].heard
+
+    yield invoke
+    end.close()
+
+
+@pytest.mark.parametrize(("faults", "answer", "code", "told"), [
+    (["silent=IMU"], "y\n", 69, "refused, nothing was sent: IMU is not heard"),
+    (["stop=POWER"], "y\n", 69, "asserts an EMERGENCY_STOP"),
+    ([], "n\n", 130, "ended before anything moved"),
+])  # fmt: skip
+def test_a_drive_that_is_refused_or_not_agreed_to_sends_nothing(on_stand, faults, answer, code, told):
+    result, heard = on_stand(faults, answer)
+    assert result.exit_code == code and told in result.output and heard == []
+    assert not Path("calibrate.mcap").exists()
+
+
+def test_a_rover_without_a_scanner_never_rolls_and_is_told_so(on_stand):
+    result, heard = on_stand([], "y\n")
+    assert result.exit_code == 1 and "gives no whole scan" in result.output
+    orders = [TABLE[frame.can_id].decode(frame.data) for frame in heard if 0x101 <= frame.can_id <= 0x104]
+    assert {order.rate_radps for order in orders} == {0.0} and orders[-1].mode == WheelMode.OFF
+    again_result, _ = on_stand([], "y\n")
+    assert again_result.exit_code == 73 and "calibrate.mcap is there already" in again_result.output
 
 
 def test_errors_drawn_by_chance_are_the_same_for_a_seed():

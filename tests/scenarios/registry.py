@@ -24,7 +24,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any, Protocol
 
-from tests.scenarios import guard, localisation, nominal, wheels
+from tests.scenarios import calibrate, guard, localisation, nominal, wheels
 
 
 class Campaign(Protocol):
@@ -48,4 +48,5 @@ CAMPAIGNS: Mapping[str, Campaign] = {
     "nominal": nominal,
     "localisation": localisation,
     "wheels": wheels,
+    "calibrate": calibrate,
 }

@@ -8,7 +8,7 @@ import pytest
 from typer.testing import CliRunner
 
 from tests.scenarios import __main__ as command
-from tests.scenarios import nominal
+from tests.scenarios import calibrate, nominal
 from tests.scenarios.registry import CAMPAIGNS
 
 ARRIVED = nominal.Row(4, "arrived", 0.02, 16.9, 5, (), (), 312.4)
@@ -31,6 +31,17 @@ def test_a_campaign_has_a_title_and_its_short_part_is_a_part(name):
 def test_nominal_falls_short_by_each_of_its_promises_alone(broken, told):
     assert nominal.judge([ARRIVED]) == []
     assert nominal.judge([ARRIVED, replace(ARRIVED, **broken)]) == [told]
+
+
+@pytest.mark.parametrize(("broken", "told"), [
+    ({"outcome": "WHEEL_2 went silent 210 ms ago"}, "seed 4: WHEEL_2 went silent 210 ms ago"),
+    ({"steer_difference_deg": 0.6}, "seed 4: steer_difference_deg is 0.6, at most 0.5"),
+    ({"way_after_mm": 8.0}, "seed 4: odometry was 10.0 mm off, then 8.0"),
+])  # fmt: skip
+def test_calibrate_falls_short_by_each_of_its_promises_alone(broken, told):
+    row = calibrate.Row(4, "calibrated", way_before_mm=10.0, way_after_mm=5.0)
+    assert calibrate.judge([row]) == []
+    assert calibrate.judge([replace(row, **broken)]) == [told]
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,0 +1,125 @@
+"""Rovers built wrongly by chance: `onboard calibrate` finds how, and odometry is the better for it.
+
+Each seed draws errors (hil.build_errors), drives the square on firm, leaning ground with rocks around, and estimates.
+Then the same square is driven again by a rover that knows the estimate, and both drives' odometry (wheels and gyro,
+nothing of the scanner) is compared with the truth, leg by leg.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from hil.build_errors import drawn
+from onboard.calibrate.drive import Drive
+from onboard.calibrate.estimate import Estimate, estimate
+from onboard.calibrate.evidence import Evidence, evidence
+from onboard.calibrate.model import CALIBRATED, Model, believed
+from onboard.config import Config, Rover
+from tests.onboard.calibrate_rig import Yard
+
+SEEDS = tuple(range(1, 11))
+SHORT = (1,)
+SIDE_M = 1.5
+LIMITS = {  # of what a drive shows; a wheel of 0.1 m rolls 0.5 % short on this ground
+    "radius_mm": 1.2, "lidar_mm": 20.0, "lidar_tilt_deg": 0.15, "lidar_yaw_deg": 1.5, "imu_tilt_deg": 0.15,
+    "steer_seen_deg": 1.5, "steer_difference_deg": 0.5,
+}  # fmt: skip
+BETTER_RATIO = 0.7
+UNITS = ("lidar", "imu")
+PATTERNS = {"mean": (1, 1, 1, 1), "front_rear": (1, -1, -1, 1), "left_right": (1, 1, -1, -1)}
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """Errors of the estimate against how it was built. steer_seen: the mean angle; steer_difference: the worse of front
+    against rear and left against right. sigmas: worst error of all values over its sigma. way_*: rms over the legs of
+    how far odometry's way is from the true one, before and after, mm.
+    """
+
+    seed: int
+    outcome: str
+    radius_mm: float = 0.0
+    lidar_mm: float = 0.0
+    lidar_tilt_deg: float = 0.0
+    lidar_yaw_deg: float = 0.0
+    imu_tilt_deg: float = 0.0
+    steer_seen_deg: float = 0.0
+    steer_difference_deg: float = 0.0
+    sigmas: float = 0.0
+    way_before_mm: float = 0.0
+    way_after_mm: float = 0.0
+
+
+def fly(seed: int) -> Row:
+    """Both drives of one rover."""
+    built = drawn(seed).built(Rover())
+    problem, seen, before_mm = drive(built, Rover(), seed)
+    if seen is None:
+        return Row(seed, problem)
+    found = estimate(seen, Rover())
+    problem, _, after_mm = drive(built, found.applied(Rover()), seed)
+    return Row(seed, problem or "calibrated", *_errors(found, built), round(before_mm, 1), round(after_mm, 1))
+
+
+def drive(built: Rover, believes: Rover, seed: int) -> tuple[str, Evidence | None, float]:
+    """What ended it, its evidence, and how far odometry's legs were off the truth."""
+    yard, poses = Yard(built, seed), []
+
+    def observe(world: Yard, machine: Drive) -> None:
+        if machine.at > len(poses):  # a step is over
+            poses.append((world.state.position_m.copy(), world.state.quaternion_xyzw.copy()))
+
+    try:
+        machine = yard.run(Drive(replace(Config(), rover=believes), SIDE_M), observe)
+    finally:
+        yard.free()
+    if not machine.complete:
+        return machine.problem, None, 0.0
+    seen = evidence(machine.log, believes)
+    return "", seen, 1000.0 * _way_error_m(seen, believes, poses[::2])
+
+
+def _way_error_m(seen: Evidence, believes: Rover, stops: Sequence[tuple[np.ndarray, np.ndarray]]) -> float:
+    model = Model(seen, believes)
+    ways = model.ways(model.start())[:, :2]
+    true = [_in_base(stops[k], stops[k + 1]) for k in range(len(ways))]
+    return float(np.sqrt(((ways - true) ** 2).sum(axis=1).mean()))
+
+
+def _in_base(first: tuple[np.ndarray, np.ndarray], then: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
+    x, y, z, w = first[1]
+    ahead = np.array([1 - 2 * (y * y + z * z), 2 * (x * y + z * w), 2 * (x * z - y * w)])
+    left = np.array([2 * (x * y - z * w), 1 - 2 * (x * x + z * z), 2 * (y * z + x * w)])
+    way = then[0] - first[0]
+    return np.array([way @ ahead, way @ left])
+
+
+def _errors(found: Estimate, built: Rover) -> tuple[float, ...]:
+    off = dict(zip(CALIBRATED, np.array([value.after for value in found.values]) - believed(built)))
+    sigma = {value.key: value.sigma for value in found.values}
+    steer = np.degrees([off[f"steer_{n}_offset_rad"] for n in (1, 2, 3, 4)])
+    pattern = {name: abs(float(steer @ signs)) / 4 for name, signs in PATTERNS.items()}
+    tilts = {unit: math.degrees(math.hypot(off[f"{unit}_roll_rad"], off[f"{unit}_pitch_rad"])) for unit in UNITS}
+    return tuple(round(float(v), 3) for v in (
+        1000 * abs(off["wheel_radius_m"]), 1000 * float(np.linalg.norm([off[f"lidar_{axis}_m"] for axis in "xyz"])),
+        tilts["lidar"], abs(float(np.degrees(off["lidar_yaw_rad"]))), tilts["imu"], pattern["mean"],
+        max(pattern["front_rear"], pattern["left_right"]), max(abs(off[key]) / sigma[key] for key in CALIBRATED),
+    ))  # fmt: skip
+
+
+def judge(rows: Sequence[Row]) -> list[str]:
+    """Every figure within LIMITS, and odometry better by BETTER_RATIO."""
+    short = []
+    for row in rows:
+        if row.outcome != "calibrated":
+            short.append(f"seed {row.seed}: {row.outcome}")
+            continue
+        short += [f"seed {row.seed}: {name} is {getattr(row, name)}, at most {limit}"
+                  for name, limit in LIMITS.items() if getattr(row, name) > limit]  # fmt: skip
+        if row.way_after_mm > BETTER_RATIO * row.way_before_mm:
+            short.append(f"seed {row.seed}: odometry was {row.way_before_mm} mm off, then {row.way_after_mm}")
+    return short
