@@ -21,7 +21,6 @@ from onboard.calibrate.shell import again
 from onboard.can_tool.jog import Phase
 from onboard.config import Can, Config, Record, Rover, load
 from onboard.devices.nodes import Nodes
-from onboard.mounting import imu_rotation, lidar_rotation, rotated, rotation
 from onboard.record.writer import Recorder
 from onboard.records import WheelCommand, WheelMode
 from protocol.can_codec import TABLE
@@ -88,20 +87,6 @@ def test_the_toml_it_writes_is_a_configuration_that_knows_the_rover(tmp_path):
 
 
 # -- the keys are used -----------------------------------------------------------------------------------------
-
-
-def test_a_rotation_of_the_mounting_is_about_x_then_y_then_z():
-    roll, pitch, yaw = 0.1, -0.2, 0.3
-    turned = rotation(roll, pitch, yaw) @ (0.0, 0.0, 1.0)
-    y, z = -math.sin(roll), math.cos(roll)
-    x, z = math.sin(pitch) * z, math.cos(pitch) * z
-    expected = (math.cos(yaw) * x - math.sin(yaw) * y, math.sin(yaw) * x + math.cos(yaw) * y, z)
-    assert turned == pytest.approx(expected)
-
-
-def test_a_mounting_without_rotation_is_left_out():
-    vector = (0.1, -0.0, 9.81)
-    assert lidar_rotation(Rover()) is None and imu_rotation(Rover()) is None and rotated(None, vector) is vector
 
 
 def test_an_order_leaves_less_the_offset_of_its_steering_unit():
