@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
+from hil.built_grounds import BUILT
 from hil.fields import Accepted, crater_field, demo_field
 from hil.real_ground import real_field
 from hil.terrain import Field
@@ -25,6 +26,12 @@ def flat_field(seed_index: int) -> Accepted:
     return Accepted(field, seed_index, ())
 
 
+def _as_built(make: Callable[[int], Field]) -> Callable[[int], Accepted]:
+    """None is passed over: a plan that is there for what it is."""
+    return lambda seed_index: Accepted(make(seed_index), seed_index, ())
+
+
 GROUNDS: Mapping[str, Callable[[int], Accepted]] = {
     "fbm": demo_field, "craters": crater_field, "real": real_field, "flat": flat_field,
+    **{name: _as_built(make) for name, make in BUILT.items()},
 }
