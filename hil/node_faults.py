@@ -13,7 +13,7 @@ from hil.world import World
 from protocol.can_codec import StopReason
 
 CLOCK_JUMP_US = 500_000
-GYRO_STEP_RADPS = math.radians(1.0)
+GYRO_STEP_RADPS = math.radians(0.2)
 SAG_V = 9.0  # of 28 V: below the brown-out limit
 LOW_RATIO = 0.05
 
@@ -67,7 +67,7 @@ NODE_FAULTS: Mapping[str, NodeFault] = {
     "tilt_clock_jump": NodeFault("the tilt node's clock jumps half a second ahead", _jump, _stays),
     "imu_silent": NodeFault("the inertial sensor sends nothing more", *_silent(lambda world: world.nodes.imu)),
     "imu_bias": NodeFault(
-        "the yaw gyro reads 1 degree a second too much", _turn_gyro(GYRO_STEP_RADPS), _turn_gyro(-GYRO_STEP_RADPS)
+        "the yaw gyro reads 0.2 degrees a second too much", _turn_gyro(GYRO_STEP_RADPS), _turn_gyro(-GYRO_STEP_RADPS)
     ),
     "power_silent": NodeFault("the power node sends nothing more", *_silent(lambda world: world.nodes.power)),
     "brown_out": NodeFault("the bus voltage sags by 9 V", _sag(SAG_V), _sag(0.0)),
