@@ -17,7 +17,7 @@ from hil import demo as after
 from hil import scenario_command
 from hil.can_command import EPILOG as CAN_EPILOG
 from hil.can_command import main as can_command
-from hil.flying import EX_FAILED, EX_INTERRUPTED, EX_OK, EX_SOFTWARE, conclude, fail, fly, show
+from hil.flying import EX_FAILED, EX_INTERRUPTED, EX_OK, EX_SOFTWARE, conclude, fail, fly, fly_mixed, show
 from hil.lidar_command import EPILOG as LIDAR_EPILOG
 from hil.lidar_command import main as lidar_command
 from hil.link_emulator import main as link_command
@@ -83,11 +83,22 @@ def sim(
     seed: SeedOption = 1,
     terrain: TerrainOption = "fbm",
     out: Annotated[Path, typer.Option(help="Folder of the run.")] = Path("build/sim"),
+    lidar: Annotated[str, typer.Option(help="A real scanner: tty:/dev/ttyACM0, tcp:HOST:PORT.")] = "",
+    can: Annotated[str, typer.Option(help="The real nodes: socketcan:can0.")] = "",
 ) -> None:
-    """Bench, onboard and link in real time until Ctrl-C, for `ground` commands from another terminal."""
+    """Bench, onboard and link in real time until Ctrl-C, for `ground` commands from another terminal.
+
+    With --lidar or --can that device is the real one and the rest is emulated; nothing is lock-step then.
+    """
     scenario = Scenario(name="sim", terrain=_terrain(terrain), seed=seed, limit_s=1e6, live=True)
+    station = f" --station {out / 'ground.toml'}" if out != Path("build/sim") else ""
     print("ready in a few seconds; from another terminal, in this folder:\n"
-          "  .venv/bin/ground status\n  .venv/bin/ground goto 8 3\n  .venv/bin/ground stop\nCtrl-C ends it.")
+          f"  .venv/bin/ground status{station}\n  .venv/bin/ground goto 8 3{station}\n"
+          f"  .venv/bin/ground stop{station}\n"
+          "Ctrl-C ends it.")
+    if lidar or can:
+        fly_mixed(scenario, out, lidar, can)
+        return
     try:
         result = fly(scenario, out, pace=1.0)
     except typer.Exit as ended:

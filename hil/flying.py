@@ -64,6 +64,25 @@ def fly(scenario: Scenario, out: Path, pace: float = 0.0) -> RunResult:
         raise fail(EX_UNAVAILABLE, str(error)) from None
 
 
+def fly_mixed(scenario: Scenario, out: Path, lidar: str, can: str) -> None:
+    """Beside real devices until Ctrl-C, which is how it ends."""
+    from hil.mixed import Real
+    from hil.mixed import fly as fly_beside
+    from hil.processes import ProcessDiedError
+
+    try:
+        with status(Console(stderr=True), Text("starting bench, onboard and link ...")) as tell:
+            fly_beside(scenario, out, Real(lidar, can), lambda p, wall_s: tell(line(p, wall_s, live=True), wall_s))
+    except KeyboardInterrupt:
+        print("ended by Ctrl-C; all processes are gone", file=sys.stderr)
+    except ConfigError as error:
+        raise fail(EX_CONFIG, str(error)) from None
+    except NoInterfaceError as error:
+        raise fail(EX_UNAVAILABLE, str(error)) from None
+    except ProcessDiedError as died:
+        raise fail(EX_SOFTWARE, str(died)) from None
+
+
 def conclude(scenario: Scenario, result: RunResult) -> dict[str, object]:
     """Replay, certificate and summary of a run, written beside its record."""
     replay = after.replay(result.folder)
