@@ -20,7 +20,7 @@ from ground import show
 from ground.clock import ClockError
 from ground.operate import FAILED, TEMPORARY, Plan, Teller, operate
 from ground.report_command import report_command
-from ground.script import ScriptError, Step, parse, parse_command
+from ground.script import ScriptError, Step, parse
 from ground.session import Session
 from ground.settings import NoStationError, load_settings
 from ground.station import StationError
@@ -83,7 +83,7 @@ def _last_words(text: str) -> None:
 def _one(words: list[str], contact_s: float, timeout_s: float, lifetime_s: float = 60.0) -> Plan:
     """The plan of a single command."""
     try:
-        name, arguments = parse_command(words)
+        name, arguments = commands.parse(words)
     except ValueError as error:
         raise typer.BadParameter(str(error)) from None
     step = Step(1, " ".join(words), "command", name, arguments, None)

@@ -10,7 +10,6 @@ every product arrived.
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple
 
 from ground.session import Session
@@ -32,26 +31,6 @@ class Step(NamedTuple):
     arguments: dict[str, float | str]
     at_s: float | None
     pause_s: float = 0.0
-
-
-def parse_command(words: list[str]) -> tuple[str, dict[str, float | str]]:
-    """`goto 12 3 90` by the command's row: numbers in their order, angles in degrees. Raises ValueError."""
-    name, given = words[0], words[1:]
-    row = commands.command(name)
-    if len(given) > len(row.arguments):
-        takes = " ".join(argument.name for argument in row.arguments) or "nothing"
-        raise ValueError(f"{name} takes {takes}, found {' '.join(given)}")
-    arguments: dict[str, float | str] = {}
-    for argument, text in zip(row.arguments, given):
-        if argument.choices:
-            arguments[argument.name] = text
-            continue
-        try:
-            number = float(text)
-        except ValueError:
-            raise ValueError(f"{name}: `{argument.name}` should be a number, found `{text}`") from None
-        arguments[argument.name] = math.radians(number) if argument.unit == "rad" else number
-    return name, commands.check(name, arguments)
 
 
 def parse(text: str, where: str = "script") -> list[Step]:
@@ -82,7 +61,7 @@ def _step(number: int, line: str, asked: list[str]) -> Step:
             raise ValueError(f"`{line}` should be `at SECONDS: COMMAND`")
     words = rest.split()
     if words[0] != "wait":
-        name, arguments = parse_command(words)
+        name, arguments = commands.parse(words)
         return Step(number, line, "command", name, arguments, at_s)
     if len(words) != 2:
         raise ValueError("`wait` takes a command's name or seconds")

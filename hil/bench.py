@@ -95,7 +95,7 @@ class Bench(World):
         return (self._can_channel(now_ns), self._lidar_channel(), link)
 
     def _can_channel(self, now_ns: int) -> Channel:
-        frames, errors = self.frames(), self.can.errors()
+        frames, errors = self.frames(), self.can_errors()
         if not self.can.connected:
             self.hub.listen(self.can.plugged)
             self.hub.disconnect(self._can_client)

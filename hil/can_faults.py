@@ -47,6 +47,9 @@ CAUSES = {
     "can_corrupt": CanCause(
         "one bit is wrong in `target` percent of the frames to the computer",
         *_set("corrupt_ratio", lambda target: target / 100.0, 0.0)),
+    "can_lose": CanCause(
+        "`target` percent of the frames to the computer are lost",
+        *_set("lost_ratio", lambda target: target / 100.0, 0.0)),
     "can_babble": CanCause(
         "the id `target` is sent 1000 times a second more", *_set("babble_id", lambda target: target, None)),
     "can_future": CanCause(

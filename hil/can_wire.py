@@ -1,7 +1,9 @@
 """The CAN bus of the bench between the nodes and the computer's controller, with what a scenario does to it.
 
-    nodes -- to_computer --> foreign, twin, babble, corrupt, future --> computer          nothing either way while it is
-    nodes <-- to_nodes ----------------------------------------------- computer           unplugged or bus-off
+    nodes -- to_computer --> foreign, twin, babble, lose, corrupt, future --> computer
+    nodes <-- to_nodes ----------------------------------------------------- computer
+
+Nothing passes either way while it is unplugged or bus-off.
 
 An error frame goes to the computer alone. `status` is what a controller's driver would say of it.
 """
@@ -27,14 +29,15 @@ _HEARTBEAT = "NODE_HEARTBEAT_"
 class CanWire:
     """The wire of one run. What a fault changes is an attribute:
 
-    corrupt_ratio: share of the frames with a wrong bit. babble_id: sent again and again. foreign, twin: a node's name.
+    corrupt_ratio, lost_ratio: share of the frames with a wrong bit, and lost. babble_id: sent again and again. foreign,
+    twin: a node's name.
     ahead_ns: how far in the future the stamps are.
     """
 
     def __init__(self, seed: int) -> None:
         self._rng = np.random.default_rng([seed, 0xB5])
         self.plugged, self.connected, self.bus_off = True, True, False
-        self.corrupt_ratio, self.ahead_ns = 0.0, 0
+        self.corrupt_ratio, self.lost_ratio, self.ahead_ns = 0.0, 0.0, 0
         self.babble_id: int | None = None
         self.foreign = self.twin = ""
         self._errors: list[BusTrouble] = []
@@ -57,8 +60,10 @@ class CanWire:
         frames += [self._of_twin(frame) for frame in frames if self.twin == _sender(frame)]
         frames += self._babble(now_ns)
         frames.sort(key=lambda frame: (frame.stamp_ns, frame.can_id))
+        if self.lost_ratio:
+            frames = [frame for frame, hit in self._draw(frames, self.lost_ratio) if not hit]
         if self.corrupt_ratio:
-            frames = [self._corrupted(frame) if hit else frame for frame, hit in self._draw(frames)]
+            frames = [self._corrupted(frame) if hit else frame for frame, hit in self._draw(frames, self.corrupt_ratio)]
         return [Frame(f.can_id, f.data, f.stamp_ns + self.ahead_ns) for f in frames] if self.ahead_ns else frames
 
     def to_nodes(self, frames: list[Frame]) -> list[Frame]:
@@ -122,8 +127,8 @@ class CanWire:
         data, step_ns = self._newest.get(self.babble_id, bytes(8)), TICK_NS // BABBLE_PER_TICK
         return [Frame(self.babble_id, data, now_ns - k * step_ns) for k in range(BABBLE_PER_TICK)]
 
-    def _draw(self, frames: list[Frame]) -> list[tuple[Frame, bool]]:
-        return list(zip(frames, (self._rng.random(len(frames)) < self.corrupt_ratio).tolist(), strict=True))
+    def _draw(self, frames: list[Frame], ratio: float) -> list[tuple[Frame, bool]]:
+        return list(zip(frames, (self._rng.random(len(frames)) < ratio).tolist(), strict=True))
 
     def _corrupted(self, frame: Frame) -> Frame:
         bit = 1 << int(self._rng.integers(64))

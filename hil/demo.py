@@ -8,7 +8,7 @@ import os
 import platform
 import subprocess
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
 from importlib.metadata import version
 from itertools import pairwise
@@ -23,7 +23,9 @@ from hil.devices.lidar_profile import IDEAL
 from hil.impairment import Profile, load_profile
 from hil.processes import FIXED_ENVIRONMENT
 from hil.scenario import Scenario
+from hil.verdicts import Facts, Verdict, judge
 from onboard.planning.archive import from_npz
+from onboard.records import Event
 
 if TYPE_CHECKING:
     from hil.run import RunResult
@@ -43,11 +45,13 @@ class Told:
     replans: int
     strategy: str
     decisions: tuple[str, ...]
+    events: tuple[Event, ...]
 
 
 def told(record: Path) -> Told:
     """Outcome, scans and decisions from the events of a record."""
     outcome, scans, decisions, global_paths = "the mission did not end", 0, [], []
+    events: list[Event] = []
     with record.open("rb") as file:
         reader = make_reader(file)
         for _, channel, message in reader.iter_messages(topics=["/out/event", "/plan"]):
@@ -55,6 +59,7 @@ def told(record: Path) -> Told:
                 global_paths.append(from_npz(message.data).global_path)
                 continue
             for event in json.loads(message.data):
+                events.append(Event(message.log_time, event["severity"], event["name"], event["text"]))
                 if event["name"] in ("ARRIVED", "FAILED"):
                     outcome = f"{event['name'].lower()}: {event['text']}"
                 scans += event["name"] == "PHASE" and event["text"].startswith("MAPPING")
@@ -62,7 +67,7 @@ def told(record: Path) -> Told:
                     decisions.append(event["text"])
         config = next(a.data.decode() for a in reader.iter_attachments() if a.name == "config.toml")
     strategy = next(line.split('"')[1] for line in config.splitlines() if line.startswith("strategy ="))
-    return Told(outcome, scans, replans(global_paths), strategy, tuple(decisions))
+    return Told(outcome, scans, replans(global_paths), strategy, tuple(decisions), tuple(events))
 
 
 def summary(scenario: Scenario, result: RunResult, replay: dict[str, Any]) -> dict[str, Any]:
@@ -106,9 +111,16 @@ def summary(scenario: Scenario, result: RunResult, replay: dict[str, Any]) -> di
         "goal_m": list(result.accepted.field.goal_m),
         "passed_over": [{"seed": seed, "reason": reason} for seed, reason in result.accepted.passed_over],
         "faults": list(result.faults),
+        "verdicts": [verdict._asdict() for verdict in verdicts(scenario, result, word.events)],
         "overruns": result.overruns,
         "error": result.error,
     }
+
+
+def verdicts(scenario: Scenario, result: RunResult, events: Sequence[Event]) -> tuple[Verdict, ...]:
+    """What the scenario promised of this run. When its faults showed is for `hil run --quick` to say."""
+    facts = Facts(result.distance_to_goal_m, result.speed_mps, events, result.contacts, result.error)
+    return judge(scenario.expect, facts)
 
 
 def tick_wall_ms(laps_ms: Sequence[tuple[float, float]]) -> dict[str, dict[str, Any]]:
@@ -160,16 +172,26 @@ def _direction(row: dict[str, Any]) -> dict[str, int]:
 
 def certificate(scenario: Scenario, result: RunResult) -> dict[str, Any]:
     """Hashes of every channel and of the plant's states: the same for the same seed, on any machine of the set."""
+    flight = json.loads(json.dumps(asdict(scenario), default=dict))
     link = {f"link_{d}_{end}": result.link[d][end] for d in ("down", "up") for end in ("in", "out") if d in result.link}
-    config = json.dumps(asdict(scenario), default=dict, sort_keys=True).encode()
+    config = json.dumps(flight, sort_keys=True).encode()
     return {
         "scenario": scenario.name, "terrain": scenario.terrain, "seed": scenario.seed,
-        "scenario_sha256": hashlib.sha256(config).hexdigest(),
+        "flight": flight, "scenario_sha256": hashlib.sha256(config).hexdigest(),
         "versions": {"python": platform.python_version(), **{name: version(name) for name in _PACKAGES}},
         "environment": FIXED_ENVIRONMENT, "machine": platform.machine(),
         "channels": {**result.streams, **link},
         "plant": {"states": result.states, "sha256": result.states_sha256},
     }
+
+
+def differences(old: Any, new: Any, where: str = "") -> Iterator[tuple[str, Any, Any]]:
+    """Place, old and new value of each leaf of two certificates that is not the same."""
+    if isinstance(old, dict) and isinstance(new, dict):
+        for key in sorted({*old, *new}):
+            yield from differences(old.get(key), new.get(key), f"{where}.{key}" if where else key)
+    elif old != new:
+        yield where, old, new
 
 
 def replay(folder: Path) -> dict[str, Any]:

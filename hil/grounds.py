@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from hil.built_grounds import BUILT
 from hil.fields import Accepted, crater_field, demo_field
 from hil.real_ground import real_field
 from hil.rock_sizes import PowerLaw
@@ -43,6 +44,12 @@ def yard_field(seed_index: int) -> Accepted:
     return Accepted(replace(flat, soil_z=soil_z, rocks=rocks), seed_index, ())
 
 
+def _as_built(make: Callable[[int], Field]) -> Callable[[int], Accepted]:
+    """None is passed over: a plan that is there for what it is."""
+    return lambda seed_index: Accepted(make(seed_index), seed_index, ())
+
+
 GROUNDS: Mapping[str, Callable[[int], Accepted]] = {
     "fbm": demo_field, "craters": crater_field, "real": real_field, "flat": flat_field, "yard": yard_field,
+    **{name: _as_built(make) for name, make in BUILT.items()},
 }

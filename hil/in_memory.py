@@ -5,8 +5,8 @@
 No socket, thread, file or wall clock. Devices, plant, faults and the flight program are those of `hil run`; jobs run
 where lock-step would take their results. The timing is the Bench's as well: what tick n commands acts from n + 1 on. So
 the same scenario gives the same bytes as over sockets, as long as the orders come in the same ticks
-(tests/hil/test_in_memory.py). Without a link emulator and a station, the orders are an Operator's (hil/operator.py) and
-a scenario's `script` and `blackout_s` mean nothing.
+(tests/hil/test_in_memory.py). Without a link emulator and a station, the orders are an Operator's (hil/operator.py),
+those of a scenario's `script` that have a time; `blackout_s` means nothing.
 
     flight = InMemory(Scenario(terrain="flat")).run()
     flight.arrived, flight.distance_to_goal_m, flight.contacts
@@ -18,12 +18,11 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from hil.grounds import GROUNDS
 from hil.injection import Injector
-from hil.operator import Operator, Order
+from hil.operator import Operator, Order, orders_of
 from hil.plant import STEP_NS, PlantAbortError
 from hil.records import PlantState
-from hil.scenario import Scenario, flight_settings
+from hil.scenario import Scenario, flight_settings, goal_words, ground_of
 from hil.terrain import Field
 from hil.truth import Truth
 from hil.world import World
@@ -66,7 +65,7 @@ class Flight:
 class InMemory(World):
     """One scenario, ready to `run`; or `step` it and look at world and `rover` between the ticks.
 
-    orders: default one goto to the field's goal at 2 s. ground: a field of the caller's own in place of the scenario's.
+    orders: default those of the scenario's script. ground: a field of the caller's own in place of the scenario's.
     built: the rover as it really is (`hil.build_errors`); default, as the flight program believes.
     Raises PlantAbortError where the rover cannot stand at the start. Call `free` where `run` is not used.
     """
@@ -75,12 +74,13 @@ class InMemory(World):
         self, scenario: Scenario, orders: Sequence[Order] | None = None, *,
         ground: Field | None = None, step_ns: int = STEP_NS, built: BuiltRover | None = None,
     ) -> None:  # fmt: skip
-        ground = ground or GROUNDS[scenario.terrain](scenario.seed).field
+        ground = ground or ground_of(scenario).field
         config = load(None, flight_settings(scenario, ground.start))
         super().__init__(ground, scenario.seed, built or config.rover, Truth(), step_ns)
         self.scenario = scenario
         self.rover: Rover | None = Rover(config, ground.gdem)
-        self.operator = Operator(goto(ground) if orders is None else orders, scenario.seed, config.link.boot_count)
+        orders = scripted(scenario, ground) if orders is None else orders
+        self.operator = Operator(orders, scenario.seed, config.link.boot_count)
         self.events: list[Event] = []
         self._injector = Injector(scenario.faults)
         self._jobs = Inline()
@@ -126,7 +126,7 @@ class InMemory(World):
         )
 
     def _can_status(self) -> BusStatus:
-        self.can.errors()
+        self.can_errors()
         return self.can.status
 
     def _act(self, outputs: Outputs, now_ns: int) -> None:
@@ -179,9 +179,14 @@ class InMemory(World):
         """`kill` said it all."""
 
 
+def scripted(scenario: Scenario, ground: Field) -> tuple[Order, ...]:
+    """The timed orders of the scenario's script; here nobody waits and nothing is fetched."""
+    return orders_of(scenario.script.format(**goal_words(ground)))
+
+
 def goto(ground: Field, at_s: float = GOTO_S) -> tuple[Order, ...]:
     """The order to drive to the field's goal."""
-    x_m, y_m = (round(v, 3) for v in ground.goal_m)  # as `hil run` writes them into the operator's script
+    x_m, y_m = (float(word) for word in goal_words(ground).values())
     return (Order(at_s, "goto", {"x_m": x_m, "y_m": y_m}),)
 
 

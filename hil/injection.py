@@ -9,6 +9,7 @@ from typing import Protocol
 from hil import ground_faults
 from hil.can_faults import CAUSES, CanCause
 from hil.devices.lidar_faults import KINDS
+from hil.node_faults import NODE_FAULTS
 from hil.scenario import Injection
 from hil.wheel_faults import WHEEL_FAULTS
 from hil.world import World
@@ -79,6 +80,11 @@ def _of_wheels(name: str) -> Cause:
     )
 
 
+def _of_node(name: str) -> Cause:
+    row = NODE_FAULTS[name]
+    return Cause(row.means, lambda bench, _p, _t: row.begin(bench), lambda bench, _p, _t: row.heal(bench))
+
+
 def _of_can(cause: CanCause) -> Cause:
     return Cause(
         cause.means, lambda bench, _, target: cause.begin(bench.can, target),
@@ -97,6 +103,7 @@ INJECTIONS: Mapping[str, Cause] = {
     "wheel_silent": Cause("one wheel node sends nothing more", _silence_wheel, _unsilence_wheel),
     "onboard_killed": Cause("the flight program gets SIGKILL", _kill_onboard, _nothing),
     **{name: _of_wheels(name) for name in WHEEL_FAULTS},
+    **{name: _of_node(name) for name in NODE_FAULTS},
     **{name: _of_can(cause) for name, cause in CAUSES.items()},
     **{f"ground_{kind}": _of_ground(kind) for kind in ground_faults.KINDS},
     **{f"lidar_{kind}": _of_lidar(kind) for kind in KINDS if kind != "cable"},  # that is lidar_unplugged

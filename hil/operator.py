@@ -14,6 +14,7 @@ from dataclasses import dataclass, field
 
 from onboard.drivers.link_port import checked
 from onboard.records import LinkMessage
+from protocol import commands
 from protocol.link import Kind, Opener, Sealer, bench_keys
 from protocol.transactions import Request, Requester
 
@@ -27,6 +28,13 @@ class Order:
     at_s: float
     name: str
     arguments: Mapping[str, float | str] = field(default_factory=dict)
+
+
+def orders_of(script: str) -> tuple[Order, ...]:
+    """The lines `at SECONDS: COMMAND` of an operator's script. Raises ValueError for one that is no command."""
+    lines = [line.partition("#")[0].strip() for line in script.splitlines()]
+    timed = [line[3:].partition(":") for line in lines if line.startswith("at ")]
+    return tuple(Order(float(at_s), *commands.parse(words.split())) for at_s, _, words in timed)
 
 
 class Operator:

@@ -9,6 +9,7 @@ in cells of 2 m, craters included, rocks not.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,6 +22,7 @@ from hil.rocks import scatter_rocks
 from hil.terrain import Field, field_stats
 from onboard.records import F64, Gdem, Grid, Pose
 
+Relief = Callable[[F64, F64], F64]
 CELL_M, SIDE_M, TILE_M, GDEM_CELL_M = 0.05, 20.0, 40.0, 2.0
 START_FROM_EDGE_M, GOAL_AWAY_M = 2.5, 15.0
 START_CLEAR_M, GOAL_CLEAR_M = 1.2, 0.6
@@ -30,7 +32,8 @@ START_CLEAR_M, GOAL_CLEAR_M = 1.2, 0.6
 class Recipe:
     """What ground is made of. The soil's height is set by `sigma`, m^(1 - H), or by its median slope: give one.
 
-    craters, rocks: laws of their sizes, or None for none.
+    craters, rocks: laws of their sizes, or None for none. relief: heights by x (1, columns) and y (rows, 1) of the map,
+    metres, on top of the soil and under the rocks.
     """
 
     hurst: float
@@ -38,6 +41,7 @@ class Recipe:
     median_slope_deg: float | None = None
     craters: CraterLaw | None = None
     rocks: RockLaw | None = None
+    relief: Relief | None = None
 
     def __post_init__(self) -> None:
         if not 0 < self.hurst < 1:
@@ -50,16 +54,17 @@ class Recipe:
 class Course:
     """Start and goal on a field of 20 m x 20 m. The start is the map's origin, 2.5 m from the west side.
 
-    south_m: from the south side to the start. bearing_rad: of the goal, 15 m away.
+    south_m: from the south side to the start. bearing_rad, away_m: of the goal.
     """
 
     south_m: float = 10.0
     bearing_rad: float = 0.0
+    away_m: float = GOAL_AWAY_M
 
     @property
     def goal_m(self) -> tuple[float, float]:
         """x, y of the goal."""
-        return GOAL_AWAY_M * math.cos(self.bearing_rad), GOAL_AWAY_M * math.sin(self.bearing_rad)
+        return self.away_m * math.cos(self.bearing_rad), self.away_m * math.sin(self.bearing_rad)
 
 
 def compose(recipe: Recipe, course: Course, rng: np.random.Generator, seed: int = 0) -> Field:
@@ -70,9 +75,11 @@ def compose(recipe: Recipe, course: Course, rng: np.random.Generator, seed: int 
     west_m, south_m = -START_FROM_EDGE_M, -course.south_m
     grid = Grid(west_m + CELL_M / 2, south_m + CELL_M / 2, CELL_M, nodes, nodes)
     tile = _soil(recipe, window, rng)
+    whole = Grid(grid.x0_m - margin, grid.y0_m - margin, CELL_M, *tile.shape)
     craters = ()
+    if recipe.relief is not None:
+        tile += recipe.relief(*_places(whole))
     if recipe.craters is not None:
-        whole = Grid(grid.x0_m - margin, grid.y0_m - margin, CELL_M, *tile.shape)
         craters = draw_craters(whole, recipe.craters, rng)
         tile += crater_relief(whole, craters)
     tile -= tile[window][grid.cell(0.0, 0.0)]
@@ -94,6 +101,14 @@ def _soil(recipe: Recipe, window: tuple[slice, slice], rng: np.random.Generator)
         found_deg = float(np.median(slopes_deg(tile[window], CELL_M)))
         tile *= math.tan(math.radians(recipe.median_slope_deg)) / math.tan(math.radians(found_deg))
     return tile
+
+
+def _places(grid: Grid) -> tuple[F64, F64]:
+    """x (1, columns) and y (rows, 1) of the nodes."""
+    return (
+        (grid.x0_m + grid.cell_m * np.arange(grid.columns))[None, :],
+        (grid.y0_m + grid.cell_m * np.arange(grid.rows))[:, None],
+    )
 
 
 def _gdem(tile: F64, west_m: float, south_m: float) -> Gdem:

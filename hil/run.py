@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import shutil
 import time
 from collections.abc import Callable
@@ -16,13 +17,12 @@ from hil.bench import Bench, Joined
 from hil.can_hub import CanHub
 from hil.can_socket import CanSocket
 from hil.fields import Accepted
-from hil.grounds import GROUNDS
 from hil.impairment import PROFILES
 from hil.injection import Injector
 from hil.lockstep import ParticipantLostError
 from hil.plant import PlantAbortError
 from hil.processes import ProcessDiedError, Processes, free_ports
-from hil.scenario import Scenario, flight_settings
+from hil.scenario import Scenario, flight_settings, goal_words, ground_of
 from hil.truth import Truth
 from hil.world import Progress
 from onboard.config import load
@@ -43,6 +43,7 @@ class RunResult:
     bench_s: float
     wall_s: float
     distance_to_goal_m: float
+    speed_mps: float
     contacts: tuple[tuple[float, str], ...]
     sweeps: int
     streams: dict[str, Any]
@@ -66,12 +67,11 @@ def run(
     The children's addresses are made here; each writes FOLDER/NAME.log. Ctrl-C ends them in order and re-raises.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    accepted = GROUNDS[scenario.terrain](scenario.seed)
+    accepted = ground_of(scenario)
     shutil.rmtree(folder / "ground", ignore_errors=True)  # the counters of an earlier run
     (folder / "field.npz").write_bytes(field_file.to_npz(accepted.field))
     (folder / "gdem.npz").write_bytes(to_npz(accepted.field.gdem))
-    goal = {"goal_x": f"{accepted.field.goal_m[0]:.3f}", "goal_y": f"{accepted.field.goal_m[1]:.3f}"}
-    (folder / "script.txt").write_text(scenario.script.format(**goal))
+    (folder / "script.txt").write_text(scenario.script.format(**goal_words(accepted.field)))
     truth = Truth(folder / "truth.mcap")
     with Processes(folder) as processes, ExitStack() as interrupted:
         joined = Joined(CanHub() if scenario.can == "hub" else CanSocket(scenario.can), processes.check)
@@ -95,7 +95,8 @@ def run(
     report = folder / "link.json"
     return RunResult(
         folder, accepted, bench.tick * TICK_NS / 1e9, wall_s,
-        bench.progress.distance_to_goal_m, tuple(truth.contacts), bench.progress.sweeps,
+        bench.progress.distance_to_goal_m, math.hypot(*bench.state.velocity_mps.tolist()), tuple(truth.contacts),
+        bench.progress.sweeps,
         {name: stream.report() for name, stream in bench.streams.items()}, truth.states, truth.sha256(),
         json.loads(report.read_text()) if report.exists() else {}, bench.ground_code, tuple(injector.log),
         bench.progress.way_m, rss_bytes, bench.progress.overruns, tuple(bench.laps_ms), error,

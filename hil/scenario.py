@@ -1,18 +1,29 @@
-"""A scenario: terrain, seed, link profile, operator's script, timed faults, limits. A TOML file, checked when read."""
+"""A scenario: ground, seed, link profile, operator's script, timed faults, limits, promise. A TOML file, checked."""
 
 from __future__ import annotations
 
+import difflib
+import math
 import tomllib
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+from hil import field_file
+from hil.fields import Accepted
+from hil.grounds import GROUNDS
 from hil.impairment import load_profile
+from hil.terrain import Field, inside
+from hil.verdicts import Expect, expect_of
 from onboard.config import ConfigError, from_tree, load, value
 from onboard.records import Pose
 
 WHEN = ("time", "sweep", "drive")
+_NUMBERS = (
+    ("blackout_s", (), "pairs of start and end"), ("start", (0, 3), "x, y in metres and yaw in degrees"),
+    ("goal", (0, 2), "x, y in metres"),
+)  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,13 +39,19 @@ class Injection:
 
 @dataclass(frozen=True, slots=True)
 class Scenario:
-    """What a run is; `script` may use {goal_x} and {goal_y}. `set`: onboard's values by dotted name."""
+    """What a run is; `script` may use {goal_x} and {goal_y}. `set`: onboard's values by dotted name.
+
+    start (x, y, yaw in degrees) and goal (x, y) in place of the ground's own, in its frame.
+    """
 
     name: str = value("demo", "name in reports")
-    terrain: str = value("fbm", "a row of hil.grounds.GROUNDS", one_of=("fbm", "craters", "real", "flat", "yard"))
+    about: str = value("", "one sentence: what happens, and what the rover does about it")
+    terrain: str = value("fbm", "a row of hil.grounds.GROUNDS, or a field.npz of a run, from the scenario's folder")
     seed: int = value(1, "the n-th accepted field", low=1, high=1_000_000)
     link: str = value("ets8-b", "row of hil/link_profiles.toml")
     blackout_s: tuple[float, ...] = ()
+    start: tuple[float, ...] = ()
+    goal: tuple[float, ...] = ()
     script: str = value("at 2.0: goto {goal_x} {goal_y}\nwait goto\nget ldem\n", "what the operator does")
     limit_s: float = value(1200.0, "bench time after which the run is ended", low=1, high=1e6)
     end_s: float = value(0.0, "end after this much bench time; 0: when the script is done", low=0, high=1e6)
@@ -42,6 +59,12 @@ class Scenario:
     can: str = value("hub", "the CAN bus: the bench's hub, or socketcan:INTERFACE of this machine")
     faults: tuple[Injection, ...] = ()
     set: Mapping[str, Any] = field(default_factory=dict)
+    expect: Expect = Expect()
+
+    @property
+    def needs_link(self) -> bool:
+        """Whether it means nothing without the link between rover and ground."""
+        return bool(self.blackout_s)
 
 
 def load_scenario(path: Path) -> Scenario:
@@ -50,14 +73,78 @@ def load_scenario(path: Path) -> Scenario:
         tree = tomllib.loads(path.read_text())
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise ConfigError(f"{path}: not valid TOML: {error}") from error
-    faults = tuple(from_tree(Injection, row, str(path), "faults.") for row in tree.pop("faults", []))
-    settings = _settings(tree.pop("set", {}), path)
-    blackout = tuple(float(v) for v in tree.pop("blackout_s", ()))
-    if len(blackout) % 2:
-        raise ConfigError(f"{path}: `blackout_s` should be pairs of start and end, found {blackout}")
-    plain = from_tree(Scenario, tree, str(path))
-    fields = {name: getattr(plain, name) for name in Scenario.__dataclass_fields__}
-    return Scenario(**{**fields, "faults": faults, "set": settings, "blackout_s": blackout})
+    where = str(path)
+    faults = tuple(from_tree(Injection, row, where, "faults.") for row in tree.pop("faults", []))
+    parts: dict[str, Any] = {"faults": faults, "set": _settings(tree.pop("set", {}), path)}
+    parts["expect"] = expect_of(tree.pop("expect", {}), where)
+    for key, counts, of in _NUMBERS:
+        parts[key] = _numbers(tree.pop(key, []), counts, f"{where}: `{key}` should be {of}")
+    if "seed" not in tree:
+        raise ConfigError(f"{where}: `seed` is missing: the same seed gives the same run")
+    plain = from_tree(Scenario, tree, where)
+    return replace(plain, **parts, terrain=_terrain(plain.terrain, path))
+
+
+def _numbers(items: Any, counts: tuple[int, ...], what: str) -> tuple[float, ...]:
+    """A list of numbers; counts: how many there may be, empty: any even number."""
+    if not isinstance(items, list) or not all(isinstance(v, int | float) and v == v for v in items):
+        raise ConfigError(f"{what}, found {items!r}")
+    if len(items) not in counts if counts else len(items) % 2:
+        raise ConfigError(f"{what}, found {items!r}")
+    return tuple(float(v) for v in items)
+
+
+def _terrain(name: str, path: Path) -> str:
+    """A row of GROUNDS, or the file beside the scenario."""
+    if name in GROUNDS:
+        return name
+    if not name.endswith(".npz"):
+        near = difflib.get_close_matches(name, GROUNDS, n=1)
+        raise ConfigError(f"{path}: `terrain` = {name!r} should be one of {', '.join(GROUNDS)}, or a file.npz"
+                          + (f"; did you mean {near[0]!r}?" if near else ""))
+    file = path.parent / name
+    if not file.is_file():
+        raise ConfigError(f"{path}: `terrain`: no such file: {file}")
+    return str(file)
+
+
+def scenario_of(tree: Mapping[str, Any]) -> Scenario:
+    """A scenario from its fields as a certificate keeps them. Raises KeyError, TypeError, ValueError, ConfigError."""
+    parts = {
+        "faults": tuple(Injection(**row) for row in tree["faults"]), "set": dict(tree["set"]),
+        "expect": Expect(**{**tree["expect"], "raises": tuple(tree["expect"]["raises"]),
+                            "may_raise": tuple(tree["expect"]["may_raise"])}),
+        **{key: tuple(tree[key]) for key, *_ in _NUMBERS},
+    }  # fmt: skip
+    scenario = Scenario(**{**tree, **parts})
+    load(None, scenario.set, "certificate: [set]")
+    return scenario
+
+
+def ground_of(scenario: Scenario) -> Accepted:
+    """The field that a scenario is flown on. Raises ConfigError for a file that holds none, or a place beside it."""
+    if scenario.terrain in GROUNDS:
+        found = GROUNDS[scenario.terrain](scenario.seed)
+    else:
+        try:
+            found = Accepted(field_file.from_npz(Path(scenario.terrain).read_bytes(), scenario.seed), scenario.seed, ())
+        except (OSError, ValueError) as error:
+            raise ConfigError(f"{scenario.terrain}: no field: {error}") from None
+    ground = found.field
+    if scenario.start:
+        x_m, y_m, yaw_deg = scenario.start
+        ground = replace(ground, start=Pose(x_m, y_m, yaw_rad=math.radians(yaw_deg)))
+    if scenario.goal:
+        ground = replace(ground, goal_m=(scenario.goal[0], scenario.goal[1]))
+    for key, (x_m, y_m) in (("start", (ground.start.x_m, ground.start.y_m)), ("goal", ground.goal_m)):
+        if not inside(ground, x_m, y_m):
+            raise ConfigError(f"scenario {scenario.name}: `{key}` = {x_m:g}, {y_m:g} lies beside the ground")
+    return replace(found, field=ground)
+
+
+def goal_words(ground: Field) -> dict[str, str]:
+    """What a script may use: the goal in metres, to the millimetre."""
+    return {"goal_x": f"{ground.goal_m[0]:.3f}", "goal_y": f"{ground.goal_m[1]:.3f}"}
 
 
 def flight_settings(scenario: Scenario, start: Pose) -> dict[str, Any]:

@@ -56,6 +56,12 @@ def height_at(field: Field, x_m: F64, y_m: F64) -> F64:
     return top
 
 
+def inside(field: Field, x_m: float, y_m: float) -> bool:
+    """Whether a place lies on the field."""
+    j, i = field.grid.cell(x_m, y_m)
+    return 0 <= j < field.grid.rows and 0 <= i < field.grid.columns
+
+
 def field_stats(grid: Grid, soil_z: F32, rocks: tuple[Rock, ...], hurst: float) -> dict[str, float]:
     """What the fields are chosen by: slopes of the soil, roughness exponent, share of the area under rocks."""
     slopes = slopes_deg(soil_z, grid.cell_m)

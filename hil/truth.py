@@ -6,6 +6,7 @@ import hashlib
 import json
 import struct
 from pathlib import Path
+from zlib import crc32
 
 from mcap.writer import CompressionType, Writer
 
@@ -44,7 +45,7 @@ class Truth:
     def __init__(self, path: Path | None = None) -> None:
         self._file = TruthFile(path) if path else None
         self._sum = hashlib.sha256()
-        self.states = 0
+        self.states = self.crc = 0
         self.contacts: list[tuple[float, str]] = []
         self._touching = ""
 
@@ -52,8 +53,9 @@ class Truth:
         """One state a tick."""
         self.states += 1
         wheels = [number for wheel in state.wheels for number in wheel]
-        self._sum.update(state.position_m.tobytes() + state.quaternion_xyzw.tobytes())
-        self._sum.update(struct.pack(f"<{len(wheels)}d", *wheels))
+        data = state.position_m.tobytes() + state.quaternion_xyzw.tobytes() + struct.pack(f"<{len(wheels)}d", *wheels)
+        self.crc = crc32(data, self.crc)
+        self._sum.update(data)
         if state.contact and state.contact != self._touching:
             self.contacts.append((state.now_ns / 1e9, state.contact))
         self._touching = state.contact

@@ -12,8 +12,10 @@ from __future__ import annotations
 import hashlib
 import math
 import struct
+from array import array
 from collections.abc import Iterable
 from dataclasses import dataclass, field
+from zlib import crc32
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,10 +26,11 @@ from hil.devices.nodes import Nodes, build_nodes
 from hil.plant import STEP_NS, Plant
 from hil.records import PlantState
 from hil.terrain import Field
+from hil.trace import Trace
 from hil.truth import Truth
 from onboard.config import Rover
 from onboard.mounting import lidar_place, lidar_rotation
-from onboard.records import Frame
+from onboard.records import BusTrouble, Frame
 from protocol.can_codec import TiltState
 from protocol.conventions import TICK_NS
 
@@ -38,16 +41,17 @@ DRIVING_MPS = 0.05  # base_link moves: not a turn on the spot
 
 
 class Stream:
-    """Cumulative count, bytes and SHA-256 of what passed on one channel in one direction."""
+    """Cumulative count, bytes, SHA-256 and CRC of what passed on one channel in one direction."""
 
     def __init__(self) -> None:
-        self.pieces = self.bytes = 0
+        self.pieces = self.bytes = self.crc = 0
         self._sum = hashlib.sha256()
 
     def add(self, data: bytes, pieces: int = 1) -> None:
         """Some bytes more."""
         self.pieces += pieces
         self.bytes += len(data)
+        self.crc = crc32(data, self.crc)
         self._sum.update(data)
 
     def report(self) -> dict[str, object]:
@@ -91,9 +95,11 @@ class World:
         self.can = CanWire(seed)
         self.lidar_open = False
         self.streams = {name: Stream() for name in STREAMS}
+        self.trace = Trace((*STREAMS, "can_stamps", "can_controller", "plant"))
         self.progress = Progress()
         self.tick = 0
         self.state: PlantState = self.plant.reset(ground.start)
+        self._stamps_crc = self._controller_crc = 0
         self._frames: list[Frame] = []
         self._lidar_out: list[tuple[int, bytes]] = []
         self._directions = beam_directions()
@@ -131,8 +137,15 @@ class World:
     def frames(self) -> list[Frame]:
         """The nodes' frames since the last call."""
         frames, self._frames = self.can.to_computer(self._frames, self.tick * TICK_NS), []
+        self._stamps_crc = crc32(array("q", [frame.stamp_ns for frame in frames]).tobytes(), self._stamps_crc)
         self.streams["can_to_onboard"].add(b"".join(map(pack_frame, frames)), len(frames))
         return frames
+
+    def can_errors(self) -> list[BusTrouble]:
+        """What the computer's CAN controller tells of since the last call."""
+        errors = self.can.errors()
+        self._controller_crc = crc32(bytes(errors), self._controller_crc)
+        return errors
 
     def lidar_says(self) -> list[tuple[int, bytes]] | None:
         """The scanner's pieces since the last call, each with its time; None while the port is closed.
@@ -169,7 +182,9 @@ class World:
         self.lidar.connect()
 
     def note(self, now_ns: int) -> None:
-        """Progress at the end of a tick."""
+        """Progress and trace at the end of a tick."""
+        sums = (stream.crc for stream in self.streams.values())
+        self.trace.add((*sums, self._stamps_crc, self._controller_crc, self.truth.crc))
         goal = self.field.goal_m
         x_m, y_m, _ = self.state.position_m.tolist()
         vx_mps, vy_mps, _ = self.state.velocity_mps.tolist()

@@ -10,7 +10,8 @@ Two nodes with one id interleave two counters: a frame that follows not the last
 
     5 12 6 13 7 14      every frame but the first two follows the last but one
 
-is accepted and counted as `twin`, not as lost; plain loss looks so in one of 16 cases.
+is accepted and counted as `twin`, not as lost, if the one before it was out of order too. Plain loss does not look so:
+of three frames in a row the middle ones of two gaps would have to be 14 apart.
 """
 
 from __future__ import annotations
@@ -65,7 +66,7 @@ class _Watch:
 
     __slots__ = (
         "accepted", "counter", "crc", "decode", "late", "length", "limit_ns", "lost", "out_of_range", "repeated",
-        "seed", "stamp_ns", "twin", "twin_counter",
+        "seed", "stamp_ns", "twin", "twin_accepted", "twin_counter",
     )  # fmt: skip
 
     def __init__(self, can_id: int) -> None:
@@ -78,7 +79,7 @@ class _Watch:
 
     def arm(self) -> None:
         """The next frame is the first: no counter to follow, no interval to keep."""
-        self.counter = self.twin_counter = self.stamp_ns = _NEVER
+        self.counter = self.twin_counter = self.twin_accepted = self.stamp_ns = _NEVER
 
 
 class Guard:
@@ -135,11 +136,12 @@ class Guard:
 
     def _in_order(self, watch: _Watch, counter: int, step: int) -> bool:
         """Books a counter that is not the next one; whether its frame is good all the same."""
-        if watch.twin_counter >= 0 and (counter - watch.twin_counter) & 15 == 1:
+        at_once = watch.accepted == watch.twin_accepted  # the frame before was out of order as well
+        if at_once and (counter - watch.twin_counter) & 15 == 1:
             watch.twin += 1
             self.twins += 1
         elif step == 0:
-            watch.twin_counter = counter
+            watch.twin_counter, watch.twin_accepted = counter, watch.accepted
             watch.repeated += 1
             self.bad += 1
             return False
@@ -147,7 +149,7 @@ class Guard:
             watch.lost += step - 1
             self.lost += step - 1
             self.gaps += 1
-        watch.twin_counter = watch.counter
+        watch.twin_counter, watch.twin_accepted = watch.counter, watch.accepted + 1
         return True
 
     def counts(self, can_id: int) -> Counts:

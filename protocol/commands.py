@@ -10,7 +10,7 @@ from __future__ import annotations
 import difflib
 import math
 import struct
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -93,6 +93,26 @@ def check(name: str, arguments: Arguments) -> dict[str, float | str]:
             continue
         checked[argument.name] = _checked(name, argument, given)
     return checked
+
+
+def parse(words: Sequence[str]) -> tuple[str, dict[str, float | str]]:
+    """`goto 12 3 90` by the command's row: numbers in their order, angles in degrees. Raises ValueError."""
+    name, given = words[0], words[1:]
+    row = command(name)
+    if len(given) > len(row.arguments):
+        takes = " ".join(argument.name for argument in row.arguments) or "nothing"
+        raise ValueError(f"{name} takes {takes}, found {' '.join(given)}")
+    arguments: dict[str, float | str] = {}
+    for argument, text in zip(row.arguments, given):
+        if argument.choices:
+            arguments[argument.name] = text
+            continue
+        try:
+            number = float(text)
+        except ValueError:
+            raise ValueError(f"{name}: `{argument.name}` should be a number, found `{text}`") from None
+        arguments[argument.name] = math.radians(number) if argument.unit == "rad" else number
+    return name, check(name, arguments)
 
 
 def _allowed(argument: Argument) -> str:

@@ -1,5 +1,6 @@
 """CAN frames: the DBC against the design, generated codec against cantools, checksum, guard."""
 
+import random
 from pathlib import Path
 
 import cantools
@@ -194,3 +195,24 @@ def test_unknown_ids_short_frames_and_values_out_of_range_are_dropped():
     assert not guard.accept(Frame(WHEEL, data + bytes([crc8(WHEEL.to_bytes(2, "big") + data)])))
     assert guard.bad == guard.total().bad == 2
     assert (guard.unknown, guard.counts(WHEEL).length, guard.counts(WHEEL).out_of_range) == (1, 1, 1)
+
+
+def test_two_senders_of_one_id_are_told_from_each_other_and_not_as_loss():
+    guard, one, other = Guard(), Sender(), Sender()
+    for _ in range(7):
+        other.encode(WHEEL, 2, 0.1, 1.0)
+    for n in range(20):
+        guard.accept(Frame(WHEEL, (one if n % 2 else other).encode(WHEEL, 2, 0.1, 1.0), n * 10_000_000))
+    counts = guard.counts(WHEEL)
+    assert (counts.accepted, counts.twin) == (20, 18)
+
+
+@pytest.mark.parametrize("lost_ratio", [0.05, 0.1, 0.3])
+def test_plain_loss_however_much_is_hardly_ever_taken_for_a_twin(lost_ratio):
+    rng, guard = random.Random(5), Guard()
+    for frame in frames(20_000):
+        if rng.random() > lost_ratio:
+            guard.accept(frame)
+    counts = guard.counts(WHEEL)
+    assert counts.lost > 0.9 * 20_000 * lost_ratio
+    assert counts.twin <= 1

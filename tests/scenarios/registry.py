@@ -24,7 +24,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any, Protocol
 
-from tests.scenarios import calibrate, guard, localisation, nominal, wheels
+from tests.scenarios import calibrate, guard, library, localisation, nominal, wheels
 
 
 class Campaign(Protocol):
@@ -44,6 +44,7 @@ class Campaign(Protocol):
 
 
 CAMPAIGNS: Mapping[str, Campaign] = {
+    "library": library,
     "guard": guard,
     "nominal": nominal,
     "localisation": localisation,

@@ -1,0 +1,102 @@
+"""What the commands that fly share: progress, exit codes, a run and what is written of it."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import typer
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from hil import demo as after
+from hil.can_socket import NoInterfaceError
+from hil.scenario import Scenario
+from hil.status import status
+from onboard.config import ConfigError
+
+if TYPE_CHECKING:
+    from hil.run import RunResult
+    from hil.world import Progress
+
+SHOWN = (
+    "goal_reached", "outcome", "distance_to_goal_m", "collisions", "scans", "replans", "way_m", "bench_s", "rtf",
+    "replay", "link_datagrams", "link_lost", "onboard_peak_rss_mb",
+)
+EX_OK, EX_FAILED, EX_INTERRUPTED = 0, 1, 130
+EX_DATA, EX_NOINPUT, EX_UNAVAILABLE, EX_SOFTWARE, EX_CONFIG = 65, 66, 69, 70, 78
+
+
+def fail(code: int, text: str) -> typer.Exit:
+    """One helpful line on standard error, and the exit code."""
+    print(f"hil: {text}", file=sys.stderr)
+    return typer.Exit(code)
+
+
+def line(progress: Progress, wall_s: float, live: bool = False) -> Text:
+    """The live progress line; with a live operator the bench does not know the goal."""
+    doing = "scanning" if progress.sweeping else "driving" if progress.driving else "thinking"
+    rtf = progress.now_s / wall_s if wall_s > 0 else 0.0
+    link = f"link {progress.link.get('received', 0)}/{progress.link.get('sent', 0)}" if progress.link else ""
+    return Text(
+        f"{progress.now_s:6.1f} s  x{rtf:4.1f}  {doing:8}  scan {progress.sweeps:2d}  driven {progress.way_m:4.1f} m  "
+        + ("" if live else f"to go {progress.distance_to_goal_m:5.2f} m  ") + link
+    )
+
+
+def fly(scenario: Scenario, out: Path, pace: float = 0.0) -> RunResult:
+    """Run with its status on standard error; exit 130 on Ctrl-C, nothing left behind."""
+    from hil.run import run as run_scenario  # the engine is heavy: not for --help and `hil link`
+
+    try:
+        with status(Console(stderr=True), Text("starting bench, onboard, link and ground ...")) as tell:
+            return run_scenario(
+                scenario, out, lambda p, wall_s: tell(line(p, wall_s, scenario.live), wall_s), pace=pace
+            )
+    except KeyboardInterrupt:
+        raise fail(EX_INTERRUPTED, "ended by Ctrl-C; all processes are gone") from None
+    except ConfigError as error:
+        raise fail(EX_CONFIG, str(error)) from None
+    except NoInterfaceError as error:
+        raise fail(EX_UNAVAILABLE, str(error)) from None
+
+
+def fly_mixed(scenario: Scenario, out: Path, lidar: str, can: str) -> None:
+    """Beside real devices until Ctrl-C, which is how it ends."""
+    from hil.mixed import Real
+    from hil.mixed import fly as fly_beside
+    from hil.processes import ProcessDiedError
+
+    try:
+        with status(Console(stderr=True), Text("starting bench, onboard and link ...")) as tell:
+            fly_beside(scenario, out, Real(lidar, can), lambda p, wall_s: tell(line(p, wall_s, live=True), wall_s))
+    except KeyboardInterrupt:
+        print("ended by Ctrl-C; all processes are gone", file=sys.stderr)
+    except ConfigError as error:
+        raise fail(EX_CONFIG, str(error)) from None
+    except NoInterfaceError as error:
+        raise fail(EX_UNAVAILABLE, str(error)) from None
+    except ProcessDiedError as died:
+        raise fail(EX_SOFTWARE, str(died)) from None
+
+
+def conclude(scenario: Scenario, result: RunResult) -> dict[str, object]:
+    """Replay, certificate and summary of a run, written beside its record."""
+    replay = after.replay(result.folder)
+    facts = after.summary(scenario, result, replay)
+    facts["replay_difference"] = replay.get("first_difference", "")
+    (result.folder / "summary.json").write_text(json.dumps(facts, indent=2) + "\n")
+    certificate = after.certificate(scenario, result)
+    (result.folder / "certificate.json").write_text(json.dumps(certificate, indent=2) + "\n")
+    return facts
+
+
+def show(facts: dict[str, object]) -> None:
+    """The summary's main figures."""
+    table = Table(show_header=False, box=None)
+    for key in SHOWN:
+        table.add_row(key, str(facts[key]))
+    Console().print(table)
