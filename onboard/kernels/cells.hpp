@@ -7,6 +7,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 
 #include "rasterise.hpp"
 
@@ -18,6 +19,8 @@ struct Cell {
     std::int32_t n, unused;
 };
 static_assert(sizeof(Cell) == 32, "two to a cache line; onboard/native/cells.py CELL");
+constexpr float kNoHeight = std::numeric_limits<float>::quiet_NaN();
+constexpr Cell kNoHit{0.0, 0.0, kNoHeight, kNoHeight, 0, 0};
 
 // One turn of the scanner, or a part of it.
 struct Turn {
