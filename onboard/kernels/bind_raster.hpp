@@ -26,6 +26,11 @@ static RasterGrid grid_of(double x0_m, double y0_m, double cell_m, const Array<s
     return {x0_m, y0_m, cell_m, static_cast<std::int64_t>(cells.shape(0)), static_cast<std::int64_t>(cells.shape(1))};
 }
 
+static void no_hits_into(Array<std::uint8_t, 3> cells) {
+    nb::gil_scoped_release unlocked;
+    std::fill_n(records(cells), cells.shape(0) * cells.shape(1), kNoHit);
+}
+
 static void points_into(double x0_m, double y0_m, double cell_m, Array<const float, 2> points_m,
                         Array<std::uint8_t, 3> cells) {
     const RasterGrid grid = grid_of(x0_m, y0_m, cell_m, cells);
@@ -46,6 +51,7 @@ static void turn_into(double x0_m, double y0_m, double cell_m, Array<const float
 
 inline void bind_raster(nb::module_& m) {
     m.def("rasterise_into", &rasterise_into);
+    m.def("no_hits_into", &no_hits_into);
     m.def("points_into", &points_into);
     m.def("turn_into", &turn_into);
 }

@@ -7,6 +7,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 
 #include "rasterise.hpp"
 
@@ -18,6 +19,8 @@ struct Cell {
     std::int32_t n, unused;
 };
 static_assert(sizeof(Cell) == 32, "two to a cache line; onboard/native/cells.py CELL");
+constexpr float kNoHeight = std::numeric_limits<float>::quiet_NaN();
+constexpr Cell kNoHit{0.0, 0.0, kNoHeight, kNoHeight, 0, 0};
 
 // One turn of the scanner, or a part of it.
 struct Turn {
@@ -52,6 +55,8 @@ public:
         return on ? static_cast<std::int32_t>(on ? v : 0.0) * stride_ + static_cast<std::int32_t>(on ? u : 0.0) : -1;
     }
 
+    void fetch(std::int32_t at) const { __builtin_prefetch(cells_ + at, 1); }
+
     void add(std::int32_t at, float z) const {
         Cell& cell = cells_[at];
         const double height = z;
@@ -69,7 +74,35 @@ private:
     Cell* cells_;
 };
 
-constexpr std::int64_t kBlock = 32;  // short enough for the processor to begin the next one while cells are fetched
+constexpr std::int64_t kBlock = 16;  // about as many cells as the processor can wait for at once
+
+struct Block {
+    std::int32_t at[kBlock];  // -1: no hit
+    float z[kBlock];
+};
+
+// Adds `count` hits in their order; find(first, size, block) finds those from `first` on. While the hits of one block are
+// added, the cells of the next are on their way.
+template <typename Find>
+inline void add_all(const Hits& hits, std::int64_t count, const Find& find) {
+    Block blocks[2];
+    const auto find_block = [&](std::int64_t first, Block& block) {
+        const std::int64_t size = std::clamp<std::int64_t>(count - first, 0, kBlock);
+        find(first, size, block);
+        std::fill(block.at + size, block.at + kBlock, -1);
+    };
+    find_block(0, blocks[0]);
+    for (std::int64_t first = 0; first < count; first += kBlock) {
+        const std::int64_t turn = first / kBlock % 2;
+        const Block& now = blocks[turn];
+        Block& next = blocks[1 - turn];
+        find_block(first + kBlock, next);
+        for (std::int64_t k = 0; k < kBlock; ++k) {
+            hits.fetch(next.at[k]);
+            if (now.at[k] >= 0) hits.add(now.at[k], now.z[k]);
+        }
+    }
+}
 
 inline bool inside(const double* p, const double* box) {
     return p[0] >= box[0] && p[1] >= box[1] && p[2] >= box[2] && p[0] <= box[3] && p[1] <= box[4] && p[2] <= box[5];
@@ -112,14 +145,13 @@ inline float mapped(const double* row, double x, double y, double z) {
 // Adds points (count, 3) in map axes to `cells`.
 inline void add_points(const RasterGrid& grid, const float* points_m, std::int64_t count, Cell* cells) {
     const detail::Hits hits(grid, cells);
-    std::int32_t at[detail::kBlock];
-    for (std::int64_t first = 0; first < count; first += detail::kBlock) {
-        const std::int64_t size = std::min(detail::kBlock, count - first);
+    detail::add_all(hits, count, [&](std::int64_t first, std::int64_t size, detail::Block& block) {
         const float* p = points_m + 3 * first;
-        for (std::int64_t k = 0; k < size; ++k) at[k] = hits.at(p[3 * k], p[3 * k + 1], p[3 * k + 2]);
-        for (std::int64_t k = 0; k < size; ++k)
-            if (at[k] >= 0) hits.add(at[k], p[3 * k + 2]);
-    }
+        for (std::int64_t k = 0; k < size; ++k) {
+            block.at[k] = hits.at(p[3 * k], p[3 * k + 1], p[3 * k + 2]);
+            block.z[k] = p[3 * k + 2];
+        }
+    });
 }
 
 // Adds the hits of one turn to `cells`: p_map = T_map_base (scanner + R_y(tilt) range (cos azimuth, sin azimuth, 0)).
@@ -127,26 +159,23 @@ inline void add_turn(const RasterGrid& grid, const Turn& turn, const Mount& moun
     const detail::Hits hits(grid, cells);
     const detail::Hull hull(mount);
     const double *T = mount.T_map_base, *scanner = mount.scanner_m;
-    double x[detail::kBlock], y[detail::kBlock], z[detail::kBlock];
-    float height[detail::kBlock];
-    std::int32_t at[detail::kBlock];
-    for (std::int64_t first = 0; first < turn.count; first += detail::kBlock) {
-        const std::int64_t size = std::min(detail::kBlock, turn.count - first);
+    detail::add_all(hits, turn.count, [&](std::int64_t first, std::int64_t size, detail::Block& block) {
         const float* ranges = turn.ranges_m + first;
         const double *azimuth = turn.azimuths + first, *tilt = turn.tilts + first;
+        double x[detail::kBlock], y[detail::kBlock], z[detail::kBlock];
         for (std::int64_t k = 0; k < size; ++k) {
             const double ahead = ranges[k] * azimuth[k];
             x[k] = ahead * tilt[k] + scanner[0];
             y[k] = ranges[k] * azimuth[turn.count + k] + scanner[1];
             z[k] = -ahead * tilt[turn.count + k] + scanner[2];
-            height[k] = detail::mapped(T + 8, x[k], y[k], z[k]);
+            block.z[k] = detail::mapped(T + 8, x[k], y[k], z[k]);
             const float east = detail::mapped(T, x[k], y[k], z[k]), north = detail::mapped(T + 4, x[k], y[k], z[k]);
-            const std::int32_t cell = hits.at(east, north, height[k]);
-            at[k] = ranges[k] <= turn.longest_m ? cell : -1;
+            const std::int32_t cell = hits.at(east, north, block.z[k]);
+            block.at[k] = ranges[k] <= turn.longest_m ? cell : -1;
         }
         for (std::int64_t k = 0; k < size; ++k)
-            if (at[k] >= 0 && !hull.holds(x[k], y[k], z[k])) hits.add(at[k], height[k]);
-    }
+            if (block.at[k] >= 0 && hull.holds(x[k], y[k], z[k])) block.at[k] = -1;
+    });
 }
 
 }  // namespace eldorado

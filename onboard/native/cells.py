@@ -5,6 +5,7 @@ The kernels add in the order of the hits, so what came in parts has the bits of 
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -13,14 +14,13 @@ from numpy.typing import NDArray
 
 from onboard.native.checks import check_array, check_grid
 from onboard.native.variant import kernels
-from onboard.records import F32, F64, Grid
+from onboard.records import F32, F64, U8, Grid
 
 LARGEST_GRID = 2**31 - 1  # cells: the kernel counts them in int32
 CELL = np.dtype([
     ("sum_z", np.float64), ("sum_z2", np.float64), ("z_hi", np.float32), ("z_lo", np.float32), ("n", np.int32),
     ("unused", np.int32),
 ])  # fmt: skip
-NO_HIT = np.array([(0.0, 0.0, np.nan, np.nan, 0, 0)], CELL)
 
 
 class Turn(NamedTuple):
@@ -67,8 +67,9 @@ class LiveGrid:
         if grid.rows * grid.columns > LARGEST_GRID:
             raise ValueError(f"grid: expected at most {LARGEST_GRID} cells, given {grid.rows} x {grid.columns}")
         self.grid = grid
-        self.cells: NDArray[np.void] = np.repeat(NO_HIT, grid.rows * grid.columns).reshape(grid.rows, grid.columns)
-        self._bytes = self.cells.view(np.uint8).reshape(grid.rows, grid.columns, CELL.itemsize)
+        self._bytes = _on_whole_lines((grid.rows, grid.columns, CELL.itemsize))
+        kernels.no_hits_into(self._bytes)
+        self.cells: NDArray[np.void] = self._bytes.view(CELL)[..., 0]
         self._place = grid.x0_m, grid.y0_m, grid.cell_m
 
     def add_points(self, points_m: F32) -> None:
@@ -93,3 +94,11 @@ class LiveGrid:
             *self._place, turn.ranges_m, turn.azimuths, turn.tilts, turn.longest_m, mount.scanner_m, mount.hull_m,
             mount.T_map_base, self._bytes,
         )  # fmt: skip
+
+
+def _on_whole_lines(shape: tuple[int, int, int]) -> U8:
+    """Room for records, none of which lies across two cache lines: numpy begins anywhere at a multiple of 16."""
+    size = math.prod(shape)
+    room = np.empty(size + CELL.itemsize, np.uint8)
+    first = -room.ctypes.data % CELL.itemsize
+    return room[first : first + size].reshape(shape)

@@ -65,6 +65,11 @@ def test_points_give_the_statistics_of_the_plain_twin(seed: int, count: int) -> 
         np.testing.assert_allclose(got[name], want[name], rtol=1e-6, atol=1e-6, err_msg=name)
 
 
+def test_no_cell_lies_across_two_cache_lines() -> None:
+    grids = [LiveGrid(replace(GRID, columns=columns)) for columns in range(1, 60)]  # numpy's arrays begin anywhere
+    assert {live.cells.ctypes.data % door.CELL.itemsize for live in grids} == {0}
+
+
 @LAW
 @given(st.integers(0, 10_000), st.lists(st.integers(0, 500), max_size=4))
 def test_what_comes_in_parts_has_the_bits_of_what_comes_at_once(seed: int, cuts: list[int]) -> None:
