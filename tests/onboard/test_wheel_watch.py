@@ -1,6 +1,7 @@
 """The wheel monitors on made-up signals: a rover that drives as ordered, and one thing that does not."""
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import pytest
@@ -34,6 +35,8 @@ class Wheel:
     jump_rad: float = 0.0
     frozen: tuple[float, float] | None = None  # position and rate that its encoder repeats
     state: int = NodeState.RUNNING
+    heard: Callable[[int], bool] = lambda tick: True  # whether its frame of a tick comes
+    last: WheelState | None = None
 
 
 @dataclass
@@ -73,7 +76,12 @@ class Drive4:
             rate = wheel.owed_radps * wheel.turns
             wheel.position_rad += rate * TICK_S + wheel.jump_rad * (self.tick % 30 == 0)
             told = wheel.frozen or (wheel.position_rad, rate)
-            states.append(WheelState(wheel.steer_rad + wheel.pot_rad, *told, wheel.state, 0))
+            fresh = WheelState(wheel.steer_rad + wheel.pot_rad, *told, wheel.state, 0)
+            if wheel.heard(self.tick) or wheel.last is None:
+                wheel.last = fresh
+            else:
+                wheel.last = wheel.last._replace(age_ns=wheel.last.age_ns + 10_000_000)
+            states.append(wheel.last)
             true_rates.append(rate)
         step = self.odometry.update(self.watch.readings(states), self.tick * 10_000_000, self.watch.health)
         speed_mps = self.body * RADIUS_M * sum(true_rates) / 4
@@ -94,6 +102,20 @@ def test_a_sound_rover_that_starts_steers_and_stops_raises_nothing():
     rover = driving().run(3.0, steer_rad=0.6).run(3.0, -1.1, 0.6).run(2.0, 0.0, -0.4).run(3.0, 0.4, -0.4)
     assert rover.first == {}
     assert rover.watch.health == SOUND
+
+
+@pytest.mark.parametrize("every", (2, 3, 4, 7))
+def test_lost_frames_are_no_fault_of_an_encoder(every):
+    rover = driving()
+    rover.wheels[1].heard = lambda tick: tick % every != 0
+    assert rover.run(3.0).first == {}
+
+
+@pytest.mark.parametrize("ticks", range(20))  # a block is 20 ticks
+def test_a_node_that_falls_silent_is_no_fault_of_its_encoder(ticks):
+    rover = driving().run(ticks * TICK_S)
+    rover.wheels[1].heard = lambda tick: False
+    assert rover.run(1.0).first == {}
 
 
 # -- drives and encoders -------------------------------------------------------------------------------------------

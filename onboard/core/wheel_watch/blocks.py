@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 from onboard.core.wheel_watch.seen import TICK_S, approach, works
 from onboard.records import WheelCommand, WheelState
+from protocol.conventions import TICK_NS
 
 SLEW_RADPS2 = 1.0  # of the drives, 10-navigation section 2
 BLOCK_TICKS, BLOCKS = 20, 3
@@ -30,13 +31,17 @@ class Block(NamedTuple):
 
 
 class WheelBlocks:
-    """The last three blocks of one wheel; `update` each tick, True where a block was closed."""
+    """The last three blocks of one wheel; `update` each tick, True where a block was closed.
+
+    Ticks without a frame wait for the next one, which tells how far the wheel has come in all of them.
+    """
 
     def __init__(self) -> None:
         self.blocks: deque[Block] = deque(maxlen=BLOCKS)
         self.jumps = 0
         self._jump_tick = self._tick = 0
-        self._owed_radps = 0.0
+        self._owed_radps = self._waiting_owed = 0.0
+        self._waiting = 0
         self._orders: deque[float] = deque([0.0] * ORDER_TICKS, maxlen=ORDER_TICKS)
         self._last_rad: float | None = None
         self._begin()
@@ -53,29 +58,35 @@ class WheelBlocks:
             return False
         assert state
         self._owed_radps = approach(self._owed_radps, late, SLEW_RADPS2 * TICK_S)
-        if self._last_rad is not None:
-            self._turn(state.position_rad - self._last_rad, state.age_ns * 1e-9)
-        self._last_rad = state.position_rad
-        self._owed += self._owed_radps
-        self._told += state.rate_radps
+        self._waiting_owed += self._owed_radps
+        self._waiting += 1
         if current_a is not None:
             self._current += current_a
             self._currents += 1
-        self._ticks += 1
+        if state.age_ns >= TICK_NS:  # nothing came: the next frame tells of this tick as well, or the node is silent
+            return False
+        if self._last_rad is not None:
+            self._turn(state.position_rad - self._last_rad, self._waiting * TICK_S)
+        self._last_rad = state.position_rad
+        self._owed += self._waiting_owed
+        self._told += state.rate_radps * self._waiting
+        self._ticks += self._waiting
+        self._waiting, self._waiting_owed = 0, 0.0
         if self._ticks < BLOCK_TICKS:
             return False
         self._close()
         return True
 
-    def _turn(self, turned_rad: float, age_s: float) -> None:
-        if abs(turned_rad) <= FASTEST_RADPS * (2 * TICK_S + age_s) + COUNT_RAD:
+    def _turn(self, turned_rad: float, within_s: float) -> None:
+        if abs(turned_rad) <= FASTEST_RADPS * (TICK_S + within_s) + COUNT_RAD:
             self._turned += turned_rad
             return
         self.jumps = self.jumps + 1 if self._tick - self._jump_tick <= JUMP_TICKS else 1
         self._jump_tick = self._tick
 
     def _begin(self) -> None:
-        self._ticks = self._currents = 0
+        self._ticks = self._currents = self._waiting = 0
+        self._waiting_owed = 0.0
         self._owed = self._turned = self._told = self._current = 0.0
         self._first_radps = self._owed_radps
 
