@@ -219,12 +219,16 @@ class Localisation:
     start_x_m: float = value(0.0, "where the rover stands at the start, in the map frame", low=-1e5, high=1e5)
     start_y_m: float = value(0.0, "likewise", low=-1e5, high=1e5)
     start_yaw_rad: float = value(0.0, "and looks (from the lander, a star tracker, an operator)", low=-7, high=7)
-    slope_slip_ratio: float = value(0.4, "slide down the slope: of the way driven, times the sine of the slope",
+    slope_slip_ratio: float = value(0.36, "slide down a small slope: of the way of the rims, times the slope's tangent",
                                     low=0, high=2)
+    soil_friction_rad: float = value(35 * RAD, "angle at which the soil bears nothing more: the slide grows towards it",
+                                     low=0.1, high=1.4)
     registration_range_m: float = value(15.0, "hits up to here are registered", low=2, high=30)
-    odometry_noise_ratio: float = value(0.02, "1 sigma of the slip before anything is known of it", low=0, high=1)
+    level_slip_ratio: float = value(0.015, "share of the wheels' way that is lost on level soil, until stops tell more",
+                                    low=-0.3, high=0.9)
+    odometry_noise_ratio: float = value(0.01, "1 sigma of it", low=0, high=1)
     gyro_noise_radps: float = value(0.001, "1 sigma of a sample of the gyro", low=0, high=1)
-    registration_scale: float = value(0.9, "sigmas of a registration, of those of its Hessian", low=0.01, high=100)
+    registration_scale: float = value(0.55, "sigmas of a registration, of those of its Hessian", low=0.01, high=100)
     registration_sigma_m: float = value(0.002, "and no less than", low=0.001, high=1)
     registration_sigma_rad: float = value(3e-4, "and its heading no less than", low=1e-4, high=1)
     gate_m: float = value(0.5, "a registration that moves the pose by more is refused", low=0.01, high=10)

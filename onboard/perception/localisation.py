@@ -1,16 +1,17 @@
 """Where the rover is: odometry, gyro and gravity between the stops, registrations at them (`pose_filter` weighs them).
 
     every tick (100 Hz)     way of the wheels and rate of the gyro move the pose, by plain arithmetic:
-                            way = R(roll, pitch, yaw) * (dx, dy, 0), and the rover slides down the slope by
-                            slope_slip_ratio * way of the rims * sin(slope)
+                            way = R(roll, pitch, yaw) * (dx, dy, 0); and the rover slides down the slope by
+                            -slope_slip_ratio * way of the rims * tan(phi) * ln(1 - tan(slope) / tan(phi))
     every 100 ms of moving  the filter's covariance is predicted over what moved since (the state is already there)
     every 0.5 s of standing the mean of the gyro is its bias (zero-velocity update); the pose stays, but for the part of
                             the last drive's turn that the bias now explains
     at a stop               a registration corrects x, y, z, yaw, and through them slip, bias, scale, or is refused;
                             then the points enter the map at the corrected pose, which becomes the anchor of the next
 
-Roll and pitch come from `attitude`. A registration that is refused doubles the covariance of the pose and never moves
-it, so a filter that is too sure of itself yields to the third or fourth that says the same.
+Roll and pitch come from `attitude`. A registration that is refused never moves the pose; one that speaks against it
+doubles its covariance, so a filter that is too sure of itself yields to the third or fourth that says the same. Where
+there was nothing to compare (a look behind, ground without features) nothing is learned, and nothing widens.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ from onboard.config import Rover
 from onboard.motion.odometry import Odometry, Step
 from onboard.motion.wheel_health import SOUND, Wheels
 from onboard.perception.attitude import START_SAMPLES, Attitude
-from onboard.perception.pose_filter import BIAS, SCALE, SLIP, TURN_WALK, YAW, PoseFilter, X, Y
+from onboard.perception.pose_filter import BIAS, SCALE, SLIP, TURN_WALK, YAW, PoseFilter, Vector, X, Y
 from onboard.records import Estimate, ImuSample, Pose, Twist, WheelState
 
 if TYPE_CHECKING:
@@ -40,6 +41,9 @@ QUIET_RADPS = 0.01  # a gyro beyond this (and 5 sigma) while the wheels stand: t
 BIAS_FLOOR_RADPS = 1e-4
 TURN_WITHOUT_GYRO = 0.05
 SAME_PLACE_M = 1.0
+SHARE = 0.5  # of a new stop in the map where it saw what earlier ones did: `merge_target` takes means of both
+LEVEL_SINE = 1e-6
+MOST_SHEAR = 0.95  # of what the soil bears
 
 
 class Localisation:
@@ -50,7 +54,8 @@ class Localisation:
         self._odometry, self._attitude = Odometry(rover, stale_ns), Attitude()
         self._filter = PoseFilter(
             (config.start_x_m, config.start_y_m, config.start_yaw_rad),
-            config.gyro_noise_radps / math.sqrt(START_SAMPLES) + BIAS_FLOOR_RADPS, config.odometry_noise_ratio,
+            config.gyro_noise_radps / math.sqrt(START_SAMPLES) + BIAS_FLOOR_RADPS,
+            (config.level_slip_ratio, config.odometry_noise_ratio),
         )  # fmt: skip
         self._now_ns = self._imu_ns = -1
         self.step = Step(0.0, 0.0, 0.0, Twist(), 0.0, 0, True)
@@ -130,7 +135,7 @@ class Localisation:
             self._standing_since_ns, self._rates_sum, self._rates = now_ns, 0.0, 0
 
     def register(self, result: RegistrationResult) -> bool:
-        """Corrects the pose by a registration, or refuses it, widens the covariance, and says False."""
+        """Corrects the pose by a registration; or says False, and widens the covariance if it spoke against the pose."""
         config, T = self._config, result.T_map_base
         measured = np.array([*T[:3, 3], math.atan2(T[1, 0], T[0, 0])])
         self._predict()
@@ -141,7 +146,8 @@ class Localisation:
             or abs(float(innovation[3])) > config.gate_rad
             or not self._filter.credible(measured, result.covariance)
         ):
-            self._filter.widen()
+            if result.told:
+                self._filter.widen()
             return False
         self._filter.see_pose(measured, result.covariance)
         return True
@@ -154,10 +160,11 @@ class Localisation:
         the other has seen.
         """
         self._predict()
-        if taken is not None or self._filter.off_anchor_m() > SAME_PLACE_M:
-            self._filter.anchor()
         if taken is None:
+            if self._filter.off_anchor_m() > SAME_PLACE_M:
+                self._filter.anchor()
             return self.pose
+        self._filter.anchor(SHARE)
         R = taken.T_map_base[:3, :3]
         return replace(self.pose, roll_rad=math.atan2(R[2, 1], R[2, 2]), pitch_rad=-math.asin(float(R[2, 0])))
 
@@ -187,17 +194,13 @@ class Localisation:
     def _move(self, step: Step, elapsed_s: float) -> None:
         yaw = self._filter.state[YAW]
         yaw += 0.5 * self._filter.turn(self.yaw_rate_radps, elapsed_s)
-        forward, left, rolled = step.dx_m, step.dy_m, step.rolled_m
-        if rolled == 0.0:
+        if step.rolled_m == 0.0:
             return
-        roll, pitch = self._attitude.roll_rad, self._attitude.pitch_rad
-        sp, cp, sr, cr = math.sin(pitch), math.cos(pitch), math.sin(roll), math.cos(roll)
-        down = self._config.slope_slip_ratio * rolled
-        forward, left = forward + down * sp, left - down * sr
-        level_x, level_y = cp * forward + sp * sr * left, cr * left
-        sy, cy = math.sin(yaw), math.cos(yaw)
-        way = (cy * level_x - sy * level_y, sy * level_x + cy * level_y, cp * sr * left - sp * forward)
-        self._filter.move(way, rolled, math.sqrt(1.0 - (cp * cr) ** 2))
+        pose = replace(self.pose, yaw_rad=yaw)
+        slide = step.rolled_m * slide_ratio(pose.roll_rad, pose.pitch_rad, self._config)
+        down = math.sin(pose.pitch_rad), -math.cos(pose.pitch_rad) * math.sin(pose.roll_rad)  # of the fall line
+        way = _in_map(step.dx_m, step.dy_m, pose)
+        self._filter.move(way, _in_map(slide * down[0], slide * down[1], pose), step.rolled_m)
 
     def _predict(self) -> None:
         self._since_ns = self._now_ns
@@ -208,3 +211,27 @@ class Localisation:
         if self._rates and self._attitude.ready:
             variance = self._config.gyro_noise_radps**2 / self._rates + 1e-9
             self._filter.see_bias(self._rates_sum / self._rates, variance, STANDING_NS * 1e-9)
+
+
+def slide_ratio(roll_rad: float, pitch_rad: float, config: LocalisationConfig) -> float:
+    """How far a rover slides down the slope it stands at, of the way of its rims and the slope's sine.
+
+    Soil of internal friction phi bears a shear of tan(slope) by a displacement j, tan(slope) = tan(phi) *
+    (1 - e^(-j / K)) (Janosi and Hanamoto), and j grows with the way of the rims: the slide is
+    slope_slip_ratio * -tan(phi) * ln(1 - tan(slope) / tan(phi)) of it, slope_slip_ratio * tan(slope) where the slope
+    is small. Nearer to phi than 0.95 it stays what it is there.
+    """
+    cosine = math.cos(pitch_rad) * math.cos(roll_rad)
+    sine = math.sqrt(1.0 - cosine * cosine)
+    if sine < LEVEL_SINE:
+        return config.slope_slip_ratio
+    friction = math.tan(config.soil_friction_rad)
+    return -config.slope_slip_ratio * friction * math.log1p(-min(sine / (cosine * friction), MOST_SHEAR)) / sine
+
+
+def _in_map(forward_m: float, left_m: float, pose: Pose) -> Vector:
+    """A way of the body, in the plane of its wheels, along the map's axes."""
+    sp, cp, sr, cr = (f(a) for a in (pose.pitch_rad, pose.roll_rad) for f in (math.sin, math.cos))
+    sy, cy = math.sin(pose.yaw_rad), math.cos(pose.yaw_rad)
+    ahead, aside = cp * forward_m + sp * sr * left_m, cr * left_m
+    return cy * ahead - sy * aside, sy * ahead + cy * aside, cp * sr * left_m - sp * forward_m

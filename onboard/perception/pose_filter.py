@@ -1,8 +1,10 @@
 """The extended Kalman filter of `localisation` (filterpy): pose, gyro, slip, and what is wrong with the map itself.
 
-    state   x, y, z, yaw; gyro's bias (rad/s) and scale error; slip = 1 - (body's way) / (wheels' way);
+    state   x, y, z, yaw; gyro's bias (rad/s) and scale error; slip = 1 - (body's way) / (wheels' way); excess: share by
+            which this soil lets slide more than its law says;
             anchor: true pose minus the pose at which the points of the newest trusted stop entered the map
-    motion  d(x, y, z) = (1 - slip) * way,   d yaw = (1 - scale) * (rate - bias) * dt,   the rest wanders or stays
+    motion  d(x, y, z) = (1 - slip) * way + (1 + excess) * slide,   d yaw = (1 - scale) * (rate - bias) * dt,
+            the rest wanders or stays
     stop    a registration measures the pose less the anchor's error, carried rigidly from the anchor's place to here
 
 A registration is relative to points that carry the errors of the stops before: were it taken for absolute, the sigmas
@@ -24,75 +26,78 @@ from protocol.conventions import wrap_rad
 if TYPE_CHECKING:
     from filterpy.kalman import ExtendedKalmanFilter
 
-X, Y, Z, YAW, BIAS, SLIP, SCALE = range(7)
-POSE, ANCHOR, STATES = slice(0, 4), slice(7, 11), 11
+X, Y, Z, YAW, BIAS, SLIP, SCALE, EXCESS = range(8)
+POSE, ANCHOR, STATES = slice(0, 4), slice(8, 12), 12
 WIDEN = 2.0
 START_SIGMA = (0.001, 0.001, 0.001, 0.001)  # the map begins here: only the scale of the numbers
 RESET_SIGMA = (0.05, 0.05, 0.05, 0.02)
 BIAS_WALK = 2e-5  # rad/s per sqrt(s)
 SCALE_SIGMA = 0.001
-TILT_SIGMA = 0.0015  # of the map's level: what a registration makes of the height at a distance from its anchor
-WAY_WALK = 0.008  # m per sqrt(m), of x and y
-SLOPE_WALK = 0.08  # m per sqrt(m) of x and y, times the sine of the slope: how far it slides there varies
+EXCESS_SIGMA = 0.04
+TILT_SIGMA = 0.002  # of the map's level: what a registration makes of the height at a distance from its anchor
+WAY_WALK = 0.010  # m per sqrt(m), of x and y
 HEIGHT_WALK = 0.005  # m per sqrt(m)
 TURN_WALK = 0.001  # rad per sqrt(rad)
-SLIP_WALK = 0.005  # per sqrt(m)
+SLIP_WALK = 0.002  # per sqrt(m)
+EXCESS_WALK = 0.003  # per sqrt(m)
 SLIP_LIMITS = (-0.3, 0.9)
+
+Vector = tuple[float, float, float]
 
 
 class PoseFilter:
     """State and covariance; the state moves at once, the covariance by `predict` over what moved since."""
 
-    def __init__(self, start: tuple[float, float, float], bias_sigma: float, slip_sigma: float) -> None:
-        """start: x, y, yaw. bias_sigma: of the gyro, rad/s."""
+    def __init__(self, start: Vector, bias_sigma: float, slip: tuple[float, float]) -> None:
+        """start: x, y, yaw. bias_sigma: of the gyro, rad/s. slip: as expected, and its sigma."""
         x_m, y_m, yaw_rad = start
         self.state = [x_m, y_m, 0.0, yaw_rad, *[0.0] * (STATES - 4)]
+        self.state[SLIP], slip_sigma = slip
         self.covariance: F64 = np.zeros((STATES, STATES))
-        self.covariance[:7, :7] = np.diag([*START_SIGMA, bias_sigma, slip_sigma, SCALE_SIGMA]) ** 2
+        self.covariance[:8, :8] = np.diag([*START_SIGMA, bias_sigma, slip_sigma, SCALE_SIGMA, EXCESS_SIGMA]) ** 2
         self._filter: ExtendedKalmanFilter | None = None
-        self._moved = [0.0] * 4  # dx, dy, dz of the wheels, turn since the last prediction
-        self._rolled_m = self._sloped_m = self._turned_rad = self._seconds = 0.0
+        self._rest()
         self._anchor_m = (x_m, y_m)
 
     def turn(self, rate_radps: float, seconds: float) -> float:
         """Turns by a rate of the gyro (or of what stands in for it); returns the angle."""
         angle_rad = rate_radps * seconds
         self.state[YAW] = wrap_rad(self.state[YAW] + angle_rad)
-        self._moved[3] += angle_rad
+        self._turn_rad += angle_rad
         self._turned_rad += abs(angle_rad)
         self._seconds += seconds
         return angle_rad
 
-    def move(self, way_m: tuple[float, float, float], rolled_m: float, slope_sine: float) -> None:
-        """Goes by a way of the wheels in map axes; rolled_m: way of the rims; slope_sine: of the ground's slope."""
-        keep = 1.0 - self.state[SLIP]
+    def move(self, way_m: Vector, slide_m: Vector, rolled_m: float) -> None:
+        """Goes by a way of the wheels and slides by what the law says, in map axes; rolled_m: way of the rims."""
+        keep, let = 1.0 - self.state[SLIP], 1.0 + self.state[EXCESS]
         for k in range(3):
-            self.state[k] += keep * way_m[k]
-            self._moved[k] += way_m[k]
+            self.state[k] += keep * way_m[k] + let * slide_m[k]
+            self._way_m[k] += way_m[k]
+            self._slide_m[k] += slide_m[k]
         self._rolled_m += rolled_m
-        self._sloped_m += rolled_m * slope_sine * slope_sine
 
     def predict(self, gyro_noise_radps: float, turn_walk: float = TURN_WALK) -> None:
         """Covariance over what moved since the last call. gyro_noise_radps: 1 sigma of a sample, 100 a second."""
         if self._rolled_m == 0.0 and self._turned_rad == 0.0:
             return
-        (dx, dy, dz, turn), way = self._moved, self._rolled_m
-        keep = 1.0 - self.state[SLIP]
+        way, slide, rolled_m = np.array(self._way_m), np.array(self._slide_m), self._rolled_m
+        gone = (1.0 - self.state[SLIP]) * way + (1.0 + self.state[EXCESS]) * slide
         F = np.eye(STATES)
-        F[X, YAW], F[Y, YAW] = -keep * dy, keep * dx
-        F[X, SLIP], F[Y, SLIP], F[Z, SLIP] = -dx, -dy, -dz
-        F[YAW, BIAS], F[YAW, SCALE] = -self._seconds, -turn
+        F[X, YAW], F[Y, YAW] = -gone[Y], gone[X]
+        F[:3, SLIP], F[:3, EXCESS] = -way, slide
+        F[YAW, BIAS], F[YAW, SCALE] = -self._seconds, -self._turn_rad
         walks = np.zeros(STATES)
-        walks[X] = walks[Y] = WAY_WALK**2 * way + SLOPE_WALK**2 * self._sloped_m
-        walks[Z] = HEIGHT_WALK**2 * way
+        walks[X] = walks[Y] = WAY_WALK**2 * rolled_m
+        walks[Z] = HEIGHT_WALK**2 * rolled_m
         walks[YAW] = gyro_noise_radps**2 * 0.01 * self._seconds + turn_walk**2 * self._turned_rad
-        walks[BIAS], walks[SLIP] = BIAS_WALK**2 * self._seconds, SLIP_WALK**2 * way
+        walks[BIAS] = BIAS_WALK**2 * self._seconds
+        walks[SLIP], walks[EXCESS] = SLIP_WALK**2 * rolled_m, EXCESS_WALK**2 * rolled_m
         kalman = self._kalman()
         kalman.F, kalman.Q = F, np.diag(walks)
         kalman.predict()
         self.covariance = kalman.P
-        self._moved = [0.0] * 4
-        self._rolled_m = self._sloped_m = self._turned_rad = self._seconds = 0.0
+        self._rest()
 
     def see_bias(self, rate_radps: float, variance: float, seconds: float) -> None:
         """The gyro's mean rate over `seconds` of standing is its bias (zero-velocity update)."""
@@ -114,13 +119,16 @@ class PoseFilter:
         """Corrects by a registration: x, y, z, yaw (4,) and its own covariance (4, 4)."""
         self._correct(measured, self._measures(), self._tilted(covariance))
 
-    def anchor(self) -> None:
-        """Points enter the map at the pose of now: what is wrong with it is from now on wrong with them."""
-        clone = np.eye(STATES)
-        clone[ANCHOR] = 0.0
-        clone[ANCHOR, POSE] = np.eye(4)
+    def anchor(self, share: float = 1.0) -> None:
+        """Points enter the map at the pose of now: what is wrong with it is from now on wrong with them.
+
+        share: of these points in the map here. The rest is of earlier stops, with the error that the anchor had.
+        """
+        clone, state = np.eye(STATES), np.array(self.state)
+        clone[ANCHOR] = -(1.0 - share) * self._measures()
+        clone[ANCHOR, POSE] = share * np.eye(4)
         self.covariance = clone @ self.covariance @ clone.T
-        self.state[ANCHOR] = [0.0] * 4
+        self.state[ANCHOR] = ((1.0 - share) * (state[POSE] - self._expected(state))).tolist()
         self._anchor_m = (self.state[X], self.state[Y])
 
     def off_anchor_m(self) -> float:
@@ -138,6 +146,11 @@ class PoseFilter:
         self.state[POSE] = [x_m, y_m, z_m, yaw_rad]
         self.covariance[POSE], self.covariance[:, POSE] = 0.0, 0.0
         self.covariance[POSE, POSE] = np.diag(RESET_SIGMA) ** 2
+
+    def _rest(self) -> None:
+        """Nothing has moved since the last prediction."""
+        self._way_m, self._slide_m = [0.0] * 3, [0.0] * 3
+        self._turn_rad = self._rolled_m = self._turned_rad = self._seconds = 0.0
 
     def _tilted(self, covariance: F64) -> F64:
         """A registration's covariance with that of the map's tilt, whose height grows from the anchor on."""

@@ -48,6 +48,8 @@ class RegistrationResult:
     T_map_base: (4, 4). covariance: (4, 4) over x, y, z (m), yaw (rad) in the map frame, huge where nothing fixes it.
     degenerate: the directions of the body that kept the guess. moved_m, moved_rad: what the optimiser moved the guess
     by (trusted directions only). mean_error: cost per inlier; 0.005 to 0.015 on like scans with 20 mm of range noise.
+    told: False where there was nothing to compare (points, overlap or features are missing): a refusal without a word
+    on the pose. A refusal that was told something speaks against the guess.
     """
 
     accepted: bool
@@ -60,6 +62,7 @@ class RegistrationResult:
     moved_m: float
     moved_rad: float
     degenerate: tuple[str, ...]
+    told: bool = True
 
 
 def register(
@@ -93,11 +96,11 @@ def register(
     found = align(guess, MOST_ITERATIONS)
     inliers = int(found.num_inliers)
     if inliers < LEAST_POINTS:
-        return _refused(guess, f"{inliers} points matched: {LEAST_POINTS} needed")
+        return dataclasses.replace(_refused(guess, f"{inliers} points matched: {LEAST_POINTS} needed"), told=True)
     loose = _loose(found.H[:3, :3]), _loose(found.H[3:, 3:])
     T_map_base, moved_m, moved_rad = _trusted(found.T_target_source, guess, loose)
     converged = bool(found.converged)
-    for _ in range(SETTLING_ROUNDS if not converged and 0 < _count(loose) < 3 else 0):
+    for _ in range(SETTLING_ROUNDS if not converged and _count(loose) < 3 else 0):
         # It slides along what is not fixed: from where the rest came to, does the rest stay?
         again = align(T_map_base, MOST_ITERATIONS // 4)
         T_map_base, slid_m, slid_rad = _trusted(again.T_target_source, T_map_base, loose)
@@ -126,7 +129,10 @@ def _judged(result: RegistrationResult, guess: F64, config: Localisation, prior:
         reason = f"moves by {moved_m:.3f} m, {moved_rad:.4f} rad: {config.gate_m} m, {config.gate_rad:.4f} rad allowed"
     elif prior is not None and not credible(difference(result.T_map_base, guess), prior + result.covariance):
         reason = f"moves by {moved_m:.3f} m, {moved_rad:.4f} rad: incredible to the filter"
-    return dataclasses.replace(result, accepted=False, reason=reason, T_map_base=guess.copy()) if reason else result
+    if not reason:
+        return result
+    told = len(result.degenerate) < 3
+    return dataclasses.replace(result, accepted=False, reason=reason, T_map_base=guess.copy(), told=told)
 
 
 @dataclass(frozen=True, slots=True)
@@ -272,5 +278,6 @@ def _rotation_matrix(vector: F64) -> F64:
 
 def _refused(guess: F64, reason: str) -> RegistrationResult:
     return RegistrationResult(
-        False, reason, guess.copy(), np.diag([UNKNOWN_M2] * 4), False, 0.0, math.inf, 0.0, 0.0, (*AXES, "rotation")
+        False, reason, guess.copy(), np.diag([UNKNOWN_M2] * 4), False, 0.0, math.inf, 0.0, 0.0, (*AXES, "rotation"),
+        told=False,
     )

@@ -13,6 +13,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from scipy.stats import chi2
@@ -38,6 +39,7 @@ from protocol.transactions import State
 SEEDS = (*range(1, 11), *range(21, 25), *range(31, 35))
 SHORT = (1, 31)
 SLOPE_DEG, BAND_M = 20.0, (5.0, 6.5)
+STEEPEST_RAD = math.radians(27)  # a rover sent onto such slopes must be allowed them: the limit is 20 degrees else
 BACK_M = 5.0
 MEAN_PERCENT, ROUGH_PERCENT, WORST_M, HEADING_DEG = 0.5, 1.0, 0.1, 0.5
 BAND, LEAST_STOPS = 0.95, 50
@@ -62,14 +64,37 @@ class Row:
     nees_after: tuple[float, ...]
 
 
+class Stop(NamedTuple):
+    """The filter against the truth at a stop: error (4,) of x, y, z, yaw, covariance (4, 4)."""
+
+    error: F64
+    covariance: F64
+
+    @property
+    def nees(self) -> float:
+        """e^T P^-1 e, chi-square of 4 degrees of freedom where the covariance is honest."""
+        return float(self.error @ np.linalg.solve(self.covariance, self.error))
+
+
+class Recorder(Protocol):
+    """What may sit on a flight and keep it (tests/scenarios/tapes.py)."""
+
+    def attach(self, bench: InMemory) -> None:
+        """Before the first step."""
+
+    def see(self, outputs: Outputs, true: Pose | None) -> None:
+        """After each tick. true: pose in the map's frame, None before there is a map."""
+
+
 @dataclass(slots=True)
 class Watch:
     """Sees each tick: both filters against the truth, and the moments of the stops."""
 
     alone: Localisation
+    recorder: Recorder | None = None
     way_m: float = 0.0
-    before: list[float] = field(default_factory=list)
-    after: list[float] = field(default_factory=list)
+    before: list[Stop] = field(default_factory=list)
+    after: list[Stop] = field(default_factory=list)
     error: F64 = field(default_factory=lambda: np.zeros(4))
     drift: F64 = field(default_factory=lambda: np.zeros(4))
     samples: list[tuple[float, F64, F64, F64]] = field(default_factory=list)
@@ -85,20 +110,22 @@ class Watch:
             self.way_m += math.dist(state.position_m[:2], self._last[:2])
         self._last = state.position_m
         phase, was, self._phase = rover.executive.phase, self._phase, rover.executive.phase
-        if phase is Phase.NONE:
-            return
-        if self._origin is None:
+        if self._origin is None and phase is not Phase.NONE:
             self._origin, self._start = rover.localisation.pose, _pose(state)
-        true = self._in_map(_pose(state))
+        true = self._in_map(_pose(state)) if self._origin else None
+        if self.recorder:
+            self.recorder.see(outputs, true)
+        if true is None or phase is Phase.NONE:
+            return
         self.error, self.drift = _off(rover.localisation.pose, true), _off(self.alone.pose, true)
         if tick % SAMPLE_TICKS == 0:
             sigma = np.sqrt(rover.localisation.estimate.covariance.diagonal())
             self.samples.append((self.way_m, self.error, sigma, self.drift))
         if phase is Phase.MAPPING and was is Phase.SCANNING:
-            self._nees(rover, self.before)
+            self.before.append(Stop(self.error, rover.localisation.estimate.covariance))
         for event in outputs.events:
             if event.name == "REGISTERED":
-                self._nees(rover, self.after)
+                self.after.append(Stop(self.error, rover.localisation.estimate.covariance))
                 self.stops_m.append(self.way_m)
             elif event.name == "REGISTRATION_REFUSED":
                 self.before.pop()  # the look behind at the start, mostly: there is nothing to register to
@@ -108,10 +135,6 @@ class Watch:
         """For a picture."""
         way, error, sigma, drift = (np.array(column) for column in zip(*self.samples))
         return Trace(way, error, sigma, drift, np.array(self.stops_m))
-
-    def _nees(self, rover: Rover, to: list[float]) -> None:
-        covariance = rover.localisation.estimate.covariance
-        to.append(float(self.error @ np.linalg.solve(covariance, self.error)))
 
     def _in_map(self, true: Pose) -> Pose:
         """A true pose in the frame that began where the rover stood, heading and place as it was told."""
@@ -132,15 +155,17 @@ def fly(seed: int) -> Row:
     return flown(seed)[0]
 
 
-def flown(seed: int) -> tuple[Row, Watch]:
+def flown(seed: int, recorder: Recorder | None = None) -> tuple[Row, Watch]:
     """To the goal of the seed's ground and 5 m back, and all that was seen on the way."""
     name, ground = ground_of(seed)
-    settings = {"planning.tilt_limit_rad": math.radians(27)} if name == "slope" else {}
+    settings = {f"planning.{limit}_limit_rad": STEEPEST_RAD for limit in ("tilt", "slope")} if name == "slope" else {}
     bench = InMemory(
         Scenario(name="localisation", seed=seed, set=settings), goto(ground), ground=ground, step_ns=CAMPAIGN_STEP_NS
     )
     config = bench.rover.config
-    watch = Watch(Localisation(config.rover, config.localisation))
+    watch = Watch(Localisation(config.rover, config.localisation), recorder)
+    if recorder:
+        recorder.attach(bench)
     patch = Patch(bench) if name == "soft" else None
     _until_done(bench, watch, patch)
     if bench.operator.requests[-1].state is State.COMPLETED:
@@ -154,7 +179,7 @@ def flown(seed: int) -> tuple[Row, Watch]:
         seed, name, bench.operator.requests[-1].report.text, round(watch.way_m, 2), bench.progress.sweeps,
         round(error_m, 4), round(100 * error_m / watch.way_m, 3), round(abs(math.degrees(watch.error[3])), 3),
         round(float(np.linalg.norm(watch.drift[:3])), 3), round(abs(math.degrees(watch.drift[3])), 2),
-        tuple(round(v, 2) for v in watch.before[1:]), tuple(round(v, 2) for v in watch.after),
+        tuple(round(stop.nees, 2) for stop in watch.before[1:]), tuple(round(stop.nees, 2) for stop in watch.after),
     )  # fmt: skip
     return row, watch
 
@@ -195,9 +220,11 @@ def judge(rows: Sequence[Row]) -> list[str]:
 
 def ground_of(seed: int) -> tuple[str, Field]:
     """Kind and field of a seed."""
-    if 20 < seed < 30:
+    hundreds, rest = divmod(seed, 100)
+    if 20 < rest < 30:
         return "slope", slope(seed)
-    return "soft" if 30 < seed < 40 else "level", GROUNDS["fbm"](seed % 10 or 10 if 30 < seed < 40 else seed).field
+    soft = 30 < rest < 40
+    return "soft" if soft else "level", GROUNDS["fbm"](100 * hundreds + rest - 30 if soft else seed).field
 
 
 def slope(seed: int) -> Field:
@@ -242,8 +269,10 @@ class Patch:
 
 def _pose(state: PlantState) -> Pose:
     x, y, z, w = state.quaternion_xyzw.tolist()
+    roll = math.atan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y))
+    pitch = math.asin(2 * (w * y - z * x))
     yaw = math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
-    return Pose(*state.position_m.tolist(), yaw_rad=yaw)
+    return Pose(*state.position_m.tolist(), roll, pitch, yaw)
 
 
 def _off(pose: Pose, true: Pose) -> F64:
