@@ -1,7 +1,7 @@
 """What the sensors said in flights of the bench, kept on disk, and the estimate run over it again.
 
-    python -m tests.scenarios.tapes record 101-104,121,131       flies each seed of the campaign `localisation`
-    python -m tests.scenarios.tapes run 101-104 --set slope_slip_ratio=0.3 --set registration_scale=0.6
+    python -m tests.scenarios.play_tapes record 101-104,121,131       flies each seed of the campaign `localisation`
+    python -m tests.scenarios.play_tapes run 101-104 --set slope_slip_ratio=0.3 --set registration_scale=0.6
 
 A flight takes a minute and a half, its tape some seconds. The rover goes where it went in the flight, whatever the
 estimate says, so noise figures are fitted on tapes and judged in flights. With the figures of the flight the estimate
@@ -146,9 +146,9 @@ class Recorder:
 
 @dataclass(frozen=True, slots=True)
 class Played:
-    """The estimate along a tape. said: (n, 6) as a tape's. before, after: of each registration that was believed, but the first.
+    """The estimate along a tape, said: (n, 6) as the tape's, sigma: (n, 4) of its first four.
 
-    sigma: (n, 4). refused: of each registration that was not, row and why. slip: at each scan.
+    before, after: of each registration that was believed. refused: of each that was not, row and why.
     """
 
     said: F64

@@ -1,0 +1,41 @@
+"""A tape holds all that the estimate was fed with: run over it, it says what it said in flight, bit for bit."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from hil.in_memory import InMemory
+from hil.scenario import Scenario
+from onboard.perception.localisation import Localisation
+from tests.scenarios.localisation import Watch, ground_of
+from tests.scenarios.tapes import Player, Recorder, load
+
+
+@pytest.fixture(scope="module")
+def tape(tmp_path_factory):
+    """The looks of the first stop, the turn between them, the way to the second and its scan: kept and read back."""
+    bench = InMemory(Scenario(seed=1), ground=ground_of(1)[1], step_ns=5_000_000)
+    recorder, config = Recorder(), bench.rover.config
+    watch = Watch(Localisation(config.rover, config.localisation), recorder)
+    recorder.attach(bench)
+    while len(recorder.scans) < 3:
+        bench.step(watch)
+    for _ in range(50):
+        bench.step(watch)
+    bench.free()
+    path = tmp_path_factory.mktemp("tapes") / "1.npz"
+    recorder.tape().save(path)
+    return load(path)
+
+
+def test_the_estimate_over_a_tape_is_that_of_the_flight(tape):
+    assert [scan.again for scan in tape.scans] == [False, True, False]
+    played = Player(tape, tape.figures).run()
+    assert np.array_equal(played.said, tape.said)
+    assert len(played.after) == 1
+
+
+def test_other_figures_give_another_estimate(tape):
+    played = Player(tape, replace(tape.figures, slope_slip_ratio=0.0)).run()
+    assert np.abs(played.said - tape.said).max() > 0.005
