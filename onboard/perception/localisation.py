@@ -135,7 +135,7 @@ class Localisation:
             self._standing_since_ns, self._rates_sum, self._rates = now_ns, 0.0, 0
 
     def register(self, result: RegistrationResult) -> bool:
-        """Corrects the pose by a registration; or says False, and widens the covariance if it spoke against the pose."""
+        """Corrects the pose by a registration, or says False; widens the covariance where it spoke against the pose."""
         config, T = self._config, result.T_map_base
         measured = np.array([*T[:3, 3], math.atan2(T[1, 0], T[0, 0])])
         self._predict()

@@ -8,7 +8,6 @@ that was decided; at the second look of the first stop both, for by then the fir
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -22,7 +21,6 @@ from onboard.perception.tiles import Tile, join
 from onboard.records import F64, Cloud, Entry, Ldem, Pose, Scan, TiltTrack
 
 NO_POINTS: F64 = np.empty((0, 3))
-SLID_M = 0.1  # between the looks of the first stop; nearer, the disc of the first holds the wheels of the second
 POINTS_AT_ONCE = 1 << 14  # temporaries stay small beside the 240,000 points of a sweep
 
 
@@ -56,17 +54,9 @@ def look(scans: Sequence[Scan], tilt: TiltTrack, guess: F64, memory: StopMap | N
 
 
 def remember_all(memory: StopMap | None, entries: Sequence[Entry], config: Config) -> StopMap | None:
-    """`remember` of each in turn.
-
-    On a slope the rover slides while it turns for its second look, on 20 degrees by 0.25 m, and its wheels would no
-    longer stand on the disc that was assumed (R1). It has turned over the ground it stands on now: that is assumed too.
-    """
-    fresh = memory is None
+    """`remember` of each in turn."""
     for entry in entries:
         memory = remember(memory, entry.cloud_base, entry.pose.matrix(), entry.stop, config)
-        first, here = entries[0].pose, entry.pose
-        if fresh and math.dist((first.x_m, first.y_m), (here.x_m, here.y_m)) > SLID_M:
-            memory = replace(memory, cells=ldem.assume_disc(memory.cells, here, config.mapping.assumed_m))
     return memory
 
 

@@ -35,11 +35,11 @@ def record(seeds: str, out: Annotated[Path, typer.Option(help="Folder for SEED.n
 @app.command()
 def run(
     seeds: str,
-    settings: Annotated[tuple[str, ...], typer.Option("--set", help="name=value of [localisation].")] = (),
+    settings: Annotated[list[str] | None, typer.Option("--set", help="name=value of [localisation].")] = None,
     tapes: Annotated[Path, typer.Option(help="Folder of the tapes.")] = OUT,
 ) -> None:
     """The estimate over tapes, with today's figures and these: errors at the end, and what each covariance is worth."""
-    changes = {name: float(value) for name, _, value in (setting.partition("=") for setting in settings)}
+    changes = {name: float(value) for name, _, value in (setting.partition("=") for setting in settings or ())}
     before: list[Stop] = []
     after: list[Stop] = []
     for seed in numbers(seeds):

@@ -45,6 +45,13 @@ def test_slopes_rise_by_20_degrees_and_the_orbiters_map_with_them(seed):
     assert far == pytest.approx(across * run_m[1] + up * run_m[0], abs=1.0)
 
 
+@pytest.mark.parametrize(("seed", "kind", "level"), [(131, "soft", 101), (34, "soft", 4), (104, "level", 104)])
+def test_seeds_a_hundred_on_are_other_fields_of_the_same_kind(seed, kind, level):
+    name, field = ground_of(seed)
+    assert name == kind
+    assert (field.soil_z == ground_of(level)[1].soil_z).all()
+
+
 def test_the_soft_band_lies_between_start_and_goal():
     kind, field = ground_of(31)
     assert kind == "soft"
