@@ -1,8 +1,8 @@
 """Where the rover believes to be: error at the end of 20 m, and whether its covariance tells the truth, at every stop.
 
-Seeds 1 to 10 are the demo's fields; 21 to 24 slopes of 20 degrees, up, across and down; 31 to 34 the demo's fields with
-a band of soft soil, 1.5 m deep, across the way. The rover drives to the goal 15 m away, then 5 m back towards the
-start. Errors are against the truth in the map's frame, whose origin and heading are the pose at the first order: the
+Seeds 1 to 10 are the demo's fields; 21 to 24 slopes of 20 degrees with rocks, up, across and down; 31 to 34 the demo's
+fields with a band of soft soil, 1.5 m deep, across the way. The rover drives to the goal 15 m away, then 5 m back
+towards the start. Errors are against the truth in the map's frame, whose origin and heading are the pose at the first order: the
 filter is told no more of it. NEES is e^T P^-1 e over x, y, z, yaw, before and after the registration of each stop but
 the first; over n stops of an honest filter their sum is chi-square with 4 n degrees of freedom. Noise figures are
 fitted on seeds from 101 on.
@@ -24,6 +24,7 @@ from hil.in_memory import CAMPAIGN_STEP_NS, InMemory, goto
 from hil.operator import Order
 from hil.recipe import Recipe, compose
 from hil.records import PlantState
+from hil.rock_sizes import PowerLaw
 from hil.scenario import Scenario
 from hil.terrain import Field
 from hil.world import rotate
@@ -38,7 +39,7 @@ from protocol.transactions import State
 
 SEEDS = (*range(1, 11), *range(21, 25), *range(31, 35))
 SHORT = (1, 31)
-SLOPE_DEG, BAND_M = 20.0, (5.0, 6.5)
+SLOPE_DEG, SLOPE_ROCKS, BAND_M = 20.0, 0.02, (5.0, 6.5)
 # A rover sent onto such slopes must be allowed them. A cell of 0.1 m falls by 0.036 m there, and a step over 0.07 m
 # between the lowest and highest hit of two cells stops it else: on 20 degrees that is the scanner's noise.
 SLOPE_SETTINGS = {
@@ -232,10 +233,13 @@ def ground_of(seed: int) -> tuple[str, Field]:
 
 
 def slope(seed: int) -> Field:
-    """Gentle waves on a plane of 20 degrees: up, across, down and across it from start to goal, in turn."""
+    """Gentle waves and rocks on a plane of 20 degrees: up, across, down and across it from start to goal, in turn.
+
+    Without rocks nothing on a plane fixes x, y or yaw: a rover that has scanned there knows what its odometry does.
+    """
     rng = np.random.default_rng([seed, 77])
     course = draw_course(rng)
-    field = compose(Recipe(0.85, median_slope_deg=2.0), course, rng, seed)
+    field = compose(Recipe(0.85, median_slope_deg=2.0, rocks=PowerLaw(SLOPE_ROCKS)), course, rng, seed)
     rise = course.bearing_rad + (seed - 21) * math.pi / 2
     ahead, left = (math.tan(math.radians(SLOPE_DEG)) * v for v in (math.cos(rise), math.sin(rise)))
     soil = field.soil_z + _plane(field.grid, ahead, left)
