@@ -77,6 +77,7 @@ class InMemory(World):
         ground = ground or ground_of(scenario).field
         config = load(None, flight_settings(scenario, ground.start))
         super().__init__(ground, scenario.seed, built or config.rover, Truth(), step_ns)
+        self.plant.ground.cast_by(scenario.rays)
         self.scenario = scenario
         self.rover: Rover | None = Rover(config, ground.gdem)
         orders = scripted(scenario, ground) if orders is None else orders

@@ -77,6 +77,7 @@ def run(
         joined = Joined(CanHub() if scenario.can == "hub" else CanSocket(scenario.can), processes.check)
         bench = Bench(accepted.field, scenario.seed, load().rover, truth, joined)
         interrupted.callback(bench.close, "the run was interrupted")
+        bench.plant.ground.cast_by(scenario.rays)
         injector, error = Injector(scenario.faults), ""
         started = time.monotonic()
         try:

@@ -14,6 +14,7 @@ from hil import field_file
 from hil.fields import Accepted
 from hil.grounds import GROUNDS
 from hil.impairment import load_profile
+from hil.rays import CASTERS, DEFAULT
 from hil.terrain import Field, inside
 from hil.verdicts import Expect, expect_of
 from onboard.config import ConfigError, from_tree, load, value
@@ -57,6 +58,7 @@ class Scenario:
     end_s: float = value(0.0, "end after this much bench time; 0: when the script is done", low=0, high=1e6)
     live: bool = value(False, "no scripted operator: a live ground station may join; the run does not repeat")
     can: str = value("hub", "the CAN bus: the bench's hub, or socketcan:INTERFACE of this machine")
+    rays: str = value(DEFAULT, "who casts the scanner's rays: a row of hil.rays.CASTERS", one_of=tuple(CASTERS))
     faults: tuple[Injection, ...] = ()
     set: Mapping[str, Any] = field(default_factory=dict)
     expect: Expect = Expect()
