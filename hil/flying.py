@@ -26,7 +26,7 @@ SHOWN = (
     "goal_reached", "outcome", "distance_to_goal_m", "collisions", "scans", "replans", "way_m", "bench_s", "rtf",
     "replay", "link_datagrams", "link_lost", "onboard_peak_rss_mb",
 )
-EX_OK, EX_FAILED, EX_USAGE, EX_INTERRUPTED = 0, 1, 64, 130
+EX_OK, EX_FAILED, EX_INTERRUPTED = 0, 1, 130
 EX_DATA, EX_NOINPUT, EX_UNAVAILABLE, EX_SOFTWARE, EX_CONFIG = 65, 66, 69, 70, 78
 
 

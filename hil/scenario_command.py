@@ -11,7 +11,7 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from hil.flying import EX_CONFIG, EX_DATA, EX_FAILED, EX_NOINPUT, EX_OK, EX_SOFTWARE, EX_USAGE, conclude, fail, fly, show
+from hil.flying import EX_CONFIG, EX_DATA, EX_FAILED, EX_NOINPUT, EX_OK, EX_SOFTWARE, conclude, fail, fly, show
 from hil.rays import CASTERS
 from hil.scenario import Scenario, load_scenario, scenario_of
 from onboard.config import ConfigError
@@ -36,7 +36,7 @@ def run(
     """
     read = _read(scenario)
     if rays and rays not in CASTERS:
-        raise fail(EX_USAGE, f"--rays {rays!r} should be one of {', '.join(CASTERS)}")
+        raise fail(64, f"--rays {rays!r} should be one of {', '.join(CASTERS)}")
     read = replace(read, can=can or read.can, rays=rays or read.rays)
     if quick:
         _quick(read)

@@ -80,6 +80,7 @@ def _tiles(field, client):
     return ground
 
 
+@pytest.mark.campaign  # the engine needs a minute to make it
 def test_a_height_field_of_1449_by_1449_nodes_stands_wrong_without_a_word_and_tiles_of_it_do_not(client):
     x, y = np.array([1.012, -2.013]), np.array([-20.013, 20.013])
     down, off_m = np.broadcast_to([0.0, 0.0, -1.0], (2, 3)), []
