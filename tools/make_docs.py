@@ -13,7 +13,7 @@ from hil.ros_urdf import ros_urdf  # noqa: E402
 from onboard.config import Rover  # noqa: E402
 from protocol import commands, modes  # noqa: E402
 from protocol.faults import FAULTS, Step  # noqa: E402
-from tools import icd_page, icd_picture  # noqa: E402
+from tools import icd_page, icd_picture, sensors_page  # noqa: E402
 
 DOCS = ROOT / "docs"
 
@@ -80,7 +80,8 @@ def icd() -> str:
 
 PAGES: dict[str, Callable[[], str]] = {
     "faults.md": faults, "modes.md": mode_page, "commands.md": command_page, "icd.md": icd,
-    "pictures/can-frames.svg": icd_picture.svg, "rover.urdf": lambda: ros_urdf(Rover()),
+    "sensors.md": sensors_page.page, "pictures/can-frames.svg": icd_picture.svg,
+    "rover.urdf": lambda: ros_urdf(Rover()),
 }  # fmt: skip
 
 
