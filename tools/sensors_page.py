@@ -20,7 +20,7 @@ backlash_rad = 0.004
 lever_x_m = 0.12
 ```
 
-Sources: [DBC] the range of the wire, [STUDY] the study of scanner and tilt axis, [?] none known: a guess of the class of
+Sources: [DBC] range of the wire, [STUDY] the study of scanner and tilt axis, [?] none known: a guess of the class of
 part. Backlash and lever are 0 unless set, since every published figure was flown without them. Every node draws from a
 generator of its own, a child of the scenario's seed.
 """

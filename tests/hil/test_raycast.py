@@ -1,16 +1,25 @@
 """Every caster against an exact, slow numpy one: no miss, no false hit, no error over 0.1 mm."""
 
 import importlib.util
+import sys
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
+from hil.__main__ import app
+from hil.embree_rays import EmbreeRays
 from hil.engine import pybullet
+from hil.engine_rays import EngineRays
+from hil.ground_rays import GroundRays
+from hil.in_memory import InMemory
 from hil.raycast import Ground
 from hil.rays import CASTERS
 from hil.rocks import Rock
+from hil.scenario import load_scenario
 from hil.terrain import height_at
+from onboard.config import ConfigError
 from tests.hil.ray_oracle import TERRAINS, tried
 from tests.hil.small_fields import CELL_M, field_of, rough
 
@@ -131,3 +140,32 @@ def test_rays_end_at_their_range(ground_of):
 def test_origins_of_another_shape_are_refused(ground_of):
     with pytest.raises(ValueError, match=r"given \(1, 3\), \(2, 3\)"):
         ground_of(field_of(np.zeros((20, 20)))).cast(np.zeros((1, 3)), np.ones((2, 3)), 1.0)
+
+
+def test_a_scenario_names_who_casts_its_rays_and_another_ground_keeps_to_it(tmp_path):
+    (tmp_path / "a.toml").write_text('seed = 1\nterrain = "flat"\nrays = "engine"\n')
+    flight = InMemory(load_scenario(tmp_path / "a.toml"))
+    ground = flight.plant.ground
+    assert isinstance(ground._rays, EngineRays)
+    flight.plant.reshape(flight.field.soil_z + np.float32(0.25))
+    assert isinstance(ground._rays, EngineRays)
+    down = ground.cast(np.array([[1.0, 1.0, 2.0]]), np.array([[0.0, 0.0, -1.0]]), 5.0)
+    kernel = GroundRays(flight.plant.field).cast(np.array([[1.0, 1.0, 2.0]]), np.array([[0.0, 0.0, -1.0]]), 5.0)
+    assert down == pytest.approx(kernel, abs=1e-6)
+    flight.free()
+
+
+def test_an_unknown_caster_is_refused_in_the_file_and_on_the_command_line(tmp_path):
+    path = tmp_path / "a.toml"
+    path.write_text('seed = 1\nrays = "lasers"\n')
+    with pytest.raises(ConfigError, match=r"a\.toml.*rays.*kernel"):
+        load_scenario(path)
+    path.write_text("seed = 1\n")
+    said = CliRunner().invoke(app, ["run", str(path), "--rays", "lasers"])
+    assert said.exit_code == 64 and "kernel, engine, embree" in said.output
+
+
+def test_embree_that_is_not_installed_says_how_to_install_it(monkeypatch):
+    monkeypatch.setitem(sys.modules, "embreex.rtcore_scene", None)
+    with pytest.raises(ConfigError, match=r"pip install \.\[fast\]"):
+        EmbreeRays(field_of(np.zeros((4, 4))))
