@@ -18,7 +18,17 @@ from hil import scenario_command
 from hil.can_command import EPILOG as CAN_EPILOG
 from hil.can_command import main as can_command
 from hil.flying import (
-    EX_CONFIG, EX_FAILED, EX_INTERRUPTED, EX_NOINPUT, EX_OK, EX_SOFTWARE, conclude, fail, fly, fly_mixed, show,
+    EX_CONFIG,
+    EX_FAILED,
+    EX_INTERRUPTED,
+    EX_NOINPUT,
+    EX_OK,
+    EX_SOFTWARE,
+    conclude,
+    fail,
+    fly,
+    fly_mixed,
+    show,
 )  # fmt: skip
 from hil.lidar_command import EPILOG as LIDAR_EPILOG
 from hil.lidar_command import main as lidar_command

@@ -22,7 +22,7 @@ ZERO = np.zeros(3)
 
 def heard(errors, ticks, spin=lambda t_s: ZERO, force=(0.0, 0.0, 1.62), wheel=WheelTruth(0.2, 1.0, 0.5, 2.0)):  # noqa: B008
     """Decoded frames by name, of nodes with these errors."""
-    nodes, frames = build_nodes(7, errors), {}
+    nodes, frames = build_nodes(7, errors=errors), {}
     for k in range(1, ticks + 1):
         now_ns = k * TICK_NS
         nodes.step(now_ns, PlantState(now_ns, ZERO, np.array([0, 0, 0, 1.0]), ZERO, np.array(spin(now_ns / 1e9), float),
@@ -79,7 +79,7 @@ def test_on_its_lever_the_imu_feels_the_turn_s_centripetal_and_tangential_pull()
 
 def swept(tilt):
     """Told and true tilt angles of a nod down and up, the true ones at the times of the told."""
-    nodes, sender, told, true = build_nodes(3, SensorErrors(tilt=tilt)), Sender(), [], []
+    nodes, sender, told, true = build_nodes(3, errors=SensorErrors(tilt=tilt)), Sender(), [], []
     state = PlantState(0, ZERO, np.array([0, 0, 0, 1.0]), ZERO, ZERO, ZERO, (WheelTruth(0.0, 0.0, 0.0, 0.0),) * 4)
 
     def say(can_id, *values):
