@@ -17,12 +17,25 @@ from hil import demo as after
 from hil import scenario_command
 from hil.can_command import EPILOG as CAN_EPILOG
 from hil.can_command import main as can_command
-from hil.flying import EX_FAILED, EX_INTERRUPTED, EX_OK, EX_SOFTWARE, conclude, fail, fly, fly_mixed, show
+from hil.flying import (
+    EX_CONFIG,
+    EX_FAILED,
+    EX_INTERRUPTED,
+    EX_NOINPUT,
+    EX_OK,
+    EX_SOFTWARE,
+    conclude,
+    fail,
+    fly,
+    fly_mixed,
+    show,
+)  # fmt: skip
 from hil.lidar_command import EPILOG as LIDAR_EPILOG
 from hil.lidar_command import main as lidar_command
 from hil.link_emulator import main as link_command
 from hil.processes import FIXED_ENVIRONMENT
 from hil.scenario import Scenario
+from onboard.config import ConfigError, load
 
 TALLIED = (
     "terrain", "seed", "goal_reached", "distance_to_goal_m", "collisions", "scans", "way_m", "rtf", "replay",
@@ -105,6 +118,24 @@ def sim(
         raise typer.Exit(EX_OK if ended.exit_code == EX_INTERRUPTED else ended.exit_code) from None
     if result.error:
         raise fail(EX_SOFTWARE, f"after {result.bench_s:.1f} s of bench time: {result.error}")
+
+
+@app.command()
+def urdf(
+    config: Annotated[Path | None, typer.Option(help="Rover's configuration (TOML); default: the bench's own.")] = None,
+) -> None:
+    """The rover's URDF on standard output, for RViz and other ROS tools: hil urdf > rover.urdf.
+
+    Exit codes: 0 written, 66 no such file, 78 something wrong in the configuration.
+    """
+    from hil.ros_urdf import ros_urdf
+
+    try:
+        print(ros_urdf(load(config).rover), end="")
+    except FileNotFoundError:
+        raise fail(EX_NOINPUT, f"no configuration {config}") from None
+    except ConfigError as error:
+        raise fail(EX_CONFIG, str(error)) from None
 
 
 @app.command()

@@ -25,4 +25,6 @@ def _quiet_stderr() -> Iterator[None]:
 with _quiet_stderr():
     import pybullet
 
-__all__ = ["pybullet"]
+SOIL, ROCK, BODY, WHEEL = 1, 2, 4, 8  # collision groups
+
+__all__ = ["BODY", "ROCK", "SOIL", "WHEEL", "pybullet"]

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from hil.heightfield import HeightField
 from hil.native import _heightfield
+from hil.rays import check_rays
 from hil.rocks import Rock
 from hil.terrain import Field
 from onboard.records import F64, Grid
@@ -46,9 +47,7 @@ class GroundRays:
 
         Raises ValueError where the two are not of one shape (n, 3).
         """
-        if origins_m.shape != directions.shape or origins_m.ndim != 2 or origins_m.shape[1] != 3:
-            given = f"{origins_m.shape}, {directions.shape}"
-            raise ValueError(f"origins_m, directions: expected (n, 3) both, given {given}")
+        check_rays(origins_m, directions)
         ranges_m = np.empty(len(directions))
         origins, ways = (np.ascontiguousarray(each, np.float64) for each in (origins_m, directions))
         _heightfield.cast_ground_into(*self._soil, *self._rocks, origins, ways, range_m, ranges_m)

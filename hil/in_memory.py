@@ -22,7 +22,7 @@ from hil.injection import Injector
 from hil.operator import Operator, Order, orders_of
 from hil.plant import STEP_NS, PlantAbortError
 from hil.records import PlantState
-from hil.scenario import Scenario, flight_settings, goal_words, ground_of
+from hil.scenario import Scenario, flight_settings, goal_words, ground_of, sensor_errors
 from hil.terrain import Field
 from hil.truth import Truth
 from hil.world import World
@@ -77,6 +77,7 @@ class InMemory(World):
         ground = ground or ground_of(scenario).field
         config = load(None, flight_settings(scenario, ground.start))
         super().__init__(ground, scenario.seed, built or config.rover, Truth(), step_ns)
+        self.fit(scenario.rays, sensor_errors(scenario.sensors))
         self.scenario = scenario
         self.rover: Rover | None = Rover(config, ground.gdem)
         orders = scripted(scenario, ground) if orders is None else orders

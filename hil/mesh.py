@@ -5,9 +5,11 @@ Heights stand on the centres of a grid; each square of four centres is two trian
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
-from onboard.records import F32, F64, Grid
+from onboard.records import F32, F64, I32, Grid
 
 
 def slopes_deg(heights: F64 | F32, cell_m: float) -> F64:
@@ -34,3 +36,19 @@ def soil_height(grid: Grid, soil_z: F32, x_m: F64, y_m: F64) -> F64:
     lower = z00 + u * (z10 - z00) + v * (z01 - z00)
     upper = z11 + (1 - u) * (z01 - z11) + (1 - v) * (z10 - z11)
     return np.where(u + v <= 1, lower, upper)
+
+
+def squares(rows: int, columns: int) -> I32:
+    """Triangles of a (rows, columns) grid of vertices, cut from (x + 1, y) to (x, y + 1), looking up: (n, 3) int32."""
+    first = (np.arange(rows - 1)[:, None] * columns + np.arange(columns - 1)[None, :]).ravel()
+    lower = np.column_stack((first, first + 1, first + columns))
+    upper = np.column_stack((first + 1, first + columns + 1, first + columns))
+    return np.concatenate((lower, upper)).astype(np.int32)
+
+
+def field_triangles(grid: Grid, soil_z: F32, bodies: Sequence[F64]) -> F64:
+    """Corners (n, 3, 3) of all triangles: of the soil, then of bodies (t, 3, 3) on it; third axis x, y, z in m."""
+    x = grid.x0_m + np.arange(grid.columns) * grid.cell_m
+    y = grid.y0_m + np.arange(grid.rows) * grid.cell_m
+    points = np.dstack((*np.meshgrid(x, y), soil_z)).reshape(-1, 3)
+    return np.concatenate([points[squares(grid.rows, grid.columns)], *bodies])

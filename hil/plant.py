@@ -1,8 +1,9 @@
 """The rover on its ground, by pybullet: bodies and rocks are the engine's, wheels on soil are hil.soil's.
 
-Only this file and hil/raycast.py use the engine. Same field, seed, step and commands give the same bits.
-Engine traps that shape this file: links have a damping of 0.04 and joints a motor unless told otherwise; the base's
-pose is that of its centre of mass; an external force lives for one step; a rover off the mesh falls for ever, silently.
+Only this file, hil/raycast.py and hil/engine_rays.py use the engine. Same field, seed, step and commands give the same
+bits. Engine traps that shape this file (docs/engine.md has them all): links have a damping of 0.04 and joints a motor
+unless told otherwise; the base's pose is that of its centre of mass; an external force lives for one step; a rover off
+the mesh falls for ever, silently.
 """
 
 from __future__ import annotations
@@ -16,10 +17,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from hil.engine import pybullet
+from hil.engine import BODY, ROCK, SOIL, WHEEL, pybullet
 from hil.mesh import soil_height
 from hil.patches import Patches
-from hil.raycast import BODY, ROCK, SOIL, WHEEL, Ground
+from hil.raycast import Ground
 from hil.records import PlantState, WheelDrive, WheelTruth
 from hil.rover_model import CENTRE_OF_MASS_M, urdf
 from hil.soil import SoilContacts

@@ -1,9 +1,8 @@
 """The ground as bodies of the physics engine, and rays cast on it.
 
 Soil is concave triangle tiles of 100 x 100 squares, rocks are concave triangle meshes too. Rocks share one body a block
-of ground: each body costs a microsecond or more in every step. Rays do not go to the engine but to hil.ground_rays, on
-the same triangles: the engine takes 4 us a ray, its height field misses rays that look up, its convex shapes answer 1
-to 2 mm early, and exactly 16,384 rays in a call return nothing without a word.
+of ground: each body costs a microsecond or more in every step. Rays on the same triangles are hil.rays: by a kernel of
+our own unless `cast_by` says otherwise. What else the engine cannot do: docs/engine.md.
 """
 
 from __future__ import annotations
@@ -11,14 +10,14 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from hil.engine import pybullet
-from hil.ground_rays import GroundRays
+from hil.engine import BODY, ROCK, SOIL, WHEEL, pybullet
+from hil.mesh import squares
+from hil.rays import DEFAULT, ray_caster
 from hil.rocks import Rock
 from hil.terrain import Field
 from onboard.records import F32
 
 F64 = NDArray[np.float64]
-SOIL, ROCK, BODY, WHEEL = 1, 2, 4, 8  # collision groups
 TILE = 100
 BLOCK_M, BLOCK_ROCKS = 5.0, 60  # inline meshes have a limit of vertices
 
@@ -27,7 +26,7 @@ class Ground:
     """A field built into an engine client: soil tiles and rocks, and `cast`."""
 
     def __init__(self, field: Field, client: int) -> None:
-        self._client = client
+        self._client, self._caster = client, DEFAULT
         self._rocks: dict[int, tuple[F64, list[Rock]]] = {}
         self._tiles: dict[tuple[int, int], tuple[int, F32]] = {}  # soil: engine body and its heights by first j, i
         self.reshape(field)
@@ -40,7 +39,8 @@ class Ground:
 
     def reshape(self, field: Field) -> None:
         """The soil of another field on the same grid and with the same rocks, from now on; equal tiles stay."""
-        self._rays = GroundRays(field)
+        self._field = field
+        self._rays = ray_caster(self._caster, field, self._client)
         grid, z = field.grid, field.soil_z
         for j in range(0, grid.rows - 1, TILE):
             for i in range(0, grid.columns - 1, TILE):
@@ -77,11 +77,13 @@ class Ground:
         pybullet.changeDynamics(body, -1, lateralFriction=friction, restitution=0, physicsClientId=self._client)
         return body
 
-    def cast(self, origins_m: F64, directions: F64, range_m: float) -> F64:
-        """Ranges (n,) float64 of rays from origins (n, 3) along unit directions (n, 3); inf where nothing is met.
+    def cast_by(self, name: str) -> None:
+        """Rays by a row of hil.rays.CASTERS from now on. ValueError for another name or a missing package."""
+        if name != self._caster:
+            self._rays, self._caster = ray_caster(name, self._field, self._client), name
 
-        The rover itself is not seen.
-        """
+    def cast(self, origins_m: F64, directions: F64, range_m: float) -> F64:
+        """Ranges of rays on soil and rocks, as hil.rays.RayCaster says."""
         return self._rays.cast(origins_m, directions, range_m)
 
 
@@ -98,10 +100,3 @@ def _blocks(rocks: tuple[Rock, ...]) -> list[list[Rock]]:
         place = here
     return groups
 
-
-def squares(rows: int, columns: int) -> NDArray[np.int32]:
-    """Triangles of a (rows, columns) grid of vertices, cut from (x + 1, y) to (x, y + 1), looking up: (n, 3) int32."""
-    first = (np.arange(rows - 1)[:, None] * columns + np.arange(columns - 1)[None, :]).ravel()
-    lower = np.column_stack((first, first + 1, first + columns))
-    upper = np.column_stack((first + 1, first + columns + 1, first + columns))
-    return np.concatenate((lower, upper)).astype(np.int32)

@@ -22,7 +22,7 @@ from hil.injection import Injector
 from hil.lockstep import ParticipantLostError
 from hil.plant import PlantAbortError
 from hil.processes import ProcessDiedError, Processes, free_ports
-from hil.scenario import Scenario, flight_settings, goal_words, ground_of
+from hil.scenario import Scenario, flight_settings, goal_words, ground_of, sensor_errors
 from hil.truth import Truth
 from hil.world import Progress
 from onboard.config import load
@@ -77,6 +77,7 @@ def run(
         joined = Joined(CanHub() if scenario.can == "hub" else CanSocket(scenario.can), processes.check)
         bench = Bench(accepted.field, scenario.seed, load().rover, truth, joined)
         interrupted.callback(bench.close, "the run was interrupted")
+        bench.fit(scenario.rays, sensor_errors(scenario.sensors))
         injector, error = Injector(scenario.faults), ""
         started = time.monotonic()
         try:

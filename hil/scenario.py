@@ -11,9 +11,11 @@ from pathlib import Path
 from typing import Any
 
 from hil import field_file
+from hil.devices.errors import SensorErrors
 from hil.fields import Accepted
 from hil.grounds import GROUNDS
 from hil.impairment import load_profile
+from hil.rays import CASTERS, DEFAULT
 from hil.terrain import Field, inside
 from hil.verdicts import Expect, expect_of
 from onboard.config import ConfigError, from_tree, load, value
@@ -42,6 +44,7 @@ class Scenario:
     """What a run is; `script` may use {goal_x} and {goal_y}. `set`: onboard's values by dotted name.
 
     start (x, y, yaw in degrees) and goal (x, y) in place of the ground's own, in its frame.
+    sensors: what the nodes get wrong, a table of hil.devices.errors.
     """
 
     name: str = value("demo", "name in reports")
@@ -57,6 +60,8 @@ class Scenario:
     end_s: float = value(0.0, "end after this much bench time; 0: when the script is done", low=0, high=1e6)
     live: bool = value(False, "no scripted operator: a live ground station may join; the run does not repeat")
     can: str = value("hub", "the CAN bus: the bench's hub, or socketcan:INTERFACE of this machine")
+    rays: str = value(DEFAULT, "who casts the scanner's rays: a row of hil.rays.CASTERS", one_of=tuple(CASTERS))
+    sensors: Mapping[str, Any] = field(default_factory=dict)
     faults: tuple[Injection, ...] = ()
     set: Mapping[str, Any] = field(default_factory=dict)
     expect: Expect = Expect()
@@ -76,6 +81,8 @@ def load_scenario(path: Path) -> Scenario:
     where = str(path)
     faults = tuple(from_tree(Injection, row, where, "faults.") for row in tree.pop("faults", []))
     parts: dict[str, Any] = {"faults": faults, "set": _settings(tree.pop("set", {}), path)}
+    parts["sensors"] = tree.pop("sensors", {})
+    sensor_errors(parts["sensors"], where)
     parts["expect"] = expect_of(tree.pop("expect", {}), where)
     for key, counts, of in _NUMBERS:
         parts[key] = _numbers(tree.pop(key, []), counts, f"{where}: `{key}` should be {of}")
@@ -118,6 +125,7 @@ def scenario_of(tree: Mapping[str, Any]) -> Scenario:
     }  # fmt: skip
     scenario = Scenario(**{**tree, **parts})
     load(None, scenario.set, "certificate: [set]")
+    sensor_errors(scenario.sensors, "certificate: [sensors]")
     return scenario
 
 
@@ -145,6 +153,11 @@ def ground_of(scenario: Scenario) -> Accepted:
 def goal_words(ground: Field) -> dict[str, str]:
     """What a script may use: the goal in metres, to the millimetre."""
     return {"goal_x": f"{ground.goal_m[0]:.3f}", "goal_y": f"{ground.goal_m[1]:.3f}"}
+
+
+def sensor_errors(tree: Mapping[str, Any], where: str = "sensors") -> SensorErrors:
+    """What the nodes get wrong, from a scenario's table [sensors]. Raises ConfigError."""
+    return from_tree(SensorErrors, tree, where, "sensors.")
 
 
 def flight_settings(scenario: Scenario, start: Pose) -> dict[str, Any]:

@@ -12,6 +12,7 @@ from rich.console import Console
 from rich.table import Table
 
 from hil.flying import EX_CONFIG, EX_DATA, EX_FAILED, EX_NOINPUT, EX_OK, EX_SOFTWARE, conclude, fail, fly, show
+from hil.rays import CASTERS
 from hil.scenario import Scenario, load_scenario, scenario_of
 from onboard.config import ConfigError
 
@@ -23,20 +24,23 @@ def run(
     scenario: Name,
     out: Annotated[Path | None, typer.Option(help="Folder of the run; default build/runs/NAME.")] = None,
     can: Annotated[str, typer.Option(help="CAN bus in place of the scenario's: hub, socketcan:INTERFACE.")] = "",
+    rays: Annotated[str, typer.Option(help="Who casts the scanner's rays: kernel, engine, embree.")] = "",
     quick: Annotated[bool, typer.Option("--quick", help="In one process, beside a twin without each fault.")] = False,
 ) -> None:
     """Run a scenario and judge it: bench, onboard, link and ground in lock-step.
 
     --quick flies bench and flight program in one process without link and ground, and says when each fault showed.
 
-    Exit codes: 0 every promise kept, 1 one is not (which is said), 66 no such file, 69 no such CAN interface, 70 a
-    process failed, 78 something wrong in the scenario.
+    Exit codes: 0 every promise kept, 1 one is not (which is said), 64 no such caster, 66 no such file, 69 no such CAN
+    interface, 70 a process failed, 78 something wrong in the scenario.
     """
     read = _read(scenario)
+    if rays and rays not in CASTERS:
+        raise fail(64, f"--rays {rays!r} should be one of {', '.join(CASTERS)}")
+    read = replace(read, can=can or read.can, rays=rays or read.rays)
     if quick:
         _quick(read)
         return
-    read = replace(read, can=can or read.can)
     folder = out or Path("build/runs") / read.name
     result = fly(read, folder)
     if result.error:

@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hil.can_wire import CanWire
+from hil.devices.errors import SensorErrors
 from hil.devices.lidar import Lidar
 from hil.devices.nodes import Nodes, build_nodes
 from hil.plant import STEP_NS, Plant
@@ -103,6 +104,11 @@ class World:
         self._frames: list[Frame] = []
         self._lidar_out: list[tuple[int, bytes]] = []
         self._directions = beam_directions()
+
+    def fit(self, rays: str, errors: SensorErrors) -> None:
+        """Another ray caster and nodes with other errors, before the first tick."""
+        self.plant.ground.cast_by(rays)
+        self.nodes = build_nodes(self.plant.seed, self._rover, errors)
 
     def lose(self, participant: str) -> None:
         """A process of the run was killed: from now on nothing comes from it. Each kind of bench says how."""

@@ -35,6 +35,13 @@ def test_paths_in_code_type_exist(page):
     assert [name for name in named if not (ROOT / name).exists()] == []
 
 
+@pytest.mark.parametrize("page", PAGE_FILES, ids=lambda path: path.name)
+def test_tests_named_on_a_page_exist(page):
+    sources = "".join(path.read_text() for path in (ROOT / "tests").rglob("test_*.py"))
+    named = re.findall(r"`(test_\w+)`", page.read_text())
+    assert [name for name in named if f"def {name}(" not in sources] == []
+
+
 @pytest.mark.parametrize(
     ("page", "made"), [("as-printed.md", MADE), ("lidar-tool.md", SCANNED), ("motion.md", DRIVEN)]
 )

@@ -1,4 +1,4 @@
-"""Writes the pages that are made from tables, and the picture of the frames: `make docs`. A test compares."""
+"""Writes the pages made from tables, the picture of the frames, the rover's URDF: `make docs`. A test compares."""
 
 from __future__ import annotations
 
@@ -9,9 +9,11 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
 
+from hil.ros_urdf import ros_urdf  # noqa: E402
+from onboard.config import Rover  # noqa: E402
 from protocol import commands, modes  # noqa: E402
 from protocol.faults import FAULTS, Step  # noqa: E402
-from tools import icd_page, icd_picture  # noqa: E402
+from tools import icd_page, icd_picture, sensors_page  # noqa: E402
 
 DOCS = ROOT / "docs"
 
@@ -78,7 +80,8 @@ def icd() -> str:
 
 PAGES: dict[str, Callable[[], str]] = {
     "faults.md": faults, "modes.md": mode_page, "commands.md": command_page, "icd.md": icd,
-    "pictures/can-frames.svg": icd_picture.svg,
+    "sensors.md": sensors_page.page, "pictures/can-frames.svg": icd_picture.svg,
+    "rover.urdf": lambda: ros_urdf(Rover()),
 }  # fmt: skip
 
 

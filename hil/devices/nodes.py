@@ -12,7 +12,9 @@ from enum import Enum
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
+from hil.devices.errors import USUAL, ImuErrors, PowerErrors, SensorErrors, WheelErrors
 from hil.devices.node import Node, Noise
 from hil.devices.tilt import TiltNode
 from hil.records import PlantState, WheelDrive
@@ -30,7 +32,6 @@ TORQUE_NM_PER_A = 0.8
 STALL_NM, STALL_GAIN_NM_PER_RADPS = 8.0, 40.0  # the speed loop of a drive that cannot turn
 JUMP_SIGMA, JUMP_COUNTS = 2.0, 300.0  # a jumping encoder: 4.6 % of the samples jump, by this times a normal number
 DRAWING = Rover()
-POT_NOISE_RAD, RATE_NOISE_RADPS, CURRENT_NOISE_A = 0.0005, 0.003, 0.02
 
 
 class Encoder(Enum):
@@ -55,13 +56,15 @@ class WheelNode(Node):
     zero_rad: where the wheel really stands when its unit says 0, as it was built.
     """
 
-    def __init__(self, n: int, rng: np.random.Generator, zero_rad: float = 0.0) -> None:
+    def __init__(
+        self, n: int, rng: np.random.Generator, zero_rad: float = 0.0, errors: WheelErrors = USUAL.wheel
+    ) -> None:
         super().__init__(f"WHEEL_{n}", {DRIVE_ENABLE, WHEEL_COMMAND + n}, rng)
-        self.n, self.zero_rad = n, zero_rad
+        self.n, self.zero_rad, self._errors = n, zero_rad, errors
         self.drive_stuck = False
         self.steer_stuck_rad: float | None = None
         self.encoder = Encoder.GOOD
-        self.pot_offset_rad = float(rng.normal(0.0, 0.001))
+        self.pot_offset_rad = float(rng.normal(0.0, errors.pot_offset_rad))
         self.timed_out = True
         self._noise = Noise(rng)
         self._mode, self._steer_rad, self._rate_radps = WheelMode.OFF, 0.0, 0.0
@@ -117,9 +120,9 @@ class WheelNode(Node):
 
     def _measure(self, now_ns: int, steer_rad: float, position_rad: float, rate_radps: float) -> None:
         noise = self._noise.next
-        pot_rad = _clip(steer_rad + self.pot_offset_rad + POT_NOISE_RAD * noise(), 3.2767)
+        pot_rad = _clip(steer_rad + self.pot_offset_rad + self._errors.pot_noise_rad * noise(), 3.2767)
         count = math.floor(position_rad * (ENCODER_COUNTS_PER_TURN / math.tau))
-        seen_radps = _clip(rate_radps + RATE_NOISE_RADPS * noise(), 16.38)
+        seen_radps = _clip(rate_radps + self._errors.rate_noise_radps * noise(), 16.38)
         if self.encoder is Encoder.JUMPING and abs(noise()) > JUMP_SIGMA:
             self._jump_counts += round(JUMP_COUNTS * noise())
         if self.encoder is Encoder.DEAD:
@@ -133,8 +136,8 @@ class WheelNode(Node):
     def _tell_status(self, now_ns: int, torque_nm: float, dt_s: float) -> None:
         if self.drive_stuck:  # the gear holds the wheel; the motor feels the block, not the ground
             torque_nm = _clip(self._drive_radps * STALL_GAIN_NM_PER_RADPS, STALL_NM)
-        drive_a = _clip(torque_nm / TORQUE_NM_PER_A + CURRENT_NOISE_A * self._noise.next(), 20.47)
-        steer_a = _clip(0.1 + CURRENT_NOISE_A * self._noise.next(), 20.47)
+        drive_a = _clip(torque_nm / TORQUE_NM_PER_A + self._errors.current_noise_a * self._noise.next(), 20.47)
+        steer_a = _clip(0.1 + self._errors.current_noise_a * self._noise.next(), 20.47)
         self._temperature_c += dt_s * (0.05 * drive_a * drive_a - 0.02 * (self._temperature_c - 20.0))
         can_id = WHEEL_STATUS + self.n
         data = self.sender.encode(can_id, drive_a, steer_a, round(_clip(self._temperature_c, 127.0)), 0)
@@ -142,35 +145,46 @@ class WheelNode(Node):
 
 
 class ImuNode(Node):
-    """Angular rate and specific force at base_link: white noise, walking bias, scale error, saturation.
+    """Angular rate and specific force where it sits: white noise, walking bias, scale error, saturation.
 
-    Faults: `silent`; `gyro_bias_radps`, `accel_bias_mps2`, lists of three that a scenario may step. The sensor sits at
-    base_link: no lever arm. `rotation` is how it was bolted on: rows that turn its axes into base_link's.
+    Faults: `silent`; `gyro_bias_radps`, `accel_bias_mps2`, lists of three that a scenario may step. `rotation` is
+    how it was bolted on: rows that turn its axes into base_link's.
     """
 
-    GYRO_NOISE, GYRO_WALK, GYRO_LIMIT = 0.001, 2e-6, 3.2767
-    ACCEL_NOISE, ACCEL_WALK, ACCEL_LIMIT = 0.01, 2e-5, 32.767
-
-    def __init__(self, rng: np.random.Generator, rotation: Rows | None = None) -> None:
+    def __init__(
+        self, rng: np.random.Generator, rotation: Rows | None = None, errors: ImuErrors = USUAL.imu
+    ) -> None:
         super().__init__("IMU", set(), rng)
         self._into = None if rotation is None else tuple(zip(*rotation))  # base_link's axes into its own
-        self._noise = Noise(rng)
-        self.gyro_bias_radps: list[float] = rng.normal(0.0, 0.0005, 3).tolist()
-        self.accel_bias_mps2: list[float] = rng.normal(0.0, 0.01, 3).tolist()
-        self._gyro_scale: list[float] = (1.0 + rng.normal(0.0, 0.001, 3)).tolist()
-        self._accel_scale: list[float] = (1.0 + rng.normal(0.0, 0.001, 3)).tolist()
+        self._errors, self._noise = errors, Noise(rng)
+        self._lever_m = np.array([errors.lever_x_m, errors.lever_y_m, errors.lever_z_m])
+        self._spun_radps, self._then_ns = np.zeros(3), 0
+        self.gyro_bias_radps: list[float] = rng.normal(0.0, errors.gyro_bias_radps, 3).tolist()
+        self.accel_bias_mps2: list[float] = rng.normal(0.0, errors.accel_bias_mps2, 3).tolist()
+        self._gyro_scale: list[float] = (1.0 + rng.normal(0.0, errors.scale_error_ratio, 3)).tolist()
+        self._accel_scale: list[float] = (1.0 + rng.normal(0.0, errors.scale_error_ratio, 3)).tolist()
 
     def step(self, now_ns: int, truth: PlantState) -> None:
         """Measures once; the frames go to `out`."""
+        e = self._errors
         self._axes(
             GYRO, now_ns, rotated(self._into, truth.angular_radps.tolist()), self._gyro_scale, self.gyro_bias_radps,
-            (self.GYRO_NOISE, self.GYRO_WALK, self.GYRO_LIMIT),
+            (e.gyro_noise_radps, e.gyro_walk_radps, e.gyro_limit_radps),
         )  # fmt: skip
         self._axes(
-            ACCEL, now_ns, rotated(self._into, truth.specific_force_mps2.tolist()), self._accel_scale,
-            self.accel_bias_mps2, (self.ACCEL_NOISE, self.ACCEL_WALK, self.ACCEL_LIMIT),
+            ACCEL, now_ns, rotated(self._into, self._felt(now_ns, truth).tolist()), self._accel_scale,
+            self.accel_bias_mps2, (e.accel_noise_mps2, e.accel_walk_mps2, e.accel_limit_mps2),
         )  # fmt: skip
         self.beat(now_ns)
+
+    def _felt(self, now_ns: int, truth: PlantState) -> NDArray[np.float64]:
+        """Specific force at the sensor, (3,): on its lever it also feels how base_link turns."""
+        spin, lever_m = truth.angular_radps, self._lever_m
+        grown, dt_s = spin - self._spun_radps, (now_ns - self._then_ns) / 1e9
+        self._spun_radps, self._then_ns = spin, now_ns
+        if not lever_m.any() or dt_s <= 0:
+            return truth.specific_force_mps2
+        return truth.specific_force_mps2 + np.cross(grown / dt_s, lever_m) + np.cross(spin, np.cross(spin, lever_m))
 
     def _axes(
         self, can_id: int, now_ns: int, true: Sequence[float], scale: list[float], bias: list[float],
@@ -190,15 +204,13 @@ class ImuNode(Node):
 class PowerNode(Node):
     """Battery: an energy integral over what the wheels and the rest take; voltage by charge and current.
 
-    Faults: `silent`; `charge_ratio` may be set; `sag_v`, taken from the voltage (below 20 V the brown-out bit is set).
+    Faults: `silent`; `charge_ratio` may be set; `sag_v`, taken from the voltage. Under `brown_out_v`: brown-out.
     """
 
-    CAPACITY_J, REST_W, INNER_OHM, EFFICIENCY = 500.0 * 3600.0, 35.0, 0.08, 0.6
-
-    def __init__(self, rng: np.random.Generator) -> None:
+    def __init__(self, rng: np.random.Generator, errors: PowerErrors = USUAL.power) -> None:
         super().__init__("POWER", set(), rng)
-        self._noise = Noise(rng)
-        self.charge_ratio = 0.95
+        self._errors, self._noise = errors, Noise(rng)
+        self.charge_ratio = errors.start_ratio
         self.sag_v = 0.0
         self._energy_j = 0.0
         self._then_ns = 0
@@ -207,15 +219,15 @@ class PowerNode(Node):
     def step(self, now_ns: int, truth: PlantState) -> None:
         """Takes the power of this step from the charge."""
         dt_s, self._then_ns = (now_ns - self._then_ns) / 1e9, now_ns
-        power_w = self.REST_W
+        power_w = self._errors.rest_w
         for wheel in truth.wheels:
-            power_w += abs(wheel.torque_nm * wheel.rate_radps) / self.EFFICIENCY
-        self.charge_ratio = max(0.0, self.charge_ratio - power_w * dt_s / self.CAPACITY_J)
+            power_w += abs(wheel.torque_nm * wheel.rate_radps) / self._errors.efficiency_ratio
+        self.charge_ratio = max(0.0, self.charge_ratio - power_w * dt_s / self._errors.capacity_j)
         if self._status.due(now_ns):
             open_v = 23.0 + 6.0 * self.charge_ratio
-            current_a = _clip(power_w / open_v + 0.01 * self._noise.next(), 40.9)
-            voltage_v = max(0.0, min(40.9, open_v - self.INNER_OHM * current_a - self.sag_v))
-            switches = 0b0111 | (0x80 if voltage_v < 20.0 else 0)
+            current_a = _clip(power_w / open_v + self._errors.current_noise_a * self._noise.next(), 40.9)
+            voltage_v = max(0.0, min(40.9, open_v - self._errors.inner_ohm * current_a - self.sag_v))
+            switches = 0b0111 | (0x80 if voltage_v < self._errors.brown_out_v else 0)
             ratio = min(1.0, self.charge_ratio)
             data = self.sender.encode(POWER_STATUS, voltage_v, current_a, ratio, 15, switches)
             self.out.append(Frame(POWER_STATUS, data, now_ns))
@@ -257,8 +269,10 @@ class Nodes:
         return tuple(wheel.drive() for wheel in self.wheels)
 
 
-def build_nodes(seed: int, rover: Rover = DRAWING) -> Nodes:
+def build_nodes(seed: int, rover: Rover = DRAWING, errors: SensorErrors = USUAL) -> Nodes:
     """The seven nodes of a rover as it was built; each has its own random generator, children of `seed`."""
     streams = [np.random.default_rng(child) for child in np.random.SeedSequence([seed, 0xCA]).spawn(7)]
-    wheels = tuple(WheelNode(n, streams[n - 1], zero) for n, zero in enumerate(steer_offsets_rad(rover), 1))
-    return Nodes(wheels, TiltNode(streams[4]), ImuNode(streams[5], imu_rotation(rover)), PowerNode(streams[6]))
+    zeros = enumerate(steer_offsets_rad(rover), 1)
+    wheels = tuple(WheelNode(n, streams[n - 1], zero, errors.wheel) for n, zero in zeros)
+    imu = ImuNode(streams[5], imu_rotation(rover), errors.imu)
+    return Nodes(wheels, TiltNode(streams[4], errors.tilt), imu, PowerNode(streams[6], errors.power))

@@ -6,8 +6,9 @@
       |  end_0 = start_1  \\ ...
       +---------------------- bus time
 
-The true angle is linear between knots KNOT_NS apart: what `angles_at` gives and what the encoder reads are one curve.
-Not modelled: backlash, acceleration limit other than the lag.
+The true angle is linear between knots KNOT_NS apart. The encoder sits on the motor; the scanner follows it, and with
+backlash stays where it is when the motor turns back, until the play is taken up. Not modelled: acceleration limit other
+than the lag.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from hil.devices.errors import USUAL, TiltErrors
 from hil.devices.node import Node, Noise
 from hil.records import PlantState
 from onboard.records import Frame
@@ -28,9 +30,7 @@ from protocol.can_guard import Every
 COMMAND, TIME_SYNC, FEEDBACK = 0x120, 0x080, 0x1C0
 KNOT_NS = 2_500_000
 FAST_NS, PARKED_NS = 5_000_000, 100_000_000
-LAG_S = 0.003
 SLEW_RADPS = math.radians(31.875)
-ENCODER_STEP_RAD = math.tau / 4096  # 0.088 degrees
 GAP_MS = 5.0
 PENDING = 2
 HISTORY = 16384  # knots; half of them, 20 s, stay when it is full
@@ -62,20 +62,22 @@ class TiltNode(Node):
     encoder_step_rad: of the angle it tells; 0 for one without steps.
     """
 
-    def __init__(self, rng: np.random.Generator) -> None:
+    def __init__(self, rng: np.random.Generator, errors: TiltErrors = USUAL.tilt) -> None:
         super().__init__("TILT", {TIME_SYNC, COMMAND}, rng)
         self.stalled = False
         self.clock_jump_us = 0
-        self.encoder_step_rad = ENCODER_STEP_RAD
+        self.encoder_step_rad = errors.encoder_step_rad
+        self._follow = 1.0 - math.exp(-KNOT_NS / 1e9 / errors.lag_s)
+        self._play_rad = errors.backlash_rad / 2
         self.gap = False
-        self._rate_error = float(rng.uniform(-50e-6, 50e-6))
+        self._rate_error = float(rng.uniform(-errors.rate_error_ratio, errors.rate_error_ratio))
         self._clock_us = int(rng.integers(1 << 24))
         self._delay = Noise(rng)
         self._bus_minus_node_us: float | None = None
         self._park_rad, self._park_radps = 0.0, SLEW_RADPS
         self._running: Segment | None = None
         self._next: list[Segment] = []
-        self._set_rad = self._angle_rad = 0.0
+        self._set_rad = self._angle_rad = self._scanner_rad = self._way_rad = 0.0
         self._knots_ns = 0
         self._times_ns = np.zeros(HISTORY)
         self._angles_rad = np.zeros(HISTORY)
@@ -101,15 +103,18 @@ class TiltNode(Node):
         """Moves the axis to `now_ns` and samples the encoder. The plant does not act on it."""
         if self.silent:
             self._set_rad = self._angle_rad
-        alpha = 1.0 - math.exp(-KNOT_NS / 1e9 / LAG_S)
         while self._knots_ns + KNOT_NS <= now_ns:
             self._knots_ns += KNOT_NS
             limit = self._limit_radps() * (KNOT_NS / 1e9)
             wanted = self._wanted_rad(self._knots_ns) - self._set_rad
+            before_rad = self._angle_rad
             if not (self.stalled or self.silent or self.latched):
                 self._set_rad += max(-limit, min(limit, wanted))
-                self._angle_rad += alpha * (self._set_rad - self._angle_rad)
-            self._remember(self._knots_ns, self._angle_rad)
+                self._angle_rad += self._follow * (self._set_rad - self._angle_rad)
+            self._way_rad = self._angle_rad - before_rad
+            low_rad, high_rad = self._angle_rad - self._play_rad, self._angle_rad + self._play_rad
+            self._scanner_rad = min(max(self._scanner_rad, low_rad), high_rad)
+            self._remember(self._knots_ns, self._scanner_rad)
             if self._knots_ns % FAST_NS == 0 and not self.silent:
                 self._sample(self._knots_ns)
         self.beat(now_ns)
@@ -189,10 +194,10 @@ class TiltNode(Node):
         if state is TiltState.PARKED and not self._parked.due(stamp_ns):
             return
         delay_ns = 100_000 + int(min(300_000.0, abs(self._delay.next()) * 100_000.0))
-        way = self._angles_rad[self._filled - 1] - self._angles_rad[self._filled - 2]
-        angle_rad = float(self._angle_rad - way * delay_ns / KNOT_NS)
+        way = self._way_rad
+        angle_rad = self._angle_rad - way * delay_ns / KNOT_NS
         if self.encoder_step_rad:
             angle_rad = round(angle_rad / self.encoder_step_rad) * self.encoder_step_rad
         node_us = int(self._node_us(stamp_ns - delay_ns)) & 0xFFFFFF
-        rate_radps = max(-0.6, min(0.6, float(way) * 1e9 / KNOT_NS))
+        rate_radps = max(-0.6, min(0.6, way * 1e9 / KNOT_NS))
         self.out.append(Frame(FEEDBACK, self.sender.encode(FEEDBACK, node_us, angle_rad, rate_radps, state), stamp_ns))

@@ -1,81 +1,76 @@
-"""Rays against an exact, slow numpy caster: no miss, no false hit, no error over 0.1 mm."""
+"""Every caster against an exact, slow numpy one: no miss, no false hit, no error over 0.1 mm."""
 
+import importlib.util
+import sys
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
+from hil.__main__ import app
+from hil.embree_rays import EmbreeRays
 from hil.engine import pybullet
-from hil.raycast import Ground, squares
+from hil.engine_rays import EngineRays
+from hil.ground_rays import GroundRays
+from hil.in_memory import InMemory
+from hil.raycast import Ground
+from hil.rays import CASTERS
 from hil.rocks import Rock
+from hil.scenario import load_scenario
 from hil.terrain import height_at
+from onboard.config import ConfigError
+from tests.hil.ray_oracle import TERRAINS, tried
 from tests.hil.small_fields import CELL_M, field_of, rough
 
 
-@pytest.fixture
-def ground_of():
+def installed(name):
+    """A caster that is an extra is tried where it is installed."""
+    missing = name == "embree" and importlib.util.find_spec("embreex") is None
+    return pytest.param(name, marks=pytest.mark.skipif(missing, reason="pip install .[fast]"))
+
+
+@pytest.fixture(params=[installed(name) for name in CASTERS])
+def ground_of(request):
+    """Makes the ground of a field, with rays by each caster in turn."""
     client = pybullet.connect(pybullet.DIRECT)
-    yield lambda field: Ground(field, client)
+
+    def make(field):
+        ground = Ground(field, client)
+        ground.cast_by(request.param)
+        return ground
+
+    yield make
     pybullet.disconnect(client)
 
 
-def triangles_of(field):
-    """All triangles of soil and rocks: corner a and edges (n, 3)."""
-    grid = field.grid
-    x, y = np.meshgrid(
-        grid.x0_m + np.arange(grid.columns) * grid.cell_m, grid.y0_m + np.arange(grid.rows) * grid.cell_m
-    )
-    points = np.dstack((x, y, field.soil_z)).reshape(-1, 3).astype(float)
-    parts = [points[squares(grid.rows, grid.columns)], *(rock.vertices_m[rock.triangles] for rock in field.rocks)]
-    corners = np.concatenate(parts)
-    return corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+def wrong(ground_of, name, count):
+    """How many of `count` rays of any kind on a terrain are missed, hit nothing, or are out by over 0.1 mm."""
+    field, origins, directions, truth = tried(name, count)
+    found = ground_of(field).cast(origins, directions, 100.0)
+    hit = np.isfinite(truth)
+    assert 0.2 < hit.mean() < 0.8 and (hit & (directions[:, 2] > 0)).any()  # the rays do ask for both answers
+    false = np.isfinite(found) != hit
+    false[hit] |= np.abs(found[hit] - truth[hit]) > 1e-4
+    return int(false.sum())
 
 
-def fan(field, origin, azimuths, elevations, range_m):
-    """Exact ranges (elevations, azimuths) of rays from one point: a vertical plane is cut with all triangles once."""
-    a, e1, e2 = triangles_of(field)
-    corners = np.stack((a, a + e1, a + e2), axis=1) - origin
-    out = np.full((len(elevations), len(azimuths)), np.inf)
-    directions = np.column_stack((np.cos(elevations), np.sin(elevations)))
-    for column, azimuth in enumerate(azimuths):
-        ahead, side = np.array([np.cos(azimuth), np.sin(azimuth)]), np.array([-np.sin(azimuth), np.cos(azimuth)])
-        s = corners[..., :2] @ side
-        cut = (s.min(axis=1) < 0) & (s.max(axis=1) > 0) & ((corners[..., :2] @ ahead).max(axis=1) > 0)
-        s, u, z = s[cut], corners[cut][..., :2] @ ahead, corners[cut][..., 2]
-        ends = []
-        for i, j in ((0, 1), (1, 2), (2, 0)):
-            with np.errstate(divide="ignore", invalid="ignore"):
-                t = s[:, i] / (s[:, i] - s[:, j])
-            crossing = (s[:, i] < 0) != (s[:, j] < 0)
-            point = np.stack((u[:, i] + t * (u[:, j] - u[:, i]), z[:, i] + t * (z[:, j] - z[:, i])), axis=1)
-            ends.append(np.where(crossing[:, None], point, np.nan))
-        ends = np.stack(ends, axis=1)  # (n, 3, 2): two of three are points
-        order = np.argsort(np.isnan(ends[..., 0]), axis=1)[:, :2]
-        p, q = (np.take_along_axis(ends, order[:, k, None, None].repeat(2, 2), axis=1)[:, 0] for k in (0, 1))
-        edge = q - p
-        for row, d in enumerate(directions):
-            det = d[0] * edge[:, 1] - d[1] * edge[:, 0]
-            with np.errstate(divide="ignore", invalid="ignore"):
-                t = (p[:, 0] * edge[:, 1] - p[:, 1] * edge[:, 0]) / det
-                share = (p[:, 0] * d[1] - p[:, 1] * d[0]) / det
-            hits = t[(t > 0) & (share >= -1e-9) & (share <= 1 + 1e-9)]
-            out[row, column] = hits.min() if len(hits) else np.inf
-    return np.where(out <= range_m, out, np.inf)
+@pytest.mark.parametrize("name", TERRAINS)
+def test_3_000_rays_a_terrain_without_a_miss_or_a_false_hit(ground_of, name):
+    assert wrong(ground_of, name, 3_000) == 0
 
 
-@pytest.mark.parametrize(("seed", "median_deg", "lift_m"), [(1, 6, 0.0), (2, 12, 0.0), (3, 18, 50.0), (4, 6, -3.0)])
-def test_26_000_rays_a_field_without_a_miss_or_a_false_hit(ground_of, seed, median_deg, lift_m):
-    field = rough(seed, median_deg, side=100, lift_m=lift_m)
-    origin = np.array([0.013, 0.027, lift_m + 0.7])
-    azimuths = np.linspace(-3.1, 3.1, 131) + 1e-4
-    elevations = np.linspace(-1.0, 0.4, 200) + 1e-5
-    exact = fan(field, origin, azimuths, elevations, 20.0)
-    el, az = np.meshgrid(elevations, azimuths, indexing="ij")
-    directions = np.dstack((np.cos(el) * np.cos(az), np.cos(el) * np.sin(az), np.sin(el))).reshape(-1, 3)
-    found = ground_of(field).cast(np.broadcast_to(origin, directions.shape), directions, 20.0).reshape(exact.shape)
-    assert (np.isfinite(found) == np.isfinite(exact)).all()
-    hit = np.isfinite(exact)
-    assert np.abs(found[hit] - exact[hit]).max() < 1e-4
+@pytest.mark.campaign
+@pytest.mark.parametrize("ground_of", ["kernel", installed("embree")], indirect=True)
+@pytest.mark.parametrize("name", TERRAINS)
+def test_a_million_rays_over_five_terrains_without_a_miss_or_a_false_hit(ground_of, name):
+    assert wrong(ground_of, name, 200_000) == 0
+
+
+@pytest.mark.campaign
+@pytest.mark.parametrize("ground_of", ["engine"], indirect=True)
+def test_the_engine_itself_answers_some_of_a_million_rays_wrongly(ground_of):
+    assert 0 < sum(wrong(ground_of, name, 200_000) for name in TERRAINS) < 20
 
 
 def test_rays_that_look_up_meet_the_ridge(ground_of):
@@ -145,3 +140,32 @@ def test_rays_end_at_their_range(ground_of):
 def test_origins_of_another_shape_are_refused(ground_of):
     with pytest.raises(ValueError, match=r"given \(1, 3\), \(2, 3\)"):
         ground_of(field_of(np.zeros((20, 20)))).cast(np.zeros((1, 3)), np.ones((2, 3)), 1.0)
+
+
+def test_a_scenario_names_who_casts_its_rays_and_another_ground_keeps_to_it(tmp_path):
+    (tmp_path / "a.toml").write_text('seed = 1\nterrain = "flat"\nrays = "engine"\n')
+    flight = InMemory(load_scenario(tmp_path / "a.toml"))
+    ground = flight.plant.ground
+    assert isinstance(ground._rays, EngineRays)
+    flight.plant.reshape(flight.field.soil_z + np.float32(0.25))
+    assert isinstance(ground._rays, EngineRays)
+    down = ground.cast(np.array([[1.0, 1.0, 2.0]]), np.array([[0.0, 0.0, -1.0]]), 5.0)
+    kernel = GroundRays(flight.plant.field).cast(np.array([[1.0, 1.0, 2.0]]), np.array([[0.0, 0.0, -1.0]]), 5.0)
+    assert down == pytest.approx(kernel, abs=1e-6)
+    flight.free()
+
+
+def test_an_unknown_caster_is_refused_in_the_file_and_on_the_command_line(tmp_path):
+    path = tmp_path / "a.toml"
+    path.write_text('seed = 1\nrays = "lasers"\n')
+    with pytest.raises(ConfigError, match=r"a\.toml.*rays.*kernel"):
+        load_scenario(path)
+    path.write_text("seed = 1\n")
+    said = CliRunner().invoke(app, ["run", str(path), "--rays", "lasers"])
+    assert said.exit_code == 64 and "kernel, engine, embree" in said.output
+
+
+def test_embree_that_is_not_installed_says_how_to_install_it(monkeypatch):
+    monkeypatch.setitem(sys.modules, "embreex.rtcore_scene", None)
+    with pytest.raises(ConfigError, match=r"pip install \.\[fast\]"):
+        EmbreeRays(field_of(np.zeros((4, 4))))
