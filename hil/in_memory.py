@@ -25,7 +25,7 @@ from hil.records import PlantState
 from hil.scenario import Scenario, flight_settings, goal_words, ground_of, sensor_errors
 from hil.terrain import Field
 from hil.truth import Truth
-from hil.world import World
+from hil.world import NS, World
 from onboard.config import Rover as BuiltRover
 from onboard.config import load
 from onboard.core.tick import Rover, tick
@@ -151,11 +151,13 @@ class InMemory(World):
             return now_s >= self.scenario.end_s
         return self.operator.done or now_s >= self.scenario.limit_s
 
-    def run(self, observe: Observe | None = None) -> Flight:
-        """To its end, and free what the engine holds."""
+    def run(self, observe: Observe | None = None, *, settle_s: float = 0.0) -> Flight:
+        """To its end and so much longer, and free what the engine holds."""
         error = ""
         try:
             while not self.ended:
+                self.step(observe)
+            for _ in range(round(settle_s * NS / TICK_NS)):
                 self.step(observe)
         except PlantAbortError as abort:
             error = str(abort)

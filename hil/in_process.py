@@ -19,6 +19,7 @@ from hil.verdicts import Expect, Facts, Seen, Verdict, judge
 from protocol.conventions import TICK_NS
 
 KEPT = 2
+SETTLE_S = 2.0  # the rover says that it has arrived while its wheels still slow down
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,7 +61,7 @@ class Twins:
 def fly(scenario: Scenario, twins: Twins, step_ns: int = CAMPAIGN_STEP_NS) -> Flown:
     """To its end."""
     bench = InMemory(scenario, step_ns=step_ns)
-    flight = bench.run()
+    flight = bench.run(settle_s=SETTLE_S)
     speed_mps = math.hypot(*bench.state.velocity_mps.tolist())
     seen = tuple(_seen(k, scenario, bench.trace, flight.faults, twins) for k in range(len(scenario.faults)))
     facts = Facts(flight.distance_to_goal_m, speed_mps, flight.events, flight.contacts, flight.error, seen)

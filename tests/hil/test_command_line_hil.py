@@ -24,7 +24,7 @@ def test_the_engine_loads_without_a_word():
 def test_a_missing_scenario_is_one_line_and_exit_66():
     done = hil("-m", "hil", "run", "missing.toml")
     assert done.returncode == 66
-    assert done.stderr == "hil: no scenario missing.toml; the bench's own are in hil/scenarios\n"
+    assert done.stderr == "hil: no scenario missing.toml; the bench's own are in `hil list`\n"
 
 
 def test_a_terrain_that_is_none_is_one_line_and_exit_64():

@@ -1,11 +1,11 @@
 """Where the rover believes to be: error at the end of 20 m, and whether its covariance tells the truth, at every stop.
 
-Seeds 1 to 10 are the demo's fields; 21 to 24 slopes of 20 degrees with rocks, up, across and down; 31 to 34 the demo's
-fields with a band of soft soil, 1.5 m deep, across the way. The rover drives to the goal 15 m away, then 5 m back
-towards the start. Errors are against the truth in the map's frame, whose origin and heading are the pose at the first order: the
-filter is told no more of it. NEES is e^T P^-1 e over x, y, z, yaw, before and after the registration of each stop but
-the first; over n stops of an honest filter their sum is chi-square with 4 n degrees of freedom. Noise figures are
-fitted on seeds from 101 on.
+Seeds 1 to 10 are the demo's fields; 21 to 24 slopes of 20 degrees with rocks, up, across and down; 31 to 34 the
+demo's fields with a band of soft soil, 1.5 m deep, across the way. The rover drives to the goal 15 m away, then 5 m
+back towards the start. Errors are against the truth in the map's frame, whose origin and heading are the pose at the
+first order: the filter is told no more of it. NEES is e^T P^-1 e over x, y, z, yaw, before and after the registration
+of each stop but the first; over n stops of an honest filter their sum is chi-square with 4 n degrees of freedom.
+Noise figures are fitted on seeds from 101 on.
 """
 
 from __future__ import annotations
