@@ -10,7 +10,7 @@ import pytest
 from hil.records import PlantState, WheelTruth
 from onboard.records import WheelCommand, WheelMode
 from tests.scenarios import wheels
-from tests.scenarios.true_slip import WINDOW_TICKS, TrueSlip
+from tests.scenarios.true_slip import PLACES_M, WINDOW_TICKS, TrueSlip, wheels_twist
 
 RIM_RADPS, RIM_MPS = 1.1, 0.11
 
@@ -53,6 +53,33 @@ def test_nothing_is_said_before_a_second_is_over_of_slow_wheels_and_of_a_turn_on
     assert lacks_ratio(stands, WINDOW_TICKS - 1) == 0.0
     assert lacks_ratio(truth((0.0, 0.0, 0.0), rates=(0.39,) * 4)) == 0.0
     assert lacks_ratio(truth((0.0, 0.0, 0.0), rates=(RIM_RADPS, RIM_RADPS, -RIM_RADPS, -RIM_RADPS))) == 0.0
+
+
+def strays_rad(turn_radps, seconds, **state):
+    """After so long with the body turning so fast, ahead with the wheels straight unless told otherwise."""
+    slip, still = TrueSlip(), truth(**state)
+    turning = replace(still, angular_radps=np.array([0.0, 0.0, turn_radps]))
+    for _ in range(round(seconds * 100)):
+        slip.update(turning)
+    return slip.strays_rad
+
+
+def test_a_body_strays_by_what_it_turned_otherwise_than_its_wheels_within_the_last_metre():
+    assert strays_rad(-0.01, 5.0) == pytest.approx(0.05)
+    assert strays_rad(0.01, 60.0) == pytest.approx(0.01 / RIM_MPS, rel=0.01)
+
+
+ON_THE_SPOT = tuple(math.atan2(a, -b) for a, b in PLACES_M)  # all to the left
+
+
+def test_the_wheels_turn_is_taken_out_and_a_turn_on_the_spot_is_no_straying():
+    crooked = truth(steers_rad=(0.1, -0.1, -0.1, 0.1))
+    u, w, turn_radps = wheels_twist(crooked)
+    assert (u, w) == pytest.approx((RIM_MPS * math.cos(0.1), 0.0))
+    assert turn_radps > 0.0
+    assert strays_rad(turn_radps, 5.0, steers_rad=(0.1, -0.1, -0.1, 0.1)) == pytest.approx(0.0)
+    assert wheels_twist(truth(steers_rad=ON_THE_SPOT)) == pytest.approx((0.0, 0.0, RIM_MPS / math.hypot(*PLACES_M[0])))
+    assert strays_rad(0.2, 5.0, steers_rad=ON_THE_SPOT) == 0.0
 
 
 # -- when a fault shows --------------------------------------------------------------------------------------------
@@ -98,20 +125,21 @@ def test_the_way_counts_from_the_start_of_the_second_that_shows_a_slip():
 
 # -- judgement -----------------------------------------------------------------------------------------------------
 
-STUCK = wheels.Row(210, "wheel_stuck", 2, 0.59, 0.05, True, 0.0, "WHEEL_STUCK (wheel 2)", (), "BACKING_OFF at stop 1")
-SOFT = wheels.Row(218, "soft_patch", 0, 1.4, 0.2, True, 0.6, "SLIP_HIGH", (), "")
-GRIP = wheels.Row(219, "no_grip", 0, 3.2, 0.2, True, 0.8, "NOT_MOVING", ("SLIP_HIGH",), "BACKING_OFF at stop 2")
+STUCK = wheels.Row(210, "wheel_stuck", 2, 0.59, 0.1, True, 0.0, 0.5, "WHEEL_STUCK (wheel 2)", (), "SCANNING at stop 1")
+SOFT = wheels.Row(218, "soft_patch", 0, 1.4, 0.2, True, 0.6, 1.5, "SLIP_HIGH", (), "")
+GRIP = wheels.Row(219, "no_grip", 0, 3.2, 0.2, True, 0.8, 1.5, "NOT_MOVING", ("SLIP_HIGH",), "BACKING_OFF at stop 2")
 
 
 def test_flights_that_keep_every_promise_are_let_pass():
     assert wheels.judge([STUCK, SOFT, GRIP]) == []
-    assert wheels.judge([replace(SOFT, shown=False, lacks=0.4), SOFT]) == []  # early, of a slip that is there
+    for early in (replace(SOFT, shown=False, lacks=0.4), replace(SOFT, shown=False, lacks=0.2, strays_deg=6.0)):
+        assert wheels.judge([early, SOFT]) == []
 
 
 @pytest.mark.parametrize(("row", "told"), [
     (replace(STUCK, found=""), "nothing found in place of WHEEL_STUCK (wheel 2)"),
     (replace(STUCK, found="WHEEL_STUCK (wheel 3)"), "WHEEL_STUCK (wheel 3) found in place of WHEEL_STUCK (wheel 2)"),
-    (replace(STUCK, took_s=1.01), "found after 1.01 s, 0.05 m"),
+    (replace(STUCK, took_s=1.01), "found after 1.01 s, 0.1 m"),
     (replace(SOFT, way_m=1.01), "found after 1.4 s, 1.01 m"),
     (replace(STUCK, answer="AUTONOMOUS -> SAFE: WHEEL_STUCK"), "answered by AUTONOMOUS -> SAFE: WHEEL_STUCK"),
     (replace(GRIP, answer=""), "answered by nothing"),

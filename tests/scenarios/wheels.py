@@ -25,7 +25,7 @@ from hil.wheel_faults import PATCH_AHEAD_M, WHEEL_FAULTS
 from onboard.core.tick import Rover
 from onboard.core.wheel_watch.blocks import SLEW_RADPS2
 from onboard.core.wheel_watch.seen import approach
-from onboard.core.wheel_watch.slip import CALM
+from onboard.core.wheel_watch.slip import ASTRAY_RAD, CALM
 from onboard.core.wheel_watch.watch import WHEEL_ROWS
 from onboard.records import Event, Inputs, Outputs
 from protocol.faults import BY_NAME, Step
@@ -57,7 +57,8 @@ class Row:
     """One flight. took_s: from the first tick that shows the fault to the event, below 0 before it; -1 without both.
 
     way_m: of the wheels in that time. shown: whether the truth shows the fault at all. lacks: the most of the wheels'
-    way that the body lacked in a second, until then. others: rows named before it. answer: what the rover did first.
+    way that the body lacked in a second, until then; strays_deg: the most it turned otherwise within 1 m. others: rows
+    named before it. answer: what the rover did first.
     """
 
     seed: int
@@ -67,6 +68,7 @@ class Row:
     way_m: float
     shown: bool
     lacks: float
+    strays_deg: float
     found: str
     others: tuple[str, ...]
     answer: str
@@ -76,7 +78,7 @@ class _Truth:
     """When the fault shows in truth, and the wheels' way from there until it is found."""
 
     def __init__(self, fault: str, row: str, wheel: int) -> None:
-        self.violated_tick, self.lacks, self.begun = -1, 0.0, False
+        self.violated_tick, self.lacks, self.strays_rad, self.begun = -1, 0.0, 0.0, False
         self._fault, self._row, self._wheel = fault, row, wheel
         self._slip, self._found = TrueSlip(), False
         self._run_ticks = self._gap_ticks = 0
@@ -103,6 +105,7 @@ class _Truth:
         if not self._found:
             self._to_m = self._ways_m[-1]
             self.lacks = max(self.lacks, self._slip.lacks_ratio)
+            self.strays_rad = max(self.strays_rad, self._slip.strays_rad)
         self._count(self._violates(rover, state))
         if self.violated_tick < 0 and self._run_ticks and (self._found or self._run_ticks >= self._lasts_ticks):
             ago = self._run_ticks - 1 + (WINDOW_TICKS - 1 if self._wheel == 0 else 0)
@@ -191,6 +194,7 @@ def _row(seed: int, bench: InMemory, truth: _Truth) -> Row:
         seed=seed, fault=fault, wheel=wheel,
         took_s=round(found.now_ns / NS - truth.violated_tick / TICKS_PER_S, 2) if found and shown else -1.0,
         way_m=round(truth.way_m, 2), shown=shown, lacks=round(truth.lacks, 2),
+        strays_deg=round(math.degrees(truth.strays_rad), 1),
         found=_short(found.text) if found else "",
         others=tuple(event.text.partition(":")[0] for event in named[:at]),
         answer=after[0] if after else "",
@@ -207,7 +211,7 @@ def judge(rows: Sequence[Row]) -> list[str]:
     """Found where it showed, of the right wheel, in time, answered as told, nothing else named before it or falsely.
 
     NOT_MOVING follows SLIP_HIGH by its nature. SLIP_HIGH may come before the truth is as bad as LACKS; it is false
-    where the body lacked less than the monitor calls calm.
+    where the body lacked less than the monitor calls calm, and turned as its wheels did.
     """
     return [f"{row.seed} {row.fault}: {text}" for row in rows for text in _faults_of(row)] + [
         f"{fault} never showed in {len(flown)} flights"
@@ -223,7 +227,8 @@ def _faults_of(row: Row) -> Iterator[str]:
         yield f"{row.found or 'nothing'} found in place of {wanted}"
     elif row.shown and (row.way_m > WAYS_M[name] if name in WAYS_M else row.took_s > BY_NAME[name].detect_s):
         yield f"found after {row.took_s} s, {row.way_m} m"
-    if row.found and not (row.lacks > CALM if row.wheel == 0 else row.shown):
+    slips = row.lacks > CALM or math.radians(row.strays_deg) > ASTRAY_RAD
+    if row.found and not (slips if row.wheel == 0 else row.shown):
         yield f"{row.found} is false"
     if row.found and not _answered(BY_NAME[name].response, row.answer):
         yield f"answered by {row.answer or 'nothing'}"
