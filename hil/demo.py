@@ -8,7 +8,7 @@ import os
 import platform
 import subprocess
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import asdict, dataclass
 from importlib.metadata import version
 from itertools import pairwise
@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from hil.run import RunResult
 
 REPLANNED_M = 1.0
+UNENDED = "the mission did not end"
 TOLERANCE_M = {"fbm": 0.3, "craters": 0.3, "flat": 0.3, "real": 0.5}
 HISTOGRAM_MS, HISTOGRAM_BINS = (0.1, 1000.0), 40
 _PACKAGES = ("numpy", "scipy", "pybullet", "small-gicp", "filterpy", "python-can", "pymavlink", "eclipse-zenoh")
@@ -50,7 +51,7 @@ class Told:
 
 def told(record: Path) -> Told:
     """Outcome, scans and decisions from the events of a record."""
-    outcome, scans, decisions, global_paths = "the mission did not end", 0, [], []
+    scans, decisions, global_paths = 0, [], []
     events: list[Event] = []
     with record.open("rb") as file:
         reader = make_reader(file)
@@ -60,14 +61,26 @@ def told(record: Path) -> Told:
                 continue
             for event in json.loads(message.data):
                 events.append(Event(message.log_time, event["severity"], event["name"], event["text"]))
-                if event["name"] in ("ARRIVED", "FAILED"):
-                    outcome = f"{event['name'].lower()}: {event['text']}"
                 scans += event["name"] == "PHASE" and event["text"].startswith("MAPPING")
                 if event["name"] == "DECISION":
                     decisions.append(event["text"])
         config = next(a.data.decode() for a in reader.iter_attachments() if a.name == "config.toml")
     strategy = next(line.split('"')[1] for line in config.splitlines() if line.startswith("strategy ="))
-    return Told(outcome, scans, replans(global_paths), strategy, tuple(decisions), tuple(events))
+    end = outcome((event.name, event.text) for event in events)
+    return Told(end, scans, replans(global_paths), strategy, tuple(decisions), tuple(events))
+
+
+def outcome(events: Iterable[tuple[str, str]]) -> str:
+    """How the last mission ended, from (name, text) of each event: at its goal, in failure, or in another mode."""
+    end = UNENDED
+    for name, text in events:
+        if name in ("ARRIVED", "FAILED"):
+            end = f"{name.lower()}: {text}"
+        elif name == "MODE" and "-> AUTONOMOUS" in text:
+            end = UNENDED
+        elif name == "MODE" and text.startswith("AUTONOMOUS -> ") and end == UNENDED:
+            end = text.removeprefix("AUTONOMOUS -> ")
+    return end
 
 
 def summary(scenario: Scenario, result: RunResult, replay: dict[str, Any]) -> dict[str, Any]:

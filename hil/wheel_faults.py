@@ -15,7 +15,7 @@ from hil.world import World
 
 WEAK_RATIO = 0.01  # 0.08 N m: enough on flat soil, not up a slope
 POT_OFFSET_RAD = math.radians(6.0)
-PATCH_M, PATCH_AHEAD_M = 0.8, 1.3  # radius and place of the soft patch: the front wheels meet it after 0.1 m
+PATCH_M, PATCH_AHEAD_M = 1.5, 2.0  # radius and place of the soft patch: the front wheels meet it after 0.1 m
 DUST_M = 1.0
 
 
@@ -89,7 +89,7 @@ WHEEL_FAULTS: Mapping[str, WheelFault] = {
     "encoder_jumping": WheelFault("an encoder jumps", _encoder(Encoder.JUMPING), _encoder(Encoder.GOOD)),
     "pot_offset": WheelFault("a steering pot reads 6 degrees too much", _pot(POT_OFFSET_RAD), _pot(-POT_OFFSET_RAD)),
     "soft_patch": WheelFault(
-        "a patch of powder, 1.6 m across, begins before the wheels", _patch("powder", PATCH_M, PATCH_AHEAD_M),
+        "a patch of powder, 3 m across, begins before the wheels", _patch("powder", PATCH_M, PATCH_AHEAD_M),
         _sweep_patches,
     ),
     "no_grip": WheelFault("dust without grip, 2 m across, is under the rover", _patch("dust", DUST_M, 0.0),

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hil.demo import link_note, replans, tick_wall_ms
+from hil.demo import UNENDED, link_note, outcome, replans, tick_wall_ms
 from hil.impairment import load_profile
 
 
@@ -35,3 +35,18 @@ def test_a_global_path_counts_as_replanned_when_it_leaves_the_one_before_by_more
     assert replans([first, rest]) == 0
     assert replans([first, rest, other]) == 1
     assert replans([first]) == 0
+
+
+GOTO = ("MODE", "STANDBY -> AUTONOMOUS: goal 5.00 0.50")
+
+
+@pytest.mark.parametrize(("events", "told"), [
+    ([GOTO], UNENDED),
+    ([GOTO, ("ARRIVED", "0.01 m from the goal"), ("MODE", "AUTONOMOUS -> STANDBY: 0.01 m from the goal")],
+     "arrived: 0.01 m from the goal"),
+    ([GOTO, ("FAILED", "no way"), ("MODE", "AUTONOMOUS -> STANDBY: no way")], "failed: no way"),
+    ([GOTO, ("FAULT", "NODE_FOREIGN: ..."), ("MODE", "AUTONOMOUS -> SAFE: NODE_FOREIGN")], "SAFE: NODE_FOREIGN"),
+    ([GOTO, ("MODE", "AUTONOMOUS -> SAFE: NODE_FOREIGN"), ("MODE", "SAFE -> STANDBY: operator"), GOTO], UNENDED),
+])  # fmt: skip
+def test_a_mission_ends_at_its_goal_in_failure_or_in_another_mode(events, told):
+    assert outcome(events) == told

@@ -8,11 +8,12 @@ import pytest
 
 from onboard.config import Rover
 from onboard.core.wheel_watch.seen import TICK_S, Seen, approach
+from onboard.core.wheel_watch.slip import SlipWatch
 from onboard.core.wheel_watch.watch import WheelWatch
 from onboard.motion.kinematics import wheel_places
-from onboard.motion.odometry import Odometry
+from onboard.motion.odometry import Odometry, Step
 from onboard.motion.wheel_health import SOUND, Drive
-from onboard.records import ImuSample, WheelCommand, WheelMode, WheelState
+from onboard.records import ImuSample, Twist, WheelCommand, WheelMode, WheelState
 from protocol.can_codec import NodeState
 from protocol.faults import BY_NAME
 
@@ -272,6 +273,30 @@ def test_a_rover_that_turns_otherwise_than_its_wheels_slips():
     rover.run(10.0)
     assert set(rover.after(6.0)) == {"SLIP_HIGH"}
     assert rover.after(6.0)["SLIP_HIGH"] * RADIUS_M * CRUISE_RADPS <= 1.0
+
+
+LEVER_M = math.hypot(*PLACES[0])
+
+
+def slip_after_a_turn_on_the_spot(loss_ratio, seconds=12.0, yaw_radps=0.25):
+    """The slip monitor after a turn that the gyro sees short of the odometry's by so much."""
+    watch, step_rad = SlipWatch(), yaw_radps * TICK_S
+    for tick in range(round(seconds / TICK_S)):
+        step = Step(0.0, 0.0, step_rad, Twist(0.0, 0.0, yaw_radps), 0.0, 4, False, step_rad * LEVER_M)
+        turn_radps = (1.0 - loss_ratio) * yaw_radps
+        imu = ImuSample(tick * 10_000_000, (0.0, 0.0, turn_radps), (0.0, 0.0, GRAVITY_MPS2))
+        watch.update(Seen(imu.stamp_ns, (), (), (), imu, step, turn_radps, 0.0), strays=True)
+    return watch
+
+
+def test_a_turn_on_the_spot_that_loses_a_tenth_is_no_slip_though_it_is_six_degrees_in_a_metre_of_the_rims():
+    a_metre_rad = 1.0 / LEVER_M
+    assert math.degrees(0.1 * a_metre_rad) > 5.0 and a_metre_rad < 12.0 * 0.25
+    assert not slip_after_a_turn_on_the_spot(0.1).high
+
+
+def test_a_turn_on_the_spot_that_loses_half_is_slip():
+    assert slip_after_a_turn_on_the_spot(0.5).high
 
 
 def test_the_filters_slip_ratio_counts_too():

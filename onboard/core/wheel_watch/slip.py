@@ -3,9 +3,13 @@
     shortfall   1 - (the body's speed along the odometry's, by `body_speed`) / (the odometry's speed); turning on the
                 spot 1 - (the gyro's rate) / (the odometry's)
     SLIP_HIGH   shortfall over 0.4 for 1 s of driving, or the gyro turns 5 degrees otherwise than the odometry within
-                1 m of way, or the filter's slip ratio, which registrations move, over 0.4. Until below 0.25 for 3 s
+                1 m of driving along, or the filter's slip ratio, which registrations move, over 0.4. Until below 0.25
+                for 3 s
     NOT_MOVING  shortfall over 0.7 for 0.3 s, and from then on for 3 s wheels that turn, no shaking of the gyro, and no
                 thrust forwards either. Until the rover has stood for half a second
+
+A turn on the spot has no part in that 1 m: in as much way of the rims it turns by 130 degrees, of which sound ground
+keeps 5 to 9, and wheels that steer turn a rover without any way. What it lacks is its shortfall.
 """
 
 from __future__ import annotations
@@ -47,10 +51,10 @@ class SlipWatch:
         self._suspect = self._suspect + 1 if self.shortfall > SUSPECT else 0
         self.body.update(seen.imu, seen.step.twist, seen.step.standing, self._tau_s(seen.step.twist))
         self._shaking.update(seen.imu)
-        if strays:
-            self._stray(seen)
-        else:
+        if not strays:
             self._turns.clear()
+        elif _speed_mps(seen.step.twist) > LEAST_MPS:
+            self._stray(seen)
         self._stood = self._stood + 1 if seen.step.standing else 0
         if self._judge(seen):
             self._high = self._high + 1 if self.shortfall > HIGH else 0
@@ -63,14 +67,14 @@ class SlipWatch:
 
     def _tau_s(self, twist: Twist) -> float:
         """How slowly the wheels may pull the body's speed."""
-        if math.hypot(twist.vx_mps, twist.vy_mps) <= LEAST_MPS:
+        if _speed_mps(twist) <= LEAST_MPS:
             return SLOW_S
         return SUSPECT_S if 0 < self._suspect < SUSPECT_TICKS else DRIVING_S
 
     def _judge(self, seen: Seen) -> bool:
         """Sets `shortfall`; False where the wheels are too slow to tell."""
         twist = seen.step.twist
-        speed = math.hypot(twist.vx_mps, twist.vy_mps)
+        speed = _speed_mps(twist)
         self.shortfall = 0.0
         if seen.step.standing:
             return False
@@ -104,3 +108,7 @@ class SlipWatch:
         if self._way_m >= ASTRAY_M:
             self._turns.append(self._turn_rad)
             self._turn_rad = self._way_m = 0.0
+
+
+def _speed_mps(twist: Twist) -> float:
+    return math.hypot(twist.vx_mps, twist.vy_mps)
