@@ -2,6 +2,7 @@
 
     python -m tests.scenarios                     all campaigns, whole
     python -m tests.scenarios --short             all, as CI flies them
+    python -m tests.scenarios library --rest 2    a third of what CI does not fly always
     python -m tests.scenarios nominal --seeds 1-3 --workers 1
 
 How to add one: tests/scenarios/registry.py.
@@ -23,7 +24,7 @@ from rich.table import Table
 
 from hil.processes import FIXED_ENVIRONMENT
 from tests.missions.parallel import fly_all, numbers
-from tests.scenarios.registry import CAMPAIGNS
+from tests.scenarios.registry import CAMPAIGNS, Campaign
 
 OUT = Path("build/scenarios")
 EX_SHORT, EX_INTERRUPTED = 1, 130
@@ -48,6 +49,7 @@ def main(
     name: Annotated[Optional[str], typer.Argument(help=f"One of {', '.join(CAMPAIGNS)}; all without.")] = None,
     seeds: Annotated[str, typer.Option(help="Only these seeds: 1-10 or 3,7.")] = "",
     short: Annotated[bool, typer.Option("--short", help="The seeds that CI flies.")] = False,
+    rest: Annotated[int, typer.Option(min=-1, max=2, help="This third, 0 to 2, of those that CI does not fly.")] = -1,
     workers: Annotated[int, typer.Option(min=1, help="Processes.")] = os.cpu_count() or 1,
     out: Annotated[Path, typer.Option(help="Folder for NAME.json, written anew after each flight.")] = OUT,
     as_json: Annotated[bool, typer.Option("--json", help="Rows as JSON in place of the tables.")] = False,
@@ -57,7 +59,7 @@ def main(
     Exit codes: 0 all promises hold, 1 one is broken (which and by whom is said), 130 Ctrl-C: flights in the air are
     finished and written, a second Ctrl-C ends at once.
     """
-    chosen = _chosen(name, seeds, short)
+    chosen = _chosen(name, seeds, short, rest)
     rows: dict[str, list[Any]] = {asked.name: [] for asked in chosen}
     total = sum(len(asked.seeds) for asked in chosen)
     out.mkdir(parents=True, exist_ok=True)
@@ -76,13 +78,19 @@ def main(
     raise typer.Exit(EX_SHORT if broken else 0)
 
 
-def _chosen(name: str | None, seeds: str, short: bool) -> list[Asked]:
+def _chosen(name: str | None, seeds: str, short: bool, rest: int) -> list[Asked]:
     if name is not None and name not in CAMPAIGNS:
         raise typer.BadParameter(f"{name!r}: expected one of {', '.join(CAMPAIGNS)}", param_hint="NAME")
     wanted = {of: row for of, row in CAMPAIGNS.items() if name in (None, of)}
-    return [
-        Asked(of, numbers(seeds) if seeds else row.SHORT if short else row.SEEDS) for of, row in wanted.items()
-    ]
+    if seeds:
+        return [Asked(of, numbers(seeds)) for of in wanted]
+    if rest >= 0:
+        return [Asked(of, _rest(row)[rest::3]) for of, row in wanted.items()]
+    return [Asked(of, row.SHORT if short else row.SEEDS) for of, row in wanted.items()]
+
+
+def _rest(row: Campaign) -> tuple[int, ...]:
+    return tuple(seed for seed in row.SEEDS if seed not in row.SHORT)
 
 
 def _show(rows: Mapping[str, Sequence[Any]], as_json: bool) -> None:
