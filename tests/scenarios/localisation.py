@@ -31,7 +31,7 @@ from hil.world import rotate
 from onboard.core.tick import Rover
 from onboard.motion.kinematics import wheel_places
 from onboard.perception.localisation import Localisation
-from onboard.records import F64, Grid, Inputs, Outputs, Pose
+from onboard.records import F64, Inputs, Outputs, Pose
 from pictures.estimate import Trace
 from protocol.conventions import wrap_rad
 from protocol.modes import Phase
@@ -239,18 +239,12 @@ def slope(seed: int) -> Field:
     """
     rng = np.random.default_rng([seed, 77])
     course = draw_course(rng)
-    field = compose(Recipe(0.85, median_slope_deg=2.0, rocks=PowerLaw(SLOPE_ROCKS)), course, rng, seed)
     rise = course.bearing_rad + (seed - 21) * math.pi / 2
     ahead, left = (math.tan(math.radians(SLOPE_DEG)) * v for v in (math.cos(rise), math.sin(rise)))
-    soil = field.soil_z + _plane(field.grid, ahead, left)
-    gdem = replace(field.gdem, heights_m=field.gdem.heights_m + _plane(field.gdem.grid, ahead, left))
-    return replace(field, soil_z=soil.astype(np.float32), gdem=gdem)
-
-
-def _plane(grid: Grid, ahead: float, left: float) -> F64:
-    x_m = grid.x0_m + grid.cell_m * np.arange(grid.columns)
-    y_m = grid.y0_m + grid.cell_m * np.arange(grid.rows)
-    return (ahead * x_m[None, :] + left * y_m[:, None]).astype(np.float32)
+    recipe = Recipe(
+        0.85, median_slope_deg=2.0, rocks=PowerLaw(SLOPE_ROCKS), relief=lambda x_m, y_m: ahead * x_m + left * y_m
+    )
+    return compose(recipe, course, rng, seed)
 
 
 class Patch:
