@@ -35,6 +35,9 @@ from hil.lidar_command import main as lidar_command
 from hil.link_emulator import main as link_command
 from hil.processes import FIXED_ENVIRONMENT
 from hil.scenario import Scenario
+from hil.watch.command import EPILOG as WATCH_EPILOG
+from hil.watch.command import PORT, AfterOption, PortOption, WatchOption, check_film, film, shown
+from hil.watch.command import main as watch_command
 from onboard.config import ConfigError, load
 
 TALLIED = (
@@ -45,7 +48,7 @@ app = typer.Typer(
     no_args_is_help=True, pretty_exceptions_enable=False,
     help="The hardware-in-the-loop bench.\n\nExamples:\n\n"
     "  hil demo --seed 3\n\n  hil list\n\n  hil run lidar_unplugged\n\n  hil link --profile moon-bad\n\n"
-    "  hil lidar --profile utm-30lx --pty\n\n  hil can --fault silent=WHEEL_3",
+    "  hil lidar --profile utm-30lx --pty\n\n  hil can --fault silent=WHEEL_3\n\n  hil watch build/demo",
 )
 app.command("link")(link_command)
 app.command("lidar", epilog=LIDAR_EPILOG)(lidar_command)
@@ -54,6 +57,7 @@ app.command("run")(scenario_command.run)
 app.command("list")(scenario_command.list_scenarios)
 app.command("explain")(scenario_command.explain_scenario)
 app.command("verify")(scenario_command.verify)
+app.command("watch", epilog=WATCH_EPILOG)(watch_command)
 
 
 SeedOption = Annotated[int, typer.Option(min=1, help="The n-th accepted field.")]
@@ -67,21 +71,29 @@ def demo(
     terrain: TerrainOption = "fbm",
     out: Annotated[Path, typer.Option(help="Folder of the run.")] = Path("build/demo"),
     strategy: StrategyOption = "optimistic",
+    watch: WatchOption = False,
+    port: PortOption = PORT,
+    video: AfterOption = None,
 ) -> None:
     """Drive a rover across rocks to its goal; ends with the path of the report.
 
-    Exit codes: 0 goal reached, 1 not reached (and why), 70 a process of the run failed.
+    Exit codes: 0 goal reached, 1 not reached (and why), 64 no such kind of film, 69 port in use,
+    70 a process of the run failed.
     """
     scenario = Scenario(terrain=_terrain(terrain), seed=seed, set={"mission.strategy": strategy})
-    result = fly(scenario, out)
-    if result.error:
-        raise fail(EX_SOFTWARE, f"after {result.bench_s:.1f} s of bench time: {result.error}")
-    facts = conclude(scenario, result)
-    problem = after.report(out)
-    show(facts)
-    if problem:
-        raise fail(EX_SOFTWARE, f"the report failed:\n{problem}")
-    print(f"report: {out / 'report.html'}")
+    check_film(video)
+    with shown(out, watch, port):
+        result = fly(scenario, out)
+        if result.error:
+            raise fail(EX_SOFTWARE, f"after {result.bench_s:.1f} s of bench time: {result.error}")
+        facts = conclude(scenario, result)
+        problem = after.report(out)
+        show(facts)
+        if problem:
+            raise fail(EX_SOFTWARE, f"the report failed:\n{problem}")
+        print(f"report: {out / 'report.html'}")
+        if video:
+            film(out, video)
     raise typer.Exit(EX_OK if facts["goal_reached"] and facts["replay"] == "identical" else EX_FAILED)
 
 
@@ -98,6 +110,8 @@ def sim(
     out: Annotated[Path, typer.Option(help="Folder of the run.")] = Path("build/sim"),
     lidar: Annotated[str, typer.Option(help="A real scanner: tty:/dev/ttyACM0, tcp:HOST:PORT.")] = "",
     can: Annotated[str, typer.Option(help="The real nodes: socketcan:can0.")] = "",
+    watch: WatchOption = False,
+    port: PortOption = PORT,
 ) -> None:
     """Bench, onboard and link in real time until Ctrl-C, for `ground` commands from another terminal.
 
@@ -110,10 +124,12 @@ def sim(
           f"  .venv/bin/ground stop{station}\n"
           "Ctrl-C ends it.")
     if lidar or can:
-        fly_mixed(scenario, out, lidar, can)
+        with shown(out, watch, port):
+            fly_mixed(scenario, out, lidar, can)
         return
     try:
-        result = fly(scenario, out, pace=1.0)
+        with shown(out, watch, port):
+            result = fly(scenario, out, pace=1.0)
     except typer.Exit as ended:
         raise typer.Exit(EX_OK if ended.exit_code == EX_INTERRUPTED else ended.exit_code) from None
     if result.error:

@@ -131,11 +131,15 @@ class Injector:
             self._waiting.remove(fault)
             INJECTIONS[fault.fault].begin(bench, processes, fault.target)
             self._running.append((now_ns + int(fault.for_s * NS), fault))
-            self.log.append({"t_s": now_ns / NS, "fault": fault.fault, "target": fault.target, "what": "begin"})
+            self._note(bench, now_ns, fault, "begin")
         for end_ns, fault in [row for row in self._running if now_ns >= row[0]]:
             self._running.remove((end_ns, fault))
             INJECTIONS[fault.fault].heal(bench, processes, fault.target)
-            self.log.append({"t_s": now_ns / NS, "fault": fault.fault, "target": fault.target, "what": "heal"})
+            self._note(bench, now_ns, fault, "heal")
+
+    def _note(self, bench: World, now_ns: int, fault: Injection, what: str) -> None:
+        self.log.append({"t_s": now_ns / NS, "fault": fault.fault, "target": fault.target, "what": what})
+        bench.truth.add_fault(now_ns, self.log[-1])
 
     def _due(self, fault: Injection, now_ns: int) -> bool:
         start_ns = self._first_ns.get(fault.when)

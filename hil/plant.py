@@ -226,7 +226,9 @@ class Plant:
         felt = [(a - b) / tick_s for a, b in zip(moving, before[0])]
         half_way = middle(before[1], q)
         self._history.append((self._now_ns, position, q))
-        joints = pybullet.getJointStates(self._body, [*self._wheels, *self._steers], physicsClientId=self._client)
+        joints = pybullet.getJointStates(
+            self._body, [*self._wheels, *self._steers, *self._rockers], physicsClientId=self._client
+        )
         return PlantState(
             now_ns=self._now_ns,
             position_m=np.array(position),
@@ -239,6 +241,7 @@ class Plant:
                 for k in range(4)
             ),
             contact=self._touch(),
+            rockers_rad=(joints[8][0], joints[9][0]),
         )
 
     def _torque_nm(self, k: int, told_nm: float) -> float:

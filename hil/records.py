@@ -26,6 +26,20 @@ class WheelDrive(NamedTuple):
     rate_radps: float
 
 
+class Turn(NamedTuple):
+    """One turn of the scanner as its rays truly went, by arrays that nobody writes to any more.
+
+    now_ns: of its last beam. sweep: number of the running sweep from 1, 0 outside one. origins_m, directions: (n, 3) in
+    the map frame. ranges_m: (n,), inf where nothing was met.
+    """
+
+    now_ns: int
+    sweep: int
+    origins_m: NDArray[np.float64]
+    directions: NDArray[np.float64]
+    ranges_m: NDArray[np.float64]
+
+
 @dataclass(frozen=True, slots=True)
 class PlantState:
     """The rover as it really is at `now_ns`.
@@ -33,6 +47,7 @@ class PlantState:
     position_m (3,), quaternion_xyzw (4,): base_link in the map frame, float64. velocity_mps (3,): of base_link, map
     axes. angular_radps (3,): base axes. specific_force_mps2 (3,): what an ideal accelerometer at base_link feels, base
     axes, mean over the last tick. contact: '' or what touched ("body", "wheel 2 on a rock of 0.12 m").
+    rockers_rad: left and right about +y, 0 level.
     """
 
     now_ns: int
@@ -43,3 +58,4 @@ class PlantState:
     specific_force_mps2: NDArray[np.float64]
     wheels: tuple[WheelTruth, ...]
     contact: str = ""
+    rockers_rad: tuple[float, float] = (0.0, 0.0)

@@ -14,6 +14,7 @@ from rich.table import Table
 from hil.flying import EX_CONFIG, EX_DATA, EX_FAILED, EX_NOINPUT, EX_OK, EX_SOFTWARE, conclude, fail, fly, show
 from hil.rays import CASTERS
 from hil.scenario import Scenario, load_scenario, scenario_of
+from hil.watch.command import PORT, AfterOption, PortOption, WatchOption, check_film, film, shown
 from onboard.config import ConfigError
 
 Name = Annotated[str, typer.Argument(metavar="SCENARIO", help="A name of `hil list`, or a TOML file.")]
@@ -26,30 +27,39 @@ def run(
     can: Annotated[str, typer.Option(help="CAN bus in place of the scenario's: hub, socketcan:INTERFACE.")] = "",
     rays: Annotated[str, typer.Option(help="Who casts the scanner's rays: kernel, engine, embree.")] = "",
     quick: Annotated[bool, typer.Option("--quick", help="In one process, beside a twin without each fault.")] = False,
+    watch: WatchOption = False,
+    port: PortOption = PORT,
+    video: AfterOption = None,
 ) -> None:
     """Run a scenario and judge it: bench, onboard, link and ground in lock-step.
 
     --quick flies bench and flight program in one process without link and ground, and says when each fault showed.
 
-    Exit codes: 0 every promise kept, 1 one is not (which is said), 64 no such caster, 66 no such file, 69 no such CAN
-    interface, 70 a process failed, 78 something wrong in the scenario.
+    Exit codes: 0 every promise kept, 1 one is not (which is said), 64 no such caster or film, 66 no such file, 69 no
+    such CAN interface or port in use, 70 a process failed, 78 something wrong in the scenario.
     """
     read = _read(scenario)
     if rays and rays not in CASTERS:
         raise fail(64, f"--rays {rays!r} should be one of {', '.join(CASTERS)}")
     read = replace(read, can=can or read.can, rays=rays or read.rays)
     if quick:
+        if watch or video:
+            raise fail(64, "--watch and --video show a run's records, and --quick keeps none")
         _quick(read)
         return
+    check_film(video)
     folder = out or Path("build/runs") / read.name
-    result = fly(read, folder)
-    if result.error:
-        raise fail(EX_SOFTWARE, f"after {result.bench_s:.1f} s of bench time: {result.error}")
-    facts = conclude(read, result)
-    show(facts)
-    verdicts: Any = facts["verdicts"]
-    _tell(verdicts)
-    print(f"files of the run: {folder}")
+    with shown(folder, watch, port):
+        result = fly(read, folder)
+        if result.error:
+            raise fail(EX_SOFTWARE, f"after {result.bench_s:.1f} s of bench time: {result.error}")
+        facts = conclude(read, result)
+        show(facts)
+        verdicts: Any = facts["verdicts"]
+        _tell(verdicts)
+        print(f"files of the run: {folder}")
+        if video:
+            film(folder, video)
     raise typer.Exit(EX_OK if all(verdict["holds"] for verdict in verdicts) else EX_FAILED)
 
 

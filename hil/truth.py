@@ -1,37 +1,72 @@
-"""What really happened: hashed, counted, and in a file of the bench's own (`truth.mcap`) that onboard never opens."""
+"""What really happened: hashed, counted, and in a file of the bench's own (`truth.mcap`) that onboard never opens.
+
+The file's channels, ten times a second of bench time but for faults:
+
+    /truth   JSON: position_m, quaternion_xyzw, wheel_rate_radps, wheel_rad, steer_rad, rockers_rad, contact
+    /turn    a turn of the scanner: sweep u32 (0 outside one), then (1 + n, 3) float32, m, map frame: where its middle
+             ray began, and what every fourth ray met
+    /fault   JSON: t_s, fault, target, what ("begin", "heal")
+
+It can be read while it is written: it reaches the disk within a second or two of bench time.
+"""
 
 from __future__ import annotations
 
 import hashlib
 import json
 import struct
+from collections.abc import Mapping
 from pathlib import Path
+from typing import NamedTuple
 from zlib import crc32
 
+import numpy as np
 from mcap.writer import CompressionType, Writer
 
-from hil.records import PlantState
+from hil.records import PlantState, Turn
+from onboard.records import F32
 
 _PERIOD_NS = 100_000_000
+_CHUNK_BYTES = 1 << 13  # small: who watches a run sees no more than what is whole
+_EVERY = 4  # of a turn's rays
+_SWEEP = struct.Struct("<I")
 _SCHEMA = json.dumps({"type": "object", "properties": {
     "position_m": {"type": "array"}, "quaternion_xyzw": {"type": "array"}, "wheel_rate_radps": {"type": "array"},
-    "steer_rad": {"type": "array"}, "contact": {"type": "string"}}}).encode()
+    "wheel_rad": {"type": "array"}, "steer_rad": {"type": "array"}, "rockers_rad": {"type": "array"},
+    "contact": {"type": "string"}}}).encode()
 
 
 class TruthFile:
-    """The plant's state ten times a second."""
+    """The plant's state and a turn of the scanner ten times a second, and the faults."""
 
     def __init__(self, path: Path) -> None:
         self._file = path.open("wb")
-        self._writer = Writer(self._file, compression=CompressionType.ZSTD)
+        self._writer = Writer(self._file, compression=CompressionType.ZSTD, chunk_size=_CHUNK_BYTES)
         self._writer.start(profile="", library="el-dorado")
         schema = self._writer.register_schema("eldorado.truth", "jsonschema", _SCHEMA)
-        self._channel = self._writer.register_channel("/truth", "json", schema)
+        self._truth = self._writer.register_channel("/truth", "json", schema)
+        self._turn = self._writer.register_channel("/turn", "", 0)
+        self._fault = self._writer.register_channel("/fault", "json", 0)
+        self._turned_ns = -_PERIOD_NS
 
     def add(self, state: PlantState) -> None:
         """One state a tick."""
         if state.now_ns % _PERIOD_NS == 0:
-            self._writer.add_message(self._channel, log_time=state.now_ns, publish_time=state.now_ns, data=_row(state))
+            self._add(self._truth, state.now_ns, _row(state))
+            self._file.flush()
+
+    def add_turn(self, turn: Turn) -> None:
+        """One turn of the scanner."""
+        if turn.now_ns - self._turned_ns >= _PERIOD_NS:
+            self._turned_ns = turn.now_ns
+            self._add(self._turn, turn.now_ns, _SWEEP.pack(turn.sweep) + _met(turn).astype("<f4").tobytes())
+
+    def add_fault(self, now_ns: int, row: Mapping[str, object]) -> None:
+        """A fault begins or is healed."""
+        self._add(self._fault, now_ns, json.dumps(row).encode())
+
+    def _add(self, channel: int, now_ns: int, data: bytes) -> None:
+        self._writer.add_message(channel, log_time=now_ns, publish_time=now_ns, data=data)
 
     def close(self) -> None:
         """Finish the file."""
@@ -40,7 +75,7 @@ class TruthFile:
 
 
 class Truth:
-    """Hashes the plant's state at every tick and counts contacts; with a path it keeps the states in a file, too."""
+    """Hashes the plant's state at every tick and counts contacts; with a path it keeps what it sees in a file, too."""
 
     def __init__(self, path: Path | None = None) -> None:
         self._file = TruthFile(path) if path else None
@@ -62,6 +97,16 @@ class Truth:
         if self._file:
             self._file.add(state)
 
+    def add_turn(self, turn: Turn) -> None:
+        """One turn of the scanner; for the file alone."""
+        if self._file:
+            self._file.add_turn(turn)
+
+    def add_fault(self, now_ns: int, row: Mapping[str, object]) -> None:
+        """A fault begins or is healed; for the file alone."""
+        if self._file:
+            self._file.add_fault(now_ns, row)
+
     def sha256(self) -> str:
         """Over the states of all ticks."""
         return self._sum.hexdigest()
@@ -72,9 +117,30 @@ class Truth:
             self._file.close()
 
 
+class Met(NamedTuple):
+    """A message of /turn. origin_m: (3,); points_m: (n, 3) float32."""
+
+    sweep: int
+    origin_m: F32
+    points_m: F32
+
+
+def read_turn(data: bytes) -> Met:
+    """A message of /turn. Raises ValueError, struct.error where it is none."""
+    rows = np.frombuffer(data, "<f4", offset=_SWEEP.size).reshape(-1, 3)
+    return Met(_SWEEP.unpack_from(data)[0], rows[0], rows[1:])
+
+
+def _met(turn: Turn) -> F32:
+    kept = np.flatnonzero(np.isfinite(turn.ranges_m[::_EVERY])) * _EVERY
+    points_m = turn.origins_m[kept] + turn.ranges_m[kept, None] * turn.directions[kept]
+    return np.vstack((turn.origins_m[len(turn.origins_m) // 2], points_m)).astype(np.float32)
+
+
 def _row(state: PlantState) -> bytes:
     return json.dumps({
         "position_m": state.position_m.tolist(), "quaternion_xyzw": state.quaternion_xyzw.tolist(),
-        "wheel_rate_radps": [w.rate_radps for w in state.wheels], "steer_rad": [w.steer_rad for w in state.wheels],
+        "wheel_rate_radps": [w.rate_radps for w in state.wheels], "wheel_rad": [w.position_rad for w in state.wheels],
+        "steer_rad": [w.steer_rad for w in state.wheels], "rockers_rad": list(state.rockers_rad),
         "contact": state.contact,
     }).encode()

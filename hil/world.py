@@ -25,7 +25,7 @@ from hil.devices.errors import SensorErrors
 from hil.devices.lidar import Lidar
 from hil.devices.nodes import Nodes, build_nodes
 from hil.plant import STEP_NS, Plant
-from hil.records import PlantState
+from hil.records import PlantState, Turn
 from hil.terrain import Field
 from hil.trace import Trace
 from hil.truth import Truth
@@ -126,7 +126,11 @@ class World:
         if turned is not None:
             in_base = in_base @ turned.T
         origins = positions + rotate(quaternions, np.broadcast_to(mount, in_base.shape))
-        return self.plant.cast(np.ascontiguousarray(origins), rotate(quaternions, in_base), 30.0)
+        origins, directions = np.ascontiguousarray(origins), rotate(quaternions, in_base)
+        ranges = self.plant.cast(origins, directions, 30.0)
+        sweep = self.progress.sweeps if self.progress.sweeping else 0
+        self.truth.add_turn(Turn(int(times_ns[-1]), sweep, origins, directions, ranges))
+        return ranges
 
     # -- one tick ----------------------------------------------------------------------------------------------------
 

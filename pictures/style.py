@@ -7,8 +7,8 @@ from __future__ import annotations
 
 import functools
 import io
-from collections.abc import Callable
-from typing import Any, ParamSpec
+from collections.abc import Callable, Iterator
+from typing import Any, ParamSpec, TypeVar
 
 from matplotlib import rc_context
 from matplotlib.axes import Axes
@@ -16,6 +16,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 P = ParamSpec("P")
+T = TypeVar("T")
 
 BLACK, BLUE, SKY, GREEN, ORANGE, RED, PURPLE, YELLOW = (
     "#000000", "#0072B2", "#56B4E9", "#009E73", "#E69F00", "#D55E00", "#CC79A7", "#F0E442"
@@ -44,6 +45,23 @@ def drawn(draw: Callable[P, Figure]) -> Callable[P, Figure]:
     def styled(*args: P.args, **kwargs: P.kwargs) -> Figure:
         with rc_context(_STYLE):
             return draw(*args, **kwargs)
+
+    return styled
+
+
+def drawn_frames(draw: Callable[P, Iterator[T]]) -> Callable[P, Iterator[T]]:
+    """Decorator of a generator of pictures: each is made in this style, and nothing between them changes."""
+
+    @functools.wraps(draw)
+    def styled(*args: P.args, **kwargs: P.kwargs) -> Iterator[T]:
+        frames = draw(*args, **kwargs)
+        while True:
+            with rc_context(_STYLE):
+                try:
+                    frame = next(frames)
+                except StopIteration:
+                    return
+            yield frame
 
     return styled
 

@@ -18,6 +18,8 @@ ONE_IMPORTER = {
     "zenoh": {"onboard/drivers/link_end.py", "hil/link_emulator.py"},
     "pybullet": {"hil/engine.py"},
     "filterpy": {"onboard/perception/pose_filter.py"},
+    "viser": {f"hil/watch/{name}.py" for name in ("scene", "panel", "serve")},
+    "rerun": {"hil/watch/rrd.py"},
     "rasterio": {"onboard/drivers/dem_file.py"},
     "small_gicp": {"onboard/perception/registration.py"},
 }

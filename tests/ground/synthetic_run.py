@@ -5,13 +5,14 @@ import math
 from dataclasses import replace
 
 import numpy as np
-from mcap.writer import Writer
 
 from hil import field_file
 from hil.fractal import fractal_heights
+from hil.records import PlantState, Turn, WheelTruth
 from hil.rock_sizes import PowerLaw
 from hil.rocks import scatter_rocks
 from hil.terrain import Field, truth_height
+from hil.truth import Truth
 from onboard.config import load
 from onboard.planning.mission_rule import MissionState, Stop
 from onboard.planning.next_position import Choice, NextPosition
@@ -129,19 +130,23 @@ def write_run(folder, ground=True, bench=True, step=10):
 
 
 def write_truth(path):
-    with path.open("wb") as file:
-        writer = Writer(file)
-        writer.start(profile="", library="test")
-        channel = writer.register_channel("/truth", "json", writer.register_schema("truth", "jsonschema", b"{}"))
-        for k in range(round(END_S * 10)):
-            x, y, yaw = way(share_at(k / 10))
-            driving = any(start <= k / 10 < end for start, end in LEGS)
-            steer_rad = 0.1 * driving
-            row = {"position_m": [x, y, 0.0], "quaternion_xyzw": [0, 0, math.sin(yaw / 2), math.cos(yaw / 2)],
-                   "wheel_rate_radps": [1.5 * driving] * 4, "contact": "",
-                   "steer_rad": [steer_rad, -steer_rad, -steer_rad, steer_rad]}
-            writer.add_message(channel, log_time=k * 10**8, publish_time=k * 10**8, data=json.dumps(row).encode())
-        writer.finish()
+    """As the bench writes it: a sweep before each leg, of turns that meet two points; a fault on the second leg."""
+    truth, zero = Truth(path), np.zeros(3)
+    for k in range(round(END_S * 10)):
+        time_s, now_ns = k / 10, k * 10**8
+        x, y, yaw = way(share_at(time_s))
+        driving = any(start <= time_s < end for start, end in LEGS)
+        steer_rad = 0.1 * driving
+        wheels = tuple(WheelTruth(sign * steer_rad, 0.15 * k, 1.5 * driving, 0.0) for sign in (1, -1, -1, 1))
+        turned = np.array([0, 0, math.sin(yaw / 2), math.cos(yaw / 2)])
+        truth.add(PlantState(now_ns, np.array([x, y, 0.0]), turned, zero, zero, zero, wheels, "", (0.02, -0.02)))
+        sweep = next((n for n, (start, _) in enumerate(LEGS, 1) if start - SCAN_S <= time_s < start), 0)
+        truth.add_turn(Turn(now_ns, sweep, np.full((12, 3), (x, y, 0.7)), np.full((12, 3), (0.0, 0.0, -1.0)),
+                            np.where(np.arange(12) == 8, np.inf, 0.7)))
+        if time_s in (LEGS[1][0], LEGS[1][1]):
+            what = "begin" if time_s == LEGS[1][0] else "heal"
+            truth.add_fault(now_ns, {"t_s": time_s, "fault": "wheel_stuck", "target": 2, "what": what})
+    truth.close()
 
 
 def write_bench(folder, made):

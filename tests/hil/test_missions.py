@@ -32,7 +32,7 @@ def events(folder):
 
 def truth(folder):
     with (folder / "truth.mcap").open("rb") as file:
-        for _, _, message in make_reader(file).iter_messages():
+        for _, _, message in make_reader(file).iter_messages(topics=["/truth"]):
             yield message.log_time / 1e9, json.loads(message.data)
 
 

@@ -1,0 +1,20 @@
+"""Which kinds of film there are, and whether one can be made here: asked before a run, not after it."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+KINDS = (".webp", ".gif", ".mp4")
+
+
+class KindError(ValueError):
+    """A film of this kind cannot be written here; the text says which can."""
+
+
+def check_kind(path: Path) -> None:
+    """Raise KindError where no film can be written under this name."""
+    if path.suffix not in KINDS:
+        raise KindError(f"{path}: a film is one of {', '.join(KINDS)}")
+    if path.suffix == ".mp4" and shutil.which("ffmpeg") is None:
+        raise KindError(f"{path}: an .mp4 needs ffmpeg, which is not installed; .webp needs nothing")

@@ -1,0 +1,86 @@
+"""A run's folder as a story that grows while the run does: the bench's truth and the flight program's own record.
+
+    field.npz      the true ground: needed      truth.mcap     what really happened: needed
+    onboard.mcap   events, plans, and where the flight program believes to be; without it the picture has none
+
+Both sources of a picture are this one: a run that goes on is a folder whose records are not finished yet. Nothing goes
+from here to the run, and no truth to the flight program.
+"""
+
+from __future__ import annotations
+
+import io
+import json
+import struct
+import zipfile
+from pathlib import Path
+
+import numpy as np
+
+from hil.truth import read_turn
+from hil.watch.story import Ground, Moment, Story, Told
+from hil.watch.tail import NoRunError, Said, Tail
+from onboard.planning import archive
+from onboard.records import Grid
+
+EVERY = 10  # of the ticks' believed poses: ten a second
+_DAMAGE = (ValueError, KeyError, TypeError, struct.error)
+
+
+class Folder:
+    """The files of a run. Raises NoRunError where there is no run."""
+
+    def __init__(self, path: Path) -> None:
+        for name in ("field.npz", "truth.mcap"):
+            if not (path / name).is_file():
+                raise NoRunError(f"no {path / name}: `hil run` and `hil demo` write it; --out FOLDER says where")
+        self.path, self.ground, self.story = path, read_ground(path / "field.npz"), Story()
+        self._truth, self._record = Tail(path / "truth.mcap"), Tail(path / "onboard.mcap")
+
+    @property
+    def finished(self) -> bool:
+        """Whether the run has ended: nothing more will come."""
+        return self._truth.finished
+
+    def read(self) -> None:
+        """Add what has been written since. Raises NoRunError."""
+        for tail, add in ((self._truth, self._add_truth), (self._record, self._add_record)):
+            for said in tail.read():
+                try:
+                    add(said)
+                except _DAMAGE as error:
+                    raise NoRunError(f"{tail.path} is damaged or of another version: {said.topic}, {error}") from error
+
+    def _add_truth(self, said: Said) -> None:
+        if said.topic == "/turn":
+            self.story.turns.append((said.time_s, read_turn(said.data)))
+            return
+        row = json.loads(said.data)
+        if said.topic == "/truth":
+            names = ("position_m", "quaternion_xyzw", "rockers_rad", "steer_rad", "wheel_rad")
+            self.story.add_moment(Moment(said.time_s, *(tuple(row[name]) for name in names), row["contact"]))
+        elif said.topic == "/fault":
+            name = f"{row['fault']} {row['target']}" if row["target"] else row["fault"]
+            self.story.faults.append((said.time_s, name, row["what"] == "begin"))
+            self.story.tell(Told(said.time_s, "fault", row["what"], name))
+
+    def _add_record(self, said: Said) -> None:
+        if said.topic == "/plan":
+            self.story.plans.append((said.time_s, archive.from_npz(said.data)))
+        elif said.topic == "/out/pose" and said.sequence % EVERY == 0:
+            self.story.believed_way.add(said.time_s, np.frombuffer(said.data, "<f8")[:3])
+        elif said.topic == "/out/event":
+            for row in json.loads(said.data):
+                self.story.tell(Told(row["now_ns"] / 1e9, row["severity"], row["name"], row["text"]))
+
+
+def read_ground(path: Path) -> Ground:
+    """The true ground of a run. Raises NoRunError."""
+    try:
+        with np.load(io.BytesIO(path.read_bytes())) as file:
+            heights_m = file["truth_heights_m"]
+            grid = Grid(float(file["x0_m"]), float(file["y0_m"]), float(file["cell_m"]), *heights_m.shape)
+            goal_x_m, goal_y_m = file["goal"].tolist()
+            return Ground(grid, heights_m, file["rocks"], (goal_x_m, goal_y_m))
+    except (KeyError, ValueError, OSError, EOFError, zipfile.BadZipFile) as error:
+        raise NoRunError(f"{path} is damaged: {error}") from error

@@ -1,0 +1,92 @@
+"""The panel beside the scene: time, how it is played, what is shown, what has been told. Its clicks wait in a queue."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from queue import SimpleQueue
+from typing import Any
+
+from viser import GuiApi
+
+from hil.watch.player import SPEEDS, Player
+from hil.watch.scene import LAYERS, Scene
+from hil.watch.story import Instant, Told
+
+STEP_S = 0.1
+MARKS = {"fault": "⚡ ", "warning": "▲ ", "error": "■ ", "critical": "■ "}
+LEGEND = (
+    "**Rays** pink. **Map** green free, orange obstacle, grey hidden. **Ways** black driven, green as the rover "
+    "believes, blue dashes the global path, purple what it drives now."
+)
+
+
+class Panel:
+    """Controls and words. The server's threads put clicks into `clicks`; the loop, the player's owner, takes them."""
+
+    def __init__(self, gui: GuiApi, scene: Scene, live: bool) -> None:
+        self.clicks: SimpleQueue[Callable[[Player, float], None]] = SimpleQueue()
+        self._scene, self._told, self._words = scene, "", ""
+        gui.configure_theme(show_logo=False, show_share_button=False)
+        gui.main_panel.dock_right()
+        gui.set_panel_label("El Dorado")
+        self._status = gui.add_markdown("")
+        self._time = gui.add_slider("time, s", 0.0, 1.0, STEP_S, 0.0)
+        self._hold = gui.add_button("hold / play")
+        self._speed = gui.add_dropdown("speed", [f"{speed:g}" for speed in SPEEDS], initial_value="5")
+        self._live = gui.add_checkbox("newest", live, visible=live, hint="show the run as far as it has come")
+        self._accompany = gui.add_checkbox("follow rover", False, hint="the camera moves as the rover does")
+        self._layers = {name: gui.add_checkbox(name[1:], True) for name in LAYERS}
+        self._events = gui.add_markdown("")
+        gui.add_markdown(LEGEND)
+        self._listen()
+
+    def _listen(self) -> None:
+        put = self.clicks.put
+
+        def sought(event: Any) -> None:
+            if event.client is not None:  # a hand's, not the loop's
+                put(lambda player, _: player.seek(event.target.value))
+
+        self._time.on_update(sought)
+        self._hold.on_click(lambda _: put(lambda player, end_s: player.toggle(end_s)))
+        self._speed.on_update(lambda event: put(lambda player, _: setattr(player, "speed", float(event.target.value))))
+        self._live.on_update(
+            lambda event: event.client is not None and put(lambda player, _: player.follow(event.target.value)))
+        for name, box in self._layers.items():
+            box.on_update(lambda event, name=name: setattr(self._scene.nodes[name], "visible", event.target.value))
+
+    @property
+    def accompanies(self) -> bool:
+        """Whether the camera is to move with the rover."""
+        return self._accompany.value
+
+    def show(self, instant: Instant, player: Player, end_s: float, rtf: float) -> None:
+        """Bring words and controls to this instant. rtf: how many times faster than real time, 0 unknown."""
+        if self._time.max < end_s:
+            self._time.max = end_s
+        if abs(self._time.value - instant.time_s) >= STEP_S:
+            self._time.value = round(min(instant.time_s, self._time.max), 1)
+        if self._live.value != player.following:
+            self._live.value = player.following
+        words = status(instant, end_s, rtf)
+        if words != self._words:
+            self._words = self._status.content = words
+        told = "\n".join(map(event_line, reversed(instant.told)))
+        if told != self._told:
+            self._told = self._events.content = told
+
+
+def status(instant: Instant, end_s: float, rtf: float) -> str:
+    """Time, speed of the run, faults that last, what is touched."""
+    speed = f"   ×{rtf:.1f} real time" if rtf else ""
+    lines = [f"**{instant.time_s:.1f} s** of {end_s:.1f} s{speed}"]
+    lines += [f"⚡ **fault: {name}**" for name in instant.faults]
+    if instant.moment.contact:
+        lines.append(f"■ **touches: {instant.moment.contact}**")
+    return "\n\n".join(lines)
+
+
+def event_line(told: Told) -> str:
+    """One row of the list."""
+    mark = MARKS.get(told.severity, "")
+    return f"- {mark}{told.time_s:.1f} s **{told.name}** {told.text}"

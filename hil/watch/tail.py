@@ -1,0 +1,88 @@
+"""A record that may still be written, from where reading stopped: every message that is whole, none twice."""
+
+from __future__ import annotations
+
+import io
+import struct
+from collections.abc import Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+from mcap.exceptions import EndOfFile, McapError
+from mcap.records import Channel, Footer, Message
+from mcap.stream_reader import MAGIC_SIZE, StreamReader
+from zstandard import ZstdError
+
+_HEAD = struct.Struct("<BQ")  # of every MCAP record: its kind, and how many bytes follow
+_LARGEST_BYTES = 1 << 30
+_AT_ONCE_BYTES = 1 << 24
+
+
+class NoRunError(ValueError):
+    """The folder holds no run that can be watched; one line that says which file, and what to do."""
+
+
+class Said(NamedTuple):
+    """A message of a record."""
+
+    topic: str
+    time_s: float
+    data: bytes
+    sequence: int
+
+
+class Tail:
+    """Reads an MCAP file in its order. `finished`: its writer has closed it."""
+
+    def __init__(self, path: Path) -> None:
+        self.path, self.finished = path, False
+        self._at = 0
+        self._topics: dict[int, str] = {}
+
+    def read(self) -> Iterator[Said]:
+        """What is new since the last call; nothing while there is no file. Raises NoRunError."""
+        while part := self._whole():
+            try:
+                yield from self._messages(part)
+            except EndOfFile:
+                pass
+            except (McapError, ZstdError, ValueError, struct.error) as error:
+                raise NoRunError(f"{self.path} is damaged: {error}") from error
+
+    def _messages(self, part: bytes) -> Iterator[Said]:
+        """Of whole records; ends with EndOfFile where the part ends."""
+        for record in StreamReader(io.BytesIO(part), skip_magic=True).records:
+            if isinstance(record, Channel):
+                self._topics[record.id] = record.topic
+            elif isinstance(record, Message):
+                yield Said(self._topics[record.channel_id], record.log_time / 1e9, record.data, record.sequence)
+            elif isinstance(record, Footer):
+                self.finished = True
+
+    def _whole(self) -> bytes:
+        """The next whole records, b'' where there are none."""
+        if self.finished or not self.path.is_file():
+            return b""
+        with self.path.open("rb") as file:
+            size = file.seek(0, io.SEEK_END)
+            if size < self._at:
+                raise NoRunError(f"{self.path} was begun anew: another run has started here, watch it again")
+            if self._at == 0:
+                if size < MAGIC_SIZE:
+                    return b""
+                file.seek(0)
+                if not file.read(MAGIC_SIZE).startswith(b"\x89MCAP"):
+                    raise NoRunError(f"{self.path} is damaged: it does not begin as a record does")
+                self._at = MAGIC_SIZE
+            start = end = self._at
+            while end + _HEAD.size <= size and end - start < _AT_ONCE_BYTES:
+                file.seek(end)
+                _, length = _HEAD.unpack(file.read(_HEAD.size))
+                if length > _LARGEST_BYTES:
+                    raise NoRunError(f"{self.path} is damaged: byte {end} begins a record of {length} bytes")
+                if end + _HEAD.size + length > size:
+                    break
+                end += _HEAD.size + length
+            file.seek(start)
+            self._at = end
+            return file.read(end - start)
