@@ -20,6 +20,7 @@ from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 
+from hil import field_file
 from hil.can_hub import CanHub
 from hil.can_socket import CanSocket
 from hil.lidar_server import LidarServer
@@ -130,6 +131,7 @@ def fly(scenario: Scenario, folder: Path, real: Real, tell: Callable[[Progress, 
     """
     folder.mkdir(parents=True, exist_ok=True)
     ground = ground_of(scenario).field
+    (folder / "field.npz").write_bytes(field_file.to_npz(ground))
     (folder / "gdem.npz").write_bytes(to_npz(ground.gdem))
     rover_side, ground_side = (f"tcp/127.0.0.1:{port}" for port in free_ports(2))
     up, down = write_keys(folder)

@@ -46,8 +46,8 @@ class Tail:
                 yield from self._messages(part)
             except EndOfFile:
                 pass
-            except (McapError, ZstdError, ValueError, struct.error) as error:
-                raise NoRunError(f"{self.path} is damaged: {error}") from error
+            except (McapError, ZstdError, ValueError, KeyError, struct.error) as error:
+                raise NoRunError(f"{self.path} is damaged: {type(error).__name__}: {error}") from error
 
     def _messages(self, part: bytes) -> Iterator[Said]:
         """Of whole records; ends with EndOfFile where the part ends."""
