@@ -123,7 +123,7 @@ def _facts(run: Run) -> list[tuple[str, str]]:
         ("CAN frames, SCIP bytes", _filled("{can_frames}, {scip_bytes}", known)),
         ("orbiter's map", known.get("gdem")),
         ("wall time of a tick", _laps(known.get("tick_wall_ms", {}))),
-        ("link profile", _filled("{link_profile}: {link_note}", {"link_note": "see hil/link_profiles.toml", **known})),
+        ("link profile", _filled("{link_profile}: {link_note}", {"link_note": "see hil/link/profiles.toml", **known})),
         ("datagrams, rover to ground", _filled("{sent} sent, {lost} lost", down or {})),
         ("datagrams, ground to rover", _filled("{sent} sent, {lost} lost", up or {})),
         ("onboard's largest memory", _filled("{onboard_peak_rss_mb} MB", known)),

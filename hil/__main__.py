@@ -14,9 +14,8 @@ from rich.console import Console
 from rich.table import Table
 
 from hil import demo as after
-from hil import scenario_command
-from hil.can_command import EPILOG as CAN_EPILOG
-from hil.can_command import main as can_command
+from hil.can.command import EPILOG as CAN_EPILOG
+from hil.can.command import main as can_command
 from hil.flying import (
     EX_CONFIG,
     EX_FAILED,
@@ -30,11 +29,12 @@ from hil.flying import (
     fly_mixed,
     show,
 )  # fmt: skip
-from hil.lidar_command import EPILOG as LIDAR_EPILOG
-from hil.lidar_command import main as lidar_command
-from hil.link_emulator import main as link_command
+from hil.lidar.command import EPILOG as LIDAR_EPILOG
+from hil.lidar.command import main as lidar_command
+from hil.link.emulator import main as link_command
 from hil.processes import FIXED_ENVIRONMENT
-from hil.scenario import Scenario
+from hil.scenario import command as scenario_command
+from hil.scenario.scenario import Scenario
 from hil.watch.command import EPILOG as WATCH_EPILOG
 from hil.watch.command import PORT, AfterOption, PortOption, WatchOption, check_film, film, shown
 from hil.watch.command import main as watch_command
@@ -144,7 +144,7 @@ def urdf(
 
     Exit codes: 0 written, 66 no such file, 78 something wrong in the configuration.
     """
-    from hil.ros_urdf import ros_urdf
+    from hil.plant.ros_urdf import ros_urdf
 
     try:
         print(ros_urdf(load(config).rover), end="")

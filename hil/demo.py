@@ -20,10 +20,10 @@ from mcap.reader import make_reader
 from numpy.typing import NDArray
 
 from hil.devices.lidar_profile import IDEAL
-from hil.impairment import Profile, load_profile
+from hil.link.impairment import Profile, load_profile
 from hil.processes import FIXED_ENVIRONMENT
-from hil.scenario import Scenario
-from hil.verdicts import Facts, Verdict, judge
+from hil.scenario.scenario import Scenario
+from hil.scenario.verdicts import Facts, Verdict, judge
 from onboard.planning.archive import from_npz
 from onboard.records import Event
 

@@ -13,14 +13,14 @@ from rich.table import Table
 from rich.text import Text
 
 from hil import demo as after
-from hil.can_socket import NoInterfaceError
-from hil.scenario import Scenario
+from hil.can.socket import NoInterfaceError
+from hil.scenario.scenario import Scenario
 from hil.status import status
 from onboard.config import ConfigError
 
 if TYPE_CHECKING:
+    from hil.bench.world import Progress
     from hil.run import RunResult
-    from hil.world import Progress
 
 SHOWN = (
     "goal_reached", "outcome", "distance_to_goal_m", "collisions", "scans", "replans", "way_m", "bench_s", "rtf",
@@ -66,8 +66,8 @@ def fly(scenario: Scenario, out: Path, pace: float = 0.0) -> RunResult:
 
 def fly_mixed(scenario: Scenario, out: Path, lidar: str, can: str) -> None:
     """Beside real devices until Ctrl-C, which is how it ends."""
-    from hil.mixed import Real
-    from hil.mixed import fly as fly_beside
+    from hil.bench.mixed import Real
+    from hil.bench.mixed import fly as fly_beside
     from hil.processes import ProcessDiedError
 
     try:

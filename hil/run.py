@@ -12,19 +12,19 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from hil import field_file
-from hil.bench import Bench, Joined
-from hil.can_hub import CanHub
-from hil.can_socket import CanSocket
-from hil.fields import Accepted
-from hil.impairment import PROFILES
-from hil.injection import Injector
-from hil.lockstep import ParticipantLostError
-from hil.plant import PlantAbortError
+from hil.bench.bench import Bench, Joined
+from hil.bench.lockstep import ParticipantLostError
+from hil.bench.truth import Truth
+from hil.bench.world import Progress
+from hil.can.hub import CanHub
+from hil.can.socket import CanSocket
+from hil.faults.injection import Injector
+from hil.link.impairment import PROFILES
+from hil.plant.plant import PlantAbortError
 from hil.processes import ProcessDiedError, Processes, free_ports
-from hil.scenario import Scenario, flight_settings, goal_words, ground_of, sensor_errors
-from hil.truth import Truth
-from hil.world import Progress
+from hil.scenario.scenario import Scenario, flight_settings, goal_words, ground_of, sensor_errors
+from hil.terrain import field_file
+from hil.terrain.fields import Accepted
 from onboard.config import load
 from onboard.maps.gdem_file import to_npz
 from protocol.conventions import TICK_NS

@@ -15,7 +15,7 @@ import numpy as np
 from hypothesis import strategies as st
 from numpy.typing import DTypeLike
 
-from hil.soil import CLASSES, SoilContacts
+from hil.plant.soil import CLASSES, SoilContacts
 from onboard.native import (
     cell_classes,
     cells,

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from hil.injection import INJECTIONS
+from hil.faults.injection import INJECTIONS
 from onboard.core.monitors import MONITORS
 from protocol.faults import BY_NAME, FAULTS
 
@@ -15,8 +15,8 @@ GENERATED = {"protocol/can_codec.py", "protocol/can_frames.py", "protocol/eldora
 
 ONE_IMPORTER = {
     "can": {f"onboard/drivers/can_{name}.py" for name in ("base", "bus", "log", "socketcan", "socketcand")},
-    "zenoh": {"onboard/drivers/link_end.py", "hil/link_emulator.py"},
-    "pybullet": {"hil/engine.py"},
+    "zenoh": {"onboard/drivers/link_end.py", "hil/link/emulator.py"},
+    "pybullet": {"hil/plant/engine.py"},
     "filterpy": {"onboard/perception/pose_filter.py"},
     "viser": {f"hil/watch/{name}.py" for name in ("scene", "panel", "serve")},
     "rerun": {"hil/watch/rrd.py"},

@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-from hil.slopes import SLOPES_DEG, slip
+from hil.plant.slopes import SLOPES_DEG, slip
 from pictures import slopes
 from pictures.style import png
 

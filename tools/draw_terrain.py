@@ -9,10 +9,10 @@ from pathlib import Path
 
 import numpy as np
 
-from hil.craters import CraterLaw, depth_m, profile_m
-from hil.recipe import Course, Recipe, compose
-from hil.rock_sizes import Golombek, PowerLaw
-from hil.terrain import truth_height
+from hil.terrain.craters import CraterLaw, depth_m, profile_m
+from hil.terrain.field import truth_height
+from hil.terrain.recipe import Course, Recipe, compose
+from hil.terrain.rock_sizes import Golombek, PowerLaw
 from onboard.records import Grid
 from pictures.ground_kinds import Profile, Sizes, craters, fractals, rock_sizes
 from pictures.style import png

@@ -9,7 +9,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
 
-from hil.ros_urdf import ros_urdf  # noqa: E402
+from hil.plant.ros_urdf import ros_urdf  # noqa: E402
 from onboard.config import Rover  # noqa: E402
 from protocol import commands, modes  # noqa: E402
 from protocol.faults import FAULTS, Step  # noqa: E402

@@ -1,5 +1,5 @@
 // Rays on a raster of heights, and on one with rocks, for Python: unpacks arrays, releases the lock. Checks are in
-// hil/heightfield.py and hil/raycast.py.
+// hil/terrain/heightfield.py and hil/plant/ground_bodies.py.
 #include <nanobind/nanobind.h>
 #include <nanobind/ndarray.h>
 

@@ -42,7 +42,7 @@ struct Ground {
     }
 };
 
-struct Soil {  // one row of hil.soil.CLASSES
+struct Soil {  // one row of hil.plant.soil.CLASSES
     double stiffness, exponent, damping, unloading, cohesion, tan_phi, shear_length, shear_damping;
 };
 

@@ -17,7 +17,7 @@ from pathlib import Path
 
 import numpy as np
 
-from hil.truth import read_turn
+from hil.bench.truth import read_turn
 from hil.watch.story import Ground, Moment, Story, Told
 from hil.watch.tail import NoRunError, Said, Tail
 from onboard.planning import archive

@@ -8,7 +8,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from hil.rover_model import urdf
+from hil.plant.rover_model import urdf
 from hil.watch.story import Moment
 from onboard.config import Rover
 from onboard.records import F64

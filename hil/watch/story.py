@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from hil.truth import Met
+from hil.bench.truth import Met
 from onboard.planning.archive import PlanPicture
 from onboard.records import F32, F64, Grid
 

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hil.mesh import soil_height
+from hil.terrain.mesh import soil_height
 from hil.watch.story import Ground
 from onboard.planning.archive import PlanPicture
 from onboard.records import F32, F64, I32, U8, Bool, Grid, NodeSet
@@ -97,7 +97,7 @@ def _under_rocks(ground: Ground, x_m: F64, y_m: F64) -> Bool:
 
 
 def _surface(x_m: F64, y_m: F64, heights_m: F32, known: Bool, colours: NDArray[np.uint8]) -> Surface:
-    """Squares whose four corners are known, each cut as the physics cuts it (hil.mesh)."""
+    """Squares whose four corners are known, each cut as the physics cuts it (hil.terrain.mesh)."""
     number = np.arange(known.size).reshape(known.shape)
     whole = known[:-1, :-1] & known[:-1, 1:] & known[1:, :-1] & known[1:, 1:]
     a, b, c, d = (corner[whole] for corner in (number[:-1, :-1], number[:-1, 1:], number[1:, :-1], number[1:, 1:]))

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from hil.turns import rotate
+from hil.plant.turns import rotate
 from hil.watch.film_kind import KindError, check_kind
 from hil.watch.folder import Folder
 from hil.watch.story import Instant, Story

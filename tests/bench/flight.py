@@ -17,13 +17,13 @@ import numpy as np
 from mcap.reader import make_reader
 from mcap.stream_reader import StreamReader
 
-from hil.bench import Bench, Joined
-from hil.can_hub import CanHub
-from hil.grounds import GROUNDS
+from hil.bench.bench import Bench, Joined
+from hil.bench.truth import Truth
+from hil.can.hub import CanHub
 from hil.processes import Processes, free_ports
 from hil.run import NAMES, RunResult, run, write_station
-from hil.scenario import Scenario
-from hil.truth import Truth
+from hil.scenario.scenario import Scenario
+from hil.terrain.grounds import GROUNDS
 from onboard.app import LATER, load_gdem
 from onboard.config import load
 from onboard.core.tick import Rover, tick

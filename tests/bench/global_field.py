@@ -14,8 +14,8 @@ import numpy as np
 from scipy import ndimage, sparse
 from scipy.sparse import csgraph
 
-from hil.fractal import fractal_heights
-from hil.mesh import slopes_deg
+from hil.terrain.fractal import fractal_heights
+from hil.terrain.mesh import slopes_deg
 from onboard.config import Planning
 from onboard.native import global_field as door
 from onboard.planning import global_path

@@ -9,7 +9,7 @@ from statistics import median
 import numpy as np
 import small_gicp
 
-from hil.fractal import fractal_heights
+from hil.terrain.fractal import fractal_heights
 from onboard.config import Localisation, Rover
 from onboard.native import raster
 from onboard.native.cells import Mount, Turn

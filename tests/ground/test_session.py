@@ -9,7 +9,7 @@ from toy_rover import TICK_NS, ToyRover, a_map
 
 from ground.script import Runner, parse
 from ground.session import EventHeard, Item, ProductHeard, ReportHeard, Session
-from hil.impairment import Profile, both_directions, load_profile
+from hil.link.impairment import Profile, both_directions, load_profile
 from protocol.link import bench_keys
 from protocol.products import decode_ldem, encode_ldem
 from protocol.transactions import State

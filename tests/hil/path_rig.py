@@ -3,7 +3,7 @@
 import math
 
 from hil.devices.nodes import build_nodes
-from hil.plant import Plant
+from hil.plant.plant import Plant
 from onboard.config import Can, Motion, Rover
 from onboard.devices.nodes import Nodes
 from onboard.motion.follower import Follower

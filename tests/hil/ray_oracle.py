@@ -10,7 +10,7 @@ from functools import cache
 
 import numpy as np
 
-from hil.terrain import height_at
+from hil.terrain.field import height_at
 from tests.hil.small_fields import field_of, rough
 
 BLOCK = 20_000

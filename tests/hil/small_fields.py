@@ -4,11 +4,11 @@ import math
 
 import numpy as np
 
-from hil.fractal import fractal_heights
-from hil.mesh import slopes_deg
-from hil.rock_sizes import PowerLaw
-from hil.rocks import scatter_rocks
-from hil.terrain import Field
+from hil.terrain.field import Field
+from hil.terrain.fractal import fractal_heights
+from hil.terrain.mesh import slopes_deg
+from hil.terrain.rock_sizes import PowerLaw
+from hil.terrain.rocks import scatter_rocks
 from onboard.records import Gdem, Grid, Pose
 
 CELL_M = 0.05

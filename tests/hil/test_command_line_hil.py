@@ -12,13 +12,13 @@ def hil(*arguments):
 
 
 def test_help_and_link_load_neither_the_engine_nor_the_bench():
-    heavy = {"pybullet", "hil.bench", "hil.run", "viser", "PIL", "matplotlib"}
+    heavy = {"pybullet", "hil.bench.bench", "hil.run", "viser", "PIL", "matplotlib"}
     code = f"import sys, hil.__main__; print(sorted({heavy} & set(sys.modules)))"
     assert hil("-c", code).stdout == "[]\n"
 
 
 def test_the_engine_loads_without_a_word():
-    done = hil("-c", "import hil.engine; print(hil.engine.pybullet.DIRECT)")
+    done = hil("-c", "import hil.plant.engine; print(hil.plant.engine.pybullet.DIRECT)")
     assert (done.stdout, done.stderr) == ("2\n", "")
 
 

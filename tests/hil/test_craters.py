@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from hil.craters import REACH, Crater, CraterLaw, crater_relief, depth_m, draw_craters, profile_m, rim_height_m
+from hil.terrain.craters import REACH, Crater, CraterLaw, crater_relief, depth_m, draw_craters, profile_m, rim_height_m
 from onboard.records import Grid
 
 DIAMETERS = [0.5, 2.0, 6.0, 1000.0]

@@ -10,14 +10,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hil import rover_model
-from hil.engine import BODY, ROCK, SOIL, WHEEL, pybullet
-from hil.engine_rays import EngineRays
-from hil.ground_rays import GroundRays
-from hil.plant import Plant
-from hil.raycast import Ground
+from hil.plant import rover_model
+from hil.plant.engine import BODY, ROCK, SOIL, WHEEL, pybullet
+from hil.plant.ground_bodies import Ground
+from hil.plant.plant import Plant
+from hil.rays.engine_rays import EngineRays
+from hil.rays.ground_rays import GroundRays
 from hil.records import WheelDrive
-from hil.terrain import height_at
+from hil.terrain.field import height_at
 from onboard.config import Rover
 from onboard.records import Pose
 from tests.hil.small_fields import field_of, plane, rough
@@ -173,7 +173,7 @@ def cylinders(rover):
 @pytest.fixture
 def drive(monkeypatch):
     """States of a drive ahead with the engine's wheels or ours."""
-    monkeypatch.setattr("hil.plant.urdf", cylinders)
+    monkeypatch.setattr("hil.plant.plant.urdf", cylinders)
     plants = []
 
     def of(kind, field, seconds):

@@ -4,10 +4,10 @@ import io
 
 import numpy as np
 
-from hil import field_file
-from hil.rock_sizes import PowerLaw
-from hil.rocks import scatter_rocks
-from hil.terrain import Field, truth_height
+from hil.terrain import field_file
+from hil.terrain.field import Field, truth_height
+from hil.terrain.rock_sizes import PowerLaw
+from hil.terrain.rocks import scatter_rocks
 from onboard.records import Gdem, Grid, Pose
 
 

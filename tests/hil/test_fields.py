@@ -1,4 +1,4 @@
-"""Accepted fields keep the ranges and rules that are printed at the head of hil/fields.py."""
+"""Accepted fields keep the ranges and rules that are printed at the head of hil/terrain/fields.py."""
 
 import math
 import zlib
@@ -6,8 +6,9 @@ import zlib
 import numpy as np
 import pytest
 
-from hil import real_ground
-from hil.fields import (
+from hil.terrain import real_ground
+from hil.terrain.field import height_at, truth_height
+from hil.terrain.fields import (
     crater_field,
     demo_field,
     free_with_room,
@@ -18,9 +19,8 @@ from hil.fields import (
     straight_line,
     true_surface,
 )
-from hil.mesh import block_mean
-from hil.real_ground import real_field, scaled_heights
-from hil.terrain import height_at, truth_height
+from hil.terrain.mesh import block_mean
+from hil.terrain.real_ground import real_field, scaled_heights
 from onboard.config import Planning, Rover
 from onboard.planning import poses
 

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from hil.fractal import fractal_heights
+from hil.terrain.fractal import fractal_heights
 
 SEEDS = range(40)
 

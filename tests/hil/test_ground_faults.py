@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hil import ground_faults
-from hil.ground_faults import KINDS, across
-from hil.grounds import flat_field
-from hil.plant import Plant
+from hil.faults import ground_faults
+from hil.faults.ground_faults import KINDS, across
+from hil.plant.plant import Plant
+from hil.terrain.grounds import flat_field
 
 WAY_M = np.array([[0.0, 0.0], [1.0, 0.0], [8.0, 0.0]])
 

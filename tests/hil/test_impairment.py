@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hil.impairment import Impairment, Profile, both_directions, load_profile
+from hil.link.impairment import Impairment, Profile, both_directions, load_profile
 from onboard.config import ConfigError
 
 S = 1_000_000_000

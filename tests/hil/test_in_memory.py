@@ -10,11 +10,11 @@ from pathlib import Path
 
 import pytest
 
-from hil.in_memory import CAMPAIGN_STEP_NS, InMemory, goto
-from hil.operator import Order
+from hil.bench.in_memory import CAMPAIGN_STEP_NS, InMemory, goto
+from hil.bench.operator import Order
 from hil.processes import FIXED_ENVIRONMENT
 from hil.run import run
-from hil.scenario import Injection, Scenario, load_scenario
+from hil.scenario.scenario import Injection, Scenario, load_scenario
 from protocol.conventions import TICK_NS
 from protocol.modes import Mode
 from protocol.transactions import State

@@ -8,7 +8,7 @@ import pytest
 from hil.devices.lidar import Lidar
 from hil.devices.lidar_faults import KINDS, Fault, load_faults, parse_fault
 from hil.devices.lidar_profile import IDEAL, PROFILES
-from hil.injection import INJECTIONS
+from hil.faults.injection import INJECTIONS
 from onboard.config import ConfigError
 from protocol import WireError, scip
 

@@ -16,9 +16,9 @@ from hokuyolx.exceptions import HokuyoException, HokuyoStatusException
 
 from hil.devices.lidar import Lidar
 from hil.devices.lidar_profile import UTM30LX, UTM30LX_EW
-from hil.lidar_server import LidarServer
-from hil.lidar_service import Outlet, serve
-from hil.scenes import SCENES, still
+from hil.lidar.scenes import SCENES, still
+from hil.lidar.server import LidarServer
+from hil.lidar.service import Outlet, serve
 
 MS = 1_000_000
 ROOM = still(SCENES["room"]())

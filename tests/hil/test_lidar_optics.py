@@ -7,7 +7,7 @@ import pytest
 
 from hil.devices.lidar_optics import Optics, echoes, grazing
 from hil.devices.lidar_profile import IDEAL, UTM30LX_EW
-from hil.scenes import SCENES, Boxes, still
+from hil.lidar.scenes import SCENES, Boxes, still
 from protocol import scip
 
 NOISELESS = dataclasses.replace(UTM30LX_EW, noise_near_m=0.0, noise_far_m=0.0, grazing_rad=0.0)

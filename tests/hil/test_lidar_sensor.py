@@ -9,7 +9,7 @@ import pytest
 
 from hil.devices import lidar as sensor
 from hil.devices import lidar_profile as profiles
-from hil.lidar_server import LidarServer, LidarTerminal
+from hil.lidar.server import LidarServer, LidarTerminal
 from onboard.config import ConfigError
 from onboard.config import Lidar as LidarConfig
 from onboard.devices.lidar import LidarSession

@@ -16,14 +16,14 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from hil import cable as cables
 from hil.__main__ import app
 from hil.devices.lidar import Lidar, Piece
 from hil.devices.lidar_faults import Fault
 from hil.devices.lidar_profile import IDEAL, UTM30LX, UTM30LX_EW
-from hil.lidar_server import LidarServer, LidarTerminal
-from hil.lidar_service import Outlet, serve
-from hil.scenes import SCENES, still
+from hil.lidar import cable as cables
+from hil.lidar.scenes import SCENES, still
+from hil.lidar.server import LidarServer, LidarTerminal
+from hil.lidar.service import Outlet, serve
 from protocol import scip
 
 ROOT = Path(__file__).parents[2]

@@ -9,8 +9,8 @@ from contextlib import ExitStack
 import pytest
 import zenoh
 
-from hil.impairment import both_directions, load_profile
-from hil.link_emulator import NEVER, LinkEmulator, LinkError, Side, run_lockstep
+from hil.link.emulator import NEVER, LinkEmulator, LinkError, Side, run_lockstep
+from hil.link.impairment import both_directions, load_profile
 from hil.processes import free_ports
 from protocol import barrier, carrier
 from protocol.link import KEY_DOWN, KEY_UP

@@ -5,7 +5,7 @@ import threading
 
 import pytest
 
-from hil.lockstep import Barrier, ParticipantLostError
+from hil.bench.lockstep import Barrier, ParticipantLostError
 from protocol.barrier import Channel, Done, Hello, Receiver, Stop, Tick, encode
 
 

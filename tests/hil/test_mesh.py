@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from hil.mesh import block_mean, slopes_deg, soil_height
+from hil.terrain.mesh import block_mean, slopes_deg, soil_height
 from onboard.records import Grid
 
 

@@ -11,7 +11,7 @@ import pytest
 from mcap.reader import make_reader
 
 from hil.run import run
-from hil.scenario import load_scenario
+from hil.scenario.scenario import load_scenario
 
 SCENARIOS = Path(__file__).parents[2] / "hil" / "scenarios"
 pytestmark = pytest.mark.mission

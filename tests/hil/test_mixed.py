@@ -12,10 +12,10 @@ from pathlib import Path
 
 import pytest
 
-from hil.can_socket import NoInterfaceError
-from hil.grounds import GROUNDS
-from hil.mixed import MixedBench, Real, write_keys
-from hil.truth import Truth
+from hil.bench.mixed import MixedBench, Real, write_keys
+from hil.bench.truth import Truth
+from hil.can.socket import NoInterfaceError
+from hil.terrain.grounds import GROUNDS
 from onboard.config import Rover
 from onboard.drivers.can_bus import CanPort
 from onboard.records import Frame, PortState

@@ -6,9 +6,9 @@ import math
 import numpy as np
 import pytest
 
-from hil.plant import Plant, PlantAbortError
+from hil.plant.plant import Plant, PlantAbortError
 from hil.records import WheelDrive
-from hil.rocks import Rock
+from hil.terrain.rocks import Rock
 from onboard.records import Pose
 from tests.hil.small_fields import field_of, plane, rough
 

@@ -10,7 +10,7 @@ from mcap.reader import make_reader
 
 from hil.processes import ProcessDiedError, Processes, free_ports
 from hil.run import run
-from hil.scenario import load_scenario
+from hil.scenario.scenario import load_scenario
 
 SCENARIOS = Path(__file__).parents[2] / "hil" / "scenarios"
 

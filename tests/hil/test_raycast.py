@@ -9,16 +9,16 @@ import pytest
 from typer.testing import CliRunner
 
 from hil.__main__ import app
-from hil.embree_rays import EmbreeRays
-from hil.engine import pybullet
-from hil.engine_rays import EngineRays
-from hil.ground_rays import GroundRays
-from hil.in_memory import InMemory
-from hil.raycast import Ground
-from hil.rays import CASTERS
-from hil.rocks import Rock
-from hil.scenario import load_scenario
-from hil.terrain import height_at
+from hil.bench.in_memory import InMemory
+from hil.plant.engine import pybullet
+from hil.plant.ground_bodies import Ground
+from hil.rays.casters import CASTERS
+from hil.rays.embree_rays import EmbreeRays
+from hil.rays.engine_rays import EngineRays
+from hil.rays.ground_rays import GroundRays
+from hil.scenario.scenario import load_scenario
+from hil.terrain.field import height_at
+from hil.terrain.rocks import Rock
 from onboard.config import ConfigError
 from tests.hil.ray_oracle import TERRAINS, tried
 from tests.hil.small_fields import CELL_M, field_of, rough

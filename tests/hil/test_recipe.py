@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hil.craters import CraterLaw
-from hil.mesh import block_mean, slopes_deg
-from hil.recipe import Course, Recipe, compose
-from hil.rock_sizes import Golombek, PowerLaw
+from hil.terrain.craters import CraterLaw
+from hil.terrain.mesh import block_mean, slopes_deg
+from hil.terrain.recipe import Course, Recipe, compose
+from hil.terrain.rock_sizes import Golombek, PowerLaw
 
 BARE = Recipe(hurst=0.8, median_slope_deg=5.0)
 

@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from hil.rock_sizes import Golombek, PowerLaw
-from hil.rocks import rock_top, scatter_rocks
+from hil.terrain.rock_sizes import Golombek, PowerLaw
+from hil.terrain.rocks import rock_top, scatter_rocks
 from onboard.records import Grid
 
 AREA_M2 = 400.0

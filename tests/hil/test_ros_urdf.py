@@ -8,10 +8,10 @@ import pytest
 from typer.testing import CliRunner
 
 from hil.__main__ import app
-from hil.engine import pybullet
-from hil.plant import Plant
+from hil.plant.engine import pybullet
+from hil.plant.plant import Plant
+from hil.plant.ros_urdf import CORNERS, ros_urdf
 from hil.records import WheelDrive
-from hil.ros_urdf import CORNERS, ros_urdf
 from onboard.config import Rover
 from tests.hil.small_fields import rough
 

@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hil import field_file
-from hil.injection import INJECTIONS, Injector
-from hil.scenario import Scenario, ground_of, load_scenario, scenario_of
-from hil.terrain import truth_height
+from hil.faults.injection import INJECTIONS, Injector
+from hil.scenario.scenario import Scenario, ground_of, load_scenario, scenario_of
+from hil.terrain import field_file
+from hil.terrain.field import truth_height
 from onboard.config import ConfigError
 
 OWN = sorted((Path(__file__).parents[2] / "hil" / "scenarios").glob("*.toml"))

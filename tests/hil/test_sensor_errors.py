@@ -6,11 +6,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from hil.bench.in_memory import InMemory
 from hil.devices.errors import USUAL, ImuErrors, PowerErrors, SensorErrors, TiltErrors, WheelErrors
 from hil.devices.nodes import build_nodes
-from hil.in_memory import InMemory
 from hil.records import PlantState, WheelTruth
-from hil.scenario import Scenario, load_scenario
+from hil.scenario.scenario import Scenario, load_scenario
 from onboard.config import ConfigError
 from onboard.records import Frame
 from protocol.can_codec import TABLE, TiltMode

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from hil.plant import STEP_NS, Plant
+from hil.plant.plant import STEP_NS, Plant
+from hil.plant.slopes import SLOPES_DEG, inclined, slip
 from hil.records import WheelDrive
-from hil.slopes import SLOPES_DEG, inclined, slip
 from onboard.records import Pose
 from pictures import slopes as picture
 from protocol.conventions import TICK_NS

@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from hil.mesh import soil_height
-from hil.soil import CLASSES, SoilContacts
+from hil.plant.soil import CLASSES, SoilContacts
+from hil.terrain.mesh import soil_height
 from onboard.records import Grid
 
 RADIUS_M, WIDTH_M, DT_S = 0.10, 0.10, 0.002

@@ -3,7 +3,7 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hil.trace import Trace, first_difference
+from hil.bench.trace import Trace, first_difference
 
 
 def trace(sums):

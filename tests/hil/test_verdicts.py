@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from hil.verdicts import Expect, Facts, Seen, expect_of, judge
+from hil.scenario.verdicts import Expect, Facts, Seen, expect_of, judge
 from onboard.config import ConfigError
 from onboard.records import Event
 

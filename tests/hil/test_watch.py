@@ -16,12 +16,12 @@ from PIL import Image
 from typer.testing import CliRunner
 
 from hil.__main__ import app
-from hil.engine import pybullet
 from hil.flying import conclude
+from hil.plant.engine import pybullet
+from hil.plant.rover_model import urdf
 from hil.processes import free_ports
-from hil.rover_model import urdf
 from hil.run import run as run_scenario
-from hil.scenario import Scenario
+from hil.scenario.scenario import Scenario
 from hil.watch import video
 from hil.watch.folder import Folder
 from hil.watch.live import RECORDS, watched

@@ -9,8 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from mcap.reader import make_reader
 
+from hil.bench.truth import Truth, read_turn
 from hil.records import Turn
-from hil.truth import Truth, read_turn
 from hil.watch.folder import Folder
 from hil.watch.player import Player
 from hil.watch.story import STEP_M, Moment, Story, Way

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from hil.mesh import soil_height
-from hil.terrain import truth_height
+from hil.terrain.field import truth_height
+from hil.terrain.mesh import soil_height
 from hil.watch import surfaces
 from hil.watch.story import Ground
 from hil.watch.surfaces import ABOVE_M, dashes, ground_surface, map_surface, on_ground, segments

@@ -16,11 +16,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from hil.fractal import fractal_heights
-from hil.mesh import block_mean, slopes_deg
-from hil.rock_sizes import Golombek, PowerLaw, RockLaw
-from hil.rocks import scatter_rocks
-from hil.terrain import Field
+from hil.terrain.field import Field
+from hil.terrain.fractal import fractal_heights
+from hil.terrain.mesh import block_mean, slopes_deg
+from hil.terrain.rock_sizes import Golombek, PowerLaw, RockLaw
+from hil.terrain.rocks import scatter_rocks
 from onboard.records import F32, F64, Gdem, Grid, Pose
 from tests.missions.world import World, of_field
 

@@ -17,10 +17,10 @@ from functools import cached_property
 
 import numpy as np
 
-from hil.fields import surface_of
-from hil.heightfield import HeightField
-from hil.mesh import soil_height
-from hil.terrain import Field, truth_height
+from hil.terrain.field import Field, truth_height
+from hil.terrain.fields import surface_of
+from hil.terrain.heightfield import HeightField
+from hil.terrain.mesh import soil_height
 from onboard.config import Rover
 from onboard.records import F32, F64, Bool, Grid, Pose, Surface
 from protocol.conventions import WHEEL_SIGNS

@@ -1,9 +1,9 @@
-"""The bench's world and `onboard calibrate`'s drive in one process, joined by calls as in `hil.in_memory`."""
+"""The bench's world and `onboard calibrate`'s drive in one process, joined by calls as in `hil.bench.in_memory`."""
 
-from hil.grounds import GROUNDS
-from hil.in_memory import CAMPAIGN_STEP_NS
-from hil.truth import Truth
-from hil.world import World
+from hil.bench.in_memory import CAMPAIGN_STEP_NS
+from hil.bench.truth import Truth
+from hil.bench.world import World
+from hil.terrain.grounds import GROUNDS
 from onboard.calibrate.drive import Drive
 from onboard.can_tool.jog import Phase
 from onboard.records import Chunk, Frame, Inputs, PortState

@@ -12,7 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from hil.can_wire import CanWire
+from hil.can.wire import CanWire
 from hil.devices.lidar import Lidar
 from hil.devices.nodes import build_nodes
 from hil.records import PlantState, WheelTruth

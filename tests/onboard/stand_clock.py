@@ -5,7 +5,7 @@ from __future__ import annotations
 import signal
 from contextlib import contextmanager
 
-from hil.can_stand import TICK_NS, Stand
+from hil.can.stand import TICK_NS, Stand
 from onboard.drivers.can_bus import open_bus
 from protocol.barrier import Tick
 

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from hil.fractal import fractal_heights
+from hil.terrain.fractal import fractal_heights
 from onboard.as_printed.global_path import Weights, eq_21, eq_22, eq_23_24, eq_25, projection
 from onboard.as_printed.terrain import Mended, eq_15, eq_17, eq_20
 from onboard.config import Planning

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from hil.build_errors import BuildErrors, drawn
-from hil.can_command import faulty
-from hil.can_stand import Stand
+from hil.can.command import faulty
+from hil.can.stand import Stand
+from hil.faults.build_errors import BuildErrors, drawn
 from onboard.__main__ import app
 from onboard.calibrate.drive import Drive
 from onboard.calibrate.estimate import estimate

@@ -8,7 +8,7 @@ import can
 import pytest
 from can.interfaces.virtual import VirtualBus
 
-from hil.can_hub import QUEUE_BYTES, CanHub
+from hil.can.hub import QUEUE_BYTES, CanHub
 from onboard.config import ConfigError
 from onboard.drivers.can_bus import open_bus
 from onboard.drivers.can_socketcan import KernelBus

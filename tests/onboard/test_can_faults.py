@@ -5,7 +5,7 @@ from itertools import pairwise
 import pytest
 from core_bench import CoreBench, first_map, quick
 
-from hil.can_faults import CAUSES
+from hil.faults.can_faults import CAUSES
 from onboard.core.sensing import State
 from onboard.devices.can_recovery import WAITS_NS
 from onboard.records import BusTrouble, Frame, Twist

@@ -10,9 +10,9 @@ import threading
 import pytest
 from click.testing import CliRunner
 
-from hil.can_command import faulty
-from hil.can_hub import CanHub
-from hil.can_stand import TICK_NS, Stand
+from hil.can.command import faulty
+from hil.can.hub import CanHub
+from hil.can.stand import TICK_NS, Stand
 from onboard.__main__ import app
 from onboard.bus_guard.rules import BusGuard
 from onboard.can_tool import move

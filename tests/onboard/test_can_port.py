@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hil.can_hub import CanHub
+from hil.can.hub import CanHub
 from onboard.drivers import can_bus
 from onboard.drivers.can_base import CanBus
 from onboard.drivers.can_bus import CanPort

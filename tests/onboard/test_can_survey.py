@@ -7,8 +7,8 @@ import signal
 import pytest
 from click.testing import CliRunner
 
-from hil.can_command import faulty
-from hil.can_stand import Stand
+from hil.can.command import faulty
+from hil.can.stand import Stand
 from onboard.__main__ import app
 from onboard.can_tool.survey import NEEDED, Survey
 from onboard.records import Frame

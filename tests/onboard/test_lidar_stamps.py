@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from hil.devices import lidar_profile as profiles
-from hil.lidar_server import LidarServer
+from hil.lidar.server import LidarServer
 from onboard.app import WallPorts
 from onboard.config import Lidar
 from onboard.devices.lidar import LidarSession

@@ -18,7 +18,7 @@ import pytest
 from click.testing import CliRunner
 
 from hil.devices import lidar_profile as profiles
-from hil.lidar_server import LidarServer, LidarTerminal
+from hil.lidar.server import LidarServer, LidarTerminal
 from onboard.__main__ import app
 from onboard.config import Lidar
 from onboard.devices.lidar_clock import ClockQuality

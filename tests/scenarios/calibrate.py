@@ -1,6 +1,6 @@
 """Rovers built wrongly by chance: `onboard calibrate` finds how, and odometry is the better for it.
 
-Each seed draws errors (hil.build_errors), drives the square on firm, leaning ground with rocks around, and estimates.
+Each seed draws errors (build_errors.py), drives the square on firm, leaning ground with rocks around, and estimates.
 Then the same square is driven again by a rover that knows the estimate, and both drives' odometry (wheels and gyro,
 nothing of the scanner) is compared with the truth, leg by leg.
 """
@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from hil.build_errors import drawn
+from hil.faults.build_errors import drawn
 from onboard.calibrate.drive import Drive
 from onboard.calibrate.estimate import Estimate, estimate
 from onboard.calibrate.evidence import Evidence, evidence

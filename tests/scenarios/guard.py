@@ -12,14 +12,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from hil import ground_faults
-from hil.ground_faults import KINDS, Obstacle
-from hil.in_memory import CAMPAIGN_STEP_NS, InMemory
-from hil.plant import PlantAbortError
-from hil.recipe import Course, Recipe, compose
+from hil.bench.in_memory import CAMPAIGN_STEP_NS, InMemory
+from hil.faults import ground_faults
+from hil.faults.ground_faults import KINDS, Obstacle
+from hil.plant.plant import PlantAbortError
 from hil.records import PlantState
-from hil.scenario import Scenario
-from hil.terrain import Field, height_at
+from hil.scenario.scenario import Scenario
+from hil.terrain.field import Field, height_at
+from hil.terrain.recipe import Course, Recipe, compose
 from onboard import config
 from onboard.core.tick import Rover
 from onboard.records import F64, Inputs, Outputs

@@ -10,10 +10,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
 
-from hil.in_process import Twins
-from hil.in_process import fly as fly_scenario
-from hil.library import scenarios
-from hil.scenario import Scenario
+from hil.scenario.in_process import Twins
+from hil.scenario.in_process import fly as fly_scenario
+from hil.scenario.library import scenarios
+from hil.scenario.scenario import Scenario
 
 
 @dataclass(frozen=True, slots=True)

@@ -18,16 +18,16 @@ from typing import NamedTuple, Protocol
 import numpy as np
 from scipy.stats import chi2
 
-from hil.fields import draw_course
-from hil.grounds import GROUNDS
-from hil.in_memory import CAMPAIGN_STEP_NS, InMemory, goto
-from hil.operator import Order
-from hil.recipe import Recipe, compose
+from hil.bench.in_memory import CAMPAIGN_STEP_NS, InMemory, goto
+from hil.bench.operator import Order
+from hil.bench.world import rotate
 from hil.records import PlantState
-from hil.rock_sizes import PowerLaw
-from hil.scenario import Scenario
-from hil.terrain import Field
-from hil.world import rotate
+from hil.scenario.scenario import Scenario
+from hil.terrain.field import Field
+from hil.terrain.fields import draw_course
+from hil.terrain.grounds import GROUNDS
+from hil.terrain.recipe import Recipe, compose
+from hil.terrain.rock_sizes import PowerLaw
 from onboard.core.tick import Rover
 from onboard.motion.kinematics import wheel_places
 from onboard.perception.localisation import Localisation

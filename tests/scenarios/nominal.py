@@ -8,8 +8,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from hil.in_memory import CAMPAIGN_STEP_NS, InMemory
-from hil.scenario import Scenario
+from hil.bench.in_memory import CAMPAIGN_STEP_NS, InMemory
+from hil.scenario.scenario import Scenario
 
 SEEDS = tuple(range(1, 11))
 SHORT = (1, 2, 3)

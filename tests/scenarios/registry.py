@@ -2,7 +2,7 @@
 
 To add one, two files:
   1. tests/scenarios/NAME.py with what `Campaign` lists; its first docstring line is its title. See nominal.py: `fly`
-     makes a Scenario, flies it by hil.in_memory and returns a frozen dataclass of figures, `judge` says what of the
+     makes a Scenario, flies it by InMemory and returns a frozen dataclass of figures, `judge` says what of the
      promise does not hold.
   2. here, its row.
 

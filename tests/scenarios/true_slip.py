@@ -12,8 +12,8 @@ from __future__ import annotations
 import math
 from collections import deque
 
+from hil.plant.turns import inverse, rotate
 from hil.records import PlantState
-from hil.turns import inverse, rotate
 from onboard.config import Rover
 from protocol.conventions import WHEEL_SIGNS
 

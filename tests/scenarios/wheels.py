@@ -16,12 +16,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hil.in_memory import CAMPAIGN_STEP_NS, InMemory
-from hil.plant import PlantAbortError
+from hil.bench.in_memory import CAMPAIGN_STEP_NS, InMemory
+from hil.faults.wheel_faults import PATCH_AHEAD_M, WHEEL_FAULTS
+from hil.plant.plant import PlantAbortError
 from hil.records import PlantState
-from hil.scenario import Scenario
-from hil.terrain import height_at
-from hil.wheel_faults import PATCH_AHEAD_M, WHEEL_FAULTS
+from hil.scenario.scenario import Scenario
+from hil.terrain.field import height_at
 from onboard.core.tick import Rover
 from onboard.core.wheel_watch.blocks import SLEW_RADPS2
 from onboard.core.wheel_watch.seen import approach

@@ -10,11 +10,11 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 
-from hil import lockstep
+from hil.bench import lockstep
+from hil.bench.world import Progress
 from hil.demo import certificate
 from hil.run import run
-from hil.scenario import load_scenario
-from hil.world import Progress
+from hil.scenario.scenario import load_scenario
 
 SCENARIO = Path(__file__).parent / "short_drive.toml"
 SHOWN_S = 1.0

@@ -1,0 +1,1 @@
+"""Plant and devices in one world, and how the flight program is joined to it."""

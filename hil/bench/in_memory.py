@@ -1,0 +1,197 @@
+"""A scenario in one process: the bench's world and the flight program's own tick, joined by calls. For campaigns.
+
+    frames, SCIP bytes, orders -> Inputs -> onboard.core.tick -> Outputs -> wheels, scanner, operator
+
+No socket, thread, file or wall clock. Devices, plant, faults and the flight program are those of `hil run`; jobs run
+where lock-step would take their results. The timing is the Bench's as well: what tick n commands acts from n + 1 on. So
+the same scenario gives the same bytes as over sockets, as long as the orders come in the same ticks
+(tests/hil/test_in_memory.py). Without a link emulator and a station, the orders are an Operator's (operator.py), those
+of a scenario's `script` that have a time; `blackout_s` means nothing.
+
+    flight = InMemory(Scenario(terrain="flat")).run()
+    flight.arrived, flight.distance_to_goal_m, flight.contacts
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from hil.bench.operator import Operator, Order, orders_of
+from hil.bench.truth import Truth
+from hil.bench.world import NS, World
+from hil.faults.injection import Injector
+from hil.plant.plant import STEP_NS, PlantAbortError
+from hil.records import PlantState
+from hil.scenario.scenario import Scenario, flight_settings, goal_words, ground_of, sensor_errors
+from hil.terrain.field import Field
+from onboard.config import Rover as BuiltRover
+from onboard.config import load
+from onboard.core.tick import Rover, tick
+from onboard.drivers.workers import Inline
+from onboard.records import BusStatus, Chunk, Event, Frame, Inputs, Outputs, PortState
+from protocol.conventions import TICK_NS
+from protocol.transactions import Request, State
+
+Observe = Callable[[int, Inputs, Outputs, Rover, PlantState], None]
+GOTO_S = 2.0
+CAMPAIGN_STEP_NS = 5_000_000  # of the physics: half the work, see docs/campaigns.md
+
+
+@dataclass(frozen=True, slots=True)
+class Flight:
+    """What came of it. error: '' or why the plant ended the run; requests: the orders and their outcomes."""
+
+    bench_s: float
+    distance_to_goal_m: float
+    way_m: float
+    sweeps: int
+    contacts: tuple[tuple[float, str], ...]
+    events: tuple[Event, ...]
+    requests: tuple[Request, ...]
+    faults: tuple[dict[str, object], ...]
+    streams: dict[str, Any]
+    states_sha256: str
+    error: str
+
+    @property
+    def arrived(self) -> bool:
+        """Whether the rover reports every order completed, the goto among them."""
+        done = all(request.state is State.COMPLETED for request in self.requests)
+        return done and any(request.telecommand.name == "goto" for request in self.requests)
+
+
+class InMemory(World):
+    """One scenario, ready to `run`; or `step` it and look at world and `rover` between the ticks.
+
+    orders: default those of the scenario's script. ground: a field of the caller's own in place of the scenario's.
+    built: the rover as it really is (`hil.faults.build_errors`); default, as the flight program believes.
+    Raises PlantAbortError where the rover cannot stand at the start. Call `free` where `run` is not used.
+    """
+
+    def __init__(
+        self, scenario: Scenario, orders: Sequence[Order] | None = None, *,
+        ground: Field | None = None, step_ns: int = STEP_NS, built: BuiltRover | None = None,
+    ) -> None:  # fmt: skip
+        ground = ground or ground_of(scenario).field
+        config = load(None, flight_settings(scenario, ground.start))
+        super().__init__(ground, scenario.seed, built or config.rover, Truth(), step_ns)
+        self.fit(scenario.rays, sensor_errors(scenario.sensors))
+        self.scenario = scenario
+        self.rover: Rover | None = Rover(config, ground.gdem)
+        orders = scripted(scenario, ground) if orders is None else orders
+        self.operator = Operator(orders, scenario.seed, config.link.boot_count)
+        self.events: list[Event] = []
+        self._injector = Injector(scenario.faults)
+        self._jobs = Inline()
+        self.advance(TICK_NS)
+
+    # -- one tick ----------------------------------------------------------------------------------------------------
+
+    def step(self, observe: Observe | None = None) -> None:
+        """One tick of everything. observe(tick, inputs, outputs, rover, truth at the tick) sees it before it acts."""
+        self._injector.step(self, self, self.tick * TICK_NS)
+        self.tick += 1
+        now_ns = self.tick * TICK_NS
+        outputs = self._think(now_ns, observe)
+        self.advance(now_ns + TICK_NS)
+        if outputs:
+            self._act(outputs, now_ns)
+        self.note(now_ns)
+
+    def _think(self, now_ns: int, observe: Observe | None) -> Outputs | None:
+        """The flight program's tick; None once it was killed."""
+        if self.rover is None:
+            self.unheard()
+            return None
+        inputs = self._inputs(now_ns)
+        outputs = tick(self.rover, inputs)
+        self._jobs.start(outputs.jobs)
+        self.events += outputs.events
+        if observe:
+            observe(self.tick, inputs, outputs, self.rover, self.state)
+        return outputs
+
+    def _inputs(self, now_ns: int) -> Inputs:
+        """What the ports hold: stamps are whole microseconds, as the barrier carries them."""
+        pieces = self.lidar_says()
+        return Inputs(
+            self.tick, now_ns,
+            can_frames=tuple(f if f.stamp_ns % 1000 == 0 else _whole_us(f) for f in self.frames()),
+            can=self._can_status(),
+            lidar_chunks=tuple(Chunk(at_ns // 1000 * 1000, data) for at_ns, data in pieces or ()),
+            lidar_state=PortState.CLOSED if pieces is None else PortState.OPEN,
+            link_messages=self.operator.messages(now_ns),
+            jobs=self._jobs.take(self._jobs.due(self.tick)),
+        )
+
+    def _can_status(self) -> BusStatus:
+        self.can_errors()
+        return self.can.status
+
+    def _act(self, outputs: Outputs, now_ns: int) -> None:
+        stamp_ns = now_ns + TICK_NS
+        if outputs.can_connect:
+            self.can.hang_up()  # what the computer says while its port is closed is lost
+        self.hear([Frame(f.can_id, f.data, stamp_ns) for f in outputs.can_frames], outputs.lidar_bytes, stamp_ns)
+        if outputs.lidar_connect and not self.lidar_open and self.wires.lidar_plugged:
+            self.plug_in()
+        if outputs.can_connect:
+            self.can.connect()
+        self.operator.hear(outputs.link_payloads, now_ns)
+
+    # -- the run -----------------------------------------------------------------------------------------------------
+
+    @property
+    def ended(self) -> bool:
+        """At the scenario's end, else when the outcome of every order is known; at the latest at its limit."""
+        now_s = self.tick * TICK_NS / 1e9
+        if self.scenario.end_s:
+            return now_s >= self.scenario.end_s
+        return self.operator.done or now_s >= self.scenario.limit_s
+
+    def run(self, observe: Observe | None = None, *, settle_s: float = 0.0) -> Flight:
+        """To its end and so much longer, and free what the engine holds."""
+        error = ""
+        try:
+            while not self.ended:
+                self.step(observe)
+            for _ in range(round(settle_s * NS / TICK_NS)):
+                self.step(observe)
+        except PlantAbortError as abort:
+            error = str(abort)
+        finally:
+            self.free()
+        p = self.progress
+        return Flight(
+            self.tick * TICK_NS / 1e9, p.distance_to_goal_m, p.way_m, p.sweeps, tuple(self.truth.contacts),
+            tuple(self.events), self.operator.requests, tuple(self._injector.log),
+            {name: stream.report() for name, stream in self.streams.items()}, self.truth.sha256(), error,
+        )
+
+    # -- processes, for the injector ---------------------------------------------------------------------------------
+
+    def kill(self, name: str) -> None:
+        """The flight program is gone; there is no other process here."""
+        if name != "onboard":
+            raise ValueError(f"in one process there is no {name!r} to kill, only 'onboard'")
+        self.rover = None
+
+    def lose(self, participant: str) -> None:
+        """`kill` said it all."""
+
+
+def scripted(scenario: Scenario, ground: Field) -> tuple[Order, ...]:
+    """The timed orders of the scenario's script; here nobody waits and nothing is fetched."""
+    return orders_of(scenario.script.format(**goal_words(ground)))
+
+
+def goto(ground: Field, at_s: float = GOTO_S) -> tuple[Order, ...]:
+    """The order to drive to the field's goal."""
+    x_m, y_m = (float(word) for word in goal_words(ground).values())
+    return (Order(at_s, "goto", {"x_m": x_m, "y_m": y_m}),)
+
+
+def _whole_us(frame: Frame) -> Frame:
+    return Frame(frame.can_id, frame.data, frame.stamp_ns // 1000 * 1000)

@@ -1,0 +1,232 @@
+"""What the bench emulates, without its wires: plant, nodes, scanner, truth. Bench (sockets) and InMemory own one each.
+
+    advance  -> devices' frames and bytes up to n + 1 are kept
+    frames, lidar_says -> what the flight program hears in its next tick
+    hear     -> what it said reaches the devices; it acts from the next advance on
+
+Faults of hil.faults.injection act on this class, so they are the same however the flight program is connected.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import math
+import struct
+from array import array
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from zlib import crc32
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hil.bench.trace import Trace
+from hil.bench.truth import Truth
+from hil.can.wire import CanWire
+from hil.devices.errors import SensorErrors
+from hil.devices.lidar import Lidar
+from hil.devices.nodes import Nodes, build_nodes
+from hil.plant.plant import STEP_NS, Plant
+from hil.records import PlantState, Turn
+from hil.terrain.field import Field
+from onboard.config import Rover
+from onboard.mounting import lidar_place, lidar_rotation
+from onboard.records import BusTrouble, Frame
+from protocol.can_codec import TiltState
+from protocol.conventions import TICK_NS
+
+NS = 1_000_000_000
+STREAMS = ("can_to_onboard", "can_to_nodes", "lidar_to_onboard", "lidar_to_sensor")
+_HEAD = struct.Struct("<HB")
+DRIVING_MPS = 0.05  # base_link moves: not a turn on the spot
+
+
+class Stream:
+    """Cumulative count, bytes, SHA-256 and CRC of what passed on one channel in one direction."""
+
+    def __init__(self) -> None:
+        self.pieces = self.bytes = self.crc = 0
+        self._sum = hashlib.sha256()
+
+    def add(self, data: bytes, pieces: int = 1) -> None:
+        """Some bytes more."""
+        self.pieces += pieces
+        self.bytes += len(data)
+        self.crc = crc32(data, self.crc)
+        self._sum.update(data)
+
+    def report(self) -> dict[str, object]:
+        """For the certificate."""
+        return {"pieces": self.pieces, "bytes": self.bytes, "sha256": self._sum.hexdigest()}
+
+
+@dataclass(slots=True)
+class Wires:
+    """What faults may change on the bench's side of the wires."""
+
+    lidar_plugged: bool = True
+
+
+@dataclass(slots=True)
+class Progress:
+    """What a progress line shows."""
+
+    now_s: float = 0.0
+    distance_to_goal_m: float = 0.0
+    way_m: float = 0.0
+    sweeping: bool = False
+    driving: bool = False
+    sweeps: int = 0
+    overruns: int = 0
+    link: dict[str, int] = field(default_factory=dict)
+
+
+class World:
+    """Plant and devices on one field, their time, and what passed between them and the flight program.
+
+    rover: as it was built (`hil.faults.build_errors`), whatever the flight program believes.
+    """
+
+    def __init__(self, ground: Field, seed: int, rover: Rover, truth: Truth, step_ns: int = STEP_NS) -> None:
+        self.field, self._rover, self.truth = ground, rover, truth
+        self.plant = Plant(ground, seed, step_ns, rover)
+        self.nodes: Nodes = build_nodes(seed, rover)
+        self.lidar = Lidar(seed, self._cast)
+        self.wires = Wires()
+        self.can = CanWire(seed)
+        self.lidar_open = False
+        self.streams = {name: Stream() for name in STREAMS}
+        self.trace = Trace((*STREAMS, "can_stamps", "can_controller", "plant"))
+        self.progress = Progress()
+        self.tick = 0
+        self.state: PlantState = self.plant.reset(ground.start)
+        self._stamps_crc = self._controller_crc = 0
+        self._frames: list[Frame] = []
+        self._lidar_out: list[tuple[int, bytes]] = []
+        self._directions = beam_directions()
+
+    def fit(self, rays: str, errors: SensorErrors) -> None:
+        """Another ray caster and nodes with other errors, before the first tick."""
+        self.plant.ground.cast_by(rays)
+        self.nodes = build_nodes(self.plant.seed, self._rover, errors)
+
+    def lose(self, participant: str) -> None:
+        """A process of the run was killed: from now on nothing comes from it. Each kind of bench says how."""
+        raise NotImplementedError(participant)
+
+    # -- the world as the scanner sees it --------------------------------------------------------------------------
+
+    def _cast(self, times_ns: NDArray[np.int64]) -> NDArray[np.float64]:
+        """Ranges of one turn: each beam at its own time, tilt and place of the rover."""
+        positions, quaternions = self.plant.poses_at(times_ns)
+        tilt = self.nodes.tilt.angles_at(times_ns)
+        flat = self._directions
+        in_base = np.column_stack([flat[:, 0] * np.cos(tilt), flat[:, 1], -flat[:, 0] * np.sin(tilt)])
+        mount, turned = lidar_place(self._rover), lidar_rotation(self._rover)
+        if turned is not None:
+            in_base = in_base @ turned.T
+        origins = positions + rotate(quaternions, np.broadcast_to(mount, in_base.shape))
+        origins, directions = np.ascontiguousarray(origins), rotate(quaternions, in_base)
+        ranges = self.plant.cast(origins, directions, 30.0)
+        sweep = self.progress.sweeps if self.progress.sweeping else 0
+        self.truth.add_turn(Turn(int(times_ns[-1]), sweep, origins, directions, ranges))
+        return ranges
+
+    # -- one tick ----------------------------------------------------------------------------------------------------
+
+    def advance(self, until_ns: int) -> None:
+        """Plant and devices from the tick before to `until_ns`; what the devices say is kept for the next tick."""
+        self.plant.apply(self.nodes.drives())
+        self.state = self.plant.step(TICK_NS)
+        self.truth.add(self.state)
+        self.nodes.step(until_ns, self.state)
+        self.lidar.step(until_ns)
+        self._frames += self.nodes.send()
+        self._lidar_out += self.lidar.send()
+
+    def frames(self) -> list[Frame]:
+        """The nodes' frames since the last call."""
+        frames, self._frames = self.can.to_computer(self._frames, self.tick * TICK_NS), []
+        self._stamps_crc = crc32(array("q", [frame.stamp_ns for frame in frames]).tobytes(), self._stamps_crc)
+        self.streams["can_to_onboard"].add(b"".join(map(pack_frame, frames)), len(frames))
+        return frames
+
+    def can_errors(self) -> list[BusTrouble]:
+        """What the computer's CAN controller tells of since the last call."""
+        errors = self.can.errors()
+        self._controller_crc = crc32(bytes(errors), self._controller_crc)
+        return errors
+
+    def lidar_says(self) -> list[tuple[int, bytes]] | None:
+        """The scanner's pieces since the last call, each with its time; None while the port is closed.
+
+        A cable that was pulled closes it here, and what was on its way is lost.
+        """
+        pieces, self._lidar_out = self._lidar_out, []
+        if self.lidar_open and not self.wires.lidar_plugged:
+            self.lidar_open = False
+            self.lidar.disconnect()
+        if not self.lidar_open:
+            return None
+        for _, data in pieces:
+            self.streams["lidar_to_onboard"].add(data)
+        return pieces
+
+    def unheard(self) -> None:
+        """Nobody listens in this tick: what the devices said is lost."""
+        self._frames, self._lidar_out = [], []
+
+    def hear(self, frames: Iterable[Frame], lidar_bytes: bytes, now_ns: int) -> None:
+        """What the flight program said reaches the nodes and, while the port is open, the scanner."""
+        frames = self.can.to_nodes(list(frames))
+        self.streams["can_to_nodes"].add(b"".join(map(pack_frame, frames)), len(frames))
+        for frame in frames:
+            self.nodes.receive(frame, now_ns)
+        if self.lidar_open:
+            self.streams["lidar_to_sensor"].add(lidar_bytes, bool(lidar_bytes))
+            self.lidar.receive(lidar_bytes, now_ns)
+
+    def plug_in(self) -> None:
+        """The flight program has opened the scanner's port."""
+        self.lidar_open = True
+        self.lidar.connect()
+
+    def note(self, now_ns: int) -> None:
+        """Progress and trace at the end of a tick."""
+        sums = (stream.crc for stream in self.streams.values())
+        self.trace.add((*sums, self._stamps_crc, self._controller_crc, self.truth.crc))
+        goal = self.field.goal_m
+        x_m, y_m, _ = self.state.position_m.tolist()
+        vx_mps, vy_mps, _ = self.state.velocity_mps.tolist()
+        p, speed_mps = self.progress, math.hypot(vx_mps, vy_mps)
+        p.now_s = now_ns / NS
+        p.distance_to_goal_m = math.hypot(goal[0] - x_m, goal[1] - y_m)
+        p.way_m += speed_mps * TICK_NS / NS
+        p.driving = speed_mps > DRIVING_MPS
+        sweeping = self.nodes.tilt.state in (TiltState.SWEEPING, TiltState.GAP)
+        p.sweeps += sweeping and not p.sweeping
+        p.sweeping = sweeping
+
+    def free(self) -> None:
+        """The engine and the truth's file."""
+        self.plant.close()
+        self.truth.close()
+
+
+def pack_frame(frame: Frame) -> bytes:
+    """A frame as the certificate hashes it."""
+    return _HEAD.pack(frame.can_id, len(frame.data)) + frame.data
+
+
+def beam_directions() -> NDArray[np.float64]:
+    """x and y of the 1081 beams in the scanner's plane, (1081, 2)."""
+    angles = np.deg2rad(np.arange(1081) * 0.25 - 135.0)
+    return np.column_stack([np.cos(angles), np.sin(angles)])
+
+
+def rotate(quaternions_xyzw: NDArray[np.float64], vectors: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Each of (n, 3) vectors by its (n, 4) quaternion."""
+    x, y, z, w = quaternions_xyzw.T
+    a, b, c = vectors.T
+    p, q, r = 2.0 * (y * c - z * b), 2.0 * (z * a - x * c), 2.0 * (x * b - y * a)
+    return np.column_stack((a + w * p + y * r - z * q, b + w * q + z * p - x * r, c + w * r + x * q - y * p))

@@ -1,0 +1,1 @@
+"""What a scenario can break, by tables."""

@@ -1,0 +1,146 @@
+"""TABLE fault name -> how the bench causes and heals it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Protocol
+
+from hil.bench.world import World
+from hil.devices.lidar_faults import KINDS
+from hil.faults import ground_faults
+from hil.faults.can_faults import CAUSES, CanCause
+from hil.faults.node_faults import NODE_FAULTS
+from hil.faults.wheel_faults import WHEEL_FAULTS
+from hil.scenario.scenario import Injection
+from onboard.config import ConfigError
+
+NS = 1_000_000_000
+
+
+class Processes(Protocol):
+    """Who can end what runs beside the bench."""
+
+    def kill(self, name: str) -> None:
+        """At once, as `kill -9` does."""
+
+
+@dataclass(frozen=True, slots=True)
+class Cause:
+    """begin and heal a fault; `target` is a wheel number where one is needed."""
+
+    means: str
+    begin: Callable[[World, Processes, int], None]
+    heal: Callable[[World, Processes, int], None]
+
+
+def _unplug(bench: World, _p: Processes, _t: int) -> None:
+    bench.wires.lidar_plugged = False
+
+
+def _plug(bench: World, _p: Processes, _t: int) -> None:
+    bench.wires.lidar_plugged = True
+
+
+def _silence_wheel(bench: World, _p: Processes, target: int) -> None:
+    bench.nodes.wheels[target - 1].silent = True
+
+
+def _unsilence_wheel(bench: World, _p: Processes, target: int) -> None:
+    bench.nodes.wheels[target - 1].silent = False
+
+
+def _kill_onboard(bench: World, processes: Processes, _t: int) -> None:
+    processes.kill("onboard")
+    bench.lose("onboard")
+
+
+def _nothing(_b: World, _p: Processes, _t: int) -> None:
+    """What is killed stays dead."""
+
+
+def _of_lidar(kind: str) -> Cause:
+    """A fault of the emulated scanner, with its default value."""
+    def begin(bench: World, _p: Processes, _t: int) -> None:
+        bench.lidar.faults.begin(bench.lidar, kind)
+
+    def heal(bench: World, _p: Processes, _t: int) -> None:
+        bench.lidar.faults.end(bench.lidar, kind)
+
+    row = KINDS[kind]
+    return Cause(f"the LIDAR's {kind}, {row.value}: {row.means}", begin, heal)
+
+
+def _of_wheels(name: str) -> Cause:
+    row = WHEEL_FAULTS[name]
+    return Cause(
+        row.means,
+        lambda bench, _p, target: row.begin(bench, target),
+        lambda bench, _p, target: row.heal(bench, target),
+    )
+
+
+def _of_node(name: str) -> Cause:
+    row = NODE_FAULTS[name]
+    return Cause(row.means, lambda bench, _p, _t: row.begin(bench), lambda bench, _p, _t: row.heal(bench))
+
+
+def _of_can(cause: CanCause) -> Cause:
+    return Cause(
+        cause.means, lambda bench, _, target: cause.begin(bench.can, target),
+        lambda bench, _, target: cause.heal(bench.can, target),
+    )
+
+
+def _of_ground(kind: str) -> Cause:
+    """A change of the ground on the way to the goal."""
+    put = ground_faults.before_the_goal(kind)
+    return Cause(f"a {kind} across the straight way to the goal", lambda bench, _p, _t: put(bench), _nothing)
+
+
+INJECTIONS: Mapping[str, Cause] = {
+    "lidar_unplugged": Cause("the LIDAR's cable is pulled", _unplug, _plug),
+    "wheel_silent": Cause("one wheel node sends nothing more", _silence_wheel, _unsilence_wheel),
+    "onboard_killed": Cause("the flight program gets SIGKILL", _kill_onboard, _nothing),
+    **{name: _of_wheels(name) for name in WHEEL_FAULTS},
+    **{name: _of_node(name) for name in NODE_FAULTS},
+    **{name: _of_can(cause) for name, cause in CAUSES.items()},
+    **{f"ground_{kind}": _of_ground(kind) for kind in ground_faults.KINDS},
+    **{f"lidar_{kind}": _of_lidar(kind) for kind in KINDS if kind != "cable"},  # that is lidar_unplugged
+}
+
+
+class Injector:
+    """Walks a scenario's faults along the bench's time; `log` says what was done when."""
+
+    def __init__(self, faults: tuple[Injection, ...]) -> None:
+        unknown = [f.fault for f in faults if f.fault not in INJECTIONS]
+        if unknown:
+            raise ConfigError(f"faults.fault = {unknown[0]!r} should be one of {', '.join(INJECTIONS)}")
+        self._waiting = list(faults)
+        self._running: list[tuple[int, Injection]] = []
+        self._first_ns: dict[str, int] = {"time": 0}
+        self.log: list[dict[str, object]] = []
+
+    def step(self, bench: World, processes: Processes, now_ns: int) -> None:
+        """Before each tick."""
+        for name, holds in (("sweep", bench.progress.sweeping), ("drive", bench.progress.driving)):
+            if holds:
+                self._first_ns.setdefault(name, now_ns)
+        for fault in [f for f in self._waiting if self._due(f, now_ns)]:
+            self._waiting.remove(fault)
+            INJECTIONS[fault.fault].begin(bench, processes, fault.target)
+            self._running.append((now_ns + int(fault.for_s * NS), fault))
+            self._note(bench, now_ns, fault, "begin")
+        for end_ns, fault in [row for row in self._running if now_ns >= row[0]]:
+            self._running.remove((end_ns, fault))
+            INJECTIONS[fault.fault].heal(bench, processes, fault.target)
+            self._note(bench, now_ns, fault, "heal")
+
+    def _note(self, bench: World, now_ns: int, fault: Injection, what: str) -> None:
+        self.log.append({"t_s": now_ns / NS, "fault": fault.fault, "target": fault.target, "what": what})
+        bench.truth.add_fault(now_ns, self.log[-1])
+
+    def _due(self, fault: Injection, now_ns: int) -> bool:
+        start_ns = self._first_ns.get(fault.when)
+        return start_ns is not None and now_ns >= start_ns + int(fault.after_s * NS)

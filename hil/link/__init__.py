@@ -1,0 +1,1 @@
+"""The bad link between rover and ground."""

@@ -1,0 +1,102 @@
+"""The ground as bodies of the physics engine, and rays cast on it.
+
+Soil is concave triangle tiles of 100 x 100 squares, rocks are concave triangle meshes too. Rocks share one body a block
+of ground: each body costs a microsecond or more in every step. Rays on the same triangles are hil.rays: by a kernel of
+our own unless `cast_by` says otherwise. What else the engine cannot do: docs/engine.md.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hil.plant.engine import BODY, ROCK, SOIL, WHEEL, pybullet
+from hil.rays.casters import DEFAULT, ray_caster
+from hil.terrain.field import Field
+from hil.terrain.mesh import squares
+from hil.terrain.rocks import Rock
+from onboard.records import F32
+
+F64 = NDArray[np.float64]
+TILE = 100
+BLOCK_M, BLOCK_ROCKS = 5.0, 60  # inline meshes have a limit of vertices
+
+
+class Ground:
+    """A field built into an engine client: soil tiles and rocks, and `cast`."""
+
+    def __init__(self, field: Field, client: int) -> None:
+        self._client, self._caster = client, DEFAULT
+        self._rocks: dict[int, tuple[F64, list[Rock]]] = {}
+        self._tiles: dict[tuple[int, int], tuple[int, F32]] = {}  # soil: engine body and its heights by first j, i
+        self.reshape(field)
+        for rocks in _blocks(field.rocks):
+            vertices = np.concatenate([rock.vertices_m for rock in rocks])
+            counts = np.cumsum([0] + [len(rock.vertices_m) for rock in rocks])
+            triangles = np.concatenate([rock.triangles + first for rock, first in zip(rocks, counts)])
+            body = self._mesh(vertices, triangles, ROCK, SOIL | BODY | WHEEL)
+            self._rocks[body] = (np.array([(rock.x_m, rock.y_m, rock.diameter_m / 2) for rock in rocks]), rocks)
+
+    def reshape(self, field: Field) -> None:
+        """The soil of another field on the same grid and with the same rocks, from now on; equal tiles stay."""
+        self._field = field
+        self._rays = ray_caster(self._caster, field, self._client)
+        grid, z = field.grid, field.soil_z
+        for j in range(0, grid.rows - 1, TILE):
+            for i in range(0, grid.columns - 1, TILE):
+                part = z[j : j + TILE + 1, i : i + TILE + 1]
+                body, old = self._tiles.get((j, i), (-1, None))
+                if old is not None and np.array_equal(old, part):
+                    continue
+                if body >= 0:
+                    pybullet.removeBody(body, physicsClientId=self._client)
+                x = grid.x0_m + (i + np.arange(part.shape[1])) * grid.cell_m
+                y = grid.y0_m + (j + np.arange(part.shape[0])) * grid.cell_m
+                vertices = np.dstack((*np.meshgrid(x, y), part)).reshape(-1, 3)
+                self._tiles[j, i] = self._mesh(vertices, squares(*part.shape), SOIL, SOIL | BODY), part.copy()
+
+    def rock_at(self, body: int, point_m: tuple[float, float, float]) -> Rock | None:
+        """The rock of a contact on an engine body, None if the body holds no rocks."""
+        if body not in self._rocks:
+            return None
+        discs, rocks = self._rocks[body]
+        return rocks[int(np.argmin(np.hypot(discs[:, 0] - point_m[0], discs[:, 1] - point_m[1]) - discs[:, 2]))]
+
+    def _mesh(self, vertices: F64, triangles: NDArray[np.int32], group: int, mask: int) -> int:
+        shape = pybullet.createCollisionShape(
+            pybullet.GEOM_MESH,
+            vertices=vertices.tolist(),
+            indices=triangles.ravel().tolist(),
+            physicsClientId=self._client,
+        )
+        body = pybullet.createMultiBody(0, shape, useMaximalCoordinates=1, physicsClientId=self._client)
+        if shape < 0 or body < 0:
+            raise RuntimeError(f"the engine refused a mesh of {len(vertices)} vertices")
+        pybullet.setCollisionFilterGroupMask(body, -1, group, mask, physicsClientId=self._client)
+        friction = 0.6 if group == SOIL else 0.45
+        pybullet.changeDynamics(body, -1, lateralFriction=friction, restitution=0, physicsClientId=self._client)
+        return body
+
+    def cast_by(self, name: str) -> None:
+        """Rays by a row of hil.rays.casters.CASTERS from now on. ValueError for another name or a missing package."""
+        if name != self._caster:
+            self._rays, self._caster = ray_caster(name, self._field, self._client), name
+
+    def cast(self, origins_m: F64, directions: F64, range_m: float) -> F64:
+        """Ranges of rays on soil and rocks, as hil.rays.casters.RayCaster says."""
+        return self._rays.cast(origins_m, directions, range_m)
+
+
+def _blocks(rocks: tuple[Rock, ...]) -> list[list[Rock]]:
+    """Rocks by the square of ground they stand in, at most 60 together, in a fixed order."""
+    order = sorted(rocks, key=lambda rock: (rock.y_m // BLOCK_M, rock.x_m // BLOCK_M, rock.y_m, rock.x_m))
+    groups: list[list[Rock]] = []
+    place: tuple[float, float] | None = None
+    for rock in order:
+        here = (rock.y_m // BLOCK_M, rock.x_m // BLOCK_M)
+        if here != place or len(groups[-1]) == BLOCK_ROCKS:
+            groups.append([])
+        groups[-1].append(rock)
+        place = here
+    return groups
+

@@ -1,0 +1,1 @@
+"""Who casts the scanner's rays."""

@@ -1,0 +1,1 @@
+"""What is flown, and what is promised of it."""

@@ -1,0 +1,155 @@
+"""`hil run`, `hil list`, `hil explain`, `hil verify`: scenarios by name or file."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict, replace
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from rich.console import Console
+from rich.table import Table
+
+from hil.flying import EX_CONFIG, EX_DATA, EX_FAILED, EX_NOINPUT, EX_OK, EX_SOFTWARE, conclude, fail, fly, show
+from hil.rays.casters import CASTERS
+from hil.scenario.scenario import Scenario, load_scenario, scenario_of
+from hil.watch.command import PORT, AfterOption, PortOption, WatchOption, check_film, film, shown
+from onboard.config import ConfigError
+
+Name = Annotated[str, typer.Argument(metavar="SCENARIO", help="A name of `hil list`, or a TOML file.")]
+AsJson = Annotated[bool, typer.Option("--json", help="As JSON.")]
+
+
+def run(
+    scenario: Name,
+    out: Annotated[Path | None, typer.Option(help="Folder of the run; default build/runs/NAME.")] = None,
+    can: Annotated[str, typer.Option(help="CAN bus in place of the scenario's: hub, socketcan:INTERFACE.")] = "",
+    rays: Annotated[str, typer.Option(help="Who casts the scanner's rays: kernel, engine, embree.")] = "",
+    quick: Annotated[bool, typer.Option("--quick", help="In one process, beside a twin without each fault.")] = False,
+    watch: WatchOption = False,
+    port: PortOption = PORT,
+    video: AfterOption = None,
+) -> None:
+    """Run a scenario and judge it: bench, onboard, link and ground in lock-step.
+
+    --quick flies bench and flight program in one process without link and ground, and says when each fault showed.
+
+    Exit codes: 0 every promise kept, 1 one is not (which is said), 64 no such caster or film, 66 no such file, 69 no
+    such CAN interface or port in use, 70 a process failed, 78 something wrong in the scenario.
+    """
+    read = _read(scenario)
+    if rays and rays not in CASTERS:
+        raise fail(64, f"--rays {rays!r} should be one of {', '.join(CASTERS)}")
+    read = replace(read, can=can or read.can, rays=rays or read.rays)
+    if quick:
+        if watch or video:
+            raise fail(64, "--watch and --video show a run's records, and --quick keeps none")
+        _quick(read)
+        return
+    check_film(video)
+    folder = out or Path("build/runs") / read.name
+    with shown(folder, watch, port):
+        result = fly(read, folder)
+        if result.error:
+            raise fail(EX_SOFTWARE, f"after {result.bench_s:.1f} s of bench time: {result.error}")
+        facts = conclude(read, result)
+        show(facts)
+        verdicts: Any = facts["verdicts"]
+        _tell(verdicts)
+        print(f"files of the run: {folder}")
+        if video:
+            film(folder, video)
+    raise typer.Exit(EX_OK if all(verdict["holds"] for verdict in verdicts) else EX_FAILED)
+
+
+def _quick(scenario: Scenario) -> None:
+    from hil.scenario.in_process import Twins  # the engine is heavy: not for --help
+    from hil.scenario.in_process import fly as fly_quickly
+
+    if scenario.needs_link:
+        raise fail(EX_CONFIG, f"{scenario.name} needs the link: run it without --quick")
+    twins = Twins()
+    with Console(stderr=True).status(f"{scenario.name} ..."):
+        flown = fly_quickly(scenario, twins)
+    twins.free()
+    _tell([verdict._asdict() for verdict in flown.verdicts])
+    raise typer.Exit(EX_OK if all(verdict.holds for verdict in flown.verdicts) else EX_FAILED)
+
+
+def list_scenarios(as_json: AsJson = False) -> None:
+    """The bench's own scenarios: what happens in each and how it should end."""
+    from hil.scenario.library import scenarios
+
+    found = scenarios()
+    if as_json:
+        print(json.dumps([{"name": s.name, "about": s.about, **_row(s)} for s in found], indent=1))
+        return
+    table = Table("name", "terrain", "ends", "what happens", box=None)
+    for scenario in found:
+        table.add_row(scenario.name, scenario.terrain, scenario.expect.ends, scenario.about)
+    Console().print(table)
+    print("more of one: hil explain NAME; fly it: hil run NAME")
+
+
+def explain_scenario(scenario: Name) -> None:
+    """What happens in a scenario and when, what the fault table answers, what is promised."""
+    from hil.scenario.library import explain
+
+    read = _read(scenario)
+    print(f"{read.name}: " + "\n".join(explain(read)))
+
+
+def verify(
+    certificate: Annotated[Path, typer.Argument(help="certificate.json of a run.")],
+    out: Annotated[Path, typer.Option(help="Folder of the new run.")] = Path("build/verify"),
+) -> None:
+    """Fly a certificate's scenario again and compare every hash.
+
+    Exit codes: 0 all the same, 1 something differs (which is said), 65 no certificate, 66 no such file, 70 a process
+    failed.
+    """
+    from hil.demo import certificate as certify
+    from hil.demo import differences
+
+    try:
+        old = json.loads(certificate.read_text())
+        scenario = scenario_of(old["flight"])
+    except FileNotFoundError:
+        raise fail(EX_NOINPUT, f"no certificate {certificate}") from None
+    except (ValueError, KeyError, TypeError, UnicodeDecodeError) as error:
+        raise fail(EX_DATA, f"{certificate}: no certificate of a run: {type(error).__name__}: {error}") from None
+    result = fly(scenario, out)
+    if result.error:
+        raise fail(EX_SOFTWARE, f"after {result.bench_s:.1f} s of bench time: {result.error}")
+    new = certify(scenario, result)
+    (out / "certificate.json").write_text(json.dumps(new, indent=2) + "\n")
+    found = list(differences(old, new))
+    for where, was, now in found:
+        print(f"differs: {where}: {was} in {certificate}, {now} now")
+    print(f"{scenario.name}, seed {scenario.seed}: {f'{len(found)} differences' if found else 'the same to the byte'}")
+    raise typer.Exit(EX_FAILED if found else EX_OK)
+
+
+def _read(name: str) -> Scenario:
+    from hil.scenario.library import find
+
+    try:
+        return load_scenario(find(name))
+    except (FileNotFoundError, IsADirectoryError):
+        raise fail(EX_NOINPUT, f"no scenario {name}; the bench's own are in `hil list`") from None
+    except ConfigError as error:
+        raise fail(EX_CONFIG, str(error)) from None
+
+
+def _row(scenario: Scenario) -> dict[str, object]:
+    row = {"faults": [asdict(fault) for fault in scenario.faults], "terrain": scenario.terrain}
+    return {**row, "ends": scenario.expect.ends, "raises": scenario.expect.raises}
+
+
+def _tell(verdicts: list[dict[str, Any]]) -> None:
+    table = Table("promise", "", "found", box=None)
+    for verdict in verdicts:
+        kept = "[green]kept" if verdict["holds"] else "[red]broken"
+        table.add_row(verdict["promise"], kept, verdict["found"])
+    Console().print(table)

@@ -1,0 +1,80 @@
+"""A scenario flown in one process and judged, beside a twin without each of its faults: what `[expect]` says.
+
+    fly(load_scenario(path), Twins()).verdicts
+
+The twin shows when an injection first made a difference: until then both runs are the same to the byte. Twins are kept:
+ten faults on the same ground share one.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+from hil.bench.in_memory import CAMPAIGN_STEP_NS, InMemory
+from hil.bench.trace import Trace, first_difference
+from hil.scenario.scenario import Scenario
+from hil.scenario.verdicts import Expect, Facts, Seen, Verdict, judge
+from protocol.conventions import TICK_NS
+
+KEPT = 2
+SETTLE_S = 2.0  # the rover says that it has arrived while its wheels still slow down
+
+
+@dataclass(frozen=True, slots=True)
+class Flown:
+    """What came of a flight."""
+
+    facts: Facts
+    verdicts: tuple[Verdict, ...]
+    bench_s: float
+    way_m: float
+    sweeps: int
+
+
+class Twins:
+    """Runs without a fault, each flown as far as somebody asked; the last KEPT of them."""
+
+    def __init__(self, step_ns: int = CAMPAIGN_STEP_NS) -> None:
+        self._step_ns = step_ns
+        self._kept: dict[str, InMemory] = {}
+
+    def until(self, scenario: Scenario, at_s: float) -> Trace:
+        """The trace of a scenario until a time, or its end."""
+        plain = replace(scenario, name="", about="", expect=Expect())
+        twin = self._kept.pop(repr(plain), None) or InMemory(plain, step_ns=self._step_ns)
+        self._kept[repr(plain)] = twin
+        while len(self._kept) > KEPT:
+            self._kept.pop(next(iter(self._kept))).free()
+        while twin.tick * TICK_NS < at_s * 1e9 and not twin.ended:
+            twin.step()
+        return twin.trace
+
+    def free(self) -> None:
+        """What the engines hold."""
+        for twin in self._kept.values():
+            twin.free()
+        self._kept.clear()
+
+
+def fly(scenario: Scenario, twins: Twins, step_ns: int = CAMPAIGN_STEP_NS) -> Flown:
+    """To its end."""
+    bench = InMemory(scenario, step_ns=step_ns)
+    flight = bench.run(settle_s=SETTLE_S)
+    speed_mps = math.hypot(*bench.state.velocity_mps.tolist())
+    seen = tuple(_seen(k, scenario, bench.trace, flight.faults, twins) for k in range(len(scenario.faults)))
+    facts = Facts(flight.distance_to_goal_m, speed_mps, flight.events, flight.contacts, flight.error, seen)
+    return Flown(facts, judge(scenario.expect, facts), flight.bench_s, flight.way_m, flight.sweeps)
+
+
+def _seen(k: int, scenario: Scenario, trace: Trace, log: Sequence[Mapping[str, object]], twins: Twins) -> Seen:
+    """When fault k showed, against a twin without it."""
+    fault = scenario.faults[k]
+    begun = next((row for row in log if (row["fault"], row["target"]) == (fault.fault, fault.target)), None)
+    if begun is None:
+        return Seen(fault.fault, -1.0, -1.0, "")
+    begun_s = float(str(begun["t_s"]))
+    others = replace(scenario, faults=scenario.faults[:k] + scenario.faults[k + 1 :])
+    found = first_difference(trace, twins.until(others, begun_s + scenario.expect.seen_within_s))
+    return Seen(fault.fault, begun_s, *(found or (-1.0, "")))

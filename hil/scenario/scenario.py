@@ -1,0 +1,187 @@
+"""A scenario: ground, seed, link profile, operator's script, timed faults, limits, promise. A TOML file, checked."""
+
+from __future__ import annotations
+
+import difflib
+import math
+import tomllib
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+from hil.devices.errors import SensorErrors
+from hil.link.impairment import load_profile
+from hil.rays.casters import CASTERS, DEFAULT
+from hil.scenario.verdicts import Expect, expect_of
+from hil.terrain import field_file
+from hil.terrain.field import Field, inside
+from hil.terrain.fields import Accepted
+from hil.terrain.grounds import GROUNDS
+from onboard.config import ConfigError, from_tree, load, value
+from onboard.records import Pose
+
+WHEN = ("time", "sweep", "drive")
+_NUMBERS = (
+    ("blackout_s", (), "pairs of start and end"), ("start", (0, 3), "x, y in metres and yaw in degrees"),
+    ("goal", (0, 2), "x, y in metres"),
+)  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True)
+class Injection:
+    """One fault: `fault` is a row of INJECTIONS, begun `after_s` seconds after `when` first holds, for `for_s`."""
+
+    fault: str = value("", "row of hil.faults.injection.INJECTIONS")
+    when: str = value("time", "start of the count: time, first sweep, first drive", one_of=WHEN)
+    after_s: float = value(0.0, "seconds after that", low=0, high=1e6)
+    for_s: float = value(1e9, "how long", low=0, high=1e9)
+    target: int = value(0, "wheel, node, CAN id or percent, as the fault needs", low=0, high=0x7FF)
+
+
+@dataclass(frozen=True, slots=True)
+class Scenario:
+    """What a run is; `script` may use {goal_x} and {goal_y}. `set`: onboard's values by dotted name.
+
+    start (x, y, yaw in degrees) and goal (x, y) in place of the ground's own, in its frame.
+    sensors: what the nodes get wrong, a table of hil.devices.errors.
+    """
+
+    name: str = value("demo", "name in reports")
+    about: str = value("", "one sentence: what happens, and what the rover does about it")
+    terrain: str = value("fbm", "a row of GROUNDS (hil/terrain), or a field.npz of a run, from the scenario's folder")
+    seed: int = value(1, "the n-th accepted field", low=1, high=1_000_000)
+    link: str = value("ets8-b", "row of hil/link/profiles.toml")
+    blackout_s: tuple[float, ...] = ()
+    start: tuple[float, ...] = ()
+    goal: tuple[float, ...] = ()
+    script: str = value("at 2.0: goto {goal_x} {goal_y}\nwait goto\nget ldem\n", "what the operator does")
+    limit_s: float = value(1200.0, "bench time after which the run is ended", low=1, high=1e6)
+    end_s: float = value(0.0, "end after this much bench time; 0: when the script is done", low=0, high=1e6)
+    live: bool = value(False, "no scripted operator: a live ground station may join; the run does not repeat")
+    can: str = value("hub", "the CAN bus: the bench's hub, or socketcan:INTERFACE of this machine")
+    rays: str = value(DEFAULT, "who casts the scanner's rays: a row of hil.rays.casters.CASTERS", one_of=tuple(CASTERS))
+    sensors: Mapping[str, Any] = field(default_factory=dict)
+    faults: tuple[Injection, ...] = ()
+    set: Mapping[str, Any] = field(default_factory=dict)
+    expect: Expect = Expect()
+
+    @property
+    def needs_link(self) -> bool:
+        """Whether it means nothing without the link between rover and ground."""
+        return bool(self.blackout_s)
+
+
+def load_scenario(path: Path) -> Scenario:
+    """Read a scenario file. Raises FileNotFoundError, ConfigError (file, key, value, suggestion)."""
+    try:
+        tree = tomllib.loads(path.read_text())
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise ConfigError(f"{path}: not valid TOML: {error}") from error
+    where = str(path)
+    faults = tuple(from_tree(Injection, row, where, "faults.") for row in tree.pop("faults", []))
+    parts: dict[str, Any] = {"faults": faults, "set": _settings(tree.pop("set", {}), path)}
+    parts["sensors"] = tree.pop("sensors", {})
+    sensor_errors(parts["sensors"], where)
+    parts["expect"] = expect_of(tree.pop("expect", {}), where)
+    for key, counts, of in _NUMBERS:
+        parts[key] = _numbers(tree.pop(key, []), counts, f"{where}: `{key}` should be {of}")
+    if "seed" not in tree:
+        raise ConfigError(f"{where}: `seed` is missing: the same seed gives the same run")
+    plain = from_tree(Scenario, tree, where)
+    return replace(plain, **parts, terrain=_terrain(plain.terrain, path))
+
+
+def _numbers(items: Any, counts: tuple[int, ...], what: str) -> tuple[float, ...]:
+    """A list of numbers; counts: how many there may be, empty: any even number."""
+    if not isinstance(items, list) or not all(isinstance(v, int | float) and v == v for v in items):
+        raise ConfigError(f"{what}, found {items!r}")
+    if len(items) not in counts if counts else len(items) % 2:
+        raise ConfigError(f"{what}, found {items!r}")
+    return tuple(float(v) for v in items)
+
+
+def _terrain(name: str, path: Path) -> str:
+    """A row of GROUNDS, or the file beside the scenario."""
+    if name in GROUNDS:
+        return name
+    if not name.endswith(".npz"):
+        near = difflib.get_close_matches(name, GROUNDS, n=1)
+        raise ConfigError(f"{path}: `terrain` = {name!r} should be one of {', '.join(GROUNDS)}, or a file.npz"
+                          + (f"; did you mean {near[0]!r}?" if near else ""))
+    file = path.parent / name
+    if not file.is_file():
+        raise ConfigError(f"{path}: `terrain`: no such file: {file}")
+    return str(file)
+
+
+def scenario_of(tree: Mapping[str, Any]) -> Scenario:
+    """A scenario from its fields as a certificate keeps them. Raises KeyError, TypeError, ValueError, ConfigError."""
+    parts = {
+        "faults": tuple(Injection(**row) for row in tree["faults"]), "set": dict(tree["set"]),
+        "expect": Expect(**{**tree["expect"], "raises": tuple(tree["expect"]["raises"]),
+                            "may_raise": tuple(tree["expect"]["may_raise"])}),
+        **{key: tuple(tree[key]) for key, *_ in _NUMBERS},
+    }  # fmt: skip
+    scenario = Scenario(**{**tree, **parts})
+    load(None, scenario.set, "certificate: [set]")
+    sensor_errors(scenario.sensors, "certificate: [sensors]")
+    return scenario
+
+
+def ground_of(scenario: Scenario) -> Accepted:
+    """The field that a scenario is flown on. Raises ConfigError for a file that holds none, or a place beside it."""
+    if scenario.terrain in GROUNDS:
+        found = GROUNDS[scenario.terrain](scenario.seed)
+    else:
+        try:
+            found = Accepted(field_file.from_npz(Path(scenario.terrain).read_bytes(), scenario.seed), scenario.seed, ())
+        except (OSError, ValueError) as error:
+            raise ConfigError(f"{scenario.terrain}: no field: {error}") from None
+    ground = found.field
+    if scenario.start:
+        x_m, y_m, yaw_deg = scenario.start
+        ground = replace(ground, start=Pose(x_m, y_m, yaw_rad=math.radians(yaw_deg)))
+    if scenario.goal:
+        ground = replace(ground, goal_m=(scenario.goal[0], scenario.goal[1]))
+    for key, (x_m, y_m) in (("start", (ground.start.x_m, ground.start.y_m)), ("goal", ground.goal_m)):
+        if not inside(ground, x_m, y_m):
+            raise ConfigError(f"scenario {scenario.name}: `{key}` = {x_m:g}, {y_m:g} lies beside the ground")
+    return replace(found, field=ground)
+
+
+def goal_words(ground: Field) -> dict[str, str]:
+    """What a script may use: the goal in metres, to the millimetre."""
+    return {"goal_x": f"{ground.goal_m[0]:.3f}", "goal_y": f"{ground.goal_m[1]:.3f}"}
+
+
+def sensor_errors(tree: Mapping[str, Any], where: str = "sensors") -> SensorErrors:
+    """What the nodes get wrong, from a scenario's table [sensors]. Raises ConfigError."""
+    return from_tree(SensorErrors, tree, where, "sensors.")
+
+
+def flight_settings(scenario: Scenario, start: Pose) -> dict[str, Any]:
+    """The flight program's values by dotted name, the same on sockets and in one process; `set` has the last word."""
+    return {
+        "localisation.start_x_m": start.x_m, "localisation.start_y_m": start.y_m,
+        "localisation.start_yaw_rad": start.yaw_rad, "link.bench_seed": scenario.seed,
+        "link.rate_bps": load_profile(scenario.link).down_bps, **scenario.set,
+    }
+
+
+def _settings(table: Any, path: Path) -> dict[str, Any]:
+    """The table `[set]` by dotted names, of values that the flight program takes."""
+    if not isinstance(table, Mapping):
+        raise ConfigError(f"{path}: `set` should be a table, found {table!r}")
+    settings = dict(_dotted(table, ""))
+    load(None, settings, f"{path}: [set]")
+    return settings
+
+
+def _dotted(table: Mapping[str, Any], prefix: str) -> Iterator[tuple[str, Any]]:
+    """Nested tables as dotted names: TOML reads an unquoted `mapping.folder` as a table in a table."""
+    for key, item in table.items():
+        if isinstance(item, Mapping):
+            yield from _dotted(item, f"{prefix}{key}.")
+        else:
+            yield f"{prefix}{key}", item
