@@ -51,7 +51,7 @@ class Tail:
 
     def _messages(self, part: bytes) -> Iterator[Said]:
         """Of whole records; ends with EndOfFile where the part ends."""
-        for record in StreamReader(io.BytesIO(part), skip_magic=True).records:
+        for record in StreamReader(io.BytesIO(part), skip_magic=True, validate_crcs=True).records:
             if isinstance(record, Channel):
                 self._topics[record.id] = record.topic
             elif isinstance(record, Message):

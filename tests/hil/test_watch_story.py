@@ -1,6 +1,7 @@
 """What the watcher knows of a run: read while it is written, and asked for any time of it."""
 
 import shutil
+import struct
 from bisect import bisect_right
 
 import numpy as np
@@ -60,14 +61,22 @@ def test_a_record_begun_anew_is_told(run, tmp_path):
 
 
 def broken(data, how):
-    return {"cut": data[: len(data) // 3], "noise": b"noise" * 20, "nothing": b"",
-            "middle": data[: len(data) // 2] + bytes(200) + data[len(data) // 2 + 200 :]}[how]  # fmt: skip
+    return {"cut": lambda: data[: len(data) // 3], "noise": lambda: b"noise" * 20, "nothing": lambda: b"",
+            "chunk": lambda: with_a_broken_chunk(data)}[how]()  # fmt: skip
+
+
+def with_a_broken_chunk(record):
+    at = 8  # behind the magic: each record is its kind, the length of the rest, the rest; 6 is a chunk
+    while record[at] != 6:
+        at += 9 + struct.unpack_from("<Q", record, at + 1)[0]
+    middle = at + 9 + struct.unpack_from("<Q", record, at + 1)[0] // 2
+    return record[:middle] + bytes(20) + record[middle + 20 :]
 
 
 @pytest.mark.parametrize(
     ("name", "how"),
-    [("field.npz", "cut"), ("field.npz", "nothing"), ("truth.mcap", "noise"), ("truth.mcap", "middle"),
-     ("onboard.mcap", "noise"), ("onboard.mcap", "middle")],
+    [("field.npz", "cut"), ("field.npz", "nothing"), ("truth.mcap", "noise"), ("truth.mcap", "chunk"),
+     ("onboard.mcap", "noise"), ("onboard.mcap", "chunk")],
 )
 def test_a_damaged_file_is_named_in_one_line(run, tmp_path, name, how):
     shutil.copytree(run, tmp_path / "run")
