@@ -96,7 +96,7 @@ class World:
         self.can = CanWire(seed)
         self.lidar_open = False
         self.streams = {name: Stream() for name in STREAMS}
-        self.trace = Trace((*STREAMS, "can_stamps", "can_controller", "plant"))
+        self.trace = Trace((*STREAMS, "can_stamps", "can_controller", "ground", "plant"))
         self.progress = Progress()
         self.tick = 0
         self.state: PlantState = self.plant.reset(ground.start)
@@ -194,7 +194,8 @@ class World:
     def note(self, now_ns: int) -> None:
         """Progress and trace at the end of a tick."""
         sums = (stream.crc for stream in self.streams.values())
-        self.trace.add((*sums, self._stamps_crc, self._controller_crc, self.truth.crc))
+        ground = self.plant.ground_changes
+        self.trace.add((*sums, self._stamps_crc, self._controller_crc, ground, self.truth.crc))
         goal = self.field.goal_m
         x_m, y_m, _ = self.state.position_m.tolist()
         vx_mps, vy_mps, _ = self.state.velocity_mps.tolist()

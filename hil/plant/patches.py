@@ -10,10 +10,10 @@ from hil.plant.soil import CLASSES
 
 
 class Patches:
-    """Circles of soil. laid: whether there is one, or was, that wheels have still to be told about."""
+    """Circles of soil. laid: whether there is one, or was, that wheels have still to be told about. changes: so many."""
 
     def __init__(self) -> None:
-        self.laid = False
+        self.laid, self.changes = False, 0
         self._circles: list[tuple[tuple[float, float], float, str]] = []  # centre, radius, soil; the newest counts
 
     def lay(self, centre_m: tuple[float, float], radius_m: float, soil: str) -> None:
@@ -22,10 +22,12 @@ class Patches:
             raise ValueError(f"soil {soil!r} is not one of {', '.join(CLASSES)}")
         self._circles.append((centre_m, radius_m, soil))
         self.laid = True
+        self.changes += 1
 
     def sweep(self) -> None:
         """Away with them all."""
         self._circles.clear()
+        self.changes += 1
 
     def under(self, links: Sequence[Any], soils: Sequence[str]) -> list[str]:
         """The soil under each wheel: of the newest patch that its centre is over, else its own of `soils`.

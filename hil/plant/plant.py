@@ -66,7 +66,7 @@ class Plant:
         )
         self._limits_nm = [DRIVE_NM] * len(WHEELS)
         self._soils = [soil] * len(WHEELS)
-        self.patches = Patches()
+        self.patches, self._shapes = Patches(), 0
         self._jammed = [False] * len(WHEELS)
         self._drives = (WheelDrive(0.0, 0.0),) * len(WHEELS)
         self.reset(field.start)
@@ -174,6 +174,12 @@ class Plant:
         self._soil.reshape(soil_z)
         self.field = replace(self.field, soil_z=soil_z)
         self.ground.reshape(self.field)
+        self._shapes += 1
+
+    @property
+    def ground_changes(self) -> int:
+        """How often the ground has been changed: its shape or its soil."""
+        return self._shapes + self.patches.changes
 
     def step(self, ticks_ns: int = TICK_NS) -> PlantState:
         """One tick of physics; the truth at its end. Raises PlantAbortError."""
