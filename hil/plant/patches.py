@@ -10,7 +10,7 @@ from hil.plant.soil import CLASSES
 
 
 class Patches:
-    """Circles of soil. laid: whether there is one, or was, that wheels have still to be told about. changes: so many."""
+    """Circles of soil. laid: whether there is one, or was, that wheels must still be told about. changes: so many."""
 
     def __init__(self) -> None:
         self.laid, self.changes = False, 0
