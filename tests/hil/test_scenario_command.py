@@ -1,0 +1,56 @@
+"""`hil list`, `hil explain`, `hil verify`: what a user sees, and what he is told when something is wrong."""
+
+import json
+
+import pytest
+from typer.testing import CliRunner
+
+from hil.__main__ import app
+from hil.demo import differences
+from hil.scenario.library import scenarios
+
+
+def hil(*words):
+    return CliRunner().invoke(app, words)
+
+
+def test_every_scenario_is_listed_with_what_happens_in_it():
+    told = json.loads(hil("list", "--json").stdout)
+    assert [row["name"] for row in told] == [scenario.name for scenario in scenarios()]
+    assert all(row["about"] for row in told)
+    assert "wheel_stuck" in hil("list").stdout
+
+
+def test_a_scenario_is_explained_with_the_fault_table_s_answer():
+    told = hil("explain", "wheel_stuck").stdout
+    assert "a wheel's gear jams" in told
+    assert "expected   WHEEL_STUCK within 1 s" in told and "RESCAN" in told
+    assert "promise    ends standing" in told
+
+
+@pytest.mark.parametrize("words", [("explain", "wheel_stuk"), ("run", "wheel_stuk"), ("run", "tests")])
+def test_a_scenario_that_does_not_exist_is_one_line(words, capsys):
+    done = hil(*words)
+    assert done.exit_code == 66
+    assert done.stderr == f"hil: no scenario {words[1]}; the bench's own are in `hil list`\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "code", "complaint"),
+    [(None, 66, "no certificate"), ("{", 65, "no certificate of a run"), ("{}", 65, "KeyError: 'flight'"),
+     ('{"flight": {"faults": 3}}', 65, "no certificate of a run"), ('{"flight": 1}', 65, "TypeError")],
+)  # fmt: skip
+def test_what_is_no_certificate_is_one_line(tmp_path, text, code, complaint):
+    path = tmp_path / "certificate.json"
+    if text is not None:
+        path.write_text(text)
+    done = hil("verify", str(path))
+    assert done.exit_code == code
+    assert complaint in done.stderr and done.stderr.count("\n") == 1
+
+
+def test_two_certificates_differ_where_a_leaf_does():
+    old = {"plant": {"states": 3, "sha256": "aa"}, "seed": 1}
+    assert list(differences(old, {"plant": {"states": 3, "sha256": "aa"}, "seed": 1})) == []
+    new = {"plant": {"states": 3, "sha256": "bb"}, "seed": 1, "more": 2}
+    assert list(differences(old, new)) == [("more", None, 2), ("plant.sha256", "aa", "bb")]
