@@ -32,16 +32,18 @@ def installed(name):
 
 @pytest.fixture(params=[installed(name) for name in CASTERS])
 def ground_of(request):
-    """Makes the ground of a field, with rays by each caster in turn."""
-    client = pybullet.connect(pybullet.DIRECT)
+    """Makes the ground of a field, in a world of its own, with rays by each caster in turn."""
+    clients = []
 
     def make(field):
-        ground = Ground(field, client)
+        clients.append(pybullet.connect(pybullet.DIRECT))
+        ground = Ground(field, clients[-1])
         ground.cast_by(request.param)
         return ground
 
     yield make
-    pybullet.disconnect(client)
+    for client in clients:
+        pybullet.disconnect(client)
 
 
 def wrong(ground_of, name, count):
