@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -47,21 +49,25 @@ def line(progress: Progress, wall_s: float, live: bool = False) -> Text:
     )
 
 
-def fly(scenario: Scenario, out: Path, pace: float = 0.0) -> RunResult:
-    """Run with its status on standard error; exit 130 on Ctrl-C, nothing left behind."""
-    from hil.run import run as run_scenario  # the engine is heavy: not for --help and `hil link`
-
+@contextmanager
+def _told() -> Iterator[None]:
+    """What a user can mend, and Ctrl-C, as one line and an exit code."""
     try:
-        with status(Console(stderr=True), Text("starting bench, onboard, link and ground ...")) as tell:
-            return run_scenario(
-                scenario, out, lambda p, wall_s: tell(line(p, wall_s, scenario.live), wall_s), pace=pace
-            )
+        yield
     except KeyboardInterrupt:
         raise fail(EX_INTERRUPTED, "ended by Ctrl-C; all processes are gone") from None
     except ConfigError as error:
         raise fail(EX_CONFIG, str(error)) from None
     except NoInterfaceError as error:
         raise fail(EX_UNAVAILABLE, str(error)) from None
+
+
+def fly(scenario: Scenario, out: Path, pace: float = 0.0) -> RunResult:
+    """Run with its status on standard error; exit 130 on Ctrl-C, nothing left behind."""
+    from hil.run import run as run_scenario  # the engine is heavy: not for --help and `hil link`
+
+    with _told(), status(Console(stderr=True), Text("starting bench, onboard, link and ground ...")) as tell:
+        return run_scenario(scenario, out, lambda p, wall_s: tell(line(p, wall_s, scenario.live), wall_s), pace=pace)
 
 
 def fly_mixed(scenario: Scenario, out: Path, lidar: str, can: str) -> None:
@@ -71,14 +77,11 @@ def fly_mixed(scenario: Scenario, out: Path, lidar: str, can: str) -> None:
     from hil.processes import ProcessDiedError
 
     try:
-        with status(Console(stderr=True), Text("starting bench, onboard and link ...")) as tell:
+        with _told(), status(Console(stderr=True), Text("starting bench, onboard and link ...")) as tell:
             fly_beside(scenario, out, Real(lidar, can), lambda p, wall_s: tell(line(p, wall_s, live=True), wall_s))
-    except KeyboardInterrupt:
-        print("ended by Ctrl-C; all processes are gone", file=sys.stderr)
-    except ConfigError as error:
-        raise fail(EX_CONFIG, str(error)) from None
-    except NoInterfaceError as error:
-        raise fail(EX_UNAVAILABLE, str(error)) from None
+    except typer.Exit as ended:
+        if ended.exit_code != EX_INTERRUPTED:
+            raise
     except ProcessDiedError as died:
         raise fail(EX_SOFTWARE, str(died)) from None
 

@@ -22,7 +22,7 @@ from hil.faults.injection import Injector
 from hil.link.impairment import PROFILES
 from hil.plant.plant import PlantAbortError
 from hil.processes import ProcessDiedError, Processes, free_ports
-from hil.scenario.scenario import Scenario, flight_settings, goal_words, ground_of, sensor_errors
+from hil.scenario.scenario import Scenario, flight_settings, goal_words, ground_of, sensor_errors, set_words
 from hil.terrain import field_file
 from hil.terrain.fields import Accepted
 from onboard.config import load
@@ -129,7 +129,7 @@ def _settings(scenario: Scenario, folder: Path, bench: Bench, rover_side: str) -
         "mission.gdem": str(folder / "gdem.npz"), "record.path": str(folder / "onboard.mcap"),
         **flight_settings(scenario, bench.field.start),
     }
-    return [word for key, item in settings.items() for word in ("--set", f"{key}={json.dumps(item)}")]
+    return set_words(settings)
 
 
 def _profiles(scenario: Scenario, folder: Path) -> Path:

@@ -11,7 +11,6 @@ real device.
 
 from __future__ import annotations
 
-import json
 import os
 import secrets
 import time
@@ -26,7 +25,7 @@ from hil.can.hub import CanHub
 from hil.can.socket import CanSocket
 from hil.lidar.server import LidarServer
 from hil.processes import Processes, free_ports
-from hil.scenario.scenario import Scenario, flight_settings, ground_of
+from hil.scenario.scenario import Scenario, flight_settings, ground_of, set_words
 from hil.terrain import field_file
 from hil.terrain.field import Field
 from onboard.config import Rover, load
@@ -148,8 +147,7 @@ def fly(scenario: Scenario, folder: Path, real: Real, tell: Callable[[Progress, 
             "link.command_keys": str(up), "link.downlink_key": str(down), "mission.gdem": str(folder / "gdem.npz"),
             "record.path": str(folder / "onboard.mcap"), **bench.addresses,
         }
-        words = [word for key, item in settings.items() for word in ("--set", f"{key}={json.dumps(item)}")]
-        processes.start("onboard", "onboard", ["run", *words])
+        processes.start("onboard", "onboard", ["run", *set_words(settings)])
         (folder / "ground.toml").write_text(
             f'endpoint = "{ground_side}"\ncommand_keys = "{up.name}"\ndownlink_key = "{down.name}"\n'
             'state = "ground"\narchive = "ground/archive.db"\n'

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import json
 import math
 import tomllib
 from collections.abc import Iterator, Mapping
@@ -167,6 +168,11 @@ def flight_settings(scenario: Scenario, start: Pose) -> dict[str, Any]:
         "localisation.start_yaw_rad": start.yaw_rad, "link.bench_seed": scenario.seed,
         "link.rate_bps": load_profile(scenario.link).down_bps, **scenario.set,
     }
+
+
+def set_words(settings: Mapping[str, Any]) -> list[str]:
+    """Values by dotted name as `onboard run` takes them: --set NAME=VALUE, each."""
+    return [word for key, item in settings.items() for word in ("--set", f"{key}={json.dumps(item)}")]
 
 
 def _settings(table: Any, path: Path) -> dict[str, Any]:
