@@ -1,34 +1,24 @@
 """The configuration: one frozen tree with units and ranges, read from TOML, handed down in parts.
 
-Each value is declared once, by `value(...)`: default, range, unit, meaning. An unknown key, a wrong type or a value out
-of range is a ConfigError that names the file, the key, the value, what is allowed and what was probably meant.
+Each value is declared once, by `config_value.value`: default, range, unit, meaning. An unknown key, a wrong type or a
+value out of range is a ConfigError that names file, key and value, what is allowed and what was probably meant.
 `rover.toml` beside this file is `onboard run --print-config`.
 """
 
 from __future__ import annotations
 
-import dataclasses
-import difflib
 import math
 import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, TypeVar, get_type_hints
+from typing import Any
 
-T = TypeVar("T")
+from onboard.config_value import ConfigError, from_tree, to_toml, value
+
+__all__ = ["RAD", "Config", "ConfigError", "from_tree", "load", "parse_override", "to_toml", "value"]
+
 RAD = math.pi / 180.0
-
-
-class ConfigError(ValueError):
-    """The start is refused; the text is one helpful line."""
-
-
-def value(
-    default: Any, meaning: str, *, low: float | None = None, high: float | None = None, one_of: tuple[str, ...] = ()
-) -> Any:
-    """A field of the configuration with its default, meaning and range (the unit is in the field's name)."""
-    return field(default=default, metadata={"meaning": meaning, "low": low, "high": high, "one_of": one_of})
 
 
 @dataclass(frozen=True, slots=True)
@@ -264,6 +254,24 @@ class Record:
 
 
 @dataclass(frozen=True, slots=True)
+class Realtime:
+    """What is asked of the operating system for the tick, on the wall clock; the start says what was granted."""
+
+    fifo_priority: int = value(0, "SCHED_FIFO with this priority for the tick, 0: not", low=0, high=90)
+    lock_memory: bool = value(False, "nothing of the program is ever swapped out (mlockall)")
+    absolute_sleep: bool = value(False, "the tick is woken by a timer of the kernel at its absolute time (timerfd)")
+    collect_in_slack: bool = value(False, "garbage is collected in the time left after a tick, never within one")
+    cpu: int = value(-1, "the tick stays on this core and the jobs leave it, -1: any", low=-1, high=1023)
+
+
+@dataclass(frozen=True, slots=True)
+class Status:
+    """What `onboard status` asks."""
+
+    socket: str = value("auto", "unix socket; auto: the usual place, and none in lock-step; off: none")
+
+
+@dataclass(frozen=True, slots=True)
 class Config:
     """The whole tree."""
 
@@ -282,6 +290,8 @@ class Config:
     safety: Safety = field(default_factory=Safety)
     jobs: Jobs = field(default_factory=Jobs)
     record: Record = field(default_factory=Record)
+    realtime: Realtime = field(default_factory=Realtime)
+    status: Status = field(default_factory=Status)
 
 
 def load(
@@ -316,68 +326,3 @@ def parse_override(text: str) -> tuple[str, Any]:
         return key.strip(), tomllib.loads(f"v = {raw}")["v"]
     except tomllib.TOMLDecodeError:
         return key.strip(), raw
-
-
-def from_tree(kind: type[T], tree: Mapping[str, Any], where: str, prefix: str = "") -> T:
-    """A frozen dataclass declared with `value(...)` from a parsed TOML table."""
-    hints, known = get_type_hints(kind), {f.name: f for f in dataclasses.fields(kind)}  # type: ignore[arg-type]
-    made: dict[str, Any] = {}
-    for key, item in tree.items():
-        name = f"{prefix}{key}"
-        if key not in known:
-            raise ConfigError(f"{where}: unknown key `{name}`{_suggestion(key, known, prefix)}")
-        if dataclasses.is_dataclass(hints[key]):
-            if not isinstance(item, Mapping):
-                raise ConfigError(f"{where}: `{name}` should be a table, found {item!r}")
-            made[key] = from_tree(hints[key], item, where, f"{name}.")
-        else:
-            made[key] = _checked(item, hints[key], known[key], f"{where}: `{name}`")
-    return kind(**made)
-
-
-def _suggestion(key: str, known: Mapping[str, Any], prefix: str) -> str:
-    near = difflib.get_close_matches(key, known, n=1)
-    if near:
-        return f"; did you mean `{prefix}{near[0]}`?"
-    return f"; known here: {', '.join(sorted(known))}"
-
-
-def _checked(item: Any, kind: type, row: dataclasses.Field[Any], what: str) -> Any:
-    if kind is float and isinstance(item, int) and not isinstance(item, bool):
-        item = float(item)
-    if not isinstance(item, kind) or (isinstance(item, bool) and kind is not bool):
-        raise ConfigError(f"{what} should be {kind.__name__}, found {item!r}")
-    low, high, one_of = (row.metadata.get(k) for k in ("low", "high", "one_of"))
-    if one_of and item not in one_of:
-        near = difflib.get_close_matches(str(item), one_of, n=1)
-        raise ConfigError(f"{what} = {item!r} should be one of {', '.join(one_of)}"
-                          + (f"; did you mean {near[0]!r}?" if near else ""))
-    if isinstance(item, (int, float)) and not isinstance(item, bool):
-        too_low, too_high = low is not None and item < low, high is not None and item > high
-        if too_low or too_high or item != item:
-            raise ConfigError(f"{what} = {item!r} is out of range {low} to {high}")
-    return item
-
-
-def to_toml(config: Any) -> str:
-    """The tree as TOML with the meaning and range of each value as comments; `load` reads it back unchanged."""
-    lines: list[str] = []
-    for section in dataclasses.fields(config):
-        lines += ["", f"[{section.name}]"]
-        part = getattr(config, section.name)
-        for row in dataclasses.fields(part):
-            low, high, one_of = (row.metadata[k] for k in ("low", "high", "one_of"))
-            allowed = f" ({' | '.join(one_of)})" if one_of else f" ({low:g} to {high:g})" if low is not None else ""
-            lines.append(f"{row.name} = {_toml(getattr(part, row.name))}  # {row.metadata['meaning']}{allowed}")
-    return "\n".join(lines).strip() + "\n"
-
-
-def _toml(item: Any) -> str:
-    if isinstance(item, bool):
-        return "true" if item else "false"
-    if isinstance(item, str):
-        return '"' + item.replace("\\", "\\\\").replace('"', '\\"') + '"'
-    return repr(item)
-
-
-

@@ -107,7 +107,7 @@ class InMemory(World):
             return None
         inputs = self._inputs(now_ns)
         outputs = tick(self.rover, inputs)
-        self._jobs.start(outputs.jobs)
+        self._jobs.start(outputs.jobs, outputs.cancelled)
         self.events += outputs.events
         if observe:
             observe(self.tick, inputs, outputs, self.rover, self.state)

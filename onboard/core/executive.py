@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 from onboard.config import Config
 from onboard.core.context import Context
 from onboard.core.downlink import Downlink
+from onboard.core.jobs import GIVE_UP_TICKS
 from onboard.core.mission import MISSION_JOBS, MOVING, Mission
 from onboard.core.monitors import over_limit, words
 from onboard.motion.wheel_health import Drive, Wheels
@@ -81,6 +82,7 @@ class Executive:
             self._obey(order, ctx)
         was = self.phase
         self._answer(faults, ctx)
+        self._give_up(ctx)
         self._follow_reset(ctx)
         if "product" in ctx.taken:
             self._offer(ctx.taken["product"])
@@ -137,6 +139,15 @@ class Executive:
             if name not in faults and Step.STANDBY in BY_NAME[name].response:
                 self._standby_after_leg = False
         self.active, self._of = faults, dict(ctx.found)
+
+    def _give_up(self, ctx: Context) -> None:
+        """The end of waiting for long work: a hung job holds the only thread, so nothing after it would come either."""
+        for name in ctx.jobs.give_up(ctx.tick):
+            reason = f"{name}: no result {GIVE_UP_TICKS // 100} s after its tick"
+            if name == "product":
+                self._downlink.report(self._get_id, State.FAILED, reason)
+            self._cancel(ctx, State.FAILED, reason)
+            self._change("fault", ctx, reason)
 
     def _latches(self, row: Fault, ctx: Context) -> bool:
         if Step.DEGRADE in row.response:

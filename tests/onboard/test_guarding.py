@@ -145,5 +145,5 @@ def test_from_its_inputs_alone_a_hazard_is_answered_again_with_the_same_bytes(kn
     again, jobs = Rover(settings, None, known), Inline()
     for number, heard in enumerate(inputs):
         outputs = tick(again, replace(heard, jobs=jobs.take(tuple(done.job_id for done in heard.jobs))))
-        jobs.start(outputs.jobs)
+        jobs.start(outputs.jobs, outputs.cancelled)
         assert digest(outputs) == rover.digests[number]

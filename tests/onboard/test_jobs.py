@@ -6,13 +6,13 @@ from pkgutil import resolve_name
 
 import pytest
 
-from onboard.core.jobs import JOBS, JobBook
+from onboard.core.jobs import JOBS, Job, JobBook, Late
 from onboard.drivers.workers import Inline, Workers
 from onboard.records import JobDone
 
 
 def test_in_lock_step_a_result_comes_at_its_due_tick_and_no_earlier():
-    book, workers = JobBook({"factorial": "math:factorial"}), Workers(wait=True)
+    book, workers = JobBook({"factorial": Job("math:factorial", Late.WAIT)}), Workers(wait=True)
     book.submit("factorial", (5,), due_tick=5)
     workers.start(book.outgoing())
     taken = {tick: book.take(workers.collect(tick), tick) for tick in range(1, 8)}
@@ -55,11 +55,11 @@ def test_a_forgotten_job_gives_nothing_and_its_name_is_free_again():
 
 
 def test_every_job_is_a_function_that_exists():
-    assert all(callable(resolve_name(function)) for function in JOBS.values())
+    assert all(callable(resolve_name(job.function)) for job in JOBS.values())
 
 
 def test_a_job_is_run_where_it_was_sent_and_gives_the_same_in_a_replay():
-    book, workers, inline = JobBook({"factorial": "math:factorial"}), Workers(wait=True), Inline()
+    book, workers, inline = JobBook({"factorial": Job("math:factorial", Late.WAIT)}), Workers(wait=True), Inline()
     book.submit("factorial", (5,), due_tick=1)
     requests = book.outgoing()
     workers.start(requests)
@@ -70,7 +70,7 @@ def test_a_job_is_run_where_it_was_sent_and_gives_the_same_in_a_replay():
 
 
 def test_what_cannot_be_loaded_raises_where_it_is_needed_and_not_before():
-    book, workers = JobBook({"plan": "onboard.nowhere:plan"}), Workers(wait=True)
+    book, workers = JobBook({"plan": Job("onboard.nowhere:plan", Late.WAIT)}), Workers(wait=True)
     workers.preload(["onboard.nowhere:plan"]).result()
     book.submit("plan", (), due_tick=1)
     workers.start(book.outgoing())

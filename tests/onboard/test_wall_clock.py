@@ -46,6 +46,7 @@ def alone(record):
     return {
         "clock__mode": "wall", "can__uri": "virtual:wall", "lidar__address": f"tcp:127.0.0.1:{free_port()}",
         "link__endpoint": f"tcp/127.0.0.1:{free_port()}", "link__bench_seed": 1, "record__path": record,
+        "status__socket": "off",
     }
 
 
