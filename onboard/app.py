@@ -187,7 +187,7 @@ def run(config: Config, announce: Callable[[str], None]) -> int:
 
         gc.freeze()  # what start-up made stays: collecting it anew would cost ticks of 30 ms
         gc.enable()
-        alarm = spare.go(announce)
+        alarm = spare.go(workers, announce)
         if isinstance(ports, WallPorts):
             ports.ear.alarm = alarm
         clock.start()

@@ -18,6 +18,7 @@ from onboard.drivers.disk import Keeper
 from onboard.drivers.lidar_port import LidarPort
 from onboard.drivers.realtime import RealTime, words
 from onboard.drivers.status_port import StatusError, StatusPort, place_of
+from onboard.drivers.workers import Workers
 from onboard.record.writer import Recorder
 from onboard.records import Inputs, Outputs
 from onboard.status.report import Shell, report
@@ -55,11 +56,11 @@ class Spare:
         self._status = _status_port(config, announce)
         self._realtime: RealTime | None = None
 
-    def go(self, announce: Callable[[str], None]) -> int:
+    def go(self, workers: Workers, announce: Callable[[str], None]) -> int:
         """Ask for what [realtime] names, in the thread that ticks, and tell; the alarm's descriptor, -1 without one."""
         if isinstance(self._clock, LockStepClock):
             return -1
-        self._realtime = RealTime(self._config.realtime)
+        self._realtime = RealTime(self._config.realtime, workers.thread_id())
         self._clock.alarm = self._realtime.alarm
         for line in words(self._realtime.grants):
             announce(line)

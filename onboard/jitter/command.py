@@ -89,6 +89,7 @@ def figures(ours: Measured, theirs: NDArray[np.float64] | None, kind: str) -> di
         "slipped_ticks": ours.slipped_ticks,
         "late_us": shares(ours.late_us),
         "tick_us": shares(ours.tick_us),
+        "done_us": shares(ours.late_us + ours.tick_us),
         "jobs": ours.jobs,
         "job_worst_ms": ours.job_worst_ms,
         "real_time": [grant._asdict() for grant in ours.grants],
@@ -114,7 +115,8 @@ def lines(told: dict[str, Any]) -> list[str]:
         return ["nothing was measured yet"]
     beside = told["reference"]
     grants = words([Grant(**row) for row in told["real_time"]])
-    rows = [("wake-up of the tick", told["late_us"]), ("work of the tick", told["tick_us"])]
+    rows = [("wake-up of the tick", told["late_us"]), ("work of the tick", told["tick_us"]),
+            ("both: tick is done", told["done_us"])]
     rows += [(beside["kind"], beside["late_us"])] if beside else []
     return [
         *(grants or [f"real time: nothing asked for; {HINT}"]),

@@ -55,7 +55,7 @@ class Bed:
         self._stack.callback(os.close, loud)
         gc.freeze()
         self._stack.callback(gc.unfreeze)
-        self._realtime = RealTime(config.realtime)
+        self._realtime = RealTime(config.realtime, self._workers.thread_id())
         self._stack.callback(self._realtime.close)
         clock.alarm = self._realtime.alarm
         alarm = clock.alarm.fileno() if clock.alarm else -1
