@@ -30,6 +30,7 @@ from onboard.maps.gdem_file import from_npz
 from onboard.ports import BUS_CLOSED
 from onboard.record.writer import Recorder
 from onboard.records import BusStatus, Chunk, Frame, Gdem, Health, Inputs, LinkMessage, Outputs, PortState
+from onboard.status.report import rhythm
 from protocol.barrier import Channel, Tick
 
 if TYPE_CHECKING:
@@ -194,7 +195,7 @@ def run(config: Config, announce: Callable[[str], None]) -> int:
         where = f"{config.can.uri}, {config.lidar.address}, {config.link.endpoint}"
         announce(f"running: {config.clock.mode} clock, {where}")
         loop(rover, ports, clock, workers, (books, spare))
-        recorder.end(rover.executive.memory)
+        recorder.end(rover.executive.memory, rhythm(rover, spare.grants))
     return 0
 
 

@@ -16,7 +16,7 @@ from onboard.core.tick import Rover
 from onboard.drivers.clock import LockStepClock, WallClock
 from onboard.drivers.disk import Keeper
 from onboard.drivers.lidar_port import LidarPort
-from onboard.drivers.realtime import RealTime, words
+from onboard.drivers.realtime import Grant, RealTime, words
 from onboard.drivers.status_port import StatusError, StatusPort, place_of
 from onboard.drivers.workers import Workers
 from onboard.record.writer import Recorder
@@ -73,6 +73,11 @@ class Spare:
         if self._realtime and self._realtime.collector and isinstance(self._clock, WallClock):
             self._realtime.collector.spend(self._clock.left_ns)
 
+    @property
+    def grants(self) -> tuple[Grant, ...]:
+        """What of the real-time options holds."""
+        return self._realtime.grants if self._realtime else ()
+
     def close(self) -> None:
         """Give back what was granted; the socket goes."""
         if self._status:
@@ -86,7 +91,7 @@ class Spare:
             clock=self._config.clock.mode,
             pid=os.getpid(),
             uptime_ns=self._clock.now_ns(),
-            grants=self._realtime.grants if self._realtime else (),
+            grants=self.grants,
             record=path,
             record_bytes=Path(path).stat().st_size if path and Path(path).exists() else 0,
         )

@@ -37,11 +37,18 @@ def report(rover: Rover, shell: Shell) -> dict[str, Any]:
         "phase": executive.phase.name,
         "pose": {"x_m": pose.x_m, "y_m": pose.y_m, "z_m": pose.z_m, "yaw_rad": pose.yaw_rad},
         "faults": list(executive.active),
+        **rhythm(rover, shell.grants),
+        "record": {"path": shell.record, "bytes": shell.record_bytes} if shell.record else None,
+    }
+
+
+def rhythm(rover: Rover, grants: Sequence[Grant]) -> dict[str, Any]:
+    """How the rhythm was kept since the start; also what the record holds of it at its end, for the report."""
+    return {
         "rate_groups": _groups(rover.pace),
         "ticks": _ticks(rover.pace),
         "jobs": _jobs(rover),
-        "real_time": [grant._asdict() for grant in shell.grants],
-        "record": {"path": shell.record, "bytes": shell.record_bytes} if shell.record else None,
+        "real_time": [grant._asdict() for grant in grants],
     }
 
 
