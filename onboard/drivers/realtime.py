@@ -26,7 +26,7 @@ from onboard.drivers.slack import SlackCollector
 _ALL_MEMORY = 3  # MCL_CURRENT | MCL_FUTURE
 _CAP_IPC_LOCK = 14
 JOB_PRIORITY = 1
-SWITCH_S = 1e-3  # a job is asked for the interpreter's lock after this, by default after 5 ms
+SWITCH_S = 1e-3  # a job is asked for the interpreter's lock after this, in any case; Python's own is 5 ms
 
 
 class Grant(NamedTuple):
@@ -46,6 +46,8 @@ class RealTime:
     def __init__(self, wanted: Realtime, job_thread: int) -> None:
         self._wanted, self._job_thread = wanted, job_thread
         self._before = os.sched_getaffinity(0)
+        self._switch_s = sys.getswitchinterval()
+        sys.setswitchinterval(SWITCH_S)
         self.alarm: Alarm | None = None
         self.collector: SlackCollector | None = None
         off = Realtime()
@@ -54,11 +56,11 @@ class RealTime:
 
     def close(self) -> None:
         """Give back what was granted."""
+        sys.setswitchinterval(self._switch_s)
         granted = {grant.option for grant in self.grants if grant.granted}
         if "fifo_priority" in granted:
             for thread in (0, self._job_thread):
                 os.sched_setscheduler(thread, os.SCHED_OTHER, os.sched_param(0))
-            sys.setswitchinterval(self._switch_s)
         if "lock_memory" in granted:
             ctypes.CDLL(None).munlockall()
         if "cpu" in granted:
@@ -102,7 +104,7 @@ class RealTime:
         return True, "all memory stays in, also what comes later"
 
     def _fifo(self) -> tuple[bool, str]:
-        priority, self._switch_s = self._wanted.fifo_priority, sys.getswitchinterval()
+        priority = self._wanted.fifo_priority
         policy = os.SCHED_FIFO | os.SCHED_RESET_ON_FORK  # a child that spins at this priority could stop the machine
         try:
             os.sched_setscheduler(0, policy, os.sched_param(priority))
@@ -110,7 +112,6 @@ class RealTime:
         except OSError as error:
             todo = _todo("rtprio", "LimitRTPRIO", str(priority))
             return False, f"SCHED_FIFO {priority}: {error.strerror}; {todo}"
-        sys.setswitchinterval(SWITCH_S)
         return True, f"SCHED_FIFO {priority}, jobs {JOB_PRIORITY}; not for children"
 
     OPTIONS = {  # noqa: RUF012  the order in which they are asked for
