@@ -1,6 +1,7 @@
 """The modes: who may do what, which faults stop the rover, and the one mission that runs.
 
 Orders come checked from the downlink; faults from the monitors; both only ever change the mode by `protocol.modes`.
+A little over 300 lines: one short method for each order, and the answer to faults, which share the mission they end.
 """
 
 from __future__ import annotations
