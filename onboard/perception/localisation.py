@@ -9,9 +9,11 @@
     at a stop               a registration corrects x, y, z, yaw, and through them slip, bias, scale, or is refused;
                             then the points enter the map at the corrected pose, which becomes the anchor of the next
 
-Roll and pitch come from `attitude`. A registration that is refused never moves the pose; one that speaks against it
-doubles its covariance, so a filter that is too sure of itself yields to the third or fourth that says the same. Where
-there was nothing to compare (a look behind, ground without features) nothing is learned, and nothing widens.
+Roll and pitch come from `attitude`. A registration that the ground fixes in every direction is believed, however sure
+the filter is of the way: what it says beyond that is a slide or a knock that no wheel or gyro felt. One that is weaker
+and incredible is refused: it never moves the pose and doubles its covariance, so the filter yields to the third or
+fourth that says the same. Where there was nothing to compare (a look behind, ground without features) nothing is
+learned, and nothing widens.
 """
 
 from __future__ import annotations
@@ -144,11 +146,13 @@ class Localisation:
             not result.accepted
             or float(np.linalg.norm(innovation[:3])) > config.gate_m
             or abs(float(innovation[3])) > config.gate_rad
-            or not self._filter.credible(measured, result.covariance)
+            or not (result.sure or self._filter.credible(measured, result.covariance))
         ):
             if result.told:
                 self._filter.widen()
             return False
+        if not self._filter.credible(measured, result.covariance):
+            self._filter.doubt(innovation)
         self._filter.see_pose(measured, result.covariance)
         return True
 

@@ -40,6 +40,7 @@ HEIGHT_WALK = 0.005  # m per sqrt(m)
 TURN_WALK = 0.001  # rad per sqrt(rad)
 SLIP_WALK = 0.002  # per sqrt(m)
 EXCESS_WALK = 0.003  # per sqrt(m)
+SLIDE_WALK = 0.2  # of the slide, per sqrt(m): a wheel on a stone, steering wheels that scrub
 SLIP_LIMITS = (-0.3, 0.9)
 
 Vector = tuple[float, float, float]
@@ -93,8 +94,11 @@ class PoseFilter:
         walks[YAW] = gyro_noise_radps**2 * 0.01 * self._seconds + turn_walk**2 * self._turned_rad
         walks[BIAS] = BIAS_WALK**2 * self._seconds
         walks[SLIP], walks[EXCESS] = SLIP_WALK**2 * rolled_m, EXCESS_WALK**2 * rolled_m
+        noise = np.diag(walks)
+        if rolled_m > 0.0:
+            noise[:3, :3] += SLIDE_WALK**2 / rolled_m * np.outer(slide, slide)
         kalman = self._kalman()
-        kalman.F, kalman.Q = F, np.diag(walks)
+        kalman.F, kalman.Q = F, noise
         kalman.predict()
         self.covariance = kalman.P
         self._rest()
@@ -140,6 +144,11 @@ class PoseFilter:
         scale = np.ones(STATES)
         scale[POSE] = math.sqrt(WIDEN)
         self.covariance = self.covariance * np.outer(scale, scale)
+
+    def doubt(self, innovation: F64) -> None:
+        """The rover was moved by something that nothing on board felt, by as much as it looks: (4,) of `innovation`."""
+        self.covariance = self.covariance.copy()
+        self.covariance[POSE, POSE] += np.diag(innovation**2)
 
     def reset(self, x_m: float, y_m: float, z_m: float, yaw_rad: float) -> None:
         """Puts the rover at a pose known from elsewhere; the rest stays as learned, the map as it is."""

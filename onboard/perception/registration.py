@@ -1,10 +1,8 @@
-"""Registration of the scan of a stop to the points of earlier stops: where the rover really stands (small_gicp GICP).
+"""Registration of the scan of a stop to the points of earlier stops: where the rover really stands.
 
-GICP aligns planes with planes. Its Hessian H over (rotation, translation) of the body says which directions the ground
-fixes: the blocks' eigenvalues against their largest. Flat ground leaves 1.1e-3 to 1.6e-3 (GICP's own regularisation of
-the planes) in x, y and yaw; ground with waves of 2 cm 2e-3 to 3e-3 and errors of 25 mm; of 5 cm 6e-3 to 1e-2 and 5 mm.
-A direction under 4e-3 is not trusted: it keeps the guess. Errors on such ground (seeds apart from the tests') were 0.1
-to 0.8 of the sigmas that H gives; what H does not know (tilt, clock, a moved stone) is the configured floor.
+GICP of small_gicp brings the scan near; `settling` then lays its planes exactly on those of earlier stops and says
+which directions the ground fixes and how well. A direction that it does not fix keeps the guess. What the planes do not
+know (tilt, clock, a moved stone) is the configured floor of the covariance.
 """
 
 from __future__ import annotations
@@ -17,7 +15,7 @@ import numpy as np
 import small_gicp
 
 from onboard.config import Localisation
-from onboard.perception.credibility import credible
+from onboard.perception.settling import Faces, Settled, apart, settle
 from onboard.records import F32, F64
 
 VOXEL_M = 0.1
@@ -27,14 +25,12 @@ MATCH_M = 0.5
 NEIGHBOURS = 10
 LEAST_POINTS = 200
 LEAST_INLIERS_RATIO = 0.25
+SURE_RATIO = 0.5
 LEAST_OVERLAP_RATIO = 0.2  # at the guess; sectors that share 0.3 register to 30 mm or better, 0.1 to 0.4 m
 OVERLAP_CELL_M = 0.5
-TRUST_RATIO = 4e-3
 UNKNOWN_M2 = 100.0  # variance in a direction that is not trusted
-MOST_ITERATIONS = 60
-SETTLING_ROUNDS = 3
-SETTLED_M = 0.003
-SETTLED_RAD = 0.001
+MOST_ITERATIONS = 20  # of GICP: what is fixed is near by then, what is not slides on
+NEAR_RAD, NEAR_M = 1e-4, 1e-3  # a step of GICP under this is its last
 AXES = ("x", "y", "z")
 
 Prepared = tuple[small_gicp.PointCloud, small_gicp.KdTree]
@@ -46,8 +42,8 @@ class RegistrationResult:
     """What came out. `accepted` False: `reason` says why, and T_map_base is the guess, unchanged.
 
     T_map_base: (4, 4). covariance: (4, 4) over x, y, z (m), yaw (rad) in the map frame, huge where nothing fixes it.
-    degenerate: the directions of the body that kept the guess. moved_m, moved_rad: what the optimiser moved the guess
-    by (trusted directions only). mean_error: cost per inlier; 0.005 to 0.015 on like scans with 20 mm of range noise.
+    degenerate: the directions of the body that kept the guess. moved_m, moved_rad: how far it is from the guess.
+    apart_m: root mean square distance of the planes; 3 to 5 mm on like scans with 20 mm of range noise.
     told: False where there was nothing to compare (points, overlap or features are missing): a refusal without a word
     on the pose. A refusal that was told something speaks against the guess.
     """
@@ -58,11 +54,16 @@ class RegistrationResult:
     covariance: F64
     converged: bool
     inlier_ratio: float
-    mean_error: float
+    apart_m: float
     moved_m: float
     moved_rad: float
     degenerate: tuple[str, ...]
     told: bool = True
+
+    @property
+    def sure(self) -> bool:
+        """Whether the ground fixes every direction and most of the scan was seen before."""
+        return self.accepted and not self.degenerate and self.inlier_ratio >= SURE_RATIO
 
 
 def register(
@@ -70,13 +71,11 @@ def register(
     target_points_map: F64 | F32,
     guess: F64,
     config: Localisation,
-    prior: F64 | None = None,
 ) -> RegistrationResult:
     """Aligns the points of a stop, (n, 3) in base_link, with those of earlier stops, (m, 3) in the map frame.
 
-    guess: T_map_base from the filter. prior: its covariance (4, 4) over x, y, z, yaw; where given, a result that it
-    makes incredible (99.9 %) is refused, as the filter itself would. Pure; one thread, the same bits every time.
-    Too few points, overlap or matches raise nothing: the result is not accepted and says why.
+    guess: T_map_base from the filter. Pure; one thread, the same bits every time. Too few points, overlap or matches
+    raise nothing: the result is not accepted and says why.
     """
     source = _near(source_points_base, np.zeros(3), config.registration_range_m)
     reach = math.sqrt(float(np.einsum("ij,ij->i", source, source).max(initial=0.0)))
@@ -90,32 +89,20 @@ def register(
     if shared < LEAST_OVERLAP_RATIO:
         return _refused(guess, f"{shared:.2f} of the points lie where the target is: {LEAST_OVERLAP_RATIO} needed")
 
-    def align(start: F64, iterations: int) -> small_gicp.RegistrationResult:
-        return small_gicp.align(target_cloud, source_cloud, tree, start, "GICP", MATCH_M, 1, iterations, 1e-5, 1e-4)
-
-    found = align(guess, MOST_ITERATIONS)
-    inliers = int(found.num_inliers)
-    if inliers < LEAST_POINTS:
-        return dataclasses.replace(_refused(guess, f"{inliers} points matched: {LEAST_POINTS} needed"), told=True)
-    loose = _loose(found.H[:3, :3]), _loose(found.H[3:, 3:])
-    T_map_base, moved_m, moved_rad = _trusted(found.T_target_source, guess, loose)
-    converged = bool(found.converged)
-    for _ in range(SETTLING_ROUNDS if not converged and _count(loose) < 3 else 0):
-        # It slides along what is not fixed: from where the rest came to, does the rest stay?
-        again = align(T_map_base, MOST_ITERATIONS // 4)
-        T_map_base, slid_m, slid_rad = _trusted(again.T_target_source, T_map_base, loose)
-        if slid_m < SETTLED_M and slid_rad < SETTLED_RAD:
-            converged = True
-            break
+    found = _settled((source_cloud, None), (target_cloud, tree), guess)
+    if found is None or found.matched < LEAST_POINTS:
+        return dataclasses.replace(_refused(guess, f"fewer than {LEAST_POINTS} points match"), told=True)
+    turned, way = apart(guess, found.T_target_source)
     return _judged(
         RegistrationResult(
-            True, "", T_map_base, _covariance(found.H, T_map_base, loose, config), converged,
-            inliers / source_cloud.size(), float(found.error) / inliers, moved_m, moved_rad, _names(loose),
-        ), guess, config, prior,
+            True, "", found.T_target_source, _covariance(found, config), found.converged,
+            found.matched / source_cloud.size(), found.apart_m, float(np.linalg.norm(way)),
+            float(np.linalg.norm(turned)), _names(found.loose),
+        ), guess, config,
     )  # fmt: skip
 
 
-def _judged(result: RegistrationResult, guess: F64, config: Localisation, prior: F64 | None) -> RegistrationResult:
+def _judged(result: RegistrationResult, guess: F64, config: Localisation) -> RegistrationResult:
     """The result as it is, or refused with the guess in its place."""
     moved_m, moved_rad, inlier_ratio = result.moved_m, result.moved_rad, result.inlier_ratio
     reason = ""
@@ -127,8 +114,6 @@ def _judged(result: RegistrationResult, guess: F64, config: Localisation, prior:
         reason = f"{inlier_ratio:.2f} of the points matched: {LEAST_INLIERS_RATIO} needed"
     elif moved_m > config.gate_m or moved_rad > config.gate_rad:
         reason = f"moves by {moved_m:.3f} m, {moved_rad:.4f} rad: {config.gate_m} m, {config.gate_rad:.4f} rad allowed"
-    elif prior is not None and not credible(difference(result.T_map_base, guess), prior + result.covariance):
-        reason = f"moves by {moved_m:.3f} m, {moved_rad:.4f} rad: incredible to the filter"
     if not reason:
         return result
     told = len(result.degenerate) < 3
@@ -138,7 +123,7 @@ def _judged(result: RegistrationResult, guess: F64, config: Localisation, prior:
 @dataclass(frozen=True, slots=True)
 class Alignment:
     """Of two clouds of the same ground. T_target_source: (4, 4). covariance: (6, 6) over a small rotation (rad) and way
-    (m) in the source's axes, from the Hessian alone. overlap_ratio: of the source at the guess.
+    (m) in the source's axes, as the planes tell. overlap_ratio: of the source at the guess.
     """
 
     T_target_source: F64
@@ -148,7 +133,7 @@ class Alignment:
 
 
 def align(source: Prepared, target: Prepared, guess: F64) -> Alignment | None:
-    """GICP in all six directions, for whoever weighs them himself; None where it does not converge or hardly matches.
+    """Two clouds, for whoever weighs the directions himself; None where it does not converge or hardly matches.
 
     source, target: of `prepare`. guess: (4, 4) T_target_source.
     """
@@ -156,11 +141,10 @@ def align(source: Prepared, target: Prepared, guess: F64) -> Alignment | None:
     shared = _overlap(clouds[0].points(), clouds[1].points(), guess)
     if shared < LEAST_OVERLAP_RATIO:
         return None
-    found = small_gicp.align(clouds[1], clouds[0], target[1], guess, "GICP", MATCH_M, 1, MOST_ITERATIONS, 1e-5, 1e-4)
-    inlier_ratio = int(found.num_inliers) / clouds[0].size()
-    if not found.converged or inlier_ratio < LEAST_INLIERS_RATIO:
+    found = _settled(source, target, guess)
+    if found is None or not found.converged or found.matched < LEAST_INLIERS_RATIO * clouds[0].size():
         return None
-    return Alignment(found.T_target_source, np.linalg.inv(found.H), inlier_ratio, shared)
+    return Alignment(found.T_target_source, _told(found), found.matched / clouds[0].size(), shared)
 
 
 def prepare(points: F64) -> Prepared:
@@ -208,20 +192,21 @@ def _near(points: F64 | F32, centre: F64, radius_m: float) -> F64:
     return np.concatenate(kept)
 
 
-def _loose(block: F64) -> F64:
-    """(3, k) directions of a block of the Hessian that are not trusted."""
-    values, vectors = np.linalg.eigh(block)
-    loose: F64 = vectors[:, values < TRUST_RATIO * values[-1]]
-    return loose
+def _settled(source: tuple[small_gicp.PointCloud, object], target: Prepared, guess: F64) -> Settled | None:
+    (moving, _), (fixed, tree) = source, target
+    near = small_gicp.align(fixed, moving, tree, guess, "GICP", MATCH_M, 1, MOST_ITERATIONS, NEAR_RAD, NEAR_M)
+    return settle(
+        _faces(moving), _faces(fixed), tree.batch_nearest_neighbor_search, MATCH_M, guess, near.T_target_source
+    )  # fmt: skip
+
+
+def _faces(cloud: small_gicp.PointCloud) -> Faces:
+    return Faces(np.ascontiguousarray(cloud.points()[:, :3]), np.ascontiguousarray(cloud.normals()[:, :3]))
 
 
 def _names(loose: Loose) -> tuple[str, ...]:
     rotation, way = ([AXES[int(np.abs(v).argmax())] for v in block.T] for block in loose)
     return (*way, *(f"rotation about {axis}" for axis in rotation))
-
-
-def _count(loose: Loose) -> int:
-    return int(loose[0].shape[1] + loose[1].shape[1])
 
 
 def _overlap(source: F64, target: F64, guess: F64) -> float:
@@ -231,49 +216,22 @@ def _overlap(source: F64, target: F64, guess: F64) -> float:
     return float(np.isin(cells[0], cells[1]).mean())
 
 
-def _trusted(T_map_base: F64, guess: F64, loose: Loose) -> tuple[F64, float, float]:
-    """The guess moved in trusted directions only, and by how much."""
-    loose_rotation, loose_way = loose
-    step = np.linalg.inv(guess) @ T_map_base
-    way, rotation = step[:3, 3], _rotation_vector(step[:3, :3])
-    way = way - loose_way @ (loose_way.T @ way)
-    rotation = rotation - loose_rotation @ (loose_rotation.T @ rotation)
-    angle = float(np.linalg.norm(rotation))
-    small = np.eye(4)
-    small[:3, :3] = _rotation_matrix(rotation)
-    small[:3, 3] = way
-    return guess @ small, float(np.linalg.norm(way)), angle
-
-
-def _covariance(hessian: F64, T_map_base: F64, loose: Loose, config: Localisation) -> F64:
-    body = config.registration_scale**2 * np.linalg.inv(hessian)
-    body[:3, :3] += UNKNOWN_M2 * loose[0] @ loose[0].T
-    body[3:, 3:] += UNKNOWN_M2 * loose[1] @ loose[1].T
-    to_map = np.zeros((4, 6))
-    to_map[:3, 3:] = T_map_base[:3, :3]
-    to_map[3, :3] = T_map_base[2, :3]
+def _covariance(found: Settled, config: Localisation) -> F64:
+    body = config.registration_scale**2 * _told(found)
+    R, to_map = found.T_target_source[:3, :3], np.zeros((4, 6))
+    to_map[:3, 3:] = R
+    to_map[3, :3] = R[2]
     floor = [config.registration_sigma_m**2] * 3 + [config.registration_sigma_rad**2]
     covariance: F64 = to_map @ body @ to_map.T + np.diag(floor)
     return covariance
 
 
-def _rotation_vector(matrix: F64) -> F64:
-    """Axis times angle of a rotation well below half a turn."""
-    twice = np.array([matrix[2, 1] - matrix[1, 2], matrix[0, 2] - matrix[2, 0], matrix[1, 0] - matrix[0, 1]])
-    sine = 0.5 * float(np.linalg.norm(twice))
-    angle = math.atan2(sine, 0.5 * (float(np.trace(matrix)) - 1.0))
-    vector: F64 = twice * (0.5 if sine < 1e-9 else 0.5 * angle / sine)
-    return vector
-
-
-def _rotation_matrix(vector: F64) -> F64:
-    """Rodrigues' formula."""
-    angle = float(np.linalg.norm(vector))
-    x, y, z = vector
-    cross: F64 = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    first, second = (1.0, 0.5) if angle < 1e-9 else (math.sin(angle) / angle, (1.0 - math.cos(angle)) / angle**2)
-    turned: F64 = np.eye(3) + first * cross + second * (cross @ cross)
-    return turned
+def _told(found: Settled) -> F64:
+    """(6, 6) covariance over rotation and way in the source's axes, as the planes tell: huge where they do not."""
+    covariance: F64 = np.asarray(np.linalg.inv(found.information), np.float64)
+    covariance[:3, :3] += UNKNOWN_M2 * found.loose[0] @ found.loose[0].T
+    covariance[3:, 3:] += UNKNOWN_M2 * found.loose[1] @ found.loose[1].T
+    return covariance
 
 
 def _refused(guess: F64, reason: str) -> RegistrationResult:

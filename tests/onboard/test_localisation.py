@@ -212,7 +212,7 @@ def test_a_slide_that_this_soil_lets_go_farther_is_learned_from_registrations():
     drive = Drive(pitch=15 * DEG, config=Config(slope_slip_ratio=0.3, odometry_noise_ratio=0.001)).run(STILL, 1)
     law = 0.3 * -math.tan(35 * DEG) * math.log(1 - math.tan(15 * DEG) / math.tan(35 * DEG))
     drive.slip = -1.1 * law  # nose down: a tenth farther than the law says
-    for _ in range(4):
+    for _ in range(8):
         drive.run(Twist(0.1, 0, 0), 30).run(STILL, 1)
         assert drive.filter.register(drive.registration(covariance=np.diag([1e-3] * 4) ** 2))
     before = drive.filter.pose.x_m - drive.x
@@ -220,7 +220,10 @@ def test_a_slide_that_this_soil_lets_go_farther_is_learned_from_registrations():
     assert abs(drive.filter.pose.x_m - drive.x - before) < 0.3 * 0.1 * law * 3.0
 
 
-@pytest.mark.parametrize("wrong", [{"dx": 0.6}, {"dyaw": 9 * DEG}, {"dy": 0.3}, {"accepted": False}])
+HALF_SEEN = {"inlier_ratio": 0.4}
+
+
+@pytest.mark.parametrize("wrong", [{"dx": 0.6}, {"dyaw": 9 * DEG}, {"dy": 0.3, **HALF_SEEN}, {"accepted": False}])
 def test_refused_registration_widens_the_covariance_and_never_moves_the_pose(wrong):
     drive = Drive().run(STILL, 1).run(Twist(0.1, 0, 0), 10).run(STILL, 1)
     pose, before = drive.filter.pose, drive.filter.estimate.covariance
@@ -239,9 +242,28 @@ def test_a_look_that_could_not_be_compared_leaves_pose_and_covariance():
 
 def test_filter_that_is_too_sure_yields_to_what_is_said_again_and_again():
     drive = Drive().run(STILL, 1).run(Twist(0.1, 0, 0), 20).run(STILL, 1)
-    taken = [drive.filter.register(drive.registration(dy=0.3)) for _ in range(8)]
+    taken = [drive.filter.register(drive.registration(dy=0.3, **HALF_SEEN)) for _ in range(8)]
     assert not taken[0]
     assert any(taken)
+
+
+@pytest.mark.parametrize("slid", [{"dy": 0.4}, {"dx": -0.3, "dyaw": 0.1}])
+def test_a_slide_that_no_wheel_felt_is_believed_where_the_ground_fixes_all_and_spoils_nothing_learned(slid):
+    drive = Drive().run(STILL, 1).run(Twist(0.1, 0, 0), 20).run(STILL, 1)
+    slip = drive.filter.slip_ratio
+    drive.x, drive.y, drive.yaw = (
+        v + slid.get(n, 0.0) for v, n in ((drive.x, "dx"), (drive.y, "dy"), (drive.yaw, "dyaw"))
+    )  # fmt: skip
+    assert drive.filter.register(drive.registration())
+    distance, yaw = drive.error()
+    assert distance < 0.02 and abs(yaw) < 0.01
+    assert drive.filter.slip_ratio == pytest.approx(slip, abs=0.01)
+
+
+@pytest.mark.parametrize("weak", [HALF_SEEN, {"degenerate": ("x",)}])
+def test_what_half_the_scan_or_half_the_directions_say_is_not_believed_against_the_way(weak):
+    drive = Drive().run(STILL, 1).run(Twist(0.1, 0, 0), 20).run(STILL, 1)
+    assert not drive.filter.register(drive.registration(dy=0.4, **weak))
 
 
 def test_direction_that_the_ground_does_not_fix_keeps_the_pose():

@@ -1,13 +1,11 @@
 """Registration on synthetic ground whose truth is known: fBm-like waves seen by a nodding scanner, with range noise."""
 
 import math
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from onboard.config import Localisation
-from onboard.perception import registration
 from onboard.perception.registration import difference, merge_target, register
 
 CONFIG = Localisation()
@@ -84,6 +82,22 @@ def test_covariance_covers_the_errors_and_is_not_wider_than_5_cm():
         assert (sigma[:3] < 0.05).all() and sigma[3] < 0.01
 
 
+@pytest.mark.parametrize(("rms_m", "most_mm"), [(0.01, 15), (0.02, 4), (0.05, 2)])
+@pytest.mark.parametrize("seed", [24, 25])
+def test_gentle_waves_fix_the_place_with_no_pull_towards_the_place_of_the_scan_before(seed, rms_m, most_mm):
+    source, target, truth = case(seed, rms_m)
+    result = register(source, target, truth @ transform(-0.1, 0.1, 0.0, -2 * DEG), CONFIG)
+    assert result.sure
+    assert 1e3 * np.linalg.norm(difference(result.T_map_base, truth)[:2]) < most_mm  # GICP alone: 75, 20 and 4 mm off
+
+
+def test_half_a_metre_off_is_found_as_well():
+    source, target, truth = case(26)
+    result = register(source, target, truth @ transform(-0.3, 0.35, 0.0, 4 * DEG), CONFIG)
+    assert result.sure
+    assert np.linalg.norm(difference(result.T_map_base, truth)[:3]) < 0.005
+
+
 def test_roll_and_pitch_of_the_guess_are_corrected_too():
     source, target, truth = case(14)
     tilt = np.eye(4)
@@ -102,27 +116,6 @@ def test_featureless_plane_is_not_trusted_in_x_y_and_yaw_and_is_refused():
     assert set(result.degenerate) == {"x", "y", "rotation about z"}
     assert (result.T_map_base == guess).all()
     assert (np.diag(result.covariance)[[0, 1, 3]] > 50).all()
-
-
-@pytest.mark.parametrize(("creeps_m", "accepted"), [(0.001, True), (0.01, False)])
-def test_an_alignment_that_has_not_converged_is_taken_where_it_hardly_moves_any_more(monkeypatch, creeps_m, accepted):
-    source, target, truth = case(16)
-    plain, calls = registration.small_gicp.align, []
-
-    def creeping(*arguments):
-        """Comes to rest, says it has not, and goes on by a step each time it is asked again."""
-        found = plain(*arguments)
-        calls.append(found)
-        T = found.T_target_source @ transform(creeps_m * (len(calls) % 2), 0.0, 0.0, 0.0)
-        return SimpleNamespace(
-            T_target_source=T, H=found.H, num_inliers=found.num_inliers, error=found.error, converged=False
-        )
-
-    monkeypatch.setattr(registration.small_gicp, "align", creeping)
-    result = register(source, target, truth @ transform(0.1, 0.05, 0.0, 1 * DEG), CONFIG)
-    assert result.accepted is accepted
-    assert result.told and (accepted or "converge" in result.reason)
-    assert len(calls) == (2 if accepted else 1 + registration.SETTLING_ROUNDS)
 
 
 def test_a_trench_fixes_all_but_its_own_direction_which_keeps_the_guess():
@@ -147,15 +140,6 @@ def test_more_than_the_gates_is_refused_and_the_guess_kept():
     assert not result.accepted and result.told and "0.2 m" in result.reason
     assert (result.T_map_base == guess).all()
     assert result.moved_m == pytest.approx(0.32, abs=0.02)
-
-
-def test_a_move_incredible_to_the_filter_is_refused():
-    source, target, truth = case(16)
-    guess = truth @ transform(0.2, 0.0, 0.0, 0.0)
-    sure = register(source, target, guess, CONFIG, np.diag([0.01, 0.01, 0.01, 0.005]) ** 2)
-    unsure = register(source, target, guess, CONFIG, np.diag([0.2, 0.2, 0.05, 0.05]) ** 2)
-    assert not sure.accepted and "incredible" in sure.reason
-    assert unsure.accepted
 
 
 def test_the_same_clouds_give_the_same_bits():
