@@ -30,7 +30,7 @@ LEAST_OVERLAP_RATIO = 0.2  # at the guess; sectors that share 0.3 register to 30
 OVERLAP_CELL_M = 0.5
 UNKNOWN_M2 = 100.0  # variance in a direction that is not trusted
 MOST_ITERATIONS = 20  # of GICP: what is fixed is near by then, what is not slides on
-NEAR_RAD, NEAR_M = 1e-4, 1e-3  # a step of GICP under this is its last
+NEAR_RAD, NEAR_M = 1e-3, 1e-2  # a step of GICP under this is its last
 AXES = ("x", "y", "z")
 
 Prepared = tuple[small_gicp.PointCloud, small_gicp.KdTree]

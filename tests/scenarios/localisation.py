@@ -40,10 +40,10 @@ from protocol.transactions import State
 SEEDS = (*range(1, 11), *range(21, 25), *range(31, 35))
 SHORT = (1, 31)
 SLOPE_DEG, SLOPE_ROCKS, BAND_M = 20.0, 0.02, (5.0, 6.5)
-# A rover sent onto such slopes must be allowed them. A cell of 0.1 m falls by 0.036 m there, and a step over 0.07 m
-# between the lowest and highest hit of two cells stops it else: on 20 degrees that is the scanner's noise.
+# A rover sent onto such slopes must be allowed them. Two cells of 0.1 m fall by 0.07 m there, and the step rule is
+# between the lowest and the highest hit of two cells: 0.07 m of a stone, as on the level, are 0.14 m.
 SLOPE_SETTINGS = {
-    "planning.tilt_limit_rad": math.radians(27), "planning.slope_limit_rad": math.radians(27), "planning.step_m": 0.10,
+    "planning.tilt_limit_rad": math.radians(27), "planning.slope_limit_rad": math.radians(27), "planning.step_m": 0.14,
 }  # fmt: skip
 BACK_M = 5.0
 MEAN_PERCENT, ROUGH_PERCENT, WORST_M, HEADING_DEG = 0.5, 1.0, 0.1, 0.5
