@@ -186,9 +186,34 @@ def test_a_bad_encoder_is_named_within_a_second_and_left_out_of_the_odometry(doe
     assert [h.encoder for h in rover.watch.health] == [True, False, True, True]
 
 
-def test_one_jump_alone_is_an_accident_of_the_wire():
-    rover = driving()
-    rover.wheels[0].position_rad += 0.5
+@pytest.mark.parametrize("ticks", range(20))  # a block is 20 ticks
+def test_a_dead_encoder_is_no_weak_drive_wherever_in_a_block_it_dies(ticks):
+    rover = driving().run(ticks * TICK_S)
+    rover.wheels[2].current_a = 0.3
+    dead(rover.wheels[2])
+    rover.run(1.0)
+    assert set(rover.first) == {"ENCODER_BAD"}
+    assert rover.watch.faults["ENCODER_BAD"] == (3,)
+
+
+@pytest.mark.parametrize("ticks", range(20))
+@pytest.mark.parametrize("jump_rad", (0.05, -0.5))
+def test_one_jump_that_stays_is_the_encoders_and_named_within_half_a_second(ticks, jump_rad):
+    rover = driving().run(ticks * TICK_S)
+    begun_s = rover.tick * TICK_S
+    rover.wheels[0].position_rad += jump_rad
+    rover.run(1.0)
+    assert set(rover.first) == {"ENCODER_BAD"}
+    assert rover.after(begun_s)["ENCODER_BAD"] <= 0.5
+
+
+@pytest.mark.parametrize("ticks", range(20))
+@pytest.mark.parametrize("jump_rad", (0.05, -0.5))
+def test_a_jump_that_is_gone_with_the_next_frame_is_an_accident_of_the_wire(ticks, jump_rad):
+    rover = driving().run(ticks * TICK_S)
+    for sign in (1.0, -1.0):
+        rover.wheels[0].position_rad += sign * jump_rad
+        rover.run(TICK_S)
     rover.run(3.0)
     assert "ENCODER_BAD" not in rover.first
     assert rover.watch.health == SOUND

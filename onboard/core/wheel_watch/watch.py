@@ -79,7 +79,7 @@ class WheelWatch:
         if not closed or health.drive is not Drive.GOOD or not health.encoder:
             return
         others_a = self._others_a(k)
-        if encoder_bad(watch.blocks, watch.jumps, others_a):
+        if encoder_bad(watch.blocks, others_a):
             self._find("ENCODER_BAD", k, replace(health, encoder=False))
             return
         name = drive_word(watch.blocks, others_a)
