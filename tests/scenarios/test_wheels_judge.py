@@ -91,7 +91,7 @@ def watched(fault, row, wheel, spells):
     seen.begun = True
     rover = SimpleNamespace(
         orders=[WheelCommand(WheelMode.RUN, 0.0, RIM_RADPS)] * 4, watch=SimpleNamespace(faults={}),
-        localisation=SimpleNamespace(step=SimpleNamespace(rolled_m=RIM_MPS / 100)),
+        localisation=SimpleNamespace(step=SimpleNamespace(dx_m=RIM_MPS / 100, dy_m=0.0)),
     )  # fmt: skip
     owed_radps = tick = 0
     for ticks, share in spells:
@@ -117,7 +117,7 @@ def test_the_way_counts_from_the_start_of_the_second_that_shows_a_slip():
     assert seen.violated_tick == -1
     seen._slip._ways.extend([(RIM_MPS, 0.0)] * WINDOW_TICKS)
     rover = SimpleNamespace(watch=SimpleNamespace(faults={}),
-                            localisation=SimpleNamespace(step=SimpleNamespace(rolled_m=RIM_MPS / 100)))
+                            localisation=SimpleNamespace(step=SimpleNamespace(dx_m=RIM_MPS / 100, dy_m=0.0)))
     seen.observe(501, None, None, rover, truth((0.0, 0.0, 0.0)))
     assert seen.violated_tick == 501 - WINDOW_TICKS + 1
     assert seen.way_m == pytest.approx(RIM_MPS, rel=0.02)
