@@ -77,7 +77,7 @@ def tick(rover: Rover, inputs: Inputs) -> Outputs:
     )  # fmt: skip
     rover.twist = rover.executive.step(orders, faults, context)
     if inputs.tick % WHEEL_TICKS == 0 or rover.twist == Twist():  # standing never waits
-        rover.nodes.set_wheels(rover.watch.orders(_steer(rover, wheels)))
+        rover.nodes.set_wheels(rover.watch.orders(_steer(rover, rover.watch.steerings(rover.nodes.wheels))))
 
     events = _tell(rover, inputs)
     pose = rover.localisation.pose

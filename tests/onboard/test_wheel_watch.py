@@ -6,12 +6,12 @@ from dataclasses import dataclass, field
 
 import pytest
 
-from onboard.config import Rover
+from onboard.config import Motion, Rover
 from onboard.core.wheel_watch.offset import OffsetWatch
 from onboard.core.wheel_watch.seen import TICK_S, Seen, approach
 from onboard.core.wheel_watch.slip import SlipWatch
 from onboard.core.wheel_watch.watch import WheelWatch
-from onboard.motion.kinematics import wheel_places
+from onboard.motion.kinematics import wheel_commands, wheel_places
 from onboard.motion.odometry import Odometry, Step
 from onboard.motion.wheel_health import SOUND, Drive
 from onboard.records import ImuSample, Twist, WheelCommand, WheelMode, WheelState
@@ -279,6 +279,21 @@ def test_where_the_gyro_turns_with_the_reading_the_wheel_stands_so_and_its_order
     assert rover.watch.faults["STEER_OFFSET"] == (4,)
     orders = [WheelCommand(WheelMode.RUN, 0.2, 1.0)] * 4
     assert [o.steer_rad for o in rover.watch.orders(orders)] == pytest.approx([0.2, 0.2, 0.2, 0.2 - OFF_RAD])
+
+
+def test_a_pot_that_jumps_does_not_hold_the_rover_where_it_is_before_it_is_known_to_lie():
+    rover = driving()
+    rover.wheels[1].pot_rad = OFF_RAD
+    rover.run(0.5)
+    assert rover.watch.faults == {}
+    told = [wheel.last for wheel in rover.wheels]
+    orders = [WheelCommand(WheelMode.RUN, 0.0, 0.0)] * 4
+
+    def held(wheels):
+        return wheel_commands(Twist(0.1, 0.0, 0.0), wheels, orders, Rover(), Motion(), True, SOUND)[1]
+
+    assert held(rover.watch.readings(told))
+    assert not held(rover.watch.steerings(told))
 
 
 def test_a_turn_on_the_spot_says_nothing_of_an_offset_however_much_of_it_the_ground_keeps():
