@@ -390,3 +390,11 @@ def test_a_rover_that_turns_on_the_spot_moves_whatever_an_encoder_made_of_it_for
     goes(0.4, Twist(0.05, 0.08, 0.03), turn_radps)  # two jumps of a wheel by 0.7 rad
     goes(4.0, Twist(0.0, 0.0, 0.25), turn_radps)
     assert watch.still is stands
+
+
+def test_a_rover_that_slides_before_it_stands_is_found_within_five_seconds():
+    rover = driving()
+    rover.body, rover.shake_radps = 0.0, 0.02
+    rover.run(2.2)
+    rover.shake_radps = 0.0
+    assert rover.run(3.0).after(6.0)["NOT_MOVING"] <= BY_NAME["NOT_MOVING"].detect_s
