@@ -91,7 +91,7 @@ def tick(rover: Rover, inputs: Inputs, mark: Mark = lambda _: None) -> Outputs:
     rover.twist = rover.executive.step(orders, faults, context)
     mark(Group.WHEELS)
     if due(Group.WHEELS, inputs.tick) or rover.twist == Twist():  # standing never waits
-        rover.nodes.set_wheels(rover.watch.orders(_steer(rover, wheels)))
+        rover.nodes.set_wheels(rover.watch.orders(_steer(rover, rover.watch.steerings(rover.nodes.wheels))))
 
     mark(Group.HOUSEKEEPING)
     events = _tell(rover)

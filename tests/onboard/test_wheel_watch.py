@@ -6,11 +6,12 @@ from dataclasses import dataclass, field
 
 import pytest
 
-from onboard.config import Rover
+from onboard.config import Motion, Rover
+from onboard.core.wheel_watch.offset import OffsetWatch
 from onboard.core.wheel_watch.seen import TICK_S, Seen, approach
 from onboard.core.wheel_watch.slip import SlipWatch
 from onboard.core.wheel_watch.watch import WheelWatch
-from onboard.motion.kinematics import wheel_places
+from onboard.motion.kinematics import wheel_commands, wheel_places
 from onboard.motion.odometry import Odometry, Step
 from onboard.motion.wheel_health import SOUND, Drive
 from onboard.records import ImuSample, Twist, WheelCommand, WheelMode, WheelState
@@ -20,6 +21,7 @@ from protocol.faults import BY_NAME
 PLACES = wheel_places(Rover())
 RADIUS_M, GRAVITY_MPS2, CRUISE_RADPS = 0.1, 1.62, 1.1
 STEER_STEP_RAD = 0.005
+LEVER_M, Q_M2 = math.hypot(*PLACES[0]), sum(a * a + b * b for a, b in PLACES)
 
 
 @dataclass
@@ -186,9 +188,34 @@ def test_a_bad_encoder_is_named_within_a_second_and_left_out_of_the_odometry(doe
     assert [h.encoder for h in rover.watch.health] == [True, False, True, True]
 
 
-def test_one_jump_alone_is_an_accident_of_the_wire():
-    rover = driving()
-    rover.wheels[0].position_rad += 0.5
+@pytest.mark.parametrize("ticks", range(20))  # a block is 20 ticks
+def test_a_dead_encoder_is_no_weak_drive_wherever_in_a_block_it_dies(ticks):
+    rover = driving().run(ticks * TICK_S)
+    rover.wheels[2].current_a = 0.3
+    dead(rover.wheels[2])
+    rover.run(1.0)
+    assert set(rover.first) == {"ENCODER_BAD"}
+    assert rover.watch.faults["ENCODER_BAD"] == (3,)
+
+
+@pytest.mark.parametrize("ticks", range(20))
+@pytest.mark.parametrize("jump_rad", (0.05, -0.5))
+def test_one_jump_that_stays_is_the_encoders_and_named_within_half_a_second(ticks, jump_rad):
+    rover = driving().run(ticks * TICK_S)
+    begun_s = rover.tick * TICK_S
+    rover.wheels[0].position_rad += jump_rad
+    rover.run(1.0)
+    assert set(rover.first) == {"ENCODER_BAD"}
+    assert rover.after(begun_s)["ENCODER_BAD"] <= 0.5
+
+
+@pytest.mark.parametrize("ticks", range(20))
+@pytest.mark.parametrize("jump_rad", (0.05, -0.5))
+def test_a_jump_that_is_gone_with_the_next_frame_is_an_accident_of_the_wire(ticks, jump_rad):
+    rover = driving().run(ticks * TICK_S)
+    for sign in (1.0, -1.0):
+        rover.wheels[0].position_rad += sign * jump_rad
+        rover.run(TICK_S)
     rover.run(3.0)
     assert "ENCODER_BAD" not in rover.first
     assert rover.watch.health == SOUND
@@ -228,7 +255,7 @@ OFF_RAD = math.radians(6.0)
 def turn_of(n, off_rad, rate_radps=CRUISE_RADPS):
     """Yaw rate that the odometry has too much from a reading of wheel n that is wrong by off_rad, straight ahead."""
     a, _ = PLACES[n - 1]
-    return a * RADIUS_M * rate_radps * math.sin(off_rad) / sum(a * a + b * b for a, b in PLACES)
+    return a * RADIUS_M * rate_radps * math.sin(off_rad) / Q_M2
 
 
 def test_a_pot_that_jumps_is_no_stuck_steering_and_within_five_metres_the_reading_is_said_to_be_wrong():
@@ -254,6 +281,31 @@ def test_where_the_gyro_turns_with_the_reading_the_wheel_stands_so_and_its_order
     assert [o.steer_rad for o in rover.watch.orders(orders)] == pytest.approx([0.2, 0.2, 0.2, 0.2 - OFF_RAD])
 
 
+def test_a_pot_that_jumps_does_not_hold_the_rover_where_it_is_before_it_is_known_to_lie():
+    rover = driving()
+    rover.wheels[1].pot_rad = OFF_RAD
+    rover.run(0.5)
+    assert rover.watch.faults == {}
+    told = [wheel.last for wheel in rover.wheels]
+    orders = [WheelCommand(WheelMode.RUN, 0.0, 0.0)] * 4
+
+    def held(wheels):
+        return wheel_commands(Twist(0.1, 0.0, 0.0), wheels, orders, Rover(), Motion(), True, SOUND)[1]
+
+    assert held(rover.watch.readings(told))
+    assert not held(rover.watch.steerings(told))
+
+
+def test_a_turn_on_the_spot_says_nothing_of_an_offset_however_much_of_it_the_ground_keeps():
+    watch, step_rad = OffsetWatch(PLACES[3], Q_M2), 0.25 * TICK_S
+    reading = [WheelState(1.1, 0.0, 0.0, NodeState.RUNNING, 0)] * 4
+    for _ in range(6000):
+        step = Step(0.0, 0.0, step_rad, Twist(0.0, 0.0, 0.25), 0.0, 4, False, step_rad * LEVER_M)
+        watch.update(OFF_RAD, step_rad * LEVER_M, Seen(0, (), reading, (), None, step, 0.9 * 0.25, 0.0), 3)
+    assert 6000 * step_rad * LEVER_M > 5.0
+    assert watch.open and watch._way_m == 0.0
+
+
 # -- slip ----------------------------------------------------------------------------------------------------------
 
 
@@ -273,9 +325,6 @@ def test_a_rover_that_turns_otherwise_than_its_wheels_slips():
     rover.run(10.0)
     assert set(rover.after(6.0)) == {"SLIP_HIGH"}
     assert rover.after(6.0)["SLIP_HIGH"] * RADIUS_M * CRUISE_RADPS <= 1.0
-
-
-LEVER_M = math.hypot(*PLACES[0])
 
 
 def slip_after_a_turn_on_the_spot(loss_ratio, seconds=12.0, yaw_radps=0.25):
@@ -323,3 +372,29 @@ def test_a_rover_that_is_shaken_by_its_way_moves_whatever_the_accelerometer_says
     rover = driving()
     rover.body, rover.shake_radps = 0.0, 0.02
     assert "NOT_MOVING" not in rover.run(8.0).first
+
+
+@pytest.mark.parametrize(("kept", "stands"), [(0.0, False), (0.9, True)])
+def test_a_rover_that_turns_on_the_spot_moves_whatever_an_encoder_made_of_it_for_a_moment(kept, stands):
+    watch = SlipWatch()
+
+    def goes(seconds, twist, turn_radps):
+        for _ in range(round(seconds / TICK_S)):
+            step = Step(0.0, 0.0, twist.yaw_radps * TICK_S, twist, 0.0, 4, twist == Twist(), 0.0)
+            imu = ImuSample(0, (0.0, 0.0, turn_radps), (0.0, 0.0, GRAVITY_MPS2))
+            watch.update(Seen(0, (), (), (), imu, step, turn_radps, 0.0), strays=True)
+
+    turn_radps = (1.0 - kept) * 0.25
+    goes(2.0, Twist(), 0.0)
+    goes(2.0, Twist(0.0, 0.0, 0.25), turn_radps)
+    goes(0.4, Twist(0.05, 0.08, 0.03), turn_radps)  # two jumps of a wheel by 0.7 rad
+    goes(4.0, Twist(0.0, 0.0, 0.25), turn_radps)
+    assert watch.still is stands
+
+
+def test_a_rover_that_slides_before_it_stands_is_found_within_five_seconds():
+    rover = driving()
+    rover.body, rover.shake_radps = 0.0, 0.02
+    rover.run(2.2)
+    rover.shake_radps = 0.0
+    assert rover.run(3.0).after(6.0)["NOT_MOVING"] <= BY_NAME["NOT_MOVING"].detect_s

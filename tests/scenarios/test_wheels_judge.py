@@ -8,11 +8,13 @@ import numpy as np
 import pytest
 
 from hil.records import PlantState, WheelTruth
-from onboard.records import WheelCommand, WheelMode
+from onboard.records import Event, WheelCommand, WheelMode, WheelState
+from protocol.can_codec import NodeState
 from tests.scenarios import wheels
 from tests.scenarios.true_slip import PLACES_M, WINDOW_TICKS, TrueSlip, wheels_twist
 
 RIM_RADPS, RIM_MPS = 1.1, 0.11
+LOCALISED = SimpleNamespace(step=SimpleNamespace(dx_m=RIM_MPS / 100, dy_m=0.0))
 
 
 def truth(velocity_mps=(RIM_MPS, 0.0, 0.0), steers_rad=(0.0,) * 4, quaternion_xyzw=(0.0, 0.0, 0.0, 1.0), rates=None):
@@ -91,7 +93,7 @@ def watched(fault, row, wheel, spells):
     seen.begun = True
     rover = SimpleNamespace(
         orders=[WheelCommand(WheelMode.RUN, 0.0, RIM_RADPS)] * 4, watch=SimpleNamespace(faults={}),
-        localisation=SimpleNamespace(step=SimpleNamespace(rolled_m=RIM_MPS / 100)),
+        localisation=LOCALISED,
     )  # fmt: skip
     owed_radps = tick = 0
     for ticks, share in spells:
@@ -116,11 +118,64 @@ def test_the_way_counts_from_the_start_of_the_second_that_shows_a_slip():
     seen = watched("soft_patch", "SLIP_HIGH", 0, [(500, 1.0)])
     assert seen.violated_tick == -1
     seen._slip._ways.extend([(RIM_MPS, 0.0)] * WINDOW_TICKS)
-    rover = SimpleNamespace(watch=SimpleNamespace(faults={}),
-                            localisation=SimpleNamespace(step=SimpleNamespace(rolled_m=RIM_MPS / 100)))
+    rover = SimpleNamespace(watch=SimpleNamespace(faults={}), localisation=LOCALISED)
     seen.observe(501, None, None, rover, truth((0.0, 0.0, 0.0)))
     assert seen.violated_tick == 501 - WINDOW_TICKS + 1
     assert seen.way_m == pytest.approx(RIM_MPS, rel=0.02)
+
+
+def jumping(counts_rad):
+    """The campaign's truth of a jumping encoder of wheel 1 over so many ticks, by what its count has too much."""
+    seen = wheels._Truth("encoder_jumping", "ENCODER_BAD", 1)
+    seen.begun = True
+    for tick, over_rad in enumerate(counts_rad):
+        state = truth()
+        told = WheelState(0.0, state.wheels[0].position_rad + over_rad, RIM_RADPS, NodeState.RUNNING, 0)
+        rover = SimpleNamespace(
+            orders=[WheelCommand(WheelMode.RUN, 0.0, RIM_RADPS)] * 4, watch=SimpleNamespace(faults={}),
+            localisation=LOCALISED, nodes=SimpleNamespace(wheels=[told] * 4),
+        )  # fmt: skip
+        seen.observe(tick, None, None, rover, state)
+    return seen
+
+
+def test_a_jumping_encoder_shows_from_its_first_jump_and_not_by_the_wires_lag():
+    assert jumping([0.5] * 30 + [0.52] * 30).violated_tick == -1
+    assert jumping([0.5] * 30 + [0.2] * 30).violated_tick == 30
+
+
+def lacking(ticks, found_tick=None):
+    """The campaign's truth of dust on which the body stands for so long, the last of it still there."""
+    seen = wheels._Truth("no_grip", "NOT_MOVING", 0)
+    seen.begun = True
+    for tick in range(ticks):
+        faults = {"NOT_MOVING": ()} if found_tick is not None and tick >= found_tick else {}
+        rover = SimpleNamespace(watch=SimpleNamespace(faults=faults), localisation=LOCALISED)
+        seen.observe(tick, None, None, rover, truth((0.0, 0.0, 0.0)))
+    return seen
+
+
+def test_dust_shows_where_the_rover_stands_on_it_for_the_rows_time_or_until_it_is_found():
+    assert lacking(499).violated_tick == -1
+    assert lacking(500).violated_tick == 0
+    assert lacking(350, found_tick=340).violated_tick == 0
+    assert lacking(350, found_tick=340).way_m == pytest.approx(340 * RIM_MPS / 100, rel=0.01)
+
+
+def named_before(name, velocity_mps):
+    """Rows held false that are named before the fault begins, the wheels at RIM_MPS."""
+    seen = wheels._Truth("soft_patch", "SLIP_HIGH", 0)
+    rover = SimpleNamespace(localisation=LOCALISED)
+    for tick in range(WINDOW_TICKS):
+        events = [Event(tick, "WARNING", "FAULT", f"{name}: a text")] if tick == WINDOW_TICKS - 1 else []
+        seen.observe(tick, None, SimpleNamespace(events=events), rover, truth(velocity_mps))
+    return seen.false
+
+
+def test_a_slip_that_is_named_before_the_fault_begins_is_false_unless_the_ground_really_slipped():
+    assert named_before("SLIP_HIGH", (RIM_MPS, 0.0, 0.0)) == ["SLIP_HIGH"]
+    assert named_before("SLIP_HIGH", (0.5 * RIM_MPS, 0.0, 0.0)) == []
+    assert named_before("WHEEL_WEAK", (0.5 * RIM_MPS, 0.0, 0.0)) == ["WHEEL_WEAK"]
 
 
 # -- judgement -----------------------------------------------------------------------------------------------------

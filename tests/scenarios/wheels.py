@@ -1,10 +1,13 @@
 """Each wheel fault of the bench: its own row is named, of the right wheel, within its time, and no other before it.
 
 A case is a seed: 10 * field + row of CASES, on the nominal campaign's kind of field. The fault begins 8 s into the
-first drive; the flight ends 15 s after it was found, or 60 s later. Soft ground waits for a way that rises (RISES_DEG):
-down a slope the rover rolls over powder and dust. Time counts from the first tick at which the truth shows the fault
-(`_violates`): a weak wheel is sound while the ground asks for less than it has left. The thresholds were set on fields
-1 to 5; these are others.
+first drive, where nothing is named; the flight ends 15 s after it was found, or 60 s later. Soft ground waits for a
+way that rises (RISES_DEG): down a slope the rover rolls over powder and dust, and off dust on ground that leans: there
+it stands for less than the row's time. A pot's offset is watched for 300 s:
+after the first looks around, which turn the rover on the spot, that is time for the 5 m in which it must be found. A
+way is one driven along; wheels that turn the rover on the spot make none. Time counts from the first tick at which the
+truth shows the fault (`_violates`): a weak wheel is sound while the ground asks for less than it has left, a jumping
+encoder until it jumps. The thresholds were set on fields 1 to 5; these are others.
 """
 
 from __future__ import annotations
@@ -21,10 +24,10 @@ from hil.faults.wheel_faults import PATCH_AHEAD_M, WHEEL_FAULTS
 from hil.plant.plant import PlantAbortError
 from hil.records import PlantState
 from hil.scenario.scenario import Scenario
-from hil.terrain.field import height_at
+from hil.terrain.field import Field, height_at
 from onboard.core.tick import Rover
 from onboard.core.wheel_watch.blocks import SLEW_RADPS2
-from onboard.core.wheel_watch.seen import approach
+from onboard.core.wheel_watch.seen import LEAST_MPS, approach
 from onboard.core.wheel_watch.slip import ASTRAY_RAD, CALM
 from onboard.core.wheel_watch.watch import WHEEL_ROWS
 from onboard.records import Event, Inputs, Outputs
@@ -41,14 +44,17 @@ FIELDS = (21, 22, 23)
 SEEDS = tuple(10 * field + case for field in FIELDS for case in range(len(CASES)))
 SHORT = SEEDS[:9:3]
 TICKS_PER_S, NS, NEVER = 100, 1_000_000_000, 1 << 60
-WAYS_KEPT = 2 * WINDOW_TICKS
+WAYS_KEPT = 6 * WINDOW_TICKS
 AFTER_TICKS, WATCH_TICKS, ANSWER_TICKS = 800, 6000, 1500
+LONG_TICKS = {"pot_offset": 30_000}  # in place of WATCH_TICKS
 WAYS_M = {"STEER_OFFSET": 5.0, "SLIP_HIGH": 1.0}  # rows whose time is a way
 TURNS_RADPS, OFF_RADPS, WORKS_NM, STEER_RAD = 0.15, 0.012, 0.2, math.radians(3.0)
-COME_AND_GO = ("wheel_free", "wheel_weak")  # shown for the whole of the row's time, or until they are found
+JUMP_RAD = 0.05  # of the count that is told against the true one; the wires' lag alone is 0.02
+COME_AND_GO = ("wheel_free", "wheel_weak", "no_grip")  # shown for the whole of the row's time, or until they are found
 BLOCK_TICKS, LAG_S = 20, 0.03  # of the means; from an order to the wheel, by the wires of the bench
 LACKS = {"soft_patch": 0.5, "no_grip": 0.8}  # share of the wheels' way in a second that the body lacks
 RISES_DEG = {"soft_patch": (2.5, 8.0), "no_grip": (-1.0, 3.0)}  # of the true ground, along the way through the patch
+LEANS_DEG = {"soft_patch": 90.0, "no_grip": 3.0}  # the most across the way
 AHEAD_M, HALF_M = {"soft_patch": PATCH_AHEAD_M, "no_grip": 0.0}, 1.0  # where that is looked at
 
 
@@ -58,7 +64,7 @@ class Row:
 
     way_m: of the wheels in that time. shown: whether the truth shows the fault at all. lacks: the most of the wheels'
     way that the body lacked in a second, until then; strays_deg: the most it turned otherwise within 1 m. others: rows
-    named before it. answer: what the rover did first.
+    named before it, and before the fault began those that the truth did not show. answer: what the rover did first.
     """
 
     seed: int
@@ -82,24 +88,32 @@ class _Truth:
         self._fault, self._row, self._wheel = fault, row, wheel
         self._slip, self._found = TrueSlip(), False
         self._run_ticks = self._gap_ticks = 0
-        self._lasts_ticks = round(BY_NAME[row].detect_s * TICKS_PER_S) if fault in COME_AND_GO else 1
+        self._late_ticks = WINDOW_TICKS - 1 if wheel == 0 else 0  # from the first tick of a slip to where it shows
+        lasts_ticks = round(BY_NAME[row].detect_s * TICKS_PER_S) if fault in COME_AND_GO else 1
+        self._lasts_ticks = max(1, lasts_ticks - self._late_ticks)
         self._owed: deque[float] = deque([0.0], maxlen=BLOCK_TICKS + 1)
         self._offs: deque[float] = deque(maxlen=BLOCK_TICKS)
         self._ways_m: deque[float] = deque([0.0], maxlen=WAYS_KEPT)  # of the wheels, since the start
         self._from_m = self._to_m = 0.0
+        self._ahead_rad: float | None = None  # told position of the wheel over the true one, as the fault began
+        self.false: list[str] = []  # rows named before the fault began that the ground does not account for
 
     @property
     def way_m(self) -> float:
         """From the first tick that shows the fault to the one that found it."""
         return max(0.0, self._to_m - self._from_m) if self.violated_tick >= 0 else 0.0
 
-    def observe(self, tick: int, _inputs: Inputs, _outputs: Outputs, rover: Rover, state: PlantState) -> None:
+    def observe(self, tick: int, _inputs: Inputs, outputs: Outputs, rover: Rover, state: PlantState) -> None:
         """One tick of the flight."""
         self._slip.update(state)
-        self._ways_m.append(self._ways_m[-1] + rover.localisation.step.rolled_m)
+        step = rover.localisation.step
+        self._ways_m.append(self._ways_m[-1] + math.hypot(step.dx_m, step.dy_m))
         if self._wheel:
             self._owe(rover.orders[self._wheel - 1].rate_radps, state.wheels[self._wheel - 1].rate_radps)
         if not self.begun:
+            for event in _named(outputs.events):
+                if not (event.text.startswith("SLIP_HIGH") and _slips(self._slip.lacks_ratio, self._slip.strays_rad)):
+                    self.false.append(_row_of(event))
             return
         self._found = self._found or self._row in rover.watch.faults
         if not self._found:
@@ -108,7 +122,7 @@ class _Truth:
             self.strays_rad = max(self.strays_rad, self._slip.strays_rad)
         self._count(self._violates(rover, state))
         if self.violated_tick < 0 and self._run_ticks and (self._found or self._run_ticks >= self._lasts_ticks):
-            ago = self._run_ticks - 1 + (WINDOW_TICKS - 1 if self._wheel == 0 else 0)
+            ago = self._run_ticks - 1 + self._late_ticks
             self.violated_tick, self._from_m = tick - ago, self._ways_m[max(-1 - ago, -len(self._ways_m))]
 
     def _count(self, violates: bool) -> None:
@@ -126,11 +140,22 @@ class _Truth:
             return abs(order.steer_rad - wheel.steer_rad) > STEER_RAD
         if self._fault in COME_AND_GO:
             return turns and self._works(state) and self._off()
+        if self._fault == "encoder_jumping":
+            return turns and self._jumped(rover, wheel.position_rad)
         return turns
 
     def _works(self, state: PlantState) -> bool:
         """Whether the other drives have work to do."""
         return sum(abs(w.torque_nm) for k, w in enumerate(state.wheels, 1) if k != self._wheel) > WORKS_NM
+
+    def _jumped(self, rover: Rover, true_rad: float) -> bool:
+        """Whether the encoder's count is no longer what it was when the fault began, but for the wires' lag."""
+        told = rover.nodes.wheels[self._wheel - 1]
+        assert told
+        ahead_rad = told.position_rad - true_rad
+        if self._ahead_rad is None:
+            self._ahead_rad = ahead_rad
+        return abs(ahead_rad - self._ahead_rad) > JUMP_RAD
 
     def _owe(self, ordered_radps: float, turned_radps: float) -> None:
         """What a sound drive would have turned in this tick, and what this one did."""
@@ -149,6 +174,7 @@ def fly(seed: int) -> Row:
     bench = InMemory(Scenario(name=fault, terrain="fbm", seed=seed // len(CASES)), step_ns=CAMPAIGN_STEP_NS)
     truth = _Truth(fault, row, wheel)
     begin_tick = end_tick = NEVER
+    before = 0  # events when the fault began
     try:
         while not bench.ended and bench.tick < end_tick:
             bench.step(truth.observe)
@@ -156,39 +182,58 @@ def fly(seed: int) -> Row:
                 begin_tick = bench.tick + AFTER_TICKS
             if not truth.begun and bench.tick >= begin_tick and _fits(bench, fault):
                 WHEEL_FAULTS[fault].begin(bench, wheel)
-                truth.begun, end_tick = True, bench.tick + WATCH_TICKS
-            if any(event.text.startswith(row) for event in _named(bench)):
+                truth.begun, before = True, len(bench.events)
+                end_tick = bench.tick + LONG_TICKS.get(fault, WATCH_TICKS)
+            if truth.begun and row in map(_row_of, _named(bench.events[before:])):
                 end_tick = min(end_tick, bench.tick + ANSWER_TICKS)
     except PlantAbortError:
         pass  # the row says what was found until then
     finally:
         bench.free()
-    return _row(seed, bench, truth)
+    return _row(seed, truth, bench.events[before:] if truth.begun else [])
 
 
 def _fits(bench: InMemory, fault: str) -> bool:
-    """Whether the ground is one on which the fault shows."""
+    """Whether nothing is named, and the ground is one on which the fault shows."""
+    assert bench.rover
+    if bench.rover.watch.faults:
+        return False
     if fault not in RISES_DEG:
         return True
     (x, y, _), (vx, vy, _) = bench.state.position_m, bench.state.velocity_mps
-    along_m = np.array([AHEAD_M[fault] - HALF_M, AHEAD_M[fault] + HALF_M])
-    share = along_m / max(math.hypot(vx, vy), 1e-6)
-    before_m, behind_m = height_at(bench.field, x + share * vx, y + share * vy)
+    speed = math.hypot(vx, vy)
+    if not bench.progress.driving or speed < LEAST_MPS:
+        return False
+    along, across = (vx / speed, vy / speed), (-vy / speed, vx / speed)
+    middle = (x + AHEAD_M[fault] * along[0], y + AHEAD_M[fault] * along[1])
     least, most = RISES_DEG[fault]
-    return bench.progress.driving and least <= math.degrees(math.atan2(behind_m - before_m, 2.0 * HALF_M)) <= most
+    rises = least <= _rise_deg(bench.field, middle, along) <= most
+    return rises and abs(_rise_deg(bench.field, middle, across)) <= LEANS_DEG[fault]
 
 
-def _named(bench: InMemory) -> list[Event]:
-    """The rows of this subject that were named so far."""
-    return [e for e in bench.events if e.name == "FAULT" and e.text.startswith(WHEEL_ROWS)]
+def _rise_deg(field: Field, middle: tuple[float, float], towards: tuple[float, float]) -> float:
+    """Of the true ground about a place (m), towards a unit vector, over 2 * HALF_M."""
+    along_m = np.array([-HALF_M, HALF_M])
+    behind_m, before_m = height_at(field, middle[0] + along_m * towards[0], middle[1] + along_m * towards[1])
+    return math.degrees(math.atan2(before_m - behind_m, 2.0 * HALF_M))
 
 
-def _row(seed: int, bench: InMemory, truth: _Truth) -> Row:
+def _named(events: Sequence[Event]) -> list[Event]:
+    """Those that name a row of this subject."""
+    return [e for e in events if e.name == "FAULT" and e.text.startswith(WHEEL_ROWS)]
+
+
+def _row_of(event: Event) -> str:
+    return event.text.partition(":")[0]
+
+
+def _row(seed: int, truth: _Truth, events: Sequence[Event]) -> Row:
+    """events: since the fault began."""
     fault, row, wheel = CASES[seed % len(CASES)]
-    named = _named(bench)
-    at = next((k for k, event in enumerate(named) if event.text.startswith(row)), len(named))
+    named = _named(events)
+    at = next((k for k, event in enumerate(named) if _row_of(event) == row), len(named))
     found = named[at] if at < len(named) else None
-    after = [e.text for e in bench.events if found and e.now_ns >= found.now_ns and e.name in ("MODE", "PHASE")]
+    after = [e.text for e in events if found and e.now_ns >= found.now_ns and e.name in ("MODE", "PHASE")]
     shown = truth.violated_tick >= 0
     return Row(
         seed=seed, fault=fault, wheel=wheel,
@@ -196,7 +241,7 @@ def _row(seed: int, bench: InMemory, truth: _Truth) -> Row:
         way_m=round(truth.way_m, 2), shown=shown, lacks=round(truth.lacks, 2),
         strays_deg=round(math.degrees(truth.strays_rad), 1),
         found=_short(found.text) if found else "",
-        others=tuple(event.text.partition(":")[0] for event in named[:at]),
+        others=(*truth.false, *map(_row_of, named[:at])),
         answer=after[0] if after else "",
     )  # fmt: skip
 
@@ -227,7 +272,7 @@ def _faults_of(row: Row) -> Iterator[str]:
         yield f"{row.found or 'nothing'} found in place of {wanted}"
     elif row.shown and (row.way_m > WAYS_M[name] if name in WAYS_M else row.took_s > BY_NAME[name].detect_s):
         yield f"found after {row.took_s} s, {row.way_m} m"
-    slips = row.lacks > CALM or math.radians(row.strays_deg) > ASTRAY_RAD
+    slips = _slips(row.lacks, math.radians(row.strays_deg))
     if row.found and not (slips if row.wheel == 0 else row.shown):
         yield f"{row.found} is false"
     if row.found and not _answered(BY_NAME[name].response, row.answer):
@@ -235,6 +280,11 @@ def _faults_of(row: Row) -> Iterator[str]:
     wrong = [other for other in row.others if not (name == "NOT_MOVING" and other == "SLIP_HIGH")]
     if wrong:
         yield f"first {', '.join(wrong)}"
+
+
+def _slips(lacks_ratio: float, strays_rad: float) -> bool:
+    """Whether the ground lets the rover slip by more than the monitor calls calm."""
+    return lacks_ratio > CALM or strays_rad > ASTRAY_RAD
 
 
 def _answered(response: Sequence[Step], answer: str) -> bool:

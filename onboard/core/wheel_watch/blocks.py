@@ -16,8 +16,7 @@ from protocol.conventions import TICK_NS
 SLEW_RADPS2 = 1.0  # of the drives, 10-navigation section 2
 BLOCK_TICKS, BLOCKS = 20, 3
 ORDER_TICKS = 2  # from an order to the feedback that shows it
-FASTEST_RADPS, COUNT_RAD = 4.5, 0.01  # no-load rate; a position farther off in one tick has jumped
-JUMP_TICKS = 100  # two jumps within this are no accident of the wire
+LEAP_RAD = 0.02  # a position this far from where the told rate brings it; what is less is no disagreement of itself
 
 
 class Block(NamedTuple):
@@ -33,26 +32,25 @@ class Block(NamedTuple):
 class WheelBlocks:
     """The last three blocks of one wheel; `update` each tick, True where a block was closed.
 
-    Ticks without a frame wait for the next one, which tells how far the wheel has come in all of them.
+    Ticks without a frame wait for the next one, which tells how far the wheel has come in all of them; so does a tick
+    in which the position leaps: a frame that the wire spoilt is gone with the next, an encoder that jumped stays there.
     """
 
     def __init__(self) -> None:
         self.blocks: deque[Block] = deque(maxlen=BLOCKS)
-        self.jumps = 0
-        self._jump_tick = self._tick = 0
         self._owed_radps = self._waiting_owed = 0.0
         self._waiting = 0
         self._orders: deque[float] = deque([0.0] * ORDER_TICKS, maxlen=ORDER_TICKS)
         self._last_rad: float | None = None
+        self._leapt = False
         self._begin()
 
     def update(self, order: WheelCommand, state: WheelState | None, current_a: float | None) -> bool:
         """Takes one tick. A wheel whose node does not run owes nothing and starts afresh."""
-        self._tick += 1
         late = self._orders[0]
         self._orders.append(order.rate_radps)
         if not works(state):
-            self._owed_radps, self._last_rad = 0.0, None
+            self._owed_radps, self._last_rad, self._leapt = 0.0, None, False
             self.blocks.clear()
             self._begin()
             return False
@@ -65,8 +63,11 @@ class WheelBlocks:
             self._currents += 1
         if state.age_ns >= TICK_NS:  # nothing came: the next frame tells of this tick as well, or the node is silent
             return False
-        if self._last_rad is not None:
-            self._turn(state.position_rad - self._last_rad, self._waiting * TICK_S)
+        turned_rad = 0.0 if self._last_rad is None else state.position_rad - self._last_rad
+        self._leapt = not self._leapt and _leaps(turned_rad, state.rate_radps, self._waiting)
+        if self._leapt:
+            return False
+        self._turned += turned_rad
         self._last_rad = state.position_rad
         self._owed += self._waiting_owed
         self._told += state.rate_radps * self._waiting
@@ -76,13 +77,6 @@ class WheelBlocks:
             return False
         self._close()
         return True
-
-    def _turn(self, turned_rad: float, within_s: float) -> None:
-        if abs(turned_rad) <= FASTEST_RADPS * (TICK_S + within_s) + COUNT_RAD:
-            self._turned += turned_rad
-            return
-        self.jumps = self.jumps + 1 if self._tick - self._jump_tick <= JUMP_TICKS else 1
-        self._jump_tick = self._tick
 
     def _begin(self) -> None:
         self._ticks = self._currents = self._waiting = 0
@@ -100,3 +94,8 @@ class WheelBlocks:
             )
         )  # fmt: skip
         self._begin()
+
+
+def _leaps(turned_rad: float, told_radps: float, ticks: int) -> bool:
+    """Whether a position is farther off than frames that came a tick early or late can make it."""
+    return abs(turned_rad - told_radps * ticks * TICK_S) > LEAP_RAD + abs(told_radps) * TICK_S

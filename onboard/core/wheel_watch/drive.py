@@ -2,7 +2,7 @@
 
 A sound drive has 8 N m where the ground asks for 1 at most: it turns as it owes, to 0.001 rad/s. So
 
-    position and told rate disagree, or the position jumps twice      the encoder
+    position and told rate disagree: it hangs, or has jumped          the encoder
     it does not turn, and draws little                                the encoder, for the wheel must be turning
     it does not turn, and draws much, or nothing and is dragged       stuck
     it turns otherwise than it owes: the ground turns it              free where it draws nothing, weak where it draws
@@ -26,10 +26,8 @@ LAG_S = 0.015  # and this of a ramp
 DISAGREE_RADPS = 0.05  # position against told rate, mean of the blocks
 
 
-def encoder_bad(blocks: Sequence[Block], jumps: int, others_a: float) -> bool:
+def encoder_bad(blocks: Sequence[Block], others_a: float) -> bool:
     """Whether the encoder tells what cannot be, or nothing while the wheel must be turning. others_a: see below."""
-    if jumps >= 2:
-        return True
     if len(blocks) < BLOCKS:
         return False
     if abs(sum(b.turned_radps - b.told_radps for b in blocks)) > DISAGREE_RADPS * BLOCKS:
@@ -45,9 +43,9 @@ def drive_word(blocks: Sequence[Block], others_a: float) -> str | None:
         return None
     sign = 1.0 if blocks[-1].owed_radps > 0.0 else -1.0
     currents = [sign * (b.current_a or 0.0) for b in blocks]
-    if all(map(_still, blocks)):
+    if any(map(_still, blocks)):  # stuck, or its encoder is: a drive that gives too little slows down by and by
         stuck = min(map(abs, currents[1:])) > STALL_A or max(map(abs, currents)) < NO_CURRENT_A
-        return "WHEEL_STUCK" if stuck else None
+        return "WHEEL_STUCK" if stuck and all(map(_still, blocks)) else None
     offs = [sign * (b.turned_radps - b.owed_radps) for b in blocks]
     far = all(abs(off) > OFF_RADPS + LAG_S * b.ramp_radps2 for off, b in zip(offs, blocks))
     if not far or others_a < WORK_A or max(map(abs, currents)) > STALL_A:

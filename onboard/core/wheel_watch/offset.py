@@ -5,14 +5,15 @@ A reading that is wrong by o turns the odometry: the wheel's part in omega is m 
     x = -o * s * (a * cos d + b * sin d) / Q      is what the gyro turns more than the odometry, if the reading is wrong
 
 and 0 if it is right. x and the gyro's excess are summed over 0.25 m of way each; their regression says which. At 6
-degrees x is 2.9 degrees a metre, where a sound rover's excess walks by 0.4 degrees in half a metre.
+degrees x is 2.9 degrees a metre, where a sound rover's excess walks by 0.4 degrees in half a metre. A turn on the spot
+has no part in it: there x is next to nothing, and the ground keeps degrees of the turn.
 """
 
 from __future__ import annotations
 
 import math
 
-from onboard.core.wheel_watch.seen import TICK_S, Seen
+from onboard.core.wheel_watch.seen import LEAST_MPS, TICK_S, Seen, speed_mps
 
 LEAST_RAD = math.radians(1.5)  # a reading that stands off by less is left alone
 BLOCK_M, FIRST_M, LAST_M = 0.25, 1.0, 5.0
@@ -40,7 +41,7 @@ class OffsetWatch:
             self.off_rad, self.verdict = off_rad, None
             self._restart()
         state = seen.wheels[n]
-        if not self.open or state is None:
+        if not self.open or state is None or speed_mps(seen.step.twist) <= LEAST_MPS:
             return
         a, b = self._place_m
         self._x -= off_rad * rim_m * (a * math.cos(state.steer_rad) + b * math.sin(state.steer_rad)) / self._q_m2

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
 from onboard.motion.odometry import Step
-from onboard.records import ImuSample, WheelCommand, WheelState
+from onboard.records import ImuSample, Twist, WheelCommand, WheelState
 from protocol.can_codec import NodeState
 
 TICK_S = 0.01
 FRESH_NS = 30_000_000
+LEAST_MPS = 0.04  # slower wheels drive the rover nowhere: they start, or turn it on the spot
 
 
 class Seen(NamedTuple):
@@ -34,6 +36,11 @@ class Seen(NamedTuple):
 def works(state: WheelState | None) -> bool:
     """Whether a wheel's node runs and was heard: only then do its wheel and steering owe what was ordered."""
     return state is not None and state.age_ns <= FRESH_NS and state.state == NodeState.RUNNING
+
+
+def speed_mps(twist: Twist) -> float:
+    """How fast it goes, whatever it turns."""
+    return math.hypot(twist.vx_mps, twist.vy_mps)
 
 
 def approach(value: float, target: float, most: float) -> float:

@@ -5,8 +5,9 @@
     SLIP_HIGH   shortfall over 0.4 for 1 s of driving, or the gyro turns 5 degrees otherwise than the odometry within
                 1 m of driving along, or the filter's slip ratio, which registrations move, over 0.4. Until below 0.25
                 for 3 s
-    NOT_MOVING  shortfall over 0.7 for 0.3 s, and from then on for 3 s wheels that turn, no shaking of the gyro, and no
-                thrust forwards either. Until the rover has stood for half a second
+    NOT_MOVING  shortfall over 0.7 for 0.3 s, and from then on for 3 s wheels that turn, no shaking of the gyro after
+                the first 1.5 s, no thrust forwards, and no turn on the spot that the gyro sees. A rover that slides
+                before it stands shakes: the gyro's quiet 1.5 s may come within 5 s. Until it stood for half a second
 
 A turn on the spot has no part in that 1 m: in as much way of the rims it turns by 130 degrees, of which sound ground
 keeps 5 to 9, and wheels that steer turn a rover without any way. What it lacks is its shortfall.
@@ -18,15 +19,15 @@ import math
 from collections import deque
 
 from onboard.core.wheel_watch.body_speed import DRIVING_S, SLOW_S, SUSPECT_S, BodySpeed
-from onboard.core.wheel_watch.seen import TICK_S, Seen
+from onboard.core.wheel_watch.seen import LEAST_MPS, TICK_S, Seen, speed_mps
 from onboard.core.wheel_watch.shaking import Shaking
 from onboard.records import Twist
 
-LEAST_MPS, LEAST_RADPS = 0.04, 0.06  # slower than this by the wheels is not judged
+LEAST_RADPS = 0.06  # slower turns than this, of wheels slower than LEAST_MPS, are not judged
 HIGH, CALM, STOPPED, THRUST = 0.4, 0.25, 0.7, -0.3
 SUSPECT = 0.35  # from here on the wheels pull the body's speed less
 HIGH_TICKS, CALM_TICKS, STOPPED_TICKS, STILL_TICKS, STOOD_TICKS = 100, 300, 30, 300, 50
-SUSPECT_TICKS = 500  # but no longer than this
+SUSPECT_TICKS = 500  # but no longer than this; nor is a stop that is not found by then
 SHAKING_RADPS = 0.006  # noise of the sensor 0.001, wheels that dig 0.005, rough ground under a rover that goes more
 SETTLE_TICKS = 150  # a rover that is stopped rocks for so long
 ASTRAY_RAD = math.radians(5.0)  # a sound rover on rough ground: 1.9 degrees
@@ -40,7 +41,7 @@ class SlipWatch:
         self.high = self.still = False
         self.shortfall = 0.0
         self.body, self._shaking = BodySpeed(), Shaking()
-        self._high = self._calm = self._short = self._stopped = self._stood = self._suspect = 0
+        self._high = self._calm = self._short = self._stopped = self._stood = self._suspect = self._doubted = 0
         self._turns: deque[float] = deque(maxlen=PIECES)
         self._turn_rad = self._way_m = 0.0
 
@@ -53,13 +54,13 @@ class SlipWatch:
         self._shaking.update(seen.imu)
         if not strays:
             self._turns.clear()
-        elif _speed_mps(seen.step.twist) > LEAST_MPS:
+        elif speed_mps(seen.step.twist) > LEAST_MPS:
             self._stray(seen)
         self._stood = self._stood + 1 if seen.step.standing else 0
         if self._judge(seen):
             self._high = self._high + 1 if self.shortfall > HIGH else 0
             self._short = self._short + 1 if self.shortfall > STOPPED else 0
-            self._stop()
+            self._stop(seen.step.twist)
         elif self._stood >= STOOD_TICKS:
             self._high = self._short = self._stopped = 0
             self._turns.clear()
@@ -67,14 +68,14 @@ class SlipWatch:
 
     def _tau_s(self, twist: Twist) -> float:
         """How slowly the wheels may pull the body's speed."""
-        if _speed_mps(twist) <= LEAST_MPS:
+        if speed_mps(twist) <= LEAST_MPS:
             return SLOW_S
         return SUSPECT_S if 0 < self._suspect < SUSPECT_TICKS else DRIVING_S
 
     def _judge(self, seen: Seen) -> bool:
         """Sets `shortfall`; False where the wheels are too slow to tell."""
         twist = seen.step.twist
-        speed = _speed_mps(twist)
+        speed = speed_mps(twist)
         self.shortfall = 0.0
         if seen.step.standing:
             return False
@@ -87,14 +88,17 @@ class SlipWatch:
             return True
         return False
 
-    def _stop(self) -> None:
+    def _stop(self, twist: Twist) -> None:
         """Counts the ticks since the body seems to have stopped under turning wheels."""
+        shakes = self._stopped > SETTLE_TICKS and self._shaking.now_radps > SHAKING_RADPS
+        turns = speed_mps(twist) <= LEAST_MPS and self.shortfall < CALM
         if self._stopped == 0:
-            self._stopped = int(self._short >= STOPPED_TICKS)
-        elif (self._stopped > SETTLE_TICKS and self._shaking.now_radps > SHAKING_RADPS) or self.shortfall < THRUST:
+            self._stopped, self._doubted = int(self._short >= STOPPED_TICKS), 0
+        elif turns or self.shortfall < THRUST or self._doubted >= SUSPECT_TICKS:
             self._stopped = 0
         else:
-            self._stopped += 1
+            self._stopped = SETTLE_TICKS if shakes else self._stopped + 1
+            self._doubted += 1
 
     def _conclude(self, seen: Seen) -> None:
         slips = self._high >= HIGH_TICKS or abs(sum(self._turns)) > ASTRAY_RAD or seen.slip_ratio > HIGH
@@ -108,7 +112,3 @@ class SlipWatch:
         if self._way_m >= ASTRAY_M:
             self._turns.append(self._turn_rad)
             self._turn_rad = self._way_m = 0.0
-
-
-def _speed_mps(twist: Twist) -> float:
-    return math.hypot(twist.vx_mps, twist.vy_mps)

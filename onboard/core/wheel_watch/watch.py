@@ -61,6 +61,16 @@ class WheelWatch:
             for state, offset in zip(wheels, self._offsets)
         )
 
+    def steerings(self, wheels: Sequence[WheelState | None]) -> tuple[WheelState | None, ...]:
+        """`readings`, less what they stand off and it is not known yet why: where each steering believes it is.
+
+        A steering that has come as far as it will must not hold the drives: without way nothing more is learnt of it.
+        """
+        return tuple(
+            state._replace(steer_rad=state.steer_rad - offset.off_rad) if state and offset.verdict is None else state
+            for state, offset in zip(self.readings(wheels), self._offsets)
+        )
+
     def orders(self, orders: Sequence[WheelCommand]) -> tuple[WheelCommand, ...]:
         """The orders with the angles put right of steerings that are known to stand off."""
         return tuple(
@@ -79,7 +89,7 @@ class WheelWatch:
         if not closed or health.drive is not Drive.GOOD or not health.encoder:
             return
         others_a = self._others_a(k)
-        if encoder_bad(watch.blocks, watch.jumps, others_a):
+        if encoder_bad(watch.blocks, others_a):
             self._find("ENCODER_BAD", k, replace(health, encoder=False))
             return
         name = drive_word(watch.blocks, others_a)
