@@ -23,7 +23,7 @@ from onboard.core.wheel_watch.seen import LEAST_MPS, TICK_S, Seen, speed_mps
 from onboard.core.wheel_watch.shaking import Shaking
 from onboard.records import Twist
 
-LEAST_RADPS = 0.06  # slower turns than this, of wheels slower than LEAST_MPS, are not judged
+LEAST_RADPS = 0.04  # slower turns than this are not judged; SLIP_HIGH itself lets a turn go on at 0.06
 HIGH, CALM, STOPPED, THRUST = 0.4, 0.25, 0.7, -0.3
 SUSPECT = 0.35  # from here on the wheels pull the body's speed less
 HIGH_TICKS, CALM_TICKS, STOPPED_TICKS, STILL_TICKS, STOOD_TICKS = 100, 300, 30, 300, 50
