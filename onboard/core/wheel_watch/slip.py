@@ -30,7 +30,7 @@ HIGH_TICKS, CALM_TICKS, STOPPED_TICKS, STILL_TICKS, STOOD_TICKS = 100, 300, 30, 
 SUSPECT_TICKS = 500  # but no longer than this; nor is a stop that is not found by then
 SHAKING_RADPS = 0.006  # noise of the sensor 0.001, wheels that dig 0.005, rough ground under a rover that goes more
 SETTLE_TICKS = 150  # a rover that is stopped rocks for so long
-ASTRAY_RAD = math.radians(8.0)  # a sound rover on rough ground: 3.7 degrees; a wheel that climbs a stone of 7 cm: 6.8
+ASTRAY_RAD = math.radians(8.0)  # a sound rover on rough ground: 3.7 degrees; turned by a stone: 6.8
 ASTRAY_M, PIECES = 0.25, 4
 
 
