@@ -319,9 +319,17 @@ def test_a_rover_that_lacks_half_its_speed_slips_within_a_metre_and_is_calm_thre
     assert rover.run(8.0).watch.faults == {}
 
 
+def test_a_rover_that_a_stone_turns_by_seven_degrees_does_not_slip():
+    rover = driving()
+    rover.extra_turn_radps = math.radians(7.0)
+    rover.run(1.0)
+    rover.extra_turn_radps = 0.0
+    assert rover.run(15.0).first == {}
+
+
 def test_a_rover_that_turns_otherwise_than_its_wheels_slips():
     rover = driving()
-    rover.extra_turn_radps = math.radians(7.0) * RADIUS_M * CRUISE_RADPS  # 7 degrees a metre
+    rover.extra_turn_radps = math.radians(9.0) * RADIUS_M * CRUISE_RADPS  # 9 degrees a metre
     rover.run(10.0)
     assert set(rover.after(6.0)) == {"SLIP_HIGH"}
     assert rover.after(6.0)["SLIP_HIGH"] * RADIUS_M * CRUISE_RADPS <= 1.0

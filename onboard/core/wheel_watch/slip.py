@@ -2,7 +2,7 @@
 
     shortfall   1 - (the body's speed along the odometry's, by `body_speed`) / (the odometry's speed); turning on the
                 spot 1 - (the gyro's rate) / (the odometry's)
-    SLIP_HIGH   shortfall over 0.4 for 1 s of driving, or the gyro turns 5 degrees otherwise than the odometry within
+    SLIP_HIGH   shortfall over 0.4 for 1 s of driving, or the gyro turns 8 degrees otherwise than the odometry within
                 1 m of driving along, or the filter's slip ratio, which registrations move, over 0.4. Until below 0.25
                 for 3 s
     NOT_MOVING  shortfall over 0.7 for 0.3 s, and from then on for 3 s wheels that turn, no shaking of the gyro after
@@ -30,7 +30,7 @@ HIGH_TICKS, CALM_TICKS, STOPPED_TICKS, STILL_TICKS, STOOD_TICKS = 100, 300, 30, 
 SUSPECT_TICKS = 500  # but no longer than this; nor is a stop that is not found by then
 SHAKING_RADPS = 0.006  # noise of the sensor 0.001, wheels that dig 0.005, rough ground under a rover that goes more
 SETTLE_TICKS = 150  # a rover that is stopped rocks for so long
-ASTRAY_RAD = math.radians(5.0)  # a sound rover on rough ground: 1.9 degrees
+ASTRAY_RAD = math.radians(8.0)  # a sound rover on rough ground: 3.7 degrees; turned by a stone: 6.8
 ASTRAY_M, PIECES = 0.25, 4
 
 
