@@ -35,6 +35,7 @@ if TYPE_CHECKING:
 MMAP_THRESHOLD = -3  # of mallopt(3)
 LARGE_BYTES = 1 << 18
 WAIT_S = 60.0  # wall-clock limit for bytes that the bench says are on their way
+EX_AGAIN = 75  # the operator had it end, to be started anew: what started the program does that
 DARK_TICKS = 50  # after the end, for the LIDAR to say that its laser is off
 LATER = ("filterpy.kalman:ExtendedKalmanFilter", *JOBS.values())  # no first tick needs these, and they load longest
 
@@ -191,23 +192,25 @@ def run(config: Config, announce: Callable[[str], None]) -> int:
         clock.start()
         where = f"{config.can.uri}, {config.lidar.address}, {config.link.endpoint}"
         announce(f"running: {config.clock.mode} clock, {where}")
-        loop(rover, ports, clock, workers, keep)
+        rebooting = loop(rover, ports, clock, workers, keep)
         recorder.end(rover.executive.memory)
-    return 0
+    return EX_AGAIN if rebooting else 0
 
 
 def loop(
     rover: Rover, ports: LockStepPorts | WallPorts, clock: LockStepClock | WallClock, workers: Workers,
     keep: Callable[[Inputs, Outputs], None],
-) -> None:
+) -> bool:
     """Tick after tick until the clock says that the run is over; then the wheels stand and the LIDAR is quiet.
 
     In lock-step the modules in LATER load beside the ticks from the first one on: bench time stands where a tick must
     wait for one, so that the load moves no result. On the wall clock they are there already.
-    keep: takes each tick's inputs and outputs when they have gone out.
+    keep: takes each tick's inputs and outputs when they have gone out. Returns whether the operator ended it, to have
+    the program started anew.
     """
     loading: Future[None] | None = None
-    while (now := clock.wait()) is not None:
+    rebooting = False
+    while not rebooting and (now := clock.wait()) is not None:
         inputs = replace(ports.read(now), jobs=workers.collect(now.number))
         outputs = tick(rover, inputs)
         ports.write(outputs)
@@ -216,12 +219,14 @@ def loop(
         clock.done(now, ports.sent() if isinstance(ports, LockStepPorts) else {}, connect)
         loading = loading or workers.preload(LATER)
         keep(inputs, outputs)
+        rebooting = outputs.reboot
     ports.write(farewell(rover, clock.now_ns()))
     for now in clock.overtime(DARK_TICKS) if isinstance(clock, WallClock) else ():
         asked = darken(rover, ports.read(now))  # a USB sensor streams on when its client has gone
         if asked is None:
             break
         ports.write(asked)
+    return rebooting
 
 
 def load_gdem(path: str) -> Gdem | None:

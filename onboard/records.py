@@ -126,6 +126,7 @@ class Outputs:
     events: tuple[Event, ...] = ()
     pose: tuple[float, float, float, float, float, float] = (0.0,) * 6  # estimate: x, y, z (m), roll, pitch, yaw (rad)
     state_digest: bytes = b""
+    reboot: bool = False  # the flight program is to end after this tick and be started anew
 
 
 # -- what the devices measured ---------------------------------------------------------------------------------

@@ -29,3 +29,5 @@ class Context:
     held: bool
     wheels: Wheels = SOUND
     found: Mapping[str, tuple[int, ...]] = field(default_factory=dict)  # fault -> the wheels it was found of
+    utc_ns: int = 0  # 0: not known
+    judge_anew: list[str] = field(default_factory=list)  # rows whose findings are to be forgotten after this tick

@@ -69,13 +69,15 @@ def tick(rover: Rover, inputs: Inputs) -> Outputs:
     rover.localisation.update(wheels, imu, now_ns, rover.wheels)
     rover.watch.update(_seen(rover, imu, now_ns))
     rover.wheels = rover.watch.health
-    faults = active_faults(_watched(rover, inputs))
+    faults = rover.executive.masks.unmasked(active_faults(_watched(rover, inputs)), now_ns)
 
     context = Context(
         inputs.tick, now_ns, scans, rover.lidar, rover.nodes, rover.localisation, rover.jobs, taken, held=False,
-        wheels=rover.wheels, found=rover.watch.faults,
+        wheels=rover.wheels, found=rover.watch.faults, utc_ns=inputs.health.utc_ns,
     )  # fmt: skip
     rover.twist = rover.executive.step(orders, faults, context)
+    for name in context.judge_anew:
+        rover.watch.forget(name)
     if inputs.tick % WHEEL_TICKS == 0 or rover.twist == Twist():  # standing never waits
         rover.nodes.set_wheels(rover.watch.orders(_steer(rover, wheels)))
 
@@ -90,6 +92,7 @@ def tick(rover: Rover, inputs: Inputs) -> Outputs:
         jobs=rover.jobs.outgoing(),
         events=events,
         pose=(pose.x_m, pose.y_m, pose.z_m, pose.roll_rad, pose.pitch_rad, pose.yaw_rad),
+        reboot=rover.executive.services.reboot_due(now_ns),
         state_digest=_digest(rover),
     )
 
@@ -178,6 +181,6 @@ def _digest(rover: Rover) -> bytes:
     items = (
         rover.executive.mode, rover.executive.phase, *rover.twist, rover.steering_held,
         *rover.localisation.digest_items(), *rover.watch.digest_items(), *rover.lidar.digest_items(),
-        *rover.nodes.digest_items(), *rover.downlink.digest_items(),
+        *rover.nodes.digest_items(), *rover.downlink.digest_items(), *rover.executive.masks.digest_items(),
     )
     return hashlib.blake2b(array("d", items), digest_size=8).digest()

@@ -8,8 +8,8 @@ Each channel is one MCAP topic with one message for each tick in which it has so
     /in/can     per frame: stamp_ns i64, id u16, length u8, data
     /in/lidar   per chunk: rx_ns i64, length u32, data
     /in/link    per message: rx_ns i64, accepted u8, station u8, kind u8, verdict length u8, payload length u16, both
-    /out/tick   state digest 8 B, CRC-32 of the five input messages (5 x u32), connect u8 (1 LIDAR, 2 CAN), then
-                ids (u32) of new jobs
+    /out/tick   state digest 8 B, CRC-32 of the five input messages (5 x u32), connect u8 (1 LIDAR, 2 CAN, 4 reboot),
+                then ids (u32) of new jobs
     /out/can    per frame: id u16, length u8, data          /out/lidar   bytes
     /out/link   per payload: kind u8, length u16, data      /out/event   JSON      /out/pose   6 x f64
 """
@@ -122,7 +122,7 @@ def encode_outputs(outputs: Outputs, inputs: dict[str, bytes]) -> dict[str, byte
     """Topic -> message of one tick's outputs; /out/tick guards the inputs it was computed from."""
     checks = _CHECKS.pack(*(zlib.crc32(inputs.get(topic, b"")) for topic in INPUTS))
     ids = b"".join(struct.pack("<I", job.job_id) for job in outputs.jobs)
-    connect = outputs.lidar_connect | outputs.can_connect << 1
+    connect = outputs.lidar_connect | outputs.can_connect << 1 | outputs.reboot << 2
     messages = {"/out/tick": outputs.state_digest + checks + bytes([connect]) + ids}
     if outputs.can_frames:
         messages["/out/can"] = b"".join(
