@@ -107,7 +107,13 @@ def goto(
 def _verb(words: list[str], options: dict[str, Any]) -> None:
     """Carries out a verb that is made from the table."""
     plan = _one(words, options["contact"], options["timeout"], start_s=options["start"])
-    _leave(*_run(options["station"], plan, options["as_json"]))
+    code, session = _run(options["station"], plan, options["as_json"])
+    sent = commands.command(plan.steps[0].name).sends
+    for product in reversed(session.products.values()):
+        if product.name == sent and code == 0:
+            _out(product.data.decode().rstrip())
+            break
+    _leave(code, session)
 
 
 _OWN = {"goto", "status", "get"}

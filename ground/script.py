@@ -131,12 +131,12 @@ class Runner:
             lifetime_s = self._lifetime_s if commands.command(step.name).moves else 0.0
             request_id = session.request(step.name, step.arguments, now_ns, lifetime_s, step.start_s)
             self.asked.append((request_id, step))
-            if step.name == "get":
+            if step.name == "get" or commands.command(step.name).sends:
                 self._waiting_for = request_id
 
     def _settled(self, session: Session, request_id: int) -> bool:
         request = session.requester.requests[request_id]
-        if request.telecommand.name == "get" and request.state == State.COMPLETED:
+        if session.awaits_product(request_id):
             return session.product_of(request_id) is not None
         return request.state.final
 

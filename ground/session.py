@@ -144,12 +144,19 @@ class Session:
             self._timed.add(request_id)  # it goes out at once, so its answer tells the round trip
         return request_id
 
+    def awaits_product(self, request_id: int) -> bool:
+        """Whether a request is completed and what it sends is to come, or has."""
+        request = self.requester.requests[request_id]
+        sends = request.telecommand.name == "get" or commands.command(request.telecommand.name).sends
+        return bool(sends) and request.state == transactions.State.COMPLETED
+
     def product_of(self, request_id: int) -> bulk.Product | None:
-        """What a completed `get` brought: the object that its report names, else the newest announced since."""
+        """What a completed request brought: the object that its report names, else the newest announced since."""
         request = self.requester.requests[request_id]
         if request.report is not None and request.report.data:
             return self.products.get(int(request.report.data[0]))
-        wanted, since_ns = request.telecommand.arguments.get("product"), request.made_ns
+        asked, since_ns = request.telecommand, request.made_ns
+        wanted = asked.arguments.get("product") or commands.command(asked.name).sends
         return next((p for p in reversed(self.products.values())
                      if p.name == wanted and self._product_ns[p.object_id] >= since_ns), None)
 

@@ -24,6 +24,7 @@ Start = Annotated[float, typer.Option("--start", min=0, metavar="S",
                                       help="Begin no earlier than this onboard time; 0: at once.")]
 FAMILY_HELP = {
     "faults": "The fault table: what is active, what is masked.", "map": "The rover's own map.",
+    "param": "Parameters: what may be changed in flight, and who changed it.",
 }  # fmt: skip
 _LONG_S, _SHORT_S = 0.0, 60.0
 Run = Callable[[list[str], dict[str, Any]], None]

@@ -17,7 +17,8 @@ from onboard.calibrate import command as calibrate_command
 from onboard.can_tool import command as can_command
 from onboard.can_tool import jog_command
 from onboard.command_line import EX_CONFIG, EX_INTERRUPTED, EX_UNAVAILABLE, fail, read_config
-from onboard.config import ConfigError, to_toml
+from onboard.config import ConfigError
+from onboard.config_text import to_toml
 from onboard.lidar_tool import command as lidar_command
 from onboard.maps import gdem_command, map_command
 

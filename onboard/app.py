@@ -22,6 +22,7 @@ from onboard.drivers.disk import Keeper, Kept, load
 from onboard.drivers.lidar_ear import LidarEar
 from onboard.drivers.lidar_port import LidarPort, open_port
 from onboard.drivers.link_port import LinkPort, link_keys
+from onboard.drivers.state_folder import StateFolder, read_kept
 from onboard.drivers.workers import Workers
 from onboard.maps.gdem_file import from_npz
 from onboard.ports import BUS_CLOSED
@@ -151,7 +152,7 @@ def run(config: Config, announce: Callable[[str], None]) -> int:
     kept = load_tiles(config)
     for line in kept.dropped:
         announce(f"dropped: {line}")
-    memory = recall_map(config, kept)
+    memory, state = recall_map(config, kept), load_state(config)
     with ExitStack() as stack:
         lockstep = config.clock.mode == "lockstep"
         clock = LockStepClock(config.clock.barrier) if lockstep else WallClock()
@@ -163,9 +164,11 @@ def run(config: Config, announce: Callable[[str], None]) -> int:
         link = stack.enter_context(LinkPort(config.link.endpoint, link_keys(config), config.link.boot_count))
         workers = Workers(wait=lockstep)
         stack.callback(workers.close)
-        recorder = stack.enter_context(Recorder(config, gdem, kept.tiles))
+        recorder = stack.enter_context(Recorder(config, gdem, kept.tiles, state))
         keeper = Keeper(config.mapping.folder, memory, announce)
         stack.callback(keeper.close)
+        folder = StateFolder(config.state.folder, wait=lockstep)
+        stack.callback(folder.close)
         for number in (signal.SIGTERM, signal.SIGINT):
             signal.signal(number, lambda *_: setattr(clock, "stopping", True))
         if isinstance(clock, LockStepClock):
@@ -175,7 +178,7 @@ def run(config: Config, announce: Callable[[str], None]) -> int:
             ports = WallPorts(can, lidar, link, clock)
             clock.idle = ports.ear.listen
             workers.preload(LATER).result()  # beside the ticks it would make them late
-        rover = Rover(config, gdem, memory)
+        rover = Rover(config, gdem, memory, state)
 
         told = {"lidar": "", "can": ""}
 
@@ -192,14 +195,14 @@ def run(config: Config, announce: Callable[[str], None]) -> int:
         clock.start()
         where = f"{config.can.uri}, {config.lidar.address}, {config.link.endpoint}"
         announce(f"running: {config.clock.mode} clock, {where}")
-        rebooting = loop(rover, ports, clock, workers, keep)
+        rebooting = loop(rover, ports, clock, (workers, folder), keep)
         recorder.end(rover.executive.memory)
     return EX_AGAIN if rebooting else 0
 
 
 def loop(
-    rover: Rover, ports: LockStepPorts | WallPorts, clock: LockStepClock | WallClock, workers: Workers,
-    keep: Callable[[Inputs, Outputs], None],
+    rover: Rover, ports: LockStepPorts | WallPorts, clock: LockStepClock | WallClock,
+    beside: tuple[Workers, StateFolder], keep: Callable[[Inputs, Outputs], None],
 ) -> bool:
     """Tick after tick until the clock says that the run is over; then the wheels stand and the LIDAR is quiet.
 
@@ -208,13 +211,15 @@ def loop(
     keep: takes each tick's inputs and outputs when they have gone out. Returns whether the operator ended it, to have
     the program started anew.
     """
+    workers, folder = beside
     loading: Future[None] | None = None
     rebooting = False
     while not rebooting and (now := clock.wait()) is not None:
-        inputs = replace(ports.read(now), jobs=workers.collect(now.number))
+        inputs = replace(ports.read(now), jobs=workers.collect(now.number), saved=folder.collect())
         outputs = tick(rover, inputs)
         ports.write(outputs)
         workers.start(outputs.jobs)
+        folder.start(outputs.saves)
         connect = [name for name, wanted in (("lidar", outputs.lidar_connect), ("can", outputs.can_connect)) if wanted]
         clock.done(now, ports.sent() if isinstance(ports, LockStepPorts) else {}, connect)
         loading = loading or workers.preload(LATER)
@@ -248,6 +253,14 @@ def load_tiles(config: Config) -> Kept:
         return Kept()
     except OSError as error:
         raise ConfigError(f"mapping.folder = {folder!r} cannot be read: {error.strerror}") from error
+
+
+def load_state(config: Config) -> dict[str, bytes]:
+    """What was kept in state.folder."""
+    try:
+        return read_kept(config.state.folder)
+    except OSError as error:
+        raise ConfigError(f"state.folder = {config.state.folder!r} cannot be read: {error.strerror}") from error
 
 
 def recall_map(config: Config, kept: Kept) -> StopMap | None:

@@ -25,10 +25,23 @@ class ConfigError(ValueError):
 
 
 def value(
-    default: Any, meaning: str, *, low: float | None = None, high: float | None = None, one_of: tuple[str, ...] = ()
+    default: Any, meaning: str, *, low: float | None = None, high: float | None = None, one_of: tuple[str, ...] = (),
+    takes: str = "",
 ) -> Any:
-    """A field of the configuration with its default, meaning and range (the unit is in the field's name)."""
-    return field(default=default, metadata={"meaning": meaning, "low": low, "high": high, "one_of": one_of})
+    """A field of the configuration with its default, meaning and range (the unit is in the field's name).
+
+    takes: when a change of it in flight takes effect, where that is not as its section says.
+    """
+    metadata = {"meaning": meaning, "low": low, "high": high, "one_of": one_of, "takes": takes}
+    return field(default=default, metadata=metadata)
+
+
+AT_ONCE, NEXT_MISSION, RESTART = "at once", "with the next mission", "with a restart"
+
+
+def section(kind: type[Any], takes: str = RESTART) -> Any:
+    """A part of the configuration. takes: when a change of its values takes effect; RESTART: it has none in flight."""
+    return field(default_factory=kind, metadata={"takes": takes})
 
 
 @dataclass(frozen=True, slots=True)
@@ -136,14 +149,14 @@ class Scanning:
 class Mapping_:
     """The LDEM and what is read from it."""
 
-    cell_m: float = value(0.1, "cell of the LDEM", low=0.02, high=1)
+    cell_m: float = value(0.1, "cell of the LDEM", low=0.02, high=1, takes=RESTART)
     size_m: float = value(20.0, "side of the LDEM, centred on the rover at each stop", low=4, high=100)
     near_m: float = value(5.0, "a cell with 3 hits from nearer takes the newest scan alone (R3)", low=0, high=30)
     assumed_m: float = value(0.9, "radius of the assumed disc at the start (R1)", low=0, high=3)
     trust_m: float = value(1.5, "on pitted ground wheels roll only over cells seen from nearer; 2.0 without the guard",
                            low=0.7, high=30)
     fill_cells: int = value(2, "most missing cells that are filled between hits", low=0, high=10)
-    folder: str = value("", "where the map is kept from run to run, in tiles; empty: it is not")
+    folder: str = value("", "where the map is kept from run to run, in tiles; empty: it is not", takes=RESTART)
 
 
 @dataclass(frozen=True, slots=True)
@@ -182,7 +195,8 @@ class Mission:
                           one_of=("cost-to-go", "straight-line"))
     ground: str = value("smooth", "smooth, or pitted: holes are possible, so wheels trust near views only (trust_m)",
                         one_of=("smooth", "pitted"))
-    gdem: str = value("", "the orbiter's map, an .npz of heights_m, x0_m, y0_m, cell_m; empty: flat, unknown")
+    gdem: str = value("", "the orbiter's map, an .npz of heights_m, x0_m, y0_m, cell_m; empty: flat, unknown",
+                      takes=RESTART)
 
 
 @dataclass(frozen=True, slots=True)
@@ -207,8 +221,8 @@ class Motion:
     point_turn_end_rad: float = value(5 * RAD, "error of heading at which it goes on", low=0.01, high=1)
     arrive_m: float = value(0.05, "end of a path: this near to its last station", low=0.005, high=1)
     arrive_yaw_rad: float = value(2 * RAD, "end of a turn: this near to its heading", low=0.002, high=0.5)
-    steer_hold_rad: float = value(15 * RAD, "steering error that holds the drive", low=0.02, high=1.5)
-    steer_release_rad: float = value(5 * RAD, "steering error that releases it", low=0.01, high=1.5)
+    steer_hold_rad: float = value(15 * RAD, "steering error that holds the drive", low=0.02, high=1.5, takes=AT_ONCE)
+    steer_release_rad: float = value(5 * RAD, "steering error that releases it", low=0.01, high=1.5, takes=AT_ONCE)
     law: str = value("pose-carrot", "row of motion.follower.LAWS", one_of=("pose-carrot", "carrot", "pure-pursuit"))
 
 
@@ -264,24 +278,32 @@ class Record:
 
 
 @dataclass(frozen=True, slots=True)
+class State:
+    """What outlives a run, the map apart."""
+
+    folder: str = value("", "where changed parameters and fences are kept; empty: they end with the run")
+
+
+@dataclass(frozen=True, slots=True)
 class Config:
     """The whole tree."""
 
-    rover: Rover = field(default_factory=Rover)
-    can: Can = field(default_factory=Can)
-    lidar: Lidar = field(default_factory=Lidar)
-    link: Link = field(default_factory=Link)
-    clock: Clock = field(default_factory=Clock)
-    scanning: Scanning = field(default_factory=Scanning)
-    mapping: Mapping_ = field(default_factory=Mapping_)
-    planning: Planning = field(default_factory=Planning)
-    mission: Mission = field(default_factory=Mission)
-    drive_guard: DriveGuard = field(default_factory=DriveGuard)
-    motion: Motion = field(default_factory=Motion)
-    localisation: Localisation = field(default_factory=Localisation)
-    safety: Safety = field(default_factory=Safety)
-    jobs: Jobs = field(default_factory=Jobs)
-    record: Record = field(default_factory=Record)
+    rover: Rover = section(Rover)
+    can: Can = section(Can)
+    lidar: Lidar = section(Lidar)
+    link: Link = section(Link)
+    clock: Clock = section(Clock)
+    scanning: Scanning = section(Scanning, NEXT_MISSION)
+    mapping: Mapping_ = section(Mapping_, NEXT_MISSION)
+    planning: Planning = section(Planning, NEXT_MISSION)
+    mission: Mission = section(Mission, NEXT_MISSION)
+    drive_guard: DriveGuard = section(DriveGuard, NEXT_MISSION)
+    motion: Motion = section(Motion, NEXT_MISSION)
+    localisation: Localisation = section(Localisation)
+    safety: Safety = section(Safety, AT_ONCE)
+    jobs: Jobs = section(Jobs, NEXT_MISSION)
+    record: Record = section(Record)
+    state: State = section(State)
 
 
 def load(
@@ -357,27 +379,3 @@ def _checked(item: Any, kind: type, row: dataclasses.Field[Any], what: str) -> A
         if too_low or too_high or item != item:
             raise ConfigError(f"{what} = {item!r} is out of range {low} to {high}")
     return item
-
-
-def to_toml(config: Any) -> str:
-    """The tree as TOML with the meaning and range of each value as comments; `load` reads it back unchanged."""
-    lines: list[str] = []
-    for section in dataclasses.fields(config):
-        lines += ["", f"[{section.name}]"]
-        part = getattr(config, section.name)
-        for row in dataclasses.fields(part):
-            low, high, one_of = (row.metadata[k] for k in ("low", "high", "one_of"))
-            allowed = f" ({' | '.join(one_of)})" if one_of else f" ({low:g} to {high:g})" if low is not None else ""
-            lines.append(f"{row.name} = {_toml(getattr(part, row.name))}  # {row.metadata['meaning']}{allowed}")
-    return "\n".join(lines).strip() + "\n"
-
-
-def _toml(item: Any) -> str:
-    if isinstance(item, bool):
-        return "true" if item else "false"
-    if isinstance(item, str):
-        return '"' + item.replace("\\", "\\\\").replace('"', '\\"') + '"'
-    return repr(item)
-
-
-

@@ -77,6 +77,20 @@ class JobRequest:
     due_tick: int
 
 
+class Save(NamedTuple):
+    """What the core asks to be kept under a name, in place of what was kept under it: whole, or not at all."""
+
+    name: str
+    data: bytes
+
+
+class Saved(NamedTuple):
+    """What became of a Save; `error` empty: it is on the disk."""
+
+    name: str
+    error: str = ""
+
+
 class Health(NamedTuple):
     """What the machine tells of itself. In lock-step all but the tick's number come from the bench."""
 
@@ -101,6 +115,7 @@ class Inputs:
     link_state: PortState = PortState.OPEN
     jobs: tuple[JobDone, ...] = ()
     health: Health = Health()
+    saved: tuple[Saved, ...] = ()
 
 
 class Event(NamedTuple):
@@ -126,6 +141,7 @@ class Outputs:
     events: tuple[Event, ...] = ()
     pose: tuple[float, float, float, float, float, float] = (0.0,) * 6  # estimate: x, y, z (m), roll, pitch, yaw (rad)
     state_digest: bytes = b""
+    saves: tuple[Save, ...] = ()
     reboot: bool = False  # the flight program is to end after this tick and be started anew
 
 

@@ -31,7 +31,8 @@ _FAR_M = 10_000.0
 class Command:
     """One row. `modes`: where it is allowed. The id is on the wire and never reused.
 
-    `typed`: what a person writes for the name. example: arguments as typed, for the help.
+    `typed`: what a person writes for the name. example: arguments as typed, for the help. sends: name of the object
+    that its completion puts on its way down.
     """
 
     id: int
@@ -40,6 +41,7 @@ class Command:
     modes: tuple[Mode, ...]
     meaning: str
     example: str = ""
+    sends: str = ""
 
     @property
     def typed(self) -> str:
@@ -54,12 +56,13 @@ class Command:
         return any(way.event == self.name and way.next in runs for way in TRANSITIONS)
 
 
-FAMILIES = ("map", "faults")
+FAMILIES = ("map", "faults", "param")
 _ALL = tuple(Mode)
 _STANDS = (Mode.STANDBY, Mode.SAFE)
 _READY = (Mode.STANDBY, Mode.AUTONOMOUS)
 _TELEOP = (Mode.STANDBY, Mode.TELEOP)
 _FAULT = Argument("fault", "", 0, 0, "name of its row", text=True, most=24)
+_PARAMETER = Argument("parameter", "", 0, 0, "section.key, as in the configuration file", text=True, most=48)
 TABLE = (
     Command(1, "goto", (
         Argument("x_m", "m", -_FAR_M, _FAR_M, "east in the map frame"),
@@ -98,6 +101,12 @@ TABLE = (
     ), (*_READY, Mode.TELEOP, Mode.SAFE), "do not take a row's response for a while", "COMMAND_LOST 600"),
     Command(17, "time", (), _ALL, "report onboard time, and UTC where the rover knows it"),
     Command(18, "reboot", (), _STANDS, "end the flight program in a second; it comes up in STANDBY"),
+    Command(19, "param_list", (), _ALL, "send all parameters, their ranges and the changes made", sends="parameters"),
+    Command(20, "param_get", (_PARAMETER,), _ALL, "report a parameter", "motion.cruise_mps"),
+    Command(21, "param_set", (
+        _PARAMETER, Argument("value", "", 0, 0, "as in the configuration file", text=True, most=64),
+    ), (*_READY, Mode.TELEOP, Mode.SAFE), "change a parameter", "motion.cruise_mps 0.09"),
+    Command(22, "param_save", (), (*_READY, Mode.TELEOP, Mode.SAFE), "keep the parameters for the next start"),
 )
 _BY_NAME = {row.name: row for row in TABLE}
 _BY_ID = {row.id: row for row in TABLE}

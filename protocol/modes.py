@@ -128,6 +128,7 @@ EVENTS = (
     EventRow("FAULT_CLEARED", "info", "a row of the fault table is no longer active"),
     EventRow("FAULT_MASKED", "warning", "a row of the fault table is masked, or its mask has ended"),
     EventRow("MAP_CLEARED", "info", "the rover's own map is forgotten"),
+    EventRow("PARAMETER", "info", "a parameter was changed, or one that was kept is not taken"),
     EventRow("REBOOT", "warning", "the flight program ends and comes up anew"),
     EventRow("CAN", "warning", "what the CAN port or its controller says of itself has changed"),
     EventRow("LINK_REFUSED", "warning", "datagrams failed their checks; how many of which kind"),

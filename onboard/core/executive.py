@@ -1,7 +1,8 @@
 """The modes: who may do what, and which faults stop the rover.
 
 Orders come checked from the downlink; faults from the monitors; both only ever change the mode by `protocol.modes`.
-What moves the rover is `core.tasks`; orders that change no mode are obeyed by families: `core.masks`, `core.services`.
+What moves the rover is `core.tasks`; orders that change no mode are obeyed by families: `core.masks`, `core.services`,
+`core.parameter_orders`.
 """
 
 from __future__ import annotations
@@ -9,12 +10,12 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from onboard.config import Config
 from onboard.core.context import Context
 from onboard.core.downlink import Downlink
 from onboard.core.masks import Masks
 from onboard.core.mission import Mission
 from onboard.core.monitors import over_limit, words
+from onboard.core.parameter_orders import ParameterOrders
 from onboard.core.services import Services
 from onboard.core.tasks import Tasks
 from onboard.motion.wheel_health import Drive, Wheels
@@ -38,21 +39,21 @@ class Executive:
     """Owns the mode, the tasks and what the operator may order."""
 
     def __init__(
-        self, config: Config, gdem: Gdem | None, downlink: Downlink, memory: StopMap | None = None
+        self, parameters: ParameterOrders, gdem: Gdem | None, downlink: Downlink, memory: StopMap | None = None
     ) -> None:
-        self._config, self._downlink = config, downlink
+        self._parameters, self._downlink = parameters, downlink
         self.mode = next_mode(Mode.BOOT, "booted") or Mode.BOOT
         self.events: list[Event] = []
         self.active: tuple[str, ...] = ()
         self._of: Mapping[str, tuple[int, ...]] = {}
         self._reset_id: int | None = None
-        self.tasks = Tasks(config, (gdem, memory), downlink)
+        self.tasks = Tasks(parameters, (gdem, memory), downlink)
         self.tasks.change, self.tasks.tell = self._change, self._tell
         self.masks, self.services = Masks(downlink), Services(downlink, self.tasks)
         self._orders: Mapping[str, Callable[[Order, Context], None]] = {
             "stop": self._stop, "safe": self._safe, "resume": self._resume, "status": self._status,
             "emergency_stop": self._emergency_stop, "reset": self._reset,
-            **self.tasks.orders, **self.masks.orders, **self.services.orders,
+            **self.tasks.orders, **self.masks.orders, **self.services.orders, **parameters.orders,
         }  # fmt: skip
 
     @property
@@ -88,7 +89,7 @@ class Executive:
         self._answer(faults, ctx)
         self._follow_reset(ctx)
         self.services.step(ctx)
-        for family in (self.masks, self.services):
+        for family in (self.masks, self.services, self._parameters):
             self.events += family.events
             family.events.clear()
         ctx.held = self._any_active(Step.STOP)
@@ -128,7 +129,7 @@ class Executive:
 
     def _latches(self, row: Fault, ctx: Context) -> bool:
         if Step.DEGRADE in row.response:
-            return not (self._config.safety.degraded_drive and _can_go_on(ctx.wheels))
+            return not (self._parameters.config.safety.degraded_drive and _can_go_on(ctx.wheels))
         return Step.SAFE in row.response
 
     def _break_off(self, row: Fault, ctx: Context) -> None:

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from onboard.config import Config
 from onboard.core.context import Context
 from onboard.core.downlink import Downlink
 from onboard.core.errands import Survey, Tour
 from onboard.core.mission import MISSION_JOBS, MOVING, Mission
+from onboard.core.parameter_orders import ParameterOrders
 from onboard.core.teleop import Drive, Move, TurnTo
 from onboard.planning.plan_records import PlanResult
 from onboard.records import Gdem, Twist
@@ -27,8 +27,10 @@ class Tasks:
     change: hears each event of the mode table. tell: each event for the ground.
     """
 
-    def __init__(self, config: Config, maps: tuple[Gdem | None, StopMap | None], downlink: Downlink) -> None:
-        self._config, self._downlink = config, downlink
+    def __init__(
+        self, parameters: ParameterOrders, maps: tuple[Gdem | None, StopMap | None], downlink: Downlink
+    ) -> None:
+        self._parameters, self._downlink = parameters, downlink
         self._gdem, self.memory = maps
         self._from_orbit = self._gdem
         self.mission: Mission | None = None
@@ -106,18 +108,18 @@ class Tasks:
     def _goto(self, order: Order, ctx: Context) -> None:
         goal = (order.number("x_m"), order.number("y_m"))
         if self._may_go(order, (goal,)):
-            self._set_out(order, Mission(self._config, self._gdem, goal, self.memory), ctx)
+            self._set_out(order, Mission(self._parameters.config, self._gdem, goal, self.memory), ctx)
 
     def _tour(self, order: Order, ctx: Context) -> None:
         goals = order.points("goals_m")
         if self._may_go(order, goals):
-            self._set_out(order, Tour(self._config, self._gdem, goals, self.memory), ctx)
+            self._set_out(order, Tour(self._parameters.config, self._gdem, goals, self.memory), ctx)
 
     def _scan(self, order: Order, ctx: Context) -> None:
         pose = ctx.localisation.pose
         here = (pose.x_m, pose.y_m)
         if self._may_go(order, (here,)):
-            self._set_out(order, Survey(self._config, self._gdem, here, self.memory), ctx)
+            self._set_out(order, Survey(self._parameters.config, self._gdem, here, self.memory), ctx)
 
     def _may_go(self, order: Order, goals: tuple[tuple[float, float], ...]) -> bool:
         beyond = next(filter(None, (_beyond(self._gdem, goal) for goal in goals)), "")
@@ -132,7 +134,7 @@ class Tasks:
         self._downlink.report(order.request_id, State.STARTED, f"to {mission.goal[0]:.2f}, {mission.goal[1]:.2f}")
 
     def _turn(self, order: Order, ctx: Context) -> None:
-        self._set_moving(order, TurnTo(self._config, order.number("heading_rad")), ctx)
+        self._set_moving(order, TurnTo(self._parameters.config, order.number("heading_rad")), ctx)
 
     def _drive(self, order: Order, ctx: Context) -> None:
         twist = Twist(order.number("vx_mps"), order.number("vy_mps"), order.number("yaw_radps"))

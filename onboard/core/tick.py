@@ -9,7 +9,8 @@ from __future__ import annotations
 
 import hashlib
 from array import array
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 from onboard.config import Config
@@ -18,6 +19,7 @@ from onboard.core.downlink import Downlink
 from onboard.core.executive import Executive
 from onboard.core.jobs import JobBook
 from onboard.core.monitors import Watched, active_faults
+from onboard.core.parameter_orders import KEPT, ParameterOrders
 from onboard.core.telemetry import View
 from onboard.core.wheel_watch.seen import Seen
 from onboard.core.wheel_watch.watch import WheelWatch
@@ -26,7 +28,7 @@ from onboard.devices.nodes import Nodes
 from onboard.motion.kinematics import stopped, wheel_commands
 from onboard.motion.wheel_health import SOUND, Wheels
 from onboard.perception.localisation import Localisation
-from onboard.records import Event, Gdem, ImuSample, Inputs, Outputs, Twist, WheelCommand, WheelMode, WheelState
+from onboard.records import Event, Gdem, ImuSample, Inputs, Outputs, Save, Twist, WheelCommand, WheelMode, WheelState
 from protocol.conventions import TICK_NS
 from protocol.faults import BY_NAME
 from protocol.modes import Mode
@@ -38,15 +40,21 @@ WHEEL_TICKS = 2  # 50 Hz wheel commands
 
 
 class Rover:
-    """Everything the core owns. One owner each; nothing is shared. memory: a map kept from an earlier run."""
+    """Everything the core owns. One owner each; nothing is shared.
 
-    def __init__(self, config: Config, gdem: Gdem | None, memory: StopMap | None = None) -> None:
-        self.config = config
+    memory: a map kept from an earlier run; kept: what else was, by the name under which it was saved.
+    """
+
+    def __init__(
+        self, config: Config, gdem: Gdem | None, memory: StopMap | None = None,
+        kept: Mapping[str, bytes] = MappingProxyType({}),
+    ) -> None:
         self.lidar = LidarSession(config.lidar)
         self.nodes = Nodes(config.rover, config.can)
         self.localisation = Localisation(config.rover, config.localisation)
         self.downlink = Downlink(config.link)
-        self.executive = Executive(config, gdem, self.downlink, memory)
+        self.parameters = ParameterOrders(config, kept.get(KEPT, b""), self.downlink)
+        self.executive = Executive(self.parameters, gdem, self.downlink, memory)
         self.jobs = JobBook()
         self.orders: tuple[WheelCommand, ...] = (WheelCommand(WheelMode.HOLD, 0.0, 0.0),) * 4
         self.watch = WheelWatch(config.rover)
@@ -55,12 +63,18 @@ class Rover:
         self.steering_held = False
         self.worst_tick_ns = 0
 
+    @property
+    def config(self) -> Config:
+        """As the operator's parameters have it now."""
+        return self.parameters.config
+
 
 def tick(rover: Rover, inputs: Inputs) -> Outputs:
     """One tick of 10 ms: what the outside said in, what the rover does out."""
     now_ns = inputs.now_ns
     scans = rover.lidar.receive(inputs.lidar_chunks, inputs.lidar_state, now_ns)
     rover.nodes.receive(inputs.can_frames, now_ns, inputs.can)
+    rover.parameters.receive(inputs.saved)
     orders = rover.downlink.receive(inputs.link_messages, now_ns)
     taken = rover.jobs.take(inputs.jobs, inputs.tick)
 
@@ -90,6 +104,7 @@ def tick(rover: Rover, inputs: Inputs) -> Outputs:
         lidar_connect=rover.lidar.wants_connect(now_ns),
         link_payloads=rover.downlink.send(now_ns),
         jobs=rover.jobs.outgoing(),
+        saves=_saves(rover),
         events=events,
         pose=(pose.x_m, pose.y_m, pose.z_m, pose.roll_rad, pose.pitch_rad, pose.yaw_rad),
         reboot=rover.executive.services.reboot_due(now_ns),
@@ -109,6 +124,12 @@ def darken(rover: Rover, inputs: Inputs) -> Outputs | None:
     if rover.lidar.dark:
         return None
     return Outputs(lidar_bytes=rover.lidar.send(inputs.now_ns))
+
+
+def _saves(rover: Rover) -> tuple[Save, ...]:
+    saves = tuple(rover.parameters.saves)
+    rover.parameters.saves.clear()
+    return saves
 
 
 def _watched(rover: Rover, inputs: Inputs) -> Watched:
@@ -182,5 +203,6 @@ def _digest(rover: Rover) -> bytes:
         rover.executive.mode, rover.executive.phase, *rover.twist, rover.steering_held,
         *rover.localisation.digest_items(), *rover.watch.digest_items(), *rover.lidar.digest_items(),
         *rover.nodes.digest_items(), *rover.downlink.digest_items(), *rover.executive.masks.digest_items(),
+        *rover.parameters.digest_items(),
     )
     return hashlib.blake2b(array("d", items), digest_size=8).digest()

@@ -93,6 +93,11 @@ def save(folder: Path, tile: Tile) -> None:
     free = shutil.disk_usage(folder).free
     if free < FREE_BYTES + len(data):
         raise OSError(f"{free >> 20} MB are free on the disk, and {FREE_BYTES >> 20} MB are to stay free")
+    write_whole(path, data)
+
+
+def write_whole(path: Path, data: bytes) -> None:
+    """After a crash at any time the file holds what it held or `data`, whole. Raises OSError."""
     temporary = path.with_suffix(TEMPORARY)
     try:
         with temporary.open("wb") as file:
@@ -103,7 +108,7 @@ def save(folder: Path, tile: Tile) -> None:
     except OSError:
         temporary.unlink(missing_ok=True)
         raise
-    _force(folder)
+    _force(path.parent)
 
 
 def _force(folder: Path) -> None:

@@ -7,10 +7,12 @@ Each channel is one MCAP topic with one message for each tick in which it has so
                 kind 9 x u32, then the error's words
     /in/can     per frame: stamp_ns i64, id u16, length u8, data
     /in/lidar   per chunk: rx_ns i64, length u32, data
+    /in/disk    per result of a save: name length u8, error length u8, both
     /in/link    per message: rx_ns i64, accepted u8, station u8, kind u8, verdict length u8, payload length u16, both
-    /out/tick   state digest 8 B, CRC-32 of the five input messages (5 x u32), connect u8 (1 LIDAR, 2 CAN, 4 reboot),
+    /out/tick   state digest 8 B, CRC-32 of the six input messages (6 x u32), connect u8 (1 LIDAR, 2 CAN, 4 reboot),
                 then ids (u32) of new jobs
     /out/can    per frame: id u16, length u8, data          /out/lidar   bytes
+    /out/disk   per save: name length u8, data length u32, both
     /out/link   per payload: kind u8, length u16, data      /out/event   JSON      /out/pose   6 x f64
 """
 
@@ -20,20 +22,21 @@ import json
 import struct
 import zlib
 
-from onboard.records import BusStatus, BusTrouble, Chunk, Frame, Health, Inputs, LinkMessage, Outputs, PortState
+from onboard.records import BusStatus, BusTrouble, Chunk, Frame, Health, Inputs, LinkMessage, Outputs, PortState, Saved
 
 _TICK = struct.Struct("<QqBB5q")
 _BUS = struct.Struct(f"<BII{len(BusTrouble)}I")
-_CHECKS = struct.Struct("<5I")
+_CHECKS = struct.Struct("<6I")
 _FRAME_IN = struct.Struct("<qHB")
 _CHUNK = struct.Struct("<qI")
 _MESSAGE = struct.Struct("<qBBBBH")
 _FRAME_OUT = struct.Struct("<HB")
 _PAYLOAD = struct.Struct("<BH")
+_SAVED, _SAVE = struct.Struct("<BB"), struct.Struct("<BI")
 _POSE = struct.Struct("<6d")
 
-INPUTS = ("/in/tick", "/in/bus", "/in/can", "/in/lidar", "/in/link")
-OUTPUTS = ("/out/tick", "/out/can", "/out/lidar", "/out/link", "/out/event", "/out/pose")
+INPUTS = ("/in/tick", "/in/bus", "/in/can", "/in/lidar", "/in/link", "/in/disk")
+OUTPUTS = ("/out/tick", "/out/can", "/out/lidar", "/out/link", "/out/event", "/out/pose", "/out/disk")
 
 
 def encode_inputs(inputs: Inputs) -> dict[str, bytes]:
@@ -57,6 +60,9 @@ def encode_inputs(inputs: Inputs) -> dict[str, bytes]:
             + m.verdict.encode() + m.payload
             for m in inputs.link_messages
         )
+    if inputs.saved:
+        pairs = [(name.encode(), error.encode()[:255]) for name, error in inputs.saved]
+        messages["/in/disk"] = b"".join(_SAVED.pack(len(name), len(error)) + name + error for name, error in pairs)
     return messages
 
 
@@ -70,7 +76,7 @@ def decode_inputs(messages: dict[str, bytes]) -> tuple[Inputs, tuple[int, ...]]:
         can_frames=_frames(messages.get("/in/can", b"")), can=_bus(messages.get("/in/bus", b"")),
         lidar_chunks=_chunks(messages.get("/in/lidar", b"")), lidar_state=PortState(lidar_state),
         link_messages=_link(messages.get("/in/link", b"")), link_state=PortState(link_state),
-        health=Health(*health),
+        health=Health(*health), saved=_saved(messages.get("/in/disk", b"")),
     )
     return inputs, ids
 
@@ -118,6 +124,16 @@ def _link(raw: bytes) -> tuple[LinkMessage, ...]:
     return tuple(found)
 
 
+def _saved(raw: bytes) -> tuple[Saved, ...]:
+    found, at = [], 0
+    while at < len(raw):
+        name, error = _SAVED.unpack_from(raw, at)
+        at += _SAVED.size
+        found.append(Saved(raw[at : at + name].decode(), raw[at + name : at + name + error].decode(errors="replace")))
+        at += name + error
+    return tuple(found)
+
+
 def encode_outputs(outputs: Outputs, inputs: dict[str, bytes]) -> dict[str, bytes]:
     """Topic -> message of one tick's outputs; /out/tick guards the inputs it was computed from."""
     checks = _CHECKS.pack(*(zlib.crc32(inputs.get(topic, b"")) for topic in INPUTS))
@@ -137,6 +153,10 @@ def encode_outputs(outputs: Outputs, inputs: dict[str, bytes]) -> dict[str, byte
     if outputs.events:
         rows = [{"now_ns": e.now_ns, "severity": e.severity, "name": e.name, "text": e.text} for e in outputs.events]
         messages["/out/event"] = json.dumps(rows).encode()
+    if outputs.saves:
+        messages["/out/disk"] = b"".join(
+            _SAVE.pack(len(name.encode()), len(data)) + name.encode() + data for name, data in outputs.saves
+        )
     messages["/out/pose"] = _POSE.pack(*outputs.pose)
     return messages
 

@@ -15,6 +15,7 @@ from onboard.records import (
     LinkMessage,
     Outputs,
     PortState,
+    Saved,
 )
 
 TIMES = st.integers(0, 2**50)
@@ -33,6 +34,8 @@ INPUTS = st.builds(
                   st.integers(0, 5), st.binary(max_size=50)), max_size=3).map(tuple),
     link_state=STATES,
     health=st.builds(Health, TIMES, TIMES, TIMES, TIMES, TIMES),
+    saved=st.lists(st.builds(Saved, st.sampled_from(["parameters", "fences"]), st.text(max_size=50)), max_size=3).map(
+        tuple),
 )
 
 

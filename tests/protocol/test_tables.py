@@ -72,11 +72,11 @@ def test_points_cross_the_wire_to_half_a_millimetre(points):
 
 
 def test_what_a_person_types_is_read_by_the_row_angles_in_degrees():
-    assert commands.parse("faults mask NODE_LOST 60".split()) == (
+    assert commands.parse(["faults", "mask", "NODE_LOST", "60"]) == (
         "faults_mask", {"fault": "NODE_LOST", "lasting_s": 60.0})
-    assert commands.parse("emergency-stop".split()) == ("emergency_stop", {})
-    assert commands.parse("drive 0.1 0 -5 20 1".split())[1]["yaw_radps"] == pytest.approx(-math.radians(5))
-    assert commands.parse("mission 1 2 -3 -4".split())[1]["goals_m"] == (1.0, 2.0, -3.0, -4.0)
+    assert commands.parse(["emergency-stop"]) == ("emergency_stop", {})
+    assert commands.parse(["drive", "0.1", "0", "-5", "20", "1"])[1]["yaw_radps"] == pytest.approx(-math.radians(5))
+    assert commands.parse(["mission", "1", "2", "-3", "-4"])[1]["goals_m"] == (1.0, 2.0, -3.0, -4.0)
 
 
 @pytest.mark.parametrize(("line", "words"), [
