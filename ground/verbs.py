@@ -24,6 +24,7 @@ Start = Annotated[float, typer.Option("--start", min=0, metavar="S",
                                       help="Begin no earlier than this onboard time; 0: at once.")]
 FAMILY_HELP = {
     "faults": "The fault table: what is active, what is masked.", "map": "The rover's own map.",
+    "fence": "Keep-outs, which the rover never enters, and fences within which goals lie.",
     "param": "Parameters: what may be changed in flight, and who changed it.",
 }  # fmt: skip
 _LONG_S, _SHORT_S = 0.0, 60.0
@@ -69,12 +70,12 @@ def _verb(row: Command, run: Run) -> Callable[..., None]:
 
 
 def _parameter(argument: Argument, last: bool) -> inspect.Parameter:
-    kind: Any = list[str] if argument.takes_rest and last else str if argument.required else str | None
+    kind: Any = list[str] if argument.takes_rest and last else str
     told = f"{argument.meaning[0].upper()}{argument.meaning[1:]}; {_degrees(argument)}."
     about = typer.Argument(metavar=typed(argument), help=told)
     default = inspect.Parameter.empty if argument.required else None
     return inspect.Parameter(argument.name, inspect.Parameter.KEYWORD_ONLY, default=default,
-                             annotation=Annotated[kind, about])
+                             annotation=Annotated[kind if argument.required else kind | None, about])
 
 
 def _degrees(argument: Argument) -> str:

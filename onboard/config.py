@@ -255,6 +255,8 @@ class Safety:
 
     command_lost_ns: int = value(300_000_000_000, "no authenticated contact: finish the leg, then STANDBY",
                                  low=1e9, high=1e14)
+    command_lost: str = value("standby", "and what then: stand by, or return to the start along the driven way",
+                              one_of=("standby", "return"))
     tilt_limit_rad: float = value(28 * RAD, "roll or pitch that stops the rover", low=0.1, high=1)
     pose_sigma_m: float = value(0.25, "1 sigma of the place at which the rover stops and looks", low=0.01, high=10)
     heading_sigma_rad: float = value(4 * RAD, "likewise of the heading", low=0.01, high=1)

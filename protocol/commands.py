@@ -56,7 +56,7 @@ class Command:
         return any(way.event == self.name and way.next in runs for way in TRANSITIONS)
 
 
-FAMILIES = ("map", "faults", "param")
+FAMILIES = ("map", "faults", "param", "fence")
 _ALL = tuple(Mode)
 _STANDS = (Mode.STANDBY, Mode.SAFE)
 _READY = (Mode.STANDBY, Mode.AUTONOMOUS)
@@ -107,6 +107,16 @@ TABLE = (
         _PARAMETER, Argument("value", "", 0, 0, "as in the configuration file", text=True, most=64),
     ), (*_READY, Mode.TELEOP, Mode.SAFE), "change a parameter", "motion.cruise_mps 0.09"),
     Command(22, "param_save", (), (*_READY, Mode.TELEOP, Mode.SAFE), "keep the parameters for the next start"),
+    Command(23, "fence_add", (
+        Argument("fence", "", 0, 0, "its name; one of the same name is replaced", text=True, most=16),
+        Argument("kind", "", 0, 0, "keep_out: never entered; goal: goals lie within", choices=("keep_out", "goal")),
+        Argument("corners_m", "m", -_FAR_M, _FAR_M, "east and north of each", most=16, least=3),
+    ), _ALL, "put a fence in force", "pit keep_out 2 1 4 1 4 3 2 3"),
+    Command(24, "fence_clear", (
+        Argument("fence", "", 0, 0, "its name; left out: all", required=False, text=True, most=16),
+    ), _ALL, "take a fence out of force", "pit"),
+    Command(25, "fence_list", (), _ALL, "send the fences that are in force", sends="fences"),
+    Command(26, "return", (), _READY, "drive back to the start along the way that was driven"),
 )
 _BY_NAME = {row.name: row for row in TABLE}
 _BY_ID = {row.id: row for row in TABLE}

@@ -92,6 +92,8 @@ FAULTS = (
           (Step.STOP, Step.BACK_OFF, Step.REPORT), latched=False, tries=20),
     Fault(22, "POSE_UNSURE", "1 sigma of the pose over the limit in a mission", 0.12, (Step.LOOK, Step.REPORT),
           latched=False, maskable=True),
+    Fault(39, "KEEP_OUT", "the rover's outline touches a keep-out fence", 0.02,
+          (Step.BACK_OFF, Step.REPORT), latched=False, tries=3),
     Fault(24, "NODE_FOREIGN", "a node's heartbeat carries another DBC version", 0.02,
           (Step.STOP, Step.SAFE, Step.REPORT), latched=True),
     Fault(25, "NODE_TWICE", "two nodes send under one id: two alive counters interleave", 1.0,

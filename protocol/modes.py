@@ -1,7 +1,7 @@
 """TABLE of modes, phases, events and transitions: the one place where they are listed.
 
-    BOOT --booted--> STANDBY --goto, mission, scan--> AUTONOMOUS --arrived, scanned, failed, stop, link_lost--> STANDBY
-                        |  \\-----turn, drive-------> TELEOP -----moved, failed, stop-----------------------> STANDBY
+    BOOT --booted--> STANDBY --goto, mission, return, scan--> AUTONOMOUS --arrived, scanned, failed, stop--> STANDBY
+                        |  \\--------- turn, drive ------> TELEOP --------- moved, failed, stop ---------> STANDBY
                         +---- safe, fault (from everywhere) -----> SAFE --resume--> STANDBY
                         +---- emergency_stop (from everywhere) --> ESTOP (latched) --reset--> STANDBY
 """
@@ -73,6 +73,9 @@ TRANSITIONS = (
     Transition(_A, "goto", _A, "the goal is replaced; the rover stops and scans"),
     Transition(_S, "mission", _A, "to the first of several goals"),
     Transition(_A, "mission", _A, _NEW),
+    Transition(_S, "return", _A, "back to the start of the run"),
+    Transition(_A, "return", _A, _NEW),
+    Transition(_A, "returned", _S, "the rover is back at the start of the run"),
     Transition(_S, "scan", _A, "one scan, for the map"),
     Transition(_A, "scanned", _S, "the scan is in the map"),
     Transition(_S, "turn", _T, "a turn on the spot"),
@@ -122,12 +125,14 @@ EVENTS = (
     EventRow("DECISION", "info", "the mission rule chose, with its reason"),
     EventRow("HAZARD", "warning", "what the drive guard has seen, and where"),
     EventRow("ARRIVED", "info", "the goal is reached"),
+    EventRow("RETURNED", "info", "the rover is back at the start of the run"),
     EventRow("SCANNED", "info", "the scan that was asked for is in the map"),
     EventRow("FAILED", "error", "the mission ended without reaching the goal"),
     EventRow("FAULT", "warning", "a row of the fault table became active"),
     EventRow("FAULT_CLEARED", "info", "a row of the fault table is no longer active"),
     EventRow("FAULT_MASKED", "warning", "a row of the fault table is masked, or its mask has ended"),
     EventRow("MAP_CLEARED", "info", "the rover's own map is forgotten"),
+    EventRow("FENCE", "info", "a fence was added or cleared, or those kept cannot be read"),
     EventRow("PARAMETER", "info", "a parameter was changed, or one that was kept is not taken"),
     EventRow("REBOOT", "warning", "the flight program ends and comes up anew"),
     EventRow("CAN", "warning", "what the CAN port or its controller says of itself has changed"),

@@ -11,6 +11,7 @@ from onboard.devices.lidar import LidarSession
 from onboard.devices.nodes import Nodes
 from onboard.motion.wheel_health import SOUND, Wheels
 from onboard.perception.localisation import Localisation
+from onboard.planning.fences import Fence
 from onboard.records import Scan
 
 
@@ -29,5 +30,6 @@ class Context:
     held: bool
     wheels: Wheels = SOUND
     found: Mapping[str, tuple[int, ...]] = field(default_factory=dict)  # fault -> the wheels it was found of
+    fences: tuple[Fence, ...] = ()
     utc_ns: int = 0  # 0: not known
     judge_anew: list[str] = field(default_factory=list)  # rows whose findings are to be forgotten after this tick

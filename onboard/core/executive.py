@@ -2,7 +2,7 @@
 
 Orders come checked from the downlink; faults from the monitors; both only ever change the mode by `protocol.modes`.
 What moves the rover is `core.tasks`; orders that change no mode are obeyed by families: `core.masks`, `core.services`,
-`core.parameter_orders`.
+`core.parameter_orders`, `core.fence_orders`.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 from onboard.core.context import Context
 from onboard.core.downlink import Downlink
+from onboard.core.fence_orders import FenceOrders
 from onboard.core.masks import Masks
 from onboard.core.mission import Mission
 from onboard.core.monitors import over_limit, words
@@ -39,9 +40,11 @@ class Executive:
     """Owns the mode, the tasks and what the operator may order."""
 
     def __init__(
-        self, parameters: ParameterOrders, gdem: Gdem | None, downlink: Downlink, memory: StopMap | None = None
+        self, kept: tuple[ParameterOrders, FenceOrders], gdem: Gdem | None, downlink: Downlink,
+        memory: StopMap | None = None,
     ) -> None:
-        self._parameters, self._downlink = parameters, downlink
+        parameters, fences = kept
+        self._parameters, self._fences, self._downlink = parameters, fences, downlink
         self.mode = next_mode(Mode.BOOT, "booted") or Mode.BOOT
         self.events: list[Event] = []
         self.active: tuple[str, ...] = ()
@@ -54,6 +57,7 @@ class Executive:
             "stop": self._stop, "safe": self._safe, "resume": self._resume, "status": self._status,
             "emergency_stop": self._emergency_stop, "reset": self._reset,
             **self.tasks.orders, **self.masks.orders, **self.services.orders, **parameters.orders,
+            **fences.orders,
         }  # fmt: skip
 
     @property
@@ -89,7 +93,7 @@ class Executive:
         self._answer(faults, ctx)
         self._follow_reset(ctx)
         self.services.step(ctx)
-        for family in (self.masks, self.services, self._parameters):
+        for family in (self.masks, self.services, self._parameters, self._fences):
             self.events += family.events
             family.events.clear()
         ctx.held = self._any_active(Step.STOP)

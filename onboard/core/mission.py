@@ -219,6 +219,7 @@ class Mission:
                               config.drive_guard),
             trail=self._way.trail,
             blocked_m=self.memory.blocked_m,
+            fences=ctx.fences,
         )
         ctx.jobs.submit("plan", (request,), ctx.tick + self._config.jobs.plan_ticks)
         self.phase = Phase.PLANNING

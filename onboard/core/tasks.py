@@ -8,9 +8,12 @@ from typing import TYPE_CHECKING
 from onboard.core.context import Context
 from onboard.core.downlink import Downlink
 from onboard.core.errands import Survey, Tour
+from onboard.core.going_back import GoBack
 from onboard.core.mission import MISSION_JOBS, MOVING, Mission
 from onboard.core.parameter_orders import ParameterOrders
 from onboard.core.teleop import Drive, Move, TurnTo
+from onboard.core.track import Track
+from onboard.planning.fences import Point, goal_refused
 from onboard.planning.plan_records import PlanResult
 from onboard.records import Gdem, Twist
 from protocol.transactions import Order, State
@@ -37,12 +40,13 @@ class Tasks:
         self.move: Move | None = None
         self.latest: PlanResult | None = None
         self.standby_after_leg = False
+        self.track = Track()
         self.change: Say = _nobody
         self.tell: Say = _nobody
         self._id: int | None = None  # request of the mission or move that runs
         self.orders = {
             "goto": self._goto, "mission": self._tour, "scan": self._scan, "turn": self._turn, "drive": self._drive,
-            "map_clear": self._map_clear,
+            "map_clear": self._map_clear, "return": self._return,
         }  # fmt: skip
 
     @property
@@ -52,6 +56,7 @@ class Tasks:
 
     def step(self, ctx: Context) -> Twist:
         """One tick of what runs: the twist that is wanted."""
+        self.track.note(ctx.localisation.pose)
         if self.move is not None:
             twist = self.move.step(ctx)
             self._follow_move(self.move, ctx)
@@ -59,7 +64,10 @@ class Tasks:
         if self.mission is None or not self.in_mission:
             return Twist()
         was = self.mission.phase
+        before = ctx.localisation.pose
         twist = self.mission.step(ctx)
+        if ctx.localisation.pose != before:  # registered
+            self.track.correct(ctx.localisation.pose)
         if self.mission.phase is not was:
             self.tell("PHASE", ctx, f"{self.mission.phase.name} at stop {self.mission.stop}")
         self._follow_mission(self.mission, ctx)
@@ -100,29 +108,48 @@ class Tasks:
             self.change(event, ctx, reason)
         elif self.standby_after_leg and mission.phase not in MOVING:
             self.standby_after_leg = False
-            self.cancel(ctx, State.FAILED, "no authenticated contact: leg finished, standing by")
+            self._lost(mission, ctx)
+
+    def _lost(self, mission: Mission, ctx: Context) -> None:
+        """No contact, and the leg is finished: what `safety.command_lost` says. A way back goes on."""
+        if isinstance(mission, GoBack):
+            return
+        back = self._parameters.config.safety.command_lost == "return"
+        then = "returning" if back else "standing by"
+        self.cancel(ctx, State.FAILED, f"no authenticated contact: leg finished, {then}")
+        if back:
+            self.mission = self._way_back()
+            self.tell("DECISION", ctx, "no authenticated contact: back to the start along the driven way")
+        else:
             self.change("link_lost", ctx, "no authenticated contact")
+
+    def _way_back(self) -> GoBack:
+        return GoBack(self._parameters.config, self._gdem, self.track.back(), self.memory)
 
     # -- orders ------------------------------------------------------------------------------------------------
 
     def _goto(self, order: Order, ctx: Context) -> None:
         goal = (order.number("x_m"), order.number("y_m"))
-        if self._may_go(order, (goal,)):
+        if self._may_go(order, (goal,), ctx):
             self._set_out(order, Mission(self._parameters.config, self._gdem, goal, self.memory), ctx)
 
     def _tour(self, order: Order, ctx: Context) -> None:
         goals = order.points("goals_m")
-        if self._may_go(order, goals):
+        if self._may_go(order, goals, ctx):
             self._set_out(order, Tour(self._parameters.config, self._gdem, goals, self.memory), ctx)
 
     def _scan(self, order: Order, ctx: Context) -> None:
         pose = ctx.localisation.pose
         here = (pose.x_m, pose.y_m)
-        if self._may_go(order, (here,)):
+        if self._may_go(order, (here,), ctx, fenced=False):
             self._set_out(order, Survey(self._parameters.config, self._gdem, here, self.memory), ctx)
 
-    def _may_go(self, order: Order, goals: tuple[tuple[float, float], ...]) -> bool:
-        beyond = next(filter(None, (_beyond(self._gdem, goal) for goal in goals)), "")
+    def _return(self, order: Order, ctx: Context) -> None:
+        self._set_out(order, self._way_back(), ctx)
+
+    def _may_go(self, order: Order, goals: tuple[Point, ...], ctx: Context, fenced: bool = True) -> bool:
+        fences = ctx.fences if fenced else ()
+        beyond = next(filter(None, (_beyond(self._gdem, goal) or goal_refused(fences, goal) for goal in goals)), "")
         if beyond:
             self._downlink.report(order.request_id, State.FAILED, beyond)
         return not beyond

@@ -14,9 +14,11 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 from onboard.config import Config
+from onboard.core import fence_orders
 from onboard.core.context import Context
 from onboard.core.downlink import Downlink
 from onboard.core.executive import Executive
+from onboard.core.fence_orders import FenceOrders
 from onboard.core.jobs import JobBook
 from onboard.core.monitors import Watched, active_faults
 from onboard.core.parameter_orders import KEPT, ParameterOrders
@@ -28,6 +30,7 @@ from onboard.devices.nodes import Nodes
 from onboard.motion.kinematics import stopped, wheel_commands
 from onboard.motion.wheel_health import SOUND, Wheels
 from onboard.perception.localisation import Localisation
+from onboard.planning.fences import entered
 from onboard.records import Event, Gdem, ImuSample, Inputs, Outputs, Save, Twist, WheelCommand, WheelMode, WheelState
 from protocol.conventions import TICK_NS
 from protocol.faults import BY_NAME
@@ -54,7 +57,8 @@ class Rover:
         self.localisation = Localisation(config.rover, config.localisation)
         self.downlink = Downlink(config.link)
         self.parameters = ParameterOrders(config, kept.get(KEPT, b""), self.downlink)
-        self.executive = Executive(self.parameters, gdem, self.downlink, memory)
+        self.fences = FenceOrders(bool(config.state.folder), kept.get(fence_orders.KEPT, b""), self.downlink)
+        self.executive = Executive((self.parameters, self.fences), gdem, self.downlink, memory)
         self.jobs = JobBook()
         self.orders: tuple[WheelCommand, ...] = (WheelCommand(WheelMode.HOLD, 0.0, 0.0),) * 4
         self.watch = WheelWatch(config.rover)
@@ -74,7 +78,8 @@ def tick(rover: Rover, inputs: Inputs) -> Outputs:
     now_ns = inputs.now_ns
     scans = rover.lidar.receive(inputs.lidar_chunks, inputs.lidar_state, now_ns)
     rover.nodes.receive(inputs.can_frames, now_ns, inputs.can)
-    rover.parameters.receive(inputs.saved)
+    for family in (rover.parameters, rover.fences):
+        family.receive(inputs.saved)
     orders = rover.downlink.receive(inputs.link_messages, now_ns)
     taken = rover.jobs.take(inputs.jobs, inputs.tick)
 
@@ -87,7 +92,8 @@ def tick(rover: Rover, inputs: Inputs) -> Outputs:
 
     context = Context(
         inputs.tick, now_ns, scans, rover.lidar, rover.nodes, rover.localisation, rover.jobs, taken, held=False,
-        wheels=rover.wheels, found=rover.watch.faults, utc_ns=inputs.health.utc_ns,
+        wheels=rover.wheels, found=rover.watch.faults, fences=rover.fences.fences,
+        utc_ns=inputs.health.utc_ns,
     )  # fmt: skip
     rover.twist = rover.executive.step(orders, faults, context)
     for name in context.judge_anew:
@@ -127,8 +133,9 @@ def darken(rover: Rover, inputs: Inputs) -> Outputs | None:
 
 
 def _saves(rover: Rover) -> tuple[Save, ...]:
-    saves = tuple(rover.parameters.saves)
+    saves = (*rover.parameters.saves, *rover.fences.saves)
     rover.parameters.saves.clear()
+    rover.fences.saves.clear()
     return saves
 
 
@@ -136,7 +143,8 @@ def _watched(rover: Rover, inputs: Inputs) -> Watched:
     return Watched(
         inputs.now_ns, rover.config, rover.lidar, rover.nodes, rover.localisation.pose, rover.localisation.sigma,
         rover.downlink.last_contact_ns, rover.jobs.overdue_ticks(inputs.tick), rover.executive.in_mission,
-        rover.executive.hazard, rover.watch.faults,
+        rover.executive.hazard,
+        entered(rover.fences.fences, rover.localisation.pose, rover.config.rover), rover.watch.faults,
     )
 
 
@@ -203,6 +211,6 @@ def _digest(rover: Rover) -> bytes:
         rover.executive.mode, rover.executive.phase, *rover.twist, rover.steering_held,
         *rover.localisation.digest_items(), *rover.watch.digest_items(), *rover.lidar.digest_items(),
         *rover.nodes.digest_items(), *rover.downlink.digest_items(), *rover.executive.masks.digest_items(),
-        *rover.parameters.digest_items(),
+        *rover.parameters.digest_items(), *rover.fences.digest_items(), len(rover.executive.tasks.track),
     )
     return hashlib.blake2b(array("d", items), digest_size=8).digest()
