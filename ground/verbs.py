@@ -25,6 +25,7 @@ Start = Annotated[float, typer.Option("--start", min=0, metavar="S",
 FAMILY_HELP = {
     "faults": "The fault table: what is active, what is masked.", "map": "The rover's own map.",
     "fence": "Keep-outs, which the rover never enters, and fences within which goals lie.",
+    "sequence": "Steps that the rover does one after the other by itself.",
     "param": "Parameters: what may be changed in flight, and who changed it.",
 }  # fmt: skip
 _LONG_S, _SHORT_S = 0.0, 60.0

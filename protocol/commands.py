@@ -56,12 +56,13 @@ class Command:
         return any(way.event == self.name and way.next in runs for way in TRANSITIONS)
 
 
-FAMILIES = ("map", "faults", "param", "fence")
+FAMILIES = ("map", "faults", "param", "fence", "sequence")
 _ALL = tuple(Mode)
 _STANDS = (Mode.STANDBY, Mode.SAFE)
 _READY = (Mode.STANDBY, Mode.AUTONOMOUS)
 _TELEOP = (Mode.STANDBY, Mode.TELEOP)
 _FAULT = Argument("fault", "", 0, 0, "name of its row", text=True, most=24)
+_SEQUENCE = Argument("sequence", "", 0, 0, "its name", text=True, most=16)
 _PARAMETER = Argument("parameter", "", 0, 0, "section.key, as in the configuration file", text=True, most=48)
 TABLE = (
     Command(1, "goto", (
@@ -69,7 +70,7 @@ TABLE = (
         Argument("y_m", "m", -_FAR_M, _FAR_M, "north in the map frame"),
         Argument("heading_rad", "rad", -math.pi, math.pi, "final yaw; left out: any", required=False),
     ), _READY, "drive to a place by itself", "12 3"),
-    Command(2, "stop", (), _ALL, "end all motion; AUTONOMOUS and TELEOP become STANDBY"),
+    Command(2, "stop", (), _ALL, "end all motion; AUTONOMOUS, TELEOP and SEQUENCE become STANDBY"),
     Command(3, "safe", (), _ALL, "go to SAFE"),
     Command(4, "resume", (), (Mode.SAFE,), "leave SAFE for STANDBY"),
     Command(5, "status", (), _ALL, "report mode, phase and pose"),
@@ -117,6 +118,14 @@ TABLE = (
     ), _ALL, "take a fence out of force", "pit"),
     Command(25, "fence_list", (), _ALL, "send the fences that are in force", sends="fences"),
     Command(26, "return", (), _READY, "drive back to the start along the way that was driven"),
+    Command(27, "sequence_upload", (
+        _SEQUENCE, Argument("number", "", 1.0, 32.0, "of the step, from 1"),
+        Argument("line", "", 0, 0, "the step, as protocol.sequences has it", text=True, most=100),
+    ), _ALL, "one step of a sequence", "survey 1 after 5 or continue goto 3 1"),
+    Command(28, "sequence_clear", (_SEQUENCE,), (*_READY, Mode.SAFE), "forget a sequence", "survey"),
+    Command(29, "sequence_check", (_SEQUENCE,), _ALL, "send what each step would do", "survey", sends="sequence"),
+    Command(30, "sequence_run", (_SEQUENCE,), (Mode.STANDBY,), "run a sequence", "survey"),
+    Command(31, "sequence_abort", (), (Mode.SEQUENCE,), "end the sequence and what it does"),
 )
 _BY_NAME = {row.name: row for row in TABLE}
 _BY_ID = {row.id: row for row in TABLE}

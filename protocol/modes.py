@@ -21,6 +21,7 @@ class Mode(IntEnum):
     SAFE = 3
     ESTOP = 4
     TELEOP = 5
+    SEQUENCE = 6
 
 
 class Phase(IntEnum):
@@ -52,6 +53,7 @@ TABLE = (
     ModeRow(Mode.SAFE, "hold", "a fault or the operator ended all motion; resume returns to STANDBY"),
     ModeRow(Mode.ESTOP, "off", "latched; only reset leaves it"),
     ModeRow(Mode.TELEOP, "run", "a move of the operator's, with its bounds; no map is asked"),
+    ModeRow(Mode.SEQUENCE, "run", "steps that were uploaded, one after the other; what they move is part of it"),
 )
 
 
@@ -65,6 +67,7 @@ class Transition(NamedTuple):
 
 
 _B, _S, _A, _F, _E, _T = Mode.BOOT, Mode.STANDBY, Mode.AUTONOMOUS, Mode.SAFE, Mode.ESTOP, Mode.TELEOP
+_Q = Mode.SEQUENCE
 _NEW = "what it was about is replaced; the rover stops first"
 _ENDED = "a response of the fault table ended in SAFE"
 TRANSITIONS = (
@@ -93,10 +96,16 @@ TRANSITIONS = (
     Transition(_B, "safe", _F, "by command"),
     Transition(_S, "safe", _F, "by command"),
     Transition(_A, "safe", _F, "by command"),
+    Transition(_S, "sequence_run", _Q, "the first step begins"),
+    Transition(_Q, "sequence_abort", _S, "the rover stops; the sequence is given up"),
+    Transition(_Q, "ended", _S, "the last step is done, or one failed and says stop"),
+    Transition(_Q, "stop", _S, "the rover stops; the sequence is given up"),
+    Transition(_Q, "link_lost", _S, "no authenticated contact for too long; the leg was finished"),
     Transition(_T, "safe", _F, "by command"),
-    *(Transition(mode, "fault", _F, _ENDED) for mode in (_B, _S, _A, _T)),
+    Transition(_Q, "safe", _F, "by command"),
+    *(Transition(mode, "fault", _F, _ENDED) for mode in (_B, _S, _A, _T, _Q)),
     Transition(_F, "resume", _S, "the operator takes the rover out of SAFE"),
-    *(Transition(mode, "emergency_stop", _E, "wheels off, latched") for mode in (_B, _S, _A, _F, _T)),
+    *(Transition(mode, "emergency_stop", _E, "wheels off, latched") for mode in (_B, _S, _A, _F, _T, _Q)),
     Transition(_E, "reset", _S, "the operator releases the latch"),
 )
 

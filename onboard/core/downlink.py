@@ -55,6 +55,7 @@ class Downlink:
         self.received, self.refused = 0, dict[str, int]()
         self._told_ns, self._told = -(1 << 62), 0
         self.notices: list[Event] = []
+        self.own: dict[int, tuple[State, str]] = {}
         self.sent_bytes = 0
 
     # -- from the ground ---------------------------------------------------------------------------------------
@@ -108,7 +109,10 @@ class Downlink:
     # -- from the rover ----------------------------------------------------------------------------------------
 
     def report(self, request_id: int, state: State, text: str = "", data: Sequence[float] = ()) -> None:
-        """What became of an order, by Order.request_id."""
+        """What became of an order, by Order.request_id; of one of the rover's own, for who gave it: `own`."""
+        if request_id >> 32 == 0:
+            self.own[request_id] = (state, text)
+            return
         self._executor.report(request_id, state, self._now_ns, text, data)
 
     def event(self, event: Event) -> None:

@@ -2,7 +2,8 @@
 
 Orders come checked from the downlink; faults from the monitors; both only ever change the mode by `protocol.modes`.
 What moves the rover is `core.tasks`; orders that change no mode are obeyed by families: `core.masks`, `core.services`,
-`core.parameter_orders`, `core.fence_orders`.
+`core.parameter_orders`, `core.fence_orders`;
+`core.sequencer` gives orders of its own.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from onboard.core.masks import Masks
 from onboard.core.mission import Mission
 from onboard.core.monitors import over_limit, words
 from onboard.core.parameter_orders import ParameterOrders
+from onboard.core.sequencer import Sequencer
 from onboard.core.services import Services
 from onboard.core.tasks import Tasks
 from onboard.motion.wheel_health import Drive, Wheels
@@ -53,11 +55,12 @@ class Executive:
         self.tasks = Tasks(parameters, (gdem, memory), downlink)
         self.tasks.change, self.tasks.tell = self._change, self._tell
         self.masks, self.services = Masks(downlink), Services(downlink, self.tasks)
+        self.sequencer = Sequencer(downlink, self._end_sequence)
         self._orders: Mapping[str, Callable[[Order, Context], None]] = {
             "stop": self._stop, "safe": self._safe, "resume": self._resume, "status": self._status,
             "emergency_stop": self._emergency_stop, "reset": self._reset,
             **self.tasks.orders, **self.masks.orders, **self.services.orders, **parameters.orders,
-            **fences.orders,
+            **fences.orders, **self.sequencer.orders,
         }  # fmt: skip
 
     @property
@@ -92,6 +95,9 @@ class Executive:
             self._obey(order, ctx)
         self._answer(faults, ctx)
         self._follow_reset(ctx)
+        own = self.sequencer.step(ctx, self.mode)
+        if own is not None:
+            self._orders[own.name](own, ctx)
         self.services.step(ctx)
         for family in (self.masks, self.services, self._parameters, self._fences):
             self.events += family.events
@@ -216,6 +222,10 @@ class Executive:
         self._reset_id = None
 
     # -- small things ------------------------------------------------------------------------------------------
+
+    def _end_sequence(self, event: str, ctx: Context, why: str) -> None:
+        self.tasks.cancel(ctx, State.CANCELLED, why)
+        self._change(event, ctx, why)
 
     def _change(self, event: str, ctx: Context, why: str) -> None:
         if event in ENDS_WAITING:

@@ -22,7 +22,7 @@ from onboard.core.fence_orders import FenceOrders
 from onboard.core.jobs import JobBook
 from onboard.core.monitors import Watched, active_faults
 from onboard.core.parameter_orders import KEPT, ParameterOrders
-from onboard.core.telemetry import View
+from onboard.core.telemetry import SAMPLERS, View
 from onboard.core.wheel_watch.seen import Seen
 from onboard.core.wheel_watch.watch import WheelWatch
 from onboard.devices.lidar import LidarSession
@@ -93,6 +93,7 @@ def tick(rover: Rover, inputs: Inputs) -> Outputs:
     context = Context(
         inputs.tick, now_ns, scans, rover.lidar, rover.nodes, rover.localisation, rover.jobs, taken, held=False,
         wheels=rover.wheels, found=rover.watch.faults, fences=rover.fences.fences,
+        item=lambda name: SAMPLERS[name](_view(rover)),
         utc_ns=inputs.health.utc_ns,
     )  # fmt: skip
     rover.twist = rover.executive.step(orders, faults, context)
@@ -211,6 +212,7 @@ def _digest(rover: Rover) -> bytes:
         rover.executive.mode, rover.executive.phase, *rover.twist, rover.steering_held,
         *rover.localisation.digest_items(), *rover.watch.digest_items(), *rover.lidar.digest_items(),
         *rover.nodes.digest_items(), *rover.downlink.digest_items(), *rover.executive.masks.digest_items(),
-        *rover.parameters.digest_items(), *rover.fences.digest_items(), len(rover.executive.tasks.track),
+        *rover.parameters.digest_items(), *rover.fences.digest_items(),
+        *rover.executive.sequencer.digest_items(), len(rover.executive.tasks.track),
     )
     return hashlib.blake2b(array("d", items), digest_size=8).digest()

@@ -270,7 +270,11 @@ ARGUMENTS = {
     "goto": {"x_m": 3.0, "y_m": 0.5}, "mission": {"goals_m": (3.0, 0.5)}, "turn": {"heading_rad": 1.0},
     "drive": {"vx_mps": 0.1, "vy_mps": 0.0, "yaw_radps": 0.0, "duration_s": 20.0, "distance_m": 2.0},
 }
-INTO = {Mode.AUTONOMOUS: "goto", Mode.TELEOP: "drive", Mode.SAFE: "safe", Mode.ESTOP: "emergency_stop"}
+ARGUMENTS["sequence_run"] = {"sequence": "stay"}
+INTO = {
+    Mode.SEQUENCE: "sequence_run", Mode.AUTONOMOUS: "goto", Mode.TELEOP: "drive", Mode.SAFE: "safe",
+    Mode.ESTOP: "emergency_stop",
+}
 COMMANDED = {row.name for row in commands.TABLE} & {t.event for t in TRANSITIONS}
 PAIRS = [(mode, name) for mode in Mode if mode is not Mode.BOOT for name in sorted(COMMANDED)]
 
@@ -279,6 +283,8 @@ PAIRS = [(mode, name) for mode in Mode if mode is not Mode.BOOT for name in sort
 def test_every_command_that_changes_the_mode_does_so_where_the_table_says_and_is_refused_elsewhere(known, mode, name):
     rover = CoreBench(memory=known, settings=quick(safety=config.Safety(tilt_limit_rad=0.5)))
     rover.settle()
+    rover.order("sequence_upload", sequence="stay", number=1, line="after 60")
+    rover.step()
     if mode in INTO:
         rover.order(INTO[mode], **ARGUMENTS.get(INTO[mode], {}))
         rover.run(0.2)
