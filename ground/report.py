@@ -195,6 +195,30 @@ def _link_and_tick(run: Run) -> str:
     histogram = run.facts.get("tick_wall_ms", {}).get("histogram", {})
     if any(sum(counts) for name, counts in histogram.items() if name != "edges_ms"):
         body += picture(draw.tick_picture(histogram), TICKS)
+    return body + _rhythm(run.rhythm)
+
+
+def _rhythm(rhythm: dict[str, Any]) -> str:
+    """Jobs against their ticks; on the wall clock, where a run measures itself, rate groups and slips as well."""
+    ticks, body = rhythm.get("ticks", {}), ""
+    if sum(ticks.get("lateness", ())):
+        below = ticks["late_below_us"]
+        body += paragraph(
+            f"Ticks began less than {below['p50']} µs late in half of the cases, {below['p999']} µs in all but one of "
+            f"1000, {ticks['late_worst_ms']:.2f} ms at worst; {ticks['slipped']} were left out."
+        )
+        body += table(("rate group", "rate", "budget", "worst", "runs over it", "slips"), [
+            (row["name"], f"{row['rate_hz']:g} Hz", f"{row['budget_us']:.0f} µs", f"{row['worst_us']:.0f} µs",
+             str(row["over_budget"]), str(row["slips"])) for row in rhythm["rate_groups"]
+        ])  # fmt: skip
+        if ticks["slips"]:
+            body += table(("left out because of", "beside the job", "ticks", "longest"), [
+                (row["cause"], row["job"], str(row["ticks"]), f"{row['worst_ms']:.1f} ms") for row in ticks["slips"]
+            ])  # fmt: skip
+    if jobs := rhythm.get("jobs", {}).get("kept"):
+        body += table(("job", "done", "late", "worst, in ticks"), [
+            (name, str(row["done"]), str(row["late"]), str(row["worst_late_ticks"])) for name, row in jobs.items()
+        ])  # fmt: skip
     return body
 
 

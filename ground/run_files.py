@@ -55,7 +55,7 @@ class Truth:
 
 @dataclass(frozen=True, slots=True)
 class Run:
-    """What is known of a run. plans: (time_s, plan) in order. facts, certificate, link: {} where there is no file."""
+    """What is known of a run. plans: (time_s, plan) in order. facts, certificate, link, rhythm: {} where not there."""
 
     folder: Path
     estimated: Track
@@ -69,6 +69,7 @@ class Run:
     facts: dict[str, Any] = field(default_factory=dict)
     certificate: dict[str, Any] = field(default_factory=dict)
     link: dict[str, Any] = field(default_factory=dict)
+    rhythm: dict[str, Any] = field(default_factory=dict)
 
     def spans(self) -> tuple[Span, ...]:
         """The phases with their times."""
@@ -81,14 +82,14 @@ def read_run(folder: Path, with_truth: bool = True) -> Run:
     if not record.is_file():
         raise NoRunError(f"no record {record}; `hil demo --out {folder}` makes one")
     try:
-        run = _record(folder, record)
+        run, rhythm = _record(folder, record)
     except _DAMAGE as error:
         raise NoRunError(f"{record} is damaged: {error}") from error
     known = {name: _json(folder / f"{file}.json")
              for name, file in (("facts", "summary"), ("certificate", "certificate"), ("link", "link"))}
     truth = _truth(folder / "truth.mcap") if with_truth else None
     ground = _ground(folder / "field.npz") if with_truth else None
-    return Run(folder, *run, truth=truth, ground=ground, **known)
+    return Run(folder, *run, truth=truth, ground=ground, rhythm=rhythm, **known)
 
 
 def spans_of(events: Sequence[Told], end_s: float) -> tuple[Span, ...]:
@@ -115,7 +116,7 @@ def angles_rad(quaternion_xyzw: F64) -> F64:
     return np.column_stack([roll, pitch, np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))])
 
 
-def _record(folder: Path, path: Path) -> tuple[Any, ...]:
+def _record(folder: Path, path: Path) -> tuple[tuple[Any, ...], dict[str, Any]]:
     poses, times, events, plans = [], [], [], []
     with path.open("rb") as file:
         reader: McapReader = make_reader(file)
@@ -134,7 +135,8 @@ def _record(folder: Path, path: Path) -> tuple[Any, ...]:
     track = Track(np.array(times), pose[:, :3], pose[:, 3:])
     config = tomllib.loads(attached["config.toml"].decode())
     known = from_npz(attached["gdem.npz"]) if "gdem.npz" in attached else None
-    return track, tuple(events), tuple(plans), config, json.loads(attached.get("versions.json", b"{}")), known
+    versions, rhythm = (json.loads(attached.get(f"{name}.json", b"{}")) for name in ("versions", "rhythm"))
+    return (track, tuple(events), tuple(plans), config, versions, known), rhythm
 
 
 def _truth(path: Path) -> Truth | None:

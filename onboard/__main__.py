@@ -19,8 +19,10 @@ from onboard.can_tool import jog_command
 from onboard.command_line import EX_CONFIG, EX_INTERRUPTED, EX_UNAVAILABLE, fail, read_config
 from onboard.config import ConfigError
 from onboard.config_text import to_toml
+from onboard.jitter.command import jitter
 from onboard.lidar_tool import command as lidar_command
 from onboard.maps import gdem_command, map_command
+from onboard.status.command import status
 
 
 class Commands(click.Group):
@@ -42,6 +44,8 @@ def app() -> None:
     Examples:
       onboard run --config rover.toml
       onboard run --print-config > rover.toml
+      onboard status --watch
+      onboard jitter --seconds 60
       onboard replay build/demo/onboard.mcap
       onboard gdem import LDEM.tif --start-lonlat -45.3 -85.1
       onboard map export map/ --out site.tif
@@ -57,6 +61,8 @@ app.add_command(lidar_command.app)
 app.add_command(guard_command.app)
 app.add_command(can_command.app)
 app.add_command(calibrate_command.calibrate)
+app.add_command(status)
+app.add_command(jitter)
 can_command.app.add_command(jog_command.jog)
 can_command.app.add_command(jog_command.home)
 can_command.app.add_command(jog_command.reset)

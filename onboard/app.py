@@ -13,8 +13,10 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from onboard.beside import Books, Spare
 from onboard.config import Config, ConfigError
 from onboard.core.jobs import JOBS
+from onboard.core.schedule import Group
 from onboard.core.tick import Rover, darken, farewell, tick
 from onboard.drivers.can_bus import CanPort
 from onboard.drivers.clock import LockStepClock, WallClock
@@ -23,11 +25,13 @@ from onboard.drivers.lidar_ear import LidarEar
 from onboard.drivers.lidar_port import LidarPort, open_port
 from onboard.drivers.link_port import LinkPort, link_keys
 from onboard.drivers.state_folder import StateFolder, read_kept
+from onboard.drivers.stopwatch import Stopwatch, Unmeasured
 from onboard.drivers.workers import Workers
 from onboard.maps.gdem_file import from_npz
 from onboard.ports import BUS_CLOSED
 from onboard.record.writer import Recorder
 from onboard.records import BusStatus, Chunk, Frame, Gdem, Health, Inputs, LinkMessage, Outputs, PortState
+from onboard.status.report import rhythm
 from protocol.barrier import Channel, Tick
 
 if TYPE_CHECKING:
@@ -38,7 +42,8 @@ LARGE_BYTES = 1 << 18
 WAIT_S = 60.0  # wall-clock limit for bytes that the bench says are on their way
 EX_AGAIN = 75  # the operator had it end, to be started anew: what started the program does that
 DARK_TICKS = 50  # after the end, for the LIDAR to say that its laser is off
-LATER = ("filterpy.kalman:ExtendedKalmanFilter", *JOBS.values())  # no first tick needs these, and they load longest
+# no first tick needs these, and they load longest
+LATER = ("filterpy.kalman:ExtendedKalmanFilter", *(job.function for job in JOBS.values()))
 
 
 class WallPorts:
@@ -47,6 +52,7 @@ class WallPorts:
     def __init__(self, can: CanPort, lidar: LidarPort, link: LinkPort, clock: WallClock) -> None:
         self.can, self.lidar, self.link, self._clock = can, lidar, link, clock
         self.ear = LidarEar(lidar, clock.now_ns)
+        self.watch = Stopwatch()
 
     def read(self, now: Tick) -> Inputs:
         """Whatever the ports hold now."""
@@ -56,7 +62,7 @@ class WallPorts:
             can_frames=tuple(self.can.read(stamp_ns)), can=self.can.status,
             lidar_chunks=self.ear.take(), lidar_state=self.lidar.state,
             link_messages=self.link.read(stamp_ns), link_state=self.link.state,
-            health=Health(slipped_ticks=self._clock.slipped_ticks, rss_bytes=_peak_rss_bytes()),
+            health=Health(self.watch.tick_ns, self._clock.slipped_ticks, rss_bytes=_peak_rss_bytes()),
         )
 
     def write(self, outputs: Outputs) -> None:
@@ -75,6 +81,7 @@ class LockStepPorts:
 
     def __init__(self, can: CanPort, lidar: LidarPort, link: LinkPort) -> None:
         self.can, self.lidar, self.link = can, lidar, link
+        self.watch = Unmeasured()
         if can.state is not PortState.OPEN:
             raise OSError(can.status.error)
 
@@ -179,51 +186,54 @@ def run(config: Config, announce: Callable[[str], None]) -> int:
             clock.idle = ports.ear.listen
             workers.preload(LATER).result()  # beside the ticks it would make them late
         rover = Rover(config, gdem, memory, state)
-
-        told = {"lidar": "", "can": ""}
-
-        def keep(inputs: Inputs, outputs: Outputs) -> None:
-            for port, word in (("lidar", lidar.error or rover.lidar.complaint), ("can", inputs.can.error)):
-                if word != told[port]:
-                    told[port] = word
-                    announce(f"{port}: {word or 'is well'}")
-            recorder.write(inputs, outputs)
-            keeper.keep(rover.executive.memory)
+        books = Books(rover, lidar, recorder, keeper, announce)
+        spare = Spare(config, rover, clock, announce)
+        stack.callback(spare.close)
 
         gc.freeze()  # what start-up made stays: collecting it anew would cost ticks of 30 ms
         gc.enable()
+        alarm = spare.go(workers, announce)
+        if isinstance(ports, WallPorts):
+            ports.ear.alarm = alarm
         clock.start()
         where = f"{config.can.uri}, {config.lidar.address}, {config.link.endpoint}"
         announce(f"running: {config.clock.mode} clock, {where}")
-        rebooting = loop(rover, ports, clock, (workers, folder), keep)
-        recorder.end(rover.executive.memory)
+        rebooting = loop(rover, ports, clock, (workers, folder), (books, spare))
+        recorder.end(rover.executive.memory, rhythm(rover, spare.grants))
     return EX_AGAIN if rebooting else 0
 
 
 def loop(
     rover: Rover, ports: LockStepPorts | WallPorts, clock: LockStepClock | WallClock,
-    beside: tuple[Workers, StateFolder], keep: Callable[[Inputs, Outputs], None],
+    work: tuple[Workers, StateFolder], beside: tuple[Books, Spare],
 ) -> bool:
     """Tick after tick until the clock says that the run is over; then the wheels stand and the LIDAR is quiet.
 
     In lock-step the modules in LATER load beside the ticks from the first one on: bench time stands where a tick must
     wait for one, so that the load moves no result. On the wall clock they are there already.
-    keep: takes each tick's inputs and outputs when they have gone out. Returns whether the operator ended it, to have
-    the program started anew.
+    work: what runs beside the tick; its results are inputs. beside: what keeps each tick's inputs and outputs when they
+    have gone out, and what uses the time left. Returns whether the operator ended it, to have the program started anew.
     """
-    workers, folder = beside
+    (workers, folder), (books, spare) = work, beside
+    watch = ports.watch
     loading: Future[None] | None = None
     rebooting = False
     while not rebooting and (now := clock.wait()) is not None:
+        watch.begin()
         inputs = replace(ports.read(now), jobs=workers.collect(now.number), saved=folder.collect())
-        outputs = tick(rover, inputs)
+        inputs = replace(inputs, timing=watch.timing(clock.late_ns, workers.took_ns))
+        outputs = tick(rover, inputs, watch.mark)
+        watch.mark(Group.WRITE)
         ports.write(outputs)
-        workers.start(outputs.jobs)
+        workers.start(outputs.jobs, outputs.cancelled)
         folder.start(outputs.saves)
         connect = [name for name, wanted in (("lidar", outputs.lidar_connect), ("can", outputs.can_connect)) if wanted]
         clock.done(now, ports.sent() if isinstance(ports, LockStepPorts) else {}, connect)
         loading = loading or workers.preload(LATER)
-        keep(inputs, outputs)
+        watch.mark(Group.RECORD)
+        books.keep(inputs, outputs)
+        watch.end()
+        spare.use()
         rebooting = outputs.reboot
     ports.write(farewell(rover, clock.now_ns()))
     for now in clock.overtime(DARK_TICKS) if isinstance(clock, WallClock) else ():

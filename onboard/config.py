@@ -1,47 +1,25 @@
 """The configuration: one frozen tree with units and ranges, read from TOML, handed down in parts.
 
-Each value is declared once, by `value(...)`: default, range, unit, meaning. An unknown key, a wrong type or a value out
-of range is a ConfigError that names the file, the key, the value, what is allowed and what was probably meant.
+Each value is declared once, by `config_value.value`: default, range, unit, meaning. An unknown key, a wrong type or a
+value out of range is a ConfigError that names file, key and value, what is allowed and what was probably meant.
 `rover.toml` beside this file is `onboard run --print-config`.
 """
 
 from __future__ import annotations
 
-import dataclasses
-import difflib
 import math
 import tomllib
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, TypeVar, get_type_hints
+from typing import Any
 
-T = TypeVar("T")
+from onboard.config_value import AT_ONCE, NEXT_MISSION, RESTART, ConfigError, from_tree, section, value
+
+__all__ = ["AT_ONCE", "NEXT_MISSION", "RAD", "RESTART", "Config", "ConfigError", "from_tree", "load", "parse_override",
+           "value"]
+
 RAD = math.pi / 180.0
-
-
-class ConfigError(ValueError):
-    """The start is refused; the text is one helpful line."""
-
-
-def value(
-    default: Any, meaning: str, *, low: float | None = None, high: float | None = None, one_of: tuple[str, ...] = (),
-    takes: str = "",
-) -> Any:
-    """A field of the configuration with its default, meaning and range (the unit is in the field's name).
-
-    takes: when a change of it in flight takes effect, where that is not as its section says.
-    """
-    metadata = {"meaning": meaning, "low": low, "high": high, "one_of": one_of, "takes": takes}
-    return field(default=default, metadata=metadata)
-
-
-AT_ONCE, NEXT_MISSION, RESTART = "at once", "with the next mission", "with a restart"
-
-
-def section(kind: type[Any], takes: str = RESTART) -> Any:
-    """A part of the configuration. takes: when a change of its values takes effect; RESTART: it has none in flight."""
-    return field(default_factory=kind, metadata={"takes": takes})
 
 
 @dataclass(frozen=True, slots=True)
@@ -287,6 +265,24 @@ class State:
 
 
 @dataclass(frozen=True, slots=True)
+class Realtime:
+    """What is asked of the operating system for the tick, on the wall clock; the start says what was granted."""
+
+    fifo_priority: int = value(0, "SCHED_FIFO with this priority for the tick, 0: not", low=0, high=90)
+    lock_memory: bool = value(False, "nothing of the program is ever swapped out (mlockall)")
+    absolute_sleep: bool = value(False, "the tick is woken by a timer of the kernel at its absolute time (timerfd)")
+    collect_in_slack: bool = value(False, "garbage is collected in the time left after a tick, never within one")
+    cpu: int = value(-1, "the tick stays on this core and the jobs leave it, -1: any", low=-1, high=1023)
+
+
+@dataclass(frozen=True, slots=True)
+class Status:
+    """What `onboard status` asks."""
+
+    socket: str = value("auto", "unix socket; auto: the usual place, and none in lock-step; off: none")
+
+
+@dataclass(frozen=True, slots=True)
 class Config:
     """The whole tree."""
 
@@ -306,6 +302,8 @@ class Config:
     jobs: Jobs = section(Jobs, NEXT_MISSION)
     record: Record = section(Record)
     state: State = section(State)
+    realtime: Realtime = section(Realtime)
+    status: Status = section(Status)
 
 
 def load(
@@ -340,44 +338,3 @@ def parse_override(text: str) -> tuple[str, Any]:
         return key.strip(), tomllib.loads(f"v = {raw}")["v"]
     except tomllib.TOMLDecodeError:
         return key.strip(), raw
-
-
-def from_tree(kind: type[T], tree: Mapping[str, Any], where: str, prefix: str = "") -> T:
-    """A frozen dataclass declared with `value(...)` from a parsed TOML table."""
-    hints, known = get_type_hints(kind), {f.name: f for f in dataclasses.fields(kind)}  # type: ignore[arg-type]
-    made: dict[str, Any] = {}
-    for key, item in tree.items():
-        name = f"{prefix}{key}"
-        if key not in known:
-            raise ConfigError(f"{where}: unknown key `{name}`{_suggestion(key, known, prefix)}")
-        if dataclasses.is_dataclass(hints[key]):
-            if not isinstance(item, Mapping):
-                raise ConfigError(f"{where}: `{name}` should be a table, found {item!r}")
-            made[key] = from_tree(hints[key], item, where, f"{name}.")
-        else:
-            made[key] = _checked(item, hints[key], known[key], f"{where}: `{name}`")
-    return kind(**made)
-
-
-def _suggestion(key: str, known: Mapping[str, Any], prefix: str) -> str:
-    near = difflib.get_close_matches(key, known, n=1)
-    if near:
-        return f"; did you mean `{prefix}{near[0]}`?"
-    return f"; known here: {', '.join(sorted(known))}"
-
-
-def _checked(item: Any, kind: type, row: dataclasses.Field[Any], what: str) -> Any:
-    if kind is float and isinstance(item, int) and not isinstance(item, bool):
-        item = float(item)
-    if not isinstance(item, kind) or (isinstance(item, bool) and kind is not bool):
-        raise ConfigError(f"{what} should be {kind.__name__}, found {item!r}")
-    low, high, one_of = (row.metadata.get(k) for k in ("low", "high", "one_of"))
-    if one_of and item not in one_of:
-        near = difflib.get_close_matches(str(item), one_of, n=1)
-        raise ConfigError(f"{what} = {item!r} should be one of {', '.join(one_of)}"
-                          + (f"; did you mean {near[0]!r}?" if near else ""))
-    if isinstance(item, (int, float)) and not isinstance(item, bool):
-        too_low, too_high = low is not None and item < low, high is not None and item > high
-        if too_low or too_high or item != item:
-            raise ConfigError(f"{what} = {item!r} is out of range {low} to {high}")
-    return item

@@ -14,9 +14,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from onboard.ports import BusStatus as BusStatus
-from onboard.ports import BusTrouble as BusTrouble
+from onboard.ports import BusStatus as BusStatus, BusTrouble as BusTrouble  # noqa: I001
 from onboard.ports import PortState as PortState
+from onboard.ports import Save, Saved
 from onboard.scan import BeamStatus as BeamStatus
 from onboard.scan import Scan as Scan
 
@@ -77,28 +77,26 @@ class JobRequest:
     due_tick: int
 
 
-class Save(NamedTuple):
-    """What the core asks to be kept under a name, in place of what was kept under it: whole, or not at all."""
-
-    name: str
-    data: bytes
-
-
-class Saved(NamedTuple):
-    """What became of a Save; `error` empty: it is on the disk."""
-
-    name: str
-    error: str = ""
-
-
 class Health(NamedTuple):
-    """What the machine tells of itself. In lock-step all but the tick's number come from the bench."""
+    """What the machine tells of itself; in lock-step it comes from the bench. last_tick_ns: all work of a tick."""
 
     last_tick_ns: int = 0
     slipped_ticks: int = 0
     rss_bytes: int = 0
     free_disk_bytes: int = 0
     utc_ns: int = 0
+
+
+class Timing(NamedTuple):
+    """What the shell measured of its own ticks. All empty or 0 in lock-step, unless a bench gives something.
+
+    late_ns: this tick began so long after its deadline. group_ns: what each row of core.schedule.GROUPS took in the
+    tick before. job_ns: how long each job ran whose result is in these inputs, in their order.
+    """
+
+    late_ns: int = 0
+    group_ns: tuple[int, ...] = ()
+    job_ns: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,6 +114,7 @@ class Inputs:
     jobs: tuple[JobDone, ...] = ()
     health: Health = Health()
     saved: tuple[Saved, ...] = ()
+    timing: Timing = Timing()
 
 
 class Event(NamedTuple):
@@ -138,6 +137,7 @@ class Outputs:
     lidar_connect: bool = False
     link_payloads: tuple[tuple[int, bytes], ...] = ()  # (protocol.link.Kind, untagged payload)
     jobs: tuple[JobRequest, ...] = ()
+    cancelled: tuple[int, ...] = ()  # ids of jobs that are no longer wanted
     events: tuple[Event, ...] = ()
     pose: tuple[float, float, float, float, float, float] = (0.0,) * 6  # estimate: x, y, z (m), roll, pitch, yaw (rad)
     state_digest: bytes = b""

@@ -8,7 +8,8 @@ import sys
 from importlib.machinery import ModuleSpec
 from pathlib import Path
 
-HOMES = {"_kernels": "onboard.native", "_soil": "hil.native"}  # how a module's file begins: its package
+# how a module's file begins: its package
+HOMES = {"_kernels": "onboard.native", "_wakes": "onboard.native", "_soil": "hil.native"}
 FOLDER = "EL_DORADO_KERNELS"
 
 

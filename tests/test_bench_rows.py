@@ -1,7 +1,7 @@
 """The rows of `make bench` are those of the performance design, each with one measurement or listed as missing."""
 
 from tests.bench import __main__ as bench
-from tests.bench import flight
+from tests.bench import flight, jitter
 from tests.bench.goals import GOALS, MISSING, Measured
 
 DESIGN = [
@@ -19,7 +19,7 @@ def test_the_rows_are_those_of_the_design_in_its_order():
 
 
 def test_every_measurement_belongs_to_a_row():
-    assert {*bench.CORE_ROWS, *flight.ROWS, "start"} <= set(GOALS)
+    assert {*bench.CORE_ROWS, *flight.ROWS, *jitter.ROWS, "start"} <= set(GOALS)
 
 
 def test_a_missing_row_has_a_number_and_does_not_hold():
@@ -35,3 +35,22 @@ def test_a_row_holds_on_the_right_side_of_its_limit_and_only_with_what_else_is_a
     assert Measured(1.3, 1.3, 1.0, "").row("registration-100k")["holds"]
     assert not Measured(1.31, 1.31, 1.0, "").row("registration-100k")["holds"]
     assert not Measured(1.0, 1.0, 1.0, "", also=False).row("registration-100k")["holds"]
+
+
+def jitter_run(p50, p999, granted=True, kind="bare loop"):
+    reference = {"kind": kind, "late_us": {"p50": 50.0, "p999": 100.0}}
+    return {"late_us": {"p50": p50, "p999": p999}, "reference": reference,
+            "real_time": [{"option": "fifo_priority", "granted": granted, "text": ""}]}  # fmt: skip
+
+
+def test_jitter_is_judged_by_both_shares_with_fifo_and_by_the_median_alone_without():
+    assert jitter.judged([jitter_run(100.0, 300.0)]).row("tick-jitter")["holds"]
+    assert not jitter.judged([jitter_run(126.0, 100.0)]).row("tick-jitter")["holds"]
+    assert not jitter.judged([jitter_run(100.0, 301.0)]).row("tick-jitter")["holds"]
+    without = jitter.judged([jitter_run(100.0, 9000.0, granted=False)]).row("tick-jitter")
+    assert without["holds"] and "FIFO is not allowed here" in without["note"]
+
+
+def test_jitter_says_when_the_bare_loop_stands_for_cyclictest():
+    assert "not installed" in jitter.judged([jitter_run(100.0, 300.0)]).note
+    assert "not installed" not in jitter.judged([jitter_run(100.0, 300.0, kind="cyclictest")]).note

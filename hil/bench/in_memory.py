@@ -30,7 +30,8 @@ from onboard.config import Rover as BuiltRover
 from onboard.config import load
 from onboard.core.tick import Rover, tick
 from onboard.drivers.workers import Inline
-from onboard.records import BusStatus, Chunk, Event, Frame, Inputs, Outputs, PortState, Save, Saved
+from onboard.ports import Save, Saved
+from onboard.records import BusStatus, Chunk, Event, Frame, Inputs, Outputs, PortState
 from protocol.conventions import TICK_NS
 from protocol.transactions import Request, State
 
@@ -108,7 +109,7 @@ class InMemory(World):
             return None
         inputs = self._inputs(now_ns)
         outputs = tick(self.rover, inputs)
-        self._jobs.start(outputs.jobs)
+        self._jobs.start(outputs.jobs, outputs.cancelled)
         self._saves = outputs.saves
         self.events += outputs.events
         if observe:

@@ -127,10 +127,6 @@ class Downlink:
         """Send an object; its id, which a report may name. An unfinished older one of the same name is given up."""
         return self._bulk.offer(name, data, codec, self._now_ns, priority)
 
-    def sample_due(self, now_ns: int) -> bool:
-        """Whether `sample` would do anything but take the mode: a view need not be made before."""
-        return now_ns >= self._sample_ns
-
     @property
     def refused_count(self) -> int:
         """Uplink datagrams that failed a check since the start."""

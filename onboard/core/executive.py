@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 from onboard.core.context import Context
 from onboard.core.downlink import Downlink
 from onboard.core.fence_orders import FenceOrders
+from onboard.core.jobs import GIVE_UP_TICKS
 from onboard.core.masks import Masks
 from onboard.core.mission import Mission
 from onboard.core.monitors import over_limit, words
@@ -94,6 +95,7 @@ class Executive:
         for order in orders:
             self._obey(order, ctx)
         self._answer(faults, ctx)
+        self._give_up(ctx)
         self._follow_reset(ctx)
         own = self.sequencer.step(ctx, self.mode)
         if own is not None:
@@ -136,6 +138,15 @@ class Executive:
             if name not in faults and Step.STANDBY in BY_NAME[name].response:
                 self.tasks.standby_after_leg = False
         self.active, self._of = faults, dict(ctx.found)
+
+    def _give_up(self, ctx: Context) -> None:
+        """The end of waiting for long work: a hung job holds the only thread, so nothing after it would come either."""
+        for name in ctx.jobs.give_up(ctx.tick):
+            reason = f"{name}: no result {GIVE_UP_TICKS // 100} s after its tick"
+            if name == "product":
+                self.services.give_up(reason)
+            self.tasks.cancel(ctx, State.FAILED, reason)
+            self._change("fault", ctx, reason)
 
     def _latches(self, row: Fault, ctx: Context) -> bool:
         if Step.DEGRADE in row.response:

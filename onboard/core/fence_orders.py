@@ -7,7 +7,8 @@ from collections.abc import Sequence
 from onboard.core.context import Context
 from onboard.core.downlink import Downlink
 from onboard.planning.fences import Fence, from_json, to_json
-from onboard.records import Event, Save, Saved
+from onboard.ports import Save, Saved
+from onboard.records import Event
 from protocol.commands import named
 from protocol.transactions import Order, State
 

@@ -12,6 +12,7 @@ from collections import deque
 from typing import TYPE_CHECKING
 
 from onboard.config import Config
+from onboard.core.jobs import Late
 from onboard.perception.cloud import ahead
 from onboard.planning.plan_records import GuardLine
 from onboard.records import F64, Pose, Scan
@@ -62,6 +63,7 @@ class Guarding:
         self._judge(ctx)
         watching = self._held_ns is not None and self._line_ns > 0 and self._leg is not None
         watching = watching and not ctx.lidar.silent(ctx.now_ns)
+        watching = watching and not ctx.jobs.overdue_ticks(ctx.tick, Late.HOLD)
         self.blind_ns = 0 if watching else self.blind_ns + TICK_NS
         return watching
 

@@ -4,6 +4,9 @@ Why a fixed tick: the core must be a function of its inputs. Were a result taken
 depend on the load of the machine. So each job has a budget in ticks; in lock-step the tick waits for it, on the wall
 clock a late job is a counted miss and the tick at which it was taken is recorded, so that a replay does the same.
 
+What a late job means is the second column of JOBS. However late, waiting ends: after GIVE_UP_TICKS a job is cancelled
+and the executive goes to SAFE. A cancelled job that waits for its thread never begins; one that runs goes unheard.
+
 Why by name: a job's modules (the planners, the registration, scipy) load where it runs, beside the tick. The core that
 asks for it loads its records alone, so the first tick need not wait for what is first needed minutes later.
 """
@@ -11,68 +14,136 @@ asks for it loads its records alone, so the first tick need not wait for what is
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
+from enum import Enum
 from types import MappingProxyType
-from typing import Any
+from typing import Any, NamedTuple
 
 from onboard.records import JobDone, JobRequest
 
-JOBS: Mapping[str, str] = MappingProxyType(
+
+class Late(Enum):
+    """What the rover does while a job is late, beside telling JOB_LATE."""
+
+    WAIT = "it stands and waits"
+    HOLD = "it stops driving until the result is there"
+    GO_ON = "nothing waits for it"
+
+
+class Job(NamedTuple):
+    """One row. function: module:name, which is pure."""
+
+    function: str
+    late: Late
+
+
+JOBS: Mapping[str, Job] = MappingProxyType(
     {
-        "look": "onboard.perception.stop_map:look",
-        "remember": "onboard.perception.stop_map:remember_all",
-        "plan": "onboard.planning.cycle:plan",
-        "guard_begin": "onboard.planning.guarded_leg:begin",
-        "guard_listen": "onboard.planning.guarded_leg:listen",
-        "guard_credit": "onboard.planning.guarded_leg:credit",
-        "product": "protocol.products:encode_ldem",
+        "look": Job("onboard.perception.stop_map:look", Late.WAIT),
+        "remember": Job("onboard.perception.stop_map:remember_all", Late.WAIT),
+        "plan": Job("onboard.planning.cycle:plan", Late.WAIT),
+        "guard_begin": Job("onboard.planning.guarded_leg:begin", Late.WAIT),
+        "guard_listen": Job("onboard.planning.guarded_leg:listen", Late.HOLD),
+        "guard_credit": Job("onboard.planning.guarded_leg:credit", Late.WAIT),
+        "product": Job("protocol.products:encode_ldem", Late.GO_ON),
     }
-)  # name -> module:function, which is pure
+)
+GIVE_UP_TICKS = 6000  # a minute after its tick a job is taken for hung
+
+
+@dataclass(slots=True)
+class Kept:
+    """How the jobs of one name kept their budgets. worst_late_ticks: past the due tick; worst_ns: as measured."""
+
+    done: int = 0
+    late: int = 0
+    worst_late_ticks: int = 0
+    worst_ns: int = 0
 
 
 class JobBook:
-    """One owner's jobs, each a row of its table `functions`; at most one of a name at a time."""
+    """One owner's jobs, each a row of its table `jobs`; at most one of a name at a time. kept: by name."""
 
-    def __init__(self, functions: Mapping[str, str] = JOBS) -> None:
-        self._functions = functions
+    def __init__(self, jobs: Mapping[str, Job] = JOBS) -> None:
+        self._jobs = jobs
         self._next_id = 1
         self._names: dict[int, str] = {}
         self._due: dict[int, int] = {}
         self._requests: list[JobRequest] = []
-        self.late_ticks = 0
+        self._cancelled: list[int] = []
+        self.kept: dict[str, Kept] = {}
 
     @property
     def running(self) -> tuple[str, ...]:
         """Names of the jobs whose results are still to be taken."""
         return tuple(self._names.values())
 
+    @property
+    def late_ticks(self) -> int:
+        """Longest lateness of a result that was taken."""
+        return max((kept.worst_late_ticks for kept in self.kept.values()), default=0)
+
+    @property
+    def late_count(self) -> int:
+        """Results that came after their tick, or never."""
+        return sum(kept.late for kept in self.kept.values())
+
     def submit(self, name: str, arguments: tuple[Any, ...], due_tick: int) -> None:
         """Start the job of this name beside the tick; its result comes with `take` at `due_tick`."""
         assert name not in self._names.values(), f"job {name} is already running"
         self._names[self._next_id], self._due[self._next_id] = name, due_tick
-        self._requests.append(JobRequest(self._next_id, name, self._functions[name], arguments, due_tick))
+        self._requests.append(JobRequest(self._next_id, name, self._jobs[name].function, arguments, due_tick))
         self._next_id += 1
 
-    def take(self, done: Sequence[JobDone], tick: int) -> dict[str, Any]:
-        """Results that belong to jobs still wanted, by name; counts ticks of lateness."""
+    def take(self, done: Sequence[JobDone], tick: int, took_ns: Sequence[int] = ()) -> dict[str, Any]:
+        """Results that belong to jobs still wanted, by name; took_ns: how long they ran, where that was measured."""
         taken: dict[str, Any] = {}
-        for job_id, value in done:
+        for k, (job_id, value) in enumerate(done):
             name = self._names.pop(job_id, None)
             due = self._due.pop(job_id, tick)
             if name is not None:
                 taken[name] = value
-                self.late_ticks += max(0, tick - due)
+                self._note(name, max(0, tick - due), took_ns[k] if k < len(took_ns) else 0)
         return taken
 
-    def overdue_ticks(self, tick: int) -> int:
-        """How far past its tick the latest of the running jobs is; 0 while none is late."""
-        return max((tick - due for due in self._due.values() if tick > due), default=0)
+    def overdue_ticks(self, tick: int, late: Late | None = None) -> int:
+        """How far past its tick the latest of the running jobs is, those of this policy where one is named; else 0."""
+        wanted = [job_id for job_id, name in self._names.items() if late in (None, self._jobs[name].late)]
+        return max((tick - self._due[job_id] for job_id in wanted if tick > self._due[job_id]), default=0)
 
     def forget(self, names: Collection[str]) -> None:
-        """Results of running jobs of these names are no longer wanted (the mission was stopped)."""
-        for job_id in [job_id for job_id, name in self._names.items() if name in names]:
-            del self._names[job_id], self._due[job_id]
+        """Results of running jobs of these names are no longer wanted (the mission was stopped): they are cancelled."""
+        self._cancel([job_id for job_id, name in self._names.items() if name in names])
+
+    def give_up(self, tick: int) -> tuple[str, ...]:
+        """Names of the jobs that are too late to be waited for any longer; they are cancelled."""
+        hung = [job_id for job_id, due in self._due.items() if tick - due > GIVE_UP_TICKS]
+        names = tuple(self._names[job_id] for job_id in hung)
+        for job_id in hung:
+            self._note(self._names[job_id], tick - self._due[job_id], 0)
+        self._cancel(hung)
+        return names
 
     def outgoing(self) -> tuple[JobRequest, ...]:
         """Jobs to start now."""
         requests, self._requests = tuple(self._requests), []
         return requests
+
+    def cancelled(self) -> tuple[int, ...]:
+        """Ids of jobs that were started and are no longer wanted, once."""
+        ids, self._cancelled = tuple(self._cancelled), []
+        return ids
+
+    def _cancel(self, ids: Sequence[int]) -> None:
+        for job_id in ids:
+            del self._names[job_id], self._due[job_id]
+        unsent = {request.job_id for request in self._requests}
+        self._requests = [request for request in self._requests if request.job_id not in ids]
+        self._cancelled += [job_id for job_id in ids if job_id not in unsent]
+
+    def _note(self, name: str, late_ticks: int, took_ns: int) -> None:
+        kept = self.kept.setdefault(name, Kept())
+        kept.done += 1
+        kept.late += late_ticks > 0
+        kept.worst_late_ticks = max(kept.worst_late_ticks, late_ticks)
+        kept.worst_ns = max(kept.worst_ns, took_ns)

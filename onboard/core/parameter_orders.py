@@ -8,7 +8,8 @@ from onboard.config import Config
 from onboard.core.context import Context
 from onboard.core.downlink import Downlink
 from onboard.parameters import TABLE, listing, recalled
-from onboard.records import Event, Save, Saved
+from onboard.ports import Save, Saved
+from onboard.records import Event
 from protocol.transactions import Order, State
 
 KEPT = "parameters"

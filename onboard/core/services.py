@@ -34,6 +34,10 @@ class Services:
             self._downlink.offer("ldem", product, LDEM_CODEC)
             self._downlink.report(self._get_id, State.COMPLETED, f"ldem of {len(product)} bytes on its way")
 
+    def give_up(self, reason: str) -> None:
+        """The product will not come."""
+        self._downlink.report(self._get_id, State.FAILED, reason)
+
     def _get(self, order: Order, ctx: Context) -> None:
         result = self._tasks.latest
         if result is None:

@@ -35,6 +35,10 @@ class View:
     lidar_bad: int = 0
     lidar_clock: ClockQuality = ClockQuality()
     tick_worst_ms: float = 0.0
+    tick_late_ms: float = 0.0
+    ticks_slipped: int = 0
+    groups_over: int = 0
+    jobs_late: int = 0
     link_received: int = 0
     link_refused: int = 0
     events_waiting: int = 0
@@ -105,6 +109,10 @@ SAMPLERS: dict[str, Sampler] = {
     "lidar_bad": lambda v: v.lidar_bad,
     **{f"lidar_clock_{name}": _lidar_clock(name) for name in _LIDAR_CLOCK},
     "tick_worst_ms": lambda v: v.tick_worst_ms,
+    "tick_late_ms": lambda v: v.tick_late_ms,
+    "ticks_slipped": lambda v: v.ticks_slipped,
+    "groups_over": lambda v: v.groups_over,
+    "jobs_late": lambda v: v.jobs_late,
     "link_received": lambda v: v.link_received,
     "link_refused": lambda v: v.link_refused,
     "events_waiting": lambda v: v.events_waiting,

@@ -3,13 +3,14 @@
     read ports -> parse -> estimate -> monitors -> executive -> guide -> steer -> telemetry -> write ports -> record
 
 The shell (app.py) reads and writes; everything between is here, a deterministic function of configuration and inputs.
+How often each part runs is the table of core.schedule.
 """
 
 from __future__ import annotations
 
 import hashlib
 from array import array
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
@@ -21,7 +22,9 @@ from onboard.core.executive import Executive
 from onboard.core.fence_orders import FenceOrders
 from onboard.core.jobs import JobBook
 from onboard.core.monitors import Watched, active_faults
+from onboard.core.pace import Pace
 from onboard.core.parameter_orders import KEPT, ParameterOrders
+from onboard.core.schedule import Group
 from onboard.core.telemetry import SAMPLERS, View
 from onboard.core.wheel_watch.seen import Seen
 from onboard.core.wheel_watch.watch import WheelWatch
@@ -31,7 +34,8 @@ from onboard.motion.kinematics import stopped, wheel_commands
 from onboard.motion.wheel_health import SOUND, Wheels
 from onboard.perception.localisation import Localisation
 from onboard.planning.fences import entered
-from onboard.records import Event, Gdem, ImuSample, Inputs, Outputs, Save, Twist, WheelCommand, WheelMode, WheelState
+from onboard.ports import Save
+from onboard.records import Event, Gdem, ImuSample, Inputs, Outputs, Twist, WheelCommand, WheelMode, WheelState
 from protocol.conventions import TICK_NS
 from protocol.faults import BY_NAME
 from protocol.modes import Mode
@@ -39,7 +43,8 @@ from protocol.modes import Mode
 if TYPE_CHECKING:  # made beside the tick, with modules that the core does not load
     from onboard.perception.stop_map import StopMap
 
-WHEEL_TICKS = 2  # 50 Hz wheel commands
+
+Mark = Callable[[Group], None]
 
 
 class Rover:
@@ -65,7 +70,7 @@ class Rover:
         self.wheels: Wheels = SOUND
         self.twist = Twist()
         self.steering_held = False
-        self.worst_tick_ns = 0
+        self.pace = Pace()
 
     @property
     def config(self) -> Config:
@@ -73,23 +78,32 @@ class Rover:
         return self.parameters.config
 
 
-def tick(rover: Rover, inputs: Inputs) -> Outputs:
-    """One tick of 10 ms: what the outside said in, what the rover does out."""
-    now_ns = inputs.now_ns
+def tick(rover: Rover, inputs: Inputs, mark: Mark = lambda _: None) -> Outputs:
+    """One tick of 10 ms: what the outside said in, what the rover does out.
+
+    mark: told when a rate group begins, for the shell's stopwatch; what that measures comes back by Inputs.
+    """
+    now_ns, due = inputs.now_ns, rover.pace.schedule.due
+    mark(Group.RECEIVE)
     scans = rover.lidar.receive(inputs.lidar_chunks, inputs.lidar_state, now_ns)
     rover.nodes.receive(inputs.can_frames, now_ns, inputs.can)
     for family in (rover.parameters, rover.fences):
         family.receive(inputs.saved)
     orders = rover.downlink.receive(inputs.link_messages, now_ns)
-    taken = rover.jobs.take(inputs.jobs, inputs.tick)
+    rover.pace.update(inputs.timing, inputs.health, rover.jobs.running)
+    taken = rover.jobs.take(inputs.jobs, inputs.tick, inputs.timing.job_ns)
 
+    mark(Group.ESTIMATE)
     imu = rover.nodes.imu[-1] if rover.nodes.imu else None
     wheels = rover.watch.readings(rover.nodes.wheels)
     rover.localisation.update(wheels, imu, now_ns, rover.wheels)
     rover.watch.update(_seen(rover, imu, now_ns))
     rover.wheels = rover.watch.health
+
+    mark(Group.MONITORS)
     faults = rover.executive.masks.unmasked(active_faults(_watched(rover, inputs)), now_ns)
 
+    mark(Group.EXECUTIVE)
     context = Context(
         inputs.tick, now_ns, scans, rover.lidar, rover.nodes, rover.localisation, rover.jobs, taken, held=False,
         wheels=rover.wheels, found=rover.watch.faults, fences=rover.fences.fences,
@@ -99,10 +113,17 @@ def tick(rover: Rover, inputs: Inputs) -> Outputs:
     rover.twist = rover.executive.step(orders, faults, context)
     for name in context.judge_anew:
         rover.watch.forget(name)
-    if inputs.tick % WHEEL_TICKS == 0 or rover.twist == Twist():  # standing never waits
+    mark(Group.WHEELS)
+    if due(Group.WHEELS, inputs.tick) or rover.twist == Twist():  # standing never waits
         rover.nodes.set_wheels(rover.watch.orders(_steer(rover, wheels)))
 
-    events = _tell(rover, inputs)
+    mark(Group.HOUSEKEEPING)
+    events = _tell(rover)
+    if due(Group.HOUSEKEEPING, inputs.tick):
+        rover.downlink.sample(_view(rover), now_ns)
+        rover.pace.rest()
+
+    mark(Group.SEND)
     pose = rover.localisation.pose
     return Outputs(
         can_frames=rover.nodes.send(now_ns, int(rover.executive.mode)),
@@ -112,6 +133,7 @@ def tick(rover: Rover, inputs: Inputs) -> Outputs:
         link_payloads=rover.downlink.send(now_ns),
         jobs=rover.jobs.outgoing(),
         saves=_saves(rover),
+        cancelled=rover.jobs.cancelled(),
         events=events,
         pose=(pose.x_m, pose.y_m, pose.z_m, pose.roll_rad, pose.pitch_rad, pose.yaw_rad),
         reboot=rover.executive.services.reboot_due(now_ns),
@@ -171,15 +193,12 @@ def _steer(rover: Rover, wheels: Sequence[WheelState | None]) -> tuple[WheelComm
     return rover.orders
 
 
-def _tell(rover: Rover, inputs: Inputs) -> tuple[Event, ...]:
+def _tell(rover: Rover) -> tuple[Event, ...]:
     events = (*rover.downlink.notices, *rover.executive.events)
     rover.downlink.notices, rover.executive.events = [], []
     for event in events:
         rover.downlink.event(event)
-    rover.worst_tick_ns = max(rover.worst_tick_ns, inputs.health.last_tick_ns)
     rover.downlink.mode = rover.executive.mode
-    if rover.downlink.sample_due(inputs.now_ns):
-        rover.downlink.sample(_view(rover), inputs.now_ns)
     return events
 
 
@@ -197,7 +216,11 @@ def _view(rover: Rover) -> View:
         lidar_good=rover.lidar.counts["scans"],
         lidar_bad=rover.lidar.bad,
         lidar_clock=rover.lidar.clock.quality,
-        tick_worst_ms=rover.worst_tick_ns / 1e6,
+        tick_worst_ms=rover.pace.recent_tick_ns / 1e6,
+        tick_late_ms=rover.pace.recent_late_ns / 1e6,
+        ticks_slipped=rover.pace.slipped_ticks,
+        groups_over=sum(rover.pace.over_budget),
+        jobs_late=rover.jobs.late_count,
         link_received=rover.downlink.received,
         link_refused=rover.downlink.refused_count,
         events_waiting=rover.downlink.events_waiting,
@@ -211,8 +234,8 @@ def _digest(rover: Rover) -> bytes:
     items = (
         rover.executive.mode, rover.executive.phase, *rover.twist, rover.steering_held,
         *rover.localisation.digest_items(), *rover.watch.digest_items(), *rover.lidar.digest_items(),
-        *rover.nodes.digest_items(), *rover.downlink.digest_items(), *rover.executive.masks.digest_items(),
-        *rover.parameters.digest_items(), *rover.fences.digest_items(),
+        *rover.nodes.digest_items(), *rover.downlink.digest_items(), *rover.pace.digest_items(),
+        *rover.executive.masks.digest_items(), *rover.parameters.digest_items(), *rover.fences.digest_items(),
         *rover.executive.sequencer.digest_items(), len(rover.executive.tasks.track),
     )
     return hashlib.blake2b(array("d", items), digest_size=8).digest()

@@ -9,35 +9,41 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
 
 from onboard.config import ConfigError
+from onboard.drivers.alarm import Alarm
 from protocol.barrier import Done, Hello, Receiver, Stop, Tick, Welcome, encode, parse_address
 from protocol.conventions import TICK_NS
+
+_ALARM_FIRST_S = 1e-3  # the relative limit comes after the alarm, and is there should that fail
 
 
 class ClockLostError(RuntimeError):
     """The bench that owns time has gone."""
 
 
-def wait_for(descriptor: int, limit_s: float) -> bool:
-    """Sleep until the descriptor has news, at most `limit_s`; whether it has. -1: nothing to wait for."""
-    if descriptor < 0:
+def wait_for(descriptor: int, limit_s: float, alarm: int = -1) -> bool:
+    """Sleep until the descriptor has news, the alarm's fires, or for `limit_s`; whether the former has. -1: none."""
+    awaited = [fd for fd in (descriptor, alarm) if fd >= 0]
+    if not awaited:
         time.sleep(limit_s)
         return False
-    return bool(select.select([descriptor], [], [], limit_s)[0])  # poll() would round to whole milliseconds
+    return descriptor in select.select(awaited, [], [], limit_s)[0]  # poll() would round to whole milliseconds
 
 
 class WallClock:
     """Absolute deadlines on the monotonic clock; between them the shell sleeps until a port has news or it is time.
 
-    idle(left_s): what it does meanwhile; it may come back early.
+    idle(left_s): what it does meanwhile; it may come back early. alarm: set to each deadline, for `idle` to wait for.
+    late_ns: how long after its deadline the last tick began.
     """
 
     def __init__(self, tick_ns: int = TICK_NS) -> None:
         self._tick_ns = tick_ns
         self._start_ns = time.monotonic_ns()
         self._number = 0
-        self.slipped_ticks = 0
+        self.slipped_ticks = self.late_ns = 0
         self.stopping = False
         self.idle: Callable[[float], None] = time.sleep
+        self.alarm: Alarm | None = None
 
     def start(self) -> None:
         """Time begins now: the opening of the ports is no part of the run."""
@@ -56,15 +62,25 @@ class WallClock:
             self.slipped_ticks += late
             self._number += late
             deadline_ns = self._number * self._tick_ns
+        if self.alarm:
+            self.alarm.set(self._start_ns + deadline_ns)
         while not self.stopping and (left_ns := deadline_ns - self.now_ns()) > 0:
-            self.idle(left_ns / 1e9)
+            self.idle(left_ns / 1e9 + (_ALARM_FIRST_S if self.alarm else 0.0))
+        self.late_ns = -left_ns if not self.stopping else 0
         return None if self.stopping else Tick(self._number, deadline_ns, ())
+
+    @property
+    def left_ns(self) -> int:
+        """Until the next deadline; negative where it has passed."""
+        return (self._number + 1) * self._tick_ns - self.now_ns()
 
     def overtime(self, ticks: int) -> Iterator[Tick]:
         """So many ticks more, though the run is over."""
         for _ in range(ticks):
             self._number = max(self._number + 1, self.now_ns() // self._tick_ns)
             deadline_ns = self._number * self._tick_ns
+            if self.alarm:
+                self.alarm.set(self._start_ns + deadline_ns)
             while (left_ns := deadline_ns - self.now_ns()) > 0:
                 self.idle(left_ns / 1e9)
             yield Tick(self._number, deadline_ns, ())
@@ -89,7 +105,7 @@ class LockStepClock:
         self._inbox: list[object] = []
         self._name = name
         self._now_ns = 0
-        self.slipped_ticks = 0
+        self.slipped_ticks = self.late_ns = 0
         self.stopping = False
 
     def start(self) -> None:

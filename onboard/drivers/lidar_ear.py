@@ -13,16 +13,20 @@ from onboard.records import Chunk, PortState
 
 
 class LidarEar:
-    """`listen` fills the time between ticks, `take` gives a tick what came. now_ns: onboard time."""
+    """`listen` fills the time between ticks, `take` gives a tick what came. now_ns: onboard time.
+
+    alarm: descriptor that ends the wait as well, -1: none.
+    """
 
     def __init__(self, port: LidarPort, now_ns: Callable[[], int]) -> None:
         self.port = port
         self._now_ns = now_ns
+        self.alarm = -1
         self._heard: list[Chunk] = []
 
     def listen(self, limit_s: float) -> None:
         """Wait for the next bytes, at most `limit_s`, and keep them."""
-        if wait_for(self.port.fileno() if self.port.state is PortState.OPEN else -1, limit_s):
+        if wait_for(self.port.fileno() if self.port.state is PortState.OPEN else -1, limit_s, self.alarm):
             self._heard += self.port.read(self._now_ns())
 
     def take(self) -> tuple[Chunk, ...]:

@@ -7,7 +7,7 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 
 from onboard.drivers.disk import write_whole
-from onboard.records import Save, Saved
+from onboard.ports import Save, Saved
 
 NAMES = ("parameters", "fences")
 

@@ -7,19 +7,22 @@ A job names its function, and the thread that runs it loads the function's modul
 from __future__ import annotations
 
 import gc
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from pkgutil import resolve_name
+from threading import get_native_id
+from time import perf_counter_ns
 from typing import Any
 
 from onboard.records import JobDone, JobRequest
 
 
 class Workers:
-    """The thread of the core's long work."""
+    """The thread of the core's long work. took_ns: how long each job of the last `collect` ran; () in lock-step."""
 
     def __init__(self, wait: bool) -> None:
         self._wait = wait
+        self.took_ns: tuple[int, ...] = ()
         self._pool = ThreadPoolExecutor(max_workers=1, thread_name_prefix="job")
         self._running: dict[int, tuple[JobRequest, Future[Any]]] = {}
 
@@ -32,20 +35,31 @@ class Workers:
             self._pool.submit(resolve_name, name)
         return self._pool.submit(gc.freeze)  # collecting what was loaded anew would cost ticks of 30 ms
 
-    def start(self, requests: tuple[JobRequest, ...]) -> None:
-        """Begin these jobs."""
+    def thread_id(self) -> int:
+        """The operating system's number of the thread, when what it does now is done."""
+        return self._pool.submit(get_native_id).result()
+
+    def start(self, requests: Sequence[JobRequest], cancelled: Sequence[int] = ()) -> None:
+        """Begin these jobs. cancelled: those that wait for the thread never begin, one that runs goes unheard."""
+        for job_id in cancelled:
+            if job_id in self._running:
+                self._running.pop(job_id)[1].cancel()
         for request in requests:
-            self._running[request.job_id] = (request, self._pool.submit(perform, request))
+            self._running[request.job_id] = (request, self._pool.submit(_timed, request))
 
     def collect(self, tick: int) -> tuple[JobDone, ...]:
         """Results to be taken at this tick, in the order of submission. A job that raised raises here."""
+        self.took_ns = ()
         if not self._running:
             return ()
-        done = []
+        done, took = [], []
         for job_id, (request, future) in list(self._running.items()):
             if tick >= request.due_tick and (self._wait or future.done()):
-                done.append(JobDone(job_id, future.result()))
+                value, took_ns = future.result()
+                done.append(JobDone(job_id, value))
+                took.append(took_ns)
                 del self._running[job_id]
+        self.took_ns = () if self._wait else tuple(took)
         return tuple(done)
 
     def close(self) -> None:
@@ -59,8 +73,10 @@ class Inline:
     def __init__(self) -> None:
         self._waiting: dict[int, JobRequest] = {}
 
-    def start(self, requests: tuple[JobRequest, ...]) -> None:
-        """Keep these jobs for later."""
+    def start(self, requests: Sequence[JobRequest], cancelled: Sequence[int] = ()) -> None:
+        """Keep these jobs for later, and the cancelled ones no longer."""
+        for job_id in cancelled:
+            self._waiting.pop(job_id, None)
         self._waiting.update((request.job_id, request) for request in requests)
 
     def due(self, tick: int) -> tuple[int, ...]:
@@ -74,6 +90,11 @@ class Inline:
             request = self._waiting.pop(job_id)
             taken.append(JobDone(job_id, perform(request)))
         return tuple(taken)
+
+
+def _timed(request: JobRequest) -> tuple[Any, int]:
+    began_ns = perf_counter_ns()
+    return perform(request), perf_counter_ns() - began_ns
 
 
 def perform(request: JobRequest) -> Any:

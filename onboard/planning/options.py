@@ -49,7 +49,7 @@ class Fields:
     @property
     def ground(self) -> Ground:
         """The free poses on their grid."""
-        return Ground(self.freedom == Freedom.FREE, self.surface.grid)
+        return Ground(self.freedom == int(Freedom.FREE), self.surface.grid)  # as an enum it takes five times as long
 
 
 def optimistic_chain(cost: F32, cell: tuple[int, int, int], planning: config.Planning, cell_m: float, near: F32) -> I32:

@@ -99,7 +99,7 @@ def replay(path: Path) -> Verdict:
             check_inputs(number, recorded)
             inputs, job_ids = decode_inputs(recorded)
             outputs = tick(rover, replace(inputs, jobs=jobs.take(job_ids)))
-            jobs.start(outputs.jobs)
+            jobs.start(outputs.jobs, outputs.cancelled)
             made = encode_outputs(outputs, recorded)
             verdict.ticks += 1
             for topic in OUTPUTS:

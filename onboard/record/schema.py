@@ -5,12 +5,13 @@ Each channel is one MCAP topic with one message for each tick in which it has so
     /in/tick    tick u64, now_ns i64, lidar_state u8, link_state u8, health 5 x i64, then the ids (u32) of jobs taken
     /in/bus     of a CAN bus that is not as at the start: state u8, send failures u32, openings u32, error frames by
                 kind 9 x u32, then the error's words
+    /in/time    of a tick that was measured: late_ns i64, numbers of groups and of jobs u8 each, nanoseconds i64 of each
     /in/can     per frame: stamp_ns i64, id u16, length u8, data
     /in/lidar   per chunk: rx_ns i64, length u32, data
     /in/disk    per result of a save: name length u8, error length u8, both
     /in/link    per message: rx_ns i64, accepted u8, station u8, kind u8, verdict length u8, payload length u16, both
-    /out/tick   state digest 8 B, CRC-32 of the six input messages (6 x u32), connect u8 (1 LIDAR, 2 CAN, 4 reboot),
-                then ids (u32) of new jobs
+    /out/tick   state digest 8 B, CRC-32 of the seven input messages (7 x u32), connect u8 (1 LIDAR, 2 CAN, 4 reboot),
+                then ids (u32) of new jobs, and with the highest bit set those of cancelled ones
     /out/can    per frame: id u16, length u8, data          /out/lidar   bytes
     /out/disk   per save: name length u8, data length u32, both
     /out/link   per payload: kind u8, length u16, data      /out/event   JSON      /out/pose   6 x f64
@@ -22,11 +23,25 @@ import json
 import struct
 import zlib
 
-from onboard.records import BusStatus, BusTrouble, Chunk, Frame, Health, Inputs, LinkMessage, Outputs, PortState, Saved
+from onboard.ports import Saved
+from onboard.records import (
+    BusStatus,
+    BusTrouble,
+    Chunk,
+    Frame,
+    Health,
+    Inputs,
+    LinkMessage,
+    Outputs,
+    PortState,
+    Timing,
+)
 
 _TICK = struct.Struct("<QqBB5q")
 _BUS = struct.Struct(f"<BII{len(BusTrouble)}I")
-_CHECKS = struct.Struct("<6I")
+_TIME = struct.Struct("<qBB")
+_CHECKS = struct.Struct("<7I")
+_CANCELLED = 1 << 31
 _FRAME_IN = struct.Struct("<qHB")
 _CHUNK = struct.Struct("<qI")
 _MESSAGE = struct.Struct("<qBBBBH")
@@ -35,7 +50,7 @@ _PAYLOAD = struct.Struct("<BH")
 _SAVED, _SAVE = struct.Struct("<BB"), struct.Struct("<BI")
 _POSE = struct.Struct("<6d")
 
-INPUTS = ("/in/tick", "/in/bus", "/in/can", "/in/lidar", "/in/link", "/in/disk")
+INPUTS = ("/in/tick", "/in/bus", "/in/time", "/in/can", "/in/lidar", "/in/link", "/in/disk")
 OUTPUTS = ("/out/tick", "/out/can", "/out/lidar", "/out/link", "/out/event", "/out/pose", "/out/disk")
 
 
@@ -48,6 +63,8 @@ def encode_inputs(inputs: Inputs) -> dict[str, bytes]:
     messages = {"/in/tick": head + ids}
     if inputs.can != BusStatus():
         messages["/in/bus"] = _bus_bytes(inputs.can)
+    if inputs.timing != Timing():
+        messages["/in/time"] = _time_bytes(inputs.timing)
     if inputs.can_frames:
         messages["/in/can"] = b"".join(
             _FRAME_IN.pack(stamp, can_id, len(data)) + data for can_id, data, stamp in inputs.can_frames
@@ -76,7 +93,8 @@ def decode_inputs(messages: dict[str, bytes]) -> tuple[Inputs, tuple[int, ...]]:
         can_frames=_frames(messages.get("/in/can", b"")), can=_bus(messages.get("/in/bus", b"")),
         lidar_chunks=_chunks(messages.get("/in/lidar", b"")), lidar_state=PortState(lidar_state),
         link_messages=_link(messages.get("/in/link", b"")), link_state=PortState(link_state),
-        health=Health(*health), saved=_saved(messages.get("/in/disk", b"")),
+        health=Health(*health), timing=_timing(messages.get("/in/time", b"")),
+        saved=_saved(messages.get("/in/disk", b"")),
     )
     return inputs, ids
 
@@ -90,6 +108,19 @@ def _bus(raw: bytes) -> BusStatus:
         return BusStatus()
     state, failures, openings, *errors = _BUS.unpack_from(raw)
     return BusStatus(PortState(state), raw[_BUS.size :].decode(), failures, openings, tuple(errors))
+
+
+def _time_bytes(timing: Timing) -> bytes:
+    rows = (*timing.group_ns, *timing.job_ns)
+    return _TIME.pack(timing.late_ns, len(timing.group_ns), len(timing.job_ns)) + struct.pack(f"<{len(rows)}q", *rows)
+
+
+def _timing(raw: bytes) -> Timing:
+    if not raw:
+        return Timing()
+    late_ns, groups, jobs = _TIME.unpack_from(raw)
+    rows = struct.unpack_from(f"<{groups + jobs}q", raw, _TIME.size)
+    return Timing(late_ns, rows[:groups], rows[groups:])
 
 
 def _frames(raw: bytes) -> tuple[Frame, ...]:
@@ -137,7 +168,10 @@ def _saved(raw: bytes) -> tuple[Saved, ...]:
 def encode_outputs(outputs: Outputs, inputs: dict[str, bytes]) -> dict[str, bytes]:
     """Topic -> message of one tick's outputs; /out/tick guards the inputs it was computed from."""
     checks = _CHECKS.pack(*(zlib.crc32(inputs.get(topic, b"")) for topic in INPUTS))
-    ids = b"".join(struct.pack("<I", job.job_id) for job in outputs.jobs)
+    ids = struct.pack(
+        f"<{len(outputs.jobs) + len(outputs.cancelled)}I", *(job.job_id for job in outputs.jobs),
+        *(job_id | _CANCELLED for job_id in outputs.cancelled),
+    )  # fmt: skip
     connect = outputs.lidar_connect | outputs.can_connect << 1 | outputs.reboot << 2
     messages = {"/out/tick": outputs.state_digest + checks + bytes([connect]) + ids}
     if outputs.can_frames:

@@ -1,8 +1,8 @@
 """One MCAP file for each run: every input and output of the core, tick by tick, with what is needed to run it again.
 
-Attachments: config.toml, gdem.npz, versions.json, kept parameters and fences, the tiles of the map at the start and at
-the end of the run. Chunks of 256 KiB, zstd. Decisions with their maps ride on /plan as .npz, for the
-report; a replay makes them anew.
+Attachments: config.toml, gdem.npz, versions.json, kept parameters and fences, the tiles of the map at the start; at the
+end of the run, its tiles and rhythm.json. Chunks of 256 KiB, zstd. Decisions with their maps ride on /plan as .npz, for
+the report; a replay makes them anew.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ import json
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from types import MappingProxyType, TracebackType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from onboard.config import Config
 from onboard.config_text import to_toml
@@ -88,9 +88,13 @@ class Recorder:
                     data=archive.to_npz(job.value),
                 )
 
-    def end(self, memory: StopMap | None) -> None:
-        """The map as the run leaves it; after the last tick."""
-        if self._file is not None and memory is not None:
+    def end(self, memory: StopMap | None, rhythm: Mapping[str, Any] | None = None) -> None:
+        """The map as the run leaves it, and how it kept its rhythm (onboard.status.report); after the last tick."""
+        if self._file is None:
+            return
+        if rhythm is not None:
+            self._attach("rhythm.json", json.dumps(rhythm).encode(), "application/json")
+        if memory is not None:
             self._attach_tiles(MAP_END, cut(memory.cells, memory.target_points))
 
     def __enter__(self) -> Recorder:

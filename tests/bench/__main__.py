@@ -16,7 +16,18 @@ from tempfile import TemporaryDirectory
 from rich.console import Console
 from rich.table import Table
 
-from tests.bench import flight, global_field, in_memory, mapping, next_position, planning, search, visibility, wire
+from tests.bench import (
+    flight,
+    global_field,
+    in_memory,
+    jitter,
+    mapping,
+    next_position,
+    planning,
+    search,
+    visibility,
+    wire,
+)
 from tests.bench.goals import GOALS, MISSING, Measured
 
 OUT = Path("build/bench.json")
@@ -38,6 +49,8 @@ def measure(name: str, repeats: int, mission: flight.Mission) -> Measured:
     """One row."""
     if name in CORE_ROWS:
         return pinned(lambda: CORE_ROWS[name](repeats))
+    if name in jitter.ROWS:  # on all cores: the planner works on another
+        return jitter.ROWS[name](repeats)
     if name == "start":
         return flight.start(repeats)
     if name in ("tick-cost", "replay-rtf"):

@@ -111,7 +111,7 @@ def _driving_ticks_s(mission: Mission, recorded: list[tuple[Inputs, tuple[int, .
         spent = perf_counter() - began
         if rover.executive.phase is Phase.DRIVING:
             taken.append(spent)
-        jobs.start(outputs.jobs)
+        jobs.start(outputs.jobs, outputs.cancelled)
     return taken
 
 

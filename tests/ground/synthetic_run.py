@@ -106,6 +106,17 @@ def phase_events():
     return told
 
 
+RHYTHM = {
+    "rate_groups": [{"name": "executive", "rate_hz": 100.0, "budget_us": 2000.0, "worst_us": 2345.0, "over_budget": 6,
+                     "slips": 0}],
+    "ticks": {"lateness": [0, 9], "late_below_us": {"p50": 128, "p99": 256, "p999": 2048}, "late_worst_ms": 3.21,
+              "worst_ms": 8.0, "slipped": 4,
+              "slips": [{"cause": "record", "job": "plan", "ticks": 4, "worst_ms": 23.4}]},
+    "jobs": {"running": [], "kept": {"remember": {"done": 17, "late": 3, "worst_late_ticks": 29, "worst_ms": 5.0}}},
+    "real_time": [],
+}
+
+
 def write_run(folder, ground=True, bench=True, step=10):
     """Write the folder; `step` in ticks of the record. ground: with truth and field. bench: with summary and so on."""
     made = field()
@@ -122,6 +133,7 @@ def write_run(folder, ground=True, bench=True, step=10):
             jobs = (JobDone(1, plans[time_s]),) if time_s in plans else ()
             outputs = Outputs(pose=pose, events=events, state_digest=b"8" * 8)
             recorder.write(Inputs(tick, tick * 10**7, jobs=jobs), outputs)
+        recorder.end(None, RHYTHM)
     if ground:
         (folder / "field.npz").write_bytes(field_file.to_npz(made))
         write_truth(folder / "truth.mcap")

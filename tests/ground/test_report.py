@@ -57,6 +57,7 @@ def test_every_picture_is_inside_the_page_and_has_words(page):
     "3000: the straight line is free", "6.0 times real time", "900 sent, 45 lost", "x 15.00 m, y 2.00 m", "ab" * 32,
     "cd" * 32, "ef" * 32, "Nothing here has met real hardware", "arrived: 0.12 m from the goal",
     "ets8-b: 256 kbit/s both ways", "p99.9 9.00 ms", "wall time of a tick",
+    "2345 µs", "3.21 ms at worst", "23.4 ms", ">29<",
     "true distance to the goal, from the bench", "the rover&#x27;s own word, by its estimate",
 ])
 def test_the_facts_are_on_the_page(page, fact):

@@ -429,6 +429,17 @@ def test_a_late_job_is_reported_while_it_is_late():
     assert rover.rover.jobs.late_ticks == 30
 
 
+def test_a_job_that_never_comes_ends_the_mission_in_safe_with_its_name(monkeypatch):
+    monkeypatch.setattr("onboard.core.jobs.GIVE_UP_TICKS", 40)
+    rover = bench()
+    rover.job_late_ticks = 10**9
+    request = rover.goto(3.0, 0.5)
+    rover.until(lambda: rover.mode is Mode.SAFE, 30.0)
+    assert rover.states(request)[-1] is State.FAILED
+    assert rover.text(request).startswith("look: no result")
+    assert rover.rover.jobs.running == ()
+
+
 def test_a_lidar_silent_in_mid_sweep_discards_the_sweep_and_scans_again():
     rover = bench()
     rover.goto(3.0, 0.5)

@@ -14,7 +14,8 @@ from onboard.core.tick import Rover
 from onboard.planning.fenced import MARGIN_M, STAND_M, closed, fenced, keep_out
 from onboard.planning.fences import GOAL, KEEP_OUT, Fence, entered, from_json, goal_refused, to_json
 from onboard.planning.poses import ORIENTATIONS, Freedom
-from onboard.records import Gdem, Grid, Pose, Saved
+from onboard.ports import Saved
+from onboard.records import Gdem, Grid, Pose
 from protocol.faults import BY_NAME
 from protocol.modes import Mode, Phase
 from protocol.transactions import State

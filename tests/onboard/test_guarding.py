@@ -111,6 +111,18 @@ def test_lost_lines_stop_the_rover_within_450_ms_and_it_drives_on_when_they_come
     assert driving.phase is Phase.DRIVING
 
 
+def test_a_verdict_that_is_late_stops_the_rover_until_it_comes(driving):
+    driving.job_late_ticks = 100
+    took_s = driving.until(lambda: driving.rover.twist == (0.0, 0.0, 0.0), 1.0)
+    assert driving.rover.jobs.overdue_ticks(driving.tick) == 1
+    assert took_s <= 0.1 + QUICK.jobs.guard_ticks / 100 + 0.01  # a line, its budget, the tick after
+    driving.run(0.5)
+    assert driving.rover.twist == (0.0, 0.0, 0.0) and any("JOB_LATE" in text for _, text in driving.told("FAULT"))
+    driving.job_late_ticks = 0
+    driving.until(lambda: driving.rover.twist.vx_mps > 0.05, 2.0)
+    assert driving.phase is Phase.DRIVING
+
+
 def test_a_guard_that_stays_blind_ends_the_mission_with_the_reason(driving):
     driving.lidar_plugged = False
     assert driving.until_final(driving.request, 40.0) is State.FAILED
@@ -145,5 +157,5 @@ def test_from_its_inputs_alone_a_hazard_is_answered_again_with_the_same_bytes(kn
     again, jobs = Rover(settings, None, known), Inline()
     for number, heard in enumerate(inputs):
         outputs = tick(again, replace(heard, jobs=jobs.take(tuple(done.job_id for done in heard.jobs))))
-        jobs.start(outputs.jobs)
+        jobs.start(outputs.jobs, outputs.cancelled)
         assert digest(outputs) == rover.digests[number]

@@ -2,17 +2,20 @@
 
 import subprocess
 import sys
+from dataclasses import replace
+from pathlib import Path
 from pkgutil import resolve_name
+from threading import Event
 
 import pytest
 
-from onboard.core.jobs import JOBS, JobBook
+from onboard.core.jobs import GIVE_UP_TICKS, JOBS, Job, JobBook, Late
 from onboard.drivers.workers import Inline, Workers
 from onboard.records import JobDone
 
 
 def test_in_lock_step_a_result_comes_at_its_due_tick_and_no_earlier():
-    book, workers = JobBook({"factorial": "math:factorial"}), Workers(wait=True)
+    book, workers = JobBook({"factorial": Job("math:factorial", Late.WAIT)}), Workers(wait=True)
     book.submit("factorial", (5,), due_tick=5)
     workers.start(book.outgoing())
     taken = {tick: book.take(workers.collect(tick), tick) for tick in range(1, 8)}
@@ -55,11 +58,11 @@ def test_a_forgotten_job_gives_nothing_and_its_name_is_free_again():
 
 
 def test_every_job_is_a_function_that_exists():
-    assert all(callable(resolve_name(function)) for function in JOBS.values())
+    assert all(callable(resolve_name(job.function)) for job in JOBS.values())
 
 
 def test_a_job_is_run_where_it_was_sent_and_gives_the_same_in_a_replay():
-    book, workers, inline = JobBook({"factorial": "math:factorial"}), Workers(wait=True), Inline()
+    book, workers, inline = JobBook({"factorial": Job("math:factorial", Late.WAIT)}), Workers(wait=True), Inline()
     book.submit("factorial", (5,), due_tick=1)
     requests = book.outgoing()
     workers.start(requests)
@@ -70,7 +73,7 @@ def test_a_job_is_run_where_it_was_sent_and_gives_the_same_in_a_replay():
 
 
 def test_what_cannot_be_loaded_raises_where_it_is_needed_and_not_before():
-    book, workers = JobBook({"plan": "onboard.nowhere:plan"}), Workers(wait=True)
+    book, workers = JobBook({"plan": Job("onboard.nowhere:plan", Late.WAIT)}), Workers(wait=True)
     workers.preload(["onboard.nowhere:plan"]).result()
     book.submit("plan", (), due_tick=1)
     workers.start(book.outgoing())
@@ -92,3 +95,85 @@ def test_the_flight_program_starts_without_the_libraries_that_only_jobs_and_the_
     script = "import sys, onboard.app; print(*{name.partition('.')[0] for name in sys.modules})"
     loaded = subprocess.run([sys.executable, "-c", script], check=True, capture_output=True, text=True).stdout.split()
     assert not {"scipy", "filterpy", "small_gicp"} & set(loaded)
+
+
+PLAIN = {"plan": Job("math:factorial", Late.WAIT), "guard": Job("math:factorial", Late.HOLD)}
+
+
+def test_lateness_is_counted_by_job_and_may_be_asked_for_by_policy():
+    book = JobBook(PLAIN)
+    book.submit("plan", (), due_tick=10)
+    book.submit("guard", (), due_tick=15)
+    first, second = book.outgoing()
+    assert [book.overdue_ticks(20), book.overdue_ticks(20, Late.WAIT), book.overdue_ticks(20, Late.HOLD)] == [10, 10, 5]
+    book.take((JobDone(first.job_id, 1), JobDone(second.job_id, 1)), 15, (7_000_000, 3_000_000))
+    plan, guard = book.kept["plan"], book.kept["guard"]
+    assert (plan.done, plan.late, plan.worst_late_ticks, plan.worst_ns) == (1, 1, 5, 7_000_000)
+    assert (guard.done, guard.late, guard.worst_late_ticks, guard.worst_ns) == (1, 0, 0, 3_000_000)
+    assert book.late_count == 1
+
+
+def test_waiting_ends_a_minute_after_the_due_tick_and_a_hung_job_is_cancelled_and_counted_as_late():
+    book = JobBook(PLAIN)
+    book.submit("plan", (), due_tick=10)
+    (request,) = book.outgoing()
+    assert book.give_up(10 + GIVE_UP_TICKS) == ()
+    assert book.give_up(11 + GIVE_UP_TICKS) == ("plan",)
+    assert book.cancelled() == (request.job_id,)
+    assert (book.running, book.cancelled(), book.late_count) == ((), (), 1)
+
+
+def test_a_job_forgotten_before_it_was_sent_is_never_sent_and_needs_no_cancelling():
+    book = JobBook(PLAIN)
+    book.submit("plan", (), due_tick=10)
+    book.forget({"plan"})
+    assert (book.outgoing(), book.cancelled()) == ((), ())
+
+
+@pytest.mark.parametrize("lockstep", [True, False])
+def test_a_cancelled_job_that_waits_for_the_thread_never_begins(lockstep):
+    gate, ran = Event(), []
+    book, workers = JobBook({"first": Job("", Late.WAIT), "second": Job("", Late.WAIT)}), Workers(wait=lockstep)
+    workers.preload([])  # the thread is there
+    workers._pool.submit(gate.wait)
+    book.submit("second", (ran.append, (1,)), due_tick=1)
+    (request,) = book.outgoing()
+    workers.start([replace(request, function="functools:reduce", arguments=(ran.append, (1, 2)))])
+    book.forget({"second"})
+    workers.start((), book.cancelled())
+    gate.set()
+    workers.close()
+    assert (workers.collect(1), ran) == ((), [])
+
+
+def test_a_replay_does_not_run_what_was_cancelled():
+    book, inline = JobBook(PLAIN), Inline()
+    book.submit("plan", (5,), due_tick=10)
+    inline.start(book.outgoing())
+    book.forget({"plan"})
+    inline.start((), book.cancelled())
+    assert inline.due(20) == ()
+
+
+def test_on_the_wall_clock_a_job_is_measured_and_in_lock_step_it_is_not():
+    for lockstep in (True, False):
+        book, workers = JobBook(PLAIN), Workers(wait=lockstep)
+        book.submit("plan", (5,), due_tick=1)
+        workers.start(book.outgoing())
+        workers.thread_id()  # it answers when the job is done
+        assert [done.value for done in workers.collect(1)] == [120]
+        assert [took_ns > 0 for took_ns in workers.took_ns] == ([] if lockstep else [True])
+        workers.close()
+
+
+def test_what_the_drive_guard_judges_holds_the_rover_while_it_is_late_and_nothing_waits_for_a_product():
+    assert [name for name, job in JOBS.items() if job.late is Late.HOLD] == ["guard_listen"]
+    assert [name for name, job in JOBS.items() if job.late is Late.GO_ON] == ["product"]
+
+
+def test_every_kernel_that_a_job_calls_releases_the_lock():
+    """The binding of scans' blocks is the tick's own and keeps it: 3 us."""
+    folder = Path(resolve_name("onboard").__path__[0]) / "kernels"
+    sources = {path.name: path.read_text() for path in folder.glob("bind_*.hpp")}
+    assert len(sources) >= 8
+    assert [name for name, text in sources.items() if "gil_scoped_release" not in text] == ["bind_scip_blocks.hpp"]

@@ -15,9 +15,10 @@ from onboard.core.tick import Rover, tick
 from onboard.drivers import disk
 from onboard.drivers.state_folder import StateFolder, read_kept
 from onboard.parameters import MOST_CHANGES, TABLE, Settings, listing, recalled
+from onboard.ports import Save, Saved
 from onboard.record.replay import replay
 from onboard.record.writer import Recorder
-from onboard.records import Inputs, LinkMessage, Save, Saved
+from onboard.records import Inputs, LinkMessage
 from protocol import commands
 from protocol.link import Kind
 from protocol.transactions import State

@@ -3,6 +3,7 @@
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from onboard.ports import Saved
 from onboard.record.schema import decode_inputs, encode_inputs, encode_outputs, input_checks
 from onboard.records import (
     BusStatus,
@@ -12,10 +13,11 @@ from onboard.records import (
     Health,
     Inputs,
     JobDone,
+    JobRequest,
     LinkMessage,
     Outputs,
     PortState,
-    Saved,
+    Timing,
 )
 
 TIMES = st.integers(0, 2**50)
@@ -36,6 +38,7 @@ INPUTS = st.builds(
     health=st.builds(Health, TIMES, TIMES, TIMES, TIMES, TIMES),
     saved=st.lists(st.builds(Saved, st.sampled_from(["parameters", "fences"]), st.text(max_size=50)), max_size=3).map(
         tuple),
+    timing=st.builds(Timing, TIMES, st.lists(TIMES, max_size=10).map(tuple), st.lists(TIMES, max_size=3).map(tuple)),
 )
 
 
@@ -55,3 +58,14 @@ def test_outputs_guard_the_inputs_they_came_from():
     flipped = {**before, "/in/lidar": before["/in/lidar"][:-1] + b"d"}
     again = input_checks(encode_outputs(Outputs(state_digest=bytes(8)), flipped)["/out/tick"])
     assert [topic for topic in checks if checks[topic] != again[topic]] == ["/in/lidar"]
+
+
+def test_in_lock_step_the_record_holds_no_times():
+    assert "/in/time" not in encode_inputs(Inputs(1, 10))
+
+
+def test_cancelled_jobs_are_told_from_new_ones():
+    before = encode_inputs(Inputs(1, 10))
+    new = encode_outputs(Outputs(state_digest=bytes(8), jobs=(JobRequest(5, "", "", (), 9),)), before)["/out/tick"]
+    gone = encode_outputs(Outputs(state_digest=bytes(8), cancelled=(5,)), before)["/out/tick"]
+    assert len(new) == len(gone) and new != gone

@@ -1,0 +1,108 @@
+"""What the shell does beside the ticks: keeps record and map, tells of ports, answers `onboard status`, collects.
+
+`keep` belongs to the tick (the rate group `record`); `spare` uses what is left of its time.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from onboard.config import Config
+from onboard.core.tick import Rover
+from onboard.drivers.clock import LockStepClock, WallClock
+from onboard.drivers.disk import Keeper
+from onboard.drivers.lidar_port import LidarPort
+from onboard.drivers.realtime import Grant, RealTime, words
+from onboard.drivers.status_port import StatusError, StatusPort, place_of
+from onboard.drivers.workers import Workers
+from onboard.record.writer import Recorder
+from onboard.records import Inputs, Outputs
+from onboard.status.report import Shell, report
+
+Clock = LockStepClock | WallClock
+
+
+@dataclass(slots=True)
+class Books:
+    """What is kept of a tick, and told of a port when it changes."""
+
+    rover: Rover
+    lidar: LidarPort
+    recorder: Recorder
+    keeper: Keeper
+    announce: Callable[[str], None]
+    told: dict[str, str] = field(default_factory=lambda: {"lidar": "", "can": ""})
+
+    def keep(self, inputs: Inputs, outputs: Outputs) -> None:
+        """One tick, when its outputs have gone out."""
+        told, lidar = self.told, self.lidar.error or self.rover.lidar.complaint
+        for port, word in (("lidar", lidar), ("can", inputs.can.error)):
+            if word != told[port]:
+                told[port] = word
+                self.announce(f"{port}: {word or 'is well'}")
+        self.recorder.write(inputs, outputs)
+        self.keeper.keep(self.rover.executive.memory)
+
+
+class Spare:
+    """The use of spare time: `onboard status` and the collector. It asks for the real-time options, too."""
+
+    def __init__(self, config: Config, rover: Rover, clock: Clock, announce: Callable[[str], None]) -> None:
+        self._config, self._rover, self._clock = config, rover, clock
+        self._status = _status_port(config, announce)
+        self._realtime: RealTime | None = None
+
+    def go(self, workers: Workers, announce: Callable[[str], None]) -> int:
+        """Ask for what [realtime] names, in the thread that ticks, and tell; the alarm's descriptor, -1 without one."""
+        if isinstance(self._clock, LockStepClock):
+            return -1
+        self._realtime = RealTime(self._config.realtime, workers.thread_id())
+        self._clock.alarm = self._realtime.alarm
+        for line in words(self._realtime.grants):
+            announce(line)
+        return self._realtime.alarm.fileno() if self._realtime.alarm else -1
+
+    def use(self) -> None:
+        """After a tick; never waits."""
+        if self._status:
+            self._status.serve(self._report, self._clock.now_ns())
+        if self._realtime and self._realtime.collector and isinstance(self._clock, WallClock):
+            self._realtime.collector.spend(self._clock.left_ns)
+
+    @property
+    def grants(self) -> tuple[Grant, ...]:
+        """What of the real-time options holds."""
+        return self._realtime.grants if self._realtime else ()
+
+    def close(self) -> None:
+        """Give back what was granted; the socket goes."""
+        if self._status:
+            self._status.close()
+        if self._realtime:
+            self._realtime.close()
+
+    def _report(self) -> bytes:
+        path = self._config.record.path
+        shell = Shell(
+            clock=self._config.clock.mode,
+            pid=os.getpid(),
+            uptime_ns=self._clock.now_ns(),
+            grants=self.grants,
+            record=path,
+            record_bytes=Path(path).stat().st_size if path and Path(path).exists() else 0,
+        )
+        return json.dumps(report(self._rover, shell)).encode() + b"\n"
+
+
+def _status_port(config: Config, announce: Callable[[str], None]) -> StatusPort | None:
+    """None where nobody is to be answered, or it cannot be: the rover flies all the same, and says so."""
+    path = place_of(config.status.socket, config.clock.mode == "lockstep")
+    try:
+        return StatusPort(path) if path else None
+    except StatusError as error:
+        announce(f"`onboard status` will not be answered: {error}")
+        return None

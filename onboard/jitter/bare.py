@@ -1,0 +1,24 @@
+"""The bare loop as a process: `python -m onboard.jitter.bare INTERVAL_NS COUNT PRIORITY` writes how late it woke.
+
+What cyclictest does, for machines without it: one thread, clock_nanosleep to absolute times, in C++, with the least
+slack that the kernel knows. So it is a strict reference: nothing that does more can wake earlier.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+
+import numpy as np
+
+from onboard.native import _wakes
+
+if __name__ == "__main__":
+    interval_ns, count, priority = map(int, sys.argv[1:])
+    if priority:
+        os.sched_setscheduler(0, os.SCHED_FIFO | os.SCHED_RESET_ON_FORK, os.sched_param(priority))
+    late_ns = np.zeros(count, np.int64)
+    sys.stdout.write("ready\n")
+    sys.stdout.flush()
+    _wakes.wake_into(interval_ns, late_ns)
+    sys.stdout.write(" ".join(map(str, late_ns.tolist())) + "\n")

@@ -1,0 +1,84 @@
+"""The report behind `onboard status`: one dictionary of plain values, made from the core's state and the shell's."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from onboard.core.pace import Pace, quantile_us
+from onboard.core.schedule import GROUPS
+from onboard.core.tick import Rover
+from onboard.drivers.realtime import Grant
+
+SHARES = {"p50": 0.5, "p99": 0.99, "p999": 0.999}
+
+
+@dataclass(frozen=True, slots=True)
+class Shell:
+    """What only the shell knows. record: path, '' without one."""
+
+    clock: str
+    pid: int
+    uptime_ns: int
+    grants: Sequence[Grant]
+    record: str
+    record_bytes: int
+
+
+def report(rover: Rover, shell: Shell) -> dict[str, Any]:
+    """Everything `onboard status` shows; seconds, metres, radians, bytes."""
+    executive, pose = rover.executive, rover.localisation.pose
+    return {
+        "pid": shell.pid,
+        "clock": shell.clock,
+        "uptime_s": round(shell.uptime_ns / 1e9, 3),
+        "mode": executive.mode.name,
+        "phase": executive.phase.name,
+        "pose": {"x_m": pose.x_m, "y_m": pose.y_m, "z_m": pose.z_m, "yaw_rad": pose.yaw_rad},
+        "faults": list(executive.active),
+        **rhythm(rover, shell.grants),
+        "record": {"path": shell.record, "bytes": shell.record_bytes} if shell.record else None,
+    }
+
+
+def rhythm(rover: Rover, grants: Sequence[Grant]) -> dict[str, Any]:
+    """How the rhythm was kept since the start; also what the record holds of it at its end, for the report."""
+    return {
+        "rate_groups": _groups(rover.pace),
+        "ticks": _ticks(rover.pace),
+        "jobs": _jobs(rover),
+        "real_time": [grant._asdict() for grant in grants],
+    }
+
+
+def _groups(pace: Pace) -> list[dict[str, Any]]:
+    return [
+        {"name": row.name, "rate_hz": row.rate_hz, "budget_us": row.budget_ns / 1e3,
+         "worst_us": pace.worst_ns[row.group] / 1e3, "over_budget": pace.over_budget[row.group],
+         "slips": pace.schedule.slips[row.group]}
+        for row in GROUPS
+    ]  # fmt: skip
+
+
+def _ticks(pace: Pace) -> dict[str, Any]:
+    return {
+        "worst_ms": pace.tick_worst_ns / 1e6,
+        "late_worst_ms": pace.late_worst_ns / 1e6,
+        "late_below_us": {name: quantile_us(pace.lateness, share) for name, share in SHARES.items()},
+        "lateness": list(pace.lateness),
+        "slipped": pace.slipped_ticks,
+        "slips": [
+            {"cause": cause, "job": job, "ticks": count, "worst_ms": pace.slip_worst_ns[cause, job] / 1e6}
+            for (cause, job), count in pace.slips.most_common()
+        ],
+    }
+
+
+def _jobs(rover: Rover) -> dict[str, Any]:
+    kept = {
+        name: {"done": row.done, "late": row.late, "worst_late_ticks": row.worst_late_ticks,
+               "worst_ms": row.worst_ns / 1e6}
+        for name, row in rover.jobs.kept.items()
+    }  # fmt: skip
+    return {"running": list(rover.jobs.running), "kept": kept}
