@@ -14,7 +14,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from onboard.ports import BusStatus as BusStatus, BusTrouble as BusTrouble  # noqa: I001
+from onboard.ports import BusStatus as BusStatus
+from onboard.ports import BusTrouble as BusTrouble
 from onboard.ports import PortState as PortState
 from onboard.ports import Save, Saved
 from onboard.scan import BeamStatus as BeamStatus
@@ -28,7 +29,6 @@ Bool = NDArray[np.bool_]
 
 
 # -- ports: what the shell tells the core, and what the core asks of the shell --------------------------------
-
 
 class Frame(NamedTuple):
     """One CAN frame. `stamp_ns` is the time of its arrival (0 on frames to be sent)."""
