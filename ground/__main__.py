@@ -16,7 +16,7 @@ from typing import Annotated, Any, NoReturn
 
 import typer
 
-from ground import show
+from ground import show, verbs
 from ground.clock import ClockError
 from ground.operate import FAILED, TEMPORARY, Plan, Teller, operate
 from ground.report_command import report_command
@@ -24,6 +24,7 @@ from ground.script import ScriptError, Step, parse
 from ground.session import Session
 from ground.settings import NoStationError, load_settings
 from ground.station import StationError
+from ground.verbs import Contact, Json, Start, StationFile, Timeout
 from onboard.config import ConfigError
 from protocol import commands
 from protocol.barrier import parse_address
@@ -39,13 +40,7 @@ _CODES: tuple[tuple[type[Exception], int], ...] = (
 
 app = typer.Typer(
     help="Fly the rover over the space link.\n\nStart with `ground status`, then `ground goto 12 3`.",
-    add_completion=True, pretty_exceptions_enable=False,
-)
-StationFile = Annotated[Path | None, typer.Option(
-    "--station", metavar="FILE", help="Station file; else ./ground.toml or ./build/sim/ground.toml.")]
-Json = Annotated[bool, typer.Option("--json", help="One JSON object per line.")]
-Timeout = Annotated[float, typer.Option(min=0, metavar="S", help="Give up after so many seconds; 0: never.")]
-Contact = Annotated[float, typer.Option(min=0, metavar="S", help="How long to wait for the first word of the rover.")]
+    add_completion=True, pretty_exceptions_enable=False,)
 
 
 def _out(line: str) -> None:
@@ -80,13 +75,13 @@ def _last_words(text: str) -> None:
     sys.stderr.write(f"ground: {text}\n")
 
 
-def _one(words: list[str], contact_s: float, timeout_s: float, lifetime_s: float = 60.0) -> Plan:
+def _one(words: list[str], contact_s: float, timeout_s: float, lifetime_s: float = 60.0, start_s: float = 0.0) -> Plan:
     """The plan of a single command."""
     try:
         name, arguments = commands.parse(words)
     except ValueError as error:
         raise typer.BadParameter(str(error)) from None
-    step = Step(1, " ".join(words), "command", name, arguments, None)
+    step = Step(1, " ".join(words), "command", name, arguments, None, start_s=start_s)
     return Plan((step,), contact_s=contact_s, limit_s=timeout_s, lifetime_s=lifetime_s)
 
 
@@ -98,6 +93,7 @@ def goto(
     y_m: Annotated[float, typer.Argument(metavar="Y", help="North in the map frame, m.")],
     heading: Annotated[float | None, typer.Option(metavar="DEG", help="Final heading, degrees from east.")] = None,
     expires: Annotated[float, typer.Option(min=0, metavar="S", help="Not begun if it arrives later; 0: any.")] = 60.0,
+    start: Start = 0.0,
     timeout: Timeout = 0.0,
     contact: Contact = 20.0,
     station: StationFile = None,
@@ -105,22 +101,23 @@ def goto(
 ) -> None:
     """Drive to a place by itself; ends when the rover reports the outcome."""
     words = ["goto", repr(x_m), repr(y_m)] + ([] if heading is None else [repr(heading)])
-    _leave(*_run(station, _one(words, contact, timeout, expires), as_json))
+    _leave(*_run(station, _one(words, contact, timeout, expires, start), as_json))
 
 
-def _simple(row: commands.Command) -> None:
-    """A verb for a command without arguments."""
-    def verb(timeout: Timeout = 60.0, contact: Contact = 20.0, station: StationFile = None,
-             as_json: Json = False) -> None:
-        _leave(*_run(station, _one([row.name], contact, timeout), as_json))
-    verb.__doc__ = f"{row.meaning[0].upper()}{row.meaning[1:]}."
-    name = row.name.replace("_", "-")
-    app.command(name, epilog=f"Example: ground {name}")(verb)
+def _verb(words: list[str], options: dict[str, Any]) -> None:
+    """Carries out a verb that is made from the table."""
+    plan = _one(words, options["contact"], options["timeout"], start_s=options["start"])
+    code, session = _run(options["station"], plan, options["as_json"])
+    sent = commands.command(plan.steps[0].name).sends
+    for product in reversed(session.products.values()):
+        if product.name == sent and code == 0:
+            _out(product.data.decode().rstrip())
+            break
+    _leave(code, session)
 
 
-for _row in commands.TABLE:
-    if not _row.arguments and _row.name != "status":
-        _simple(_row)
+_OWN = {"goto", "status", "get"}
+verbs.add(app, [row for row in commands.TABLE if row.name not in _OWN], _verb)
 
 
 @app.command(epilog="Examples: ground status | ground status --json")

@@ -28,9 +28,10 @@ class Step(NamedTuple):
     text: str
     verb: str
     name: str
-    arguments: dict[str, float | str]
+    arguments: dict[str, commands.Value]
     at_s: float | None
     pause_s: float = 0.0
+    start_s: float = 0.0  # of a command: onboard time before which it is not to begin
 
 
 def parse(text: str, where: str = "script") -> list[Step]:
@@ -127,15 +128,15 @@ class Runner:
             self._waiting_for = next(i for i, asked in reversed(self.asked) if asked.name == step.name)
         else:
             # Stop and safe must act however late they come.
-            lifetime_s = self._lifetime_s if step.name == "goto" else 0.0
-            request_id = session.request(step.name, step.arguments, now_ns, lifetime_s)
+            lifetime_s = self._lifetime_s if commands.command(step.name).moves else 0.0
+            request_id = session.request(step.name, step.arguments, now_ns, lifetime_s, step.start_s)
             self.asked.append((request_id, step))
-            if step.name == "get":
+            if step.name == "get" or commands.command(step.name).sends:
                 self._waiting_for = request_id
 
     def _settled(self, session: Session, request_id: int) -> bool:
         request = session.requester.requests[request_id]
-        if request.telecommand.name == "get" and request.state == State.COMPLETED:
+        if session.awaits_product(request_id):
             return session.product_of(request_id) is not None
         return request.state.final
 

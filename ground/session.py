@@ -124,25 +124,39 @@ class Session:
         """The newest heard of the rover; 0 until then."""
         return self._opener.boot_id
 
-    def request(self, name: str, arguments: commands.Arguments, now_ns: int, lifetime_s: float = 0.0) -> int:
+    def request(self, name: str, arguments: commands.Arguments, now_ns: int, lifetime_s: float = 0.0,
+                start_s: float = 0.0) -> int:
         """A new request, its id. It is not executed when it arrives later than its lifetime (0: any time).
+
+        start_s: onboard time before which it is not to begin (0: at once); the lifetime counts from then.
 
         Raises ValueError as commands.check does.
         """
         onboard_ns = self.far_clock.onboard_ns(now_ns)
         issued_ns = max(0, onboard_ns or 0)
-        expiry_ns = issued_ns + round(lifetime_s * 1e9) if lifetime_s and onboard_ns is not None else 0
-        request_id = self.requester.request(name, arguments, now_ns, issued_ns=issued_ns, expiry_ns=expiry_ns)
+        start_ns = round(start_s * 1e9)
+        known = lifetime_s and onboard_ns is not None
+        expiry_ns = max(issued_ns, start_ns) + round(lifetime_s * 1e9) if known else 0
+        request_id = self.requester.request(
+            name, arguments, now_ns, issued_ns=issued_ns, expiry_ns=expiry_ns, start_ns=start_ns
+        )
         if self.boot_id:
             self._timed.add(request_id)  # it goes out at once, so its answer tells the round trip
         return request_id
 
+    def awaits_product(self, request_id: int) -> bool:
+        """Whether a request is completed and what it sends is to come, or has."""
+        request = self.requester.requests[request_id]
+        sends = request.telecommand.name == "get" or commands.command(request.telecommand.name).sends
+        return bool(sends) and request.state == transactions.State.COMPLETED
+
     def product_of(self, request_id: int) -> bulk.Product | None:
-        """What a completed `get` brought: the object that its report names, else the newest announced since."""
+        """What a completed request brought: the object that its report names, else the newest announced since."""
         request = self.requester.requests[request_id]
         if request.report is not None and request.report.data:
             return self.products.get(int(request.report.data[0]))
-        wanted, since_ns = request.telecommand.arguments.get("product"), request.made_ns
+        asked, since_ns = request.telecommand, request.made_ns
+        wanted = asked.arguments.get("product") or commands.command(asked.name).sends
         return next((p for p in reversed(self.products.values())
                      if p.name == wanted and self._product_ns[p.object_id] >= since_ns), None)
 
@@ -154,7 +168,7 @@ class Session:
             if opened.station != DOWNLINK_KEY_ID:
                 raise WireError("sender", f"key {opened.station}")
             if self.boot_id != before:
-                self._rover_booted(before)
+                self._rover_booted(before, now_ns)
             self.heard_ns = now_ns
             news = self._dispatch(opened.kind, opened.payload, now_ns)
         except WireError as error:
@@ -163,9 +177,10 @@ class Session:
         self.counts["ok"] += 1
         return "ok", news
 
-    def _rover_booted(self, before: int) -> None:
+    def _rover_booted(self, before: int, now_ns: int) -> None:
         self.sealer.boot_id = self.boot_id
         if before:
+            self.requester.rover_booted(self.boot_id, now_ns)
             self.far_clock.forget()
             self._telemetry = TelemetryReceiver()
 

@@ -17,7 +17,8 @@ from onboard.calibrate import command as calibrate_command
 from onboard.can_tool import command as can_command
 from onboard.can_tool import jog_command
 from onboard.command_line import EX_CONFIG, EX_INTERRUPTED, EX_UNAVAILABLE, fail, read_config
-from onboard.config import ConfigError, to_toml
+from onboard.config import ConfigError
+from onboard.config_text import to_toml
 from onboard.jitter.command import jitter
 from onboard.lidar_tool import command as lidar_command
 from onboard.maps import gdem_command, map_command
@@ -74,7 +75,8 @@ can_command.app.add_command(jog_command.reset)
 def run(config: Path | None, settings: tuple[str, ...], print_config: bool) -> None:
     """Fly the rover until SIGTERM, Ctrl-C or the bench ends the run.
 
-    Exit codes: 0 ended as asked, 66 no such file, 69 a port cannot be opened, 78 something wrong in the configuration.
+    Exit codes: 0 ended as asked, 66 no such file, 69 a port cannot be opened, 75 ended by `reboot`, to be started anew,
+    78 something wrong in the configuration.
     """
     tree = read_config(config, settings)
     if print_config:

@@ -24,6 +24,7 @@ from onboard.drivers.disk import Keeper, Kept, load
 from onboard.drivers.lidar_ear import LidarEar
 from onboard.drivers.lidar_port import LidarPort, open_port
 from onboard.drivers.link_port import LinkPort, link_keys
+from onboard.drivers.state_folder import StateFolder, read_kept
 from onboard.drivers.stopwatch import Stopwatch, Unmeasured
 from onboard.drivers.workers import Workers
 from onboard.maps.gdem_file import from_npz
@@ -39,6 +40,7 @@ if TYPE_CHECKING:
 MMAP_THRESHOLD = -3  # of mallopt(3)
 LARGE_BYTES = 1 << 18
 WAIT_S = 60.0  # wall-clock limit for bytes that the bench says are on their way
+EX_AGAIN = 75  # the operator had it end, to be started anew: what started the program does that
 DARK_TICKS = 50  # after the end, for the LIDAR to say that its laser is off
 # no first tick needs these, and they load longest
 LATER = ("filterpy.kalman:ExtendedKalmanFilter", *(job.function for job in JOBS.values()))
@@ -157,7 +159,7 @@ def run(config: Config, announce: Callable[[str], None]) -> int:
     kept = load_tiles(config)
     for line in kept.dropped:
         announce(f"dropped: {line}")
-    memory = recall_map(config, kept)
+    memory, state = recall_map(config, kept), load_state(config)
     with ExitStack() as stack:
         lockstep = config.clock.mode == "lockstep"
         clock = LockStepClock(config.clock.barrier) if lockstep else WallClock()
@@ -169,9 +171,11 @@ def run(config: Config, announce: Callable[[str], None]) -> int:
         link = stack.enter_context(LinkPort(config.link.endpoint, link_keys(config), config.link.boot_count))
         workers = Workers(wait=lockstep)
         stack.callback(workers.close)
-        recorder = stack.enter_context(Recorder(config, gdem, kept.tiles))
+        recorder = stack.enter_context(Recorder(config, gdem, kept.tiles, state))
         keeper = Keeper(config.mapping.folder, memory, announce)
         stack.callback(keeper.close)
+        folder = StateFolder(config.state.folder, wait=lockstep)
+        stack.callback(folder.close)
         for number in (signal.SIGTERM, signal.SIGINT):
             signal.signal(number, lambda *_: setattr(clock, "stopping", True))
         if isinstance(clock, LockStepClock):
@@ -181,7 +185,7 @@ def run(config: Config, announce: Callable[[str], None]) -> int:
             ports = WallPorts(can, lidar, link, clock)
             clock.idle = ports.ear.listen
             workers.preload(LATER).result()  # beside the ticks it would make them late
-        rover = Rover(config, gdem, memory)
+        rover = Rover(config, gdem, memory, state)
         books = Books(rover, lidar, recorder, keeper, announce)
         spare = Spare(config, rover, clock, announce)
         stack.callback(spare.close)
@@ -194,32 +198,35 @@ def run(config: Config, announce: Callable[[str], None]) -> int:
         clock.start()
         where = f"{config.can.uri}, {config.lidar.address}, {config.link.endpoint}"
         announce(f"running: {config.clock.mode} clock, {where}")
-        loop(rover, ports, clock, workers, (books, spare))
+        rebooting = loop(rover, ports, clock, (workers, folder), (books, spare))
         recorder.end(rover.executive.memory, rhythm(rover, spare.grants))
-    return 0
+    return EX_AGAIN if rebooting else 0
 
 
 def loop(
-    rover: Rover, ports: LockStepPorts | WallPorts, clock: LockStepClock | WallClock, workers: Workers,
-    beside: tuple[Books, Spare],
-) -> None:
+    rover: Rover, ports: LockStepPorts | WallPorts, clock: LockStepClock | WallClock,
+    work: tuple[Workers, StateFolder], beside: tuple[Books, Spare],
+) -> bool:
     """Tick after tick until the clock says that the run is over; then the wheels stand and the LIDAR is quiet.
 
     In lock-step the modules in LATER load beside the ticks from the first one on: bench time stands where a tick must
     wait for one, so that the load moves no result. On the wall clock they are there already.
-    beside: what keeps each tick's inputs and outputs when they have gone out, and what uses the time left.
+    work: what runs beside the tick; its results are inputs. beside: what keeps each tick's inputs and outputs when they
+    have gone out, and what uses the time left. Returns whether the operator ended it, to have the program started anew.
     """
-    books, spare = beside
+    (workers, folder), (books, spare) = work, beside
     watch = ports.watch
     loading: Future[None] | None = None
-    while (now := clock.wait()) is not None:
+    rebooting = False
+    while not rebooting and (now := clock.wait()) is not None:
         watch.begin()
-        inputs = replace(ports.read(now), jobs=workers.collect(now.number))
+        inputs = replace(ports.read(now), jobs=workers.collect(now.number), saved=folder.collect())
         inputs = replace(inputs, timing=watch.timing(clock.late_ns, workers.took_ns))
         outputs = tick(rover, inputs, watch.mark)
         watch.mark(Group.WRITE)
         ports.write(outputs)
         workers.start(outputs.jobs, outputs.cancelled)
+        folder.start(outputs.saves)
         connect = [name for name, wanted in (("lidar", outputs.lidar_connect), ("can", outputs.can_connect)) if wanted]
         clock.done(now, ports.sent() if isinstance(ports, LockStepPorts) else {}, connect)
         loading = loading or workers.preload(LATER)
@@ -227,12 +234,14 @@ def loop(
         books.keep(inputs, outputs)
         watch.end()
         spare.use()
+        rebooting = outputs.reboot
     ports.write(farewell(rover, clock.now_ns()))
     for now in clock.overtime(DARK_TICKS) if isinstance(clock, WallClock) else ():
         asked = darken(rover, ports.read(now))  # a USB sensor streams on when its client has gone
         if asked is None:
             break
         ports.write(asked)
+    return rebooting
 
 
 def load_gdem(path: str) -> Gdem | None:
@@ -254,6 +263,14 @@ def load_tiles(config: Config) -> Kept:
         return Kept()
     except OSError as error:
         raise ConfigError(f"mapping.folder = {folder!r} cannot be read: {error.strerror}") from error
+
+
+def load_state(config: Config) -> dict[str, bytes]:
+    """What was kept in state.folder."""
+    try:
+        return read_kept(config.state.folder)
+    except OSError as error:
+        raise ConfigError(f"state.folder = {config.state.folder!r} cannot be read: {error.strerror}") from error
 
 
 def recall_map(config: Config, kept: Kept) -> StopMap | None:

@@ -10,13 +10,14 @@ from __future__ import annotations
 import math
 import tomllib
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from onboard.config_value import ConfigError, from_tree, to_toml, value
+from onboard.config_value import AT_ONCE, NEXT_MISSION, RESTART, ConfigError, from_tree, section, value
 
-__all__ = ["RAD", "Config", "ConfigError", "from_tree", "load", "parse_override", "to_toml", "value"]
+__all__ = ["AT_ONCE", "NEXT_MISSION", "RAD", "RESTART", "Config", "ConfigError", "from_tree", "load", "parse_override",
+           "value"]
 
 RAD = math.pi / 180.0
 
@@ -126,14 +127,14 @@ class Scanning:
 class Mapping_:
     """The LDEM and what is read from it."""
 
-    cell_m: float = value(0.1, "cell of the LDEM", low=0.02, high=1)
+    cell_m: float = value(0.1, "cell of the LDEM", low=0.02, high=1, takes=RESTART)
     size_m: float = value(20.0, "side of the LDEM, centred on the rover at each stop", low=4, high=100)
     near_m: float = value(5.0, "a cell with 3 hits from nearer takes the newest scan alone (R3)", low=0, high=30)
     assumed_m: float = value(0.9, "radius of the assumed disc at the start (R1)", low=0, high=3)
     trust_m: float = value(1.5, "on pitted ground wheels roll only over cells seen from nearer; 2.0 without the guard",
                            low=0.7, high=30)
     fill_cells: int = value(2, "most missing cells that are filled between hits", low=0, high=10)
-    folder: str = value("", "where the map is kept from run to run, in tiles; empty: it is not")
+    folder: str = value("", "where the map is kept from run to run, in tiles; empty: it is not", takes=RESTART)
 
 
 @dataclass(frozen=True, slots=True)
@@ -172,7 +173,8 @@ class Mission:
                           one_of=("cost-to-go", "straight-line"))
     ground: str = value("smooth", "smooth, or pitted: holes are possible, so wheels trust near views only (trust_m)",
                         one_of=("smooth", "pitted"))
-    gdem: str = value("", "the orbiter's map, an .npz of heights_m, x0_m, y0_m, cell_m; empty: flat, unknown")
+    gdem: str = value("", "the orbiter's map, an .npz of heights_m, x0_m, y0_m, cell_m; empty: flat, unknown",
+                      takes=RESTART)
 
 
 @dataclass(frozen=True, slots=True)
@@ -197,8 +199,8 @@ class Motion:
     point_turn_end_rad: float = value(5 * RAD, "error of heading at which it goes on", low=0.01, high=1)
     arrive_m: float = value(0.05, "end of a path: this near to its last station", low=0.005, high=1)
     arrive_yaw_rad: float = value(2 * RAD, "end of a turn: this near to its heading", low=0.002, high=0.5)
-    steer_hold_rad: float = value(15 * RAD, "steering error that holds the drive", low=0.02, high=1.5)
-    steer_release_rad: float = value(5 * RAD, "steering error that releases it", low=0.01, high=1.5)
+    steer_hold_rad: float = value(15 * RAD, "steering error that holds the drive", low=0.02, high=1.5, takes=AT_ONCE)
+    steer_release_rad: float = value(5 * RAD, "steering error that releases it", low=0.01, high=1.5, takes=AT_ONCE)
     law: str = value("pose-carrot", "row of motion.follower.LAWS", one_of=("pose-carrot", "carrot", "pure-pursuit"))
 
 
@@ -231,6 +233,8 @@ class Safety:
 
     command_lost_ns: int = value(300_000_000_000, "no authenticated contact: finish the leg, then STANDBY",
                                  low=1e9, high=1e14)
+    command_lost: str = value("standby", "and what then: stand by, or return to the start along the driven way",
+                              one_of=("standby", "return"))
     tilt_limit_rad: float = value(28 * RAD, "roll or pitch that stops the rover", low=0.1, high=1)
     pose_sigma_m: float = value(0.25, "1 sigma of the place at which the rover stops and looks", low=0.01, high=10)
     heading_sigma_rad: float = value(4 * RAD, "likewise of the heading", low=0.01, high=1)
@@ -251,6 +255,13 @@ class Record:
     """The record of the run."""
 
     path: str = value("", "MCAP file; empty: no record")
+
+
+@dataclass(frozen=True, slots=True)
+class State:
+    """What outlives a run, the map apart."""
+
+    folder: str = value("", "where changed parameters and fences are kept; empty: they end with the run")
 
 
 @dataclass(frozen=True, slots=True)
@@ -275,23 +286,24 @@ class Status:
 class Config:
     """The whole tree."""
 
-    rover: Rover = field(default_factory=Rover)
-    can: Can = field(default_factory=Can)
-    lidar: Lidar = field(default_factory=Lidar)
-    link: Link = field(default_factory=Link)
-    clock: Clock = field(default_factory=Clock)
-    scanning: Scanning = field(default_factory=Scanning)
-    mapping: Mapping_ = field(default_factory=Mapping_)
-    planning: Planning = field(default_factory=Planning)
-    mission: Mission = field(default_factory=Mission)
-    drive_guard: DriveGuard = field(default_factory=DriveGuard)
-    motion: Motion = field(default_factory=Motion)
-    localisation: Localisation = field(default_factory=Localisation)
-    safety: Safety = field(default_factory=Safety)
-    jobs: Jobs = field(default_factory=Jobs)
-    record: Record = field(default_factory=Record)
-    realtime: Realtime = field(default_factory=Realtime)
-    status: Status = field(default_factory=Status)
+    rover: Rover = section(Rover)
+    can: Can = section(Can)
+    lidar: Lidar = section(Lidar)
+    link: Link = section(Link)
+    clock: Clock = section(Clock)
+    scanning: Scanning = section(Scanning, NEXT_MISSION)
+    mapping: Mapping_ = section(Mapping_, NEXT_MISSION)
+    planning: Planning = section(Planning, NEXT_MISSION)
+    mission: Mission = section(Mission, NEXT_MISSION)
+    drive_guard: DriveGuard = section(DriveGuard, NEXT_MISSION)
+    motion: Motion = section(Motion, NEXT_MISSION)
+    localisation: Localisation = section(Localisation)
+    safety: Safety = section(Safety, AT_ONCE)
+    jobs: Jobs = section(Jobs, NEXT_MISSION)
+    record: Record = section(Record)
+    state: State = section(State)
+    realtime: Realtime = section(Realtime)
+    status: Status = section(Status)
 
 
 def load(

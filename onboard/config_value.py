@@ -18,11 +18,24 @@ class ConfigError(ValueError):
     """The start is refused; the text is one helpful line."""
 
 
+AT_ONCE, NEXT_MISSION, RESTART = "at once", "with the next mission", "with a restart"
+
+
 def value(
-    default: Any, meaning: str, *, low: float | None = None, high: float | None = None, one_of: tuple[str, ...] = ()
+    default: Any, meaning: str, *, low: float | None = None, high: float | None = None, one_of: tuple[str, ...] = (),
+    takes: str = "",
 ) -> Any:
-    """A field of the configuration with its default, meaning and range (the unit is in the field's name)."""
-    return field(default=default, metadata={"meaning": meaning, "low": low, "high": high, "one_of": one_of})
+    """A field of the configuration with its default, meaning and range (the unit is in the field's name).
+
+    takes: when a change of it in flight takes effect, where that is not as its section says.
+    """
+    metadata = {"meaning": meaning, "low": low, "high": high, "one_of": one_of, "takes": takes}
+    return field(default=default, metadata=metadata)
+
+
+def section(kind: type[Any], takes: str = RESTART) -> Any:
+    """A part of the configuration. takes: when a change of its values takes effect; RESTART: it has none in flight."""
+    return field(default_factory=kind, metadata={"takes": takes})
 
 
 def from_tree(kind: type[T], tree: Mapping[str, Any], where: str, prefix: str = "") -> T:
@@ -64,24 +77,3 @@ def _checked(item: Any, kind: type, row: dataclasses.Field[Any], what: str) -> A
         if too_low or too_high or item != item:
             raise ConfigError(f"{what} = {item!r} is out of range {low} to {high}")
     return item
-
-
-def to_toml(config: Any) -> str:
-    """The tree as TOML with the meaning and range of each value as comments; `load` reads it back unchanged."""
-    lines: list[str] = []
-    for section in dataclasses.fields(config):
-        lines += ["", f"[{section.name}]"]
-        part = getattr(config, section.name)
-        for row in dataclasses.fields(part):
-            low, high, one_of = (row.metadata[k] for k in ("low", "high", "one_of"))
-            allowed = f" ({' | '.join(one_of)})" if one_of else f" ({low:g} to {high:g})" if low is not None else ""
-            lines.append(f"{row.name} = {_toml(getattr(part, row.name))}  # {row.metadata['meaning']}{allowed}")
-    return "\n".join(lines).strip() + "\n"
-
-
-def _toml(item: Any) -> str:
-    if isinstance(item, bool):
-        return "true" if item else "false"
-    if isinstance(item, str):
-        return '"' + item.replace("\\", "\\\\").replace('"', '\\"') + '"'
-    return repr(item)

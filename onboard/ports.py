@@ -53,3 +53,17 @@ BUS_WORDS = {  # what a controller's error frame means for people
     BusTrouble.OVERFLOW: "a buffer of the controller has overflowed",
     BusTrouble.OTHER: "an error frame of no known kind",
 }
+
+
+class Save(NamedTuple):
+    """What the core asks to be kept under a name, in place of what was kept under it: whole, or not at all."""
+
+    name: str
+    data: bytes
+
+
+class Saved(NamedTuple):
+    """What became of a Save; `error` empty: it is on the disk."""
+
+    name: str
+    error: str = ""

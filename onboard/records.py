@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from onboard.ports import BusStatus as BusStatus
 from onboard.ports import BusTrouble as BusTrouble
 from onboard.ports import PortState as PortState
+from onboard.ports import Save, Saved
 from onboard.scan import BeamStatus as BeamStatus
 from onboard.scan import Scan as Scan
 
@@ -28,7 +29,6 @@ Bool = NDArray[np.bool_]
 
 
 # -- ports: what the shell tells the core, and what the core asks of the shell --------------------------------
-
 
 class Frame(NamedTuple):
     """One CAN frame. `stamp_ns` is the time of its arrival (0 on frames to be sent)."""
@@ -113,6 +113,7 @@ class Inputs:
     link_state: PortState = PortState.OPEN
     jobs: tuple[JobDone, ...] = ()
     health: Health = Health()
+    saved: tuple[Saved, ...] = ()
     timing: Timing = Timing()
 
 
@@ -140,6 +141,8 @@ class Outputs:
     events: tuple[Event, ...] = ()
     pose: tuple[float, float, float, float, float, float] = (0.0,) * 6  # estimate: x, y, z (m), roll, pitch, yaw (rad)
     state_digest: bytes = b""
+    saves: tuple[Save, ...] = ()
+    reboot: bool = False  # the flight program is to end after this tick and be started anew
 
 
 # -- what the devices measured ---------------------------------------------------------------------------------

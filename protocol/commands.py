@@ -1,8 +1,7 @@
 """TABLE of commands: what the ground may ask, with units, ranges and the modes that allow it; and their wire form.
 
-A telecommand's payload: request id u32, issued i64 ns, expiry i64 ns (both onboard time; expiry 0: none), command id
-u8, then one f64 for each argument of the row in its order: a number, the index of a choice, or NaN for what was left
-out.
+A telecommand's payload: request id u32, issued, expiry and start i64 ns each (onboard time; expiry 0: none, start: no
+earlier than this, 0: at once), command id u8, then the row's arguments in its order (protocol.arguments).
 """
 
 from __future__ import annotations
@@ -10,71 +9,143 @@ from __future__ import annotations
 import difflib
 import math
 import struct
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
 from protocol import WireError
-from protocol.modes import Mode
+from protocol.arguments import Argument as Argument
+from protocol.arguments import Kind as Kind
+from protocol.arguments import Value as Value
+from protocol.arguments import check as check_argument
+from protocol.arguments import from_words, pack, unpack
+from protocol.modes import TABLE as MODES
+from protocol.modes import TRANSITIONS, Mode
 
-Arguments = Mapping[str, float | str]
-_HEAD = struct.Struct("<IqqB")
-
-
-class Argument(NamedTuple):
-    """One argument: a number from low to high in `unit`, or one of `choices`."""
-
-    name: str
-    unit: str
-    low: float
-    high: float
-    meaning: str
-    required: bool = True
-    choices: tuple[str, ...] = ()
+Arguments = Mapping[str, Value]
+_HEAD = struct.Struct("<IqqqB")
+_FAR_M = 10_000.0
 
 
 @dataclass(frozen=True, slots=True)
 class Command:
-    """One row. `modes`: where it is allowed. The id is on the wire and never reused."""
+    """One row. `modes`: where it is allowed. The id is on the wire and never reused.
+
+    `typed`: what a person writes for the name. example: arguments as typed, for the help. sends: name of the object
+    that its completion puts on its way down.
+    """
 
     id: int
     name: str
     arguments: tuple[Argument, ...]
     modes: tuple[Mode, ...]
     meaning: str
+    example: str = ""
+    sends: str = ""
+
+    @property
+    def typed(self) -> str:
+        """`faults mask` where the name's first word is a family, else the name with dashes."""
+        family, _, rest = self.name.partition("_")
+        return f"{family} {rest}" if family in FAMILIES and rest else self.name.replace("_", "-")
+
+    @property
+    def moves(self) -> bool:
+        """Whether it begins a mode in which the wheels run: it is not to begin long after it was asked for."""
+        runs = {row.mode for row in MODES if row.wheels == "run"}
+        return any(way.event == self.name and way.next in runs for way in TRANSITIONS)
 
 
+FAMILIES = ("map", "faults", "param", "fence", "sequence")
 _ALL = tuple(Mode)
+_STANDS = (Mode.STANDBY, Mode.SAFE)
+_READY = (Mode.STANDBY, Mode.AUTONOMOUS)
+_TELEOP = (Mode.STANDBY, Mode.TELEOP)
+_FAULT = Argument("fault", "", 0, 0, "name of its row", text=True, most=24)
+_SEQUENCE = Argument("sequence", "", 0, 0, "its name", text=True, most=16)
+_PARAMETER = Argument("parameter", "", 0, 0, "section.key, as in the configuration file", text=True, most=48)
 TABLE = (
     Command(1, "goto", (
-        Argument("x_m", "m", -10_000.0, 10_000.0, "east in the map frame"),
-        Argument("y_m", "m", -10_000.0, 10_000.0, "north in the map frame"),
+        Argument("x_m", "m", -_FAR_M, _FAR_M, "east in the map frame"),
+        Argument("y_m", "m", -_FAR_M, _FAR_M, "north in the map frame"),
         Argument("heading_rad", "rad", -math.pi, math.pi, "final yaw; left out: any", required=False),
-    ), (Mode.STANDBY, Mode.AUTONOMOUS), "drive to a place by itself"),
-    Command(2, "stop", (), _ALL, "end all motion; AUTONOMOUS becomes STANDBY"),
+    ), _READY, "drive to a place by itself", "12 3"),
+    Command(2, "stop", (), _ALL, "end all motion; AUTONOMOUS, TELEOP and SEQUENCE become STANDBY"),
     Command(3, "safe", (), _ALL, "go to SAFE"),
     Command(4, "resume", (), (Mode.SAFE,), "leave SAFE for STANDBY"),
     Command(5, "status", (), _ALL, "report mode, phase and pose"),
     Command(6, "get", (
         Argument("product", "", 0, 0, "what to send down", choices=("ldem",)),
-    ), _ALL, "send a product down"),
+    ), _ALL, "send a product down", "ldem"),
     Command(7, "emergency_stop", (), _ALL, "wheels off at once, latched"),
     Command(8, "reset", (), (Mode.ESTOP,), "release the latch of the emergency stop"),
+    Command(9, "scan", (), (Mode.STANDBY,), "scan where the rover stands and enter it in the map"),
+    Command(10, "turn", (
+        Argument("heading_rad", "rad", -math.pi, math.pi, "yaw in the map frame"),
+    ), _TELEOP, "turn on the spot, as the operator sees fit", "90"),
+    Command(11, "drive", (
+        Argument("vx_mps", "m/s", -0.2, 0.2, "speed ahead"),
+        Argument("vy_mps", "m/s", -0.2, 0.2, "speed to the left"),
+        Argument("yaw_radps", "rad/s", -0.25, 0.25, "turning to the left"),
+        Argument("duration_s", "s", 0.1, 60.0, "ends it, steering included"),
+        Argument("distance_m", "m", 0.05, 10.0, "ends it as well"),
+    ), _TELEOP, "move as told, no map asked, until one of its bounds is reached", "0.1 0 0 20 1.5"),
+    Command(12, "mission", (
+        Argument("goals_m", "m", -_FAR_M, _FAR_M, "east and north of each", most=16),
+    ), _READY, "drive to one goal after the other by itself", "4 0 8 3 0 0"),
+    Command(13, "map_clear", (), (Mode.STANDBY,), "forget the rover's own map, on its disk too"),
+    Command(14, "faults_list", (), _ALL, "report which faults are active and which rows are masked"),
+    Command(15, "faults_clear", (_FAULT,), _STANDS, "end a row's mask, and judge anew what was found of it",
+            "ENCODER_BAD"),
+    Command(16, "faults_mask", (
+        _FAULT, Argument("lasting_s", "s", 1.0, 86_400.0, "until the mask ends by itself"),
+    ), (*_READY, Mode.TELEOP, Mode.SAFE), "do not take a row's response for a while", "COMMAND_LOST 600"),
+    Command(17, "time", (), _ALL, "report onboard time, and UTC where the rover knows it"),
+    Command(18, "reboot", (), _STANDS, "end the flight program in a second; it comes up in STANDBY"),
+    Command(19, "param_list", (), _ALL, "send all parameters, their ranges and the changes made", sends="parameters"),
+    Command(20, "param_get", (_PARAMETER,), _ALL, "report a parameter", "motion.cruise_mps"),
+    Command(21, "param_set", (
+        _PARAMETER, Argument("value", "", 0, 0, "as in the configuration file", text=True, most=64),
+    ), (*_READY, Mode.TELEOP, Mode.SAFE), "change a parameter", "motion.cruise_mps 0.09"),
+    Command(22, "param_save", (), (*_READY, Mode.TELEOP, Mode.SAFE), "keep the parameters for the next start"),
+    Command(23, "fence_add", (
+        Argument("fence", "", 0, 0, "its name; one of the same name is replaced", text=True, most=16),
+        Argument("kind", "", 0, 0, "keep_out: never entered; goal: goals lie within", choices=("keep_out", "goal")),
+        Argument("corners_m", "m", -_FAR_M, _FAR_M, "east and north of each", most=16, least=3),
+    ), _ALL, "put a fence in force", "pit keep_out 2 1 4 1 4 3 2 3"),
+    Command(24, "fence_clear", (
+        Argument("fence", "", 0, 0, "its name; left out: all", required=False, text=True, most=16),
+    ), _ALL, "take a fence out of force", "pit"),
+    Command(25, "fence_list", (), _ALL, "send the fences that are in force", sends="fences"),
+    Command(26, "return", (), _READY, "drive back to the start along the way that was driven"),
+    Command(27, "sequence_upload", (
+        _SEQUENCE, Argument("number", "", 1.0, 32.0, "of the step, from 1"),
+        Argument("line", "", 0, 0, "the step, as protocol.sequences has it", text=True, most=100),
+    ), _ALL, "one step of a sequence", "survey 1 after 5 or continue goto 3 1"),
+    Command(28, "sequence_clear", (_SEQUENCE,), (*_READY, Mode.SAFE), "forget a sequence", "survey"),
+    Command(29, "sequence_check", (_SEQUENCE,), _ALL, "send what each step would do", "survey", sends="sequence"),
+    Command(30, "sequence_run", (_SEQUENCE,), (Mode.STANDBY,), "run a sequence", "survey"),
+    Command(31, "sequence_abort", (), (Mode.SEQUENCE,), "end the sequence and what it does"),
 )
 _BY_NAME = {row.name: row for row in TABLE}
 _BY_ID = {row.id: row for row in TABLE}
 
 
+def named(name: str, known: Collection[str], what: str) -> str:
+    """`name` where it is known. Raises ValueError with what exists and what was probably meant."""
+    if name in known:
+        return name
+    near = difflib.get_close_matches(name, known, n=1)
+    raise ValueError(f"unknown {what} `{name}`; " + (f"did you mean `{near[0]}`?" if near
+                                                     else f"known: {', '.join(known) or 'none'}"))
+
+
 def command(name: str) -> Command:
     """The row of a name. Raises ValueError with what exists and what was probably meant."""
-    if name in _BY_NAME:
-        return _BY_NAME[name]
-    near = difflib.get_close_matches(name, _BY_NAME, n=1)
-    hint = f"did you mean `{near[0]}`?" if near else f"known: {', '.join(_BY_NAME)}"
-    raise ValueError(f"unknown command `{name}`; {hint}")
+    return _BY_NAME[named(name, _BY_NAME, "command")]
 
 
-def check(name: str, arguments: Arguments) -> dict[str, float | str]:
+def check(name: str, arguments: Arguments) -> dict[str, Value]:
     """The arguments in the row's order, numbers as float, what was left out left out.
 
     Raises ValueError that names the argument, what was given and what is allowed.
@@ -84,54 +155,45 @@ def check(name: str, arguments: Arguments) -> dict[str, float | str]:
     if unknown:
         names = ", ".join(a.name for a in row.arguments) or "none"
         raise ValueError(f"{name}: unknown argument `{unknown[0]}`; takes {names}")
-    checked: dict[str, float | str] = {}
+    checked: dict[str, Value] = {}
     for argument in row.arguments:
         given = arguments.get(argument.name)
         if given is None:
             if argument.required:
-                raise ValueError(f"{name}: `{argument.name}` is missing ({_allowed(argument)})")
+                raise ValueError(f"{name}: `{argument.name}` is missing ({argument.allowed})")
             continue
-        checked[argument.name] = _checked(name, argument, given)
+        try:
+            checked[argument.name] = check_argument(argument, given)
+        except ValueError as error:
+            raise ValueError(f"{name}: {error}") from None
     return checked
 
 
-def parse(words: Sequence[str]) -> tuple[str, dict[str, float | str]]:
-    """`goto 12 3 90` by the command's row: numbers in their order, angles in degrees. Raises ValueError."""
-    name, given = words[0], words[1:]
+def parse(words: Sequence[str]) -> tuple[str, dict[str, Value]]:
+    """`goto 12 3 90` by the command's row: its arguments in their order, angles in degrees. Raises ValueError."""
+    name, given = _name_of(words)
     row = command(name)
-    if len(given) > len(row.arguments):
+    arguments: dict[str, Value] = {}
+    for argument in row.arguments:
+        count = len(given) if argument.takes_rest and argument is row.arguments[-1] else 1
+        taken, given = given[:count], given[count:]
+        if taken:
+            try:
+                arguments[argument.name] = from_words(argument, taken)
+            except ValueError as error:
+                raise ValueError(f"{name}: {error}") from None
+    if given:
         takes = " ".join(argument.name for argument in row.arguments) or "nothing"
-        raise ValueError(f"{name} takes {takes}, found {' '.join(given)}")
-    arguments: dict[str, float | str] = {}
-    for argument, text in zip(row.arguments, given):
-        if argument.choices:
-            arguments[argument.name] = text
-            continue
-        try:
-            number = float(text)
-        except ValueError:
-            raise ValueError(f"{name}: `{argument.name}` should be a number, found `{text}`") from None
-        arguments[argument.name] = math.radians(number) if argument.unit == "rad" else number
+        raise ValueError(f"{row.typed} takes {takes}, found {' '.join(words[len(row.typed.split()):])}")
     return name, check(name, arguments)
 
 
-def _allowed(argument: Argument) -> str:
-    if argument.choices:
-        return "one of " + ", ".join(argument.choices)
-    return f"{argument.low:g} to {argument.high:g} {argument.unit}".rstrip()
-
-
-def _checked(name: str, argument: Argument, given: object) -> float | str:
-    problem = f"{name}: `{argument.name}` = {given!r} should be {_allowed(argument)}"
-    if argument.choices:
-        if given not in argument.choices:
-            raise ValueError(problem)
-        return str(given)
-    if isinstance(given, bool) or not isinstance(given, (int, float)):
-        raise ValueError(problem)
-    if not argument.low <= given <= argument.high:
-        raise ValueError(problem)
-    return float(given)
+def _name_of(words: Sequence[str]) -> tuple[str, Sequence[str]]:
+    """A row's name and the words after it: `faults mask X 60` and `emergency-stop` as well as their table names."""
+    if words[0] in FAMILIES:
+        known = [row.typed.split()[1] for row in TABLE if row.typed.startswith(words[0] + " ")]
+        return f"{words[0]}_{named(words[1] if len(words) > 1 else '', known, words[0] + ' command')}", words[2:]
+    return words[0].replace("-", "_"), words[1:]
 
 
 def allowed_in(mode: Mode) -> tuple[str, ...]:
@@ -140,30 +202,33 @@ def allowed_in(mode: Mode) -> tuple[str, ...]:
 
 
 def check_mode(name: str, mode: Mode) -> None:
-    """Raises ValueError with what would be allowed where `mode` does not allow the command."""
-    if mode not in command(name).modes:
-        raise ValueError(f"{name} is refused in {mode.name}; allowed: {', '.join(allowed_in(mode))}")
+    """Raises ValueError with where it is allowed, and what is allowed here, where `mode` does not allow the command."""
+    row = command(name)
+    if mode not in row.modes:
+        others = sorted(allowed_in(mode), key=lambda other: len(command(other).modes))  # the telling ones first
+        where = ", ".join(allowed.name for allowed in row.modes)
+        now = ", ".join(command(other).typed for other in others)
+        raise ValueError(f"{row.typed} is refused in {mode.name}: it needs {where}; allowed now: {now}")
 
 
 class Telecommand(NamedTuple):
-    """One request as it crosses the link. Times are onboard time; expiry_ns 0: never."""
+    """One request as it crosses the link. Times are onboard time; expiry_ns 0: never, start_ns 0: at once."""
 
     request_id: int
     issued_ns: int
     expiry_ns: int
     name: str
-    arguments: dict[str, float | str]
+    arguments: dict[str, Value]
+    start_ns: int = 0
 
 
 def encode(telecommand: Telecommand) -> bytes:
     """The payload. Raises ValueError where `check` would."""
-    row, values = command(telecommand.name), []
+    row = command(telecommand.name)
     arguments = check(telecommand.name, telecommand.arguments)
-    for argument in row.arguments:
-        given = arguments.get(argument.name, math.nan)
-        values.append(float(argument.choices.index(given)) if isinstance(given, str) else given)
-    head = _HEAD.pack(telecommand.request_id, telecommand.issued_ns, telecommand.expiry_ns, row.id)
-    return head + struct.pack(f"<{len(values)}d", *values)
+    times_ns = telecommand.issued_ns, telecommand.expiry_ns, telecommand.start_ns
+    head = _HEAD.pack(telecommand.request_id, *times_ns, row.id)
+    return head + b"".join(pack(argument, arguments.get(argument.name)) for argument in row.arguments)
 
 
 def request_id_of(payload: bytes) -> int | None:
@@ -175,19 +240,16 @@ def decode(payload: bytes) -> Telecommand:
     """The request; ranges are not checked here. Raises WireError("telecommand") on an unknown id or a wrong length."""
     if len(payload) < _HEAD.size:
         raise WireError("telecommand", f"{len(payload)} B")
-    request_id, issued_ns, expiry_ns, command_id = _HEAD.unpack_from(payload)
+    request_id, issued_ns, expiry_ns, start_ns, command_id = _HEAD.unpack_from(payload)
     row = _BY_ID.get(command_id)
     if row is None:
         raise WireError("telecommand", f"unknown command id {command_id}")
-    if len(payload) != _HEAD.size + 8 * len(row.arguments):
-        raise WireError("telecommand", f"{row.name} with {len(payload)} B")
-    values = struct.unpack_from(f"<{len(row.arguments)}d", payload, _HEAD.size)
-    arguments: dict[str, float | str] = {}
-    for argument, value in zip(row.arguments, values):
-        if argument.choices:
-            if value not in range(len(argument.choices)):
-                raise WireError("telecommand", f"{row.name}: `{argument.name}` has no choice {value:g}")
-            arguments[argument.name] = argument.choices[int(value)]
-        elif not math.isnan(value):
+    arguments: dict[str, Value] = {}
+    at = _HEAD.size
+    for argument in row.arguments:
+        value, at = unpack(argument, payload, at)
+        if value is not None:
             arguments[argument.name] = value
-    return Telecommand(request_id, issued_ns, expiry_ns, row.name, arguments)
+    if at != len(payload):
+        raise WireError("telecommand", f"{row.name} with {len(payload)} B")
+    return Telecommand(request_id, issued_ns, expiry_ns, row.name, arguments, start_ns)

@@ -31,7 +31,10 @@ class Step(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Fault:
-    """One row. `number` is its number on the wire, never used again for another. tries: of BACK_OFF, in a mission."""
+    """One row. `number` is its number on the wire, never used again for another. tries: of BACK_OFF, in a mission.
+
+    maskable: an operator may order that its response is not taken for a while; not of a row that guards life.
+    """
 
     number: int
     name: str
@@ -41,11 +44,12 @@ class Fault:
     latched: bool
     suppressed_by: tuple[str, ...] = ()
     tries: int = 0
+    maskable: bool = False
 
 
 FAULTS = (
     Fault(1, "LIDAR_SILENT", "no valid frame for 4 periods of the commanded stream and 50 ms (0.45 s for the guard's)",
-          0.15, (Step.STOP, Step.DISCARD_SWEEP, Step.REPORT), latched=False),
+          0.15, (Step.STOP, Step.DISCARD_SWEEP, Step.REPORT), latched=False, maskable=True),
     Fault(2, "WHEEL_STALE", "feedback of a wheel older than 30 ms", 0.04, (Step.STOP,), latched=False,
           suppressed_by=("CAN_BUS_OFF",)),
     Fault(3, "WHEEL_SILENT", "feedback of a wheel older than 200 ms", 0.21, (Step.STOP, Step.SAFE, Step.REPORT),
@@ -53,39 +57,43 @@ FAULTS = (
     Fault(4, "CAN_BUS_OFF", "the bus is closed, bus-off or down, or no frame of any node", 0.05,
           (Step.STOP, Step.RESTART_BUS, Step.SAFE_OVER_LIMIT, Step.REPORT), latched=False),
     Fault(5, "NODE_LOST", "no heartbeat of the tilt, IMU or power node for 1.5 s", 1.6,
-          (Step.STOP, Step.SAFE, Step.REPORT), latched=True, suppressed_by=("CAN_BUS_OFF",)),
+          (Step.STOP, Step.SAFE, Step.REPORT), latched=True, suppressed_by=("CAN_BUS_OFF",), maskable=True),
     Fault(6, "IMU_DEAD", "IMU samples older than 30 ms", 0.04, (Step.STOP,), latched=False,
           suppressed_by=("CAN_BUS_OFF",)),
     Fault(7, "TILT_ANGLE", "roll or pitch over the limit", 0.05, (Step.STOP, Step.SAFE, Step.REPORT), latched=True),
     Fault(8, "COMMAND_LOST", "no authenticated contact for the configured time", 1.0,
-          (Step.STANDBY, Step.REPORT), latched=False),
-    Fault(9, "JOB_LATE", "long work was not done at its tick", 1.0, (Step.REPORT,), latched=False),
+          (Step.STANDBY, Step.REPORT), latched=False, maskable=True),
+    Fault(9, "JOB_LATE", "long work was not done at its tick", 1.0, (Step.REPORT,), latched=False, maskable=True),
     Fault(10, "ESTOP_PRESSED", "an emergency stop frame of any node", 0.02, (Step.STOP, Step.ESTOP, Step.REPORT),
           latched=True),
     Fault(11, "CAN_BABBLE", "frames of one id far above its rate", 0.2,
-          (Step.IGNORE, Step.SAFE_OVER_LIMIT, Step.REPORT), latched=False, suppressed_by=("CAN_BUS_OFF",)),
+          (Step.IGNORE, Step.SAFE_OVER_LIMIT, Step.REPORT), latched=False, suppressed_by=("CAN_BUS_OFF",),
+          maskable=True),
     Fault(12, "CAN_CORRUPT", "over 20 errors a second of checksum, counter, length, range or time stamp", 0.2,
-          (Step.IGNORE, Step.SAFE_OVER_LIMIT, Step.REPORT), latched=False, suppressed_by=("CAN_BUS_OFF", "CAN_BABBLE")),
+          (Step.IGNORE, Step.SAFE_OVER_LIMIT, Step.REPORT), latched=False, suppressed_by=("CAN_BUS_OFF", "CAN_BABBLE"),
+          maskable=True),
     Fault(13, "ENCODER_BAD", "a wheel's encoder is dead, frozen or jumps, against current, order and its own rate", 1.0,
-          (Step.DEGRADE, Step.REPORT), latched=True),
+          (Step.DEGRADE, Step.REPORT), latched=True, maskable=True),
     Fault(14, "WHEEL_STUCK", "a wheel does not turn and draws its stall current, or none and is dragged", 1.0,
-          (Step.RESCAN, Step.DEGRADE, Step.REPORT), latched=True),
+          (Step.RESCAN, Step.DEGRADE, Step.REPORT), latched=True, maskable=True),
     Fault(15, "WHEEL_FREE", "a wheel rolls along and draws nothing while the others work", 1.0,
-          (Step.RESCAN, Step.DEGRADE, Step.REPORT), latched=True),
+          (Step.RESCAN, Step.DEGRADE, Step.REPORT), latched=True, maskable=True),
     Fault(16, "WHEEL_WEAK", "a wheel turns slower than ordered and draws too little to change it", 1.0,
-          (Step.RESCAN, Step.DEGRADE, Step.REPORT), latched=True),
+          (Step.RESCAN, Step.DEGRADE, Step.REPORT), latched=True, maskable=True),
     Fault(17, "STEER_STUCK", "a steering angle more than 3 degrees off its rate-limited model", 0.5,
-          (Step.RESCAN, Step.DEGRADE, Step.REPORT), latched=True),
+          (Step.RESCAN, Step.DEGRADE, Step.REPORT), latched=True, maskable=True),
     Fault(18, "STEER_OFFSET", "a steering reading stands off its order; the gyro says, over 5 m driven, which is wrong",
-          46.0, (Step.REPORT,), latched=True),
+          46.0, (Step.REPORT,), latched=True, maskable=True),
     Fault(19, "SLIP_HIGH", "the wheels' way against gyro, accelerometer and registrations, over 1 m driven", 9.1,
-          (Step.SLOW, Step.REPORT), latched=False),
+          (Step.SLOW, Step.REPORT), latched=False, maskable=True),
     Fault(20, "NOT_MOVING", "the wheels turn and accelerometer and gyro say the rover stands", 5.0,
-          (Step.BACK_OFF, Step.REPORT), latched=False, tries=3),
+          (Step.BACK_OFF, Step.REPORT), latched=False, tries=3, maskable=True),
     Fault(21, "HAZARD_AHEAD", "a step, hole or thing on the wheels' way that the drive guard has seen twice", 0.2,
           (Step.STOP, Step.BACK_OFF, Step.REPORT), latched=False, tries=20),
     Fault(22, "POSE_UNSURE", "1 sigma of the pose over the limit in a mission", 0.12, (Step.LOOK, Step.REPORT),
-          latched=False),
+          latched=False, maskable=True),
+    Fault(39, "KEEP_OUT", "the rover's outline touches a keep-out fence", 0.02,
+          (Step.BACK_OFF, Step.REPORT), latched=False, tries=3),
     Fault(24, "NODE_FOREIGN", "a node's heartbeat carries another DBC version", 0.02,
           (Step.STOP, Step.SAFE, Step.REPORT), latched=True),
     Fault(25, "NODE_TWICE", "two nodes send under one id: two alive counters interleave", 1.0,

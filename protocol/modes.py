@@ -1,7 +1,7 @@
 """TABLE of modes, phases, events and transitions: the one place where they are listed.
 
-    BOOT --booted--> STANDBY <--stop, arrived, failed, link_lost-- AUTONOMOUS
-                        |  \\--------------goto-------------------->  |
+    BOOT --booted--> STANDBY --goto, mission, return, scan--> AUTONOMOUS --arrived, scanned, failed, stop--> STANDBY
+                        |  \\--------- turn, drive ------> TELEOP --------- moved, failed, stop ---------> STANDBY
                         +---- safe, fault (from everywhere) -----> SAFE --resume--> STANDBY
                         +---- emergency_stop (from everywhere) --> ESTOP (latched) --reset--> STANDBY
 """
@@ -20,6 +20,8 @@ class Mode(IntEnum):
     AUTONOMOUS = 2
     SAFE = 3
     ESTOP = 4
+    TELEOP = 5
+    SEQUENCE = 6
 
 
 class Phase(IntEnum):
@@ -50,6 +52,8 @@ TABLE = (
     ModeRow(Mode.AUTONOMOUS, "run", "on the way to a goal by itself: scan, map, plan, drive"),
     ModeRow(Mode.SAFE, "hold", "a fault or the operator ended all motion; resume returns to STANDBY"),
     ModeRow(Mode.ESTOP, "off", "latched; only reset leaves it"),
+    ModeRow(Mode.TELEOP, "run", "a move of the operator's, with its bounds; no map is asked"),
+    ModeRow(Mode.SEQUENCE, "run", "steps that were uploaded, one after the other; what they move is part of it"),
 )
 
 
@@ -62,11 +66,28 @@ class Transition(NamedTuple):
     meaning: str
 
 
-_B, _S, _A, _F, _E = Mode.BOOT, Mode.STANDBY, Mode.AUTONOMOUS, Mode.SAFE, Mode.ESTOP
+_B, _S, _A, _F, _E, _T = Mode.BOOT, Mode.STANDBY, Mode.AUTONOMOUS, Mode.SAFE, Mode.ESTOP, Mode.TELEOP
+_Q = Mode.SEQUENCE
+_NEW = "what it was about is replaced; the rover stops first"
+_ENDED = "a response of the fault table ended in SAFE"
 TRANSITIONS = (
     Transition(_B, "booted", _S, "all devices were asked; the rover stands"),
     Transition(_S, "goto", _A, "the mission begins with a scan"),
     Transition(_A, "goto", _A, "the goal is replaced; the rover stops and scans"),
+    Transition(_S, "mission", _A, "to the first of several goals"),
+    Transition(_A, "mission", _A, _NEW),
+    Transition(_S, "return", _A, "back to the start of the run"),
+    Transition(_A, "return", _A, _NEW),
+    Transition(_A, "returned", _S, "the rover is back at the start of the run"),
+    Transition(_S, "scan", _A, "one scan, for the map"),
+    Transition(_A, "scanned", _S, "the scan is in the map"),
+    Transition(_S, "turn", _T, "a turn on the spot"),
+    Transition(_T, "turn", _T, _NEW),
+    Transition(_S, "drive", _T, "a bounded move"),
+    Transition(_T, "drive", _T, _NEW),
+    Transition(_T, "moved", _S, "the turn is done, or a bound of the move is reached"),
+    Transition(_T, "failed", _S, "a fault ended the move"),
+    Transition(_T, "stop", _S, "the rover stops; the move is given up"),
     Transition(_A, "stop", _S, "the rover stops; the goal is given up"),
     Transition(_S, "stop", _S, "nothing moves already"),
     Transition(_A, "arrived", _S, "the goal is reached"),
@@ -75,14 +96,16 @@ TRANSITIONS = (
     Transition(_B, "safe", _F, "by command"),
     Transition(_S, "safe", _F, "by command"),
     Transition(_A, "safe", _F, "by command"),
-    Transition(_B, "fault", _F, "a response of the fault table ended in SAFE"),
-    Transition(_S, "fault", _F, "a response of the fault table ended in SAFE"),
-    Transition(_A, "fault", _F, "a response of the fault table ended in SAFE"),
+    Transition(_S, "sequence_run", _Q, "the first step begins"),
+    Transition(_Q, "sequence_abort", _S, "the rover stops; the sequence is given up"),
+    Transition(_Q, "ended", _S, "the last step is done, or one failed and says stop"),
+    Transition(_Q, "stop", _S, "the rover stops; the sequence is given up"),
+    Transition(_Q, "link_lost", _S, "no authenticated contact for too long; the leg was finished"),
+    Transition(_T, "safe", _F, "by command"),
+    Transition(_Q, "safe", _F, "by command"),
+    *(Transition(mode, "fault", _F, _ENDED) for mode in (_B, _S, _A, _T, _Q)),
     Transition(_F, "resume", _S, "the operator takes the rover out of SAFE"),
-    Transition(_B, "emergency_stop", _E, "wheels off, latched"),
-    Transition(_S, "emergency_stop", _E, "wheels off, latched"),
-    Transition(_A, "emergency_stop", _E, "wheels off, latched"),
-    Transition(_F, "emergency_stop", _E, "wheels off, latched"),
+    *(Transition(mode, "emergency_stop", _E, "wheels off, latched") for mode in (_B, _S, _A, _F, _T, _Q)),
     Transition(_E, "reset", _S, "the operator releases the latch"),
 )
 
@@ -111,9 +134,16 @@ EVENTS = (
     EventRow("DECISION", "info", "the mission rule chose, with its reason"),
     EventRow("HAZARD", "warning", "what the drive guard has seen, and where"),
     EventRow("ARRIVED", "info", "the goal is reached"),
+    EventRow("RETURNED", "info", "the rover is back at the start of the run"),
+    EventRow("SCANNED", "info", "the scan that was asked for is in the map"),
     EventRow("FAILED", "error", "the mission ended without reaching the goal"),
     EventRow("FAULT", "warning", "a row of the fault table became active"),
     EventRow("FAULT_CLEARED", "info", "a row of the fault table is no longer active"),
+    EventRow("FAULT_MASKED", "warning", "a row of the fault table is masked, or its mask has ended"),
+    EventRow("MAP_CLEARED", "info", "the rover's own map is forgotten"),
+    EventRow("FENCE", "info", "a fence was added or cleared, or those kept cannot be read"),
+    EventRow("PARAMETER", "info", "a parameter was changed, or one that was kept is not taken"),
+    EventRow("REBOOT", "warning", "the flight program ends and comes up anew"),
     EventRow("CAN", "warning", "what the CAN port or its controller says of itself has changed"),
     EventRow("LINK_REFUSED", "warning", "datagrams failed their checks; how many of which kind"),
 )

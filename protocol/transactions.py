@@ -9,7 +9,8 @@
 Rule 1: a request id of a station names one request for ever. The ground keeps its next id on disk, as it keeps its
         counter; an id with other content than before is refused, one older than all that is remembered is refused too.
 Rule 2: a request that arrives after its expiry is never executed, and reported EXPIRED.
-Rule 3: each report carries a serial number per request, so that a late one never overwrites a newer.
+Rule 3: a request with a start time waits on board until then (at most 32 do); its mode and expiry are looked at then.
+Rule 4: each report carries a serial number per request, so that a late one never overwrites a newer.
 """
 
 from __future__ import annotations
@@ -29,6 +30,7 @@ _RETRY_NS, _ASK_NS = 500_000_000, 5_000_000_000
 _COPY_NS = 200_000_000
 _TEXT_BYTES = 110
 _MAX_DATA = 8
+_MOST_WAITING = 32
 
 
 class State(IntEnum):
@@ -59,6 +61,7 @@ class Code(IntEnum):
     MODE = 3
     REUSED_ID = 4
     FORGOTTEN_ID = 5
+    TOO_MANY = 6
 
 
 class Report(NamedTuple):
@@ -121,11 +124,12 @@ class Requester:
         self._open: dict[int, Request] = {}
 
     def request(
-        self, name: str, arguments: commands.Arguments, now_ns: int, *, issued_ns: int = 0, expiry_ns: int = 0
+        self, name: str, arguments: commands.Arguments, now_ns: int, *, issued_ns: int = 0, expiry_ns: int = 0,
+        start_ns: int = 0,
     ) -> int:
         """A new request; `send` gives its datagrams. Raises ValueError as commands.check does."""
         checked = commands.check(name, arguments)
-        telecommand = commands.Telecommand(self.next_id, issued_ns, expiry_ns, name, checked)
+        telecommand = commands.Telecommand(self.next_id, issued_ns, expiry_ns, name, checked, start_ns)
         made = Request(telecommand, now_ns, commands.encode(telecommand), next_ns=now_ns)
         self.requests[self.next_id] = self._open[self.next_id] = made
         self.next_id += 1
@@ -172,6 +176,16 @@ class Requester:
             request.next_ns = now_ns + max(_ASK_NS, 2 * self.rtt_ns)
         return report
 
+    def rover_booted(self, boot_id: int, now_ns: int) -> None:
+        """The rover came up anew: whoever asked it to has its answer, and is not to ask the new one again."""
+        for request_id, request in list(self._open.items()):
+            if request.telecommand.name == "reboot" and request.sent:
+                serial = request.report.serial + 1 if request.report else 0
+                report = Report(request_id, self.station, serial & 0xFF, State.COMPLETED, 0, f"up anew, boot {boot_id}")
+                request.report, request.state = report, report.state
+                request.history.append((now_ns, report))
+                del self._open[request_id]
+
     def abandon(self, request_id: int) -> None:
         """Ask no longer. The rover may have executed it all the same: its state stays what was last heard."""
         self._open.pop(request_id, None)
@@ -185,8 +199,20 @@ class Order(NamedTuple):
 
     request_id: int
     name: str
-    arguments: dict[str, float | str]
+    arguments: dict[str, commands.Value]
     station: int
+
+    def number(self, name: str) -> float:
+        """An argument that is a number."""
+        value = self.arguments[name]
+        assert isinstance(value, float)
+        return value
+
+    def points(self, name: str) -> tuple[tuple[float, float], ...]:
+        """An argument that is a list of points."""
+        flat = self.arguments[name]
+        assert isinstance(flat, tuple)
+        return tuple(zip(flat[::2], flat[1::2]))
 
 
 @dataclass(slots=True)
@@ -208,6 +234,7 @@ class Executor:
         self._known: dict[int, dict[int, _Known]] = {}
         self._forgotten: dict[int, int] = {}
         self._queue: list[tuple[int, int, bytes]] = []  # (due_ns, key, payload), in the order made
+        self._waiting: dict[int, commands.Telecommand] = {}  # key -> what starts later, by its start time
 
     def receive(self, station: int, payload: bytes, now_ns: int, mode: Mode) -> Order | None:
         """A Kind.TELECOMMAND payload: an Order where it is new and may be done now.
@@ -243,6 +270,9 @@ class Executor:
         try:
             code = Code.RANGE
             arguments = commands.check(asked.name, asked.arguments)
+            if asked.start_ns > now_ns:
+                self._hold(key, asked._replace(arguments=arguments), now_ns)
+                return None
             code = Code.MODE
             commands.check_mode(asked.name, mode)
         except ValueError as error:
@@ -250,6 +280,36 @@ class Executor:
             return None
         self.report(key, State.ACCEPTED, now_ns)
         return Order(key, asked.name, arguments, key >> 32)
+
+    def _hold(self, key: int, asked: commands.Telecommand, now_ns: int) -> None:
+        if asked.expiry_ns and asked.expiry_ns < asked.start_ns:
+            raise ValueError(f"{asked.name}: its expiry, {asked.expiry_ns / 1e9:.1f} s, is before its start")
+        if len(self._waiting) == _MOST_WAITING:
+            text = f"{_MOST_WAITING} requests wait for their time already; stop ends them"
+            self.report(key, State.FAILED, now_ns, text, code=Code.TOO_MANY)
+            return
+        self._waiting[key] = asked
+        self._waiting = dict(sorted(self._waiting.items(), key=lambda row: row[1].start_ns))
+        self.report(key, State.ACCEPTED, now_ns, f"waits until {asked.start_ns / 1e9:.1f} s, now {now_ns / 1e9:.1f} s")
+
+    @property
+    def held(self) -> int:
+        """How many requests wait for their start time."""
+        return len(self._waiting)
+
+    def due(self, now_ns: int, mode: Mode) -> list[Order]:
+        """Those whose start time has come and which may be done now, the earliest first."""
+        orders = []
+        for key in [key for key, asked in self._waiting.items() if asked.start_ns <= now_ns]:
+            order = self._checked(key, self._waiting.pop(key), now_ns, mode)
+            orders += [order] if order is not None else []
+        return orders
+
+    def cancel_waiting(self, now_ns: int, reason: str) -> None:
+        """Nothing that waits for its start time is started any more."""
+        for key in self._waiting:
+            self.report(key, State.CANCELLED, now_ns, reason)
+        self._waiting.clear()
 
     def _again(self, seen: _Known, payload: bytes, now_ns: int) -> None:
         if seen.payload != payload:

@@ -20,7 +20,7 @@ def test_the_committed_page_is_what_the_tables_make(name):
 
 def test_every_fault_and_command_has_a_row():
     assert all(f"| `{fault.name}` |" in PAGES["faults.md"]() for fault in FAULTS)
-    assert all(f"| {row.id} | `{row.name}` |" in PAGES["commands.md"]() for row in TABLE)
+    assert all(f"| {row.id} | `{row.typed}` |" in PAGES["commands.md"]() for row in TABLE)
 
 
 @pytest.mark.parametrize("page", PAGE_FILES, ids=lambda path: path.name)

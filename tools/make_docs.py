@@ -22,10 +22,11 @@ def faults() -> str:
     """The fault table and what its steps mean."""
     rows = [
         (str(row.number), f"`{row.name}`", row.condition, f"{row.detect_s:g} s", _steps(row.response),
-         "yes" if row.latched else "", ", ".join(f"`{name}`" for name in row.suppressed_by))
+         "yes" if row.latched else "", "yes" if row.maskable else "",
+         ", ".join(f"`{name}`" for name in row.suppressed_by))
         for row in FAULTS
     ]
-    heads = ("no.", "fault", "condition", "found within", "response", "latched", "suppressed by")
+    heads = ("no.", "fault", "condition", "found within", "response", "latched", "may be masked", "suppressed by")
     steps = [(f"`{step.name}`", step.value) for step in Step]
     return _page(
         "Faults", "protocol/faults.py",
@@ -57,9 +58,9 @@ def command_page() -> str:
     for row in commands.TABLE:
         names = " ".join(_argument(argument) for argument in row.arguments)
         where = "all" if len(row.modes) == len(modes.Mode) else ", ".join(mode.name for mode in row.modes)
-        rows.append((str(row.id), f"`{row.name}`", names, where, row.meaning))
+        rows.append((str(row.id), f"`{row.typed}`", names, where, row.meaning))
     arguments = [
-        (f"`{row.name}`", f"`{a.name}`", _range(a), "" if a.required else "may be left out", a.meaning)
+        (f"`{row.typed}`", f"`{a.name}`", _range(a), "" if a.required else "may be left out", a.meaning)
         for row in commands.TABLE for a in row.arguments
     ]
     return _page(
@@ -96,7 +97,7 @@ def _argument(argument: commands.Argument) -> str:
 def _range(argument: commands.Argument) -> str:
     if argument.choices:
         return ", ".join(f"`{choice}`" for choice in argument.choices)
-    return f"{argument.low:g} to {argument.high:g} {argument.unit}".rstrip()
+    return argument.allowed
 
 
 def _table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:

@@ -30,6 +30,7 @@ from onboard.config import Rover as BuiltRover
 from onboard.config import load
 from onboard.core.tick import Rover, tick
 from onboard.drivers.workers import Inline
+from onboard.ports import Save, Saved
 from onboard.records import BusStatus, Chunk, Event, Frame, Inputs, Outputs, PortState
 from protocol.conventions import TICK_NS
 from protocol.transactions import Request, State
@@ -85,6 +86,7 @@ class InMemory(World):
         self.events: list[Event] = []
         self._injector = Injector(scenario.faults)
         self._jobs = Inline()
+        self._saves: tuple[Save, ...] = ()
         self.advance(TICK_NS)
 
     # -- one tick ----------------------------------------------------------------------------------------------------
@@ -108,6 +110,7 @@ class InMemory(World):
         inputs = self._inputs(now_ns)
         outputs = tick(self.rover, inputs)
         self._jobs.start(outputs.jobs, outputs.cancelled)
+        self._saves = outputs.saves
         self.events += outputs.events
         if observe:
             observe(self.tick, inputs, outputs, self.rover, self.state)
@@ -124,7 +127,13 @@ class InMemory(World):
             lidar_state=PortState.CLOSED if pieces is None else PortState.OPEN,
             link_messages=self.operator.messages(now_ns),
             jobs=self._jobs.take(self._jobs.due(self.tick)),
+            saved=self._kept(),
         )
+
+    def _kept(self) -> tuple[Saved, ...]:
+        """The disk of this bench forgets with it, and never fails."""
+        saved, self._saves = tuple(Saved(save.name) for save in self._saves), ()
+        return saved
 
     def _can_status(self) -> BusStatus:
         self.can_errors()

@@ -27,7 +27,7 @@ class Order:
 
     at_s: float
     name: str
-    arguments: Mapping[str, float | str] = field(default_factory=dict)
+    arguments: Mapping[str, commands.Value] = field(default_factory=dict)
 
 
 def orders_of(script: str) -> tuple[Order, ...]:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import math
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -11,6 +12,7 @@ from onboard.devices.lidar import LidarSession
 from onboard.devices.nodes import Nodes
 from onboard.motion.wheel_health import SOUND, Wheels
 from onboard.perception.localisation import Localisation
+from onboard.planning.fences import Fence
 from onboard.records import Scan
 
 
@@ -29,3 +31,7 @@ class Context:
     held: bool
     wheels: Wheels = SOUND
     found: Mapping[str, tuple[int, ...]] = field(default_factory=dict)  # fault -> the wheels it was found of
+    fences: tuple[Fence, ...] = ()
+    item: Callable[[str], float] = lambda _name: math.nan  # the newest value of a telemetry item
+    utc_ns: int = 0  # 0: not known
+    judge_anew: list[str] = field(default_factory=list)  # rows whose findings are to be forgotten after this tick

@@ -55,14 +55,18 @@ class Downlink:
         self.received, self.refused = 0, dict[str, int]()
         self._told_ns, self._told = -(1 << 62), 0
         self.notices: list[Event] = []
+        self.own: dict[int, tuple[State, str]] = {}
         self.sent_bytes = 0
 
     # -- from the ground ---------------------------------------------------------------------------------------
 
     def receive(self, messages: Sequence[LinkMessage], now_ns: int) -> list[Order]:
-        """Orders that are new, in time, in range and allowed in the present mode; each request becomes one at most."""
+        """Orders that are new, in time, in range and allowed in the present mode; each request becomes one at most.
+
+        Those whose start time has come are first: a stop that arrives with them ends them.
+        """
         self._now_ns = now_ns
-        orders: list[Order] = []
+        orders = self._executor.due(now_ns, self.mode) if self._executor.held else []
         for message in messages:
             if not message.accepted:
                 self._refuse(message.verdict)
@@ -105,12 +109,19 @@ class Downlink:
     # -- from the rover ----------------------------------------------------------------------------------------
 
     def report(self, request_id: int, state: State, text: str = "", data: Sequence[float] = ()) -> None:
-        """What became of an order, by Order.request_id."""
+        """What became of an order, by Order.request_id; of one of the rover's own, for who gave it: `own`."""
+        if request_id >> 32 == 0:
+            self.own[request_id] = (state, text)
+            return
         self._executor.report(request_id, state, self._now_ns, text, data)
 
     def event(self, event: Event) -> None:
         """Tell the ground; kept until acknowledged."""
         self._events.add(self._packer.event(event, self._events.serial + 1), event.now_ns)
+
+    def cancel_waiting(self, reason: str) -> None:
+        """No order that waits for its start time is started any more."""
+        self._executor.cancel_waiting(self._now_ns, reason)
 
     def offer(self, name: str, data: bytes, codec: str, priority: int = 0) -> int:
         """Send an object; its id, which a report may name. An unfinished older one of the same name is given up."""
@@ -199,4 +210,5 @@ class Downlink:
     def digest_items(self) -> tuple[int, ...]:
         """What of this state enters the digest of the core's state."""
         return (round(self._tokens * 1e6), self.received, self.refused_count, self.last_contact_ns,
-                len(self._events), self._events.serial, len(self._frames), self.sent_bytes)
+                len(self._events), self._events.serial, len(self._frames), self.sent_bytes,
+                self._executor.held)

@@ -1,7 +1,9 @@
-"""The modes: who may do what, which faults stop the rover, and the one mission that runs.
+"""The modes: who may do what, and which faults stop the rover.
 
 Orders come checked from the downlink; faults from the monitors; both only ever change the mode by `protocol.modes`.
-A little over 300 lines: one short method for each order, and the answer to faults, which share the mission they end.
+What moves the rover is `core.tasks`; orders that change no mode are obeyed by families: `core.masks`, `core.services`,
+`core.parameter_orders`, `core.fence_orders`;
+`core.sequencer` gives orders of its own.
 """
 
 from __future__ import annotations
@@ -9,58 +11,68 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from onboard.config import Config
 from onboard.core.context import Context
 from onboard.core.downlink import Downlink
+from onboard.core.fence_orders import FenceOrders
 from onboard.core.jobs import GIVE_UP_TICKS
-from onboard.core.mission import MISSION_JOBS, MOVING, Mission
+from onboard.core.masks import Masks
+from onboard.core.mission import Mission
 from onboard.core.monitors import over_limit, words
+from onboard.core.parameter_orders import ParameterOrders
+from onboard.core.sequencer import Sequencer
+from onboard.core.services import Services
+from onboard.core.tasks import Tasks
 from onboard.motion.wheel_health import Drive, Wheels
-from onboard.planning.plan_records import PlanResult
 from onboard.records import Event, Gdem, Twist
 from protocol.can_codec import StopReason
 from protocol.commands import check_mode
 from protocol.faults import BY_NAME, Fault, Step
 from protocol.modes import EVENTS, Mode, Phase, next_mode
-from protocol.products import LDEM_CODEC, LdemProduct, MapGrid
 from protocol.transactions import Order, State
 
 if TYPE_CHECKING:
     from onboard.perception.stop_map import StopMap
 
-PRODUCT_TICKS = 50
 SLOW_RATIO = 0.5
+ENDS_MOVE = frozenset({Step.STOP, Step.BACK_OFF, Step.LOOK, Step.RESCAN, Step.STANDBY})
+ENDS_WAITING = frozenset({"stop", "safe", "fault", "emergency_stop"})
 SEVERITY = {row.name: row.severity for row in EVENTS}
 
 
 class Executive:
-    """Owns mode, mission and the maps that outlive it; `memory` is None until the first stop unless one was kept."""
+    """Owns the mode, the tasks and what the operator may order."""
 
     def __init__(
-        self, config: Config, gdem: Gdem | None, downlink: Downlink, memory: StopMap | None = None
+        self, kept: tuple[ParameterOrders, FenceOrders], gdem: Gdem | None, downlink: Downlink,
+        memory: StopMap | None = None,
     ) -> None:
-        self._config, self._gdem, self._downlink = config, gdem, downlink
+        parameters, fences = kept
+        self._parameters, self._fences, self._downlink = parameters, fences, downlink
         self.mode = next_mode(Mode.BOOT, "booted") or Mode.BOOT
-        self.mission: Mission | None = None
         self.events: list[Event] = []
         self.active: tuple[str, ...] = ()
         self._of: Mapping[str, tuple[int, ...]] = {}
-        self.memory = memory
-        self._goto_id: int | None = None
-        self._latest: PlanResult | None = None
-        self._get_id = 0
         self._reset_id: int | None = None
-        self._standby_after_leg = False
+        self.tasks = Tasks(parameters, (gdem, memory), downlink)
+        self.tasks.change, self.tasks.tell = self._change, self._tell
+        self.masks, self.services = Masks(downlink), Services(downlink, self.tasks)
+        self.sequencer = Sequencer(downlink, self._end_sequence)
         self._orders: Mapping[str, Callable[[Order, Context], None]] = {
-            "goto": self._goto,
-            "stop": self._stop,
-            "safe": self._safe,
-            "resume": self._resume,
-            "status": self._status,
-            "get": self._get,
-            "emergency_stop": self._emergency_stop,
-            "reset": self._reset,
-        }
+            "stop": self._stop, "safe": self._safe, "resume": self._resume, "status": self._status,
+            "emergency_stop": self._emergency_stop, "reset": self._reset,
+            **self.tasks.orders, **self.masks.orders, **self.services.orders, **parameters.orders,
+            **fences.orders, **self.sequencer.orders,
+        }  # fmt: skip
+
+    @property
+    def mission(self) -> Mission | None:
+        """The mission that runs, or the last one that ended by itself."""
+        return self.tasks.mission
+
+    @property
+    def memory(self) -> StopMap | None:
+        """The rover's own map."""
+        return self.tasks.memory
 
     @property
     def phase(self) -> Phase:
@@ -70,7 +82,7 @@ class Executive:
     @property
     def in_mission(self) -> bool:
         """Whether a mission runs."""
-        return self.mission is not None and self.mission.outcome is None
+        return self.tasks.in_mission
 
     @property
     def hazard(self) -> bool:
@@ -78,67 +90,53 @@ class Executive:
         return self.mission is not None and bool(self.mission.hazards)
 
     def step(self, orders: Sequence[Order], faults: tuple[str, ...], ctx: Context) -> Twist:
-        """One tick: obeys orders, answers faults, advances the mission. Returns the twist that is wanted."""
+        """One tick: obeys orders, answers faults, advances the task. Returns the twist that is wanted."""
+        ctx.held = self._any_active(Step.STOP)
         for order in orders:
             self._obey(order, ctx)
-        was = self.phase
         self._answer(faults, ctx)
         self._give_up(ctx)
         self._follow_reset(ctx)
-        if "product" in ctx.taken:
-            self._offer(ctx.taken["product"])
-        if self.mode is not Mode.AUTONOMOUS or self.mission is None:
-            return Twist()
-        ctx.held = any(Step.STOP in BY_NAME[name].response for name in self.active)
-        slow = SLOW_RATIO if any(Step.SLOW in BY_NAME[name].response for name in self.active) else 1.0
-        twist = self.mission.step(ctx)
-        self._follow_up(was, ctx)
+        own = self.sequencer.step(ctx, self.mode)
+        if own is not None:
+            self._orders[own.name](own, ctx)
+        self.services.step(ctx)
+        for family in (self.masks, self.services, self._parameters, self._fences):
+            self.events += family.events
+            family.events.clear()
+        ctx.held = self._any_active(Step.STOP)
+        slow = SLOW_RATIO if self._any_active(Step.SLOW) else 1.0
+        twist = self.tasks.step(ctx)
         return Twist() if ctx.held else Twist(*(slow * v for v in twist))
 
-    def _follow_up(self, was: Phase, ctx: Context) -> None:
-        mission = self.mission
-        assert mission
-        if mission.phase is not was:
-            self._tell(ctx, "PHASE", f"{mission.phase.name} at stop {mission.stop}")
-        for name, text in mission.notes:
-            self._tell(ctx, name, text)
-        mission.notes.clear()
-        self.memory, self._gdem, self._latest = mission.memory, mission.gdem, mission.result or self._latest
-        if mission.outcome:
-            ctx.lidar.stream(False)
-            state = State.COMPLETED if mission.outcome.completed else State.FAILED
-            self._finish(state, mission.outcome.reason)
-            event = "arrived" if mission.outcome.completed else "failed"
-            self._tell(ctx, event.upper(), mission.outcome.reason)
-            self._change(event, ctx, mission.outcome.reason)
-        elif self._standby_after_leg and mission.phase not in MOVING:
-            self._standby_after_leg = False
-            self._cancel(ctx, State.FAILED, "no authenticated contact: leg finished, standing by")
-            self._change("link_lost", ctx, "no authenticated contact")
+    def _any_active(self, step: Step) -> bool:
+        return any(step in BY_NAME[name].response for name in self.active)
+
+    # -- faults ------------------------------------------------------------------------------------------------
 
     def _answer(self, faults: tuple[str, ...], ctx: Context) -> None:
         over = over_limit(ctx.nodes, faults)
         if ctx.nodes.bus.news:
-            self._tell(ctx, "CAN", ctx.nodes.bus.news)
+            self._tell("CAN", ctx, ctx.nodes.bus.news)
         for name in faults:
             row, of = BY_NAME[name], ctx.found.get(name, ())
             new = name not in self.active or of != self._of.get(name, of)
             text = words(ctx.nodes, name) + _whose(of)
             if new and Step.REPORT in row.response:
-                self._tell(ctx, "FAULT", text)
+                self._tell("FAULT", ctx, text)
             if Step.ESTOP in row.response and self.mode is not Mode.ESTOP:
-                self._cancel(ctx, State.FAILED, text)
+                self.tasks.cancel(ctx, State.FAILED, text)
                 self._change("emergency_stop", ctx, name)
             elif (self._latches(row, ctx) or name in over) and self.mode not in (Mode.SAFE, Mode.ESTOP):
-                self._cancel(ctx, State.FAILED, text)
+                self.tasks.cancel(ctx, State.FAILED, text)
                 self._change("fault", ctx, name)
             elif Step.LOOK in row.response or new:
                 self._break_off(row, ctx)
         for name in self.active:
             if name not in faults and Step.REPORT in BY_NAME[name].response:
-                self._tell(ctx, "FAULT_CLEARED", name)
+                self._tell("FAULT_CLEARED", ctx, name)
             if name not in faults and Step.STANDBY in BY_NAME[name].response:
-                self._standby_after_leg = False
+                self.tasks.standby_after_leg = False
         self.active, self._of = faults, dict(ctx.found)
 
     def _give_up(self, ctx: Context) -> None:
@@ -146,19 +144,22 @@ class Executive:
         for name in ctx.jobs.give_up(ctx.tick):
             reason = f"{name}: no result {GIVE_UP_TICKS // 100} s after its tick"
             if name == "product":
-                self._downlink.report(self._get_id, State.FAILED, reason)
-            self._cancel(ctx, State.FAILED, reason)
+                self.services.give_up(reason)
+            self.tasks.cancel(ctx, State.FAILED, reason)
             self._change("fault", ctx, reason)
 
     def _latches(self, row: Fault, ctx: Context) -> bool:
         if Step.DEGRADE in row.response:
-            return not (self._config.safety.degraded_drive and _can_go_on(ctx.wheels))
+            return not (self._parameters.config.safety.degraded_drive and _can_go_on(ctx.wheels))
         return Step.SAFE in row.response
 
     def _break_off(self, row: Fault, ctx: Context) -> None:
         """What a fault's response does to the way being driven, each kind at most so often."""
         if Step.STANDBY in row.response:
-            self._standby_after_leg = True
+            self.tasks.standby_after_leg = True
+        if self.tasks.move is not None and ENDS_MOVE.intersection(row.response):
+            self.tasks.cancel(ctx, State.FAILED, f"{row.name}: {row.condition}")
+            self._change("failed", ctx, row.name)
         if self.mission is None or not self.in_mission:
             return
         reason = ""
@@ -169,7 +170,7 @@ class Executive:
         elif Step.RESCAN in row.response:
             self.mission.back_off(row.name, 0.0)
         if reason:
-            self._cancel(ctx, State.FAILED, reason)
+            self.tasks.cancel(ctx, State.FAILED, reason)
             self._change("fault", ctx, reason)
 
     # -- orders ------------------------------------------------------------------------------------------------
@@ -182,25 +183,13 @@ class Executive:
             return
         self._orders[order.name](order, ctx)
 
-    def _goto(self, order: Order, ctx: Context) -> None:
-        goal = (float(order.arguments["x_m"]), float(order.arguments["y_m"]))
-        beyond = _beyond(self._gdem, goal)
-        if beyond:
-            self._downlink.report(order.request_id, State.FAILED, beyond)
-            return
-        self._cancel(ctx, State.CANCELLED, "another goto came")
-        self.mission, self._goto_id = Mission(self._config, self._gdem, goal, self.memory), order.request_id
-        self._standby_after_leg = False
-        self._change("goto", ctx, f"goal {goal[0]:.2f} {goal[1]:.2f}")
-        self._downlink.report(order.request_id, State.STARTED, f"to {goal[0]:.2f}, {goal[1]:.2f}")
-
     def _stop(self, order: Order, ctx: Context) -> None:
-        self._cancel(ctx, State.CANCELLED, "stopped by the operator")
+        self.tasks.cancel(ctx, State.CANCELLED, "stopped by the operator")
         self._change("stop", ctx, "operator")
         self._downlink.report(order.request_id, State.COMPLETED, "stopped")
 
     def _safe(self, order: Order, ctx: Context) -> None:
-        self._cancel(ctx, State.CANCELLED, "SAFE by the operator")
+        self.tasks.cancel(ctx, State.CANCELLED, "SAFE by the operator")
         self._change("safe", ctx, "operator")
         self._downlink.report(order.request_id, State.COMPLETED, self.mode.name)
 
@@ -220,27 +209,9 @@ class Executive:
             text += " faults " + " ".join(self.active)
         self._downlink.report(order.request_id, State.COMPLETED, text)
 
-    def _get(self, order: Order, ctx: Context) -> None:
-        result = self._latest
-        if result is None:
-            self._downlink.report(order.request_id, State.FAILED, "no map yet: it comes after the first scan of a goto")
-        elif "product" in ctx.jobs.running:
-            self._downlink.report(order.request_id, State.FAILED, "one is being packed already: ask again")
-        else:
-            report, at = result.report, result.report.grid
-            grid = MapGrid(at.x0_m, at.y0_m, at.cell_m, at.rows, at.columns)
-            arguments = (LdemProduct(grid, report.z_mean, report.node_sets),)
-            ctx.jobs.submit("product", arguments, ctx.tick + PRODUCT_TICKS)
-            self._get_id = order.request_id
-            self._downlink.report(order.request_id, State.STARTED, "packing the LDEM")
-
-    def _offer(self, product: bytes) -> None:
-        self._downlink.offer("ldem", product, LDEM_CODEC)
-        self._downlink.report(self._get_id, State.COMPLETED, f"ldem of {len(product)} bytes on its way")
-
     def _emergency_stop(self, order: Order, ctx: Context) -> None:
         ctx.nodes.emergency_stop(StopReason.OPERATOR)
-        self._cancel(ctx, State.CANCELLED, "emergency stop by the operator")
+        self.tasks.cancel(ctx, State.CANCELLED, "emergency stop by the operator")
         self._change("emergency_stop", ctx, "operator")
         self._downlink.report(order.request_id, State.COMPLETED, "ESTOP")
 
@@ -263,27 +234,19 @@ class Executive:
 
     # -- small things ------------------------------------------------------------------------------------------
 
-    def _cancel(self, ctx: Context, state: State, reason: str) -> None:
-        if self.in_mission:
-            self._finish(state, reason)
-            self.mission = None
-            ctx.jobs.forget(MISSION_JOBS)
-            ctx.lidar.stream(False)
-            if ctx.nodes.tilt_angle_rad is not None:
-                ctx.nodes.park_tilt(ctx.nodes.tilt_angle_rad)
-
-    def _finish(self, state: State, reason: str) -> None:
-        if self._goto_id is not None:
-            self._downlink.report(self._goto_id, state, reason)
-            self._goto_id = None
+    def _end_sequence(self, event: str, ctx: Context, why: str) -> None:
+        self.tasks.cancel(ctx, State.CANCELLED, why)
+        self._change(event, ctx, why)
 
     def _change(self, event: str, ctx: Context, why: str) -> None:
+        if event in ENDS_WAITING:
+            self._downlink.cancel_waiting(f"{event}: {why}")
         new = next_mode(self.mode, event)
         if new is not None and new is not self.mode:
-            self._tell(ctx, "MODE", f"{self.mode.name} -> {new.name}: {why}")
+            self._tell("MODE", ctx, f"{self.mode.name} -> {new.name}: {why}")
             self.mode = new
 
-    def _tell(self, ctx: Context, name: str, text: str) -> None:
+    def _tell(self, name: str, ctx: Context, text: str) -> None:
         self.events.append(Event(ctx.now_ns, SEVERITY[name], name, text))
 
 
@@ -296,16 +259,3 @@ def _can_go_on(wheels: Wheels) -> bool:
 def _whose(wheels: tuple[int, ...]) -> str:
     """Words for the wheels that a fault is of; '' where it is the rover's."""
     return f" (wheel {', '.join(map(str, wheels))})" if wheels else ""
-
-
-def _beyond(gdem: Gdem | None, goal_m: tuple[float, float]) -> str:
-    """Why a goal cannot be gone to for want of a map, or ''."""
-    if gdem is None or gdem.grid.contains(*gdem.grid.cell(*goal_m)):
-        return ""
-    grid = gdem.grid
-    (west, south), half = grid.centre(0, 0), grid.cell_m / 2
-    east, north = grid.centre(grid.rows - 1, grid.columns - 1)
-    return (
-        f"({goal_m[0]:.1f}, {goal_m[1]:.1f}) is outside the orbiter's map: "
-        f"x {west - half:.0f} to {east + half:.0f}, y {south - half:.0f} to {north + half:.0f} m"
-    )

@@ -2,6 +2,7 @@
 
 Where the map does not know the ground under the rover, it scans ahead, turns round and scans behind (R1). A fault may
 end a way (`back_off`). Each phase is one method; a phase ends by entering the next. Both maps outlive the mission.
+`core.errands` has its like for other orders. Over 300 lines: the phases share one state.
 """
 
 from __future__ import annotations
@@ -47,7 +48,12 @@ class Outcome:
 
 
 class Mission:
-    """State of one goto. `step` each tick; `outcome` is set when it has ended; `notes` are events not yet told."""
+    """State of one goto. `step` each tick; `outcome` is set when it has ended; `notes` are events not yet told.
+
+    done: the event of a good end. progress: what to tell who asked, not yet told.
+    """
+
+    done = "arrived"
 
     def __init__(self, config: Config, gdem: Gdem | None, goal: tuple[float, float], memory: StopMap | None) -> None:
         self._config, self.gdem, self.goal, self.memory = config, gdem, goal, memory
@@ -57,6 +63,7 @@ class Mission:
         self.scans_taken = 0
         self.result: PlanResult | None = None
         self.notes: list[tuple[str, str]] = []
+        self.progress: list[str] = []
         self._rule = self._rule_before = MissionState()
         self._behind_wanted = True
         self._nod = segments(config.scanning, config.rover.lidar_z_m)  # half a tick's time: once a mission
@@ -141,6 +148,9 @@ class Mission:
     def _end(self, phase: Phase, completed: bool, reason: str) -> None:
         self.phase, self.outcome = phase, Outcome(completed, reason)
 
+    def _arrive(self, reason: str) -> None:
+        self._end(Phase.ARRIVED, True, reason)
+
     def _scanning(self, ctx: Context) -> Twist:
         assert self._sensing
         sweep = self._sensing.step(ctx.lidar, ctx.nodes, ctx.scans, ctx.now_ns)
@@ -209,6 +219,7 @@ class Mission:
                               config.drive_guard),
             trail=self._way.trail,
             blocked_m=self.memory.blocked_m,
+            fences=ctx.fences,
         )
         ctx.jobs.submit("plan", (request,), ctx.tick + self._config.jobs.plan_ticks)
         self.phase = Phase.PLANNING
@@ -223,7 +234,7 @@ class Mission:
         self.notes.append(("DECISION", f"{decision.rule} {decision.kind}: {decision.reason}"))
         self.stop += 1
         if decision.kind == "arrived":
-            self._end(Phase.ARRIVED, True, decision.reason)
+            self._arrive(decision.reason)
         elif decision.kind == "unreachable":
             self._end(Phase.FAILED, False, decision.reason)
         else:
@@ -251,7 +262,7 @@ class Mission:
         if self.decision.kind == "drive":
             self._turn_to(self.decision.heading_rad)
         elif self._at_goal(pose) and self._way.since_look_m <= _TRUST_ODOMETRY_M:
-            self._end(Phase.ARRIVED, True, f"{math.dist(self.goal, (pose.x_m, pose.y_m)):.2f} m from the goal")
+            self._arrive(f"{math.dist(self.goal, (pose.x_m, pose.y_m)):.2f} m from the goal")
         else:
             self._scan()
         return Twist()

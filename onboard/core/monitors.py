@@ -32,6 +32,7 @@ class Watched:
     overdue_ticks: int
     in_mission: bool
     hazard: bool
+    keep_out: str = ""  # name of the fence that the rover's outline touches
     of_wheels: Collection[str] = ()  # rows that core.wheel_watch found
 
 
@@ -95,6 +96,10 @@ def _hazard_ahead(w: Watched) -> bool:
     return w.hazard
 
 
+def _keep_out(w: Watched) -> bool:
+    return bool(w.keep_out)
+
+
 MONITORS: Mapping[str, Callable[[Watched], bool]] = {
     "LIDAR_SILENT": _lidar_silent,
     "WHEEL_STALE": _wheel_stale,
@@ -108,6 +113,7 @@ MONITORS: Mapping[str, Callable[[Watched], bool]] = {
     **{name: _of_nodes(monitor) for name, monitor in can_monitors.MONITORS.items()},
     "POSE_UNSURE": _pose_unsure,
     "HAZARD_AHEAD": _hazard_ahead,
+    "KEEP_OUT": _keep_out,
     **{name: _of_wheels(name) for name in WHEEL_ROWS},
 }
 

@@ -189,7 +189,8 @@ _BUILDERS: dict[str, Callable[[View, int], list[Any]]] = {
 }
 _ACTIVE, _STANDBY, _CRITICAL = mavlink.MAV_STATE_ACTIVE, mavlink.MAV_STATE_STANDBY, mavlink.MAV_STATE_CRITICAL
 _STATUS = {Mode.BOOT: mavlink.MAV_STATE_BOOT, Mode.STANDBY: _STANDBY, Mode.AUTONOMOUS: _ACTIVE,
-           Mode.SAFE: _CRITICAL, Mode.ESTOP: _CRITICAL}
+           Mode.SAFE: _CRITICAL, Mode.ESTOP: _CRITICAL, Mode.TELEOP: _ACTIVE,
+           Mode.SEQUENCE: _ACTIVE}
 _SEVERITY = dict(zip(SEVERITIES, (7, 6, 4, 3, 2)))
 
 

@@ -10,18 +10,22 @@ from __future__ import annotations
 
 import hashlib
 from array import array
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 from onboard.config import Config
+from onboard.core import fence_orders
 from onboard.core.context import Context
 from onboard.core.downlink import Downlink
 from onboard.core.executive import Executive
+from onboard.core.fence_orders import FenceOrders
 from onboard.core.jobs import JobBook
 from onboard.core.monitors import Watched, active_faults
 from onboard.core.pace import Pace
+from onboard.core.parameter_orders import KEPT, ParameterOrders
 from onboard.core.schedule import Group
-from onboard.core.telemetry import View
+from onboard.core.telemetry import SAMPLERS, View
 from onboard.core.wheel_watch.seen import Seen
 from onboard.core.wheel_watch.watch import WheelWatch
 from onboard.devices.lidar import LidarSession
@@ -29,6 +33,8 @@ from onboard.devices.nodes import Nodes
 from onboard.motion.kinematics import stopped, wheel_commands
 from onboard.motion.wheel_health import SOUND, Wheels
 from onboard.perception.localisation import Localisation
+from onboard.planning.fences import entered
+from onboard.ports import Save
 from onboard.records import Event, Gdem, ImuSample, Inputs, Outputs, Twist, WheelCommand, WheelMode, WheelState
 from protocol.conventions import TICK_NS
 from protocol.faults import BY_NAME
@@ -42,15 +48,22 @@ Mark = Callable[[Group], None]
 
 
 class Rover:
-    """Everything the core owns. One owner each; nothing is shared. memory: a map kept from an earlier run."""
+    """Everything the core owns. One owner each; nothing is shared.
 
-    def __init__(self, config: Config, gdem: Gdem | None, memory: StopMap | None = None) -> None:
-        self.config = config
+    memory: a map kept from an earlier run; kept: what else was, by the name under which it was saved.
+    """
+
+    def __init__(
+        self, config: Config, gdem: Gdem | None, memory: StopMap | None = None,
+        kept: Mapping[str, bytes] = MappingProxyType({}),
+    ) -> None:
         self.lidar = LidarSession(config.lidar)
         self.nodes = Nodes(config.rover, config.can)
         self.localisation = Localisation(config.rover, config.localisation)
         self.downlink = Downlink(config.link)
-        self.executive = Executive(config, gdem, self.downlink, memory)
+        self.parameters = ParameterOrders(config, kept.get(KEPT, b""), self.downlink)
+        self.fences = FenceOrders(bool(config.state.folder), kept.get(fence_orders.KEPT, b""), self.downlink)
+        self.executive = Executive((self.parameters, self.fences), gdem, self.downlink, memory)
         self.jobs = JobBook()
         self.orders: tuple[WheelCommand, ...] = (WheelCommand(WheelMode.HOLD, 0.0, 0.0),) * 4
         self.watch = WheelWatch(config.rover)
@@ -58,6 +71,11 @@ class Rover:
         self.twist = Twist()
         self.steering_held = False
         self.pace = Pace()
+
+    @property
+    def config(self) -> Config:
+        """As the operator's parameters have it now."""
+        return self.parameters.config
 
 
 def tick(rover: Rover, inputs: Inputs, mark: Mark = lambda _: None) -> Outputs:
@@ -69,6 +87,8 @@ def tick(rover: Rover, inputs: Inputs, mark: Mark = lambda _: None) -> Outputs:
     mark(Group.RECEIVE)
     scans = rover.lidar.receive(inputs.lidar_chunks, inputs.lidar_state, now_ns)
     rover.nodes.receive(inputs.can_frames, now_ns, inputs.can)
+    for family in (rover.parameters, rover.fences):
+        family.receive(inputs.saved)
     orders = rover.downlink.receive(inputs.link_messages, now_ns)
     rover.pace.update(inputs.timing, inputs.health, rover.jobs.running)
     taken = rover.jobs.take(inputs.jobs, inputs.tick, inputs.timing.job_ns)
@@ -81,14 +101,18 @@ def tick(rover: Rover, inputs: Inputs, mark: Mark = lambda _: None) -> Outputs:
     rover.wheels = rover.watch.health
 
     mark(Group.MONITORS)
-    faults = active_faults(_watched(rover, inputs))
+    faults = rover.executive.masks.unmasked(active_faults(_watched(rover, inputs)), now_ns)
 
     mark(Group.EXECUTIVE)
     context = Context(
         inputs.tick, now_ns, scans, rover.lidar, rover.nodes, rover.localisation, rover.jobs, taken, held=False,
-        wheels=rover.wheels, found=rover.watch.faults,
+        wheels=rover.wheels, found=rover.watch.faults, fences=rover.fences.fences,
+        item=lambda name: SAMPLERS[name](_view(rover)),
+        utc_ns=inputs.health.utc_ns,
     )  # fmt: skip
     rover.twist = rover.executive.step(orders, faults, context)
+    for name in context.judge_anew:
+        rover.watch.forget(name)
     mark(Group.WHEELS)
     if due(Group.WHEELS, inputs.tick) or rover.twist == Twist():  # standing never waits
         rover.nodes.set_wheels(rover.watch.orders(_steer(rover, rover.watch.steerings(rover.nodes.wheels))))
@@ -108,9 +132,11 @@ def tick(rover: Rover, inputs: Inputs, mark: Mark = lambda _: None) -> Outputs:
         lidar_connect=rover.lidar.wants_connect(now_ns),
         link_payloads=rover.downlink.send(now_ns),
         jobs=rover.jobs.outgoing(),
+        saves=_saves(rover),
         cancelled=rover.jobs.cancelled(),
         events=events,
         pose=(pose.x_m, pose.y_m, pose.z_m, pose.roll_rad, pose.pitch_rad, pose.yaw_rad),
+        reboot=rover.executive.services.reboot_due(now_ns),
         state_digest=_digest(rover),
     )
 
@@ -129,11 +155,19 @@ def darken(rover: Rover, inputs: Inputs) -> Outputs | None:
     return Outputs(lidar_bytes=rover.lidar.send(inputs.now_ns))
 
 
+def _saves(rover: Rover) -> tuple[Save, ...]:
+    saves = (*rover.parameters.saves, *rover.fences.saves)
+    rover.parameters.saves.clear()
+    rover.fences.saves.clear()
+    return saves
+
+
 def _watched(rover: Rover, inputs: Inputs) -> Watched:
     return Watched(
         inputs.now_ns, rover.config, rover.lidar, rover.nodes, rover.localisation.pose, rover.localisation.sigma,
         rover.downlink.last_contact_ns, rover.jobs.overdue_ticks(inputs.tick), rover.executive.in_mission,
-        rover.executive.hazard, rover.watch.faults,
+        rover.executive.hazard,
+        entered(rover.fences.fences, rover.localisation.pose, rover.config.rover), rover.watch.faults,
     )
 
 
@@ -201,5 +235,7 @@ def _digest(rover: Rover) -> bytes:
         rover.executive.mode, rover.executive.phase, *rover.twist, rover.steering_held,
         *rover.localisation.digest_items(), *rover.watch.digest_items(), *rover.lidar.digest_items(),
         *rover.nodes.digest_items(), *rover.downlink.digest_items(), *rover.pace.digest_items(),
+        *rover.executive.masks.digest_items(), *rover.parameters.digest_items(), *rover.fences.digest_items(),
+        *rover.executive.sequencer.digest_items(), len(rover.executive.tasks.track),
     )
     return hashlib.blake2b(array("d", items), digest_size=8).digest()

@@ -93,6 +93,11 @@ def save(folder: Path, tile: Tile) -> None:
     free = shutil.disk_usage(folder).free
     if free < FREE_BYTES + len(data):
         raise OSError(f"{free >> 20} MB are free on the disk, and {FREE_BYTES >> 20} MB are to stay free")
+    write_whole(path, data)
+
+
+def write_whole(path: Path, data: bytes) -> None:
+    """After a crash at any time the file holds what it held or `data`, whole. Raises OSError."""
     temporary = path.with_suffix(TEMPORARY)
     try:
         with temporary.open("wb") as file:
@@ -103,7 +108,7 @@ def save(folder: Path, tile: Tile) -> None:
     except OSError:
         temporary.unlink(missing_ok=True)
         raise
-    _force(folder)
+    _force(path.parent)
 
 
 def _force(folder: Path) -> None:
@@ -134,10 +139,13 @@ class Keeper:
                 stray.unlink()
 
     def keep(self, memory: StopMap | None) -> None:
-        """This is the map now; called each tick, returns at once."""
-        if self._folder is None or memory is None or memory is self._given:
+        """This is the map now, None: there is none any more; called each tick, returns at once."""
+        if self._folder is None or memory is self._given:
             return
         self._given = memory
+        if memory is None:
+            self._last = self._pool.submit(self._clear, self._folder)
+            return
         self._last = self._pool.submit(self._save, self._folder, memory)
 
     def _save(self, folder: Path, memory: StopMap) -> None:
@@ -148,6 +156,17 @@ class Keeper:
             self._tell(f"the map is not saved in {folder}: {error.strerror or error}")
         else:
             self._saved = memory.cells
+
+    def _clear(self, folder: Path) -> None:
+        """The operator has the map forgotten: it must not come back with the next start."""
+        try:
+            for path in folder.glob(f"*{SUFFIX}"):
+                path.unlink()
+            _force(folder)
+        except OSError as error:
+            self._tell(f"the map in {folder} is not cleared: {error.strerror or error}")
+        else:
+            self._saved = None
 
     def close(self) -> None:
         """Returns when all is saved."""

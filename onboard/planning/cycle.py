@@ -20,6 +20,7 @@ from scipy import ndimage
 from onboard import config
 from onboard.perception.cell_classes import classify
 from onboard.planning import gdem_refresh, global_path, mission_rule, options, trust
+from onboard.planning.fenced import closed, fenced
 from onboard.planning.gain import Eyes
 from onboard.planning.global_path import GlobalField
 from onboard.planning.mission_rule import BLOCK_M, Again, MissionState, Situation, Stop
@@ -154,7 +155,7 @@ def _eyes(settings: Settings) -> Eyes:
 
 
 def _freedom(request: PlanRequest, surface: Surface) -> U8:
-    """Freedom of every pose with the trail and the rover's own place free (R2), before any mark."""
+    """Freedom of every pose with the trail and the rover's own place free (R2), keep-outs blocked, before any mark."""
     grid, settings = surface.grid, request.settings
     freedom = pose_freedom(surface, settings.rover, settings.planning)
     if request.blocked_m:
@@ -166,7 +167,7 @@ def _freedom(request: PlanRequest, surface: Surface) -> U8:
         raise ValueError(f"the rover's cell {own[:2]} lies outside the map's window, {grid.rows} x {grid.columns}")
     if freedom[own[2], own[0], own[1]] != Freedom.FREE:
         freedom = _stand(freedom, surface, own, settings.rover)
-    return freedom
+    return fenced(freedom, request.fences, grid, settings.rover, (request.pose.x_m, request.pose.y_m))
 
 
 def _stand(freedom: U8, surface: Surface, own: tuple[int, int, int], rover: config.Rover) -> U8:
@@ -198,10 +199,10 @@ def _from_orbit(request: PlanRequest, surface: Surface, freedom: U8) -> tuple[Gd
         return None, None
     here = (request.pose.x_m, request.pose.y_m)
     refreshed = gdem_refresh.refresh(gdem, surface, freedom, (here, goal_m))
-    field = global_path.solve(refreshed, goal_m, planning)
+    field = global_path.solve(closed(refreshed, request.fences), goal_m, planning)
     if refreshed is gdem or math.isfinite(global_path.value_at(field, *here)):
         return refreshed, field
-    return gdem, global_path.solve(gdem, goal_m, planning)
+    return gdem, global_path.solve(closed(gdem, request.fences), goal_m, planning)
 
 
 def _near(grid: Grid, points_m: tuple[tuple[float, float], ...], radius_m: float) -> Bool:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from onboard import config
+from onboard.planning.fences import Fence
 from onboard.planning.mission_rule import MissionState
 from onboard.records import F32, F64, U8, Decision, Gdem, Grid, Ldem, Pose, Scan
 
@@ -30,7 +31,7 @@ class PlanRequest:
     """What the job is given. ldem: the window around the rover. trail: (k, 3) x, y, yaw driven so far (R2).
 
     gdem None: nothing is known from orbit, the goal lies in a straight line. blocked_m: points whose cells no wheel may
-    roll over, whatever the map says: the drive guard stopped at them.
+    roll over, whatever the map says: the drive guard stopped at them. fences: keep-outs are obstacles.
     """
 
     ldem: Ldem
@@ -41,6 +42,7 @@ class PlanRequest:
     settings: Settings
     trail: F64
     blocked_m: tuple[tuple[float, float], ...] = ()
+    fences: tuple[Fence, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

@@ -24,7 +24,7 @@ from onboard.maps.gdem_file import from_npz
 from onboard.perception.stop_map import StopMap, recall
 from onboard.perception.tiles import Tile, decode
 from onboard.record.schema import INPUTS, OUTPUTS, decode_inputs, encode_outputs, input_checks
-from onboard.record.writer import MAP_END, MAP_START
+from onboard.record.writer import KEPT, MAP_END, MAP_START
 from onboard.records import Gdem
 from protocol.conventions import TICK_NS
 
@@ -90,10 +90,10 @@ def replay(path: Path) -> Verdict:
     verdict = Verdict(bytes_compared=dict.fromkeys(OUTPUTS, 0))
     with path.open("rb") as file:
         try:
-            config, gdem, memory = start_state(make_reader(file))
+            start = start_state(make_reader(file))
         except ValueError as error:
             raise DamagedRecordError(f"at its start: {error}") from error
-        rover, jobs = Rover(config, gdem, memory), Inline()
+        rover, jobs = Rover(*start), Inline()
         file.seek(0)
         for number, recorded in ticks_of(StreamReader(file).records):
             check_inputs(number, recorded)
@@ -111,8 +111,11 @@ def replay(path: Path) -> Verdict:
     return verdict
 
 
-def start_state(reader: McapReader) -> tuple[Config, Gdem | None, StopMap | None]:
-    """Configuration, orbiter's map and own map with which a run began. Raises DamagedRecordError, ValueError."""
+def start_state(reader: McapReader) -> tuple[Config, Gdem | None, StopMap | None, dict[str, bytes]]:
+    """Configuration, orbiter's map, own map and what else was kept as a run began.
+
+    Raises DamagedRecordError, ValueError.
+    """
     attachments = {a.name: a.data for a in reader.iter_attachments()}
     if "config.toml" not in attachments:
         raise DamagedRecordError("it holds no config.toml: not a record of this program, or cut off at its start")
@@ -121,7 +124,9 @@ def start_state(reader: McapReader) -> tuple[Config, Gdem | None, StopMap | None
         toml.write_bytes(attachments["config.toml"])
         config = load(toml)
     gdem = from_npz(attachments["gdem.npz"]) if "gdem.npz" in attachments else None
-    return config, gdem, recall([decode(data) for name, data in attachments.items() if name.startswith(MAP_START)])
+    tiles = [decode(data) for name, data in attachments.items() if name.startswith(MAP_START)]
+    kept = {name.removeprefix(KEPT): data for name, data in attachments.items() if name.startswith(KEPT)}
+    return config, gdem, recall(tiles), kept
 
 
 def last_map(path: Path) -> tuple[Tile, ...]:

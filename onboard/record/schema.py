@@ -8,10 +8,12 @@ Each channel is one MCAP topic with one message for each tick in which it has so
     /in/time    of a tick that was measured: late_ns i64, numbers of groups and of jobs u8 each, nanoseconds i64 of each
     /in/can     per frame: stamp_ns i64, id u16, length u8, data
     /in/lidar   per chunk: rx_ns i64, length u32, data
+    /in/disk    per result of a save: name length u8, error length u8, both
     /in/link    per message: rx_ns i64, accepted u8, station u8, kind u8, verdict length u8, payload length u16, both
-    /out/tick   state digest 8 B, CRC-32 of the six input messages (6 x u32), connect u8 (1 LIDAR, 2 CAN), then
-                ids (u32) of new jobs, and with the highest bit set those of cancelled ones
+    /out/tick   state digest 8 B, CRC-32 of the seven input messages (7 x u32), connect u8 (1 LIDAR, 2 CAN, 4 reboot),
+                then ids (u32) of new jobs, and with the highest bit set those of cancelled ones
     /out/can    per frame: id u16, length u8, data          /out/lidar   bytes
+    /out/disk   per save: name length u8, data length u32, both
     /out/link   per payload: kind u8, length u16, data      /out/event   JSON      /out/pose   6 x f64
 """
 
@@ -21,22 +23,35 @@ import json
 import struct
 import zlib
 
-from onboard.records import BusStatus, BusTrouble, Chunk, Frame, Health, Inputs, LinkMessage, Outputs, PortState, Timing
+from onboard.ports import Saved
+from onboard.records import (
+    BusStatus,
+    BusTrouble,
+    Chunk,
+    Frame,
+    Health,
+    Inputs,
+    LinkMessage,
+    Outputs,
+    PortState,
+    Timing,
+)
 
 _TICK = struct.Struct("<QqBB5q")
 _BUS = struct.Struct(f"<BII{len(BusTrouble)}I")
 _TIME = struct.Struct("<qBB")
-_CHECKS = struct.Struct("<6I")
+_CHECKS = struct.Struct("<7I")
 _CANCELLED = 1 << 31
 _FRAME_IN = struct.Struct("<qHB")
 _CHUNK = struct.Struct("<qI")
 _MESSAGE = struct.Struct("<qBBBBH")
 _FRAME_OUT = struct.Struct("<HB")
 _PAYLOAD = struct.Struct("<BH")
+_SAVED, _SAVE = struct.Struct("<BB"), struct.Struct("<BI")
 _POSE = struct.Struct("<6d")
 
-INPUTS = ("/in/tick", "/in/bus", "/in/time", "/in/can", "/in/lidar", "/in/link")
-OUTPUTS = ("/out/tick", "/out/can", "/out/lidar", "/out/link", "/out/event", "/out/pose")
+INPUTS = ("/in/tick", "/in/bus", "/in/time", "/in/can", "/in/lidar", "/in/link", "/in/disk")
+OUTPUTS = ("/out/tick", "/out/can", "/out/lidar", "/out/link", "/out/event", "/out/pose", "/out/disk")
 
 
 def encode_inputs(inputs: Inputs) -> dict[str, bytes]:
@@ -62,6 +77,9 @@ def encode_inputs(inputs: Inputs) -> dict[str, bytes]:
             + m.verdict.encode() + m.payload
             for m in inputs.link_messages
         )
+    if inputs.saved:
+        pairs = [(name.encode(), error.encode()[:255]) for name, error in inputs.saved]
+        messages["/in/disk"] = b"".join(_SAVED.pack(len(name), len(error)) + name + error for name, error in pairs)
     return messages
 
 
@@ -76,6 +94,7 @@ def decode_inputs(messages: dict[str, bytes]) -> tuple[Inputs, tuple[int, ...]]:
         lidar_chunks=_chunks(messages.get("/in/lidar", b"")), lidar_state=PortState(lidar_state),
         link_messages=_link(messages.get("/in/link", b"")), link_state=PortState(link_state),
         health=Health(*health), timing=_timing(messages.get("/in/time", b"")),
+        saved=_saved(messages.get("/in/disk", b"")),
     )
     return inputs, ids
 
@@ -136,6 +155,16 @@ def _link(raw: bytes) -> tuple[LinkMessage, ...]:
     return tuple(found)
 
 
+def _saved(raw: bytes) -> tuple[Saved, ...]:
+    found, at = [], 0
+    while at < len(raw):
+        name, error = _SAVED.unpack_from(raw, at)
+        at += _SAVED.size
+        found.append(Saved(raw[at : at + name].decode(), raw[at + name : at + name + error].decode(errors="replace")))
+        at += name + error
+    return tuple(found)
+
+
 def encode_outputs(outputs: Outputs, inputs: dict[str, bytes]) -> dict[str, bytes]:
     """Topic -> message of one tick's outputs; /out/tick guards the inputs it was computed from."""
     checks = _CHECKS.pack(*(zlib.crc32(inputs.get(topic, b"")) for topic in INPUTS))
@@ -143,7 +172,7 @@ def encode_outputs(outputs: Outputs, inputs: dict[str, bytes]) -> dict[str, byte
         f"<{len(outputs.jobs) + len(outputs.cancelled)}I", *(job.job_id for job in outputs.jobs),
         *(job_id | _CANCELLED for job_id in outputs.cancelled),
     )  # fmt: skip
-    connect = outputs.lidar_connect | outputs.can_connect << 1
+    connect = outputs.lidar_connect | outputs.can_connect << 1 | outputs.reboot << 2
     messages = {"/out/tick": outputs.state_digest + checks + bytes([connect]) + ids}
     if outputs.can_frames:
         messages["/out/can"] = b"".join(
@@ -158,6 +187,10 @@ def encode_outputs(outputs: Outputs, inputs: dict[str, bytes]) -> dict[str, byte
     if outputs.events:
         rows = [{"now_ns": e.now_ns, "severity": e.severity, "name": e.name, "text": e.text} for e in outputs.events]
         messages["/out/event"] = json.dumps(rows).encode()
+    if outputs.saves:
+        messages["/out/disk"] = b"".join(
+            _SAVE.pack(len(name.encode()), len(data)) + name.encode() + data for name, data in outputs.saves
+        )
     messages["/out/pose"] = _POSE.pack(*outputs.pose)
     return messages
 

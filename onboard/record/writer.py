@@ -1,8 +1,8 @@
 """One MCAP file for each run: every input and output of the core, tick by tick, with what is needed to run it again.
 
-Attachments: config.toml, gdem.npz, versions.json, the tiles of the map at the start; at the end of the run, its tiles
-and rhythm.json. Chunks of 256 KiB, zstd. Decisions with their maps ride on /plan as .npz, for the report; a replay
-makes them anew.
+Attachments: config.toml, gdem.npz, versions.json, kept parameters and fences, the tiles of the map at the start; at the
+end of the run, its tiles and rhythm.json. Chunks of 256 KiB, zstd. Decisions with their maps ride on /plan as .npz, for
+the report; a replay makes them anew.
 """
 
 from __future__ import annotations
@@ -10,10 +10,11 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from types import TracebackType
+from types import MappingProxyType, TracebackType
 from typing import TYPE_CHECKING, Any
 
-from onboard.config import Config, to_toml
+from onboard.config import Config
+from onboard.config_text import to_toml
 from onboard.maps.gdem_file import to_npz
 from onboard.perception.tiles import Tile, cut, encode
 from onboard.planning import archive
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
     from onboard.perception.stop_map import StopMap
 
 MAP_START, MAP_END = "map-start/", "map-end/"  # names of the attachments that are tiles begin so
+KEPT = "kept/"  # and of what else outlives a run so
 _SCHEMA_TEXT = b"layout: see onboard/record/schema.py of the version in versions.json"
 _PACKAGES = ("numpy", "scipy", "filterpy", "small-gicp", "python-can", "pymavlink", "eclipse-zenoh", "mcap")
 
@@ -32,7 +34,8 @@ _PACKAGES = ("numpy", "scipy", "filterpy", "small-gicp", "python-can", "pymavlin
 class Recorder:
     """Writes the record of config.record.path; with an empty path it does nothing. Used as a context manager."""
 
-    def __init__(self, config: Config, gdem: Gdem | None, tiles: Iterable[Tile] = ()) -> None:
+    def __init__(self, config: Config, gdem: Gdem | None, tiles: Iterable[Tile] = (),
+                 kept: Mapping[str, bytes] = MappingProxyType({})) -> None:
         self._file = None
         if not config.record.path:
             return
@@ -50,6 +53,8 @@ class Recorder:
         if gdem is not None:
             self._attach("gdem.npz", to_npz(gdem), "application/octet-stream")
         self._attach_tiles(MAP_START, tiles)
+        for name, data in kept.items():
+            self._attach(KEPT + name, data, "application/json")
         self._channels = {topic: self._channel(topic) for topic in (*INPUTS, *OUTPUTS, "/plan")}
 
     def _attach(self, name: str, data: bytes, media_type: str) -> None:

@@ -32,7 +32,20 @@ def test_help_lists_every_command_of_the_dictionary(capsys):
     code, text = ended(capsys, "--help")
     assert code == 0
     for row in commands.TABLE:
-        assert row.name.replace("_", "-") in text
+        assert row.typed.split()[0] in text
+
+
+@pytest.mark.parametrize("row", [row for row in commands.TABLE], ids=lambda row: row.name)
+def test_every_row_has_a_verb_whose_help_has_an_example_that_is_read(capsys, row):
+    code, text = ended(capsys, *row.typed.split(), "--help")
+    assert code == 0 and f"ground {row.typed} {row.example}".rstrip() in " ".join(text.split())
+    assert ended(capsys, *row.typed.split(), *row.example.split())[0] == 66  # past the parser, no station file
+
+
+def test_a_negative_number_and_degrees_pass_the_parser_of_a_verb_and_a_bad_one_is_a_usage_error(capsys):
+    assert ended(capsys, "turn", "-90")[0] == 66
+    assert ended(capsys, "turn", "-190")[0] == 64
+    assert ended(capsys, "mission", "1", "-2", "3")[0] == 64
 
 
 @pytest.mark.parametrize("verb", ["goto", "stop", "get", "script", "watch", "status"])

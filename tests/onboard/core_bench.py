@@ -69,7 +69,7 @@ class CoreBench:
     reports: (tick, Report) as the ground would hear them. phases: (tick, Phase), each entry into one.
     ordered: newest WHEEL_n_COMMAND values, wheels 1 to 4. memory: a map kept from before. lidar_plugged,
     job_late_ticks, tilt_rad, noise (frames of the next tick), grip (share of the wheels' motion that the body makes):
-    faults. digests: of each tick's outputs.
+    faults. saved: what its disk says in the next tick. digests: of each tick's outputs.
     health, timing: of the next ticks. inputs, outputs: of the tick last run.
     """
 
@@ -82,7 +82,7 @@ class CoreBench:
         self.reports, self.events, self.phases = [], [], []
         self.ordered, self.digests, self.inputs, self.outputs = {}, [], None, None
         self.wire, self.lidar_plugged = CanWire(seed), True
-        self.job_late_ticks, self.tilt_rad, self.noise = 0, 0.0, ()
+        self.job_late_ticks, self.tilt_rad, self.noise, self.saved = 0, 0.0, (), ()
         self.health, self.timing = Health(), Timing()
         self.grip, self._speed = 1.0, (0.0, 0.0)
         self._posts, self._guard = posts, Guard()
@@ -164,9 +164,10 @@ class CoreBench:
             self.tick, now_ns, can_frames=(*self.wire.to_computer(self._frames, now_ns), *self.noise),
             can=self._can_status(),
             lidar_chunks=tuple(self._bytes), lidar_state=PortState.OPEN if self._lidar_open else PortState.CLOSED,
-            link_messages=tuple(self._messages), jobs=self._done(), health=self.health, timing=self.timing,
+            link_messages=tuple(self._messages), jobs=self._done(), saved=self.saved,
+            health=self.health, timing=self.timing,
         )
-        self.noise, self._frames, self._bytes, self._messages = (), [], [], []
+        self.saved, self.noise, self._frames, self._bytes, self._messages = (), (), [], [], []
         outputs = self.outputs = tick(self.rover, inputs)
         self.digests.append(digest(outputs))
         self._jobs += outputs.jobs

@@ -4,7 +4,8 @@ import dataclasses
 
 import pytest
 
-from onboard.config import Config, ConfigError, load, parse_override, to_toml
+from onboard.config import Config, ConfigError, load, parse_override
+from onboard.config_text import to_toml
 
 
 def write(tmp_path, text):

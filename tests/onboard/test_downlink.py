@@ -69,8 +69,8 @@ def test_an_order_comes_out_once_however_often_its_telecommand_arrives():
 
 
 @pytest.mark.parametrize(("message", "mode", "words"), [
-    (uplink("goto", {"x_m": 1.0, "y_m": 1.0}), Mode.SAFE, "goto is refused in SAFE; allowed: stop"),
-    (uplink("resume"), Mode.STANDBY, "resume is refused in STANDBY; allowed: goto"),
+    (uplink("goto", {"x_m": 1.0, "y_m": 1.0}), Mode.SAFE, "goto is refused in SAFE: it needs STANDBY"),
+    (uplink("resume"), Mode.STANDBY, "resume is refused in STANDBY: it needs SAFE"),
     (uplink("stop", expiry_ns=1 * S), Mode.STANDBY, "stop arrived 1.0 s after its expiry"),
 ])
 def test_what_may_not_be_done_is_reported_with_the_reason(message, mode, words):

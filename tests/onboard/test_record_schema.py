@@ -3,6 +3,7 @@
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from onboard.ports import Saved
 from onboard.record.schema import decode_inputs, encode_inputs, encode_outputs, input_checks
 from onboard.records import (
     BusStatus,
@@ -35,6 +36,8 @@ INPUTS = st.builds(
                   st.integers(0, 5), st.binary(max_size=50)), max_size=3).map(tuple),
     link_state=STATES,
     health=st.builds(Health, TIMES, TIMES, TIMES, TIMES, TIMES),
+    saved=st.lists(st.builds(Saved, st.sampled_from(["parameters", "fences"]), st.text(max_size=50)), max_size=3).map(
+        tuple),
     timing=st.builds(Timing, TIMES, st.lists(TIMES, max_size=10).map(tuple), st.lists(TIMES, max_size=3).map(tuple)),
 )
 

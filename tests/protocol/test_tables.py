@@ -10,10 +10,13 @@ from hypothesis import strategies as st
 
 from onboard.core.telemetry import SAMPLERS
 from protocol import WireError, commands, eldorado_dialect, events, modes, telemetry
+from protocol.arguments import Kind
+from protocol.link import payload_limit
 from protocol.mavlink_frames import enu_angles, frd_from_flu, ned_angles, ned_from_enu
 from protocol.modes import Mode, next_mode
 
-ARGUMENTS = {"goto": {"x_m": 1.5, "y_m": -2.0, "heading_rad": 0.25}, "get": {"product": "ldem"}}
+ARGUMENTS = {row.name: commands.parse([*row.typed.split(), *row.example.split()])[1] for row in commands.TABLE}
+ARGUMENTS["goto"] = {"x_m": 1.5, "y_m": -2.0, "heading_rad": 0.25}
 
 
 # -- commands --------------------------------------------------------------------------------------------------
@@ -33,9 +36,83 @@ def test_every_command_crosses_the_wire_unchanged(row):
             commands.decode(commands.encode(sent)[:n])
 
 
-def test_a_goto_without_heading_takes_45_bytes_and_comes_out_without():
+def longest(argument):
+    return {
+        Kind.NUMBER: argument.high, Kind.CHOICE: (argument.choices or ("",))[-1], Kind.TEXT: "x" * argument.most,
+        Kind.POINTS: (argument.low, argument.high) * argument.most,
+    }[argument.kind]
+
+
+@pytest.mark.parametrize("row", commands.TABLE, ids=lambda r: r.name)
+def test_the_longest_of_every_command_fits_a_datagram_of_the_slowest_profile(row):
+    full = commands.Telecommand(7, 1 << 60, 1 << 60, row.name, {a.name: longest(a) for a in row.arguments}, 1 << 60)
+    assert commands.decode(commands.encode(full)) == full
+    assert len(commands.encode(full)) <= payload_limit(64_000)
+
+
+@pytest.mark.parametrize("row", [r for r in commands.TABLE if r.arguments], ids=lambda r: r.name)
+def test_what_is_out_of_bounds_is_refused_by_its_argument_and_name(row):
+    for argument in row.arguments:
+        bad = {
+            Kind.NUMBER: argument.high + 1.0, Kind.CHOICE: "nothing", Kind.TEXT: "x" * (argument.most + 1),
+            Kind.POINTS: (0.0, 0.0) * (argument.most + 1),
+        }[argument.kind]
+        with pytest.raises(ValueError, match=f"^{row.name}: `{argument.name}` = .* should be "):
+            commands.check(row.name, {**ARGUMENTS[row.name], argument.name: bad})
+
+
+@given(st.lists(st.tuples(st.floats(-1e4, 1e4), st.floats(-1e4, 1e4)), min_size=1, max_size=16))
+@settings(max_examples=50, deadline=None, derandomize=True)
+def test_points_cross_the_wire_to_half_a_millimetre(points):
+    flat = tuple(part for point in points for part in point)
+    sent = commands.Telecommand(1, 0, 0, "mission", {"goals_m": flat})
+    heard = commands.decode(commands.encode(sent)).arguments["goals_m"]
+    assert np.allclose(heard, flat, rtol=0.0, atol=0.000501)
+    assert commands.check("mission", {"goals_m": heard})["goals_m"] == heard
+
+
+def test_what_a_person_types_is_read_by_the_row_angles_in_degrees():
+    assert commands.parse(["faults", "mask", "NODE_LOST", "60"]) == (
+        "faults_mask", {"fault": "NODE_LOST", "lasting_s": 60.0})
+    assert commands.parse(["emergency-stop"]) == ("emergency_stop", {})
+    assert commands.parse(["drive", "0.1", "0", "-5", "20", "1"])[1]["yaw_radps"] == pytest.approx(-math.radians(5))
+    assert commands.parse(["mission", "1", "2", "-3", "-4"])[1]["goals_m"] == (1.0, 2.0, -3.0, -4.0)
+
+
+@pytest.mark.parametrize(("line", "words"), [
+    ("faults", "unknown faults command ``; known: list, clear, mask"),
+    ("faults musk X 60", "did you mean `mask`"),
+    ("mission 1 2 3", "1 to 16 points x y"),
+    ("turn 200", "should be -3.14159 to 3.14159 rad"),
+    ("stop now", "stop takes nothing, found now"),
+])
+def test_what_is_typed_wrong_is_named(line, words):
+    with pytest.raises(ValueError) as caught:
+        commands.parse(line.split())
+    assert words in str(caught.value)
+
+
+def test_a_command_that_changes_the_mode_is_allowed_exactly_where_its_transition_is():
+    for row in commands.TABLE:
+        begins = {t.state for t in modes.TRANSITIONS if t.event == row.name}
+        if begins and row.name not in ("stop", "safe", "emergency_stop"):
+            assert set(row.modes) == begins, row.name
+
+
+def test_a_refusal_in_a_mode_says_what_it_needs_and_what_is_allowed_now():
+    with pytest.raises(ValueError) as caught:
+        commands.check_mode("goto", Mode.SAFE)
+    assert str(caught.value).startswith("goto is refused in SAFE: it needs STANDBY, AUTONOMOUS; allowed now: resume, ")
+
+
+def test_what_moves_the_rover_is_told_by_the_transitions():
+    moves = {"goto", "mission", "return", "scan", "turn", "drive", "sequence_run"}
+    assert {row.name for row in commands.TABLE if row.moves} == moves
+
+
+def test_a_goto_without_heading_takes_53_bytes_and_comes_out_without():
     sent = commands.Telecommand(1, 0, 0, "goto", {"x_m": 1.0, "y_m": 2.0})
-    assert len(commands.encode(sent)) == 21 + 24
+    assert len(commands.encode(sent)) == 29 + 24
     assert commands.decode(commands.encode(sent)).arguments == {"x_m": 1.0, "y_m": 2.0}
 
 
@@ -80,12 +157,13 @@ def test_an_emergency_stop_is_taken_in_every_mode(mode):
 def test_only_reset_leaves_the_emergency_stop():
     names = {t.event for t in modes.TRANSITIONS}
     assert [e for e in sorted(names) if next_mode(Mode.ESTOP, e)] == ["reset"]
-    assert commands.allowed_in(Mode.ESTOP) == ("stop", "safe", "status", "get", "emergency_stop", "reset")
+    assert not [row.name for row in commands.TABLE if Mode.ESTOP in row.modes and row.moves]
+    assert Mode.ESTOP in commands.command("reset").modes
 
 
 def test_a_fault_leads_from_every_moving_or_waiting_mode_to_safe():
-    assert {m: next_mode(m, "fault") for m in (Mode.BOOT, Mode.STANDBY, Mode.AUTONOMOUS)} == {
-        Mode.BOOT: Mode.SAFE, Mode.STANDBY: Mode.SAFE, Mode.AUTONOMOUS: Mode.SAFE}
+    for mode in set(Mode) - {Mode.SAFE, Mode.ESTOP}:
+        assert next_mode(mode, "fault") is next_mode(mode, "safe") is Mode.SAFE
     assert next_mode(Mode.SAFE, "goto") is None
 
 

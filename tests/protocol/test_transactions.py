@@ -138,8 +138,8 @@ def test_a_refused_command_says_what_would_be_allowed():
     goto = commands.encode(commands.Telecommand(1, 0, 0, "goto", {"x_m": 1.0, "y_m": 2.0}))
     report = refused(goto, Mode.SAFE)
     assert (report.state, report.code) == (State.FAILED, Code.MODE)
-    assert report.text.startswith("goto is refused in SAFE; allowed: stop, safe, resume")
-    far = goto[:21] + np.array([2e4, 0.0, np.nan]).tobytes()
+    assert report.text.startswith("goto is refused in SAFE: it needs STANDBY, AUTONOMOUS; allowed now: resume")
+    far = goto[:29] + np.array([2e4, 0.0, np.nan]).tobytes()
     report = refused(far)
     assert (report.code, report.text) == (Code.RANGE, "goto: `x_m` = 20000.0 should be -10000 to 10000 m")
     report = refused(goto[:20] + b"\xee")
@@ -173,3 +173,56 @@ def test_only_the_newest_report_of_a_request_waits_and_two_copies_of_it_are_sent
 def test_malformed_reports_are_wire_errors(payload):
     with pytest.raises(WireError):
         decode_report(payload)
+
+
+# -- start times -----------------------------------------------------------------------------------------------
+
+
+def ask(rover, request_id, name, now_ns, *, expiry_ns=0, start_ns=0, **arguments):
+    sent = commands.Telecommand(request_id, 0, expiry_ns, name, arguments, start_ns)
+    return rover.receive(1, commands.encode(sent), now_ns, Mode.STANDBY)
+
+
+def last(rover, now_ns):
+    return [decode_report(payload) for payload in rover.send(now_ns)][-1]
+
+
+def test_a_request_with_a_start_time_waits_for_it_and_begins_in_the_mode_of_that_time():
+    rover = Executor()
+    assert ask(rover, 1, "goto", 1 * S, start_ns=9 * S, x_m=1.0, y_m=2.0) is None
+    assert ask(rover, 2, "scan", 1 * S, start_ns=5 * S) is None
+    assert last(rover, 1 * S)[3:6] == (State.ACCEPTED, 0, "waits until 5.0 s, now 1.0 s")
+    assert rover.due(5 * S - 1, Mode.STANDBY) == []
+    assert [order.name for order in rover.due(5 * S, Mode.STANDBY)] == ["scan"]
+    assert rover.due(9 * S, Mode.SAFE) == []
+    assert last(rover, 9 * S).code == Code.MODE
+    assert rover.held == 0
+
+
+def test_what_waits_is_cancelled_by_a_word_and_expires_like_any_other():
+    rover = Executor()
+    ask(rover, 1, "goto", 0, start_ns=9 * S, expiry_ns=10 * S, x_m=1.0, y_m=2.0)
+    assert rover.due(11 * S, Mode.STANDBY) == [] and last(rover, 11 * S).state is State.EXPIRED
+    ask(rover, 2, "scan", 11 * S, start_ns=20 * S)
+    rover.cancel_waiting(12 * S, "stop: operator")
+    assert last(rover, 12 * S)[3:6] == (State.CANCELLED, 0, "stop: operator")
+    assert rover.due(30 * S, Mode.STANDBY) == []
+
+
+def test_a_request_that_would_expire_before_it_may_start_is_refused_and_so_is_the_33rd_that_waits():
+    rover = Executor()
+    ask(rover, 1, "scan", 0, start_ns=9 * S, expiry_ns=8 * S)
+    assert last(rover, 0).code == Code.RANGE
+    for n in range(2, 35):
+        ask(rover, n, "scan", 0, start_ns=9 * S)
+    assert rover.held == 32 and last(rover, 0).code == Code.TOO_MANY
+
+
+def test_a_reboot_is_known_to_be_done_by_the_new_boot_and_is_not_asked_again():
+    ground = Requester(1)
+    ground.request("reboot", {}, 0)
+    ground.request("stop", {}, 0)
+    assert len(ground.send(0)) == 2
+    ground.rover_booted(7, 3 * S)
+    assert ground.requests[1].state is State.COMPLETED and ground.requests[2].state is State.REQUESTED
+    assert len(ground.send(60 * S)) == 1

@@ -1,11 +1,11 @@
 """The wheel monitors in one: a tick of plain values in, the faults' names, the wheels' health and corrections out.
 
-What is found of a wheel stays found: it goes into the health, and the wheel is not judged again.
+What is found of a wheel stays found: it goes into the health, and the wheel is not judged again until `forget`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from onboard.config import Rover
@@ -35,9 +35,11 @@ class WheelWatch:
         self.slip = SlipWatch()
         self._found: dict[str, tuple[int, ...]] = {}
         self._radius_m = rover.wheel_radius_m
-        self._drives = tuple(WheelBlocks() for _ in places)
-        self._steers = tuple(SteerWatch(rover.steer_rate_radps) for _ in places)
-        self._offsets = tuple(OffsetWatch(place, q_m2) for place in places)
+        self._drives = [WheelBlocks() for _ in places]
+        self._steers = [SteerWatch(rover.steer_rate_radps) for _ in places]
+        self._offsets = [OffsetWatch(place, q_m2) for place in places]
+        self._new_steer: Callable[[], SteerWatch] = lambda: SteerWatch(rover.steer_rate_radps)
+        self._new_offset: Callable[[int], OffsetWatch] = lambda k: OffsetWatch(places[k], q_m2)
         self._last: list[WheelState | None] = [None] * len(places)
 
     @property
@@ -53,6 +55,20 @@ class WheelWatch:
             self._drive(k, seen)
             self._steer(k, seen)
             self._last[k] = seen.wheels[k]
+
+    def forget(self, name: str) -> None:
+        """What was found of this row no longer holds: its wheels count as sound in it and are judged anew."""
+        for wheel in self._found.pop(name, ()):
+            k = wheel - 1
+            if name == "STEER_OFFSET":
+                self._offsets[k] = self._new_offset(k)
+            elif name == "STEER_STUCK":
+                self._steers[k] = self._new_steer()
+                self._set_health(k, replace(self.health[k], steer_fixed_rad=None))
+            else:
+                self._drives[k] = WheelBlocks()
+                cured = {"encoder": True} if name == "ENCODER_BAD" else {"drive": Drive.GOOD}
+                self._set_health(k, replace(self.health[k], **cured))
 
     def readings(self, wheels: Sequence[WheelState | None]) -> tuple[WheelState | None, ...]:
         """The wheels' states with the steering readings that are known to be wrong put right."""
@@ -127,5 +143,8 @@ class WheelWatch:
         wheel = k + 1
         if wheel not in self._found.get(name, ()):
             self._found[name] = (*self._found.get(name, ()), wheel)
+        self._set_health(k, health)
+
+    def _set_health(self, k: int, health: WheelHealth) -> None:
         one, two, three, four = (health if n == k else old for n, old in enumerate(self.health))
         self.health = (one, two, three, four)

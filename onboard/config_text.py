@@ -1,0 +1,33 @@
+"""The configuration as text: what `onboard run --print-config` prints, the record keeps and `param list` sends."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+
+def to_toml(config: Any) -> str:
+    """The tree as TOML with the meaning and range of each value as comments; `load` reads it back unchanged."""
+    lines: list[str] = []
+    for section in dataclasses.fields(config):
+        lines += ["", f"[{section.name}]"]
+        part = getattr(config, section.name)
+        for row in dataclasses.fields(part):
+            comment = f"{row.metadata['meaning']}{allowed(row.metadata)}"
+            lines.append(f"{row.name} = {word(getattr(part, row.name))}  # {comment}")
+    return "\n".join(lines).strip() + "\n"
+
+
+def allowed(metadata: Any) -> str:
+    """` (low to high)` or ` (one | other)` of a field's metadata; '' where it may be anything."""
+    low, high, one_of = (metadata[k] for k in ("low", "high", "one_of"))
+    return f" ({' | '.join(one_of)})" if one_of else f" ({low:g} to {high:g})" if low is not None else ""
+
+
+def word(item: Any) -> str:
+    """A value as TOML has it."""
+    if isinstance(item, bool):
+        return "true" if item else "false"
+    if isinstance(item, str):
+        return '"' + item.replace("\\", "\\\\").replace('"', '\\"') + '"'
+    return repr(item)

@@ -1,0 +1,77 @@
+"""Orders about fences: add, clear, list. What is in force is kept with each change, where there is a folder for it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from onboard.core.context import Context
+from onboard.core.downlink import Downlink
+from onboard.planning.fences import Fence, from_json, to_json
+from onboard.ports import Save, Saved
+from onboard.records import Event
+from protocol.commands import named
+from protocol.transactions import Order, State
+
+KEPT = "fences"
+_MOST = 16
+
+
+class FenceOrders:
+    """`fences` are in force now. saves: what the shell is to keep; events: the executive takes both."""
+
+    def __init__(self, keeps: bool, kept: bytes, downlink: Downlink) -> None:
+        self._downlink, self._keeps = downlink, keeps
+        self.events: list[Event] = []
+        self.saves: list[Save] = []
+        self._saving: list[tuple[int, str]] = []  # requests and what to tell them
+        self.fences: tuple[Fence, ...] = ()
+        try:
+            self.fences = from_json(kept)
+        except ValueError as error:
+            self.events.append(Event(0, "error", "FENCE", f"the kept fences cannot be read: {error}"))
+        self.orders = {"fence_add": self._add, "fence_clear": self._clear, "fence_list": self._list}
+
+    def receive(self, saved: Sequence[Saved]) -> None:
+        """What the shell says of a save."""
+        for name, error in saved:
+            if name == KEPT and self._saving:
+                request_id, text = self._saving.pop(0)
+                self._downlink.report(request_id, State.COMPLETED, f"{text}; {error or 'kept'}")
+
+    def _add(self, order: Order, ctx: Context) -> None:
+        name = str(order.arguments["fence"])
+        others = tuple(fence for fence in self.fences if fence.name != name)
+        if len(others) == _MOST:
+            self._downlink.report(order.request_id, State.FAILED, f"{_MOST} fences are in force: clear one first")
+            return
+        self.fences = (*others, Fence(name, str(order.arguments["kind"]), order.points("corners_m")))
+        self._changed(order, ctx, f"{name}, {order.arguments['kind']} of {len(self.fences[-1].corners_m)} corners")
+
+    def _clear(self, order: Order, ctx: Context) -> None:
+        name = order.arguments.get("fence")
+        try:
+            if name is not None:
+                named(str(name), [fence.name for fence in self.fences], "fence")
+        except ValueError as error:
+            self._downlink.report(order.request_id, State.FAILED, str(error))
+            return
+        self.fences = tuple(fence for fence in self.fences if name is not None and fence.name != name)
+        self._changed(order, ctx, f"cleared {name or 'all'}, {len(self.fences)} left")
+
+    def _changed(self, order: Order, ctx: Context, text: str) -> None:
+        self.events.append(Event(ctx.now_ns, "info", "FENCE", f"{text}, by station {order.station}"))
+        if self._keeps:
+            self.saves.append(Save(KEPT, to_json(self.fences)))
+            self._saving.append((order.request_id, text))
+            self._downlink.report(order.request_id, State.STARTED, text)
+        else:
+            self._downlink.report(order.request_id, State.COMPLETED, f"{text}; ends with the program")
+
+    def _list(self, order: Order, ctx: Context) -> None:
+        lines = [f"{f.name} {f.kind} " + " ".join(f"{x:g} {y:g}" for x, y in f.corners_m) for f in self.fences]
+        object_id = self._downlink.offer("fences", ("\n".join(lines) or "none").encode(), "text")
+        self._downlink.report(order.request_id, State.COMPLETED, f"{len(lines)} in force", (object_id,))
+
+    def digest_items(self) -> tuple[float, ...]:
+        """What of this state enters the digest of the core's state."""
+        return (len(self._saving), *(part for fence in self.fences for corner in fence.corners_m for part in corner))

@@ -1,0 +1,79 @@
+"""The operator's own moves: a turn on the spot, or a twist for a time and a way. No map is asked.
+
+A move ends by its bounds; a fault whose response ends a way, stops or looks ends it too (the executive does that).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Protocol
+
+from onboard.config import Config
+from onboard.core.context import Context
+from onboard.motion.follower import Follower
+from onboard.records import Twist
+
+_PROGRESS_NS = 5_000_000_000
+_TURN_NS = 120_000_000_000  # half a turn takes 13 s at the default rate; a turn that does not end is given up
+
+
+class Move(Protocol):
+    """`step` each tick until `ended` says how it ended; `failed`: that was no success. progress: not yet told."""
+
+    ended: str
+    failed: bool
+    progress: list[str]
+
+    def step(self, ctx: Context) -> Twist:
+        """One tick: the twist that is wanted."""
+        ...
+
+
+class TurnTo:
+    """Turn on the spot to a heading."""
+
+    def __init__(self, config: Config, heading_rad: float) -> None:
+        self.ended, self.failed, self.progress = "", False, list[str]()
+        self._follower, self._heading_rad = Follower(config.rover, config.motion), heading_rad
+        self._begun_ns: int | None = None
+
+    def step(self, ctx: Context) -> Twist:
+        """One tick."""
+        self._begun_ns = ctx.now_ns if self._begun_ns is None else self._begun_ns
+        if ctx.now_ns - self._begun_ns > _TURN_NS:
+            self.ended, self.failed = f"not there after {_TURN_NS // 10**9} s", True
+            return Twist()
+        twist = self._follower.turn(self._heading_rad, ctx.localisation.pose, ctx.wheels)
+        if self._follower.done:
+            self.ended = f"heading {math.degrees(ctx.localisation.pose.yaw_rad):.1f} degrees"
+        return twist
+
+
+class Drive:
+    """A twist until `duration_s` are over, the time to steer included, or base_link has gone `distance_m`."""
+
+    def __init__(self, twist: Twist, duration_s: float, distance_m: float) -> None:
+        self.ended, self.failed, self.progress = "", False, list[str]()
+        self._twist, self._duration_ns, self._distance_m = twist, round(duration_s * 1e9), distance_m
+        self._begun_ns: int | None = None
+        self._gone_m, self._last_m = 0.0, (0.0, 0.0)
+        self._told_ns = 0
+
+    def step(self, ctx: Context) -> Twist:
+        """One tick."""
+        pose = ctx.localisation.pose
+        here_m = (pose.x_m, pose.y_m)
+        if self._begun_ns is None:
+            self._begun_ns = self._told_ns = ctx.now_ns
+            self._last_m = here_m
+        self._gone_m += math.dist(here_m, self._last_m)
+        self._last_m = here_m
+        lasted_s = (ctx.now_ns - self._begun_ns) / 1e9
+        said = f"{self._gone_m:.2f} m in {lasted_s:.1f} s"
+        if self._gone_m >= self._distance_m or ctx.now_ns - self._begun_ns >= self._duration_ns:
+            self.ended = said
+            return Twist()
+        if ctx.now_ns - self._told_ns >= _PROGRESS_NS:
+            self._told_ns = ctx.now_ns
+            self.progress.append(said)
+        return self._twist

@@ -1,0 +1,53 @@
+"""The folder of what outlives a run, the map apart: parameters and fences, a file each, written whole or not at all."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
+from pathlib import Path
+
+from onboard.drivers.disk import write_whole
+from onboard.ports import Save, Saved
+
+NAMES = ("parameters", "fences")
+
+
+def read_kept(folder: str) -> dict[str, bytes]:
+    """What was kept in a folder, by name; nothing where none is named or it is not there yet. Raises OSError."""
+    paths = {name: Path(folder) / f"{name}.json" for name in NAMES} if folder else {}
+    return {name: path.read_bytes() for name, path in paths.items() if path.is_file()}
+
+
+class StateFolder:
+    """Writes what the core asks to be kept, one at a time, in a thread: a disk may take seconds.
+
+    wait: lock-step, where a result belongs to the tick after it was asked for.
+    """
+
+    def __init__(self, folder: str, wait: bool) -> None:
+        self._folder, self._wait = Path(folder), wait
+        self._pool = ThreadPoolExecutor(max_workers=1, thread_name_prefix="state")
+        self._running: list[Future[Saved]] = []
+
+    def start(self, saves: Sequence[Save]) -> None:
+        """Begins to write these; each is in a later `collect`."""
+        self._running += [self._pool.submit(self._write, save) for save in saves]
+
+    def collect(self) -> tuple[Saved, ...]:
+        """What has ended since, in the order asked."""
+        done = []
+        while self._running and (self._wait or self._running[0].done()):
+            done.append(self._running.pop(0).result())
+        return tuple(done)
+
+    def _write(self, save: Save) -> Saved:
+        try:
+            self._folder.mkdir(parents=True, exist_ok=True)
+            write_whole(self._folder / f"{save.name}.json", save.data)
+        except OSError as error:
+            return Saved(save.name, f"not kept: {error.strerror or error}")
+        return Saved(save.name)
+
+    def close(self) -> None:
+        """Returns when all is written."""
+        self._pool.shutdown(wait=True)

@@ -1,0 +1,160 @@
+"""What an argument of a command can be, and for each kind its check, its words and its bytes.
+
+    number   f64, NaN where it was left out             choice   f64, the index in `choices`
+    text     length u8 and UTF-8, 0 B where left out    points   count u8, then x and y of each in whole mm, i32
+
+Texts and points are bounded (`most`): the longest telecommand fits a datagram of the slowest link.
+"""
+
+from __future__ import annotations
+
+import math
+import struct
+from collections.abc import Callable, Sequence
+from enum import Enum
+from typing import NamedTuple
+
+from protocol import WireError
+
+Value = float | str | tuple[float, ...]
+_MM = 1000.0
+
+
+class Kind(Enum):
+    """How an argument is written."""
+
+    NUMBER = "number"
+    CHOICE = "choice"
+    TEXT = "text"
+    POINTS = "points"
+
+
+class Argument(NamedTuple):
+    """One argument: a number from low to high in `unit`, one of `choices`, at most `most` bytes or points.
+
+    Points are one flat tuple x, y, x, y ... in `unit`, each coordinate from low to high, kept to the millimetre.
+    """
+
+    name: str
+    unit: str
+    low: float
+    high: float
+    meaning: str
+    required: bool = True
+    choices: tuple[str, ...] = ()
+    text: bool = False
+    most: int = 0
+    least: int = 1
+
+    @property
+    def kind(self) -> Kind:
+        """How it is written."""
+        if self.choices:
+            return Kind.CHOICE
+        return Kind.TEXT if self.text else Kind.POINTS if self.most else Kind.NUMBER
+
+    @property
+    def takes_rest(self) -> bool:
+        """Whether it takes all words that are left."""
+        return self.kind in (Kind.TEXT, Kind.POINTS)
+
+    @property
+    def allowed(self) -> str:
+        """What it may be, in words."""
+        span = f"{self.low:g} to {self.high:g} {self.unit}".rstrip()
+        return {
+            Kind.NUMBER: span,
+            Kind.CHOICE: "one of " + ", ".join(self.choices),
+            Kind.TEXT: f"a text of at most {self.most} bytes",
+            Kind.POINTS: f"{self.least} to {self.most} points x y, {span}",
+        }[self.kind]
+
+
+def check(argument: Argument, given: object) -> Value:
+    """The value as it crosses the wire. Raises ValueError with what was given and what is allowed."""
+    value = _CHECKS[argument.kind](argument, given)
+    if value is None:
+        raise ValueError(f"`{argument.name}` = {given!r} should be {argument.allowed}")
+    return value
+
+
+def from_words(argument: Argument, words: Sequence[str]) -> Value:
+    """What a person typed: numbers in the argument's unit, angles in degrees. Raises ValueError."""
+    if argument.kind in (Kind.CHOICE, Kind.TEXT):
+        return " ".join(words)
+    try:
+        numbers = tuple(math.radians(float(w)) if argument.unit.startswith("rad") else float(w) for w in words)
+    except ValueError:
+        raise ValueError(f"`{argument.name}` should be a number, found `{' '.join(words)}`") from None
+    return numbers if argument.kind is Kind.POINTS else numbers[0]
+
+
+def pack(argument: Argument, value: Value | None) -> bytes:
+    """The bytes of a checked value; None: it was left out."""
+    if argument.kind is Kind.TEXT:
+        data = str(value or "").encode()
+        return bytes([len(data)]) + data
+    if argument.kind is Kind.POINTS:
+        flat = value if isinstance(value, tuple) else ()
+        return struct.pack(f"<B{len(flat)}i", len(flat) // 2, *(round(v * _MM) for v in flat))
+    if argument.kind is Kind.CHOICE:
+        return struct.pack("<d", math.nan if value is None else argument.choices.index(str(value)))
+    return struct.pack("<d", math.nan if value is None else value)
+
+
+def unpack(argument: Argument, raw: bytes, at: int) -> tuple[Value | None, int]:
+    """The value, None where it was left out, and where the next one begins. Ranges are not checked here.
+
+    Raises WireError("telecommand") on what `pack` cannot have written.
+    """
+    try:
+        if argument.kind is Kind.TEXT:
+            return _text(raw, at)
+        if argument.kind is Kind.POINTS:
+            count, start = raw[at], at + 1
+            flat = struct.unpack_from(f"<{2 * count}i", raw, start)
+            return tuple(v / _MM for v in flat) or None, start + 8 * count
+        (number,) = struct.unpack_from("<d", raw, at)
+    except (struct.error, IndexError, UnicodeDecodeError) as error:
+        raise WireError("telecommand", f"`{argument.name}`: {error}") from error
+    if math.isnan(number):
+        return None, at + 8
+    if argument.kind is Kind.NUMBER:
+        return float(number), at + 8
+    if number not in range(len(argument.choices)):
+        raise WireError("telecommand", f"`{argument.name}` has no choice {number:g}")
+    return argument.choices[int(number)], at + 8
+
+
+def _text(raw: bytes, at: int) -> tuple[str | None, int]:
+    end = at + 1 + raw[at]
+    if end > len(raw):
+        raise WireError("telecommand", f"a text of {raw[at]} B is cut off")
+    return raw[at + 1 : end].decode() or None, end
+
+
+def _number(argument: Argument, given: object) -> Value | None:
+    if isinstance(given, bool) or not isinstance(given, (int, float)) or not argument.low <= given <= argument.high:
+        return None
+    return float(given)
+
+
+def _choice(argument: Argument, given: object) -> Value | None:
+    return str(given) if given in argument.choices else None
+
+
+def _words(argument: Argument, given: object) -> Value | None:
+    fits = isinstance(given, str) and 0 < len(given.encode(errors="replace")) <= argument.most
+    return given if fits and isinstance(given, str) and given.isprintable() else None
+
+
+def _points(argument: Argument, given: object) -> Value | None:
+    if not isinstance(given, (tuple, list)) or len(given) % 2 or not argument.least <= len(given) // 2 <= argument.most:
+        return None
+    inside = [v for v in given if _number(argument, v) is not None]
+    return tuple(round(float(v) * _MM) / _MM for v in inside) if len(inside) == len(given) else None
+
+
+_CHECKS: dict[Kind, Callable[[Argument, object], Value | None]] = {
+    Kind.NUMBER: _number, Kind.CHOICE: _choice, Kind.TEXT: _words, Kind.POINTS: _points,
+}  # fmt: skip
