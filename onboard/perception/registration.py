@@ -22,6 +22,7 @@ VOXEL_M = 0.1
 POINTS_AT_ONCE = 1 << 14
 MARGIN_M = 2.0  # of the target around the source
 MATCH_M = 0.5
+CLOSE_M = 0.15  # of the planes at last: farther from what was seen, a plane goes on where the ground may not
 NEIGHBOURS = 10
 LEAST_POINTS = 200
 LEAST_INLIERS_RATIO = 0.25
@@ -196,7 +197,7 @@ def _settled(source: tuple[small_gicp.PointCloud, object], target: Prepared, gue
     (moving, _), (fixed, tree) = source, target
     near = small_gicp.align(fixed, moving, tree, guess, "GICP", MATCH_M, 1, MOST_ITERATIONS, NEAR_RAD, NEAR_M)
     return settle(
-        _faces(moving), _faces(fixed), tree.batch_nearest_neighbor_search, MATCH_M, guess, near.T_target_source
+        _faces(moving), _faces(fixed), tree.batch_nearest_neighbor_search, CLOSE_M, guess, near.T_target_source
     )  # fmt: skip
 
 
