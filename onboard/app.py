@@ -54,6 +54,10 @@ class WallPorts:
         self.ear = LidarEar(lidar, clock.now_ns)
         self.watch = Stopwatch()
 
+    def forget(self) -> None:
+        """Drops the frames that came while the program opened: seconds of them in the first tick look like babble."""
+        self.can.read(0)
+
     def read(self, now: Tick) -> Inputs:
         """Whatever the ports hold now."""
         stamp_ns = self._clock.now_ns()
@@ -195,6 +199,7 @@ def run(config: Config, announce: Callable[[str], None]) -> int:
         alarm = spare.go(workers, announce)
         if isinstance(ports, WallPorts):
             ports.ear.alarm = alarm
+            ports.forget()
         clock.start()
         where = f"{config.can.uri}, {config.lidar.address}, {config.link.endpoint}"
         announce(f"running: {config.clock.mode} clock, {where}")

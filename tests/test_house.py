@@ -92,3 +92,9 @@ def test_fault_numbers_and_names_are_never_used_twice():
 
 def test_every_injection_says_what_it_does():
     assert all(cause.means for cause in INJECTIONS.values())
+
+
+def test_no_two_test_files_share_a_name():
+    """pytest imports them by name alone: the second would not be collected."""
+    names = [path.name for path in (ROOT / "tests").rglob("test_*.py")]
+    assert sorted(names) == sorted(set(names))

@@ -54,9 +54,9 @@ class _Wheel:
 class Nodes:
     """The rover's nodes: `receive` once a tick, then read; give orders, then `send`.
 
-    bus: what the bus is good for. watch: what is wrong with its frames. from_future: frames stamped later than now.
-    Here readings and orders pass between the nodes' own zeros and the rover's axes: steering offsets, the sensor's
-    mounting (`onboard.mounting`). Nothing further in knows of them.
+    bus: what the bus is good for. watch: what is wrong with its frames. from_future: frames stamped later than now by
+    over a tick. Here readings and orders pass between the nodes' own zeros and the rover's axes: steering offsets, the
+    sensor's mounting (`onboard.mounting`). Nothing further in knows of them.
     """
 
     def __init__(self, rover: config.Rover, can: config.Can, boot_count: int = 1) -> None:
@@ -101,7 +101,7 @@ class Nodes:
                 continue
             heard = True
             if stamp_ns > now_ns:  # it would look fresh for as long as it is ahead
-                self.from_future += 1
+                self.from_future += stamp_ns > now_ns + TICK_NS  # less: the tick began late, and read what came since
                 stamp_ns = now_ns
             handlers[can_id](values, stamp_ns)
         self.watch.checks(self._guard, self.from_future, now_ns)

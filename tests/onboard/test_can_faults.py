@@ -206,6 +206,13 @@ def test_corruption_of_every_third_frame_ends_in_safe(driving):
     assert "CAN_CORRUPT" in driving.told("MODE")[-1][1]
 
 
+def test_frames_read_by_a_tick_that_began_late_are_not_from_the_future(driving):
+    driving.wire.ahead_ns = 9_000_000  # stamped when they are read, 9 ms after the tick was due
+    driving.run(1.0)
+    assert driving.rover.nodes.from_future == 0
+    assert not driving.told("FAULT") and not standing(driving)
+
+
 def test_frames_from_the_future_are_named_and_do_not_look_fresh_for_ever(driving):
     begin(driving, "can_future")
     driving.run(0.3)

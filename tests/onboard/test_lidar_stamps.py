@@ -71,3 +71,13 @@ def test_bytes_between_two_ticks_are_stamped_when_they_come_and_taken_in_order_a
         server.close()
         if lidar is not None:
             lidar.close()
+
+
+def test_frames_that_came_while_the_program_opened_are_not_the_first_ticks():
+    queue = [["old"] * 2000, ["new"]]
+    can = SimpleNamespace(state=PortState.OPEN, status=BusStatus(), read=lambda _: queue.pop(0))
+    quiet = SimpleNamespace(state=PortState.OPEN, status=BusStatus(), read=lambda _: (), fileno=lambda: -1)
+    clock = SimpleNamespace(now_ns=lambda: 10_000_000, slipped_ticks=0)
+    ports = WallPorts(can, quiet, quiet, clock)
+    ports.forget()
+    assert ports.read(SimpleNamespace(number=1, now_ns=10_000_000)).can_frames == ("new",)
