@@ -203,6 +203,8 @@ def script(
 
 app.command("report", epilog="Example: ground report build/demo")(report_command)
 
+_INTERRUPTED = "interrupted; the rover carries on with what it was told, `ground stop` ends it"
+
 
 def run(argv: list[str] | None = None) -> int:
     """The command line; returns the exit code. A user's mistake is one line on stderr, never a traceback."""
@@ -215,11 +217,13 @@ def run(argv: list[str] | None = None) -> int:
         path = context.command_path if context else "ground"
         text = f"{getattr(error, 'format_message', error.__str__)()} (see `{path} --help`)"
     except (KeyboardInterrupt, typer.Abort):
-        code, text = INTERRUPTED, "interrupted; the rover carries on with what it was told"
+        code, text = INTERRUPTED, _INTERRUPTED
     except tuple(kind for kind, _ in _CODES) as error:
         code, text = next(code for kind, code in _CODES if isinstance(error, kind)), str(error)
     else:
-        return code
+        if code != INTERRUPTED:
+            return code
+        text = _INTERRUPTED
     _last_words(text)
     return code
 

@@ -19,6 +19,14 @@ WHEEL_SIGNS = ((+1, +1), (-1, +1), (-1, -1), (+1, -1))  # of (l, d), wheels 1 to
 TICK_NS = 10_000_000  # the fixed-rate scheduler: 100 Hz
 
 
+def cut(text: str, most_bytes: int) -> bytes:
+    """UTF-8 of a text for the wire; one that is longer ends with an ellipsis, which shows that it goes on."""
+    raw = text.encode()
+    if len(raw) <= most_bytes:
+        return raw
+    return raw[: most_bytes - 3].decode(errors="ignore").encode() + "…".encode()
+
+
 def wrap_rad(angle_rad: float) -> float:
     """The same angle in (-pi, pi]."""
     wrapped = math.remainder(angle_rad, math.tau)

@@ -22,6 +22,7 @@ from enum import IntEnum
 from typing import NamedTuple
 
 from protocol import WireError, commands
+from protocol.conventions import cut
 from protocol.link import line_bytes
 from protocol.modes import Mode
 
@@ -80,8 +81,7 @@ def encode_report(report: Report) -> bytes:
     """The payload of a Kind.REPORT datagram; text is cut to what fits."""
     data = report.data[:_MAX_DATA]
     head = _REPORT.pack(report.request_id, report.station, report.serial & 0xFF, report.state, report.code, len(data))
-    text = report.text.encode()[:_TEXT_BYTES].decode(errors="ignore").encode()
-    return head + struct.pack(f"<{len(data)}d", *data) + text
+    return head + struct.pack(f"<{len(data)}d", *data) + cut(report.text, _TEXT_BYTES)
 
 
 def decode_report(payload: bytes) -> Report:

@@ -11,6 +11,7 @@ from onboard.devices.lidar_clock import ClockQuality
 from onboard.records import Estimate, Event, PowerState, WheelState
 from protocol import eldorado_dialect as mavlink
 from protocol import events
+from protocol.conventions import cut
 from protocol.mavlink_frames import frd_from_flu, ned_angles, ned_from_enu
 from protocol.modes import SEVERITIES, Mode, Phase
 from protocol.telemetry import BY_NAME, ITEMS_SLOTS, MESSAGES, TABLE
@@ -211,6 +212,6 @@ class Packer:
 
     def event(self, event: Event, serial: int) -> bytes:
         """EVENT; text longer than the field is cut at a whole character."""
-        text = event.text.encode()[: events.TEXT_BYTES].decode(errors="ignore").encode()
+        text = cut(event.text, events.TEXT_BYTES)
         return self._pack(mavlink.MAVLink_event_message(
             event.now_ns // 1000, serial, _SEVERITY.get(event.severity, 6), event.name.encode()[:24], text))

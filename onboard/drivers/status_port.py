@@ -90,7 +90,10 @@ def ask(paths: Sequence[Path], limit_s: float = 5.0) -> bytes:
     """What the daemon behind the first of these sockets says. Raises StatusError."""
     found = [path for path in paths if path.exists()]
     if not found:
-        raise StatusError(f"no daemon runs here: there is no {' or '.join(map(str, paths))}")
+        raise StatusError(
+            f"no daemon runs here: there is no {' or '.join(map(str, paths))}. The rover of `make sim` is in "
+            "lock-step and has none unless status.socket names it: ask it with `ground status`"
+        )
     trouble = ""
     for path in found:
         try:
