@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import fcntl
 import json
 import sys
 from collections.abc import Iterator
@@ -50,10 +51,24 @@ def line(progress: Progress, wall_s: float, live: bool = False) -> Text:
 
 
 @contextmanager
-def _told() -> Iterator[None]:
-    """What a user can mend, and Ctrl-C, as one line and an exit code."""
-    try:
+def _alone(folder: Path) -> Iterator[None]:
+    """Two benches in one folder would write over each other's records and station file."""
+    folder.mkdir(parents=True, exist_ok=True)
+    with (folder / ".lock").open("w") as lock:
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError:
+            told = f"{folder} is in use by another bench: end that one, or name another folder with --out"
+            raise fail(EX_UNAVAILABLE, told) from None
         yield
+
+
+@contextmanager
+def _told(folder: Path) -> Iterator[None]:
+    """The folder for this run alone; what a user can mend, and Ctrl-C, as one line and an exit code."""
+    try:
+        with _alone(folder):
+            yield
     except KeyboardInterrupt:
         raise fail(EX_INTERRUPTED, "ended by Ctrl-C; all processes are gone") from None
     except ConfigError as error:
@@ -66,7 +81,7 @@ def fly(scenario: Scenario, out: Path, pace: float = 0.0) -> RunResult:
     """Run with its status on standard error; exit 130 on Ctrl-C, nothing left behind."""
     from hil.run import run as run_scenario  # the engine is heavy: not for --help and `hil link`
 
-    with _told(), status(Console(stderr=True), Text("starting bench, onboard, link and ground ...")) as tell:
+    with _told(out), status(Console(stderr=True), Text("starting bench, onboard, link and ground ...")) as tell:
         return run_scenario(scenario, out, lambda p, wall_s: tell(line(p, wall_s, scenario.live), wall_s), pace=pace)
 
 
@@ -77,7 +92,7 @@ def fly_mixed(scenario: Scenario, out: Path, lidar: str, can: str) -> None:
     from hil.processes import ProcessDiedError
 
     try:
-        with _told(), status(Console(stderr=True), Text("starting bench, onboard and link ...")) as tell:
+        with _told(out), status(Console(stderr=True), Text("starting bench, onboard and link ...")) as tell:
             fly_beside(scenario, out, Real(lidar, can), lambda p, wall_s: tell(line(p, wall_s, live=True), wall_s))
     except typer.Exit as ended:
         if ended.exit_code != EX_INTERRUPTED:

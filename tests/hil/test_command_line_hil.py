@@ -1,5 +1,6 @@
 """The command `hil` answers at once, and says what is wrong in one line."""
 
+import fcntl
 import subprocess
 import sys
 from pathlib import Path
@@ -40,3 +41,13 @@ def test_a_can_interface_that_is_not_there_is_named_with_its_cure_and_exit_69(tm
     assert done.returncode == 69
     assert "hil: socketcan:vcan7 cannot be opened" in done.stderr
     assert "ip link add vcan7 type vcan" in done.stderr
+
+
+def test_a_folder_that_another_bench_flies_in_is_refused_and_left_as_it_is(tmp_path):
+    (tmp_path / "ground.toml").write_text("the other's")
+    with (tmp_path / ".lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        result = hil("-m", "hil", "sim", "--out", str(tmp_path))
+    assert result.returncode == 69
+    assert "is in use by another bench" in result.stderr and "--out" in result.stderr
+    assert (tmp_path / "ground.toml").read_text() == "the other's"
