@@ -142,16 +142,17 @@ class Localisation:
         measured = np.array([*T[:3, 3], math.atan2(T[1, 0], T[0, 0])])
         self._predict()
         innovation = self._filter.innovation(measured)
+        credible = self._filter.credible(measured, result.covariance)
         if (
             not result.accepted
             or float(np.linalg.norm(innovation[:3])) > config.gate_m
             or abs(float(innovation[3])) > config.gate_rad
-            or not (result.sure or self._filter.credible(measured, result.covariance))
+            or not (result.sure or credible)
         ):
             if result.told:
                 self._filter.widen()
             return False
-        if not self._filter.credible(measured, result.covariance):
+        if not credible:
             self._filter.doubt(innovation)
         self._filter.see_pose(measured, result.covariance)
         return True

@@ -90,7 +90,7 @@ def register(
     if shared < LEAST_OVERLAP_RATIO:
         return _refused(guess, f"{shared:.2f} of the points lie where the target is: {LEAST_OVERLAP_RATIO} needed")
 
-    found = _settled((source_cloud, None), (target_cloud, tree), guess)
+    found = _settled(source_cloud, (target_cloud, tree), guess)
     if found is None or found.matched < LEAST_POINTS:
         return dataclasses.replace(_refused(guess, f"fewer than {LEAST_POINTS} points match"), told=True)
     turned, way = apart(guess, found.T_target_source)
@@ -138,14 +138,14 @@ def align(source: Prepared, target: Prepared, guess: F64) -> Alignment | None:
 
     source, target: of `prepare`. guess: (4, 4) T_target_source.
     """
-    clouds = [prepared[0] for prepared in (source, target)]
-    shared = _overlap(clouds[0].points(), clouds[1].points(), guess)
+    moving = source[0]
+    shared = _overlap(moving.points(), target[0].points(), guess)
     if shared < LEAST_OVERLAP_RATIO:
         return None
-    found = _settled(source, target, guess)
-    if found is None or not found.converged or found.matched < LEAST_INLIERS_RATIO * clouds[0].size():
+    found = _settled(moving, target, guess)
+    if found is None or not found.converged or found.matched < LEAST_INLIERS_RATIO * moving.size():
         return None
-    return Alignment(found.T_target_source, _told(found), found.matched / clouds[0].size(), shared)
+    return Alignment(found.T_target_source, _told(found), found.matched / moving.size(), shared)
 
 
 def prepare(points: F64) -> Prepared:
@@ -193,8 +193,9 @@ def _near(points: F64 | F32, centre: F64, radius_m: float) -> F64:
     return np.concatenate(kept)
 
 
-def _settled(source: tuple[small_gicp.PointCloud, object], target: Prepared, guess: F64) -> Settled | None:
-    (moving, _), (fixed, tree) = source, target
+def _settled(moving: small_gicp.PointCloud, target: Prepared, guess: F64) -> Settled | None:
+    """Near by GICP, then plane on plane."""
+    fixed, tree = target
     near = small_gicp.align(fixed, moving, tree, guess, "GICP", MATCH_M, 1, MOST_ITERATIONS, NEAR_RAD, NEAR_M)
     return settle(
         _faces(moving), _faces(fixed), tree.batch_nearest_neighbor_search, CLOSE_M, guess, near.T_target_source
