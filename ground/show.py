@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import json
 import math
+from enum import IntEnum
 from typing import Any
 
 from ground.session import EventHeard, News, ProductHeard, Progress, ReportHeard, Session
 from protocol.modes import Mode, Phase
+
+_NAMED: dict[str, type[IntEnum]] = {"mode": Mode, "phase": Phase}
 
 
 def clock(now_ns: int) -> str:
@@ -85,13 +88,18 @@ def status_line(session: Session, now_ns: int) -> str:
     return "  ".join(parts)
 
 
+def item_words(name: str, value: float | None) -> str:
+    """An item's value: the name of a mode or phase, else the number, ? where it is not known."""
+    kind = _NAMED.get(name)
+    if value is None:
+        return "?"
+    return kind(int(value)).name if kind and int(value) in kind.__members__.values() else f"{value:g}"
+
+
 def _names(session: Session) -> list[str]:
-    names = []
-    for item, kind in (("mode", Mode), ("phase", Phase)):
-        number = _number(session, item)
-        if number is not None:
-            names.append(kind(int(number)).name if int(number) in kind.__members__.values() else f"{item} {number:g}")
-    return [name for name in names if name != "NONE"] or ["?"]
+    known = ((name, _number(session, name)) for name in _NAMED)
+    words = [item_words(name, number) for name, number in known if number is not None]
+    return [word for word in words if word != "NONE"] or ["?"]
 
 
 def _number(session: Session, name: str) -> float | None:

@@ -72,18 +72,11 @@ def _verb(row: Command, run: Run) -> Callable[..., None]:
 
 def _parameter(argument: Argument, last: bool) -> inspect.Parameter:
     kind: Any = list[str] if argument.takes_rest and last else str
-    told = f"{argument.meaning[0].upper()}{argument.meaning[1:]}; {_degrees(argument)}."
+    told = f"{argument.meaning[0].upper()}{argument.meaning[1:]}; {argument.allowed}."
     about = typer.Argument(metavar=typed(argument), help=told)
     default = inspect.Parameter.empty if argument.required else None
     return inspect.Parameter(argument.name, inspect.Parameter.KEYWORD_ONLY, default=default,
                              annotation=Annotated[kind if argument.required else kind | None, about])
-
-
-def _degrees(argument: Argument) -> str:
-    if not argument.unit.startswith("rad"):
-        return argument.allowed
-    low, high = (57.29577951308232 * limit for limit in (argument.low, argument.high))
-    return f"{low:.4g} to {high:.4g} {argument.unit.replace('rad', 'degrees')}"
 
 
 def _listed(value: Any) -> list[Any]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import ctypes
 import os
 import signal
 import socket
@@ -22,13 +23,20 @@ FIXED_ENVIRONMENT = {
     "PYTHONWARNINGS": "ignore::RuntimeWarning:numpy._core._multiarray_umath,ignore::ImportWarning",
 }
 
+_LIBC = ctypes.CDLL(None)
+_PR_SET_PDEATHSIG = 1
+
 
 class ProcessDiedError(RuntimeError):
     """A process of the run ended when it should not have; the text holds its name, exit code and last lines."""
 
 
 class Processes:
-    """Starts children of this Python and ends them all when the block is left: SIGTERM, after `grace_s` SIGKILL."""
+    """Starts children of this Python and ends them all when the block is left: SIGTERM, after `grace_s` SIGKILL.
+
+    Where this process is killed the kernel sends them SIGTERM. Start them from the main thread: the signal is sent at
+    the end of the thread that started them (prctl(2)).
+    """
 
     def __init__(self, folder: Path, grace_s: float = 5.0) -> None:
         self._folder, self._grace_s = folder, grace_s
@@ -46,6 +54,7 @@ class Processes:
                 stdout=log, stderr=subprocess.STDOUT, stdin=subprocess.DEVNULL,
                 env={**os.environ, **FIXED_ENVIRONMENT, **(environment or {})},
                 start_new_session=True,  # Ctrl-C reaches the bench alone, which ends the others in order
+                preexec_fn=_end_with_parent,
             )
 
     def pid(self, name: str) -> int:
@@ -118,6 +127,10 @@ class Processes:
                 if child.poll() is None:
                     child.kill()
                     child.wait()
+
+
+def _end_with_parent() -> None:
+    _LIBC.prctl(_PR_SET_PDEATHSIG, signal.SIGTERM)
 
 
 def _code(code: int) -> str:

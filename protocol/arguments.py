@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 import struct
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from enum import Enum
 from typing import NamedTuple
 
@@ -32,7 +32,8 @@ class Kind(Enum):
 class Argument(NamedTuple):
     """One argument: a number from low to high in `unit`, one of `choices`, at most `most` bytes or points.
 
-    Points are one flat tuple x, y, x, y ... in `unit`, each coordinate from low to high, kept to the millimetre.
+    Points are one flat tuple x, y, x, y ... in `unit`, each coordinate from low to high, kept to the millimetre. A
+    text may have to be one of the names that are `known`.
     """
 
     name: str
@@ -45,6 +46,7 @@ class Argument(NamedTuple):
     text: bool = False
     most: int = 0
     least: int = 1
+    known: Collection[str] = ()
 
     @property
     def kind(self) -> Kind:
@@ -54,6 +56,11 @@ class Argument(NamedTuple):
         return Kind.TEXT if self.text else Kind.POINTS if self.most else Kind.NUMBER
 
     @property
+    def is_angle(self) -> bool:
+        """Whether people type and read it in degrees."""
+        return self.unit.startswith("rad")
+
+    @property
     def takes_rest(self) -> bool:
         """Whether it takes all words that are left."""
         return self.kind in (Kind.TEXT, Kind.POINTS)
@@ -61,7 +68,10 @@ class Argument(NamedTuple):
     @property
     def allowed(self) -> str:
         """What it may be, in words."""
-        span = f"{self.low:g} to {self.high:g} {self.unit}".rstrip()
+        low, high, unit = self.low, self.high, self.unit
+        if self.is_angle:
+            low, high, unit = math.degrees(low), math.degrees(high), unit.replace("rad", "degrees")
+        span = f"{low:g} to {high:g} {unit}".rstrip()
         return {
             Kind.NUMBER: span,
             Kind.CHOICE: "one of " + ", ".join(self.choices),
@@ -74,8 +84,17 @@ def check(argument: Argument, given: object) -> Value:
     """The value as it crosses the wire. Raises ValueError with what was given and what is allowed."""
     value = _CHECKS[argument.kind](argument, given)
     if value is None:
-        raise ValueError(f"`{argument.name}` = {given!r} should be {argument.allowed}")
+        raise ValueError(f"`{argument.name}` = {_told(argument, given)} should be {argument.allowed}")
     return value
+
+
+def _told(argument: Argument, given: object) -> str:
+    """What was given, as a person typed it."""
+    if argument.is_angle and isinstance(given, (int, float)):
+        return f"{math.degrees(given):g} degrees"
+    if argument.kind is Kind.POINTS and isinstance(given, (tuple, list)) and len(given) % 2:
+        return f"{' '.join(f'{v:g}' for v in given)}, of which {given[-1]:g} is alone,"
+    return repr(given)
 
 
 def from_words(argument: Argument, words: Sequence[str]) -> Value:
@@ -83,7 +102,7 @@ def from_words(argument: Argument, words: Sequence[str]) -> Value:
     if argument.kind in (Kind.CHOICE, Kind.TEXT):
         return " ".join(words)
     try:
-        numbers = tuple(math.radians(float(w)) if argument.unit.startswith("rad") else float(w) for w in words)
+        numbers = tuple(math.radians(float(w)) if argument.is_angle else float(w) for w in words)
     except ValueError:
         raise ValueError(f"`{argument.name}` should be a number, found `{' '.join(words)}`") from None
     return numbers if argument.kind is Kind.POINTS else numbers[0]

@@ -19,6 +19,7 @@ from protocol.arguments import Kind as Kind
 from protocol.arguments import Value as Value
 from protocol.arguments import check as check_argument
 from protocol.arguments import from_words, pack, unpack
+from protocol.faults import BY_NAME as FAULTS
 from protocol.modes import TABLE as MODES
 from protocol.modes import TRANSITIONS, Mode
 
@@ -61,7 +62,7 @@ _ALL = tuple(Mode)
 _STANDS = (Mode.STANDBY, Mode.SAFE)
 _READY = (Mode.STANDBY, Mode.AUTONOMOUS)
 _TELEOP = (Mode.STANDBY, Mode.TELEOP)
-_FAULT = Argument("fault", "", 0, 0, "name of its row", text=True, most=24)
+_FAULT = Argument("fault", "", 0, 0, "name of its row", text=True, most=24, known=FAULTS)
 _SEQUENCE = Argument("sequence", "", 0, 0, "its name", text=True, most=16)
 _PARAMETER = Argument("parameter", "", 0, 0, "section.key, as in the configuration file", text=True, most=48)
 TABLE = (
@@ -131,17 +132,21 @@ _BY_NAME = {row.name: row for row in TABLE}
 _BY_ID = {row.id: row for row in TABLE}
 
 
+class RefusedError(ValueError):
+    """A command cannot be obeyed as things are; the text says why and what would be allowed."""
+
+
 def named(name: str, known: Collection[str], what: str) -> str:
-    """`name` where it is known. Raises ValueError with what exists and what was probably meant."""
+    """`name` where it is known. Raises RefusedError with what exists and what was probably meant."""
     if name in known:
         return name
     near = difflib.get_close_matches(name, known, n=1)
-    raise ValueError(f"unknown {what} `{name}`; " + (f"did you mean `{near[0]}`?" if near
-                                                     else f"known: {', '.join(known) or 'none'}"))
+    raise RefusedError(f"unknown {what} `{name}`; " + (f"did you mean `{near[0]}`?" if near
+                                                       else f"known: {', '.join(known) or 'none'}"))
 
 
 def command(name: str) -> Command:
-    """The row of a name. Raises ValueError with what exists and what was probably meant."""
+    """The row of a name. Raises RefusedError with what exists and what was probably meant."""
     return _BY_NAME[named(name, _BY_NAME, "command")]
 
 
@@ -163,7 +168,9 @@ def check(name: str, arguments: Arguments) -> dict[str, Value]:
                 raise ValueError(f"{name}: `{argument.name}` is missing ({argument.allowed})")
             continue
         try:
-            checked[argument.name] = check_argument(argument, given)
+            value = checked[argument.name] = check_argument(argument, given)
+            if argument.known:
+                named(str(value), argument.known, argument.name)
         except ValueError as error:
             raise ValueError(f"{name}: {error}") from None
     return checked
@@ -202,13 +209,13 @@ def allowed_in(mode: Mode) -> tuple[str, ...]:
 
 
 def check_mode(name: str, mode: Mode) -> None:
-    """Raises ValueError with where it is allowed, and what is allowed here, where `mode` does not allow the command."""
+    """Raises RefusedError with where it is allowed, and what is allowed here, where `mode` does not allow it."""
     row = command(name)
     if mode not in row.modes:
         others = sorted(allowed_in(mode), key=lambda other: len(command(other).modes))  # the telling ones first
         where = ", ".join(allowed.name for allowed in row.modes)
         now = ", ".join(command(other).typed for other in others)
-        raise ValueError(f"{row.typed} is refused in {mode.name}: it needs {where}; allowed now: {now}")
+        raise RefusedError(f"{row.typed} is refused in {mode.name}: it needs {where}; allowed now: {now}")
 
 
 class Telecommand(NamedTuple):

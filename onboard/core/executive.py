@@ -25,7 +25,7 @@ from onboard.core.tasks import Tasks
 from onboard.motion.wheel_health import Drive, Wheels
 from onboard.records import Event, Gdem, Twist
 from protocol.can_codec import StopReason
-from protocol.commands import check_mode
+from protocol.commands import RefusedError, check_mode
 from protocol.faults import BY_NAME, Fault, Step
 from protocol.modes import EVENTS, Mode, Phase, next_mode
 from protocol.transactions import Order, State
@@ -178,10 +178,9 @@ class Executive:
     def _obey(self, order: Order, ctx: Context) -> None:
         try:
             check_mode(order.name, self.mode)  # an order of the same tick may have changed it
-        except ValueError as error:
+            self._orders[order.name](order, ctx)
+        except RefusedError as error:
             self._downlink.report(order.request_id, State.FAILED, str(error))
-            return
-        self._orders[order.name](order, ctx)
 
     def _stop(self, order: Order, ctx: Context) -> None:
         self.tasks.cancel(ctx, State.CANCELLED, "stopped by the operator")

@@ -9,7 +9,7 @@ from onboard.core.downlink import Downlink
 from onboard.planning.fences import Fence, from_json, to_json
 from onboard.ports import Save, Saved
 from onboard.records import Event
-from protocol.commands import named
+from protocol.commands import RefusedError, named
 from protocol.transactions import Order, State
 
 KEPT = "fences"
@@ -42,19 +42,17 @@ class FenceOrders:
         name = str(order.arguments["fence"])
         others = tuple(fence for fence in self.fences if fence.name != name)
         if len(others) == _MOST:
-            self._downlink.report(order.request_id, State.FAILED, f"{_MOST} fences are in force: clear one first")
-            return
-        self.fences = (*others, Fence(name, str(order.arguments["kind"]), order.points("corners_m")))
+            raise RefusedError(f"{_MOST} fences are in force: clear one first")
+        fence = Fence(name, str(order.arguments["kind"]), order.points("corners_m"))
+        if fence.crosses_itself:
+            raise RefusedError(f"the edges of {name} cross: give its corners in their order around it")
+        self.fences = (*others, fence)
         self._changed(order, ctx, f"{name}, {order.arguments['kind']} of {len(self.fences[-1].corners_m)} corners")
 
     def _clear(self, order: Order, ctx: Context) -> None:
         name = order.arguments.get("fence")
-        try:
-            if name is not None:
-                named(str(name), [fence.name for fence in self.fences], "fence")
-        except ValueError as error:
-            self._downlink.report(order.request_id, State.FAILED, str(error))
-            return
+        if name is not None:
+            named(str(name), [fence.name for fence in self.fences], "fence")
         self.fences = tuple(fence for fence in self.fences if name is not None and fence.name != name)
         self._changed(order, ctx, f"cleared {name or 'all'}, {len(self.fences)} left")
 

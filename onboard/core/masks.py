@@ -9,7 +9,7 @@ from __future__ import annotations
 from onboard.core.context import Context
 from onboard.core.downlink import Downlink
 from onboard.records import Event
-from protocol.commands import named
+from protocol.commands import RefusedError
 from protocol.faults import BY_NAME
 from protocol.transactions import Order, State
 
@@ -44,27 +44,17 @@ class Masks:
                               (_bits(self._found), _bits(self._until_ns)))
 
     def _mask(self, order: Order, ctx: Context) -> None:
-        try:
-            name = named(str(order.arguments["fault"]), BY_NAME, "fault")
-        except ValueError as error:
-            self._downlink.report(order.request_id, State.FAILED, str(error))
-            return
+        name = str(order.arguments["fault"])
         if not BY_NAME[name].maskable:
             may = ", ".join(row.name for row in BY_NAME.values() if row.maskable)
-            text = f"{name} guards life and is never masked; may be: {may}"
-            self._downlink.report(order.request_id, State.FAILED, text)
-            return
+            raise RefusedError(f"{name} guards life and is never masked; may be: {may}")
         self._until_ns[name] = ctx.now_ns + round(order.number("lasting_s") * 1e9)
         text = f"{name} until {self._until_ns[name] / 1e9:.1f} s, by station {order.station}"
         self._tell(ctx.now_ns, text)
         self._downlink.report(order.request_id, State.COMPLETED, text)
 
     def _clear(self, order: Order, ctx: Context) -> None:
-        try:
-            name = named(str(order.arguments["fault"]), BY_NAME, "fault")
-        except ValueError as error:
-            self._downlink.report(order.request_id, State.FAILED, str(error))
-            return
+        name = str(order.arguments["fault"])
         if name in self._until_ns:
             self._end(name, ctx.now_ns, f"ended by station {order.station}")
         ctx.judge_anew.append(name)

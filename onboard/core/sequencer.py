@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from onboard.core.context import Context
 from onboard.core.downlink import Downlink
 from onboard.planning.fences import Point, goal_refused
-from protocol.commands import named
+from protocol.commands import RefusedError, named
 from protocol.modes import Mode
 from protocol.sequences import MOST_STEPS, Step, parse
 from protocol.transactions import Order, State
@@ -117,33 +117,29 @@ class Sequencer:
             if name not in self._kept and len(self._kept) == _MOST:
                 raise ValueError(f"{_MOST} sequences are there already: clear one first")
         except ValueError as error:
-            self._downlink.report(order.request_id, State.FAILED, str(error))
-            return
+            raise RefusedError(str(error)) from error
         self._kept.setdefault(name, {})[int(number)] = step
         self._downlink.report(order.request_id, State.COMPLETED, f"{name}: {len(self._kept[name])} steps")
 
     def _clear(self, order: Order, ctx: Context) -> None:
-        if self._steps(order) is not None:
-            del self._kept[str(order.arguments["sequence"])]
-            self._downlink.report(order.request_id, State.COMPLETED)
+        self._steps(order)
+        del self._kept[str(order.arguments["sequence"])]
+        self._downlink.report(order.request_id, State.COMPLETED)
 
     def _check(self, order: Order, ctx: Context) -> None:
         """The dry run: what each step would do, or why it would be refused."""
         steps = self._steps(order)
-        if steps is None:
-            return
         lines = [f"{n}: {_would(steps[n], ctx) if n in steps else 'is missing'}" for n in _span(steps)]
         object_id = self._downlink.offer("sequence", "\n".join(lines).encode(), "text")
-        text = f"steps are missing: {_missing(steps)}" if _missing(steps) else f"{len(steps)} steps"
-        self._downlink.report(order.request_id, State.COMPLETED, text, (object_id,))
+        state, text = State.COMPLETED, f"{len(steps)} steps"
+        if _missing(steps):
+            state, text = State.FAILED, f"steps are missing: {_missing(steps)}"
+        self._downlink.report(order.request_id, state, text, (object_id,))
 
     def _start(self, order: Order, ctx: Context) -> None:
         steps = self._steps(order)
-        if steps is None:
-            return
         if _missing(steps):
-            self._downlink.report(order.request_id, State.FAILED, f"steps are missing: {_missing(steps)}")
-            return
+            raise RefusedError(f"steps are missing: {_missing(steps)}")
         self._run = _Run(order.request_id, tuple(steps[n] for n in sorted(steps)), since_ns=ctx.now_ns)
         self._change("sequence_run", ctx, str(order.arguments["sequence"]))
         self._downlink.report(order.request_id, State.STARTED, f"{len(steps)} steps")
@@ -152,12 +148,8 @@ class Sequencer:
         self._change("sequence_abort", ctx, f"station {order.station}")
         self._downlink.report(order.request_id, State.COMPLETED, "what it did is stopped")
 
-    def _steps(self, order: Order) -> dict[int, Step] | None:
-        try:
-            return self._kept[named(str(order.arguments["sequence"]), self._kept, "sequence")]
-        except ValueError as error:
-            self._downlink.report(order.request_id, State.FAILED, str(error))
-            return None
+    def _steps(self, order: Order) -> dict[int, Step]:
+        return self._kept[named(str(order.arguments["sequence"]), self._kept, "sequence")]
 
     def digest_items(self) -> tuple[int, ...]:
         """What of this state enters the digest of the core's state."""

@@ -29,13 +29,18 @@ class Fence:
         """From a point to the polygon; 0 inside."""
         if self._holds(point):
             return 0.0
-        ends = zip(self.corners_m, (*self.corners_m[1:], self.corners_m[0]))
-        return min(_to_segment_m(point, a, b) for a, b in ends)
+        return min(_to_segment_m(point, a, b) for a, b in _edges(self))
+
+    @property
+    def crosses_itself(self) -> bool:
+        """Whether two of its edges cross, so that even and odd is not what was meant."""
+        edges = _edges(self)
+        return any(_cross(p, q) for k, p in enumerate(edges) for q in edges[k + 1 :])
 
     def _holds(self, point: Point) -> bool:
         x, y = point
         odd = False
-        for (ax, ay), (bx, by) in zip(self.corners_m, (*self.corners_m[1:], self.corners_m[0])):
+        for (ax, ay), (bx, by) in _edges(self):
             if (ay > y) != (by > y) and x < ax + (y - ay) / (by - ay) * (bx - ax):
                 odd = not odd
         return odd

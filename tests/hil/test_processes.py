@@ -1,7 +1,10 @@
 """Children of a run: none is left behind, and one that dies says who it was and why."""
 
 import os
+import select
 import signal
+import subprocess
+import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -52,6 +55,31 @@ def test_no_child_is_left_however_the_block_is_left(tmp_path, start, leaving):
     except (RuntimeError, KeyboardInterrupt, SystemExit) as error:
         assert type(error) is leaving
     assert all(map(gone, pids))
+
+
+PARENT = """
+import sys, signal
+from pathlib import Path
+from hil.processes import Processes
+with Processes(Path(sys.argv[1])) as processes:
+    processes.start("orphan", "orphan_child", [])
+    print(processes.pid("orphan"), flush=True)
+    signal.pause()
+"""
+
+
+def test_no_child_is_left_by_a_bench_that_is_killed(tmp_path):
+    (tmp_path / "orphan_child.py").write_text(WAITS)
+    paths = os.pathsep.join([str(tmp_path), str(Path(__file__).parents[2])])
+    with subprocess.Popen(
+        [sys.executable, "-c", PARENT, str(tmp_path)], stdout=subprocess.PIPE, env={**os.environ, "PYTHONPATH": paths}
+    ) as parent:
+        pid = int(parent.stdout.readline())
+        end = os.pidfd_open(pid)
+        parent.kill()
+    ended, _, _ = select.select([end], [], [], 30.0)
+    os.close(end)
+    assert ended
 
 
 def test_a_child_that_ignores_sigterm_is_killed(tmp_path, start):

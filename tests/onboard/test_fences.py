@@ -138,6 +138,13 @@ def test_a_goal_outside_the_goal_fence_or_in_a_keep_out_is_refused_with_its_name
     assert standing.mode is Mode.STANDBY
 
 
+def test_a_fence_whose_edges_cross_is_refused(standing):
+    request = add(standing, "bow", KEEP_OUT, 0, 0, 2, 2, 2, 0, 0, 2)
+    assert standing.states(request) == [State.FAILED] and standing.rover.fences.fences == ()
+    assert standing.text(request) == "the edges of bow cross: give its corners in their order around it"
+    assert not CONCAVE.crosses_itself
+
+
 def test_a_cleared_fence_is_no_longer_in_force(standing):
     add(standing, "site", GOAL, -1, -1, 1, -1, 1, 1)
     wrong = standing.order("fence_clear", fence="sight")

@@ -200,11 +200,6 @@ def test_the_rows_that_stop_for_people_and_for_the_rovers_life_are_not_maskable(
     assert not [name for name in life if BY_NAME[name].maskable]
 
 
-def test_an_unknown_fault_is_refused_with_what_was_meant(standing):
-    request = mask(standing, "NODE_LOOST")
-    assert standing.text(request) == "unknown fault `NODE_LOOST`; did you mean `NODE_LOST`?"
-
-
 def test_a_wheel_that_was_found_bad_is_judged_anew_once_its_finding_is_cleared(standing):
     standing.nodes.wheels[1].encoder = Encoder.DEAD
     drive(standing, duration=60.0, distance=3.0)

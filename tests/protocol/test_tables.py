@@ -37,8 +37,9 @@ def test_every_command_crosses_the_wire_unchanged(row):
 
 
 def longest(argument):
+    text = max(argument.known, key=len) if argument.known else "x" * argument.most
     return {
-        Kind.NUMBER: argument.high, Kind.CHOICE: (argument.choices or ("",))[-1], Kind.TEXT: "x" * argument.most,
+        Kind.NUMBER: argument.high, Kind.CHOICE: (argument.choices or ("",))[-1], Kind.TEXT: text,
         Kind.POINTS: (argument.low, argument.high) * argument.most,
     }[argument.kind]
 
@@ -83,7 +84,9 @@ def test_what_a_person_types_is_read_by_the_row_angles_in_degrees():
     ("faults", "unknown faults command ``; known: list, clear, mask"),
     ("faults musk X 60", "did you mean `mask`"),
     ("mission 1 2 3", "1 to 16 points x y"),
-    ("turn 200", "should be -3.14159 to 3.14159 rad"),
+    ("turn 200", "turn: `heading_rad` = 200 degrees should be -180 to 180 degrees"),
+    ("faults clear ENCODER_BED", "unknown fault `ENCODER_BED`; did you mean `ENCODER_BAD`?"),
+    ("mission 4 0 8", "`goals_m` = 4 0 8, of which 8 is alone, should be 1 to 16 points x y"),
     ("stop now", "stop takes nothing, found now"),
 ])
 def test_what_is_typed_wrong_is_named(line, words):
@@ -122,7 +125,7 @@ def test_a_goto_without_heading_takes_53_bytes_and_comes_out_without():
     ("goto", {"x_m": 1, "y_m": 2, "z_m": 3}, "unknown argument `z_m`; takes x_m, y_m, heading_rad"),
     ("goto", {"x_m": 1, "y_m": math.nan}, "`y_m` = nan should be"),
     ("goto", {"x_m": True, "y_m": 1}, "`x_m` = True should be"),
-    ("goto", {"x_m": 1, "y_m": 1, "heading_rad": 4}, "`heading_rad` = 4 should be -3.14159 to 3.14159 rad"),
+    ("goto", {"x_m": 1, "y_m": 1, "heading_rad": 4}, "`heading_rad` = 229.183 degrees should be -180 to 180 degrees"),
     ("get", {"product": "moon"}, "`product` = 'moon' should be one of ldem"),
 ])
 def test_what_is_wrong_is_named_with_what_is_allowed(name, arguments, words):
