@@ -1,11 +1,13 @@
 """The extended Kalman filter of `localisation` (filterpy): pose, gyro, slip, and what is wrong with the map itself.
 
     state   x, y, z, yaw; gyro's bias (rad/s) and scale error; slip = 1 - (body's way) / (wheels' way); excess: share by
-            which this soil lets slide more than its law says;
+            which this soil lets slide more than its law says; reach: share of the way from the anchor by which
+            registrations on this ground say too much;
             anchor: true pose minus the pose at which the points of the newest trusted stop entered the map
     motion  d(x, y, z) = (1 - slip) * way + (1 + excess) * slide,   d yaw = (1 - scale) * (rate - bias) * dt,
             the rest wanders or stays
-    stop    a registration measures the pose less the anchor's error, carried rigidly from the anchor's place to here
+    stop    a registration measures the pose less the anchor's error, carried rigidly from the anchor's place to here,
+            and the reach: what the scanner and the shadows of stones do to it they do at the next stop again
 
 A registration is relative to points that carry the errors of the stops before: were it taken for absolute, the sigmas
 of n stops would fall like 1 / sqrt(n) while the true error grows like sqrt(n). With the anchor in the state (a clone of
@@ -26,14 +28,15 @@ from protocol.conventions import wrap_rad
 if TYPE_CHECKING:
     from filterpy.kalman import ExtendedKalmanFilter
 
-X, Y, Z, YAW, BIAS, SLIP, SCALE, EXCESS = range(8)
-POSE, ANCHOR, STATES = slice(0, 4), slice(8, 12), 12
+X, Y, Z, YAW, BIAS, SLIP, SCALE, EXCESS, REACH = range(9)
+POSE, ANCHOR, STATES = slice(0, 4), slice(9, 13), 13
 WIDEN = 2.0
 START_SIGMA = (0.001, 0.001, 0.001, 0.001)  # the map begins here: only the scale of the numbers
 RESET_SIGMA = (0.05, 0.05, 0.05, 0.02)
 BIAS_WALK = 2e-5  # rad/s per sqrt(s)
 SCALE_SIGMA = 0.001
 EXCESS_SIGMA = 0.04
+REACH_SIGMA = 0.001
 TILT_SIGMA = 0.002  # of the map's level: what a registration makes of the height at a distance from its anchor
 WAY_WALK = 0.010  # m per sqrt(m), of x and y
 HEIGHT_WALK = 0.005  # m per sqrt(m)
@@ -55,7 +58,8 @@ class PoseFilter:
         self.state = [x_m, y_m, 0.0, yaw_rad, *[0.0] * (STATES - 4)]
         self.state[SLIP], slip_sigma = slip
         self.covariance: F64 = np.zeros((STATES, STATES))
-        self.covariance[:8, :8] = np.diag([*START_SIGMA, bias_sigma, slip_sigma, SCALE_SIGMA, EXCESS_SIGMA]) ** 2
+        sigmas = [*START_SIGMA, bias_sigma, slip_sigma, SCALE_SIGMA, EXCESS_SIGMA, REACH_SIGMA]
+        self.covariance[: len(sigmas), : len(sigmas)] = np.diag(sigmas) ** 2
         self._filter: ExtendedKalmanFilter | None = None
         self._rest()
         self._anchor_m = (x_m, y_m)
@@ -170,7 +174,9 @@ class PoseFilter:
     def _expected(self, state: F64) -> F64:
         lever_x, lever_y = state[X] - self._anchor_m[0], state[Y] - self._anchor_m[1]
         off_x, off_y, off_z, off_yaw = state[ANCHOR]
-        expected: F64 = state[POSE] - (off_x - off_yaw * lever_y, off_y + off_yaw * lever_x, off_z, off_yaw)
+        off_x -= off_yaw * lever_y + state[REACH] * lever_x
+        off_y += off_yaw * lever_x - state[REACH] * lever_y
+        expected: F64 = state[POSE] - (off_x, off_y, off_z, off_yaw)
         return expected
 
     def _measures(self) -> F64:
@@ -178,6 +184,7 @@ class PoseFilter:
         measures = np.zeros((4, STATES))
         measures[:, POSE], measures[:, ANCHOR] = np.eye(4), -np.eye(4)
         measures[X, ANCHOR.stop - 1], measures[Y, ANCHOR.stop - 1] = lever_y, -lever_x
+        measures[X, REACH], measures[Y, REACH] = lever_x, lever_y
         return measures
 
     def _correct(self, measured: F64, measures: F64, noise: F64) -> None:
