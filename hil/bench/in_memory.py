@@ -6,7 +6,7 @@ No socket, thread, file or wall clock. Devices, plant, faults and the flight pro
 where lock-step would take their results. The timing is the Bench's as well: what tick n commands acts from n + 1 on. So
 the same scenario gives the same bytes as over sockets, as long as the orders come in the same ticks
 (tests/hil/test_in_memory.py). Without a link emulator and a station, the orders are an Operator's (operator.py), those
-of a scenario's `script` that have a time; `blackout_s` means nothing.
+of a scenario's `script` that have a time; in `blackout_s` nothing passes between the two.
 
     flight = InMemory(Scenario(terrain="flat")).run()
     flight.arrived, flight.distance_to_goal_m, flight.contacts
@@ -125,10 +125,14 @@ class InMemory(World):
             can=self._can_status(),
             lidar_chunks=tuple(Chunk(at_ns // 1000 * 1000, data) for at_ns, data in pieces or ()),
             lidar_state=PortState.CLOSED if pieces is None else PortState.OPEN,
-            link_messages=self.operator.messages(now_ns),
-            jobs=self._jobs.take(self._jobs.due(self.tick)),
+            link_messages=() if self._cut_off(now_ns) else self.operator.messages(now_ns),
+            jobs=self._jobs.take(self._jobs.due(self.tick - self.wires.jobs_late_ticks)),
             saved=self._kept(),
         )
+
+    def _cut_off(self, now_ns: int) -> bool:
+        edges_s = self.scenario.blackout_s
+        return any(begin_s <= now_ns / NS < end_s for begin_s, end_s in zip(edges_s[::2], edges_s[1::2]))
 
     def _kept(self) -> tuple[Saved, ...]:
         """The disk of this bench forgets with it, and never fails."""
@@ -148,7 +152,8 @@ class InMemory(World):
             self.plug_in()
         if outputs.can_connect:
             self.can.connect()
-        self.operator.hear(outputs.link_payloads, now_ns)
+        if not self._cut_off(now_ns):
+            self.operator.hear(outputs.link_payloads, now_ns)
 
     # -- the run -----------------------------------------------------------------------------------------------------
 

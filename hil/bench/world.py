@@ -62,9 +62,10 @@ class Stream:
 
 @dataclass(slots=True)
 class Wires:
-    """What faults may change on the bench's side of the wires."""
+    """What faults may change on the bench's side of the wires. jobs_late_ticks: lock-step, which waits, has none."""
 
     lidar_plugged: bool = True
+    jobs_late_ticks: int = 0
 
 
 @dataclass(slots=True)

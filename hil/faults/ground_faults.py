@@ -7,6 +7,8 @@ r"""Ground that changes in mid-run: a trench or a step across the way ahead, whe
 
 Their walls stand between two nodes of the field: 5 cm. The place is drawn from a seed, 2.5 to 7 m of way from where the
 rover stood: what lies nearer is the scan's business. Nothing heals it.
+
+`collapse` is another matter: the ground under the left wheels falls by 15 cm.
 """
 
 from __future__ import annotations
@@ -19,6 +21,7 @@ from types import MappingProxyType
 import numpy as np
 
 from hil.bench.world import World
+from hil.plant.turns import rotate
 from hil.terrain.field import Field
 from onboard.records import F32, F64, Bool
 
@@ -35,6 +38,7 @@ class Kind:
 
 
 KINDS: Mapping[str, Kind] = MappingProxyType({"trench": Kind(-0.12, 0.30), "step": Kind(0.10, 0.60)})
+SINKS, SINKS_ASIDE_M = Kind(-0.15, 2.40), 0.05
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,3 +97,11 @@ def before_the_goal(name: str) -> Callable[[World], None]:
             put(bench, obstacle)
 
     return begin
+
+
+def collapse(bench: World, _processes: object, _target: int) -> None:
+    """Lets the ground under the left wheels, from SINKS_ASIDE_M beside the rover's middle on, fall away."""
+    q, (x, y, _) = tuple(bench.state.quaternion_xyzw.tolist()), bench.state.position_m.tolist()
+    behind_x, behind_y, _ = rotate(q, (-SINKS.along_m / 2, SINKS_ASIDE_M + ACROSS_M / 2, 0.0))
+    ahead_x, ahead_y, _ = rotate(q, (1.0, 0.0, 0.0))
+    put(bench, Obstacle(SINKS, x + behind_x, y + behind_y, math.atan2(ahead_y, ahead_x)))

@@ -16,6 +16,7 @@ from hil.scenario.scenario import Injection
 from onboard.config import ConfigError
 
 NS = 1_000_000_000
+LATE_TICKS = 150
 
 
 class Processes(Protocol):
@@ -27,11 +28,15 @@ class Processes(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Cause:
-    """begin and heal a fault; `target` is a wheel number where one is needed."""
+    """begin and heal a fault; `target` is a wheel number where one is needed.
+
+    quick_only: it means nothing over sockets, where lock-step waits for what is late.
+    """
 
     means: str
     begin: Callable[[World, Processes, int], None]
     heal: Callable[[World, Processes, int], None]
+    quick_only: bool = False
 
 
 def _unplug(bench: World, _p: Processes, _t: int) -> None:
@@ -53,6 +58,14 @@ def _unsilence_wheel(bench: World, _p: Processes, target: int) -> None:
 def _kill_onboard(bench: World, processes: Processes, _t: int) -> None:
     processes.kill("onboard")
     bench.lose("onboard")
+
+
+def _be_late(bench: World, _p: Processes, _t: int) -> None:
+    bench.wires.jobs_late_ticks = LATE_TICKS
+
+
+def _be_in_time(bench: World, _p: Processes, _t: int) -> None:
+    bench.wires.jobs_late_ticks = 0
 
 
 def _nothing(_b: World, _p: Processes, _t: int) -> None:
@@ -102,6 +115,8 @@ INJECTIONS: Mapping[str, Cause] = {
     "lidar_unplugged": Cause("the LIDAR's cable is pulled", _unplug, _plug),
     "wheel_silent": Cause("one wheel node sends nothing more", _silence_wheel, _unsilence_wheel),
     "onboard_killed": Cause("the flight program gets SIGKILL", _kill_onboard, _nothing),
+    "job_late": Cause("the results of long work come 1.5 s after their tick", _be_late, _be_in_time, quick_only=True),
+    "ground_collapse": Cause("the ground under the left wheels gives way", ground_faults.collapse, _nothing),
     **{name: _of_wheels(name) for name in WHEEL_FAULTS},
     **{name: _of_node(name) for name in NODE_FAULTS},
     **{name: _of_can(cause) for name, cause in CAUSES.items()},

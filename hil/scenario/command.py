@@ -47,6 +47,7 @@ def run(
             raise fail(64, "--watch and --video show a run's records, and --quick keeps none")
         _quick(read)
         return
+    _refuse_what_is_quick_only(read)
     check_film(video)
     folder = out or Path("build/runs") / read.name
     with shown(folder, watch, port):
@@ -63,12 +64,18 @@ def run(
     raise typer.Exit(EX_OK if all(verdict["holds"] for verdict in verdicts) else EX_FAILED)
 
 
+def _refuse_what_is_quick_only(scenario: Scenario) -> None:
+    from hil.faults.injection import INJECTIONS  # the engine is heavy
+
+    alone = {name for name, cause in INJECTIONS.items() if cause.quick_only}
+    if late := alone.intersection(fault.fault for fault in scenario.faults):
+        raise fail(EX_CONFIG, f"{scenario.name}: {late.pop()} needs --quick; over sockets the bench waits for jobs")
+
+
 def _quick(scenario: Scenario) -> None:
     from hil.scenario.in_process import Twins  # the engine is heavy: not for --help
     from hil.scenario.in_process import fly as fly_quickly
 
-    if scenario.needs_link:
-        raise fail(EX_CONFIG, f"{scenario.name} needs the link: run it without --quick")
     twins = Twins()
     with Console(stderr=True).status(f"{scenario.name} ..."):
         flown = fly_quickly(scenario, twins)

@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 
 from hil.bench.in_memory import CAMPAIGN_STEP_NS, InMemory
 from hil.bench.trace import Trace, first_difference
+from hil.scenario.answers import Watcher
 from hil.scenario.scenario import Scenario
 from hil.scenario.verdicts import Expect, Facts, Seen, Verdict, judge
 from protocol.conventions import TICK_NS
@@ -61,10 +62,12 @@ class Twins:
 def fly(scenario: Scenario, twins: Twins, step_ns: int = CAMPAIGN_STEP_NS) -> Flown:
     """To its end."""
     bench = InMemory(scenario, step_ns=step_ns)
-    flight = bench.run(settle_s=SETTLE_S)
+    watcher = Watcher(scenario.expect.detects)
+    flight = bench.run(watcher.observe, settle_s=SETTLE_S)
     speed_mps = math.hypot(*bench.state.velocity_mps.tolist())
     seen = tuple(_seen(k, scenario, bench.trace, flight.faults, twins) for k in range(len(scenario.faults)))
-    facts = Facts(flight.distance_to_goal_m, speed_mps, flight.events, flight.contacts, flight.error, seen)
+    answers = watcher.answers(seen[0].t_s if seen else -1.0)
+    facts = Facts(flight.distance_to_goal_m, speed_mps, flight.events, flight.contacts, flight.error, seen, answers)
     return Flown(facts, judge(scenario.expect, facts), flight.bench_s, flight.way_m, flight.sweeps)
 
 

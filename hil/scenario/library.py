@@ -43,7 +43,7 @@ def explain(scenario: Scenario) -> Iterator[str]:
         yield f"setting    {key} = {item!r}"
     for fault in scenario.faults:
         yield f"fault      {_when(fault)}: {INJECTIONS[fault.fault].means}"
-    for name in scenario.expect.raises:
+    for name in dict.fromkeys((*scenario.expect.raises, *scenario.expect.detects)):
         row = BY_NAME[name]
         yield f"expected   {name} within {row.detect_s:g} s: {row.condition}"
         for step in row.response:

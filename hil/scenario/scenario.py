@@ -67,11 +67,6 @@ class Scenario:
     set: Mapping[str, Any] = field(default_factory=dict)
     expect: Expect = Expect()
 
-    @property
-    def needs_link(self) -> bool:
-        """Whether it means nothing without the link between rover and ground."""
-        return bool(self.blackout_s)
-
 
 def load_scenario(path: Path) -> Scenario:
     """Read a scenario file. Raises FileNotFoundError, ConfigError (file, key, value, suggestion)."""
@@ -120,8 +115,7 @@ def scenario_of(tree: Mapping[str, Any]) -> Scenario:
     """A scenario from its fields as a certificate keeps them. Raises KeyError, TypeError, ValueError, ConfigError."""
     parts = {
         "faults": tuple(Injection(**row) for row in tree["faults"]), "set": dict(tree["set"]),
-        "expect": Expect(**{**tree["expect"], "raises": tuple(tree["expect"]["raises"]),
-                            "may_raise": tuple(tree["expect"]["may_raise"])}),
+        "expect": Expect(**{k: tuple(v) if isinstance(v, list) else v for k, v in tree["expect"].items()}),
         **{key: tuple(tree[key]) for key, *_ in _NUMBERS},
     }  # fmt: skip
     scenario = Scenario(**{**tree, **parts})

@@ -3,6 +3,7 @@
     ends      goal: it stands there and said so; stopped: it stands; anyhow
     touched   body or wheels met what they must not
     raises    the rows of the fault table that must be told, and no others but `may_raise`
+    detects   the rows of the fault table whose time and whose steps are judged: the run is theirs
     seen      each injection changed a byte on a wire, or the plant, soon after its time: against a run without it
     died      a process that no fault of the scenario kills
 """
@@ -11,16 +12,21 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any, NamedTuple
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from onboard.config import ConfigError, from_tree, value
 from onboard.records import Event
 from protocol.faults import BY_NAME
+from protocol.modes import Mode
+
+if TYPE_CHECKING:  # it looks into the flight program, which `hil list` need not load
+    from hil.scenario.answers import Answer
 
 ENDS = ("goal", "stopped", "anyhow")
 STANDS_MPS = 0.01
-_LISTS = ("raises", "may_raise")
+_MODES = ("", *Mode.__members__)
+_LISTS = ("raises", "may_raise", "detects")
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,12 +34,14 @@ class Expect:
     """The promise of a scenario. says: words that the end of the mission must be told in."""
 
     ends: str = value("goal", "how the rover ends", one_of=ENDS)
+    mode: str = value("", "the mode in which it ends; empty: any", one_of=_MODES)
     within_m: float = value(0.3, "of the goal, for ends = goal", low=0.01, high=10)
     says: str = value("", "words in the event that ends the mission")
     contacts: int = value(0, "most contacts with what must not be touched", low=0, high=1000)
     seen_within_s: float = value(1.0, "from an injection to its first trace", low=0.01, high=1000)
     raises: tuple[str, ...] = ()
     may_raise: tuple[str, ...] = ()
+    detects: tuple[str, ...] = ()
 
 
 class Seen(NamedTuple):
@@ -47,7 +55,10 @@ class Seen(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Facts:
-    """What a run shows, however it was flown. seen: None where no run without the faults was flown beside it."""
+    """What a run shows, however it was flown. seen, answers: None where no run without the faults was flown beside it.
+
+    answers: one for each row that the scenario `detects`.
+    """
 
     to_goal_m: float
     speed_mps: float
@@ -55,6 +66,13 @@ class Facts:
     contacts: Sequence[tuple[float, str]]
     error: str = ""
     seen: Sequence[Seen] | None = None
+    answers: Sequence[Answer] | None = None
+
+    @property
+    def mode(self) -> str:
+        """In which it ended, by its own word."""
+        told = [event.text for event in self.events if event.name == "MODE"]
+        return told[-1].partition(" -> ")[2].partition(":")[0] if told else "STANDBY"
 
     @property
     def raised(self) -> tuple[str, ...]:
@@ -86,7 +104,7 @@ def expect_of(tree: Any, where: str) -> Expect:
         raise ConfigError(f"{where}: `expect` should be a table, found {tree!r}")
     lists = {key: _rows(tree.get(key, []), f"{where}: `expect.{key}`") for key in _LISTS}
     plain = from_tree(Expect, {key: item for key, item in tree.items() if key not in _LISTS}, where, "expect.")
-    return Expect(plain.ends, plain.within_m, plain.says, plain.contacts, plain.seen_within_s, **lists)
+    return replace(plain, **lists)
 
 
 def _rows(names: Any, what: str) -> tuple[str, ...]:
@@ -112,6 +130,9 @@ def judge(expect: Expect, facts: Facts) -> tuple[Verdict, ...]:
     if expect.says:
         said = facts.end.text if facts.end else ""
         verdicts.append(Verdict(f"says {expect.says!r}", expect.says in said, said or "nothing"))
+    if expect.mode:
+        verdicts.append(Verdict(f"ends in mode {expect.mode}", facts.mode == expect.mode, facts.mode))
+    verdicts += [_answered(answer) for answer in facts.answers or ()]
     for seen in facts.seen or ():
         late_s = seen.t_s - seen.begun_s
         found = f"{late_s:.2f} s after it, {seen.channel}" if seen.channel else "never"
@@ -127,6 +148,19 @@ def _ends(expect: Expect, facts: Facts) -> Verdict:
         arrived = any(event.name == "ARRIVED" for event in facts.events)
         return Verdict("ends at the goal", stands and arrived and facts.to_goal_m <= expect.within_m, found)
     return Verdict(f"ends {expect.ends}", stands or expect.ends == "anyhow", found)
+
+
+def _answered(answer: Answer) -> Verdict:
+    row = BY_NAME[answer.row]
+    steps = ", ".join(step.name for step in row.response)
+    if answer.since_s < 0.0:
+        found = "there was nothing to find"
+    elif answer.raised_s < 0.0:
+        found = f"not found in what began at {answer.since_s:.2f} s"
+    else:
+        found = f"{answer.answered_s - answer.since_s:.2f} s after the first bad sample at {answer.since_s:.2f} s"
+        found += f"; not taken: {', '.join(step.name for step in answer.missing)}" if answer.missing else ""
+    return Verdict(f"answers {answer.row} within {row.detect_s:g} s by {steps}", answer.in_time, found)
 
 
 def _list(names: Sequence[str]) -> str:

@@ -204,13 +204,18 @@ class Nodes:
     # -- orders ----------------------------------------------------------------------------------------------
 
     def set_wheels(self, commands: Sequence[WheelCommand]) -> None:
-        """The orders of the four wheels, sent at 50 Hz, clipped to the rover's limits. ValueError for NaN or not 4."""
+        """The orders of the four wheels, sent at 50 Hz, clipped to the rover's limits. ValueError for NaN or not 4.
+
+        An order to stand does not wait for its turn: it leaves with the next `send`.
+        """
         if len(commands) != 4:
             raise ValueError(f"{len(commands)} wheel commands for 4 wheels")
         steer, rate = self._rover.steer_limit_rad, self._rover.wheel_rate_limit_radps
         for n, command in enumerate(commands, 1):
             if not (math.isfinite(command.steer_rad) and math.isfinite(command.rate_radps)):
                 raise ValueError(f"the order of wheel {n} is no number: {command!r}")
+        if any(c.rate_radps for c in self._commands) and not any(c.rate_radps for c in commands):
+            self._every["wheels"].now()
         self._commands = tuple(
             WheelCommand(c.mode, max(-steer, min(steer, c.steer_rad - off)), max(-rate, min(rate, c.rate_radps)))
             for c, off in zip(commands, self._offsets_rad)

@@ -1,6 +1,8 @@
 """A trench or a step that comes to lie across the way: in the ground of wheels and beams alike, where the seed says."""
 
 import math
+from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,7 +12,9 @@ from hypothesis import strategies as st
 from hil.faults import ground_faults
 from hil.faults.ground_faults import KINDS, across
 from hil.plant.plant import Plant
+from hil.scenario.evidence import true_angles
 from hil.terrain.grounds import flat_field
+from onboard.records import Pose
 
 WAY_M = np.array([[0.0, 0.0], [1.0, 0.0], [8.0, 0.0]])
 
@@ -70,3 +74,15 @@ def test_other_ground_of_another_size_is_refused(changed):
     plant, _ = changed
     with pytest.raises(ValueError, match="on a grid"):
         plant.reshape(np.zeros((3, 3), np.float32))
+
+
+def test_a_collapse_rolls_the_rover_to_its_left_however_it_is_turned():
+    field = replace(flat_field(1).field, start=Pose(1.0, 0.0, yaw_rad=2.0))
+    plant = Plant(field, step_ns=5_000_000)
+    state = plant.reset(field.start)
+    ground_faults.collapse(SimpleNamespace(plant=plant, state=state), None, 0)
+    for _ in range(150):
+        state = plant.step()
+    plant.close()
+    roll, pitch, _ = true_angles(state)
+    assert roll < -math.radians(12.0) and abs(pitch) < math.radians(3.0)

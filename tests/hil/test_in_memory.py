@@ -93,6 +93,13 @@ def test_an_order_is_answered_over_the_link_and_ends_the_run():
     assert not flight.arrived  # nobody asked it to go anywhere
 
 
+def test_in_a_blackout_no_order_arrives_and_after_it_the_operator_asks_again():
+    flight = InMemory(replace(FLAT, blackout_s=(0.4, 2.0)), [Order(0.5, "status")]).run()
+    (request,) = flight.requests
+    assert request.state is State.COMPLETED
+    assert 2.0 <= request.history[0][0] / 1e9 < 6.0
+
+
 def test_orders_are_given_in_the_order_of_their_times():
     flight = InMemory(FLAT, [Order(0.6, "resume"), Order(0.4, "safe")]).run()
     assert [(r.telecommand.name, r.state) for r in flight.requests] == [

@@ -35,6 +35,12 @@ def test_a_scenario_that_does_not_exist_is_one_line(words, capsys):
     assert done.stderr == f"hil: no scenario {words[1]}; the bench's own are in `hil list`\n"
 
 
+def test_what_means_nothing_over_sockets_is_refused_there():
+    done = hil("run", "job_late")
+    assert done.exit_code == 78
+    assert done.stderr == "hil: job_late: job_late needs --quick; over sockets the bench waits for jobs\n"
+
+
 @pytest.mark.parametrize(
     ("text", "code", "complaint"),
     [(None, 66, "no certificate"), ("{", 65, "no certificate of a run"), ("{}", 65, "KeyError: 'flight'"),

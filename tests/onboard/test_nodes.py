@@ -117,6 +117,16 @@ def test_frame_rates_are_50_and_10_hertz():
     }  # fmt: skip
 
 
+def test_an_order_to_stand_leaves_with_the_next_send_and_one_to_go_on_in_its_turn():
+    computer, moving = nodes(), WheelCommand(WheelMode.RUN, 0.0, 1.0)
+    sent = []
+    for tick, rate_radps in enumerate([1.0, 1.0, 1.0, 0.0, 0.0, 0.0, 1.0, 1.0]):
+        computer.set_wheels([moving._replace(rate_radps=rate_radps)] * 4)
+        rates = {v.rate_radps for name, v in decoded(computer.send(tick * TICK_NS, 0)) if name == "WHEEL_1_COMMAND"}
+        sent.append(rates.pop() if rates else None)
+    assert sent == [1.0, None, 1.0, 0.0, None, 0.0, None, 1.0]
+
+
 def test_wheel_orders_are_clipped_to_the_rover_and_nan_is_refused():
     computer = nodes()
     computer.set_wheels([WheelCommand(WheelMode.RUN, 9.0, -9.0)] * 4)

@@ -1,7 +1,6 @@
 """Every scenario of hil/scenarios, in one process beside a twin without the fault: each keeps its promise.
 
-A flight's seed is the scenario's place in the list (`hil list`), from 1. What needs the link is flown over sockets by
-`hil run` in the tests of the link.
+A flight's seed is the scenario's place in the list (`hil list`), from 1.
 """
 
 from __future__ import annotations
@@ -13,7 +12,6 @@ from functools import cache
 from hil.scenario.in_process import Twins
 from hil.scenario.in_process import fly as fly_scenario
 from hil.scenario.library import scenarios
-from hil.scenario.scenario import Scenario
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,16 +29,12 @@ class Row:
     broken: tuple[str, ...]
 
 
-def _flown() -> tuple[Scenario, ...]:
-    return tuple(scenario for scenario in scenarios() if not scenario.needs_link)
-
-
 ALWAYS = (
     "flat", "button_pressed", "can_unplugged", "imu_silent", "lidar_unplugged", "onboard_killed", "tilt_silent",
     "wheel_silent", "wheel_stuck", "dead_end", "ground_step", "operator_stop",
 )  # fmt: skip
-SEEDS = tuple(range(1, len(_flown()) + 1))
-SHORT = tuple(k for k, scenario in enumerate(_flown(), 1) if scenario.name in ALWAYS)
+SEEDS = tuple(range(1, len(scenarios()) + 1))
+SHORT = tuple(k for k, scenario in enumerate(scenarios(), 1) if scenario.name in ALWAYS)
 
 
 @cache
@@ -51,7 +45,7 @@ def _twins() -> Twins:
 
 def fly(seed: int) -> Row:
     """The scenario at this place."""
-    scenario = _flown()[seed - 1]
+    scenario = scenarios()[seed - 1]
     flown = fly_scenario(scenario, _twins())
     facts = flown.facts
     return Row(

@@ -40,6 +40,7 @@ CASES = (
     ("encoder_jumping", "ENCODER_BAD", 1), ("pot_offset", "STEER_OFFSET", 4), ("soft_patch", "SLIP_HIGH", 0),
     ("no_grip", "NOT_MOVING", 0),
 )  # fmt: skip
+DETECTS = tuple(dict.fromkeys(row for _, row, _ in CASES))  # rows whose time and response are judged here
 FIELDS = (21, 22, 23)
 SEEDS = tuple(10 * field + case for field in FIELDS for case in range(len(CASES)))
 SHORT = SEEDS[:9:3]

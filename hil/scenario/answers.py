@@ -1,0 +1,111 @@
+"""How soon a fault was answered, and by which of the steps that its row of the fault table promises.
+
+    first bad sample        row is active          outputs hold STOP, REPORT ...        phase SCANNING ...
+    ------|---------------------|--------------------------|-----------------------------------|----------->
+      since_s               raised_s                   answered_s                       the steps that take time
+          |<------------- at most detect_s of the row ---->|
+
+The first bad sample is what evidence.VIOLATES says, or the first trace of the injection against the run without it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import zip_longest
+from typing import NamedTuple
+
+from hil.records import PlantState
+from hil.scenario.evidence import AT_ONCE, SHOWS, VIOLATES, Sight
+from hil.scenario.verdicts import row_of
+from onboard.core.tick import Rover
+from onboard.records import Inputs, Outputs
+from protocol.conventions import TICK_NS
+from protocol.faults import BY_NAME, Step
+
+
+class Answer(NamedTuple):
+    """What came of one row; times of the bench, -1 where there is none. missing: steps that were not taken."""
+
+    row: str
+    since_s: float
+    raised_s: float
+    answered_s: float
+    missing: tuple[Step, ...]
+
+    @property
+    def in_time(self) -> bool:
+        """Whether every step was taken, and those that are due at once within the row's time."""
+        took_s = self.answered_s - self.since_s
+        return not self.missing and self.since_s >= 0.0 and 0.0 <= round(took_s, 6) <= BY_NAME[self.row].detect_s
+
+
+class Spans:
+    """From which tick to which something held."""
+
+    def __init__(self) -> None:
+        self._changes: list[int] = []  # it began, ended, began, ...
+
+    def note(self, tick: int, holds: bool) -> None:
+        """Each tick in turn."""
+        if holds != bool(len(self._changes) % 2):
+            self._changes.append(tick)
+
+    def began(self, since: int) -> int | None:
+        """The first tick, from `since` on, at which it began."""
+        return next((begin for begin in self._changes[::2] if begin >= since), None)
+
+    def held(self, since: int) -> int | None:
+        """The first tick, from `since` on, at which it held."""
+        for begin, end in zip_longest(self._changes[::2], self._changes[1::2]):
+            if end is None or end > since:
+                return max(begin, since)
+        return None
+
+
+class Watcher:
+    """Watches rows of the fault table through a run: `observe` each tick, then `answer`."""
+
+    def __init__(self, rows: Sequence[str]) -> None:
+        self._rows = tuple(rows)
+        self._sight = Sight()
+        self._since: dict[str, int] = {}
+        self._active = {row: Spans() for row in rows}
+        self._told = {row: Spans() for row in rows}
+        self._steps = {step: Spans() for row in rows for step in BY_NAME[row].response if step in SHOWS}
+
+    def observe(self, tick: int, inputs: Inputs, outputs: Outputs, rover: Rover, state: PlantState) -> None:
+        """One tick of the flight, in and out."""
+        if not self._rows:
+            return
+        sight = self._sight
+        sight.update(inputs, outputs, rover, state)
+        told = {row_of(event) for event in outputs.events if event.name == "FAULT"}
+        for row in self._rows:
+            self._active[row].note(tick, row in rover.executive.active)
+            self._told[row].note(tick, row in told)
+            if row in VIOLATES and row not in self._since:
+                violated_ns = VIOLATES[row](sight)
+                if violated_ns is not None:
+                    self._since[row] = -(-violated_ns // TICK_NS)
+        for step, spans in self._steps.items():
+            spans.note(tick, SHOWS[step](sight))
+
+    def answers(self, traced_s: float) -> tuple[Answer, ...]:
+        """Of each row; traced_s: when the injection first showed, below 0 where it did not or there was none."""
+        traced = round(traced_s * 1e9 / TICK_NS) if traced_s >= 0.0 else None
+        return tuple(self._answer(row, self._since.get(row) if row in VIOLATES else traced) for row in self._rows)
+
+    def _answer(self, row: str, since: int | None) -> Answer:
+        response = tuple(step for step in BY_NAME[row].response if step is not Step.SAFE_OVER_LIMIT)
+        raised = None if since is None else self._active[row].began(since)
+        if since is None or raised is None:
+            return Answer(row, _seconds(since), -1.0, -1.0, response)
+        taken = {step: (self._told[row] if step is Step.REPORT else self._steps[step]).held(raised)
+                 for step in response}  # fmt: skip
+        missing = tuple(step for step, tick in taken.items() if tick is None)
+        at_once = [tick for step, tick in taken.items() if tick is not None and step in AT_ONCE]
+        return Answer(row, _seconds(since), _seconds(raised), _seconds(max([raised, *at_once])), missing)
+
+
+def _seconds(tick: int | None) -> float:
+    return -1.0 if tick is None else tick * TICK_NS / 1e9

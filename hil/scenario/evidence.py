@@ -1,0 +1,154 @@
+"""TABLES of evidence: by what the bench sees that a step of a response was taken, and when a fault's first bad sample
+came.
+
+It looks at what leaves the flight program, its mode and phase, and the truth; never at what the monitors think.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
+
+from hil.records import PlantState
+from onboard.core.tick import Rover
+from onboard.motion.wheel_health import SOUND
+from onboard.planning.fences import entered
+from onboard.records import Inputs, Outputs, Pose
+from protocol.can_codec import TABLE, TiltMode
+from protocol.faults import Step
+from protocol.modes import Mode, Phase
+
+WHEEL_COMMANDS, TILT_COMMAND = (0x101, 0x102, 0x103, 0x104), 0x120
+SLOW_RATIO = 0.7  # of the cruising speed, at the outer wheels of a curve
+
+
+class Sight:
+    """What the bench knows at a tick; `update` each tick.
+
+    rates_radps: newest order of each wheel; tilt_mode: of the axis. contact_ns: newest datagram that was accepted.
+    job_late: one was not there at its tick. hazard_ns: begin of the line that gave the drive guard its verdict.
+    dropped: frames and scans that the flight program threw away in this tick.
+    """
+
+    def __init__(self) -> None:
+        self.now_ns = self.contact_ns = 0
+        self.rates_radps: dict[int, float] = {}
+        self.tilt_mode = TiltMode.PARK
+        self.hazard_ns: int | None = None
+        self.job_late = False
+        self.dropped = 0
+        self._due: dict[int, int] = {}  # jobs that run: tick of their result
+        self._lines_ns: dict[int, int] = {}  # jobs of the drive guard that run: begin of their last line
+        self._dropped = 0
+
+    def update(self, inputs: Inputs, outputs: Outputs, rover: Rover, state: PlantState) -> None:
+        """What went in, what came out, the flight program's core and the truth after it."""
+        self.now_ns, self.outputs, self.rover, self.state = inputs.now_ns, outputs, rover, state
+        self.contact_ns = max([self.contact_ns, *(m.rx_ns for m in inputs.link_messages if m.accepted)])
+        for can_id, data, _ in outputs.can_frames:
+            if can_id in WHEEL_COMMANDS:
+                self.rates_radps[can_id] = TABLE[can_id].decode(data).rate_radps
+            elif can_id == TILT_COMMAND:
+                self.tilt_mode = TiltMode(TABLE[can_id].decode(data).mode)
+        self._follow_jobs(inputs, outputs)
+        dropped = rover.nodes.bad_frames + rover.lidar.bad
+        self.dropped, self._dropped = dropped - self._dropped + len(rover.nodes.watch.babbling), dropped
+
+    def _follow_jobs(self, inputs: Inputs, outputs: Outputs) -> None:
+        for job_id, value in inputs.jobs:
+            self._due.pop(job_id, None)
+            line_ns = self._lines_ns.pop(job_id, None)
+            if line_ns is not None and value[1]:
+                self.hazard_ns = line_ns
+        for job_id in outputs.cancelled:
+            self._due.pop(job_id, None)
+        self.job_late = any(inputs.tick > due for due in self._due.values())
+        for job in outputs.jobs:
+            self._due[job.job_id] = job.due_tick
+            if job.name == "guard_listen":
+                self._lines_ns[job.job_id] = job.arguments[1][-1].scan.start_ns
+
+    @property
+    def mode(self) -> Mode:
+        """The rover's."""
+        return self.rover.executive.mode
+
+    @property
+    def phase(self) -> Phase:
+        """The mission's."""
+        return self.rover.executive.phase
+
+    @property
+    def pose(self) -> Pose:
+        """Where it truly is."""
+        x, y, z = self.state.position_m.tolist()
+        return Pose(x, y, z, *true_angles(self.state))
+
+
+def _slow(sight: Sight) -> bool:
+    config = sight.rover.config
+    fastest_mps = max(map(abs, sight.rates_radps.values()), default=0.0) * config.rover.wheel_radius_m
+    return fastest_mps <= SLOW_RATIO * config.motion.cruise_mps
+
+
+SHOWS: Mapping[Step, Callable[[Sight], bool]] = MappingProxyType({
+    Step.STOP: lambda s: len(s.rates_radps) == 4 and not any(s.rates_radps.values()),
+    Step.DISCARD_SWEEP: lambda s: s.phase is Phase.SCANNING and s.tilt_mode is TiltMode.PARK,
+    Step.BACK_OFF: lambda s: s.phase is Phase.BACKING_OFF,
+    Step.LOOK: lambda s: s.phase in (Phase.BACKING_OFF, Phase.SCANNING),
+    Step.RESCAN: lambda s: s.phase in (Phase.BACKING_OFF, Phase.SCANNING),
+    Step.SLOW: _slow,
+    Step.DEGRADE: lambda s: s.rover.wheels != SOUND or s.mode is Mode.SAFE,
+    Step.SAFE: lambda s: s.mode is Mode.SAFE,
+    Step.STANDBY: lambda s: s.mode is Mode.STANDBY,
+    Step.ESTOP: lambda s: s.mode is Mode.ESTOP,
+    Step.RESTART_BUS: lambda s: s.outputs.can_connect,
+    Step.IGNORE: lambda s: s.dropped > 0,
+})  # fmt: skip
+"""REPORT is seen by its event. SAFE_OVER_LIMIT is not here: it follows only where the tries are used up, and then the
+scenario says so: `mode = "SAFE"`."""
+
+AT_ONCE = frozenset({Step.STOP, Step.SLOW, Step.SAFE, Step.ESTOP, Step.RESTART_BUS, Step.IGNORE, Step.REPORT})
+"""Steps that the tick's outputs hold; the others take their time, and must come before the run ends."""
+
+
+def _over_tilt(sight: Sight) -> int | None:
+    limit_rad = sight.rover.config.safety.tilt_limit_rad
+    return sight.now_ns if max(map(abs, true_angles(sight.state)[:2])) > limit_rad else None
+
+
+def _lost(sight: Sight) -> int | None:
+    due_ns = sight.contact_ns + sight.rover.config.safety.command_lost_ns
+    return due_ns if sight.now_ns > due_ns and sight.rover.executive.in_mission else None
+
+
+def _unsure(sight: Sight) -> int | None:
+    safety, (place_m, heading_rad) = sight.rover.config.safety, sight.rover.localisation.sigma
+    over = place_m > safety.pose_sigma_m or heading_rad > safety.heading_sigma_rad
+    return sight.now_ns if over and sight.rover.executive.in_mission else None
+
+
+def _fenced(sight: Sight) -> int | None:
+    rover = sight.rover
+    return sight.now_ns if entered(rover.fences.fences, sight.pose, rover.config.rover) else None
+
+
+VIOLATES: Mapping[str, Callable[[Sight], int | None]] = MappingProxyType({
+    "TILT_ANGLE": _over_tilt,
+    "COMMAND_LOST": _lost,
+    "JOB_LATE": lambda sight: sight.now_ns if sight.job_late else None,
+    "POSE_UNSURE": _unsure,
+    "HAZARD_AHEAD": lambda sight: sight.hazard_ns,
+    "KEEP_OUT": _fenced,
+})  # fmt: skip
+"""Time of a row's first violating sample as soon as the bench knows it, where that is not the injection's first trace:
+the fault grows out of the ground, the way driven or an order."""
+
+
+def true_angles(state: PlantState) -> tuple[float, float, float]:
+    """Roll, pitch and yaw, intrinsic z-y-x, of the body."""
+    x, y, z, w = state.quaternion_xyzw.tolist()
+    roll = math.atan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y))
+    pitch = math.asin(max(-1.0, min(1.0, 2.0 * (w * y - z * x))))
+    return roll, pitch, math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
