@@ -33,7 +33,7 @@ def test_messages_come_out_as_they_went_in_for_any_cut(messages, cut):
 def test_a_peer_of_another_version_is_refused_by_name_of_both_versions():
     raw = bytearray(encode(Hello("onboard")))
     raw[4] = 9
-    with pytest.raises(WireError, match="version 9, this side 1"):
+    with pytest.raises(WireError, match="version 9, this side 2"):
         Receiver().receive(bytes(raw))
 
 
