@@ -29,7 +29,6 @@ from onboard.config import ConfigError
 from protocol import commands
 from protocol.barrier import parse_address
 from protocol.products import LDEM_CODEC, decode_ldem
-from protocol.telemetry import out_of_limits
 from protocol.transactions import State
 
 USAGE, NO_INPUT, UNAVAILABLE, CANNOT_CREATE, CONFIG, INTERRUPTED = 64, 66, 69, 73, 78, 130
@@ -132,8 +131,7 @@ def status(
         _out(json.dumps({"news": "status", **known}))
     else:
         for name, item in known["items"].items():
-            beyond = item is not None and out_of_limits(name, item)
-            _out(f"{name:24} {'?' if item is None else f'{item:g}'}{'  out of limits' if beyond else ''}")
+            _out(show.item_line(name, item))
         _out(f"{'rtt_s':24} {known['link']['rtt_s']:.2f}")
     _leave(code, session)
 

@@ -117,7 +117,7 @@ FAULTS = (
           (Step.COMMIT, Step.REPORT), latched=False),
     Fault(46, "OPERATOR", "the operator says stop, safe or emergency_stop", 0.01,
           (Step.OBEY, Step.REPORT), latched=False),
-    Fault(47, "COMPUTER_STRAINED", "processor, memory or temperature of the computer past a limit at three looks", 3.1,
+    Fault(47, "COMPUTER_STRAINED", "processor, memory or temperature of the computer past a limit at three looks", 2.1,
           (Step.REPORT,), latched=False, maskable=True),
 )
 

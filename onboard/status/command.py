@@ -90,7 +90,7 @@ def _computer(told: dict[str, float | None] | None) -> str:
         "temperature_c": (1, "°C"), "free_disk_bytes": (1e-9, "GB of disk free"),
     }  # fmt: skip
     known = {name: value for name, value in told.items() if value is not None}
-    return ", ".join(f"{known[name] * scale:.3g} {unit}" for name, (scale, unit) in parts.items() if name in known)
+    return ", ".join(f"{known[name] * scale:.4g} {unit}" for name, (scale, unit) in parts.items() if name in known)
 
 
 def _real_time(rows: list[dict[str, Any]]) -> list[str]:
