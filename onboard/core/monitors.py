@@ -113,7 +113,8 @@ def _no_path(w: Watched) -> bool:
 
 
 def _loop(w: Watched) -> bool:
-    return w.in_mission and w.plan is not None and w.plan.state.since_record >= RECORD_STOPS
+    guarded = w.in_mission and w.config.mission.guard
+    return guarded and w.plan is not None and w.plan.state.since_record >= RECORD_STOPS
 
 
 def _operator(w: Watched) -> bool:
