@@ -71,6 +71,9 @@ lint: .venv/.project ## ruff, mypy --strict on protocol and onboard, import cont
 bench: .venv/.project ## measure; QUICK=1 for two repeats; writes build/bench.json
 	@$(FIXED) $(B)/python -m tests.bench $(if $(QUICK),--quick)
 
+soak: .venv/.project ## ten missions in a row and an hour in lock-step, a minute on the wall clock: memory, descriptors, threads, ticks
+	@$(FIXED) $(B)/python -m tests.soak
+
 missions: .venv/.project ## mission rule and guard on seeded fields without physics; FRESH=commit: 60 more seeds
 	@$(FIXED) $(B)/python -m tests.missions fly $(if $(FRESH),--fresh-from $(FRESH))
 	@$(FIXED) $(B)/python -m tests.missions guard
@@ -101,4 +104,4 @@ clean: ## remove build and .venv
 help: ## this list
 	@grep -E '^[a-z-]+:.*##' Makefile | sed 's/:.*## /\t/' | expand -t 16
 
-.PHONY: demo sim test test-missions test-scenarios test-vcan test-sanitize lint bench missions nightly codec docs size clean help
+.PHONY: demo sim test test-missions test-scenarios test-vcan test-sanitize lint bench soak missions nightly codec docs size clean help

@@ -131,7 +131,7 @@ def status(
         _out(json.dumps({"news": "status", **known}))
     else:
         for name, item in known["items"].items():
-            _out(f"{name:24} {show.item_words(name, item)}")
+            _out(show.item_line(name, item))
         _out(f"{'rtt_s':24} {known['link']['rtt_s']:.2f}")
     _leave(code, session)
 

@@ -9,6 +9,7 @@ from typing import Any
 
 from ground.session import EventHeard, News, ProductHeard, Progress, ReportHeard, Session
 from protocol.modes import Mode, Phase
+from protocol.telemetry import out_of_limits
 
 _NAMED: dict[str, type[IntEnum]] = {"mode": Mode, "phase": Phase}
 
@@ -67,6 +68,12 @@ def status(session: Session, now_ns: int) -> dict[str, Any]:
     link = {"heard_s_ago": age_s, "boot_id": session.boot_id, "rtt_s": session.far_clock.rtt_ns / 1e9,
             "datagrams": session.counts["ok"], "refused": refused}
     return {"items": {name: _plain(item.value) for name, item in session.items.items()}, "link": link}
+
+
+def item_line(name: str, value: float | None) -> str:
+    """One line of an item, marked where its value is out of its limits; None: not known."""
+    marked = value is not None and out_of_limits(name, value)
+    return f"{name:24} {item_words(name, value)}{'  out of limits' if marked else ''}"
 
 
 def status_line(session: Session, now_ns: int) -> str:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import ctypes
 import gc
-import resource
 import signal
 from collections.abc import Callable
 from concurrent.futures import Future
@@ -24,13 +23,14 @@ from onboard.drivers.disk import Keeper, Kept, load
 from onboard.drivers.lidar_ear import LidarEar
 from onboard.drivers.lidar_port import LidarPort, open_port
 from onboard.drivers.link_port import LinkPort, link_keys
+from onboard.drivers.machine import Probe, folders_written
 from onboard.drivers.state_folder import StateFolder, read_kept
 from onboard.drivers.stopwatch import Stopwatch, Unmeasured
 from onboard.drivers.workers import Workers
 from onboard.maps.gdem_file import from_npz
 from onboard.ports import BUS_CLOSED
 from onboard.record.writer import Recorder
-from onboard.records import BusStatus, Chunk, Frame, Gdem, Health, Inputs, LinkMessage, Outputs, PortState
+from onboard.records import BusStatus, Chunk, Frame, Gdem, Health, Inputs, LinkMessage, Machine, Outputs, PortState
 from onboard.status.report import rhythm
 from protocol.barrier import Channel, Tick
 
@@ -49,8 +49,8 @@ LATER = ("filterpy.kalman:ExtendedKalmanFilter", *(job.function for job in JOBS.
 class WallPorts:
     """Ports on the wall clock: a tick takes what is there. Stamps of CAN are the kernel's, of the LIDAR the ear's."""
 
-    def __init__(self, can: CanPort, lidar: LidarPort, link: LinkPort, clock: WallClock) -> None:
-        self.can, self.lidar, self.link, self._clock = can, lidar, link, clock
+    def __init__(self, can: CanPort, lidar: LidarPort, link: LinkPort, clock: WallClock, probe: Probe) -> None:
+        self.can, self.lidar, self.link, self._clock, self._probe = can, lidar, link, clock, probe
         self.ear = LidarEar(lidar, clock.now_ns)
         self.watch = Stopwatch()
 
@@ -66,8 +66,12 @@ class WallPorts:
             can_frames=tuple(self.can.read(stamp_ns)), can=self.can.status,
             lidar_chunks=self.ear.take(), lidar_state=self.lidar.state,
             link_messages=self.link.read(stamp_ns), link_state=self.link.state,
-            health=Health(self.watch.tick_ns, self._clock.slipped_ticks, rss_bytes=_peak_rss_bytes()),
+            health=Health(self.watch.tick_ns, self._clock.slipped_ticks), machine=self._probe.take(),
         )
+
+    def look(self) -> None:
+        """Beside the ticks: once a second the computer is looked at."""
+        self._probe.look(self._clock.now_ns())
 
     def write(self, outputs: Outputs) -> None:
         """Never blocks."""
@@ -86,6 +90,7 @@ class LockStepPorts:
     def __init__(self, can: CanPort, lidar: LidarPort, link: LinkPort) -> None:
         self.can, self.lidar, self.link = can, lidar, link
         self.watch = Unmeasured()
+        self._tick = self._left_out = 0
         if can.state is not PortState.OPEN:
             raise OSError(can.status.error)
 
@@ -93,12 +98,17 @@ class LockStepPorts:
         """Blocks until each channel holds its count."""
         channels = {channel.name: channel for channel in now.channels}
         lidar_state, chunks = self._read_lidar(channels.get("lidar"))
+        self._tick, self._left_out = now.number, self._left_out + now.number - self._tick - 1
         return Inputs(
             now.number, now.now_ns,
             can_frames=self._read_can(channels.get("can")), can=self._can_status(channels.get("can")),
             lidar_chunks=chunks, lidar_state=lidar_state,
             link_messages=self._read_link(channels.get("link")), link_state=_state(channels.get("link")),
+            health=Health(slipped_ticks=self._left_out), machine=Machine(*now.machine) if now.machine else None,
         )
+
+    def look(self) -> None:
+        """What this machine does is no part of the run; the bench may say what the rover's computer does."""
 
     def _read_can(self, channel: Channel | None) -> tuple[Frame, ...]:
         """The bench serves an attempt to open before it counts the next tick: here it is decided."""
@@ -186,7 +196,8 @@ def run(config: Config, announce: Callable[[str], None]) -> int:
             ports: LockStepPorts | WallPorts = LockStepPorts(can, lidar, link)
             link.wait_open(WAIT_S)
         else:
-            ports = WallPorts(can, lidar, link, clock)
+            folders = str(Path(config.record.path).parent) if config.record.path else "", config.mapping.folder
+            ports = WallPorts(can, lidar, link, clock, Probe(folders_written((*folders, config.state.folder))))
             clock.idle = ports.ear.listen
             workers.preload(LATER).result()  # beside the ticks it would make them late
         rover = Rover(config, gdem, memory, state)
@@ -238,6 +249,7 @@ def loop(
         watch.mark(Group.RECORD)
         books.keep(inputs, outputs)
         watch.end()
+        ports.look()
         spare.use()
         rebooting = outputs.reboot
     ports.write(farewell(rover, clock.now_ns()))
@@ -299,7 +311,3 @@ def _return_large_memory() -> None:
     libc = ctypes.CDLL(None)
     if hasattr(libc, "mallopt"):
         libc.mallopt(MMAP_THRESHOLD, LARGE_BYTES)
-
-
-def _peak_rss_bytes() -> int:
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024

@@ -239,6 +239,19 @@ class Safety:
     pose_sigma_m: float = value(0.25, "1 sigma of the place at which the rover stops and looks", low=0.01, high=10)
     heading_sigma_rad: float = value(4 * RAD, "likewise of the heading", low=0.01, high=1)
     degraded_drive: bool = value(True, "on with three drives, one steering fixed, or without an encoder; else SAFE")
+    power_low_ratio: float = value(0.1, "charge under which the rover goes to SAFE", low=0, high=1)
+    power_low_v: float = value(22.0, "voltage under which it does", low=0, high=40)
+    brown_out_v: float = value(20.0, "voltage under which the drives rest until it is back", low=0, high=40)
+
+
+@dataclass(frozen=True, slots=True)
+class Computer:
+    """Limits of the rover's own computer; past one of them it says so (COMPUTER_STRAINED)."""
+
+    cpu_ratio: float = value(0.98, "share of all cores at work", low=0.1, high=2)
+    rss_bytes: float = value(1e9, "resident memory of the flight program", low=1e7, high=1e12)
+    free_memory_bytes: float = value(64e6, "least memory that stays free", low=0, high=1e12)
+    temperature_c: float = value(90.0, "of the hottest sensor", low=0, high=150)
 
 
 @dataclass(frozen=True, slots=True)
@@ -299,6 +312,7 @@ class Config:
     motion: Motion = section(Motion, NEXT_MISSION)
     localisation: Localisation = section(Localisation)
     safety: Safety = section(Safety, AT_ONCE)
+    computer: Computer = section(Computer, AT_ONCE)
     jobs: Jobs = section(Jobs, NEXT_MISSION)
     record: Record = section(Record)
     state: State = section(State)

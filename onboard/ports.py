@@ -1,4 +1,4 @@
-"""What the shell tells of a port, and of the CAN bus more than of the others."""
+"""What the shell tells of its ports, the CAN bus more than the others, of its ticks and of the computer it runs on."""
 
 from __future__ import annotations
 
@@ -67,3 +67,38 @@ class Saved(NamedTuple):
 
     name: str
     error: str = ""
+
+
+class Health(NamedTuple):
+    """What the shell tells of itself each tick. last_tick_ns: all work of a tick; slipped_ticks: since the start."""
+
+    last_tick_ns: int = 0
+    slipped_ticks: int = 0
+    utc_ns: int = 0
+
+
+class Machine(NamedTuple):
+    """What the computer tells of itself, about once a second. NaN: it does not say.
+
+    cpu_ratio: share of all its cores' time at work. process_ratio: cores that this program took. rss_bytes: resident
+    memory of this program. temperature_c: of its hottest sensor. free_disk_bytes: least of the folders written to.
+    """
+
+    cpu_ratio: float
+    process_ratio: float
+    rss_bytes: float
+    free_memory_bytes: float
+    temperature_c: float
+    free_disk_bytes: float
+
+
+class Timing(NamedTuple):
+    """What the shell measured of its own ticks. All empty or 0 in lock-step, unless a bench gives something.
+
+    late_ns: this tick began so long after its deadline. group_ns: what each row of core.schedule.GROUPS took in the
+    tick before. job_ns: how long each job ran whose result is in these inputs, in their order.
+    """
+
+    late_ns: int = 0
+    group_ns: tuple[int, ...] = ()
+    job_ns: tuple[int, ...] = ()

@@ -16,8 +16,11 @@ from numpy.typing import NDArray
 
 from onboard.ports import BusStatus as BusStatus
 from onboard.ports import BusTrouble as BusTrouble
+from onboard.ports import Health as Health
+from onboard.ports import Machine as Machine
 from onboard.ports import PortState as PortState
 from onboard.ports import Save, Saved
+from onboard.ports import Timing as Timing
 from onboard.scan import BeamStatus as BeamStatus
 from onboard.scan import Scan as Scan
 
@@ -77,28 +80,6 @@ class JobRequest:
     due_tick: int
 
 
-class Health(NamedTuple):
-    """What the machine tells of itself; in lock-step it comes from the bench. last_tick_ns: all work of a tick."""
-
-    last_tick_ns: int = 0
-    slipped_ticks: int = 0
-    rss_bytes: int = 0
-    free_disk_bytes: int = 0
-    utc_ns: int = 0
-
-
-class Timing(NamedTuple):
-    """What the shell measured of its own ticks. All empty or 0 in lock-step, unless a bench gives something.
-
-    late_ns: this tick began so long after its deadline. group_ns: what each row of core.schedule.GROUPS took in the
-    tick before. job_ns: how long each job ran whose result is in these inputs, in their order.
-    """
-
-    late_ns: int = 0
-    group_ns: tuple[int, ...] = ()
-    job_ns: tuple[int, ...] = ()
-
-
 @dataclass(frozen=True, slots=True)
 class Inputs:
     """Everything the outside tells the core in one tick: the schema of the record."""
@@ -115,6 +96,7 @@ class Inputs:
     health: Health = Health()
     saved: tuple[Saved, ...] = ()
     timing: Timing = Timing()
+    machine: Machine | None = None  # in the ticks after a look at it
 
 
 class Event(NamedTuple):
@@ -182,6 +164,7 @@ class PowerState(NamedTuple):
     charge_ratio: float
     temperature_c: float
     age_ns: int
+    brown_out: bool = False  # in the node's own judgement
 
 
 # -- where the rover is and what it wants ----------------------------------------------------------------------

@@ -11,6 +11,7 @@
 Rule 1: counts are cumulative pieces (CAN frames, stream bytes, datagrams) since the channel's epoch began.
 Rule 2: a participant never acts on a piece before the TICK that counts it, whenever it arrived.
 Rule 3: DONE carries `wake_tick`: the participant need not be called before that tick unless a channel has news.
+Rule 4: TICKs may leave numbers out: the participant was to be late, and finds what came meanwhile.
 
 On the stream each message is a 4-byte little-endian length, one version byte, one type byte, then the body.
 """
@@ -23,9 +24,9 @@ from dataclasses import dataclass, field
 
 from protocol import WireError
 
-VERSION = 1
+VERSION = 2
 _HEAD = struct.Struct("<IBB")
-_TICK = struct.Struct("<QQB")
+_TICK = struct.Struct("<QQBB")
 _CHANNEL = struct.Struct("<BHBQI")
 _DONE = struct.Struct("<QQBB")
 _COUNT = struct.Struct("<BQ")
@@ -62,11 +63,15 @@ class Welcome:
 
 @dataclass(frozen=True, slots=True)
 class Tick:
-    """Run tick `number`: bench time `now_ns`, and what each channel holds by now."""
+    """Run tick `number`: bench time `now_ns`, and what each channel holds by now.
+
+    machine: what the rover's computer is to see of itself in this tick, the fields of onboard.records.Machine; ().
+    """
 
     number: int
     now_ns: int
     channels: tuple[Channel, ...]
+    machine: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,8 +111,9 @@ def _text(value: str) -> bytes:
 def encode(message: Message) -> bytes:
     """One message as it crosses the stream."""
     match message:
-        case Tick(number, now_ns, channels):
-            kind, parts = 3, [_TICK.pack(number, now_ns, len(channels))]
+        case Tick(number, now_ns, channels, machine):
+            kind, parts = 3, [_TICK.pack(number, now_ns, len(channels), len(machine))]
+            parts.append(struct.pack(f"<{len(machine)}d", *machine))
             for c in channels:
                 name = c.name.encode()
                 parts += [_CHANNEL.pack(len(name), c.epoch, c.state, c.count, len(c.stamps_us)), name]
@@ -136,8 +142,9 @@ def _read_text(body: bytes, at: int) -> tuple[str, int]:
 
 
 def _read_tick(body: bytes) -> Tick:
-    number, now_ns, channels = _TICK.unpack_from(body)
-    at, rows = _TICK.size, []
+    number, now_ns, channels, items = _TICK.unpack_from(body)
+    machine = struct.unpack_from(f"<{items}d", body, _TICK.size)
+    at, rows = _TICK.size + 8 * items, []
     for _ in range(channels):
         size, epoch, state, count, stamps = _CHANNEL.unpack_from(body, at)
         at += _CHANNEL.size
@@ -146,7 +153,7 @@ def _read_tick(body: bytes) -> Tick:
         stamps_us = struct.unpack_from(f"<{stamps}Q", body, at)
         at += 8 * stamps
         rows.append(Channel(name, count, state, epoch, stamps_us))
-    return Tick(number, now_ns, tuple(rows))
+    return Tick(number, now_ns, tuple(rows), machine)
 
 
 def _read_done(body: bytes) -> Done:

@@ -26,6 +26,10 @@ class Step(Enum):
     REPORT = "an event to the ground"
     RESTART_BUS = "the bus is opened again at once, then after 0.1, 0.2, 0.4, 0.8 and 1.6 s"
     IGNORE = "what is wrong is dropped before anything uses it"
+    SHED = "what can wait is left: telemetry ten times slower, no products, while the fault lasts"
+    OBEY = "what was ordered, in the tick that hears it"
+    COMMIT = "the strategy no longer chooses: only the optimistic way's next look (R5), to mission.stop_limit"
+    GIVE_UP = "the mission ends as failed, with the nearest reachable pose and the number of cells in the way"
     SAFE_OVER_LIMIT = "mode SAFE, latched until resume, when the tries are used up or a second, higher limit is passed"
 
 
@@ -98,6 +102,23 @@ FAULTS = (
           (Step.STOP, Step.SAFE, Step.REPORT), latched=True),
     Fault(25, "NODE_TWICE", "two nodes send under one id: two alive counters interleave", 1.0,
           (Step.STOP, Step.SAFE, Step.REPORT), latched=True, suppressed_by=("CAN_BABBLE",)),
+    Fault(40, "POWER_LOW", "two words of the power node with charge or voltage under their limits", 0.5,
+          (Step.STOP, Step.SHED, Step.SAFE, Step.REPORT), latched=True, suppressed_by=("BROWN_OUT",), maskable=True),
+    Fault(41, "BROWN_OUT", "two words of the power node with a voltage that the devices do not stand", 0.5,
+          (Step.STOP, Step.SHED, Step.SAFE_OVER_LIMIT, Step.REPORT), latched=False, tries=3),
+    Fault(42, "TICK_LATE", "5 ticks or more left out within a second", 1.0,
+          (Step.SHED, Step.SAFE_OVER_LIMIT, Step.REPORT), latched=False, suppressed_by=("CONTROL_LATE",),
+          maskable=True),
+    Fault(43, "CONTROL_LATE", "a tick's orders come over 50 ms after their time; found in that tick", 0.1,
+          (Step.STOP, Step.SAFE_OVER_LIMIT, Step.REPORT), latched=False, tries=3),
+    Fault(44, "NO_PATH", "no way to the goal over free or unknown ground (R9)", 0.02,
+          (Step.GIVE_UP, Step.REPORT), latched=False),
+    Fault(45, "LOOP", "the way left was not lowered by 0.5 m within 2 stops (R10)", 0.02,
+          (Step.COMMIT, Step.REPORT), latched=False),
+    Fault(46, "OPERATOR", "the operator says stop, safe or emergency_stop", 0.01,
+          (Step.OBEY, Step.REPORT), latched=False),
+    Fault(47, "COMPUTER_STRAINED", "processor, memory or temperature of the computer past a limit at three looks", 2.1,
+          (Step.REPORT,), latched=False, maskable=True),
 )
 
 BY_NAME = {fault.name: fault for fault in FAULTS}

@@ -71,10 +71,12 @@ class Bench(World):
         self.tick += 1
         now_ns = self.tick * TICK_NS
         onboard = self.barrier.participants.get("onboard")
-        if onboard:
-            onboard.begin(self.tick, now_ns, self._channels(now_ns))
-        else:
+        if onboard is None:
             self.unheard()
+        elif self.computer.leaves_out(self.tick):
+            onboard = None
+        else:
+            onboard.begin(self.tick, now_ns, self._channels(now_ns), self.computer.says(self.tick) or ())
         begun = time.perf_counter()
         self.advance(now_ns + TICK_NS)
         ready = time.perf_counter()

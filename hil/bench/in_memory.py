@@ -31,7 +31,7 @@ from onboard.config import load
 from onboard.core.tick import Rover, tick
 from onboard.drivers.workers import Inline
 from onboard.ports import Save, Saved
-from onboard.records import BusStatus, Chunk, Event, Frame, Inputs, Outputs, PortState
+from onboard.records import BusStatus, Chunk, Event, Frame, Health, Inputs, Outputs, PortState
 from protocol.conventions import TICK_NS
 from protocol.transactions import Request, State
 
@@ -103,9 +103,11 @@ class InMemory(World):
         self.note(now_ns)
 
     def _think(self, now_ns: int, observe: Observe | None) -> Outputs | None:
-        """The flight program's tick; None once it was killed."""
+        """The flight program's tick; None once it was killed, and where it is left out."""
         if self.rover is None:
             self.unheard()
+            return None
+        if self.computer.leaves_out(self.tick):
             return None
         inputs = self._inputs(now_ns)
         outputs = tick(self.rover, inputs)
@@ -127,7 +129,8 @@ class InMemory(World):
             lidar_state=PortState.CLOSED if pieces is None else PortState.OPEN,
             link_messages=() if self._cut_off(now_ns) else self.operator.messages(now_ns),
             jobs=self._jobs.take(self._jobs.due(self.tick - self.wires.jobs_late_ticks)),
-            saved=self._kept(),
+            saved=self._kept(), health=Health(slipped_ticks=self.computer.left_out),
+            machine=self.computer.says(self.tick),
         )
 
     def _cut_off(self, now_ns: int) -> bool:

@@ -38,11 +38,13 @@ class Participant:
         self._receiver = receiver
         self._waiting_for: int | None = None
 
-    def begin(self, number: int, now_ns: int, channels: tuple[Channel, ...]) -> None:
+    def begin(
+        self, number: int, now_ns: int, channels: tuple[Channel, ...], machine: tuple[float, ...] = ()
+    ) -> None:
         """Tell it to run this tick."""
         self._waiting_for = number
         try:
-            self._socket.sendall(encode(Tick(number, now_ns, channels)))
+            self._socket.sendall(encode(Tick(number, now_ns, channels, machine)))
         except OSError as error:
             raise ParticipantLostError(self.name, f"gone before tick {number} ({error})") from error
 

@@ -10,6 +10,7 @@ from hil.bench.world import World
 from hil.devices.lidar_faults import KINDS
 from hil.faults import ground_faults
 from hil.faults.can_faults import CAUSES, CanCause
+from hil.faults.computer_faults import COMPUTER_FAULTS
 from hil.faults.node_faults import NODE_FAULTS
 from hil.faults.wheel_faults import WHEEL_FAULTS
 from hil.scenario.scenario import Injection
@@ -94,7 +95,7 @@ def _of_wheels(name: str) -> Cause:
 
 
 def _of_node(name: str) -> Cause:
-    row = NODE_FAULTS[name]
+    row = (NODE_FAULTS | COMPUTER_FAULTS)[name]
     return Cause(row.means, lambda bench, _p, _t: row.begin(bench), lambda bench, _p, _t: row.heal(bench))
 
 
@@ -118,7 +119,7 @@ INJECTIONS: Mapping[str, Cause] = {
     "job_late": Cause("the results of long work come 1.5 s after their tick", _be_late, _be_in_time, quick_only=True),
     "ground_collapse": Cause("the ground under the left wheels gives way", ground_faults.collapse, _nothing),
     **{name: _of_wheels(name) for name in WHEEL_FAULTS},
-    **{name: _of_node(name) for name in NODE_FAULTS},
+    **{name: _of_node(name) for name in (*NODE_FAULTS, *COMPUTER_FAULTS)},
     **{name: _of_can(cause) for name, cause in CAUSES.items()},
     **{f"ground_{kind}": _of_ground(kind) for kind in ground_faults.KINDS},
     **{f"lidar_{kind}": _of_lidar(kind) for kind in KINDS if kind != "cable"},  # that is lidar_unplugged

@@ -7,32 +7,43 @@ It looks at what leaves the flight program, its mode and phase, and the truth; n
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from types import MappingProxyType
 
 from hil.records import PlantState
 from onboard.core.tick import Rover
 from onboard.motion.wheel_health import SOUND
 from onboard.planning.fences import entered
+from onboard.planning.mission_rule import RECORD_STOPS
+from onboard.planning.plan_records import PlanResult
 from onboard.records import Inputs, Outputs, Pose
+from protocol import eldorado_dialect
 from protocol.can_codec import TABLE, TiltMode
+from protocol.commands import decode
 from protocol.faults import Step
+from protocol.link import Kind
 from protocol.modes import Mode, Phase
 
 WHEEL_COMMANDS, TILT_COMMAND = (0x101, 0x102, 0x103, 0x104), 0x120
+ROVER_STATE = eldorado_dialect.MAVLINK_MSG_ID_ROVER_STATE
+QUIET_NS = 1_000_000_000  # twice the time between two words of housekeeping
+HALTING = ("stop", "safe", "emergency_stop")
 SLOW_RATIO = 0.7  # of the cruising speed, at the outer wheels of a curve
 
 
 class Sight:
     """What the bench knows at a tick; `update` each tick.
 
-    rates_radps: newest order of each wheel; tilt_mode: of the axis. contact_ns: newest datagram that was accepted.
-    job_late: one was not there at its tick. hazard_ns: begin of the line that gave the drive guard its verdict.
-    dropped: frames and scans that the flight program threw away in this tick.
+    rates_radps: newest order of each wheel; tilt_mode: of the axis. contact_ns: newest datagram that was accepted;
+    told_ns: newest housekeeping. plan: that came in this tick; rule: of the newest. halted: in this tick the operator
+    said stop, safe or emergency_stop. job_late: one was not there at its tick. hazard_ns: begin of the line that gave
+    the drive guard its verdict. dropped: frames and scans that the flight program threw away in this tick.
     """
 
     def __init__(self) -> None:
-        self.now_ns = self.contact_ns = 0
+        self.now_ns = self.contact_ns = self.told_ns = 0
+        self.plan: PlanResult | None = None
+        self.halted, self.rule = False, ""
         self.rates_radps: dict[int, float] = {}
         self.tilt_mode = TiltMode.PARK
         self.hazard_ns: int | None = None
@@ -52,10 +63,16 @@ class Sight:
             elif can_id == TILT_COMMAND:
                 self.tilt_mode = TiltMode(TABLE[can_id].decode(data).mode)
         self._follow_jobs(inputs, outputs)
+        self.halted = any(m.accepted and m.kind == Kind.TELECOMMAND and decode(m.payload).name in HALTING
+                          for m in inputs.link_messages)  # fmt: skip
+        if any(kind == Kind.MAVLINK and ROVER_STATE in _messages(data) for kind, data in outputs.link_payloads):
+            self.told_ns = self.now_ns
         dropped = rover.nodes.bad_frames + rover.lidar.bad
         self.dropped, self._dropped = dropped - self._dropped + len(rover.nodes.watch.babbling), dropped
 
     def _follow_jobs(self, inputs: Inputs, outputs: Outputs) -> None:
+        self.plan = next((value for _, value in inputs.jobs if isinstance(value, PlanResult)), None)
+        self.rule = self.plan.decision.rule if self.plan else self.rule
         for job_id, value in inputs.jobs:
             self._due.pop(job_id, None)
             line_ns = self._lines_ns.pop(job_id, None)
@@ -86,6 +103,14 @@ class Sight:
         return Pose(x, y, z, *true_angles(self.state))
 
 
+def _messages(payload: bytes) -> Iterator[int]:
+    """Numbers of the MAVLink 2 messages in a datagram, unsigned: 10 bytes of head, the payload, 2 of checksum."""
+    at = 0
+    while at < len(payload):
+        yield int.from_bytes(payload[at + 7 : at + 10], "little")
+        at += 12 + payload[at + 1]
+
+
 def _slow(sight: Sight) -> bool:
     config = sight.rover.config
     fastest_mps = max(map(abs, sight.rates_radps.values()), default=0.0) * config.rover.wheel_radius_m
@@ -105,11 +130,16 @@ SHOWS: Mapping[Step, Callable[[Sight], bool]] = MappingProxyType({
     Step.ESTOP: lambda s: s.mode is Mode.ESTOP,
     Step.RESTART_BUS: lambda s: s.outputs.can_connect,
     Step.IGNORE: lambda s: s.dropped > 0,
+    Step.SHED: lambda s: s.now_ns - s.told_ns > QUIET_NS,
+    Step.OBEY: lambda s: s.mode in (Mode.STANDBY, Mode.SAFE, Mode.ESTOP) and not any(s.rates_radps.values()),
+    Step.COMMIT: lambda s: s.rule not in ("", "R10"),
+    Step.GIVE_UP: lambda s: s.phase is Phase.FAILED,
 })  # fmt: skip
 """REPORT is seen by its event. SAFE_OVER_LIMIT is not here: it follows only where the tries are used up, and then the
 scenario says so: `mode = "SAFE"`."""
 
-AT_ONCE = frozenset({Step.STOP, Step.SLOW, Step.SAFE, Step.ESTOP, Step.RESTART_BUS, Step.IGNORE, Step.REPORT})
+AT_ONCE = frozenset({Step.STOP, Step.SLOW, Step.SAFE, Step.ESTOP, Step.RESTART_BUS, Step.IGNORE, Step.REPORT,
+                     Step.OBEY, Step.GIVE_UP})
 """Steps that the tick's outputs hold; the others take their time, and must come before the run ends."""
 
 
@@ -141,6 +171,9 @@ VIOLATES: Mapping[str, Callable[[Sight], int | None]] = MappingProxyType({
     "POSE_UNSURE": _unsure,
     "HAZARD_AHEAD": lambda sight: sight.hazard_ns,
     "KEEP_OUT": _fenced,
+    "NO_PATH": lambda sight: sight.now_ns if sight.plan and sight.plan.decision.kind == "unreachable" else None,
+    "LOOP": lambda sight: sight.now_ns if sight.plan and sight.plan.state.since_record >= RECORD_STOPS else None,
+    "OPERATOR": lambda sight: sight.now_ns if sight.halted else None,
 })  # fmt: skip
 """Time of a row's first violating sample as soon as the bench knows it, where that is not the injection's first trace:
 the fault grows out of the ground, the way driven or an order."""

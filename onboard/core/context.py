@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -34,4 +34,6 @@ class Context:
     fences: tuple[Fence, ...] = ()
     item: Callable[[str], float] = lambda _name: math.nan  # the newest value of a telemetry item
     utc_ns: int = 0  # 0: not known
+    used_up: Collection[str] = ()  # rows whose recovery has had its chances
+    seen: Mapping[str, str] = field(default_factory=dict)  # fault -> what its watch saw, in words
     judge_anew: list[str] = field(default_factory=list)  # rows whose findings are to be forgotten after this tick

@@ -26,6 +26,7 @@ from protocol.transactions import Executor, Order, State
 __all__ = ["Downlink", "Order"]
 
 _SHARE = 0.93
+SHED_RATIO = 10
 _HEARTBEAT_NS = 1_000_000_000
 _SILENCE_NS = 10_000_000_000
 _REFUSALS_NS = 10_000_000_000
@@ -37,6 +38,7 @@ class Downlink:
 
     last_contact_ns: when an authenticated datagram last came, the start before the first. mode: commands are checked
     against it; `sample` sets it, and it may be set in every tick. notices: what it has to tell; the caller takes them.
+    shedding: housekeeping is made ten times more seldom, and no product is sent.
     """
 
     def __init__(self, config: Link) -> None:
@@ -50,7 +52,7 @@ class Downlink:
         self._due_ns = dict.fromkeys(("HEARTBEAT", *MESSAGES), 0)
         self._period_ns = {m: round(1e9 / rate_hz(m)) for m in MESSAGES} | {"HEARTBEAT": _HEARTBEAT_NS}
         self._sample_ns = self._now_ns = 0
-        self.mode = Mode.BOOT
+        self.mode, self.shedding = Mode.BOOT, False
         self.last_contact_ns = 0
         self.received, self.refused = 0, dict[str, int]()
         self._told_ns, self._told = -(1 << 62), 0
@@ -142,9 +144,10 @@ class Downlink:
         self.mode = view.mode
         if now_ns < self._sample_ns:
             return
+        slower = SHED_RATIO if self.shedding else 1
         for name, due_ns in self._due_ns.items():
             if now_ns >= due_ns:
-                period_ns = self._period_ns[name]
+                period_ns = self._period_ns[name] * (1 if name == "HEARTBEAT" else slower)
                 self._due_ns[name] = now_ns - now_ns % period_ns + period_ns  # all on the same beat: few datagrams
                 frames = self._packer.message(name, view, now_ns)
                 self._frames.update({(name, n): frame for n, frame in enumerate(frames)})
@@ -162,7 +165,7 @@ class Downlink:
             self._spend(out, Kind.REPORT, self._executor.send(now_ns, self._tokens))
             if self._executor.waiting(now_ns):
                 return tuple(out)
-        if self._housekeeping(out) and self._events_out(out, now_ns) and self._bulk.busy:
+        if self._housekeeping(out) and self._events_out(out, now_ns) and self._bulk.busy and not self.shedding:
             self._spend(out, Kind.BULK_CHUNK, self._bulk.send(now_ns, self._tokens))
         return tuple(out)
 

@@ -85,6 +85,11 @@ class Executive:
         return self.tasks.in_mission
 
     @property
+    def shedding(self) -> bool:
+        """Whether what can wait is left."""
+        return self._any_active(Step.SHED)
+
+    @property
     def hazard(self) -> bool:
         """Whether the drive guard has stopped the rover and what it saw is not in the map yet."""
         return self.mission is not None and bool(self.mission.hazards)
@@ -115,13 +120,13 @@ class Executive:
     # -- faults ------------------------------------------------------------------------------------------------
 
     def _answer(self, faults: tuple[str, ...], ctx: Context) -> None:
-        over = over_limit(ctx.nodes, faults)
+        over = over_limit(ctx.nodes, ctx.used_up, faults)
         if ctx.nodes.bus.news:
             self._tell("CAN", ctx, ctx.nodes.bus.news)
         for name in faults:
             row, of = BY_NAME[name], ctx.found.get(name, ())
             new = name not in self.active or of != self._of.get(name, of)
-            text = words(ctx.nodes, name) + _whose(of)
+            text = words(ctx.nodes, ctx.seen.get(name, ""), name) + _whose(of)
             if new and Step.REPORT in row.response:
                 self._tell("FAULT", ctx, text)
             if Step.ESTOP in row.response and self.mode is not Mode.ESTOP:
@@ -193,7 +198,7 @@ class Executive:
         self._downlink.report(order.request_id, State.COMPLETED, self.mode.name)
 
     def _resume(self, order: Order, ctx: Context) -> None:
-        over = over_limit(ctx.nodes, self.active)
+        over = over_limit(ctx.nodes, ctx.used_up, self.active)
         latched = [name for name in self.active if self._latches(BY_NAME[name], ctx) or name in over]
         if latched:
             self._downlink.report(order.request_id, State.FAILED, f"still active: {', '.join(latched)}")

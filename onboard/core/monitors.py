@@ -2,20 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 from onboard.config import Config
 from onboard.core import can_monitors
+from onboard.core.computer_watch import COMPUTER_ROWS
+from onboard.core.power_watch import POWER_ROWS
 from onboard.core.wheel_watch.watch import WHEEL_ROWS
 from onboard.devices.lidar import LidarSession
 from onboard.devices.nodes import Nodes
+from onboard.planning.mission_rule import RECORD_STOPS
+from onboard.planning.plan_records import PlanResult
 from onboard.records import Pose
 from protocol.faults import BY_NAME
+from protocol.transactions import Order
 
 _GRACE_NS = 1_000_000_000  # after the start, before a node must have spoken
 _HEARTBEAT_NS = 1_500_000_000
 _IMU_NS = 30_000_000
+_HALTING = frozenset({"stop", "safe", "emergency_stop"})
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,7 +39,9 @@ class Watched:
     in_mission: bool
     hazard: bool
     keep_out: str = ""  # name of the fence that the rover's outline touches
-    of_wheels: Collection[str] = ()  # rows that core.wheel_watch found
+    found: Collection[str] = ()  # rows that a watch found: wheels, power, computer
+    plan: PlanResult | None = None  # the newest of the mission that runs, or of the last one
+    orders: Sequence[Order] = ()  # of this tick
 
 
 def _lidar_silent(w: Watched) -> bool:
@@ -84,8 +92,8 @@ def _estop_pressed(w: Watched) -> bool:
     return w.nodes.emergency is not None
 
 
-def _of_wheels(name: str) -> Callable[[Watched], bool]:
-    return lambda w: name in w.of_wheels
+def _found(name: str) -> Callable[[Watched], bool]:
+    return lambda w: name in w.found
 
 
 def _of_nodes(monitor: Callable[[Nodes], bool]) -> Callable[[Watched], bool]:
@@ -98,6 +106,19 @@ def _hazard_ahead(w: Watched) -> bool:
 
 def _keep_out(w: Watched) -> bool:
     return bool(w.keep_out)
+
+
+def _no_path(w: Watched) -> bool:
+    return w.plan is not None and w.plan.decision.kind == "unreachable"
+
+
+def _loop(w: Watched) -> bool:
+    guarded = w.in_mission and w.config.mission.guard
+    return guarded and w.plan is not None and w.plan.state.since_record >= RECORD_STOPS
+
+
+def _operator(w: Watched) -> bool:
+    return any(order.name in _HALTING for order in w.orders)
 
 
 MONITORS: Mapping[str, Callable[[Watched], bool]] = {
@@ -114,7 +135,10 @@ MONITORS: Mapping[str, Callable[[Watched], bool]] = {
     "POSE_UNSURE": _pose_unsure,
     "HAZARD_AHEAD": _hazard_ahead,
     "KEEP_OUT": _keep_out,
-    **{name: _of_wheels(name) for name in WHEEL_ROWS},
+    "NO_PATH": _no_path,
+    "LOOP": _loop,
+    "OPERATOR": _operator,
+    **{name: _found(name) for name in (*WHEEL_ROWS, *POWER_ROWS, *COMPUTER_ROWS)},
 }
 
 
@@ -124,12 +148,15 @@ def active_faults(watched: Watched) -> tuple[str, ...]:
     return tuple(name for name in BY_NAME if name in found and not found.intersection(BY_NAME[name].suppressed_by))
 
 
-def over_limit(nodes: Nodes, active: tuple[str, ...]) -> frozenset[str]:
+def over_limit(nodes: Nodes, used_up: Collection[str], active: tuple[str, ...]) -> frozenset[str]:
     """Those of the active faults that have used up their tries or passed their second limit."""
-    return frozenset(name for name in active if name in can_monitors.LIMITS and can_monitors.LIMITS[name](nodes))
+    return frozenset(
+        name for name in active
+        if name in used_up or (name in can_monitors.LIMITS and can_monitors.LIMITS[name](nodes))
+    )
 
 
-def words(nodes: Nodes, name: str) -> str:
-    """What an active fault says of itself: its condition, and more where it knows more."""
-    more = can_monitors.WORDS[name](nodes) if name in can_monitors.WORDS else ""
+def words(nodes: Nodes, seen: str, name: str) -> str:
+    """What an active fault says of itself: its condition, and more where it or its watch, with `seen`, knows more."""
+    more = can_monitors.WORDS[name](nodes) if name in can_monitors.WORDS else seen
     return f"{name}: {BY_NAME[name].condition}" + (f" ({more})" if more else "")

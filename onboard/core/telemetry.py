@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from onboard.devices.lidar_clock import ClockQuality
-from onboard.records import Estimate, Event, PowerState, WheelState
+from onboard.records import Estimate, Event, Machine, PowerState, WheelState
 from protocol import eldorado_dialect as mavlink
 from protocol import events
 from protocol.conventions import cut
@@ -43,6 +43,7 @@ class View:
     link_received: int = 0
     link_refused: int = 0
     events_waiting: int = 0
+    machine: Machine | None = None
     job: str = ""
     job_ratio: float = _NAN
 
@@ -71,6 +72,10 @@ def _wheel(name: str, n: int) -> Sampler:
 
 def _power(name: str) -> Sampler:
     return lambda v: _NAN if v.power is None else getattr(v.power, name)
+
+
+def _machine(name: str, unit: float = 1.0) -> Sampler:
+    return lambda v: _NAN if v.machine is None else getattr(v.machine, name) / unit
 
 
 _LIDAR_CLOCK: dict[str, Callable[[ClockQuality], float]] = {
@@ -114,6 +119,12 @@ SAMPLERS: dict[str, Sampler] = {
     "ticks_slipped": lambda v: v.ticks_slipped,
     "groups_over": lambda v: v.groups_over,
     "jobs_late": lambda v: v.jobs_late,
+    "cpu_ratio": _machine("cpu_ratio"),
+    "process_ratio": _machine("process_ratio"),
+    "rss_mb": _machine("rss_bytes", 1e6),
+    "free_memory_mb": _machine("free_memory_bytes", 1e6),
+    "computer_temperature_c": _machine("temperature_c"),
+    "free_disk_mb": _machine("free_disk_bytes", 1e6),
     "link_received": lambda v: v.link_received,
     "link_refused": lambda v: v.link_refused,
     "events_waiting": lambda v: v.events_waiting,

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 
 from onboard.config import Config
 from onboard.core import fence_orders
+from onboard.core.computer_watch import ComputerWatch
 from onboard.core.context import Context
 from onboard.core.downlink import Downlink
 from onboard.core.executive import Executive
@@ -24,6 +25,7 @@ from onboard.core.jobs import JobBook
 from onboard.core.monitors import Watched, active_faults
 from onboard.core.pace import Pace
 from onboard.core.parameter_orders import KEPT, ParameterOrders
+from onboard.core.power_watch import PowerWatch
 from onboard.core.schedule import Group
 from onboard.core.telemetry import SAMPLERS, View
 from onboard.core.wheel_watch.seen import Seen
@@ -39,6 +41,7 @@ from onboard.records import Event, Gdem, ImuSample, Inputs, Outputs, Twist, Whee
 from protocol.conventions import TICK_NS
 from protocol.faults import BY_NAME
 from protocol.modes import Mode
+from protocol.transactions import Order
 
 if TYPE_CHECKING:  # made beside the tick, with modules that the core does not load
     from onboard.perception.stop_map import StopMap
@@ -67,6 +70,7 @@ class Rover:
         self.jobs = JobBook()
         self.orders: tuple[WheelCommand, ...] = (WheelCommand(WheelMode.HOLD, 0.0, 0.0),) * 4
         self.watch = WheelWatch(config.rover)
+        self.power, self.computer = PowerWatch(), ComputerWatch()
         self.wheels: Wheels = SOUND
         self.twist = Twist()
         self.steering_held = False
@@ -101,18 +105,21 @@ def tick(rover: Rover, inputs: Inputs, mark: Mark = lambda _: None) -> Outputs:
     rover.wheels = rover.watch.health
 
     mark(Group.MONITORS)
-    faults = rover.executive.masks.unmasked(active_faults(_watched(rover, inputs)), now_ns)
+    rover.power.update(rover.nodes.power, now_ns, rover.config.safety)
+    rover.computer.update(inputs, rover.config.computer)
+    faults = rover.executive.masks.unmasked(active_faults(_watched(rover, inputs, orders)), now_ns)
 
     mark(Group.EXECUTIVE)
     context = Context(
         inputs.tick, now_ns, scans, rover.lidar, rover.nodes, rover.localisation, rover.jobs, taken, held=False,
         wheels=rover.wheels, found=rover.watch.faults, fences=rover.fences.fences,
         item=lambda name: SAMPLERS[name](_view(rover)),
-        utc_ns=inputs.health.utc_ns,
+        utc_ns=inputs.health.utc_ns, used_up=rover.power.used_up | rover.computer.used_up, seen=_found(rover),
     )  # fmt: skip
     rover.twist = rover.executive.step(orders, faults, context)
     for name in context.judge_anew:
-        rover.watch.forget(name)
+        for watch in (rover.watch, rover.power, rover.computer):
+            watch.forget(name)
     mark(Group.WHEELS)
     if due(Group.WHEELS, inputs.tick) or rover.twist == Twist():  # standing never waits
         rover.nodes.set_wheels(rover.watch.orders(_steer(rover, rover.watch.steerings(rover.nodes.wheels))))
@@ -162,12 +169,19 @@ def _saves(rover: Rover) -> tuple[Save, ...]:
     return saves
 
 
-def _watched(rover: Rover, inputs: Inputs) -> Watched:
+def _found(rover: Rover) -> dict[str, str]:
+    """Rows that the watches of power and computer found, with what they saw."""
+    return {**rover.power.found, **rover.computer.found}
+
+
+def _watched(rover: Rover, inputs: Inputs, orders: Sequence[Order]) -> Watched:
+    mission = rover.executive.mission
     return Watched(
         inputs.now_ns, rover.config, rover.lidar, rover.nodes, rover.localisation.pose, rover.localisation.sigma,
         rover.downlink.last_contact_ns, rover.jobs.overdue_ticks(inputs.tick), rover.executive.in_mission,
         rover.executive.hazard,
-        entered(rover.fences.fences, rover.localisation.pose, rover.config.rover), rover.watch.faults,
+        entered(rover.fences.fences, rover.localisation.pose, rover.config.rover),
+        {*rover.watch.faults, *_found(rover)}, mission.result if mission else None, orders,
     )
 
 
@@ -198,7 +212,7 @@ def _tell(rover: Rover) -> tuple[Event, ...]:
     rover.downlink.notices, rover.executive.events = [], []
     for event in events:
         rover.downlink.event(event)
-    rover.downlink.mode = rover.executive.mode
+    rover.downlink.mode, rover.downlink.shedding = rover.executive.mode, rover.executive.shedding
     return events
 
 
@@ -224,6 +238,7 @@ def _view(rover: Rover) -> View:
         link_received=rover.downlink.received,
         link_refused=rover.downlink.refused_count,
         events_waiting=rover.downlink.events_waiting,
+        machine=rover.computer.machine,
         job=" ".join(rover.jobs.running),
         job_ratio=mission.progress_ratio if mission else 0.0,
     )
@@ -235,6 +250,7 @@ def _digest(rover: Rover) -> bytes:
         rover.executive.mode, rover.executive.phase, *rover.twist, rover.steering_held,
         *rover.localisation.digest_items(), *rover.watch.digest_items(), *rover.lidar.digest_items(),
         *rover.nodes.digest_items(), *rover.downlink.digest_items(), *rover.pace.digest_items(),
+        *rover.power.digest_items(), *rover.computer.digest_items(),
         *rover.executive.masks.digest_items(), *rover.parameters.digest_items(), *rover.fences.digest_items(),
         *rover.executive.sequencer.digest_items(), len(rover.executive.tasks.track),
     )

@@ -21,6 +21,7 @@ WHEEL_COMMAND, WHEEL_FEEDBACK, WHEEL_STATUS = 0x100, 0x180, 0x1A0  # + number of
 TILT_FEEDBACK, GYRO, ACCEL, POWER_STATUS = 0x1C0, 0x1D0, 0x1D1, 0x200
 NODES = tuple(row.sender for row in TABLE.values() if row.name.startswith("NODE_HEARTBEAT"))
 RAD_PER_COUNT = math.tau / ENCODER_COUNTS_PER_TURN
+BROWN_OUT_SWITCH = 0x80  # of POWER_STATUS.switches
 FAST_NS, SLOW_NS, TICK_NS = 20_000_000, 100_000_000, 10_000_000
 _STOPPED = WheelCommand(WheelMode.OFF, 0.0, 0.0)
 _OPEN = BusStatus()
@@ -138,7 +139,8 @@ class Nodes:
             return None
         told, stamp_ns = self._power
         return PowerState(
-            told.voltage_v, told.current_a, told.charge_ratio, float(told.temperature_c), self._now_ns - stamp_ns
+            told.voltage_v, told.current_a, told.charge_ratio, float(told.temperature_c), self._now_ns - stamp_ns,
+            bool(told.switches & BROWN_OUT_SWITCH),
         )
 
     @property

@@ -2,15 +2,16 @@
 
 Each channel is one MCAP topic with one message for each tick in which it has something. Little-endian; layouts:
 
-    /in/tick    tick u64, now_ns i64, lidar_state u8, link_state u8, health 5 x i64, then the ids (u32) of jobs taken
+    /in/tick    tick u64, now_ns i64, lidar_state u8, link_state u8, health 3 x i64, then the ids (u32) of jobs taken
     /in/bus     of a CAN bus that is not as at the start: state u8, send failures u32, openings u32, error frames by
                 kind 9 x u32, then the error's words
     /in/time    of a tick that was measured: late_ns i64, numbers of groups and of jobs u8 each, nanoseconds i64 of each
+    /in/machine of a tick after a look at the computer: the fields of Machine, 6 x f64
     /in/can     per frame: stamp_ns i64, id u16, length u8, data
     /in/lidar   per chunk: rx_ns i64, length u32, data
     /in/disk    per result of a save: name length u8, error length u8, both
     /in/link    per message: rx_ns i64, accepted u8, station u8, kind u8, verdict length u8, payload length u16, both
-    /out/tick   state digest 8 B, CRC-32 of the seven input messages (7 x u32), connect u8 (1 LIDAR, 2 CAN, 4 reboot),
+    /out/tick   state digest 8 B, CRC-32 of the eight input messages (8 x u32), connect u8 (1 LIDAR, 2 CAN, 4 reboot),
                 then ids (u32) of new jobs, and with the highest bit set those of cancelled ones
     /out/can    per frame: id u16, length u8, data          /out/lidar   bytes
     /out/disk   per save: name length u8, data length u32, both
@@ -32,15 +33,17 @@ from onboard.records import (
     Health,
     Inputs,
     LinkMessage,
+    Machine,
     Outputs,
     PortState,
     Timing,
 )
 
-_TICK = struct.Struct("<QqBB5q")
+_TICK = struct.Struct("<QqBB3q")
 _BUS = struct.Struct(f"<BII{len(BusTrouble)}I")
 _TIME = struct.Struct("<qBB")
-_CHECKS = struct.Struct("<7I")
+_MACHINE = struct.Struct(f"<{len(Machine._fields)}d")
+_CHECKS = struct.Struct("<8I")
 _CANCELLED = 1 << 31
 _FRAME_IN = struct.Struct("<qHB")
 _CHUNK = struct.Struct("<qI")
@@ -50,7 +53,7 @@ _PAYLOAD = struct.Struct("<BH")
 _SAVED, _SAVE = struct.Struct("<BB"), struct.Struct("<BI")
 _POSE = struct.Struct("<6d")
 
-INPUTS = ("/in/tick", "/in/bus", "/in/time", "/in/can", "/in/lidar", "/in/link", "/in/disk")
+INPUTS = ("/in/tick", "/in/bus", "/in/time", "/in/can", "/in/lidar", "/in/link", "/in/disk", "/in/machine")
 OUTPUTS = ("/out/tick", "/out/can", "/out/lidar", "/out/link", "/out/event", "/out/pose", "/out/disk")
 
 
@@ -65,6 +68,8 @@ def encode_inputs(inputs: Inputs) -> dict[str, bytes]:
         messages["/in/bus"] = _bus_bytes(inputs.can)
     if inputs.timing != Timing():
         messages["/in/time"] = _time_bytes(inputs.timing)
+    if inputs.machine is not None:
+        messages["/in/machine"] = _MACHINE.pack(*inputs.machine)
     if inputs.can_frames:
         messages["/in/can"] = b"".join(
             _FRAME_IN.pack(stamp, can_id, len(data)) + data for can_id, data, stamp in inputs.can_frames
@@ -94,7 +99,7 @@ def decode_inputs(messages: dict[str, bytes]) -> tuple[Inputs, tuple[int, ...]]:
         lidar_chunks=_chunks(messages.get("/in/lidar", b"")), lidar_state=PortState(lidar_state),
         link_messages=_link(messages.get("/in/link", b"")), link_state=PortState(link_state),
         health=Health(*health), timing=_timing(messages.get("/in/time", b"")),
-        saved=_saved(messages.get("/in/disk", b"")),
+        saved=_saved(messages.get("/in/disk", b"")), machine=_machine(messages.get("/in/machine", b"")),
     )
     return inputs, ids
 
@@ -121,6 +126,10 @@ def _timing(raw: bytes) -> Timing:
     late_ns, groups, jobs = _TIME.unpack_from(raw)
     rows = struct.unpack_from(f"<{groups + jobs}q", raw, _TIME.size)
     return Timing(late_ns, rows[:groups], rows[groups:])
+
+
+def _machine(raw: bytes) -> Machine | None:
+    return Machine(*_MACHINE.unpack(raw)) if raw else None
 
 
 def _frames(raw: bytes) -> tuple[Frame, ...]:

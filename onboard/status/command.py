@@ -24,7 +24,8 @@ CLEAR = "\x1b[H\x1b[2J"
 @click.option("--every", "every_s", type=click.FloatRange(0.1, 3600), default=1.0, show_default=True, metavar="S",
               help="Time between two looks of --watch.")  # fmt: skip
 def status(place: Path | None, as_json: bool, watch: bool, every_s: float) -> None:
-    """Mode, phase, pose, rate groups with slips and worst times, jobs, real-time options, record of the daemon here.
+    """Mode, phase, pose, rate groups with slips and worst times, jobs, real-time options, record of the daemon here;
+    processor, memory, temperature and disk of the computer.
 
     Exit codes: 0 told, 69 no daemon answers.
 
@@ -59,6 +60,7 @@ def lines(told: dict[str, Any]) -> list[str]:
         f"pose      {at}, heading {math.degrees(pose['yaw_rad']):.1f} deg",
         f"running   {_time(told['uptime_s'])}, {told['clock']} clock, process {told['pid']}",
         f"record    {_record(told['record'])}",
+        f"computer  {_computer(told['computer'])}",
         *_real_time(told["real_time"]),
         "",
         *_groups(told["rate_groups"]),
@@ -77,6 +79,18 @@ def _time(seconds: float) -> str:
 
 def _record(record: dict[str, Any] | None) -> str:
     return f"{record['path']}, {record['bytes'] / 1e6:.1f} MB" if record else "none (record.path is empty)"
+
+
+def _computer(told: dict[str, float | None] | None) -> str:
+    if told is None:
+        return "says nothing of itself (it is looked at once a second, on the wall clock)"
+    parts = {
+        "cpu_ratio": (100, "% of the processor at work"), "process_ratio": (1, "cores for this program"),
+        "rss_bytes": (1e-6, "MB resident"), "free_memory_bytes": (1e-6, "MB of memory free"),
+        "temperature_c": (1, "°C"), "free_disk_bytes": (1e-9, "GB of disk free"),
+    }  # fmt: skip
+    known = {name: value for name, value in told.items() if value is not None}
+    return ", ".join(f"{known[name] * scale:.4g} {unit}" for name, (scale, unit) in parts.items() if name in known)
 
 
 def _real_time(rows: list[dict[str, Any]]) -> list[str]:

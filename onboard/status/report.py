@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -10,6 +11,7 @@ from onboard.core.pace import Pace, quantile_us
 from onboard.core.schedule import GROUPS
 from onboard.core.tick import Rover
 from onboard.drivers.realtime import Grant
+from onboard.records import Machine
 
 SHARES = {"p50": 0.5, "p99": 0.99, "p999": 0.999}
 
@@ -37,6 +39,7 @@ def report(rover: Rover, shell: Shell) -> dict[str, Any]:
         "phase": executive.phase.name,
         "pose": {"x_m": pose.x_m, "y_m": pose.y_m, "z_m": pose.z_m, "yaw_rad": pose.yaw_rad},
         "faults": list(executive.active),
+        "computer": _computer(rover.computer.machine),
         **rhythm(rover, shell.grants),
         "record": {"path": shell.record, "bytes": shell.record_bytes} if shell.record else None,
     }
@@ -50,6 +53,11 @@ def rhythm(rover: Rover, grants: Sequence[Grant]) -> dict[str, Any]:
         "jobs": _jobs(rover),
         "real_time": [grant._asdict() for grant in grants],
     }
+
+
+def _computer(machine: Machine | None) -> dict[str, float | None] | None:
+    """What the computer told of itself; what it does not say is None, which JSON has."""
+    return machine and {name: value if math.isfinite(value) else None for name, value in machine._asdict().items()}
 
 
 def _groups(pace: Pace) -> list[dict[str, Any]]:

@@ -5,14 +5,18 @@ from types import SimpleNamespace
 import pytest
 
 from hil.scenario.answers import Answer, Spans, Watcher
+from hil.scenario.evidence import SHOWS, Sight
 from hil.scenario.in_process import Twins, fly
 from hil.scenario.library import find, scenarios
 from hil.scenario.scenario import load_scenario
 from onboard.core.monitors import MONITORS
+from onboard.core.telemetry import Packer, View
 from onboard.motion.wheel_health import SOUND
-from onboard.records import Event, Frame, Inputs, Outputs
+from onboard.records import Event, Frame, Inputs, LinkMessage, Outputs
 from protocol.can_guard import Sender
+from protocol.commands import Telecommand, encode
 from protocol.faults import BY_NAME, Step
+from protocol.link import Kind
 from protocol.modes import Mode, Phase
 from tests.scenarios.registry import CAMPAIGNS
 
@@ -109,6 +113,37 @@ def test_an_answer_one_tick_after_the_row_s_time_is_late():
     stops = (core(("WHEEL_STALE",)), Outputs(orders(0.0)))
     assert answer("WHEEL_STALE", [DRIVES] * (1 + limit_ticks) + [stops]).in_time
     assert not answer("WHEEL_STALE", [DRIVES] * (2 + limit_ticks) + [stops]).in_time
+
+
+@pytest.mark.parametrize(("idle_ticks", "in_time"), [(0, True), (1, True), (2, False)])
+def test_the_operator_s_word_counts_from_the_tick_that_hears_it_to_that_of_standing_orders(idle_ticks, in_time):
+    order = LinkMessage(0, True, "ok", 1, Kind.TELECOMMAND, encode(Telecommand(1, 0, 0, "safe", {})))
+    refused = order._replace(accepted=False, payload=b"")
+    watcher = Watcher(["OPERATOR"])
+    heard = (core(("OPERATOR",), Mode.SAFE), Outputs(orders(1.0), events=told("OPERATOR")))
+    stands = (core(("OPERATOR",), Mode.SAFE), Outputs(orders(0.0), events=told("OPERATOR")))
+    for tick, (messages, ran) in enumerate([
+        ((refused,), DRIVES), ((order,), heard if idle_ticks else stands), *[((), heard)] * (idle_ticks - 1),
+        ((), stands),
+    ], 1):  # fmt: skip
+        rover, outputs = ran
+        watcher.observe(tick, Inputs(tick, tick * TICK_NS, link_messages=messages), outputs, rover, None)
+    (found,) = watcher.answers(-1.0)
+    assert (found.since_s, found.raised_s, found.missing) == (0.02, 0.02, ())
+    assert found.answered_s == pytest.approx(0.02 + 0.01 * idle_ticks) and found.in_time == in_time
+
+
+def test_what_can_wait_is_shed_where_no_housekeeping_has_left_for_a_second():
+    packer = Packer()
+    beat, word = (packer.message(name, View(), 0)[0] for name in ("HEARTBEAT", "ROVER_STATE"))
+    for every, shed in ((50, False), (102, True), (500, True)):
+        sight = Sight()
+        seen = set()
+        for tick in range(1, 1000):
+            data = beat + (word if tick % every == 0 else b"")
+            sight.update(Inputs(tick, tick * TICK_NS), Outputs(link_payloads=((Kind.MAVLINK, data),)), core(), None)
+            seen.add(tick > every and SHOWS[Step.SHED](sight))
+        assert (True in seen) == shed, every
 
 
 # -- a short scenario as it is ---------------------------------------------------------------------------------------

@@ -70,7 +70,7 @@ class CoreBench:
     ordered: newest WHEEL_n_COMMAND values, wheels 1 to 4. memory: a map kept from before. lidar_plugged,
     job_late_ticks, tilt_rad, noise (frames of the next tick), grip (share of the wheels' motion that the body makes):
     faults. saved: what its disk says in the next tick. digests: of each tick's outputs.
-    health, timing: of the next ticks. inputs, outputs: of the tick last run.
+    health, timing, machine: of the next ticks. inputs, outputs: of the tick last run.
     """
 
     def __init__(self, seed=1, settings=QUICK, posts=POSTS, memory=None, gdem=None):
@@ -83,7 +83,7 @@ class CoreBench:
         self.ordered, self.digests, self.inputs, self.outputs = {}, [], None, None
         self.wire, self.lidar_plugged = CanWire(seed), True
         self.job_late_ticks, self.tilt_rad, self.noise, self.saved = 0, 0.0, (), ()
-        self.health, self.timing = Health(), Timing()
+        self.health, self.timing, self.machine = Health(), Timing(), None
         self.grip, self._speed = 1.0, (0.0, 0.0)
         self._posts, self._guard = posts, Guard()
         self._places = wheel_places(settings.rover)
@@ -165,7 +165,7 @@ class CoreBench:
             can=self._can_status(),
             lidar_chunks=tuple(self._bytes), lidar_state=PortState.OPEN if self._lidar_open else PortState.CLOSED,
             link_messages=tuple(self._messages), jobs=self._done(), saved=self.saved,
-            health=self.health, timing=self.timing,
+            health=self.health, timing=self.timing, machine=self.machine,
         )
         self.saved, self.noise, self._frames, self._bytes, self._messages = (), (), [], [], []
         outputs = self.outputs = tick(self.rover, inputs)
@@ -179,6 +179,12 @@ class CoreBench:
         self._advance(now_ns + TICK_NS)
         self._deliver(outputs, now_ns + TICK_NS)
         return outputs
+
+    def leave_out(self, ticks):
+        """So many ticks that the core does not get to; what comes meanwhile waits for it."""
+        for _ in range(ticks):
+            self.tick += 1
+            self._advance(self.now_ns + TICK_NS)
 
     def run(self, seconds):
         """So much more time."""

@@ -1,6 +1,7 @@
 """`onboard status`: who asks is told at once, nobody can hold the daemon up, and what is missing is said plainly."""
 
 import json
+import math
 import os
 import signal
 import socket
@@ -17,6 +18,7 @@ from onboard.__main__ import app
 from onboard.drivers import status_port
 from onboard.drivers.realtime import Grant
 from onboard.drivers.status_port import LEAST_NS, StatusError, StatusPort, ask, place_of
+from onboard.records import Machine
 from onboard.status.command import lines
 from onboard.status.report import Shell, report
 
@@ -154,6 +156,20 @@ def test_the_report_holds_the_state_of_the_rover_and_of_its_shell():
     assert worst["executive"] == 12_000 and worst["wheels"] == 0
     assert told["ticks"]["slipped"] == 202 and told["ticks"]["slips"][0]["cause"] == "executive"
     assert told["ticks"]["late_below_us"] == {"p50": 1024, "p99": 1024, "p999": 1024}
+    assert told["computer"] is None
+
+
+def test_the_computer_s_health_is_in_the_report_and_on_the_page_and_what_it_does_not_say_is_left_out():
+    rover = CoreBench()
+    rover.machine = Machine(0.31, 0.2, 212e6, 1890e6, math.nan, 12.3e9)
+    rover.step()
+    told = json.loads(json.dumps(report(rover.rover, SHELL), allow_nan=False))
+    assert told["computer"]["rss_bytes"] == 212e6 and told["computer"]["temperature_c"] is None
+    line = next(line for line in lines(told) if line.startswith("computer"))
+    assert line == (
+        "computer  31 % of the processor at work, 0.2 cores for this program, 212 MB resident, "
+        "1890 MB of memory free, 12.3 GB of disk free"
+    )
 
 
 def test_for_people_it_is_a_page_of_lines():

@@ -45,6 +45,14 @@ TESTED_BY = {
     "STEER_STUCK": "test_a_stuck_steering_is_named_half_a_second_after_it_is_three_degrees_away_with_its_angle",
     "STEER_OFFSET": "test_a_pot_that_jumps_is_no_stuck_steering_and_within_five_metres_the_reading_is_said_to_be_wrong",
     "SLIP_HIGH": "test_a_rover_that_lacks_half_its_speed_slips_within_a_metre_and_is_calm_three_seconds_after",
+    "POWER_LOW": "test_an_empty_battery_leads_to_safe_within_half_a_second_and_only_a_mask_lets_the_operator_drive_on",
+    "BROWN_OUT": "test_in_a_brown_out_the_wheels_rest_within_half_a_second_and_drive_on_when_the_voltage_is_back",
+    "TICK_LATE": "test_a_computer_that_leaves_out_ticks_says_so_within_a_second_and_sheds_what_can_wait",
+    "CONTROL_LATE": "test_orders_over_50_ms_late_stop_the_wheels_in_their_tick_and_after_a_second_the_rover_drives_on",
+    "NO_PATH": "test_a_goal_without_a_way_is_told_as_no_path_until_the_next_goto",
+    "LOOP": "test_a_mission_that_comes_no_nearer_for_two_stops_is_told_as_a_loop_while_it_runs",
+    "OPERATOR": "test_the_operators_word_is_a_row_of_its_own_and_obeyed_in_its_tick",
+    "COMPUTER_STRAINED": "test_a_computer_past_a_limit_at_three_looks_says_which_and_at_the_next_that_is_well_no_more",
     "NOT_MOVING": "test_a_rover_whose_wheels_turn_and_that_stands_is_found_within_five_seconds",
 }
 

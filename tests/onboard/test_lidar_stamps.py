@@ -14,6 +14,7 @@ from onboard.app import WallPorts
 from onboard.config import Lidar
 from onboard.devices.lidar import LidarSession
 from onboard.drivers.lidar_port import open_port
+from onboard.drivers.machine import Probe
 from onboard.ports import BusStatus
 from onboard.records import Outputs, PortState
 from tests.onboard.hand_clock import REAL_LIMIT_S, HandClock
@@ -24,7 +25,8 @@ def fly(profile, latency_ns, seconds):
     server = LidarServer()
     lidar, clock = open_port(server.address), HandClock(server, profile)
     silent = SimpleNamespace(state=PortState.OPEN, status=BusStatus(), read=lambda _: (), write=lambda _: 0)
-    ports, session, scans = WallPorts(silent, lidar, silent, clock), LidarSession(Lidar(latency_ns=latency_ns)), []
+    ports = WallPorts(silent, lidar, silent, clock, Probe(()))
+    session, scans = LidarSession(Lidar(latency_ns=latency_ns)), []
     clock.idle = ports.ear.listen
     lidar.connect()
     session.stream(True)
@@ -59,7 +61,7 @@ def test_bytes_between_two_ticks_are_stamped_when_they_come_and_taken_in_order_a
         lidar = open_port(server.address)
         clock = SimpleNamespace(now_ns=iter((3_000_000, 7_000_000, 9_000_000, 9_100_000)).__next__, slipped_ticks=0)
         silent = SimpleNamespace(state=PortState.OPEN, status=BusStatus(), read=lambda _: ())
-        ports = WallPorts(silent, lidar, silent, clock)
+        ports = WallPorts(silent, lidar, silent, clock, Probe(()))
         lidar.connect()
         assert server.wait_client(REAL_LIMIT_S) and lidar.wait_open(REAL_LIMIT_S) is PortState.OPEN
         for data in (b"MD", b"00"):
@@ -78,6 +80,6 @@ def test_frames_that_came_while_the_program_opened_are_not_the_first_ticks():
     can = SimpleNamespace(state=PortState.OPEN, status=BusStatus(), read=lambda _: queue.pop(0))
     quiet = SimpleNamespace(state=PortState.OPEN, status=BusStatus(), read=lambda _: (), fileno=lambda: -1)
     clock = SimpleNamespace(now_ns=lambda: 10_000_000, slipped_ticks=0)
-    ports = WallPorts(can, quiet, quiet, clock)
+    ports = WallPorts(can, quiet, quiet, clock, Probe(()))
     ports.forget()
     assert ports.read(SimpleNamespace(number=1, now_ns=10_000_000)).can_frames == ("new",)

@@ -15,6 +15,7 @@ from onboard.records import (
     JobDone,
     JobRequest,
     LinkMessage,
+    Machine,
     Outputs,
     PortState,
     Timing,
@@ -35,7 +36,8 @@ INPUTS = st.builds(
         st.builds(LinkMessage, TIMES, st.booleans(), st.sampled_from(["ok", "tag"]), st.integers(0, 9),
                   st.integers(0, 5), st.binary(max_size=50)), max_size=3).map(tuple),
     link_state=STATES,
-    health=st.builds(Health, TIMES, TIMES, TIMES, TIMES, TIMES),
+    health=st.builds(Health, TIMES, TIMES, TIMES),
+    machine=st.none() | st.builds(Machine, *[st.floats(allow_nan=False)] * len(Machine._fields)),
     saved=st.lists(st.builds(Saved, st.sampled_from(["parameters", "fences"]), st.text(max_size=50)), max_size=3).map(
         tuple),
     timing=st.builds(Timing, TIMES, st.lists(TIMES, max_size=10).map(tuple), st.lists(TIMES, max_size=3).map(tuple)),

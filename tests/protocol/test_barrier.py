@@ -15,7 +15,8 @@ CHANNELS = st.builds(
 MESSAGES = st.one_of(
     st.builds(Hello, NAMES),
     st.builds(Welcome, COUNTS, COUNTS),
-    st.builds(Tick, COUNTS, COUNTS, st.lists(CHANNELS, max_size=4).map(tuple)),
+    st.builds(Tick, COUNTS, COUNTS, st.lists(CHANNELS, max_size=4).map(tuple),
+              st.lists(st.floats(allow_nan=False), max_size=7).map(tuple)),
     st.builds(Done, COUNTS, COUNTS, st.dictionaries(NAMES, COUNTS, max_size=4), st.lists(NAMES, max_size=3).map(tuple)),
     st.builds(Stop, NAMES),
 )
@@ -33,7 +34,7 @@ def test_messages_come_out_as_they_went_in_for_any_cut(messages, cut):
 def test_a_peer_of_another_version_is_refused_by_name_of_both_versions():
     raw = bytearray(encode(Hello("onboard")))
     raw[4] = 9
-    with pytest.raises(WireError, match="version 9, this side 1"):
+    with pytest.raises(WireError, match="version 9, this side 2"):
         Receiver().receive(bytes(raw))
 
 

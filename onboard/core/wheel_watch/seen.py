@@ -9,6 +9,7 @@ from typing import NamedTuple
 from onboard.motion.odometry import Step
 from onboard.records import ImuSample, Twist, WheelCommand, WheelState
 from protocol.can_codec import NodeState
+from protocol.conventions import TICK_NS
 
 TICK_S = 0.01
 FRESH_NS = 30_000_000
@@ -31,6 +32,15 @@ class Seen(NamedTuple):
     step: Step
     turn_radps: float
     slip_ratio: float
+
+
+def unheard(seen: Seen) -> Seen:
+    """A tick after `seen` that was left out: nothing came; how far the rover got in it is in the next one's step."""
+    wheels = tuple(state and state._replace(age_ns=TICK_NS) for state in seen.wheels)
+    return seen._replace(
+        now_ns=seen.now_ns + TICK_NS, wheels=wheels, currents_a=(None,) * len(wheels),
+        step=seen.step._replace(dx_m=0.0, dy_m=0.0, dyaw_rad=0.0, rolled_m=0.0),
+    )  # fmt: skip
 
 
 def works(state: WheelState | None) -> bool:

@@ -12,17 +12,19 @@ from onboard.config import Rover
 from onboard.core.wheel_watch.blocks import WheelBlocks
 from onboard.core.wheel_watch.drive import drive_word, encoder_bad
 from onboard.core.wheel_watch.offset import OffsetWatch
-from onboard.core.wheel_watch.seen import Seen
+from onboard.core.wheel_watch.seen import Seen, unheard
 from onboard.core.wheel_watch.slip import SlipWatch
 from onboard.core.wheel_watch.steering import SteerWatch
 from onboard.motion.kinematics import wheel_places
 from onboard.motion.wheel_health import SOUND, Drive, WheelHealth, Wheels
 from onboard.records import WheelCommand, WheelState
+from protocol.conventions import TICK_NS
 
 WHEEL_ROWS = (
     "ENCODER_BAD", "WHEEL_STUCK", "WHEEL_FREE", "WHEEL_WEAK", "STEER_STUCK", "STEER_OFFSET", "SLIP_HIGH", "NOT_MOVING",
 )  # fmt: skip
 DRIVE_OF = {"WHEEL_STUCK": Drive.STUCK, "WHEEL_FREE": Drive.FREE, "WHEEL_WEAK": Drive.FREE}
+MOST_LEFT_OUT = 100  # ticks; after a longer sleep the wheels' nodes have stopped them
 
 
 class WheelWatch:
@@ -33,6 +35,7 @@ class WheelWatch:
         q_m2 = sum(a * a + b * b for a, b in places)
         self.health: Wheels = SOUND
         self.slip = SlipWatch()
+        self._seen: Seen | None = None
         self._found: dict[str, tuple[int, ...]] = {}
         self._radius_m = rover.wheel_radius_m
         self._drives = [WheelBlocks() for _ in places]
@@ -49,7 +52,14 @@ class WheelWatch:
         return {**self._found, **{name: () for name, holds in rover.items() if holds}}
 
     def update(self, seen: Seen) -> None:
-        """Takes one tick."""
+        """Takes one tick, and before it those that were left out since the last: the wheels turned on meanwhile."""
+        before, self._seen = self._seen or seen, seen
+        for _ in range(min((seen.now_ns - before.now_ns) // TICK_NS - 1, MOST_LEFT_OUT)):
+            before = unheard(before)
+            self._take(before)
+        self._take(seen)
+
+    def _take(self, seen: Seen) -> None:
         self.slip.update(seen, strays=not self._pulls_aside())
         for k in range(len(self._drives)):
             self._drive(k, seen)
