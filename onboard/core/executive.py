@@ -112,7 +112,9 @@ class Executive:
         ctx.held = self._any_active(Step.STOP)
         slow = SLOW_RATIO if self._any_active(Step.SLOW) else 1.0
         twist = self.tasks.step(ctx)
-        return Twist() if ctx.held else Twist(*(slow * v for v in twist))
+        if ctx.held:
+            return Twist()
+        return twist if slow == 1.0 else Twist(*(slow * v for v in twist))
 
     def _any_active(self, step: Step) -> bool:
         return any(step in BY_NAME[name].response for name in self.active)

@@ -145,6 +145,8 @@ MONITORS: Mapping[str, Callable[[Watched], bool]] = {
 def active_faults(watched: Watched) -> tuple[str, ...]:
     """Names of the faults that hold now, in the table's order, without those that another one explains."""
     found = {name for name, monitor in MONITORS.items() if monitor(watched)}
+    if not found:
+        return ()
     return tuple(name for name in BY_NAME if name in found and not found.intersection(BY_NAME[name].suppressed_by))
 
 

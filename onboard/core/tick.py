@@ -9,7 +9,7 @@ How often each part runs is the table of core.schedule.
 from __future__ import annotations
 
 import hashlib
-from array import array
+import struct
 from collections.abc import Callable, Mapping, Sequence
 from types import MappingProxyType
 from typing import TYPE_CHECKING
@@ -254,4 +254,4 @@ def _digest(rover: Rover) -> bytes:
         *rover.executive.masks.digest_items(), *rover.parameters.digest_items(), *rover.fences.digest_items(),
         *rover.executive.sequencer.digest_items(), len(rover.executive.tasks.track),
     )
-    return hashlib.blake2b(array("d", items), digest_size=8).digest()
+    return hashlib.blake2b(struct.pack(f"{len(items)}d", *items), digest_size=8).digest()

@@ -71,17 +71,21 @@ class CanWatch:
 
     def rates(self, frames: Sequence[FrameLike], now_ns: int) -> None:
         """All frames of the tick, known or not, before they are used."""
-        counts = Counter([frame[0] for frame in frames])
+        counts: dict[int, int] = {}
+        for can_id, _, _ in frames:
+            counts[can_id] = counts.get(can_id, 0) + 1
         self.overloaded = self._load.add(len(frames), now_ns)
         spent_s, self._then_ns = (now_ns - self._then_ns) / NS, now_ns
-        levels = {
-            can_id: self._levels.get(can_id, 0.0) + counts[can_id] - spent_s * LEAKS_HZ.get(can_id, SLOWEST_LEAK_HZ)
-            for can_id in self._levels.keys() | counts.keys()
-        }
-        self._levels = {can_id: min(level, 2.0 * BABBLE_SIZE) for can_id, level in levels.items() if level > 0.0}
-        self.babbling = frozenset(
-            can_id for can_id, level in self._levels.items() if level > BABBLE_SIZE or can_id in self.babbling
-        )
+        levels: dict[int, float] = {}
+        babbling = []
+        for can_id in self._levels.keys() | counts.keys():
+            leaked = spent_s * LEAKS_HZ.get(can_id, SLOWEST_LEAK_HZ)
+            level = self._levels.get(can_id, 0.0) + counts.get(can_id, 0) - leaked
+            if level > 0.0:
+                levels[can_id] = min(level, 2.0 * BABBLE_SIZE)
+                if level > BABBLE_SIZE or can_id in self.babbling:
+                    babbling.append(can_id)
+        self._levels, self.babbling = levels, frozenset(babbling)
 
     def checks(self, guard: Guard, from_future: int, now_ns: int) -> None:
         """What the guard has found by now; from_future: frames stamped later than now, since the start."""

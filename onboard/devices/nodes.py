@@ -51,10 +51,19 @@ class _Wheel:
             self.count += ((values.encoder_count - self.raw + 0x8000) & 0xFFFF) - 0x8000
         self.raw, self.values = values.encoder_count, (values, stamp_ns)
 
+    def state(self, offset_rad: float, now_ns: int) -> WheelState | None:
+        if self.values is None:
+            return None
+        told, stamp_ns = self.values
+        return WheelState(
+            told.steer_rad + offset_rad, self.count * RAD_PER_COUNT, told.rate_radps, told.state, now_ns - stamp_ns
+        )
+
 
 class Nodes:
     """The rover's nodes: `receive` once a tick, then read; give orders, then `send`.
 
+    wheels: the four as last told, None for one that was never heard; ages at the last `receive`.
     bus: what the bus is good for. watch: what is wrong with its frames. from_future: frames stamped later than now by
     over a tick. Here readings and orders pass between the nodes' own zeros and the rover's axes: steering offsets, the
     sensor's mounting (`onboard.mounting`). Nothing further in knows of them.
@@ -70,6 +79,7 @@ class Nodes:
         self._back_ns = 0  # since then the bus passes frames without a break
         self.tilt = Tilt()
         self._wheels = tuple(_Wheel() for _ in range(4))
+        self.wheels: tuple[WheelState | None, ...] = (None,) * 4
         self._status: list[WheelStatus | None] = [None] * 4
         self._gyro: Any = None
         self._imu: list[ImuSample] = []
@@ -108,19 +118,7 @@ class Nodes:
         self.watch.checks(self._guard, self.from_future, now_ns)
         if self.bus.step(status, heard, now_ns):
             self._back_ns = now_ns
-
-    @property
-    def wheels(self) -> tuple[WheelState | None, ...]:
-        """The four wheels as last told, None for one that was never heard; ages at the last `receive`."""
-        states: list[WheelState | None] = []
-        for wheel, offset_rad in zip(self._wheels, self._offsets_rad):
-            if wheel.values is None:
-                states.append(None)
-                continue
-            told, stamp_ns = wheel.values
-            steer_rad, age_ns = told.steer_rad + offset_rad, self._now_ns - stamp_ns
-            states.append(WheelState(steer_rad, wheel.count * RAD_PER_COUNT, told.rate_radps, told.state, age_ns))
-        return tuple(states)
+        self.wheels = tuple(wheel.state(offset, now_ns) for wheel, offset in zip(self._wheels, self._offsets_rad))
 
     @property
     def wheel_status(self) -> tuple[WheelStatus | None, ...]:

@@ -112,8 +112,9 @@ def stopped(previous: Sequence[WheelCommand]) -> WheelCommands:
 def wheel_angles(twist: Twist, rover: Rover) -> tuple[float | None, ...]:
     """Direction of motion of each hub, in (-pi, pi]; None where it is slower than 1 mm/s."""
     vx, vy, yaw = twist
+    half_length, half_track = rover.half_wheelbase_m, rover.half_track_m
     found: list[float | None] = []
-    for a, b in wheel_places(rover):
-        u, w = vx - yaw * b, vy + yaw * a
+    for sign_a, sign_b in WHEEL_SIGNS:
+        u, w = vx - yaw * sign_b * half_track, vy + yaw * sign_a * half_length
         found.append(math.atan2(w, u) if math.hypot(u, w) >= SLOWEST_MPS else None)
     return tuple(found)

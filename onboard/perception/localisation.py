@@ -49,7 +49,10 @@ MOST_SHEAR = 0.95  # of what the soil bears
 
 
 class Localisation:
-    """Feeds the filter; owns odometry and attitude. The map's origin is the pose at the start of the mission."""
+    """Feeds the filter; owns odometry and attitude. The map's origin is the pose at the start of the mission.
+
+    pose: the best one now. step: what the wheels did in the newest tick. yaw_rate_radps: its rate of turning.
+    """
 
     def __init__(self, rover: Rover, config: LocalisationConfig, stale_ns: int = 30_000_000) -> None:
         self._config = config
@@ -59,6 +62,7 @@ class Localisation:
             config.gyro_noise_radps / math.sqrt(START_SAMPLES) + BIAS_FLOOR_RADPS,
             (config.level_slip_ratio, config.odometry_noise_ratio),
         )  # fmt: skip
+        self.pose = self._here()
         self._now_ns = self._imu_ns = -1
         self.step = Step(0.0, 0.0, 0.0, Twist(), 0.0, 0, True)
         self.yaw_rate_radps = 0.0
@@ -88,12 +92,6 @@ class Localisation:
         return self._attitude.force_bias_mps2
 
     @property
-    def pose(self) -> Pose:
-        """The best pose now."""
-        x, y, z, yaw = self._filter.state[:4]
-        return Pose(x, y, z, self._attitude.roll_rad, self._attitude.pitch_rad, yaw)
-
-    @property
     def sigma(self) -> tuple[float, float]:
         """1 sigma of the place in the plan (m) and of the heading (rad)."""
         P = self._filter.covariance
@@ -119,13 +117,16 @@ class Localisation:
         self._now_ns = now_ns
         step = self.step = self._odometry.update(wheels, now_ns, health)
         self._take_imu(imu, now_ns, elapsed_s)
-        standing = step.standing and abs(self.yaw_rate_radps) < self._quiet_radps
-        if not standing:
+        if step.standing and abs(self.yaw_rate_radps) < self._quiet_radps:
+            self._stand(now_ns)
+        else:
             self._move(step, elapsed_s)
             self._standing_since_ns = -1
             if now_ns - self._since_ns >= PREDICT_NS:
                 self._predict()
-            return
+        self.pose = self._here()
+
+    def _stand(self, now_ns: int) -> None:
         if self._standing_since_ns < 0:
             self._predict()
             self._standing_since_ns, self._rates_sum, self._rates = now_ns, 0.0, 0
@@ -155,6 +156,7 @@ class Localisation:
         if not credible:
             self._filter.doubt(innovation)
         self._filter.see_pose(measured, result.covariance)
+        self.pose = self._here()
         return True
 
     def anchor(self, taken: RegistrationResult | None) -> Pose:
@@ -177,11 +179,16 @@ class Localisation:
         """Puts the rover at a pose known from elsewhere, to within 5 cm and 1 degree; bias and slip stay as learned."""
         self._predict()
         self._filter.reset(pose.x_m, pose.y_m, pose.z_m, pose.yaw_rad)
+        self.pose = self._here()
 
     def digest_items(self) -> tuple[float, ...]:
         """What the state digest of the record is made of."""
         diagonal = self._filter.covariance.diagonal().tolist()
         return (*self._filter.state, self._attitude.roll_rad, self._attitude.pitch_rad, *diagonal)
+
+    def _here(self) -> Pose:
+        x, y, z, yaw = self._filter.state[:4]
+        return Pose(x, y, z, self._attitude.roll_rad, self._attitude.pitch_rad, yaw)
 
     def _take_imu(self, imu: ImuSample | None, now_ns: int, elapsed_s: float) -> None:
         """The rate of yaw of this tick: the gyro's (its last one holds for a while), or the wheels' if it is silent."""
@@ -201,11 +208,11 @@ class Localisation:
         yaw += 0.5 * self._filter.turn(self.yaw_rate_radps, elapsed_s)
         if step.rolled_m == 0.0:
             return
-        pose = replace(self.pose, yaw_rad=yaw)
-        slide = step.rolled_m * slide_ratio(pose.roll_rad, pose.pitch_rad, self._config)
-        down = math.sin(pose.pitch_rad), -math.cos(pose.pitch_rad) * math.sin(pose.roll_rad)  # of the fall line
-        way = _in_map(step.dx_m, step.dy_m, pose)
-        self._filter.move(way, _in_map(slide * down[0], slide * down[1], pose), step.rolled_m)
+        roll, pitch = self._attitude.roll_rad, self._attitude.pitch_rad
+        slide = step.rolled_m * slide_ratio(roll, pitch, self._config)
+        down = math.sin(pitch), -math.cos(pitch) * math.sin(roll)  # of the fall line
+        ways = (step.dx_m, step.dy_m), (slide * down[0], slide * down[1])
+        self._filter.move(*_in_map(ways, roll, pitch, yaw), step.rolled_m)
 
     def _predict(self) -> None:
         self._since_ns = self._now_ns
@@ -234,9 +241,15 @@ def slide_ratio(roll_rad: float, pitch_rad: float, config: LocalisationConfig) -
     return -config.slope_slip_ratio * friction * math.log1p(-min(sine / (cosine * friction), MOST_SHEAR)) / sine
 
 
-def _in_map(forward_m: float, left_m: float, pose: Pose) -> Vector:
-    """A way of the body, in the plane of its wheels, along the map's axes."""
-    sp, cp, sr, cr = (f(a) for a in (pose.pitch_rad, pose.roll_rad) for f in (math.sin, math.cos))
-    sy, cy = math.sin(pose.yaw_rad), math.cos(pose.yaw_rad)
-    ahead, aside = cp * forward_m + sp * sr * left_m, cr * left_m
-    return cy * ahead - sy * aside, sy * ahead + cy * aside, cp * sr * left_m - sp * forward_m
+def _in_map(
+    ways_m: tuple[tuple[float, float], tuple[float, float]], roll_rad: float, pitch_rad: float, yaw_rad: float
+) -> tuple[Vector, Vector]:
+    """Two ways of the body (ahead, to the left), in the plane of its wheels, along the map's axes."""
+    sr, cr, sp, cp = math.sin(roll_rad), math.cos(roll_rad), math.sin(pitch_rad), math.cos(pitch_rad)
+    sy, cy = math.sin(yaw_rad), math.cos(yaw_rad)
+
+    def turned(forward_m: float, left_m: float) -> Vector:
+        ahead, aside = cp * forward_m + sp * sr * left_m, cr * left_m
+        return cy * ahead - sy * aside, sy * ahead + cy * aside, cp * sr * left_m - sp * forward_m
+
+    return turned(*ways_m[0]), turned(*ways_m[1])

@@ -55,4 +55,5 @@ def speed_mps(twist: Twist) -> float:
 
 def approach(value: float, target: float, most: float) -> float:
     """One step of at most `most` towards the target: how a drive ramps and a steering turns."""
-    return value + max(-most, min(most, target - value))
+    step = target - value
+    return value + (most if step > most else -most if step < -most else step)

@@ -83,8 +83,7 @@ class WheelWatch:
     def readings(self, wheels: Sequence[WheelState | None]) -> tuple[WheelState | None, ...]:
         """The wheels' states with the steering readings that are known to be wrong put right."""
         return tuple(
-            state._replace(steer_rad=state.steer_rad - offset.off_rad) if state and offset.verdict else state
-            for state, offset in zip(wheels, self._offsets)
+            _less(state, offset.off_rad) if offset.verdict else state for state, offset in zip(wheels, self._offsets)
         )
 
     def steerings(self, wheels: Sequence[WheelState | None]) -> tuple[WheelState | None, ...]:
@@ -93,8 +92,8 @@ class WheelWatch:
         A steering that has come as far as it will must not hold the drives: without way nothing more is learnt of it.
         """
         return tuple(
-            state._replace(steer_rad=state.steer_rad - offset.off_rad) if state and offset.verdict is None else state
-            for state, offset in zip(self.readings(wheels), self._offsets)
+            state if offset.verdict is False else _less(state, offset.off_rad)
+            for state, offset in zip(wheels, self._offsets)
         )
 
     def orders(self, orders: Sequence[WheelCommand]) -> tuple[WheelCommand, ...]:
@@ -158,3 +157,8 @@ class WheelWatch:
     def _set_health(self, k: int, health: WheelHealth) -> None:
         one, two, three, four = (health if n == k else old for n, old in enumerate(self.health))
         self.health = (one, two, three, four)
+
+
+def _less(state: WheelState | None, off_rad: float) -> WheelState | None:
+    """A wheel's state with the steering reading less what it stands off, if it does."""
+    return state._replace(steer_rad=state.steer_rad - off_rad) if state and off_rad else state
