@@ -37,8 +37,11 @@ from onboard.motion_records import WheelMode as WheelMode
 from onboard.ports import BusStatus as BusStatus
 from onboard.ports import BusTrouble as BusTrouble
 from onboard.ports import Health as Health
+from onboard.ports import Keeps as Keeps
 from onboard.ports import Machine as Machine
 from onboard.ports import PortState as PortState
+from onboard.ports import RecordStatus as RecordStatus
+from onboard.ports import RecordTrouble as RecordTrouble
 from onboard.ports import Save, Saved
 from onboard.ports import Timing as Timing
 from onboard.scan import BeamStatus as BeamStatus
@@ -110,6 +113,7 @@ class Inputs:
     saved: tuple[Saved, ...] = ()
     timing: Timing = Timing()
     machine: Machine | None = None  # in the ticks after a look at it
+    record: RecordStatus = RecordStatus()
 
 
 class Event(NamedTuple):
@@ -177,3 +181,4 @@ class PowerState(NamedTuple):
     charge_ratio: float
     temperature_c: float
     age_ns: int
+    brown_out: bool = False  # in the node's own judgement
