@@ -22,6 +22,8 @@ from onboard.config_text import to_toml
 from onboard.jitter.command import jitter
 from onboard.lidar_tool import command as lidar_command
 from onboard.maps import gdem_command, map_command
+from onboard.record import record_command
+from onboard.record.replay_command import replay
 from onboard.status.command import status
 
 
@@ -47,6 +49,7 @@ def app() -> None:
       onboard status --watch
       onboard jitter --seconds 60
       onboard replay build/demo/onboard.mcap
+      onboard record info build/demo/onboard.mcap
       onboard gdem import LDEM.tif --start-lonlat -45.3 -85.1
       onboard map export map/ --out site.tif
       onboard lidar check tty:/dev/ttyACM0
@@ -61,6 +64,8 @@ app.add_command(lidar_command.app)
 app.add_command(guard_command.app)
 app.add_command(can_command.app)
 app.add_command(calibrate_command.calibrate)
+app.add_command(record_command.app)
+app.add_command(replay)
 app.add_command(status)
 app.add_command(jitter)
 can_command.app.add_command(jog_command.jog)
@@ -93,19 +98,6 @@ def run(config: Path | None, settings: tuple[str, ...], print_config: bool) -> N
         raise fail(EX_CONFIG, str(error)) from None
     except (ClockLostError, LinkPortError, OSError) as error:
         raise fail(EX_UNAVAILABLE, str(error)) from None
-
-
-@app.command()
-@click.argument("record", type=Path)
-@click.option("--json", "as_json", is_flag=True, help="The verdict as JSON.")
-def replay(record: Path, as_json: bool) -> None:
-    """Run the same core on the inputs of RECORD and compare every output: `identical`, or the first difference.
-
-    Exit codes: 0 identical, 1 different, 65 the record is damaged, 66 no such file.
-    """
-    from onboard.record.replay import replay_command
-
-    raise Exit(replay_command(record, as_json))
 
 
 def main() -> None:

@@ -202,7 +202,7 @@ def run(config: Config, announce: Callable[[str], None]) -> int:
             workers.preload(LATER).result()  # beside the ticks it would make them late
         rover = Rover(config, gdem, memory, state)
         books = Books(rover, lidar, recorder, keeper, announce)
-        spare = Spare(config, rover, clock, announce)
+        spare = Spare(config, rover, clock, recorder, announce)
         stack.callback(spare.close)
 
         gc.freeze()  # what start-up made stays: collecting it anew would cost ticks of 30 ms
@@ -237,7 +237,7 @@ def loop(
     while not rebooting and (now := clock.wait()) is not None:
         watch.begin()
         inputs = replace(ports.read(now), jobs=workers.collect(now.number), saved=folder.collect())
-        inputs = replace(inputs, timing=watch.timing(clock.late_ns, workers.took_ns))
+        inputs = replace(inputs, timing=watch.timing(clock.late_ns, workers.took_ns), record=books.recorder.status)
         outputs = tick(rover, inputs, watch.mark)
         watch.mark(Group.WRITE)
         ports.write(outputs)

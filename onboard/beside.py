@@ -9,7 +9,6 @@ import json
 import os
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from pathlib import Path
 
 from onboard.config import Config
 from onboard.core.tick import Rover
@@ -35,12 +34,12 @@ class Books:
     recorder: Recorder
     keeper: Keeper
     announce: Callable[[str], None]
-    told: dict[str, str] = field(default_factory=lambda: {"lidar": "", "can": ""})
+    told: dict[str, str] = field(default_factory=lambda: {"lidar": "", "can": "", "record": ""})
 
     def keep(self, inputs: Inputs, outputs: Outputs) -> None:
         """One tick, when its outputs have gone out."""
         told, lidar = self.told, self.lidar.error or self.rover.lidar.complaint
-        for port, word in (("lidar", lidar), ("can", inputs.can.error)):
+        for port, word in (("lidar", lidar), ("can", inputs.can.error), ("record", inputs.record.error)):
             if word != told[port]:
                 told[port] = word
                 self.announce(f"{port}: {word or 'is well'}")
@@ -51,8 +50,10 @@ class Books:
 class Spare:
     """The use of spare time: `onboard status` and the collector. It asks for the real-time options, too."""
 
-    def __init__(self, config: Config, rover: Rover, clock: Clock, announce: Callable[[str], None]) -> None:
-        self._config, self._rover, self._clock = config, rover, clock
+    def __init__(
+        self, config: Config, rover: Rover, clock: Clock, recorder: Recorder, announce: Callable[[str], None]
+    ) -> None:
+        self._config, self._rover, self._clock, self._recorder = config, rover, clock, recorder
         self._status = _status_port(config, announce)
         self._realtime: RealTime | None = None
 
@@ -86,14 +87,14 @@ class Spare:
             self._realtime.close()
 
     def _report(self) -> bytes:
-        path = self._config.record.path
+        path = self._recorder.path
         shell = Shell(
             clock=self._config.clock.mode,
             pid=os.getpid(),
             uptime_ns=self._clock.now_ns(),
             grants=self.grants,
-            record=path,
-            record_bytes=Path(path).stat().st_size if path and Path(path).exists() else 0,
+            record=str(path or ""),
+            record_bytes=path.stat().st_size if path and path.exists() else 0,
         )
         return json.dumps(report(self._rover, shell)).encode() + b"\n"
 

@@ -267,7 +267,11 @@ class Jobs:
 class Record:
     """The record of the run."""
 
-    path: str = value("", "MCAP file; empty: no record")
+    path: str = value("", "MCAP file, or with / at its end a folder with one for each run; empty: no record")
+    part_bytes: int = value(64 << 20, "a longer record goes on in another file", low=1 << 16, high=1e12)
+    keep_bytes: int = value(0, "the oldest files go when the folder's records are more, 0: never", low=0, high=1e15)
+    spare_bytes: int = value(128 << 20, "stay free on the disk, for map and parameters", low=0, high=1e15)
+    waiting_bytes: int = value(16 << 20, "wait in memory while the disk refuses", low=1 << 16, high=1e9)
 
 
 @dataclass(frozen=True, slots=True)

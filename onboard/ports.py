@@ -1,4 +1,4 @@
-"""What the shell tells of its ports, the CAN bus more than the others, of its ticks and of the computer it runs on."""
+"""What the shell tells of its ports, CAN bus and record more than others, of its ticks and of its computer."""
 
 from __future__ import annotations
 
@@ -102,3 +102,32 @@ class Timing(NamedTuple):
     late_ns: int = 0
     group_ns: tuple[int, ...] = ()
     job_ns: tuple[int, ...] = ()
+
+
+class Keeps(IntEnum):
+    """What the record keeps of a tick."""
+
+    ALL = 0
+    LEAN = 1  # what a replay needs and people read: inputs, the state's digest, events
+    NOTHING = 2
+
+
+class RecordTrouble(IntEnum):
+    """Why the record cannot be written."""
+
+    NONE = 0
+    FULL = 1  # no room on the disk, or less than has to stay free
+    FAILED = 2  # refused for any other reason: read-only, gone, broken
+
+
+class RecordStatus(NamedTuple):
+    """The record as the shell sees it.
+
+    keeps: of this very tick. error: one line for people while it cannot be written. lost_ticks: of which nothing was
+    kept, since the start of the run.
+    """
+
+    keeps: Keeps = Keeps.ALL
+    trouble: RecordTrouble = RecordTrouble.NONE
+    error: str = ""
+    lost_ticks: int = 0

@@ -30,6 +30,7 @@ class Step(Enum):
     OBEY = "what was ordered, in the tick that hears it"
     COMMIT = "the strategy no longer chooses: only the optimistic way's next look (R5), to mission.stop_limit"
     GIVE_UP = "the mission ends as failed, with the nearest reachable pose and the number of cells in the way"
+    KEEP_LESS = "the record waits in memory, and drops by priority: maps of plans, outputs, at last all; tried again"
     SAFE_OVER_LIMIT = "mode SAFE, latched until resume, when the tries are used up or a second, higher limit is passed"
 
 
@@ -98,6 +99,10 @@ FAULTS = (
           latched=False, maskable=True),
     Fault(39, "KEEP_OUT", "the rover's outline touches a keep-out fence", 0.02,
           (Step.BACK_OFF, Step.REPORT), latched=False, tries=3),
+    Fault(40, "DISK_FULL", "the record is not written: no room on the disk, or less than has to stay free", 1.0,
+          (Step.KEEP_LESS, Step.REPORT), latched=False, maskable=True),
+    Fault(41, "RECORD_FAIL", "the record is not written: the disk is read-only, gone or broken", 1.0,
+          (Step.KEEP_LESS, Step.REPORT), latched=False, maskable=True),
     Fault(24, "NODE_FOREIGN", "a node's heartbeat carries another DBC version", 0.02,
           (Step.STOP, Step.SAFE, Step.REPORT), latched=True),
     Fault(25, "NODE_TWICE", "two nodes send under one id: two alive counters interleave", 1.0,

@@ -84,7 +84,7 @@ def calibrate(
 
 def _again(source: Path) -> Drive:
     from onboard.calibrate.shell import again
-    from onboard.record.replay import DamagedRecordError
+    from onboard.record.reader import DamagedRecordError
 
     try:
         return again(source)

@@ -13,7 +13,7 @@ from onboard.drivers.clock import WallClock
 from onboard.drivers.lidar_ear import LidarEar
 from onboard.drivers.lidar_port import LidarPort
 from onboard.lidar_tool.again import config_of, rows_of
-from onboard.record.replay import DamagedRecordError
+from onboard.record.reader import DamagedRecordError
 from onboard.record.writer import Recorder
 from onboard.records import Inputs, Outputs
 from protocol.barrier import Tick

@@ -14,7 +14,7 @@ from onboard.devices.lidar import LidarSession
 from onboard.devices.nodes import Nodes
 from onboard.planning.mission_rule import RECORD_STOPS
 from onboard.planning.plan_records import PlanResult
-from onboard.records import Pose
+from onboard.records import Pose, RecordStatus, RecordTrouble
 from protocol.faults import BY_NAME
 from protocol.transactions import Order
 
@@ -42,6 +42,7 @@ class Watched:
     found: Collection[str] = ()  # rows that a watch found: wheels, power, computer
     plan: PlanResult | None = None  # the newest of the mission that runs, or of the last one
     orders: Sequence[Order] = ()  # of this tick
+    record: RecordStatus = RecordStatus()
 
 
 def _lidar_silent(w: Watched) -> bool:
@@ -119,6 +120,12 @@ def _loop(w: Watched) -> bool:
 
 def _operator(w: Watched) -> bool:
     return any(order.name in _HALTING for order in w.orders)
+def _disk_full(w: Watched) -> bool:
+    return w.record.trouble is RecordTrouble.FULL
+
+
+def _record_fail(w: Watched) -> bool:
+    return w.record.trouble is RecordTrouble.FAILED
 
 
 MONITORS: Mapping[str, Callable[[Watched], bool]] = {
@@ -138,6 +145,8 @@ MONITORS: Mapping[str, Callable[[Watched], bool]] = {
     "NO_PATH": _no_path,
     "LOOP": _loop,
     "OPERATOR": _operator,
+    "DISK_FULL": _disk_full,
+    "RECORD_FAIL": _record_fail,
     **{name: _found(name) for name in (*WHEEL_ROWS, *POWER_ROWS, *COMPUTER_ROWS)},
 }
 

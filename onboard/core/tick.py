@@ -181,7 +181,7 @@ def _watched(rover: Rover, inputs: Inputs, orders: Sequence[Order]) -> Watched:
         rover.downlink.last_contact_ns, rover.jobs.overdue_ticks(inputs.tick), rover.executive.in_mission,
         rover.executive.hazard,
         entered(rover.fences.fences, rover.localisation.pose, rover.config.rover),
-        {*rover.watch.faults, *_found(rover)}, mission.result if mission else None, orders,
+        {*rover.watch.faults, *_found(rover)}, mission.result if mission else None, orders, inputs.record,
     )
 
 

@@ -6,21 +6,12 @@ import json
 from collections.abc import Iterator
 from pathlib import Path
 
-from mcap.reader import make_reader
-from mcap.stream_reader import StreamReader
-
 from onboard.config import Config
 from onboard.lidar_tool.core import ORDER, LidarCore, Order
-from onboard.record.replay import (
-    UNREADABLE,
-    DamagedRecordError,
-    Verdict,
-    check_inputs,
-    difference,
-    start_state,
-    ticks_of,
-    verify,
-)
+from onboard.record import replay as of_runs
+from onboard.record.reader import DamagedRecordError, check_inputs, open_record
+from onboard.record.replay import Verdict
+from onboard.record.rows import first_difference
 from onboard.record.schema import OUTPUTS, decode_inputs, encode_outputs
 from onboard.records import Inputs
 
@@ -28,21 +19,15 @@ Row = tuple[int, Inputs, dict[str, bytes]]
 
 
 def config_of(path: Path) -> Config:
-    """The configuration with which a record was made. Raises DamagedRecordError."""
-    with path.open("rb") as file:
-        try:
-            return start_state(make_reader(file))[0]
-        except UNREADABLE as error:
-            raise DamagedRecordError(f"at its start: {error!r}") from error
+    """The configuration with which a record was made. Raises DamagedRecordError, FileNotFoundError."""
+    return of_runs.config_of(open_record(path))
 
 
 def rows_of(path: Path) -> Iterator[Row]:
     """(tick, inputs, all messages) of a record, of the tool or of a run. Raises DamagedRecordError."""
-    verify(path)
-    with path.open("rb") as file:
-        for number, recorded in ticks_of(StreamReader(file).records):
-            check_inputs(number, recorded)
-            yield number, decode_inputs(recorded)[0], recorded
+    for number, recorded in open_record(path).ticks():
+        check_inputs(number, recorded)
+        yield number, decode_inputs(recorded)[0], recorded
 
 
 def replay(path: Path) -> Verdict:
@@ -59,7 +44,7 @@ def replay(path: Path) -> Verdict:
             if old != new:
                 if not ordered:
                     raise DamagedRecordError("`onboard lidar record` did not make it; `onboard replay` takes a run's")
-                verdict.first_difference = difference(number, topic, old, new)
+                verdict.first_difference = f"tick {number}, channel {topic}, {first_difference(topic, old, new)}"
                 return verdict
     return verdict
 

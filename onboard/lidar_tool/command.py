@@ -162,9 +162,9 @@ def replay_command(record: Path, as_json: bool) -> None:
     Exit codes: 0 identical, 1 different, 65 the record is damaged, 66 no such file.
     """
     from onboard.lidar_tool.again import replay
-    from onboard.record import replay as of_runs
+    from onboard.record.replay_command import print_verdict
 
-    raise Exit(of_runs.replay_command(record, as_json, replay))
+    raise Exit(print_verdict(record, as_json, replay))
 
 
 @app.command("check", epilog=EXAMPLES)

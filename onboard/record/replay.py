@@ -2,48 +2,35 @@
 
 from __future__ import annotations
 
-import json
-import struct
-import sys
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from zlib import crc32
+from typing import Any
 
-from mcap.exceptions import McapError
-from mcap.reader import McapReader, make_reader
-from mcap.records import Channel, Chunk, McapRecord, Message
-from mcap.stream_reader import CRCValidationError, StreamReader, get_chunk_data_stream
-from zstandard import ZstdError
-
-from onboard.config import Config, load
+from onboard.config import Config, ConfigError, load
 from onboard.core.tick import Rover, tick
 from onboard.drivers.workers import Inline
 from onboard.maps.gdem_file import from_npz
 from onboard.perception.stop_map import StopMap, recall
 from onboard.perception.tiles import Tile, decode
-from onboard.record.schema import INPUTS, OUTPUTS, decode_inputs, encode_outputs, input_checks
+from onboard.record.reader import DamagedRecordError, Record, check_inputs, open_record
+from onboard.record.rows import first_difference
+from onboard.record.schema import LEAN, OUTPUTS, decode_inputs, encode_outputs
 from onboard.record.writer import KEPT, MAP_END, MAP_START
-from onboard.records import Gdem
-from protocol.conventions import TICK_NS
+from onboard.records import Gdem, Inputs, Keeps
 
-EX_OK, EX_DIFFERENT, EX_DATAERR, EX_NOINPUT = 0, 1, 65, 66
-# what the reader of the file raises on bytes that were never written so
-UNREADABLE = (McapError, ZstdError, EOFError, ValueError, KeyError, OverflowError, MemoryError, struct.error)
-
-
-class DamagedRecordError(ValueError):
-    """The record is not what was written; the text names the tick and channel where that shows."""
+Start = tuple[Config, Gdem | None, StopMap | None, dict[str, bytes]]
 
 
 @dataclass(slots=True)
 class Verdict:
-    """What a replay found. `first_difference` empty: identical."""
+    """What a replay found. `first_difference` empty: identical. `cut_off`: where a record ends that was not closed."""
 
     ticks: int = 0
     bytes_compared: dict[str, int] = field(default_factory=dict)
     first_difference: str = ""
+    cut_off: str = ""
 
     @property
     def identical(self) -> bool:
@@ -51,82 +38,76 @@ class Verdict:
         return not self.first_difference and self.ticks > 0 and sum(self.bytes_compared.values()) > 0
 
 
-def verify(path: Path) -> None:
-    """Reads the whole file once and checks its sums. Raises DamagedRecordError, FileNotFoundError."""
-    tick = 0
-    with path.open("rb") as file:
-        reader = StreamReader(file, emit_chunks=True, validate_crcs=True, record_size_limit=path.stat().st_size)
-        try:
-            for record in reader.records:
-                if isinstance(record, Chunk):
-                    get_chunk_data_stream(record, validate_crc=True)
-                    tick = record.message_end_time // TICK_NS
-        except UNREADABLE as error:
-            what = "a checksum does not fit" if isinstance(error, CRCValidationError) else repr(error)
-            raise DamagedRecordError(f"it reads as far as tick {tick}; then: {what}") from error
-
-
-def ticks_of(records: Iterable[McapRecord]) -> Iterator[tuple[int, dict[str, bytes]]]:
-    """(tick, topic -> message), in the order of the file."""
-    topics: dict[int, str] = {}
-    number = -1
-    messages: dict[str, bytes] = {}
-    for record in records:
-        if isinstance(record, Channel):
-            topics[record.id] = record.topic
-        elif isinstance(record, Message):
-            if record.sequence != number:
-                if messages:
-                    yield number, messages
-                number, messages = record.sequence, {}
-            messages[topics[record.channel_id]] = record.data
-    if messages:
-        yield number, messages
-
-
 def replay(path: Path) -> Verdict:
     """Run the core of this version on the record's inputs. Raises DamagedRecordError, FileNotFoundError."""
-    verify(path)
-    verdict = Verdict(bytes_compared=dict.fromkeys(OUTPUTS, 0))
-    with path.open("rb") as file:
-        try:
-            start = start_state(make_reader(file))
-        except ValueError as error:
-            raise DamagedRecordError(f"at its start: {error}") from error
-        rover, jobs = Rover(*start), Inline()
-        file.seek(0)
-        for number, recorded in ticks_of(StreamReader(file).records):
-            check_inputs(number, recorded)
-            inputs, job_ids = decode_inputs(recorded)
-            outputs = tick(rover, replace(inputs, jobs=jobs.take(job_ids)))
-            jobs.start(outputs.jobs, outputs.cancelled)
-            made = encode_outputs(outputs, recorded)
-            verdict.ticks += 1
-            for topic in OUTPUTS:
-                old, new = recorded.get(topic, b""), made.get(topic, b"")
-                verdict.bytes_compared[topic] += len(old)
-                if new != old:
-                    verdict.first_difference = difference(number, topic, old, new)
-                    return verdict
+    record = open_record(path)
+    verdict = Verdict(bytes_compared=dict.fromkeys(OUTPUTS, 0), cut_off=record.cut_off)
+    rover, jobs = Rover(*start_state(record)), Inline()
+    compared_from = int(record.files[0].part.get("compared_from", "1"))
+    before = Inputs(0, 0)
+    for number, recorded in record.ticks():
+        check_inputs(number, recorded)
+        inputs, job_ids = decode_inputs(recorded)
+        check_order(before, inputs)
+        before = inputs
+        outputs = tick(rover, replace(inputs, jobs=jobs.take(job_ids)))
+        jobs.start(outputs.jobs, outputs.cancelled)
+        made = encode_outputs(outputs, recorded)
+        verdict.ticks += 1
+        lean = inputs.record.keeps is Keeps.LEAN or number < compared_from
+        for topic in LEAN if lean else OUTPUTS:
+            old, new = recorded.get(topic, b""), made.get(topic, b"")
+            verdict.bytes_compared[topic] += len(old)
+            if new != old:
+                verdict.first_difference = f"tick {number}, channel {topic}, {first_difference(topic, old, new)}"
+                return verdict
     return verdict
 
 
-def start_state(reader: McapReader) -> tuple[Config, Gdem | None, StopMap | None, dict[str, bytes]]:
-    """Configuration, orbiter's map, own map and what else was kept as a run began.
+def check_order(before: Inputs, inputs: Inputs) -> None:
+    """Raises DamagedRecordError where ticks between two are missing that the clock had not slipped."""
+    slipped = inputs.health.slipped_ticks - before.health.slipped_ticks
+    if inputs.tick - before.tick - 1 > slipped:
+        lost = f"; {inputs.record.lost_ticks} ticks of the run were not kept" if inputs.record.lost_ticks else ""
+        raise DamagedRecordError(f"tick {inputs.tick}: those after {before.tick} are missing{lost}")
 
-    Raises DamagedRecordError, ValueError.
+
+def start_state(record: Record) -> Start:
+    """Configuration, orbiter's map, own map and what else was kept as a run began. Raises DamagedRecordError."""
+    if record.first_tick != 1:
+        raise DamagedRecordError(f"it begins at tick {record.first_tick}: {origin(record)}")
+    attachments = record.attachments
+    try:
+        gdem = from_npz(attachments["gdem.npz"]) if "gdem.npz" in attachments else None
+        tiles = [decode(data) for name, data in attachments.items() if name.startswith(MAP_START)]
+        memory = recall(tiles)
+    except ValueError as error:
+        raise DamagedRecordError(f"at its start: {error}") from error
+    kept = {name.removeprefix(KEPT): data for name, data in attachments.items() if name.startswith(KEPT)}
+    return config_of(record), gdem, memory, kept
+
+
+def config_of(record: Record, overrides: Mapping[str, Any] | None = None) -> Config:
+    """The configuration of the run, with single values changed. Raises DamagedRecordError, and ConfigError for those.
     """
-    attachments = {a.name: a.data for a in reader.iter_attachments()}
-    if "config.toml" not in attachments:
-        raise DamagedRecordError("it holds no config.toml: not a record of this program, or cut off at its start")
+    if "config.toml" not in record.attachments:
+        raise DamagedRecordError("at its start: no config.toml: not a record of this program, or cut off there")
     with TemporaryDirectory() as folder:
         toml = Path(folder) / "config.toml"
-        toml.write_bytes(attachments["config.toml"])
-        config = load(toml)
-    gdem = from_npz(attachments["gdem.npz"]) if "gdem.npz" in attachments else None
-    tiles = [decode(data) for name, data in attachments.items() if name.startswith(MAP_START)]
-    kept = {name.removeprefix(KEPT): data for name, data in attachments.items() if name.startswith(KEPT)}
-    return config, gdem, recall(tiles), kept
+        toml.write_bytes(record.attachments["config.toml"])
+        try:
+            own = load(toml)
+        except ConfigError as error:
+            raise DamagedRecordError(f"at its start: {error}") from error
+        return load(toml, overrides) if overrides else own
+
+
+def origin(record: Record) -> str:
+    """Of a record that does not begin with its run: where the beginning is."""
+    part: Mapping[str, str] = record.files[0].part
+    if "cut_from" in part:
+        return f"a slice of {part['cut_from']}, which can be replayed; `cut --replayable` keeps what a replay needs"
+    return f"part {part['number']} of a run; replay its first part, if it is still there"
 
 
 def last_map(path: Path) -> tuple[Tile, ...]:
@@ -134,51 +115,8 @@ def last_map(path: Path) -> tuple[Tile, ...]:
 
     Raises DamagedRecordError, FileNotFoundError.
     """
-    verify(path)
-    with path.open("rb") as file:
-        attachments = {a.name: a.data for a in make_reader(file).iter_attachments()}
+    attachments = open_record(path).attachments
     for prefix in (MAP_END, MAP_START):
         if found := tuple(decode(data) for name, data in attachments.items() if name.startswith(prefix)):
             return found
     return ()
-
-
-def check_inputs(number: int, recorded: dict[str, bytes]) -> None:
-    """Raises DamagedRecordError where a tick's inputs are not those that its outputs were computed from."""
-    if "/in/tick" not in recorded or "/out/tick" not in recorded:
-        raise DamagedRecordError(f"tick {number}: its message is missing")
-    for topic, expected in input_checks(recorded["/out/tick"]).items():
-        if crc32(recorded.get(topic, b"")) != expected:
-            raise DamagedRecordError(f"tick {number}, channel {topic}: the bytes are not those that were recorded")
-    assert set(INPUTS) >= {topic for topic in recorded if topic.startswith("/in/")}
-
-
-def difference(number: int, topic: str, recorded: bytes, made: bytes) -> str:
-    """Where two messages part, in words."""
-    at = next((k for k, (a, b) in enumerate(zip(recorded, made)) if a != b), min(len(recorded), len(made)))
-    return (
-        f"tick {number}, channel {topic}, byte {at}: recorded {recorded[at : at + 8].hex() or 'nothing'}, "
-        f"now {made[at : at + 8].hex() or 'nothing'} (lengths {len(recorded)}, {len(made)})"
-    )
-
-
-def replay_command(path: Path, as_json: bool, again: Callable[[Path], Verdict] = replay) -> int:
-    """Print the verdict of `again`; returns the exit code."""
-    if not path.is_file():
-        print(f"onboard: no record {path}", file=sys.stderr)
-        return EX_NOINPUT
-    try:
-        verdict = again(path)
-    except DamagedRecordError as error:
-        print(f"onboard: {path} is damaged: {error}", file=sys.stderr)
-        return EX_DATAERR
-    word = "identical" if verdict.identical else "different"
-    if as_json:
-        print(json.dumps({"verdict": word, "ticks": verdict.ticks, "bytes": verdict.bytes_compared,
-                          "first_difference": verdict.first_difference}))
-    else:
-        counts = ", ".join(f"{topic} {count}" for topic, count in verdict.bytes_compared.items())
-        print(f"{word}: {verdict.ticks} ticks; bytes compared: {counts}")
-        if verdict.first_difference:
-            print(verdict.first_difference)
-    return EX_OK if verdict.identical else EX_DIFFERENT

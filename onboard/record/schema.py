@@ -1,21 +1,6 @@
 """The record's channels: how one tick's inputs and outputs become bytes, and how inputs come back from them.
 
-Each channel is one MCAP topic with one message for each tick in which it has something. Little-endian; layouts:
-
-    /in/tick    tick u64, now_ns i64, lidar_state u8, link_state u8, health 3 x i64, then the ids (u32) of jobs taken
-    /in/bus     of a CAN bus that is not as at the start: state u8, send failures u32, openings u32, error frames by
-                kind 9 x u32, then the error's words
-    /in/time    of a tick that was measured: late_ns i64, numbers of groups and of jobs u8 each, nanoseconds i64 of each
-    /in/machine of a tick after a look at the computer: the fields of Machine, 6 x f64
-    /in/can     per frame: stamp_ns i64, id u16, length u8, data
-    /in/lidar   per chunk: rx_ns i64, length u32, data
-    /in/disk    per result of a save: name length u8, error length u8, both
-    /in/link    per message: rx_ns i64, accepted u8, station u8, kind u8, verdict length u8, payload length u16, both
-    /out/tick   state digest 8 B, CRC-32 of the eight input messages (8 x u32), connect u8 (1 LIDAR, 2 CAN, 4 reboot),
-                then ids (u32) of new jobs, and with the highest bit set those of cancelled ones
-    /out/can    per frame: id u16, length u8, data          /out/lidar   bytes
-    /out/disk   per save: name length u8, data length u32, both
-    /out/link   per payload: kind u8, length u16, data      /out/event   JSON      /out/pose   6 x f64
+Each channel is one MCAP topic with one message for each tick in which it has something; LAYOUTS says how it reads.
 """
 
 from __future__ import annotations
@@ -32,35 +17,63 @@ from onboard.records import (
     Frame,
     Health,
     Inputs,
+    Keeps,
     LinkMessage,
     Machine,
     Outputs,
     PortState,
+    RecordStatus,
+    RecordTrouble,
     Timing,
 )
 
-_TICK = struct.Struct("<QqBB3q")
+TICK = struct.Struct("<QqBB3q")
 _BUS = struct.Struct(f"<BII{len(BusTrouble)}I")
 _TIME = struct.Struct("<qBB")
+_RECORD = struct.Struct("<BBQ")
 _MACHINE = struct.Struct(f"<{len(Machine._fields)}d")
-_CHECKS = struct.Struct("<8I")
-_CANCELLED = 1 << 31
+CANCELLED = 1 << 31
 _FRAME_IN = struct.Struct("<qHB")
 _CHUNK = struct.Struct("<qI")
 _MESSAGE = struct.Struct("<qBBBBH")
-_FRAME_OUT = struct.Struct("<HB")
-_PAYLOAD = struct.Struct("<BH")
-_SAVED, _SAVE = struct.Struct("<BB"), struct.Struct("<BI")
-_POSE = struct.Struct("<6d")
+FRAME_OUT = struct.Struct("<HB")
+PAYLOAD = struct.Struct("<BH")
+_SAVED, SAVE = struct.Struct("<BB"), struct.Struct("<BI")
+POSE = struct.Struct("<6d")
 
-INPUTS = ("/in/tick", "/in/bus", "/in/time", "/in/can", "/in/lidar", "/in/link", "/in/disk", "/in/machine")
-OUTPUTS = ("/out/tick", "/out/can", "/out/lidar", "/out/link", "/out/event", "/out/pose", "/out/disk")
+# little-endian; rows follow each other without a gap
+LAYOUTS = {
+    "/in/tick": "tick u64, now_ns i64, lidar_state u8, link_state u8, health 3 x i64, then ids (u32) of jobs taken",
+    "/in/bus": "of a CAN bus that is not as at the start: state u8, send failures u32, openings u32, error frames by "
+               "kind 9 x u32, then the error's words",
+    "/in/time": "of a tick that was measured: late_ns i64, numbers of groups and of jobs u8 each, nanoseconds i64 of "
+                "each",
+    "/in/machine": "of a tick after a look at the computer: the fields of onboard.ports.Machine, 6 x f64",
+    "/in/record": "of a record that is not all well: keeps u8, trouble u8, lost ticks u64, then the error's words",
+    "/in/can": "per frame: stamp_ns i64, id u16, length u8, data",
+    "/in/lidar": "per chunk: rx_ns i64, length u32, data",
+    "/in/disk": "per result of a save: name length u8, error length u8, both",
+    "/in/link": "per message: rx_ns i64, accepted u8, station u8, kind u8, verdict length u8, payload length u16, both",
+    "/out/tick": "state digest 8 B, CRC-32 of the nine input messages (9 x u32, in the order of this list), connect "
+                 "u8 (1 LIDAR, 2 CAN, 4 reboot), then ids (u32) of new jobs, with the highest bit set cancelled ones",
+    "/out/can": "per frame: id u16, length u8, data",
+    "/out/lidar": "bytes",
+    "/out/link": "per payload: kind u8, length u16, data",
+    "/out/event": "JSON: a list of now_ns, severity, name, text",
+    "/out/pose": "estimate: x, y, z (m), roll, pitch, yaw (rad), 6 x f64",
+    "/out/disk": "per save: name length u8, data length u32, both",
+    "/plan": "of a tick that took a plan: onboard.planning.archive, .npz",
+}
+INPUTS = tuple(topic for topic in LAYOUTS if topic.startswith("/in/"))
+OUTPUTS = tuple(topic for topic in LAYOUTS if topic.startswith("/out/"))
+_CHECKS = struct.Struct(f"<{len(INPUTS)}I")
+LEAN = ("/out/tick", "/out/event")  # are kept also where a disk takes little: see onboard.ports.Keeps
 
 
 def encode_inputs(inputs: Inputs) -> dict[str, bytes]:
     """Topic -> message, for the channels that have something; /in/tick always."""
     ids = b"".join(struct.pack("<I", job.job_id) for job in inputs.jobs)
-    head = _TICK.pack(
+    head = TICK.pack(
         inputs.tick, inputs.now_ns, inputs.lidar_state, inputs.link_state, *inputs.health,
     )
     messages = {"/in/tick": head + ids}
@@ -70,6 +83,8 @@ def encode_inputs(inputs: Inputs) -> dict[str, bytes]:
         messages["/in/time"] = _time_bytes(inputs.timing)
     if inputs.machine is not None:
         messages["/in/machine"] = _MACHINE.pack(*inputs.machine)
+    if inputs.record != RecordStatus():
+        messages["/in/record"] = _record_bytes(inputs.record)
     if inputs.can_frames:
         messages["/in/can"] = b"".join(
             _FRAME_IN.pack(stamp, can_id, len(data)) + data for can_id, data, stamp in inputs.can_frames
@@ -91,15 +106,16 @@ def encode_inputs(inputs: Inputs) -> dict[str, bytes]:
 def decode_inputs(messages: dict[str, bytes]) -> tuple[Inputs, tuple[int, ...]]:
     """Inputs of one tick without the jobs' values, and the ids of the jobs whose results were taken."""
     raw = messages["/in/tick"]
-    tick, now_ns, lidar_state, link_state, *health = _TICK.unpack_from(raw)
-    ids = struct.unpack(f"<{(len(raw) - _TICK.size) // 4}I", raw[_TICK.size :])
+    tick, now_ns, lidar_state, link_state, *health = TICK.unpack_from(raw)
+    ids = struct.unpack(f"<{(len(raw) - TICK.size) // 4}I", raw[TICK.size :])
     inputs = Inputs(
         tick, now_ns,
-        can_frames=_frames(messages.get("/in/can", b"")), can=_bus(messages.get("/in/bus", b"")),
-        lidar_chunks=_chunks(messages.get("/in/lidar", b"")), lidar_state=PortState(lidar_state),
-        link_messages=_link(messages.get("/in/link", b"")), link_state=PortState(link_state),
-        health=Health(*health), timing=_timing(messages.get("/in/time", b"")),
-        saved=_saved(messages.get("/in/disk", b"")), machine=_machine(messages.get("/in/machine", b"")),
+        can_frames=read_frames(messages.get("/in/can", b"")), can=read_bus(messages.get("/in/bus", b"")),
+        lidar_chunks=read_chunks(messages.get("/in/lidar", b"")), lidar_state=PortState(lidar_state),
+        link_messages=read_link(messages.get("/in/link", b"")), link_state=PortState(link_state),
+        health=Health(*health), timing=read_timing(messages.get("/in/time", b"")),
+        saved=read_saved(messages.get("/in/disk", b"")), record=read_record(messages.get("/in/record", b"")),
+        machine=read_machine(messages.get("/in/machine", b"")),
     )
     return inputs, ids
 
@@ -108,11 +124,24 @@ def _bus_bytes(bus: BusStatus) -> bytes:
     return _BUS.pack(bus.state, bus.send_failures, bus.openings, *bus.error_frames) + bus.error.encode()
 
 
-def _bus(raw: bytes) -> BusStatus:
+def read_bus(raw: bytes) -> BusStatus:
+    """The message of /in/bus, or that there is none."""
     if not raw:
         return BusStatus()
     state, failures, openings, *errors = _BUS.unpack_from(raw)
     return BusStatus(PortState(state), raw[_BUS.size :].decode(), failures, openings, tuple(errors))
+
+
+def _record_bytes(record: RecordStatus) -> bytes:
+    return _RECORD.pack(record.keeps, record.trouble, record.lost_ticks) + record.error.encode()
+
+
+def read_record(raw: bytes) -> RecordStatus:
+    """The message of /in/record, or that there is none."""
+    if not raw:
+        return RecordStatus()
+    keeps, trouble, lost_ticks = _RECORD.unpack_from(raw)
+    return RecordStatus(Keeps(keeps), RecordTrouble(trouble), raw[_RECORD.size :].decode(), lost_ticks)
 
 
 def _time_bytes(timing: Timing) -> bytes:
@@ -120,7 +149,8 @@ def _time_bytes(timing: Timing) -> bytes:
     return _TIME.pack(timing.late_ns, len(timing.group_ns), len(timing.job_ns)) + struct.pack(f"<{len(rows)}q", *rows)
 
 
-def _timing(raw: bytes) -> Timing:
+def read_timing(raw: bytes) -> Timing:
+    """The message of /in/time, or that there is none."""
     if not raw:
         return Timing()
     late_ns, groups, jobs = _TIME.unpack_from(raw)
@@ -128,11 +158,13 @@ def _timing(raw: bytes) -> Timing:
     return Timing(late_ns, rows[:groups], rows[groups:])
 
 
-def _machine(raw: bytes) -> Machine | None:
+def read_machine(raw: bytes) -> Machine | None:
+    """The message of /in/machine; None where there is none."""
     return Machine(*_MACHINE.unpack(raw)) if raw else None
 
 
-def _frames(raw: bytes) -> tuple[Frame, ...]:
+def read_frames(raw: bytes) -> tuple[Frame, ...]:
+    """Frames of /in/can."""
     frames, at = [], 0
     while at < len(raw):
         stamp_ns, can_id, size = _FRAME_IN.unpack_from(raw, at)
@@ -142,7 +174,8 @@ def _frames(raw: bytes) -> tuple[Frame, ...]:
     return tuple(frames)
 
 
-def _chunks(raw: bytes) -> tuple[Chunk, ...]:
+def read_chunks(raw: bytes) -> tuple[Chunk, ...]:
+    """Chunks of /in/lidar."""
     chunks, at = [], 0
     while at < len(raw):
         rx_ns, size = _CHUNK.unpack_from(raw, at)
@@ -152,7 +185,8 @@ def _chunks(raw: bytes) -> tuple[Chunk, ...]:
     return tuple(chunks)
 
 
-def _link(raw: bytes) -> tuple[LinkMessage, ...]:
+def read_link(raw: bytes) -> tuple[LinkMessage, ...]:
+    """Messages of /in/link."""
     found, at = [], 0
     while at < len(raw):
         rx_ns, accepted, station, kind, verdict_size, size = _MESSAGE.unpack_from(raw, at)
@@ -164,7 +198,8 @@ def _link(raw: bytes) -> tuple[LinkMessage, ...]:
     return tuple(found)
 
 
-def _saved(raw: bytes) -> tuple[Saved, ...]:
+def read_saved(raw: bytes) -> tuple[Saved, ...]:
+    """Results of /in/disk."""
     found, at = [], 0
     while at < len(raw):
         name, error = _SAVED.unpack_from(raw, at)
@@ -179,28 +214,28 @@ def encode_outputs(outputs: Outputs, inputs: dict[str, bytes]) -> dict[str, byte
     checks = _CHECKS.pack(*(zlib.crc32(inputs.get(topic, b"")) for topic in INPUTS))
     ids = struct.pack(
         f"<{len(outputs.jobs) + len(outputs.cancelled)}I", *(job.job_id for job in outputs.jobs),
-        *(job_id | _CANCELLED for job_id in outputs.cancelled),
+        *(job_id | CANCELLED for job_id in outputs.cancelled),
     )  # fmt: skip
     connect = outputs.lidar_connect | outputs.can_connect << 1 | outputs.reboot << 2
     messages = {"/out/tick": outputs.state_digest + checks + bytes([connect]) + ids}
     if outputs.can_frames:
         messages["/out/can"] = b"".join(
-            _FRAME_OUT.pack(can_id, len(data)) + data for can_id, data, _ in outputs.can_frames
+            FRAME_OUT.pack(can_id, len(data)) + data for can_id, data, _ in outputs.can_frames
         )
     if outputs.lidar_bytes:
         messages["/out/lidar"] = outputs.lidar_bytes
     if outputs.link_payloads:
         messages["/out/link"] = b"".join(
-            _PAYLOAD.pack(kind, len(payload)) + payload for kind, payload in outputs.link_payloads
+            PAYLOAD.pack(kind, len(payload)) + payload for kind, payload in outputs.link_payloads
         )
     if outputs.events:
         rows = [{"now_ns": e.now_ns, "severity": e.severity, "name": e.name, "text": e.text} for e in outputs.events]
         messages["/out/event"] = json.dumps(rows).encode()
     if outputs.saves:
         messages["/out/disk"] = b"".join(
-            _SAVE.pack(len(name.encode()), len(data)) + name.encode() + data for name, data in outputs.saves
+            SAVE.pack(len(name.encode()), len(data)) + name.encode() + data for name, data in outputs.saves
         )
-    messages["/out/pose"] = _POSE.pack(*outputs.pose)
+    messages["/out/pose"] = POSE.pack(*outputs.pose)
     return messages
 
 

@@ -1,8 +1,13 @@
-"""One MCAP file for each run: every input and output of the core, tick by tick, with what is needed to run it again.
+"""The record of a run: every input and output of the core, tick by tick, with what is needed to run it again.
 
-Attachments: config.toml, gdem.npz, versions.json, kept parameters and fences, the tiles of the map at the start; at the
-end of the run, its tiles and rhythm.json. Chunks of 256 KiB, zstd. Decisions with their maps ride on /plan as .npz, for
-the report; a replay makes them anew.
+MCAP, zstd. A chunk ends twice a second and is forced to the disk, beside the tick. Attachments: config.toml,
+versions.json, at the start gdem.npz, kept parameters and fences, the tiles of the map; at the end its tiles and
+rhythm.json. Decisions with their maps ride on /plan as .npz, for the report; a replay makes them anew.
+
+While the disk refuses, what was written waits in memory, and less is kept of each tick, the dearest first:
+
+    nothing waits    all                       half of waiting_bytes    outputs, which a replay makes anew
+    something waits  all but /plan             waiting_bytes            everything
 """
 
 from __future__ import annotations
@@ -15,82 +20,91 @@ from typing import TYPE_CHECKING, Any
 
 from onboard.config import Config
 from onboard.config_text import to_toml
+from onboard.drivers.record_file import NO_ROOM, DiskFile, Opener, OpenFile, RecordFile
 from onboard.maps.gdem_file import to_npz
 from onboard.perception.tiles import Tile, cut, encode
 from onboard.planning import archive
 from onboard.planning.plan_records import PlanResult
-from onboard.record.schema import INPUTS, OUTPUTS, encode_inputs, encode_outputs
-from onboard.records import Gdem, Inputs, Outputs
+from onboard.record.parts import family, first_path, make_room, part_path
+from onboard.record.schema import LAYOUTS, LEAN, encode_inputs, encode_outputs
+from onboard.records import Gdem, Inputs, Keeps, Outputs, RecordStatus, RecordTrouble
 
 if TYPE_CHECKING:
+    from mcap.writer import Writer
+
     from onboard.perception.stop_map import StopMap
 
 MAP_START, MAP_END = "map-start/", "map-end/"  # names of the attachments that are tiles begin so
 KEPT = "kept/"  # and of what else outlives a run so
-_SCHEMA_TEXT = b"layout: see onboard/record/schema.py of the version in versions.json"
+PART = "part"  # metadata: where in the run a file begins
+FLUSH_TICKS = 50
+_CHUNK_BYTES = 1 << 18
 _PACKAGES = ("numpy", "scipy", "filterpy", "small-gicp", "python-can", "pymavlink", "eclipse-zenoh", "mcap")
 
 
 class Recorder:
-    """Writes the record of config.record.path; with an empty path it does nothing. Used as a context manager."""
+    """Writes the record of config.record; with an empty path it does nothing. Used as a context manager.
 
-    def __init__(self, config: Config, gdem: Gdem | None, tiles: Iterable[Tile] = (),
-                 kept: Mapping[str, bytes] = MappingProxyType({})) -> None:
-        self._file = None
+    opener: of files, a disk of the bench in place of the real one.
+    """
+
+    def __init__(
+        self, config: Config, gdem: Gdem | None, tiles: Iterable[Tile] = (),
+        kept: Mapping[str, bytes] = MappingProxyType({}), opener: Opener = DiskFile,
+    ) -> None:  # fmt: skip
+        self._config, self._opener = config, opener
+        self._files: list[RecordFile] = []  # the last is written to; of those before it something waits
+        self._number = self._lost_ticks = self._chunk_bytes = 0
         if not config.record.path:
             return
-        from mcap.writer import CompressionType, Writer  # not for a run without a record
-
-        path = Path(config.record.path)
-        path.parent.mkdir(parents=True, exist_ok=True)
-        self._file = path.open("wb")
-        self._writer = Writer(
-            self._file, chunk_size=1 << 18, compression=CompressionType.ZSTD, enable_data_crcs=True
-        )
-        self._writer.start(profile="", library="el-dorado")
-        self._attach("config.toml", to_toml(config).encode(), "application/toml")
-        self._attach("versions.json", _versions(), "application/json")
+        self._first = first_path(config.record.path)
+        self._begin({"first_tick": "1"})
         if gdem is not None:
             self._attach("gdem.npz", to_npz(gdem), "application/octet-stream")
         self._attach_tiles(MAP_START, tiles)
         for name, data in kept.items():
             self._attach(KEPT + name, data, "application/json")
-        self._channels = {topic: self._channel(topic) for topic in (*INPUTS, *OUTPUTS, "/plan")}
+        self._flush()
+        self._files[-1].settle()
 
-    def _attach(self, name: str, data: bytes, media_type: str) -> None:
-        self._writer.add_attachment(0, 0, name, media_type, data)
+    @property
+    def path(self) -> Path | None:
+        """The file that is written to; None without a record."""
+        return self._files[-1].path if self._files else None
 
-    def _attach_tiles(self, prefix: str, tiles: Iterable[Tile]) -> None:
-        for tile in tiles:
-            self._attach(f"{prefix}{tile.i}_{tile.j}", encode(tile), "application/octet-stream")
+    @property
+    def waiting_bytes(self) -> int:
+        """In memory, not on the disk yet."""
+        return sum(file.waiting_bytes for file in self._files)
 
-    def _channel(self, topic: str) -> int:
-        encoding = "json" if topic == "/out/event" else "application/octet-stream"
-        schema = self._writer.register_schema(f"eldorado{topic.replace('/', '.')}", "text", _SCHEMA_TEXT)
-        return self._writer.register_channel(topic, encoding, schema)
+    @property
+    def status(self) -> RecordStatus:
+        """For the inputs of the next tick."""
+        waiting, limit = self.waiting_bytes, self._config.record.waiting_bytes
+        keeps = Keeps.NOTHING if waiting > limit else Keeps.LEAN if waiting > limit // 2 else Keeps.ALL
+        error = next((file.error for file in self._files if file.error), None)
+        if error is None:
+            return RecordStatus(keeps, lost_ticks=self._lost_ticks)
+        trouble = RecordTrouble.FULL if error.errno in NO_ROOM else RecordTrouble.FAILED
+        return RecordStatus(keeps, trouble, error.strerror or str(error), self._lost_ticks)
 
     def write(self, inputs: Inputs, outputs: Outputs) -> None:
-        """One tick."""
-        if self._file is None:
+        """One tick; what is kept of it stands in its inputs."""
+        if not self._files:
             return
-        read = encode_inputs(inputs)
-        made = encode_outputs(outputs, read)
-        for messages in (read, made):
-            for topic, data in messages.items():
-                self._writer.add_message(
-                    self._channels[topic], log_time=inputs.now_ns, publish_time=inputs.now_ns, sequence=inputs.tick,
-                    data=data,
-                )
-        for job in inputs.jobs:
-            if isinstance(job.value, PlanResult):
-                self._writer.add_message(
-                    self._channels["/plan"], log_time=inputs.now_ns, publish_time=inputs.now_ns, sequence=inputs.tick,
-                    data=archive.to_npz(job.value),
-                )
+        if inputs.record.keeps is Keeps.NOTHING:
+            self._lost_ticks += 1
+        else:
+            self._add(inputs, outputs)
+        if inputs.tick % FLUSH_TICKS == 0 or self._chunk_bytes > _CHUNK_BYTES:
+            self._flush()
+            self._retry_others()
+            if self._files[-1].tell() > self._config.record.part_bytes and inputs.record.trouble is RecordTrouble.NONE:
+                self._next_part(inputs.tick + 1)
 
     def end(self, memory: StopMap | None, rhythm: Mapping[str, Any] | None = None) -> None:
         """The map as the run leaves it, and how it kept its rhythm (onboard.status.report); after the last tick."""
-        if self._file is None:
+        if not self._files:
             return
         if rhythm is not None:
             self._attach("rhythm.json", json.dumps(rhythm).encode(), "application/json")
@@ -103,9 +117,97 @@ class Recorder:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        if self._file is not None:
-            self._writer.finish()  # type: ignore[no-untyped-call]
-            self._file.close()
+        if self._files:
+            self._files[-1].end(self._writer.finish)
+        for file in self._files:
+            file.close()
+
+    # -- one tick --------------------------------------------------------------------------------------------------
+
+    def _add(self, inputs: Inputs, outputs: Outputs) -> None:
+        read = encode_inputs(inputs)
+        made = encode_outputs(outputs, read)
+        if inputs.record.keeps is Keeps.LEAN:
+            made = {topic: data for topic, data in made.items() if topic in LEAN}
+        for messages in (read, made):
+            for topic, data in messages.items():
+                self._message(topic, inputs, data)
+        if inputs.record.trouble is RecordTrouble.NONE:
+            for job in inputs.jobs:
+                if isinstance(job.value, PlanResult):
+                    self._message("/plan", inputs, archive.to_npz(job.value))
+
+    def _message(self, topic: str, inputs: Inputs, data: bytes) -> None:
+        self._writer.add_message(
+            self._channels[topic], log_time=inputs.now_ns, publish_time=inputs.now_ns, sequence=inputs.tick, data=data
+        )
+        self._chunk_bytes += len(data)
+
+    def _flush(self) -> None:
+        """Between ticks, so that a chunk holds whole ones."""
+        self._writer.flush()  # type: ignore[no-untyped-call]
+        self._chunk_bytes = 0
+
+    # -- files -----------------------------------------------------------------------------------------------------
+
+    def _begin(self, part: Mapping[str, str]) -> None:
+        """The next file; each says with which configuration and program it was made."""
+        from mcap.writer import CompressionType, Writer  # not for a run without a record
+
+        self._number += 1
+        path, config = part_path(self._first, self._number), self._config
+        file = RecordFile(path, config.record.spare_bytes, config.clock.mode == "lockstep", self._open)
+        self._files.append(file)
+        self._writer: Writer = Writer(
+            file, chunk_size=1 << 31, compression=CompressionType.ZSTD, enable_data_crcs=True  # type: ignore[arg-type]
+        )
+        self._writer.start(profile="", library="el-dorado")
+        self._writer.add_metadata(PART, {"number": str(self._number), **part})
+        self._attach("config.toml", to_toml(config).encode(), "application/toml")
+        self._attach("versions.json", _versions(), "application/json")
+        self._channels = register(self._writer)
+
+    def _next_part(self, first_tick: int) -> None:
+        """The part before is named by what it held, so that none can be taken for another."""
+        before = self._files[-1]
+        origin = {"before_bytes": str(before.tell()), "before_sha256": before.sha256.hexdigest()}
+        before.end(self._writer.finish)
+        self._begin({"first_tick": str(first_tick), **origin})
+
+    def _retry_others(self) -> None:
+        for file in [file for file in self._files[:-1] if file.ended]:
+            if file.waiting_bytes:
+                file.flush()
+            else:
+                file.close()
+                self._files.remove(file)
+
+    def _open(self, path: Path) -> OpenFile:
+        """In the thread of the file: the oldest records go first, so that with this one the bound still holds."""
+        whole_folder = self._config.record.path.endswith("/")
+        relatives = [other for other in family(self._first, whole_folder) if other != path]
+        if path == self._first and not whole_folder:
+            make_room(relatives, 0)  # further parts of an earlier run
+        elif self._config.record.keep_bytes:
+            make_room(relatives, max(0, self._config.record.keep_bytes - self._config.record.part_bytes))
+        return self._opener(path)
+
+    def _attach(self, name: str, data: bytes, media_type: str) -> None:
+        self._writer.add_attachment(0, 0, name, media_type, data)
+
+    def _attach_tiles(self, prefix: str, tiles: Iterable[Tile]) -> None:
+        for tile in tiles:
+            self._attach(f"{prefix}{tile.i}_{tile.j}", encode(tile), "application/octet-stream")
+
+
+def register(writer: Writer) -> dict[str, int]:
+    """Topic -> id of its channel, for every channel of a record."""
+    ids = {}
+    for topic, layout in LAYOUTS.items():
+        encoding = "json" if topic == "/out/event" else "application/octet-stream"
+        schema = writer.register_schema(f"eldorado{topic.replace('/', '.')}", "text", layout.encode())
+        ids[topic] = writer.register_channel(topic, encoding, schema)
+    return ids
 
 
 def _versions() -> bytes:

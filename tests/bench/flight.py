@@ -28,7 +28,8 @@ from onboard.app import LATER, load_gdem
 from onboard.config import load
 from onboard.core.tick import Rover, tick
 from onboard.drivers.workers import Inline
-from onboard.record.replay import replay, ticks_of
+from onboard.record.reader import ticks_of
+from onboard.record.replay import replay
 from onboard.record.schema import decode_inputs
 from onboard.records import Inputs
 from protocol.conventions import TICK_NS

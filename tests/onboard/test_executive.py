@@ -53,6 +53,8 @@ TESTED_BY = {
     "LOOP": "test_a_mission_that_comes_no_nearer_for_two_stops_is_told_as_a_loop_while_it_runs",
     "OPERATOR": "test_the_operators_word_is_a_row_of_its_own_and_obeyed_in_its_tick",
     "COMPUTER_STRAINED": "test_a_computer_past_a_limit_at_three_looks_says_which_and_at_the_next_that_is_well_no_more",
+    "DISK_FULL": "test_a_disk_that_refuses_is_named_within_a_second_and_the_record_has_no_hole_when_it_takes_again",
+    "RECORD_FAIL": "test_a_disk_that_refuses_is_named_within_a_second_and_the_record_has_no_hole_when_it_takes_again",
     "NOT_MOVING": "test_a_rover_whose_wheels_turn_and_that_stands_is_found_within_five_seconds",
 }
 

@@ -1,0 +1,107 @@
+"""Where the rover is, what it wants of its wheels, and which way: poses, twists, orders, paths, decisions."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import IntEnum
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+F32 = NDArray[np.float32]
+F64 = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Pose:
+    """base_link in the map frame; roll, pitch, yaw intrinsic z-y-x (REP-103)."""
+
+    x_m: float
+    y_m: float
+    z_m: float = 0.0
+    roll_rad: float = 0.0
+    pitch_rad: float = 0.0
+    yaw_rad: float = 0.0
+
+    def matrix(self) -> F64:
+        """T_map_base, (4, 4) float64: takes base coordinates to map coordinates."""
+        cr, sr = np.cos(self.roll_rad), np.sin(self.roll_rad)
+        cp, sp = np.cos(self.pitch_rad), np.sin(self.pitch_rad)
+        cy, sy = np.cos(self.yaw_rad), np.sin(self.yaw_rad)
+        return np.array([
+            [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr, self.x_m],
+            [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr, self.y_m],
+            [-sp, cp * sr, cp * cr, self.z_m],
+            [0.0, 0.0, 0.0, 1.0],
+        ])
+
+
+@dataclass(frozen=True, slots=True)
+class Estimate:
+    """The filter's word: pose, its covariance (4, 4) over x, y, z, yaw, and the body rates."""
+
+    pose: Pose
+    covariance: F64
+    speed_mps: float
+    yaw_rate_radps: float
+
+
+class Twist(NamedTuple):
+    """Motion of base_link in its own axes."""
+
+    vx_mps: float = 0.0
+    vy_mps: float = 0.0
+    yaw_radps: float = 0.0
+
+
+class WheelMode(IntEnum):
+    """Mode field of WHEEL_n_COMMAND."""
+
+    OFF = 0
+    HOLD = 1
+    RUN = 2
+
+
+class WheelCommand(NamedTuple):
+    """One wheel's order."""
+
+    mode: WheelMode
+    steer_rad: float
+    rate_radps: float
+
+
+@dataclass(frozen=True, slots=True)
+class Path:
+    """Stations to drive: (k, 3) float64 x, y, body yaw in the map frame, at most `spacing_m` apart along the way.
+
+    Successive stations with the same place and other yaw are a turn on the spot. The body may move in any direction
+    relative to its yaw (crab, backwards): every station's pose was checked free. clearance_m: (k,) float64, distance of
+    each to the nearest blocked pose, at most what was looked for; None where nobody looked.
+    """
+
+    stations: F64
+    clearance_m: F64 | None = None
+
+    @property
+    def length_m(self) -> float:
+        """Length of the way of base_link."""
+        if len(self.stations) < 2:
+            return 0.0
+        return float(np.hypot(*np.diff(self.stations[:, :2], axis=0).T).sum())
+
+
+@dataclass(frozen=True, slots=True)
+class Decision:
+    """What the mission rule chose and why. kind: 'drive' (then scan), 'goal' (then done), 'arrived', 'unreachable'.
+
+    `rule` is the rule's name (R4 ...). heading_rad: to look at when scanning at the stop.
+    """
+
+    kind: str
+    rule: str
+    reason: str
+    path: Path
+    heading_rad: float
+    data: Mapping[str, Any] = field(default_factory=dict)

@@ -1,0 +1,147 @@
+"""A record as an MCAP file whose channels Foxglove draws: JSON with schemas, the pose and events in its own types.
+
+    /pose  /tf    from /out/pose    foxglove.PoseInFrame, foxglove.FrameTransform (base_link in map)
+    /log          from /out/event   foxglove.Log
+    /health       from /in/tick     eldorado.health     /machine    from /in/machine   eldorado.machine
+    /can/NAME     from /in/can and /out/can, a channel for each frame of the DBC: its signals by name
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from mcap.writer import CompressionType, Writer
+
+from onboard.record.reader import Record
+from onboard.record.rows import ROWS
+from onboard.record.schema import TICK
+from onboard.records import Health, Machine
+from protocol.can_codec import TABLE
+from protocol.modes import SEVERITIES
+
+Value = dict[str, Any]
+EVERY = {"/out/pose": 5, "/in/tick": 50}  # ticks: 20 and 2 a second are enough for eyes
+_NUMBER, _TEXT = {"type": "number"}, {"type": "string"}
+_STAMP = {"type": "object", "properties": {"sec": _NUMBER, "nsec": _NUMBER}}
+_XYZ = {"type": "object", "properties": {axis: _NUMBER for axis in "xyz"}}
+_XYZW = {"type": "object", "properties": {axis: _NUMBER for axis in "xyzw"}}
+
+
+class View(NamedTuple):
+    """A channel that is made. schema: its name; fields: name -> JSON schema; source: the channel it is made from."""
+
+    schema: str
+    fields: Mapping[str, Value]
+    source: str
+
+
+VIEWS: Mapping[str, View] = {
+    "/pose": View("foxglove.PoseInFrame", {
+        "timestamp": _STAMP, "frame_id": _TEXT,
+        "pose": {"type": "object", "properties": {"position": _XYZ, "orientation": _XYZW}},
+    }, "/out/pose"),
+    "/tf": View("foxglove.FrameTransform", {
+        "timestamp": _STAMP, "parent_frame_id": _TEXT, "child_frame_id": _TEXT, "translation": _XYZ, "rotation": _XYZW,
+    }, "/out/pose"),
+    "/log": View("foxglove.Log", {
+        "timestamp": _STAMP, "level": _NUMBER, "message": _TEXT, "name": _TEXT, "file": _TEXT, "line": _NUMBER,
+    }, "/out/event"),
+    "/health": View("eldorado.health", dict.fromkeys(Health._fields, _NUMBER), "/in/tick"),
+    "/machine": View("eldorado.machine", dict.fromkeys(Machine._fields, _NUMBER), "/in/machine"),
+    **{
+        f"/can/{frame.name}": View(
+            f"eldorado.can.{frame.name}", dict.fromkeys(frame.fields, _NUMBER),
+            "/out/can" if frame.sender == "COMPUTER" else "/in/can",
+        )
+        for frame in TABLE.values()
+    },
+}  # fmt: skip
+
+
+def write_foxglove(record: Record, channels: Sequence[str], out: Path) -> int:
+    """The views that are made from some channels. Returns the number of messages."""
+    count = 0
+    with out.open("wb") as file:
+        writer = Writer(file, compression=CompressionType.ZSTD)
+        writer.start(profile="", library="el-dorado")
+        ids = {topic: _register(writer, topic) for topic, view in VIEWS.items() if view.source in channels}
+        for number, messages in record.ticks():
+            now_ns = TICK.unpack_from(messages["/in/tick"])[1]
+            for source in channels:
+                if source in messages and number % EVERY.get(source, 1) == 0:
+                    for topic, value in _made(source, messages[source], now_ns):
+                        writer.add_message(ids[topic], now_ns, json.dumps(value).encode(), now_ns, number)
+                        count += 1
+        writer.finish()  # type: ignore[no-untyped-call]
+    return count
+
+
+def _register(writer: Writer, topic: str) -> int:
+    view = VIEWS[topic]
+    shape = {"type": "object", "title": view.schema, "properties": dict(view.fields)}
+    return writer.register_channel(
+        topic, "json", writer.register_schema(view.schema, "jsonschema", json.dumps(shape).encode())
+    )
+
+
+def _made(source: str, raw: bytes, now_ns: int) -> Iterator[tuple[str, Value]]:
+    """(topic, message) of what Foxglove is shown of one message of the record."""
+    for row in ROWS[source](raw) if source in _MAKERS else ():
+        yield from _MAKERS[source](row, now_ns)
+
+
+def _of_pose(row: Value, now_ns: int) -> Iterator[tuple[str, Value]]:
+    place = {axis: row[f"{axis}_m"] for axis in "xyz"}
+    turn = _quaternion(row["roll_rad"], row["pitch_rad"], row["yaw_rad"])
+    at = {"timestamp": _stamp(now_ns)}
+    yield "/pose", {**at, "frame_id": "map", "pose": {"position": place, "orientation": turn}}
+    yield "/tf", {
+        **at, "parent_frame_id": "map", "child_frame_id": "base_link", "translation": place, "rotation": turn,
+    }  # fmt: skip
+
+
+def _of_event(row: Value, now_ns: int) -> Iterator[tuple[str, Value]]:
+    level = SEVERITIES.index(row["severity"]) + 1  # foxglove.Log counts from 1, debug, to 5, fatal
+    yield "/log", {
+        "timestamp": _stamp(row["now_ns"]), "level": level, "message": row["text"], "name": row["name"], "file": "",
+        "line": 0,
+    }  # fmt: skip
+
+
+def _of_tick(row: Value, now_ns: int) -> Iterator[tuple[str, Value]]:
+    yield "/health", {name: row[name] for name in Health._fields}
+
+
+def _of_machine(row: Value, now_ns: int) -> Iterator[tuple[str, Value]]:
+    yield "/machine", {name: number for name, number in row.items() if number == number}  # JSON has no NaN
+
+
+def _of_frame(row: Value, now_ns: int) -> Iterator[tuple[str, Value]]:
+    if row["frame"] and "error" not in row:
+        topic = f"/can/{row['frame']}"
+        yield topic, {name: row[name] for name in VIEWS[topic].fields}
+
+
+_MAKERS = {
+    "/out/pose": _of_pose, "/out/event": _of_event, "/in/tick": _of_tick,
+    "/in/machine": _of_machine, "/in/can": _of_frame, "/out/can": _of_frame,
+}  # fmt: skip
+
+
+def _stamp(now_ns: int) -> Value:
+    return {"sec": now_ns // 1_000_000_000, "nsec": now_ns % 1_000_000_000}
+
+
+def _quaternion(roll_rad: float, pitch_rad: float, yaw_rad: float) -> Value:
+    """Of intrinsic z-y-x angles."""
+    cr, sr = math.cos(roll_rad / 2), math.sin(roll_rad / 2)
+    cp, sp = math.cos(pitch_rad / 2), math.sin(pitch_rad / 2)
+    cy, sy = math.cos(yaw_rad / 2), math.sin(yaw_rad / 2)
+    return {
+        "x": sr * cp * cy - cr * sp * sy, "y": cr * sp * cy + sr * cp * sy,
+        "z": cr * cp * sy - sr * sp * cy, "w": cr * cp * cy + sr * sp * sy,
+    }  # fmt: skip

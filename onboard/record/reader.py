@@ -1,0 +1,212 @@
+"""A record as it can be read: of one file or of several parts, closed or cut off, checked before anything is used.
+
+A file that was closed ends with MCAP's magic; whatever does not fit in it is damage. A file without that end was cut
+off, by a power loss or `kill -9`: it is good up to its last whole chunk, and what follows is left alone.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import struct
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import BinaryIO
+from zlib import crc32
+
+from mcap.exceptions import EndOfFile, McapError
+from mcap.records import Attachment, Channel, Chunk, Header, McapRecord, Message, Metadata
+from mcap.stream_reader import CRCValidationError, StreamReader, get_chunk_data_stream
+from zstandard import ZstdError
+
+from onboard.record.parts import part_of, part_path
+from onboard.record.schema import INPUTS, TICK, input_checks
+from onboard.record.writer import PART
+from protocol.conventions import TICK_NS
+
+MAGIC = b"\x89MCAP0\r\n"
+# what the reader of the file raises on bytes that were never written so
+UNREADABLE = (McapError, ZstdError, EOFError, ValueError, KeyError, OverflowError, MemoryError, struct.error)
+
+
+class DamagedRecordError(ValueError):
+    """The record is not what was written; the text names the tick and channel where that shows."""
+
+
+@dataclass(slots=True)
+class File:
+    """What one pass over a file has shown. whole_bytes: up to the last whole record; closed: its writer ended it."""
+
+    path: Path
+    size: int
+    closed: bool
+    whole_bytes: int = 0
+    last_tick: int = 0
+    library: str = ""
+    attachments: dict[str, bytes] = field(default_factory=dict)
+    part: dict[str, str] = field(default_factory=dict)
+
+    def records(self) -> Iterator[McapRecord]:
+        """What is whole of it, chunks opened."""
+        with self.path.open("rb") as file:
+            head = _Head(file, self.whole_bytes)
+            try:
+                yield from StreamReader(head).records  # type: ignore[arg-type]
+            except EndOfFile as error:
+                if self.closed:
+                    raise DamagedRecordError(f"{self.path} has become shorter since it was checked") from error
+
+
+@dataclass(frozen=True, slots=True)
+class Record:
+    """The files of a record, first part first."""
+
+    files: tuple[File, ...]
+
+    @property
+    def attachments(self) -> Mapping[str, bytes]:
+        """Of all parts; those that each part repeats are alike."""
+        return {name: data for file in self.files for name, data in file.attachments.items()}
+
+    @property
+    def first_tick(self) -> int:
+        """1 where the record begins as its run does, the only place from which it can be replayed."""
+        return int(self.files[0].part.get("first_tick", "1"))
+
+    @property
+    def cut_off(self) -> str:
+        """In words, where the last file was not closed; else empty."""
+        last = self.files[-1]
+        if last.closed:
+            return ""
+        return f"cut off after tick {last.last_tick}, {last.size - last.whole_bytes} bytes behind it are no whole chunk"
+
+    def ticks(self) -> Iterator[tuple[int, dict[str, bytes]]]:
+        """See ticks_of."""
+        for file in self.files:
+            yield from ticks_of(file.records())
+
+
+class _Head:
+    """The first bytes of a file, for a reader of streams."""
+
+    def __init__(self, file: BinaryIO, size: int) -> None:
+        self._file, self.left = file, size
+
+    def read(self, size: int) -> bytes:
+        """As of a file that ends there."""
+        data = self._file.read(min(size, self.left))
+        self.left -= len(data)
+        return data
+
+
+def open_record(path: Path) -> Record:
+    """The file and the further parts of its run that lie beside it, each read once and its sums checked.
+
+    Raises DamagedRecordError, FileNotFoundError.
+    """
+    files = [survey(path)]
+    while (beside := part_path(_first(path), int(files[-1].part.get("number", "1")) + 1)).is_file():
+        following = survey(beside)
+        if not _follows(files[-1], following):
+            break
+        files.append(following)
+    return Record(tuple(files))
+
+
+def survey(path: Path) -> File:
+    """One pass over one file. Raises DamagedRecordError, FileNotFoundError."""
+    size = path.stat().st_size
+    with path.open("rb") as file:
+        file.seek(max(0, size - len(MAGIC)))
+        found = File(path, size, closed=size > 2 * len(MAGIC) and file.read() == MAGIC)
+        file.seek(0)
+        broken = ""
+        reader = StreamReader(file, emit_chunks=True, validate_crcs=True, record_size_limit=size)
+        try:
+            for record in reader.records:
+                broken = _note(found, record, broken)
+                if not broken:
+                    found.whole_bytes = file.tell()
+            found.whole_bytes = file.tell()
+        except UNREADABLE as error:
+            broken = broken or _words(error)
+    if broken and (found.closed or not found.whole_bytes):
+        raise DamagedRecordError(f"it reads as far as tick {found.last_tick}; then: {broken}")
+    return found
+
+
+def _note(found: File, record: McapRecord, broken: str) -> str:
+    """Takes in one record of the file; in words, what does not fit in it, or did not in one before."""
+    if isinstance(record, Chunk):
+        try:
+            get_chunk_data_stream(record, validate_crc=True)
+        except UNREADABLE as error:
+            return broken or _words(error)
+        if broken:  # an unfinished end has nothing whole behind it
+            raise DamagedRecordError(f"it reads as far as tick {found.last_tick}; then: {broken}")
+        found.last_tick = record.message_end_time // TICK_NS
+    elif isinstance(record, Attachment):
+        found.attachments[record.name] = record.data
+    elif isinstance(record, Metadata) and record.name == PART:
+        found.part = record.metadata
+    elif isinstance(record, Header):
+        found.library = record.library
+    return broken
+
+
+def _words(error: Exception) -> str:
+    return "a checksum does not fit" if isinstance(error, CRCValidationError) else repr(error)
+
+
+def _first(path: Path) -> Path:
+    return path.with_name(f"{part_of(path).stem}{path.suffix}") if part_of(path).number > 1 else path
+
+
+def _follows(before: File, after: File) -> bool:
+    """Whether the second names the first as the part before it: by the bytes of its ticks."""
+    size = int(after.part.get("before_bytes", "0"))
+    if not 0 < size <= before.whole_bytes:
+        return False
+    left, digest = size, hashlib.sha256()
+    with before.path.open("rb") as file:
+        while left and (data := file.read(min(left, 1 << 20))):
+            digest.update(data)
+            left -= len(data)
+    return digest.hexdigest() == after.part.get("before_sha256")
+
+
+def ticks_of(records: Iterable[McapRecord]) -> Iterator[tuple[int, dict[str, bytes]]]:
+    """(tick, topic -> message), in the order of the file."""
+    topics: dict[int, str] = {}
+    number = -1
+    messages: dict[str, bytes] = {}
+    for record in records:
+        if isinstance(record, Channel):
+            topics[record.id] = record.topic
+        elif isinstance(record, Message):
+            if record.sequence != number:
+                if messages:
+                    yield number, messages
+                number, messages = record.sequence, {}
+            messages[topics[record.channel_id]] = record.data
+    if messages:
+        yield number, messages
+
+
+def check_inputs(number: int, recorded: dict[str, bytes]) -> None:
+    """Raises DamagedRecordError where a tick's inputs are not those that its outputs were computed from."""
+    if "/in/tick" not in recorded or "/out/tick" not in recorded:
+        raise DamagedRecordError(f"tick {number}: its message is missing")
+    try:
+        checks = input_checks(recorded["/out/tick"])
+    except struct.error as error:
+        raise DamagedRecordError(f"tick {number}, channel /out/tick: too short") from error
+    tick = TICK.unpack_from(recorded["/in/tick"])[0] if len(recorded["/in/tick"]) >= TICK.size else -1
+    for topic, expected in checks.items():
+        if crc32(recorded.get(topic, b"")) != expected:
+            raise DamagedRecordError(f"tick {number}, channel {topic}: the bytes are not those that were recorded")
+    if tick != number:
+        raise DamagedRecordError(f"tick {number}, channel /in/tick: it is of tick {tick}")
+    if strange := {topic for topic in recorded if topic.startswith("/in/")} - set(INPUTS):
+        raise DamagedRecordError(f"tick {number}: no such channel: {', '.join(sorted(strange))}")
