@@ -118,7 +118,7 @@ FAULTS = (
           (Step.STOP, Step.SAFE_OVER_LIMIT, Step.REPORT), latched=False, tries=3),
     Fault(44, "NO_PATH", "no way to the goal over free or unknown ground (R9)", 0.02,
           (Step.GIVE_UP, Step.REPORT), latched=False),
-    Fault(45, "LOOP", "the way left was not lowered by 0.5 m within 2 stops (R10)", 0.02,
+    Fault(45, "LOOP", "a strategy's stops have not lowered the way left by 0.5 m within 2 stops (R10)", 0.02,
           (Step.COMMIT, Step.REPORT), latched=False),
     Fault(46, "OPERATOR", "the operator says stop, safe or emergency_stop", 0.01,
           (Step.OBEY, Step.REPORT), latched=False),
