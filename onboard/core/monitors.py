@@ -114,7 +114,9 @@ def _no_path(w: Watched) -> bool:
 
 
 def _loop(w: Watched) -> bool:
-    guarded = w.in_mission and w.config.mission.guard
+    """Where a strategy is overruled; `optimistic` is R5 alone, and going round an obstacle lowers nothing at first."""
+    mission = w.config.mission
+    guarded = w.in_mission and mission.guard and mission.strategy != "optimistic"
     return guarded and w.plan is not None and w.plan.state.since_record >= RECORD_STOPS
 
 

@@ -50,7 +50,7 @@ TESTED_BY = {
     "TICK_LATE": "test_a_computer_that_leaves_out_ticks_says_so_within_a_second_and_sheds_what_can_wait",
     "CONTROL_LATE": "test_orders_over_50_ms_late_stop_the_wheels_in_their_tick_and_after_a_second_the_rover_drives_on",
     "NO_PATH": "test_a_goal_without_a_way_is_told_as_no_path_until_the_next_goto",
-    "LOOP": "test_a_mission_that_comes_no_nearer_for_two_stops_is_told_as_a_loop_while_it_runs",
+    "LOOP": "test_a_strategy_that_comes_no_nearer_for_two_stops_is_told_as_a_loop_while_it_runs",
     "OPERATOR": "test_the_operators_word_is_a_row_of_its_own_and_obeyed_in_its_tick",
     "COMPUTER_STRAINED": "test_a_computer_past_a_limit_at_three_looks_says_which_and_at_the_next_that_is_well_no_more",
     "DISK_FULL": "test_a_disk_that_refuses_is_named_within_a_second_and_the_record_has_no_hole_when_it_takes_again",

@@ -4,11 +4,11 @@ import math
 from dataclasses import replace
 
 import pytest
-from core_bench import CoreBench, first_map
+from core_bench import CoreBench, first_map, quick
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from onboard.config import Computer, Config, Safety
+from onboard.config import Computer, Config, Mission, Safety
 from onboard.core.computer_watch import LATE_NS, LOOKS, ComputerWatch, strained
 from onboard.core.power_watch import PowerWatch
 from onboard.core.spells import Spells
@@ -288,8 +288,11 @@ def test_a_goal_without_a_way_is_told_as_no_path_until_the_next_goto(known, monk
     assert rover.told("FAULT_CLEARED")[0][1] == "NO_PATH"
 
 
-def test_a_mission_that_comes_no_nearer_for_two_stops_is_told_as_a_loop_while_it_runs(known, monkeypatch):
-    rover = CoreBench(memory=known)
+@pytest.mark.parametrize(("strategy", "told"), [("visibility", ["LOOP"]), ("optimistic", [])])
+def test_a_strategy_that_comes_no_nearer_for_two_stops_is_told_as_a_loop_while_it_runs(
+    known, monkeypatch, strategy, told
+):
+    rover = CoreBench(settings=quick(mission=Mission(strategy=strategy)), memory=known)
     rover.settle()
     planned(monkeypatch, state={"since_record": 1})
     rover.goto(3.0, 0.5)
@@ -301,10 +304,10 @@ def test_a_mission_that_comes_no_nearer_for_two_stops_is_told_as_a_loop_while_it
     rover.step()
     rover.until_phase(Phase.DRIVING)
     rover.run(0.02)
-    assert rows_told(rover) == ["LOOP"] and rover.mode is Mode.AUTONOMOUS
+    assert rows_told(rover) == told and rover.mode is Mode.AUTONOMOUS
     rover.order("stop")
     rover.run(0.02)
-    assert "LOOP" in [text for _, text in rover.told("FAULT_CLEARED")]
+    assert [text for _, text in rover.told("FAULT_CLEARED")] == [*told, "OPERATOR"]
 
 
 @pytest.mark.parametrize(("order", "mode"), [
