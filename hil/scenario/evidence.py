@@ -37,8 +37,8 @@ class Sight:
     rates_radps: newest order of each wheel; tilt_mode: of the axis. contact_ns: newest datagram that was accepted;
     told_ns: newest housekeeping. plan: that came in this tick; rule: of the newest. halted: in this tick the operator
     said stop, safe or emergency_stop. job_late: one was not there at its tick. hazard_ns: begin of the line that gave
-    the drive guard its verdict. dropped: frames and scans that the flight program threw away in this tick. keeps: in the
-    record, of this tick.
+    the drive guard its verdict. dropped: frames and scans that the flight program threw away in this tick. keeps: of
+    this tick, in the record.
     """
 
     def __init__(self) -> None:
