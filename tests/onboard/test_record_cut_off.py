@@ -95,7 +95,7 @@ def test_an_end_that_was_never_written_leaves_the_chunks_before_it(record, borde
 
 def test_damage_before_the_end_of_a_record_that_was_cut_off_is_damage(record, borders, tmp_path):
     whole = bytearray(record.read_bytes()[: borders[-1][0]])
-    whole[borders[1][0] + 200] ^= 1  # in the third of six chunks
+    whole[borders[2][0] - 200] ^= 1  # in the third of six chunks
     path = tmp_path / "both.mcap"
     path.write_bytes(whole)
     with pytest.raises(DamagedRecordError, match=f"as far as tick {borders[1][1]}; then: "):
