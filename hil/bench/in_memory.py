@@ -15,23 +15,25 @@ of a scenario's `script` that have a time; in `blackout_s` nothing passes betwee
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from hil.bench.operator import Operator, Order, orders_of
 from hil.bench.truth import Truth
 from hil.bench.world import NS, World
+from hil.faults.disk_faults import DISK_FAULTS
 from hil.faults.injection import Injector
 from hil.plant.plant import STEP_NS, PlantAbortError
 from hil.records import PlantState
 from hil.scenario.scenario import Scenario, flight_settings, goal_words, ground_of, sensor_errors
 from hil.terrain.field import Field
+from onboard.config import Config, load
 from onboard.config import Rover as BuiltRover
-from onboard.config import load
 from onboard.core.tick import Rover, tick
 from onboard.drivers.workers import Inline
 from onboard.ports import Save, Saved
-from onboard.records import BusStatus, Chunk, Event, Frame, Health, Inputs, Outputs, PortState
+from onboard.record.writer import Recorder
+from onboard.records import BusStatus, Chunk, Event, Frame, Health, Inputs, Outputs, PortState, RecordStatus
 from protocol.conventions import TICK_NS
 from protocol.transactions import Request, State
 
@@ -86,6 +88,7 @@ class InMemory(World):
         self.events: list[Event] = []
         self._injector = Injector(scenario.faults)
         self._jobs = Inline()
+        self._recorder = _recorder(config, self) if any(f.fault in DISK_FAULTS for f in scenario.faults) else None
         self._saves: tuple[Save, ...] = ()
         self.advance(TICK_NS)
 
@@ -112,6 +115,8 @@ class InMemory(World):
         inputs = self._inputs(now_ns)
         outputs = tick(self.rover, inputs)
         self._jobs.start(outputs.jobs, outputs.cancelled)
+        if self._recorder:
+            self._recorder.write(inputs, outputs)
         self._saves = outputs.saves
         self.events += outputs.events
         if observe:
@@ -131,6 +136,7 @@ class InMemory(World):
             jobs=self._jobs.take(self._jobs.due(self.tick - self.wires.jobs_late_ticks)),
             saved=self._kept(), health=Health(slipped_ticks=self.computer.left_out),
             machine=self.computer.says(self.tick),
+            record=self._recorder.status if self._recorder else RecordStatus(),
         )
 
     def _cut_off(self, now_ns: int) -> bool:
@@ -187,6 +193,12 @@ class InMemory(World):
             {name: stream.report() for name, stream in self.streams.items()}, self.truth.sha256(), error,
         )
 
+    def free(self) -> None:
+        """What engine and record hold."""
+        super().free()
+        if self._recorder:
+            self._recorder.close()
+
     # -- processes, for the injector ---------------------------------------------------------------------------------
 
     def kill(self, name: str) -> None:
@@ -208,6 +220,12 @@ def goto(ground: Field, at_s: float = GOTO_S) -> tuple[Order, ...]:
     """The order to drive to the field's goal."""
     x_m, y_m = (float(word) for word in goal_words(ground).values())
     return (Order(at_s, "goto", {"x_m": x_m, "y_m": y_m}),)
+
+
+def _recorder(config: Config, bench: World) -> Recorder:
+    """The flight program's own, on the bench's disk."""
+    record, clock = replace(config.record, path="run.mcap"), replace(config.clock, mode="lockstep")
+    return Recorder(replace(config, record=record, clock=clock), bench.field.gdem, opener=bench.disk.open)
 
 
 def _whole_us(frame: Frame) -> Frame:

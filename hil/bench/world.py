@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hil.bench.computer import Computer
+from hil.bench.disk import Disk
 from hil.bench.trace import Trace
 from hil.bench.truth import Truth
 from hil.can.wire import CanWire
@@ -94,11 +95,11 @@ class World:
         self.plant = Plant(ground, seed, step_ns, rover)
         self.nodes: Nodes = build_nodes(seed, rover)
         self.lidar = Lidar(seed, self._cast)
-        self.wires, self.computer = Wires(), Computer()
+        self.wires, self.computer, self.disk = Wires(), Computer(), Disk()
         self.can = CanWire(seed)
         self.lidar_open = False
         self.streams = {name: Stream() for name in STREAMS}
-        self.trace = Trace((*STREAMS, "can_stamps", "can_controller", "computer", "ground", "plant"))
+        self.trace = Trace((*STREAMS, "can_stamps", "can_controller", "computer", "disk", "ground", "plant"))
         self.progress = Progress()
         self.tick = 0
         self.state: PlantState = self.plant.reset(ground.start)
@@ -197,7 +198,9 @@ class World:
         """Progress and trace at the end of a tick."""
         sums = (stream.crc for stream in self.streams.values())
         ground = self.plant.ground_changes
-        self.trace.add((*sums, self._stamps_crc, self._controller_crc, self.computer.crc, ground, self.truth.crc))
+        self.disk.note()
+        inside = (self._stamps_crc, self._controller_crc, self.computer.crc, self.disk.refused_ticks)
+        self.trace.add((*sums, *inside, ground, self.truth.crc))
         goal = self.field.goal_m
         x_m, y_m, _ = self.state.position_m.tolist()
         vx_mps, vy_mps, _ = self.state.velocity_mps.tolist()

@@ -11,6 +11,7 @@ from hil.devices.lidar_faults import KINDS
 from hil.faults import ground_faults
 from hil.faults.can_faults import CAUSES, CanCause
 from hil.faults.computer_faults import COMPUTER_FAULTS
+from hil.faults.disk_faults import DISK_FAULTS
 from hil.faults.node_faults import NODE_FAULTS
 from hil.faults.wheel_faults import WHEEL_FAULTS
 from hil.scenario.scenario import Injection
@@ -31,7 +32,7 @@ class Processes(Protocol):
 class Cause:
     """begin and heal a fault; `target` is a wheel number where one is needed.
 
-    quick_only: it means nothing over sockets, where lock-step waits for what is late.
+    quick_only: it means nothing over sockets, where lock-step waits for what is late, and the disk is this machine's.
     """
 
     means: str
@@ -99,6 +100,18 @@ def _of_node(name: str) -> Cause:
     return Cause(row.means, lambda bench, _p, _t: row.begin(bench), lambda bench, _p, _t: row.heal(bench))
 
 
+def _of_disk(name: str) -> Cause:
+    refuses, means = DISK_FAULTS[name]
+
+    def begin(bench: World, _p: Processes, _t: int) -> None:
+        bench.disk.refuses = refuses
+
+    def heal(bench: World, _p: Processes, _t: int) -> None:
+        bench.disk.refuses = 0
+
+    return Cause(means, begin, heal, quick_only=True)
+
+
 def _of_can(cause: CanCause) -> Cause:
     return Cause(
         cause.means, lambda bench, _, target: cause.begin(bench.can, target),
@@ -120,6 +133,7 @@ INJECTIONS: Mapping[str, Cause] = {
     "ground_collapse": Cause("the ground under the left wheels gives way", ground_faults.collapse, _nothing),
     **{name: _of_wheels(name) for name in WHEEL_FAULTS},
     **{name: _of_node(name) for name in (*NODE_FAULTS, *COMPUTER_FAULTS)},
+    **{name: _of_disk(name) for name in DISK_FAULTS},
     **{name: _of_can(cause) for name, cause in CAUSES.items()},
     **{f"ground_{kind}": _of_ground(kind) for kind in ground_faults.KINDS},
     **{f"lidar_{kind}": _of_lidar(kind) for kind in KINDS if kind != "cable"},  # that is lidar_unplugged

@@ -16,7 +16,7 @@ from onboard.motion.wheel_health import SOUND
 from onboard.planning.fences import entered
 from onboard.planning.mission_rule import RECORD_STOPS
 from onboard.planning.plan_records import PlanResult
-from onboard.records import Inputs, Outputs, Pose
+from onboard.records import Inputs, Keeps, Outputs, Pose
 from protocol import eldorado_dialect
 from protocol.can_codec import TABLE, TiltMode
 from protocol.commands import decode
@@ -37,7 +37,8 @@ class Sight:
     rates_radps: newest order of each wheel; tilt_mode: of the axis. contact_ns: newest datagram that was accepted;
     told_ns: newest housekeeping. plan: that came in this tick; rule: of the newest. halted: in this tick the operator
     said stop, safe or emergency_stop. job_late: one was not there at its tick. hazard_ns: begin of the line that gave
-    the drive guard its verdict. dropped: frames and scans that the flight program threw away in this tick.
+    the drive guard its verdict. dropped: frames and scans that the flight program threw away in this tick. keeps: of
+    this tick, in the record.
     """
 
     def __init__(self) -> None:
@@ -56,6 +57,7 @@ class Sight:
     def update(self, inputs: Inputs, outputs: Outputs, rover: Rover, state: PlantState) -> None:
         """What went in, what came out, the flight program's core and the truth after it."""
         self.now_ns, self.outputs, self.rover, self.state = inputs.now_ns, outputs, rover, state
+        self.keeps = inputs.record.keeps
         self.contact_ns = max([self.contact_ns, *(m.rx_ns for m in inputs.link_messages if m.accepted)])
         for can_id, data, _ in outputs.can_frames:
             if can_id in WHEEL_COMMANDS:
@@ -130,6 +132,7 @@ SHOWS: Mapping[Step, Callable[[Sight], bool]] = MappingProxyType({
     Step.ESTOP: lambda s: s.mode is Mode.ESTOP,
     Step.RESTART_BUS: lambda s: s.outputs.can_connect,
     Step.IGNORE: lambda s: s.dropped > 0,
+    Step.KEEP_LESS: lambda s: s.keeps is not Keeps.ALL,
     Step.SHED: lambda s: s.now_ns - s.told_ns > QUIET_NS,
     Step.OBEY: lambda s: s.mode in (Mode.STANDBY, Mode.SAFE, Mode.ESTOP) and not any(s.rates_radps.values()),
     Step.COMMIT: lambda s: s.rule not in ("", "R10"),

@@ -129,6 +129,8 @@ def survey(path: Path) -> File:
                 if not broken:
                     found.whole_bytes = file.tell()
             found.whole_bytes = file.tell()
+        except DamagedRecordError:
+            raise
         except UNREADABLE as error:
             broken = broken or _words(error)
     if broken and (found.closed or not found.whole_bytes):

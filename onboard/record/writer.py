@@ -117,6 +117,10 @@ class Recorder:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Finish the file; returns when all is on the disk that it takes."""
         if self._files:
             self._files[-1].end(self._writer.finish)
         for file in self._files:

@@ -1,0 +1,11 @@
+"""TABLE of what a disk says when it does not write: fault -> errno."""
+
+from __future__ import annotations
+
+import errno
+from collections.abc import Mapping
+
+DISK_FAULTS: Mapping[str, tuple[int, str]] = {
+    "disk_full": (errno.ENOSPC, "no room is left on the disk"),
+    "disk_read_only": (errno.EROFS, "the disk has become read-only"),
+}
