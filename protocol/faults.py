@@ -14,7 +14,8 @@ class Step(Enum):
     """One step of a response."""
 
     STOP = "zero wheel rates while the fault lasts"
-    DISCARD_SWEEP = "the running sweep is discarded and scanned again, at most 3 times"
+    DISCARD_SWEEP = "no sweep runs while it lasts; one that ran is scanned again, at most 3 times, then mode SAFE"
+    ESTIMATE_ANEW = "what was known of the clock or the bias is learned anew; no order is timed by it"
     BACK_OFF = "the way is ended: back 0.3 m as it was driven, scan, plan anew; SAFE after so many tries in a mission"
     LOOK = "the way is ended: scan where the rover stands, register, plan anew; SAFE if the fault outlasts that"
     RESCAN = "the way is ended where the rover stands: scan, plan anew"
@@ -103,6 +104,18 @@ FAULTS = (
           (Step.KEEP_LESS, Step.REPORT), latched=False, maskable=True),
     Fault(41, "RECORD_FAIL", "the record is not written: the disk is read-only, gone or broken", 1.0,
           (Step.KEEP_LESS, Step.REPORT), latched=False, maskable=True),
+    Fault(50, "LIDAR_GARBLED", "over 20 % of the scanner's frames of the last 2 s, and 4 at least, failed their checks",
+          2.0, (Step.IGNORE, Step.DISCARD_SWEEP, Step.REPORT), latched=False, maskable=True),
+    Fault(51, "LIDAR_DIRTY", "in 40 scans over 10 % of the returns are torn by missing ones, or too near or scattered",
+          1.1, (Step.DISCARD_SWEEP, Step.REPORT), latched=False, maskable=True),
+    Fault(52, "LIDAR_CLOCK", "the scanner's counter jumps or begins anew; told for a second", 0.1,
+          (Step.ESTIMATE_ANEW, Step.DISCARD_SWEEP, Step.REPORT), latched=False, maskable=True),
+    Fault(53, "CLOCK_JUMP", "UTC or the clock of the tilt node jumps; told for a second", 1.0,
+          (Step.ESTIMATE_ANEW, Step.DISCARD_SWEEP, Step.REPORT), latched=False, maskable=True),
+    Fault(54, "TILT_STALL", "the tilt axis makes less than 30 % of the way of its orders", 0.3,
+          (Step.DISCARD_SWEEP, Step.REPORT), latched=False, suppressed_by=("CAN_BUS_OFF",), maskable=True),
+    Fault(55, "IMU_BIAS", "at rest the gyro reads over 0.1 degrees a second otherwise than at the last rest", 2.0,
+          (Step.ESTIMATE_ANEW, Step.REPORT), latched=False, maskable=True),
     Fault(24, "NODE_FOREIGN", "a node's heartbeat carries another DBC version", 0.02,
           (Step.STOP, Step.SAFE, Step.REPORT), latched=True),
     Fault(25, "NODE_TWICE", "two nodes send under one id: two alive counters interleave", 1.0,

@@ -5,7 +5,8 @@
       since_s               raised_s                   answered_s                       the steps that take time
           |<------------- at most detect_s of the row ---->|
 
-The first bad sample is what evidence.VIOLATES says, or the first trace of the injection against the run without it.
+The first bad sample is what evidence.VIOLATES says, or the first trace of the injection against the run without it; of
+a row in COUNTS_WHEN the first after that in a state that shows it.
 """
 
 from __future__ import annotations
@@ -14,10 +15,10 @@ from collections.abc import Sequence
 from itertools import zip_longest
 from typing import NamedTuple
 
+from hil.bench.in_memory import Rover
 from hil.records import PlantState
-from hil.scenario.evidence import AT_ONCE, SHOWS, VIOLATES, Sight
+from hil.scenario.evidence import AT_ONCE, COUNTS_WHEN, SHOWS, VIOLATES, Sight
 from hil.scenario.verdicts import row_of
-from onboard.core.tick import Rover
 from onboard.records import Inputs, Outputs
 from protocol.conventions import TICK_NS
 from protocol.faults import BY_NAME, Step
@@ -71,6 +72,7 @@ class Watcher:
         self._since: dict[str, int] = {}
         self._active = {row: Spans() for row in rows}
         self._told = {row: Spans() for row in rows}
+        self._states = {row: Spans() for row in rows if row in COUNTS_WHEN}
         self._steps = {step: Spans() for row in rows for step in BY_NAME[row].response if step in SHOWS}
 
     def observe(self, tick: int, inputs: Inputs, outputs: Outputs, rover: Rover, state: PlantState) -> None:
@@ -87,13 +89,21 @@ class Watcher:
                 violated_ns = VIOLATES[row](sight)
                 if violated_ns is not None:
                     self._since[row] = -(-violated_ns // TICK_NS)
+        for row, spans in self._states.items():
+            spans.note(tick, COUNTS_WHEN[row](sight))
         for step, spans in self._steps.items():
             spans.note(tick, SHOWS[step](sight))
 
     def answers(self, traced_s: float) -> tuple[Answer, ...]:
         """Of each row; traced_s: when the injection first showed, below 0 where it did not or there was none."""
         traced = round(traced_s * 1e9 / TICK_NS) if traced_s >= 0.0 else None
-        return tuple(self._answer(row, self._since.get(row) if row in VIOLATES else traced) for row in self._rows)
+        return tuple(self._answer(row, self._began(row, traced)) for row in self._rows)
+
+    def _began(self, row: str, traced: int | None) -> int | None:
+        """The tick of the first bad sample."""
+        if row in VIOLATES:
+            return self._since.get(row)
+        return self._states[row].held(traced) if traced is not None and row in self._states else traced
 
     def _answer(self, row: str, since: int | None) -> Answer:
         response = tuple(step for step in BY_NAME[row].response if step is not Step.SAFE_OVER_LIMIT)

@@ -7,11 +7,12 @@ It looks at what leaves the flight program, its mode and phase, and the truth; n
 from __future__ import annotations
 
 import math
+from collections import deque
 from collections.abc import Callable, Iterator, Mapping
 from types import MappingProxyType
 
+from hil.bench.in_memory import Rover
 from hil.records import PlantState
-from onboard.core.tick import Rover
 from onboard.motion.wheel_health import SOUND
 from onboard.planning.fences import entered
 from onboard.planning.mission_rule import RECORD_STOPS
@@ -29,6 +30,8 @@ ROVER_STATE = eldorado_dialect.MAVLINK_MSG_ID_ROVER_STATE
 QUIET_NS = 1_000_000_000  # twice the time between two words of housekeeping
 HALTING = ("stop", "safe", "emergency_stop")
 SLOW_RATIO = 0.7  # of the cruising speed, at the outer wheels of a curve
+TOLD_NS, KNOWN_NS, STILL_RADPS = 150_000_000, 5e6, 1e-3
+REST_RADPS, REST_MPS = 0.01, 0.005
 
 
 class Sight:
@@ -50,6 +53,7 @@ class Sight:
         self.hazard_ns: int | None = None
         self.job_late = False
         self.dropped = 0
+        self._turns_radps: deque[float] = deque(maxlen=50)
         self._due: dict[int, int] = {}  # jobs that run: tick of their result
         self._lines_ns: dict[int, int] = {}  # jobs of the drive guard that run: begin of their last line
         self._dropped = 0
@@ -69,6 +73,7 @@ class Sight:
                           for m in inputs.link_messages)  # fmt: skip
         if any(kind == Kind.MAVLINK and ROVER_STATE in _messages(data) for kind, data in outputs.link_payloads):
             self.told_ns = self.now_ns
+        self._turns_radps.append(rover.localisation.yaw_rate_radps)
         dropped = rover.nodes.bad_frames + rover.lidar.bad
         self.dropped, self._dropped = dropped - self._dropped + len(rover.nodes.watch.babbling), dropped
 
@@ -87,6 +92,11 @@ class Sight:
             self._due[job.job_id] = job.due_tick
             if job.name == "guard_listen":
                 self._lines_ns[job.job_id] = job.arguments[1][-1].scan.start_ns
+
+    @property
+    def turns_radps(self) -> float:
+        """What the rover believes of its turn: the mean of half a second."""
+        return sum(self._turns_radps) / len(self._turns_radps)
 
     @property
     def mode(self) -> Mode:
@@ -119,6 +129,13 @@ def _slow(sight: Sight) -> bool:
     return fastest_mps <= SLOW_RATIO * config.motion.cruise_mps
 
 
+def _knows_anew(sight: Sight) -> bool:
+    """At rest it believes that it does not turn, and what scanner and axis say now has a time of now."""
+    heard_ns = sight.rover.nodes.tilt_track(sight.now_ns - TOLD_NS).times_ns
+    in_time = len(heard_ns) > 0 and int(heard_ns[-1]) <= sight.now_ns
+    return in_time and sight.rover.lidar.clock.quality.sigma_ns < KNOWN_NS and abs(sight.turns_radps) < STILL_RADPS
+
+
 SHOWS: Mapping[Step, Callable[[Sight], bool]] = MappingProxyType({
     Step.STOP: lambda s: len(s.rates_radps) == 4 and not any(s.rates_radps.values()),
     Step.DISCARD_SWEEP: lambda s: s.phase is Phase.SCANNING and s.tilt_mode is TiltMode.PARK,
@@ -137,6 +154,7 @@ SHOWS: Mapping[Step, Callable[[Sight], bool]] = MappingProxyType({
     Step.OBEY: lambda s: s.mode in (Mode.STANDBY, Mode.SAFE, Mode.ESTOP) and not any(s.rates_radps.values()),
     Step.COMMIT: lambda s: s.rule not in ("", "R10"),
     Step.GIVE_UP: lambda s: s.phase is Phase.FAILED,
+    Step.ESTIMATE_ANEW: _knows_anew,
 })  # fmt: skip
 """REPORT is seen by its event. SAFE_OVER_LIMIT is not here: it follows only where the tries are used up, and then the
 scenario says so: `mode = "SAFE"`."""
@@ -167,6 +185,11 @@ def _fenced(sight: Sight) -> int | None:
     return sight.now_ns if entered(rover.fences.fences, sight.pose, rover.config.rover) else None
 
 
+def _rests(sight: Sight) -> bool:
+    slow = all(abs(wheel.rate_radps) < REST_RADPS for wheel in sight.state.wheels)
+    return slow and math.hypot(*sight.state.velocity_mps.tolist()) < REST_MPS
+
+
 VIOLATES: Mapping[str, Callable[[Sight], int | None]] = MappingProxyType({
     "TILT_ANGLE": _over_tilt,
     "COMMAND_LOST": _lost,
@@ -180,6 +203,9 @@ VIOLATES: Mapping[str, Callable[[Sight], int | None]] = MappingProxyType({
 })  # fmt: skip
 """Time of a row's first violating sample as soon as the bench knows it, where that is not the injection's first trace:
 the fault grows out of the ground, the way driven or an order."""
+
+COUNTS_WHEN: Mapping[str, Callable[[Sight], bool]] = MappingProxyType({"IMU_BIAS": _rests})
+"""A row that can be found in a state alone: its time counts from the first tick of that state after the injection."""
 
 
 def true_angles(state: PlantState) -> tuple[float, float, float]:

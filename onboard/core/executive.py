@@ -137,7 +137,7 @@ class Executive:
             elif (self._latches(row, ctx) or name in over) and self.mode not in (Mode.SAFE, Mode.ESTOP):
                 self.tasks.cancel(ctx, State.FAILED, text)
                 self._change("fault", ctx, name)
-            elif Step.LOOK in row.response or new:
+            elif not {Step.LOOK, Step.DISCARD_SWEEP}.isdisjoint(row.response) or new:
                 self._break_off(row, ctx)
         for name in self.active:
             if name not in faults and Step.REPORT in BY_NAME[name].response:
@@ -170,7 +170,9 @@ class Executive:
         if self.mission is None or not self.in_mission:
             return
         reason = ""
-        if Step.LOOK in row.response and not self.mission.look_again():
+        if Step.DISCARD_SWEEP in row.response:
+            self.mission.discard_sweep(f"{row.name}: {row.condition}")
+        elif Step.LOOK in row.response and not self.mission.look_again():
             reason = f"{row.name}: {row.condition}, and a look did not help"
         elif Step.BACK_OFF in row.response and self.mission.back_off(row.name) > row.tries:
             reason = f"{row.name}: backed off {row.tries} times in this mission already"

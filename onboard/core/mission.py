@@ -45,6 +45,7 @@ class Outcome:
 
     completed: bool
     reason: str
+    broken: bool = False  # what is wrong is in the rover, not on the ground: SAFE
 
 
 class Mission:
@@ -130,6 +131,11 @@ class Mission:
         self._break_off(0.0 if self.phase is Phase.BACKING_OFF else way_m)
         return self._backed[why]
 
+    def discard_sweep(self, why: str) -> None:
+        """A sweep that runs begins anew, and one that has not begun waits; so often, then the mission ends."""
+        if self.phase is Phase.SCANNING and self._sensing:
+            self._sensing.discard(why)
+
     def look_again(self) -> bool:
         """Ends the way being driven: scan here, register, plan anew. False where the rover has just done that."""
         if self.phase in (Phase.DRIVING, Phase.TURNING):
@@ -145,8 +151,8 @@ class Mission:
         self._way.begin()
         self._sensing, self.phase = Sensing(self._config, self._nod), Phase.SCANNING
 
-    def _end(self, phase: Phase, completed: bool, reason: str) -> None:
-        self.phase, self.outcome = phase, Outcome(completed, reason)
+    def _end(self, phase: Phase, completed: bool, reason: str, broken: bool = False) -> None:
+        self.phase, self.outcome = phase, Outcome(completed, reason, broken)
 
     def _arrive(self, reason: str) -> None:
         self._end(Phase.ARRIVED, True, reason)
@@ -155,7 +161,8 @@ class Mission:
         assert self._sensing
         sweep = self._sensing.step(ctx.lidar, ctx.nodes, ctx.scans, ctx.now_ns)
         if self._sensing.tries > _TRIES:
-            self._end(Phase.FAILED, False, f"no whole sweep, scanned again {_TRIES} times: the LIDAR is silent")
+            why = self._sensing.why or "the scanner or its axis does not get ready"
+            self._end(Phase.FAILED, False, f"no whole sweep, scanned again {_TRIES} times: {why}", broken=True)
         elif sweep:
             self._look(ctx, sweep)
         return Twist()

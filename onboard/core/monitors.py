@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from onboard.config import Config
 from onboard.core import can_monitors
 from onboard.core.computer_watch import COMPUTER_ROWS
+from onboard.core.device_watch.watch import DEVICE_ROWS
 from onboard.core.power_watch import POWER_ROWS
 from onboard.core.wheel_watch.watch import WHEEL_ROWS
 from onboard.devices.lidar import LidarSession
@@ -39,7 +40,7 @@ class Watched:
     in_mission: bool
     hazard: bool
     keep_out: str = ""  # name of the fence that the rover's outline touches
-    found: Collection[str] = ()  # rows that a watch found: wheels, power, computer
+    found: Collection[str] = ()  # rows that a watch found: wheels, devices, power, computer
     plan: PlanResult | None = None  # the newest of the mission that runs, or of the last one
     orders: Sequence[Order] = ()  # of this tick
     record: RecordStatus = RecordStatus()
@@ -149,7 +150,7 @@ MONITORS: Mapping[str, Callable[[Watched], bool]] = {
     "OPERATOR": _operator,
     "DISK_FULL": _disk_full,
     "RECORD_FAIL": _record_fail,
-    **{name: _found(name) for name in (*WHEEL_ROWS, *POWER_ROWS, *COMPUTER_ROWS)},
+    **{name: _found(name) for name in (*WHEEL_ROWS, *DEVICE_ROWS, *POWER_ROWS, *COMPUTER_ROWS)},
 }
 
 

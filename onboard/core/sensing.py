@@ -2,7 +2,8 @@
 
 States: PREPARING (tilt goes to its first angle, the LIDAR starts to stream) -> SWEEPING (segments run, scans are kept)
 -> SETTLING (the last turn comes in) -> the sweep. A silent LIDAR or a sweep that does not end discards what there is
-and begins again, and so does one whose first scan does not come; `tries` counts.
+and begins again, and so does one whose first scan does not come; `tries` counts. So does what `discard` is told, and no
+sweep begins in a tick in which it was told something.
 """
 
 from __future__ import annotations
@@ -52,20 +53,27 @@ class Sensing:
         self._start_ns = 0
         self._end_ns = 0
         self._prepare_ns: int | None = None
+        self._spoilt = False
+        self.why = ""  # the last sweep was discarded
 
     @property
     def progress_ratio(self) -> float:
         """Share of the scans that a whole sweep has."""
         return min(1.0, len(self._scans) / max(1.0, self._length_ns / 25e6))
 
+    def discard(self, why: str) -> None:
+        """What there is of the sweep is of no use; before the tick's `step`."""
+        self._spoilt, self.why = True, why
+
     def step(self, lidar: LidarSession, nodes: Nodes, scans: Sequence[Scan], now_ns: int) -> Sweep | None:
         """One tick. Returns the finished sweep once."""
+        spoilt, self._spoilt = self._spoilt, False
         if self.state is State.PREPARING:
-            self._prepare(lidar, nodes, scans, now_ns)
+            self._prepare(lidar, nodes, bool(scans) and not spoilt, now_ns)
             return None
         sector_rad = self._config.scanning.sector_rad
         self._scans.extend(ahead(scan, sector_rad) for scan in scans if scan.start_ns >= self._start_ns)
-        if lidar.silent(now_ns) or not nodes.bus_well or now_ns > self._start_ns + 2 * self._length_ns:
+        if spoilt or lidar.silent(now_ns) or not nodes.bus_well or now_ns > self._start_ns + 2 * self._length_ns:
             self._discard(nodes)
         elif self.state is State.SWEEPING and nodes.sweep_done(now_ns):
             self.state, self._end_ns = State.SETTLING, now_ns + _SETTLE_NS
@@ -76,7 +84,7 @@ class Sensing:
             return sweep
         return None
 
-    def _prepare(self, lidar: LidarSession, nodes: Nodes, scans: Sequence[Scan], now_ns: int) -> None:
+    def _prepare(self, lidar: LidarSession, nodes: Nodes, ready: bool, now_ns: int) -> None:
         if self._prepare_ns is None:
             self._prepare_ns = now_ns
         lidar.stream(True)
@@ -84,7 +92,7 @@ class Sensing:
         nodes.park_tilt(first_rad)
         angle_rad = nodes.tilt_angle_rad
         parked = angle_rad is not None and not nodes.tilt_moving and abs(angle_rad - first_rad) < _PARKED_RAD
-        if parked and scans and nodes.bus_well:
+        if parked and ready and nodes.bus_well:
             self._start_ns = now_ns + _LEAD_NS
             nodes.sweep(self._segments, self._start_ns)
             self.state = State.SWEEPING

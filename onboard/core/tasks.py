@@ -105,7 +105,7 @@ class Tasks:
             self._finish(State.COMPLETED if completed else State.FAILED, reason)
             event = mission.done if completed else "failed"
             self.tell(event.upper(), ctx, reason)
-            self.change(event, ctx, reason)
+            self.change("fault" if mission.outcome.broken else event, ctx, reason)
         elif self.standby_after_leg and mission.phase not in MOVING:
             self.standby_after_leg = False
             self._lost(mission, ctx)

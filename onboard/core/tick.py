@@ -18,6 +18,7 @@ from onboard.config import Config
 from onboard.core import fence_orders
 from onboard.core.computer_watch import ComputerWatch
 from onboard.core.context import Context
+from onboard.core.device_watch.watch import DeviceWatch
 from onboard.core.downlink import Downlink
 from onboard.core.executive import Executive
 from onboard.core.fence_orders import FenceOrders
@@ -71,6 +72,7 @@ class Rover:
         self.orders: tuple[WheelCommand, ...] = (WheelCommand(WheelMode.HOLD, 0.0, 0.0),) * 4
         self.watch = WheelWatch(config.rover)
         self.power, self.computer = PowerWatch(), ComputerWatch()
+        self.devices = DeviceWatch(config.scanning.sector_rad)
         self.wheels: Wheels = SOUND
         self.twist = Twist()
         self.steering_held = False
@@ -103,6 +105,11 @@ def tick(rover: Rover, inputs: Inputs, mark: Mark = lambda _: None) -> Outputs:
     rover.localisation.update(wheels, imu, now_ns, rover.wheels)
     rover.watch.update(_seen(rover, imu, now_ns))
     rover.wheels = rover.watch.health
+    rover.devices.update(rover.lidar, rover.nodes, scans, now_ns)
+    rover.devices.clocks(rover.nodes, inputs.health.utc_ns, now_ns)
+    bias_step_radps = rover.devices.rest(imu, rover.localisation.step.standing, now_ns)
+    if bias_step_radps:
+        rover.localisation.doubt_bias(bias_step_radps)
 
     mark(Group.MONITORS)
     rover.power.update(rover.nodes.power, now_ns, rover.config.safety)
@@ -170,8 +177,8 @@ def _saves(rover: Rover) -> tuple[Save, ...]:
 
 
 def _found(rover: Rover) -> dict[str, str]:
-    """Rows that the watches of power and computer found, with what they saw."""
-    return {**rover.power.found, **rover.computer.found}
+    """Rows that the watches of devices, power and computer found, with what they saw."""
+    return {**rover.devices.faults, **rover.power.found, **rover.computer.found}
 
 
 def _watched(rover: Rover, inputs: Inputs, orders: Sequence[Order]) -> Watched:
@@ -248,7 +255,8 @@ def _digest(rover: Rover) -> bytes:
     """8 bytes over the state of every part, as float64: what a replay compares each tick."""
     items = (
         rover.executive.mode, rover.executive.phase, *rover.twist, rover.steering_held,
-        *rover.localisation.digest_items(), *rover.watch.digest_items(), *rover.lidar.digest_items(),
+        *rover.localisation.digest_items(), *rover.watch.digest_items(),
+        *rover.devices.digest_items(), *rover.lidar.digest_items(),
         *rover.nodes.digest_items(), *rover.downlink.digest_items(), *rover.pace.digest_items(),
         *rover.power.digest_items(), *rover.computer.digest_items(),
         *rover.executive.masks.digest_items(), *rover.parameters.digest_items(), *rover.fences.digest_items(),

@@ -107,6 +107,8 @@ class Tilt:
         self._sweep: list[Order] = []
         self._sent = -1  # of the sweep: -1 before the axis was told to go to its start
         self._order: Order | None = None
+        self.plan = 0  # number of the newest: a sweep, or where to park
+        self._from_rad = 0.0  # where it was when it was told to park
         self._repeat = Every(REPEAT_NS)
 
     @property
@@ -137,6 +139,7 @@ class Tilt:
     def sweep(self, segments: Sequence[SegmentLike], start_ns: int) -> None:
         """Parks at its start, then sweeps from `start_ns`, put off if nearer than 0.2 s. ValueError as `orders`."""
         self._sweep, self._sent, self._order = orders(segments, start_ns), -1, None
+        self.plan += 1
 
     def park(self, angle_rad: float, now_ns: int) -> None:
         """Ends a sweep and holds the axis at an angle; an order that it has already is not sent out of turn."""
@@ -146,7 +149,24 @@ class Tilt:
         if self._order is not None and self._order.mode is TiltMode.PARK and self._order.end_rad == angle_rad:
             return
         self._order = _parked(angle_rad, now_ns)
+        self.plan += 1
+        self._from_rad = self.angle_rad if self.angle_rad is not None else angle_rad
         self._repeat.now()
+
+    def ordered_rad(self, at_ns: int) -> float | None:
+        """Where the axis was told to be at a time, by what was sent until now; None before the first order."""
+        for sent in reversed(self._sweep[: max(0, self._sent)]):
+            if at_ns >= sent.start_ns:
+                share = min(1.0, (at_ns - sent.start_ns) / (sent.end_ns - sent.start_ns))
+                angle_rad: float = sent.start_rad + share * (sent.end_rad - sent.start_rad)
+                return angle_rad
+        if self._sweep:
+            return self._sweep[0].start_rad
+        if self._order is None or self._order.mode is not TiltMode.PARK:
+            return None
+        way_rad = self._order.end_rad - self._from_rad
+        made_rad = max(0, at_ns - self._order.start_ns) / 1e9 * self._order.rate_radps
+        return self._from_rad + math.copysign(min(abs(way_rad), made_rad), way_rad)
 
     def sweep_done(self, now_ns: int) -> bool:
         """Whether the sweep last begun has ended and its last samples are in; False when none was begun."""

@@ -76,6 +76,10 @@ class Attitude:
         self._since_s += elapsed_s
         self._gather(imu)
 
+    def doubt_bias(self) -> None:
+        """The gyro's bias is another than it was: what comes weighs as after the start."""
+        self._samples = min(self._samples, START_SAMPLES)
+
     def known_now(self, roll_rad: float, pitch_rad: float, bias_mps2: tuple[float, float]) -> tuple[float, float]:
         """Roll and pitch of an earlier stop, told while the force's bias was thought to be bias_mps2, as known now."""
         along, left = (now - then for now, then in zip(self.force_bias_mps2, bias_mps2))

@@ -181,6 +181,11 @@ class Localisation:
         self._filter.reset(pose.x_m, pose.y_m, pose.z_m, pose.yaw_rad)
         self.pose = self._here()
 
+    def doubt_bias(self, step_radps: float) -> None:
+        """At rest the gyro reads otherwise than at the last one, by so much: its bias is learned anew."""
+        self._filter.doubt_bias(step_radps)
+        self._attitude.doubt_bias()
+
     def digest_items(self) -> tuple[float, ...]:
         """What the state digest of the record is made of."""
         diagonal = self._filter.covariance.diagonal().tolist()

@@ -114,6 +114,10 @@ class PoseFilter:
         measures[0, BIAS] = 1.0
         self._correct(np.array([rate_radps]), measures, np.array([[variance]]))
 
+    def doubt_bias(self, sigma_radps: float) -> None:
+        """The gyro's bias may have changed by so much."""
+        self.covariance[BIAS, BIAS] += sigma_radps**2
+
     def innovation(self, measured: F64) -> F64:
         """(4,): a registration's x, y, z, yaw minus what the state expects of it."""
         return _residual(measured, self._expected(np.array(self.state)))

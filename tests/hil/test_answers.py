@@ -52,6 +52,7 @@ def core(active=(), mode=Mode.AUTONOMOUS, phase=Phase.DRIVING, bad=0):
     return SimpleNamespace(
         executive=SimpleNamespace(active=active, mode=mode, phase=phase, in_mission=True), wheels=SOUND,
         nodes=SimpleNamespace(bad_frames=bad, watch=SimpleNamespace(babbling=())), lidar=SimpleNamespace(bad=0),
+        localisation=SimpleNamespace(yaw_rate_radps=0.0),
     )  # fmt: skip
 
 
