@@ -19,7 +19,7 @@ from hil.run import RunResult, run
 from hil.scenario.scenario import Scenario, ground_of
 from tests.soak.taken import Taken, child, growth, taken
 
-SLOT_S, FIRST_S = 75.0, 2.0
+SLOT_S, FIRST_S = 110.0, 2.0
 SETTLED = 3  # missions
 WAYS_M = ((1.8, 0.0), (0.0, 0.0))  # from the start, in turn
 PART_BYTES = 10**10  # the whole record in one file, which is read in the end
