@@ -12,6 +12,7 @@ from mcap.reader import make_reader
 
 from hil.run import run
 from hil.scenario.scenario import load_scenario
+from onboard.record.replay import replay
 
 SCENARIOS = Path(__file__).parents[2] / "hil" / "scenarios"
 pytestmark = pytest.mark.mission
@@ -102,3 +103,6 @@ def test_kill_9_of_the_flight_program_stops_the_wheels_by_the_nodes_own_timeout(
     assert max(rate for t, rate in rates if killed - 1.0 < t < killed) > 0.5
     # 0.1 s without a command, then down by 1 rad/s2 from 1.1 rad/s
     assert max(rate for t, rate in rates if t > killed + 0.1 + 1.3) < 0.02
+    again = replay(tmp_path / "onboard.mcap")  # of what is on the disk: all but the last second at most
+    assert again.identical and again.cut_off
+    assert killed - 1.0 <= again.ticks * 0.01 <= killed + 0.02
