@@ -5,7 +5,6 @@ A file each, written whole or not at all (`disk.write_whole`).
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
@@ -31,15 +30,18 @@ def count_boot(folder: str, least: int) -> tuple[int, str]:
     if not folder:
         return least, ""
     path = Path(folder) / BOOTS
-    number = least
+    number, trouble = least, ""
     try:
         if path.is_file():
-            number = max(least, int(json.loads(path.read_bytes())) + 1)
+            number = max(least, int(path.read_text()) + 1)
+    except (OSError, ValueError) as error:
+        trouble = f"the count of starts in {path} cannot be read: {error}"
+    try:
         path.parent.mkdir(parents=True, exist_ok=True)
         write_whole(path, b"%d" % number)
-    except (OSError, ValueError, TypeError) as error:
-        return number, f"the count of starts in {path} is not kept: {getattr(error, 'strerror', None) or error}"
-    return number, ""
+    except OSError as error:
+        trouble = f"the count of starts in {path} is not kept: {error.strerror}"
+    return number, trouble
 
 
 class StateFolder:
