@@ -1,4 +1,7 @@
-"""The composition root: configuration -> ports -> core -> the loop. The only file on board that knows all parts."""
+"""The composition root: configuration -> ports -> core -> the loop. The only file on board that knows all parts.
+
+Over 300 lines: the two kinds of ports differ in what a tick may wait for, and are read best beside the loop.
+"""
 
 from __future__ import annotations
 
