@@ -4,6 +4,8 @@ PYTHON ?= $(shell command -v python3.11 || command -v python3)
 SEED ?= 1
 FUZZ_S ?= 120
 TERRAIN ?= fbm
+PREFIX ?= /usr/local
+SYSCONFDIR ?= /etc
 B := .venv/bin
 NATIVE := CMakeLists.txt pyproject.toml $(wildcard onboard/kernels/*.?pp hil/native/*.?pp)
 KERNEL_TESTS := tests/onboard/test_kernels.py tests/onboard/test_live_grid.py tests/onboard/test_pose_field.py \
@@ -95,6 +97,15 @@ docs: .venv/.project ## make anew the pages made from tables, the notebook page'
 	@$(B)/python -m tools.make_notebook
 	@$(B)/python -m tools.make_pictures
 
+install: .venv/.project ## the flight program as a service: PREFIX=/usr/local, DESTDIR=, SYSCONFDIR=/etc; docs/service.md
+	@$(B)/python -m tools.install install --prefix "$(PREFIX)" --destdir "$(DESTDIR)" --sysconfdir "$(SYSCONFDIR)"
+
+uninstall: .venv/.project ## take it away again, with the same PREFIX; configuration, state and records stay
+	@$(B)/python -m tools.install uninstall --prefix "$(PREFIX)" --destdir "$(DESTDIR)" --sysconfdir "$(SYSCONFDIR)"
+
+deb: .venv/.project ## the same as a Debian package in build/deb
+	@$(B)/python -m tools.make_deb
+
 size: ## lines of each package
 	@git ls-files '*.py' '*.hpp' '*.cpp' | grep -v -e can_codec.py -e can_frames.py -e eldorado_dialect.py | xargs wc -l | sort -n | tail -40
 
@@ -104,4 +115,4 @@ clean: ## remove build and .venv
 help: ## this list
 	@grep -E '^[a-z-]+:.*##' Makefile | sed 's/:.*## /\t/' | expand -t 16
 
-.PHONY: demo sim test test-missions test-scenarios test-vcan test-sanitize lint bench soak missions nightly codec docs size clean help
+.PHONY: demo sim test test-missions test-scenarios test-vcan test-sanitize lint bench soak missions nightly codec docs install uninstall deb size clean help

@@ -41,13 +41,15 @@ class Processes:
     def __init__(self, folder: Path, grace_s: float = 5.0) -> None:
         self._folder, self._grace_s = folder, grace_s
         self._children: dict[str, subprocess.Popen[bytes]] = {}
+        self._started: dict[str, tuple[str, Sequence[str], Mapping[str, str] | None]] = {}
         self._expected: set[str] = set()
 
     def start(
         self, name: str, module: str, arguments: Sequence[str], environment: Mapping[str, str] | None = None
     ) -> None:
         """Run `python -m module arguments`; its output goes to FOLDER/name.log."""
-        log = (self._folder / f"{name}.log").open("wb")
+        log = (self._folder / f"{name}.log").open("ab" if name in self._started else "wb")
+        self._started[name] = module, arguments, environment
         with log:
             self._children[name] = subprocess.Popen(
                 [sys.executable, "-m", module, *arguments],
@@ -82,6 +84,11 @@ class Processes:
         self._expected.add(name)
         self._children[name].kill()
         self._children[name].wait()
+
+    def restart(self, name: str) -> None:
+        """Start a child that was killed with the same words; its log goes on."""
+        self._expected.discard(name)
+        self.start(name, *self._started[name])
 
     def killed(self, name: str) -> bool:
         """Whether `kill` ended it."""

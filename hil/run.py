@@ -30,6 +30,7 @@ from onboard.maps.gdem_file import to_npz
 from protocol.conventions import TICK_NS
 
 NAMES = frozenset({"onboard", "link", "ground"})
+KEPT = ("state", "mapping")  # folders of what outlives the flight program
 _END_S = 20.0
 FAILED, UNFINISHED = 1, 75  # exit codes of the operator's script
 
@@ -68,7 +69,8 @@ def run(
     """
     folder.mkdir(parents=True, exist_ok=True)
     accepted = ground_of(scenario)
-    shutil.rmtree(folder / "ground", ignore_errors=True)  # the counters of an earlier run
+    for part in ("ground", *KEPT):  # counters, state and map of an earlier run
+        shutil.rmtree(folder / part, ignore_errors=True)
     (folder / "field.npz").write_bytes(field_file.to_npz(accepted.field))
     (folder / "gdem.npz").write_bytes(to_npz(accepted.field.gdem))
     (folder / "script.txt").write_text(scenario.script.format(**goal_words(accepted.field)))
@@ -129,6 +131,8 @@ def _settings(scenario: Scenario, folder: Path, bench: Bench, rover_side: str) -
         "mission.gdem": str(folder / "gdem.npz"), "record.path": str(folder / "onboard.mcap"),
         **flight_settings(scenario, bench.field.start),
     }
+    if any(fault.fault == "onboard_restarted" for fault in scenario.faults):
+        settings |= {f"{part}.folder": str(folder / part) for part in KEPT}
     return set_words(settings)
 
 

@@ -5,6 +5,7 @@ By click alone: typer loads pydantic to read a command line, a fifth of a start.
 
 from __future__ import annotations
 
+import faulthandler
 import gc
 import sys
 from pathlib import Path
@@ -16,10 +17,11 @@ from onboard.bus_guard import command as guard_command
 from onboard.calibrate import command as calibrate_command
 from onboard.can_tool import command as can_command
 from onboard.can_tool import jog_command
-from onboard.command_line import EX_CONFIG, EX_INTERRUPTED, EX_UNAVAILABLE, fail, read_config
+from onboard.command_line import EX_CONFIG, EX_INTERRUPTED, EX_SOFTWARE, EX_UNAVAILABLE, fail, read_config
 from onboard.config import ConfigError
 from onboard.config_text import to_toml
 from onboard.jitter.command import jitter
+from onboard.journal import say, say_error, to_journal
 from onboard.lidar_tool import command as lidar_command
 from onboard.maps import gdem_command, map_command
 from onboard.record import record_command
@@ -80,8 +82,8 @@ can_command.app.add_command(jog_command.reset)
 def run(config: Path | None, settings: tuple[str, ...], print_config: bool) -> None:
     """Fly the rover until SIGTERM, Ctrl-C or the bench ends the run.
 
-    Exit codes: 0 ended as asked, 66 no such file, 69 a port cannot be opened, 75 ended by `reboot`, to be started anew,
-    78 something wrong in the configuration.
+    Exit codes: 0 ended as asked, 66 no such file, 69 a port cannot be opened, 70 a job of ours has failed, 75 ended by
+    `reboot`, to be started anew, 78 something wrong in the configuration.
     """
     tree = read_config(config, settings)
     if print_config:
@@ -91,9 +93,13 @@ def run(config: Path | None, settings: tuple[str, ...], print_config: bool) -> N
     from onboard.app import run as fly  # the drivers are heavy: not for --help and --print-config
     from onboard.drivers.clock import ClockLostError
     from onboard.drivers.link_port import LinkPortError
+    from onboard.drivers.workers import JobError
 
     try:
-        raise Exit(fly(tree, lambda text: print(f"onboard: {text}", file=sys.stderr, flush=True)))
+        raise Exit(fly(tree, say))
+    except JobError as error:
+        say_error(type(error), error, error.__traceback__)
+        raise fail(EX_SOFTWARE, f"{error}; the rover was stopped and the record closed") from None
     except ConfigError as error:
         raise fail(EX_CONFIG, str(error)) from None
     except (ClockLostError, LinkPortError, OSError) as error:
@@ -102,6 +108,10 @@ def run(config: Path | None, settings: tuple[str, ...], print_config: bool) -> N
 
 def main() -> None:
     """Entry point."""
+    if sys.stderr:
+        faulthandler.enable()  # where a watchdog ends a tick that hangs (SIGABRT), it is told where it hung
+    if to_journal():
+        sys.excepthook = say_error
     app(prog_name="onboard")
 
 

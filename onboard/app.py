@@ -1,14 +1,17 @@
-"""The composition root: configuration -> ports -> core -> the loop. The only file on board that knows all parts."""
+"""The composition root: configuration -> ports -> core -> the loop. The only file on board that knows all parts.
+
+Over 300 lines: the two kinds of ports differ in what a tick may wait for, and are read best beside the loop.
+"""
 
 from __future__ import annotations
 
 import ctypes
 import gc
 import signal
-from collections.abc import Callable
 from concurrent.futures import Future
 from contextlib import ExitStack
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -24,9 +27,10 @@ from onboard.drivers.lidar_ear import LidarEar
 from onboard.drivers.lidar_port import LidarPort, open_port
 from onboard.drivers.link_port import LinkPort, link_keys
 from onboard.drivers.machine import Probe, folders_written
-from onboard.drivers.state_folder import StateFolder, read_kept
+from onboard.drivers.state_folder import StateFolder, count_boot, read_kept
 from onboard.drivers.stopwatch import Stopwatch, Unmeasured
 from onboard.drivers.workers import Workers
+from onboard.journal import Announce, Level, to_journal
 from onboard.maps.gdem_file import from_npz
 from onboard.ports import BUS_CLOSED
 from onboard.record.writer import Recorder
@@ -163,16 +167,18 @@ class LockStepPorts:
         return {"can": self.can.sent, "lidar": self.lidar.sent, "link": self.link.sent}
 
 
-def run(config: Config, announce: Callable[[str], None]) -> int:
+def run(config: Config, announce: Announce) -> int:
     """The flight program: returns the exit code when the bench ends the run or a signal asks to stop.
 
     announce: told in one line that all ports are open and the ticks begin, and what of a kept map cannot be used.
+    Raises JobError where a job has failed: the rover stands and the record is closed by then.
     """
     _return_large_memory()
+    config = _counted(config, announce)
     gdem = load_gdem(config.mission.gdem)
     kept = load_tiles(config)
     for line in kept.dropped:
-        announce(f"dropped: {line}")
+        announce(f"dropped: {line}", Level.WARNING)
     memory, state = recall_map(config, kept), load_state(config)
     with ExitStack() as stack:
         lockstep = config.clock.mode == "lockstep"
@@ -186,7 +192,7 @@ def run(config: Config, announce: Callable[[str], None]) -> int:
         workers = Workers(wait=lockstep)
         stack.callback(workers.close)
         recorder = stack.enter_context(Recorder(config, gdem, kept.tiles, state))
-        keeper = Keeper(config.mapping.folder, memory, announce)
+        keeper = Keeper(config.mapping.folder, memory, partial(announce, level=Level.WARNING), wait=lockstep)
         stack.callback(keeper.close)
         folder = StateFolder(config.state.folder, wait=lockstep)
         stack.callback(folder.close)
@@ -201,7 +207,7 @@ def run(config: Config, announce: Callable[[str], None]) -> int:
             clock.idle = ports.ear.listen
             workers.preload(LATER).result()  # beside the ticks it would make them late
         rover = Rover(config, gdem, memory, state)
-        books = Books(rover, lidar, recorder, keeper, announce)
+        books = Books(rover, lidar, recorder, keeper, announce, journal=to_journal())
         spare = Spare(config, rover, clock, recorder, announce)
         stack.callback(spare.close)
 
@@ -213,7 +219,7 @@ def run(config: Config, announce: Callable[[str], None]) -> int:
             ports.forget()
         clock.start()
         where = f"{config.can.uri}, {config.lidar.address}, {config.link.endpoint}"
-        announce(f"running: {config.clock.mode} clock, {where}")
+        announce(f"running: {config.clock.mode} clock, {where}", Level.NOTICE)
         rebooting = loop(rover, ports, clock, (workers, folder), (books, spare))
         recorder.end(rover.executive.memory, rhythm(rover, spare.grants))
     return EX_AGAIN if rebooting else 0
@@ -225,10 +231,25 @@ def loop(
 ) -> bool:
     """Tick after tick until the clock says that the run is over; then the wheels stand and the LIDAR is quiet.
 
+    So do they where a job or the core has failed. Returns whether the operator ended it, to have it started anew.
+    work: what runs beside the tick; its results are inputs. beside: what keeps each tick's inputs and outputs when they
+    have gone out, and what uses the time left.
+    """
+    try:
+        return _ticks(rover, ports, clock, work, beside)
+    finally:
+        beside[1].stopping()
+        _farewell(rover, ports, clock)
+
+
+def _ticks(
+    rover: Rover, ports: LockStepPorts | WallPorts, clock: LockStepClock | WallClock,
+    work: tuple[Workers, StateFolder], beside: tuple[Books, Spare],
+) -> bool:
+    """The ticks of `loop`.
+
     In lock-step the modules in LATER load beside the ticks from the first one on: bench time stands where a tick must
     wait for one, so that the load moves no result. On the wall clock they are there already.
-    work: what runs beside the tick; its results are inputs. beside: what keeps each tick's inputs and outputs when they
-    have gone out, and what uses the time left. Returns whether the operator ended it, to have the program started anew.
     """
     (workers, folder), (books, spare) = work, beside
     watch = ports.watch
@@ -236,7 +257,8 @@ def loop(
     rebooting = False
     while not rebooting and (now := clock.wait()) is not None:
         watch.begin()
-        inputs = replace(ports.read(now), jobs=workers.collect(now.number), saved=folder.collect())
+        saved = (*folder.collect(), *books.keeper.collect())
+        inputs = replace(ports.read(now), jobs=workers.collect(now.number), saved=saved)
         inputs = replace(inputs, timing=watch.timing(clock.late_ns, workers.took_ns), record=books.recorder.status)
         outputs = tick(rover, inputs, watch.mark)
         watch.mark(Group.WRITE)
@@ -252,13 +274,25 @@ def loop(
         ports.look()
         spare.use()
         rebooting = outputs.reboot
+    return rebooting
+
+
+def _farewell(rover: Rover, ports: LockStepPorts | WallPorts, clock: LockStepClock | WallClock) -> None:
+    """The wheels stand, the laser is off."""
     ports.write(farewell(rover, clock.now_ns()))
     for now in clock.overtime(DARK_TICKS) if isinstance(clock, WallClock) else ():
         asked = darken(rover, ports.read(now))  # a USB sensor streams on when its client has gone
         if asked is None:
             break
         ports.write(asked)
-    return rebooting
+
+
+def _counted(config: Config, announce: Announce) -> Config:
+    """The configuration with the number of this start: one more than the last one's, where there is a folder."""
+    number, trouble = count_boot(config.state.folder, config.link.boot_count)
+    if trouble:
+        announce(trouble, Level.ERROR)
+    return replace(config, link=replace(config.link, boot_count=number))
 
 
 def load_gdem(path: str) -> Gdem | None:

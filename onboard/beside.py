@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from onboard.config import Config
@@ -16,8 +15,10 @@ from onboard.drivers.clock import LockStepClock, WallClock
 from onboard.drivers.disk import Keeper
 from onboard.drivers.lidar_port import LidarPort
 from onboard.drivers.realtime import Grant, RealTime, words
+from onboard.drivers.service import Service
 from onboard.drivers.status_port import StatusError, StatusPort, place_of
 from onboard.drivers.workers import Workers
+from onboard.journal import Announce, Level
 from onboard.record.writer import Recorder
 from onboard.records import Inputs, Outputs
 from onboard.status.report import Shell, report
@@ -27,13 +28,14 @@ Clock = LockStepClock | WallClock
 
 @dataclass(slots=True)
 class Books:
-    """What is kept of a tick, and told of a port when it changes."""
+    """What is kept of a tick, and told of a port when it changes. journal: it hears every event of the core as well."""
 
     rover: Rover
     lidar: LidarPort
     recorder: Recorder
     keeper: Keeper
-    announce: Callable[[str], None]
+    announce: Announce
+    journal: bool
     told: dict[str, str] = field(default_factory=lambda: {"lidar": "", "can": "", "record": ""})
 
     def keep(self, inputs: Inputs, outputs: Outputs) -> None:
@@ -42,33 +44,35 @@ class Books:
         for port, word in (("lidar", lidar), ("can", inputs.can.error), ("record", inputs.record.error)):
             if word != told[port]:
                 told[port] = word
-                self.announce(f"{port}: {word or 'is well'}")
+                self.announce(f"{port}: {word or 'is well'}", Level.WARNING if word else Level.NOTICE)
+        for event in outputs.events if self.journal else ():
+            self.announce(f"{event.name}: {event.text}", Level[event.severity.upper()])
         self.recorder.write(inputs, outputs)
         self.keeper.keep(self.rover.executive.memory)
 
 
 class Spare:
-    """The use of spare time: `onboard status` and the collector. It asks for the real-time options, too."""
+    """The use of spare time: `onboard status`, the collector, the service's manager. It asks for real time, too."""
 
-    def __init__(
-        self, config: Config, rover: Rover, clock: Clock, recorder: Recorder, announce: Callable[[str], None]
-    ) -> None:
+    def __init__(self, config: Config, rover: Rover, clock: Clock, recorder: Recorder, announce: Announce) -> None:
         self._config, self._rover, self._clock, self._recorder = config, rover, clock, recorder
+        self._service = Service(os.environ)
         self._status = _status_port(config, announce)
         self._realtime: RealTime | None = None
 
-    def go(self, workers: Workers, announce: Callable[[str], None]) -> int:
+    def go(self, workers: Workers, announce: Announce) -> int:
         """Ask for what [realtime] names, in the thread that ticks, and tell; the alarm's descriptor, -1 without one."""
         if isinstance(self._clock, LockStepClock):
             return -1
         self._realtime = RealTime(self._config.realtime, workers.thread_id())
         self._clock.alarm = self._realtime.alarm
-        for line in words(self._realtime.grants):
-            announce(line)
+        for grant, line in zip(self._realtime.grants, words(self._realtime.grants), strict=True):
+            announce(line, Level.INFO if grant.granted else Level.WARNING)
         return self._realtime.alarm.fileno() if self._realtime.alarm else -1
 
     def use(self) -> None:
-        """After a tick; never waits."""
+        """After a tick, when all of it is done; never waits."""
+        self._service.beat(self._clock.now_ns(), self._status_line)
         if self._status:
             self._status.serve(self._report, self._clock.now_ns())
         if self._realtime and self._realtime.collector and isinstance(self._clock, WallClock):
@@ -79,12 +83,23 @@ class Spare:
         """What of the real-time options holds."""
         return self._realtime.grants if self._realtime else ()
 
+    def stopping(self) -> None:
+        """The ticks have ended."""
+        self._service.tell("STOPPING=1", "STATUS=the rover stands, the record is being closed")
+
     def close(self) -> None:
         """Give back what was granted; the socket goes."""
+        self._service.close()
         if self._status:
             self._status.close()
         if self._realtime:
             self._realtime.close()
+
+    def _status_line(self) -> str:
+        executive, pose = self._rover.executive, self._rover.localisation.pose
+        faults = " ".join(executive.active) or "none"
+        where = f"{executive.mode.name} {executive.phase.name} at {pose.x_m:.2f} {pose.y_m:.2f}"
+        return f"{where}; faults: {faults}; ticks left out: {self._clock.slipped_ticks}"
 
     def _report(self) -> bytes:
         path = self._recorder.path
@@ -99,11 +114,11 @@ class Spare:
         return json.dumps(report(self._rover, shell)).encode() + b"\n"
 
 
-def _status_port(config: Config, announce: Callable[[str], None]) -> StatusPort | None:
+def _status_port(config: Config, announce: Announce) -> StatusPort | None:
     """None where nobody is to be answered, or it cannot be: the rover flies all the same, and says so."""
     path = place_of(config.status.socket, config.clock.mode == "lockstep")
     try:
         return StatusPort(path) if path else None
     except StatusError as error:
-        announce(f"`onboard status` will not be answered: {error}")
+        announce(f"`onboard status` will not be answered: {error}", Level.WARNING)
         return None

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import signal
-import sys
 from collections.abc import Iterable
 from pathlib import Path
 
@@ -11,14 +10,16 @@ import click
 from click.exceptions import Abort, Exit
 
 from onboard.config import Config, ConfigError, load, parse_override
+from onboard.journal import Level, say
 
 EX_UNHEALTHY, EX_USAGE, EX_DATAERR, EX_NOINPUT, EX_UNAVAILABLE, EX_CANTCREAT, EX_CONFIG = 1, 64, 65, 66, 69, 73, 78
+EX_SOFTWARE = 70
 EX_INTERRUPTED = 130
 
 
 def fail(code: int, text: str) -> Exit:
     """One helpful line on standard error, and the exit code to raise."""
-    print(f"onboard: {text}", file=sys.stderr)
+    say(text, Level.ERROR)
     return Exit(code)
 
 

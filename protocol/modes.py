@@ -143,6 +143,7 @@ EVENTS = (
     EventRow("MAP_CLEARED", "info", "the rover's own map is forgotten"),
     EventRow("FENCE", "info", "a fence was added or cleared, or those kept cannot be read"),
     EventRow("PARAMETER", "info", "a parameter was changed, or one that was kept is not taken"),
+    EventRow("STATE", "warning", "what outlives the program cannot be kept, is kept again, or was found at the start"),
     EventRow("REBOOT", "warning", "the flight program ends and comes up anew"),
     EventRow("CAN", "warning", "what the CAN port or its controller says of itself has changed"),
     EventRow("LINK_REFUSED", "warning", "datagrams failed their checks; how many of which kind"),

@@ -48,6 +48,7 @@ class Bench(World):
         self.laps_ms: list[tuple[float, float]] = []  # wall time of a tick: plant, devices; and onboard
         self.ground_code: int | None = None  # exit code of the operator's script once it has ended
         self._lidar_epoch = self._lidar_count = 0
+        self._began_tick = self._onboard_epoch = 0  # of the flight program that runs: its clock counts from there
         self._can_client = self._can_count = 0  # the client's number is the epoch of the channel
         self._link_counts: dict[str, int] = {}
 
@@ -55,16 +56,33 @@ class Bench(World):
         """It was killed: the barrier waits for it no more."""
         self.barrier.drop(participant)
 
+    def regain(self, participant: str) -> None:
+        """It was started anew: its clock begins with the next tick, its ports are new and their counts zero."""
+        self.hub.disconnect(self._can_client)
+        self.lidar_server.disconnect()
+        if self.lidar_open:
+            self.lidar_open = False
+            self.lidar.disconnect()
+        self._gather({participant})
+        self._can_client, self._can_count = self.hub.wait_client(self._can_client + 1, WIRE_LIMIT_S), 0
+        self._began_tick, self._onboard_epoch = self.tick, self._onboard_epoch + 1
+        lost = self._link_counts.get("up_out", 0)
+        self._link_counts.update(onboard_lost=lost, onboard_knows=lost)
+        self.unheard()
+
     # -- one tick ----------------------------------------------------------------------------------------------------
 
     def gather(self, names: Set[str]) -> None:
         """Wait until the processes are there, serving their handshakes meanwhile."""
+        self._gather(names)
+        self.advance(TICK_NS)
+
+    def _gather(self, names: Set[str]) -> None:
         def idle() -> None:
             self.hub.poll()
             self.lidar_server.poll()
             self._alive()
         self.barrier.gather(names, idle)
-        self.advance(TICK_NS)
 
     def step(self) -> None:
         """One tick of everything."""
@@ -76,7 +94,8 @@ class Bench(World):
         elif self.computer.leaves_out(self.tick):
             onboard = None
         else:
-            onboard.begin(self.tick, now_ns, self._channels(now_ns), self.computer.says(self.tick) or ())
+            number, at_ns = self.tick - self._began_tick, now_ns - self._began_tick * TICK_NS
+            onboard.begin(number, at_ns, self._channels(now_ns), self.computer.says(self.tick) or ())
         begun = time.perf_counter()
         self.advance(now_ns + TICK_NS)
         ready = time.perf_counter()
@@ -93,8 +112,13 @@ class Bench(World):
         down = self._link_counts.get("up_out", 0)
         fresh = down - self._link_counts.get("onboard_knows", 0)
         self._link_counts["onboard_knows"] = down
-        link = Channel("link", down, OPEN, 0, (now_ns // 1000,) * fresh)
+        known = down - self._link_counts.get("onboard_lost", 0)
+        link = Channel("link", known, OPEN, 0, (self._us(now_ns),) * fresh)
         return (self._can_channel(now_ns), self._lidar_channel(), link)
+
+    def _us(self, stamp_ns: int) -> int:
+        """By the clock of the flight program that runs."""
+        return (stamp_ns - self._began_tick * TICK_NS) // 1000
 
     def _can_channel(self, now_ns: int) -> Channel:
         frames, errors = self.frames(), self.can_errors()
@@ -106,7 +130,7 @@ class Bench(World):
         for kind in errors:
             self.hub.write_error(*ERROR_FRAMES[kind], now_ns)
         self._can_count += len(frames) + len(errors)
-        stamps = (*(frame.stamp_ns // 1000 for frame in frames), *(now_ns // 1000 for _ in errors))
+        stamps = (*(self._us(frame.stamp_ns) for frame in frames), *(self._us(now_ns) for _ in errors))
         return Channel("can", self._can_count, OPEN, self._can_client, stamps)
 
     def _lidar_channel(self) -> Channel:
@@ -119,7 +143,7 @@ class Bench(World):
         for stamp_ns, data in pieces:
             self.lidar_server.write(data)
             self._lidar_count += len(data)
-            stamps += [len(data), stamp_ns // 1000]
+            stamps += [len(data), self._us(stamp_ns)]
         return Channel("lidar", self._lidar_count, OPEN, self._lidar_epoch, tuple(stamps))
 
     def _drain(self, sent: dict[str, int], connect: tuple[str, ...], now_ns: int) -> None:
@@ -172,7 +196,8 @@ class Bench(World):
         heard = (counts.get("down_in", 0), counts.get("up_in", 0))
         if link and (heard != (counts.get("link_down"), counts.get("link_up")) or self.tick >= link.wake_tick):
             counts["link_down"], counts["link_up"] = heard
-            link.begin(self.tick, now_ns, (Channel("down_in", heard[0]), Channel("up_in", heard[1])))
+            down = Channel("down_in", heard[0], OPEN, self._onboard_epoch)
+            link.begin(self.tick, now_ns, (down, Channel("up_in", heard[1])))
             counts.update(link.finish(self._alive).sent)
 
     def close(self, reason: str) -> None:

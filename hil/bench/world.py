@@ -117,6 +117,10 @@ class World:
         """A process of the run was killed: from now on nothing comes from it. Each kind of bench says how."""
         raise NotImplementedError(participant)
 
+    def regain(self, participant: str) -> None:
+        """A process that was killed has been started anew. A bench without processes has none to start."""
+        raise NotImplementedError(participant)
+
     # -- the world as the scanner sees it --------------------------------------------------------------------------
 
     def _cast(self, times_ns: NDArray[np.int64]) -> NDArray[np.float64]:

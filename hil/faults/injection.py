@@ -27,18 +27,23 @@ class Processes(Protocol):
     def kill(self, name: str) -> None:
         """At once, as `kill -9` does."""
 
+    def restart(self, name: str) -> None:
+        """Start what was killed, as it was started before."""
+
 
 @dataclass(frozen=True, slots=True)
 class Cause:
     """begin and heal a fault; `target` is a wheel number where one is needed.
 
     quick_only: it means nothing over sockets, where lock-step waits for what is late, and the disk is this machine's.
+    never_quick: it means nothing in one process.
     """
 
     means: str
     begin: Callable[[World, Processes, int], None]
     heal: Callable[[World, Processes, int], None]
     quick_only: bool = False
+    never_quick: bool = False
 
 
 def _unplug(bench: World, _p: Processes, _t: int) -> None:
@@ -68,6 +73,11 @@ def _be_late(bench: World, _p: Processes, _t: int) -> None:
 
 def _be_in_time(bench: World, _p: Processes, _t: int) -> None:
     bench.wires.jobs_late_ticks = 0
+
+
+def _restart_onboard(bench: World, processes: Processes, _t: int) -> None:
+    processes.restart("onboard")
+    bench.regain("onboard")
 
 
 def _nothing(_b: World, _p: Processes, _t: int) -> None:
@@ -131,6 +141,7 @@ INJECTIONS: Mapping[str, Cause] = {
     "onboard_killed": Cause("the flight program gets SIGKILL", _kill_onboard, _nothing),
     "job_late": Cause("the results of long work come 1.5 s after their tick", _be_late, _be_in_time, quick_only=True),
     "ground_collapse": Cause("the ground under the left wheels gives way", ground_faults.collapse, _nothing),
+    "onboard_restarted": Cause("SIGKILL, then a start anew", _kill_onboard, _restart_onboard, never_quick=True),
     **{name: _of_wheels(name) for name in WHEEL_FAULTS},
     **{name: _of_node(name) for name in (*NODE_FAULTS, *COMPUTER_FAULTS)},
     **{name: _of_disk(name) for name in DISK_FAULTS},

@@ -42,12 +42,12 @@ def run(
     if rays and rays not in CASTERS:
         raise fail(64, f"--rays {rays!r} should be one of {', '.join(CASTERS)}")
     read = replace(read, can=can or read.can, rays=rays or read.rays)
+    _refuse_what_cannot_be(read, quick)
     if quick:
         if watch or video:
             raise fail(64, "--watch and --video show a run's records, and --quick keeps none")
         _quick(read)
         return
-    _refuse_what_is_quick_only(read)
     check_film(video)
     folder = out or Path("build/runs") / read.name
     with shown(folder, watch, port):
@@ -64,12 +64,16 @@ def run(
     raise typer.Exit(EX_OK if all(verdict["holds"] for verdict in verdicts) else EX_FAILED)
 
 
-def _refuse_what_is_quick_only(scenario: Scenario) -> None:
+def _refuse_what_cannot_be(scenario: Scenario, quick: bool) -> None:
     from hil.faults.injection import INJECTIONS  # the engine is heavy
 
-    alone = {name for name, cause in INJECTIONS.items() if cause.quick_only}
-    if late := alone.intersection(fault.fault for fault in scenario.faults):
-        raise fail(EX_CONFIG, f"{scenario.name}: {late.pop()} needs --quick; over sockets the bench waits for jobs")
+    for fault in scenario.faults:
+        cause = INJECTIONS.get(fault.fault)
+        if cause and cause.quick_only and not quick:
+            why = "needs --quick; over sockets the bench waits for jobs"
+            raise fail(EX_CONFIG, f"{scenario.name}: {fault.fault} {why}")
+        if cause and cause.never_quick and quick:
+            raise fail(EX_CONFIG, f"{scenario.name}: {fault.fault} needs processes; run it without --quick")
 
 
 def _quick(scenario: Scenario) -> None:

@@ -23,6 +23,8 @@ from onboard.core.downlink import Downlink
 from onboard.core.executive import Executive
 from onboard.core.fence_orders import FenceOrders
 from onboard.core.jobs import JobBook
+from onboard.core.keeping import KEPT as KEPT_POSE
+from onboard.core.keeping import Keeping
 from onboard.core.monitors import Watched, active_faults
 from onboard.core.pace import Pace
 from onboard.core.parameter_orders import KEPT, ParameterOrders
@@ -62,11 +64,12 @@ class Rover:
         kept: Mapping[str, bytes] = MappingProxyType({}),
     ) -> None:
         self.lidar = LidarSession(config.lidar)
-        self.nodes = Nodes(config.rover, config.can)
+        self.nodes = Nodes(config.rover, config.can, config.link.boot_count)
         self.localisation = Localisation(config.rover, config.localisation)
         self.downlink = Downlink(config.link)
         self.parameters = ParameterOrders(config, kept.get(KEPT, b""), self.downlink)
         self.fences = FenceOrders(bool(config.state.folder), kept.get(fence_orders.KEPT, b""), self.downlink)
+        self.keeping = Keeping(config, kept.get(KEPT_POSE, b""), self.localisation)
         self.executive = Executive((self.parameters, self.fences), gdem, self.downlink, memory)
         self.jobs = JobBook()
         self.orders: tuple[WheelCommand, ...] = (WheelCommand(WheelMode.HOLD, 0.0, 0.0),) * 4
@@ -95,6 +98,7 @@ def tick(rover: Rover, inputs: Inputs, mark: Mark = lambda _: None) -> Outputs:
     rover.nodes.receive(inputs.can_frames, now_ns, inputs.can)
     for family in (rover.parameters, rover.fences):
         family.receive(inputs.saved)
+    rover.keeping.receive(inputs.saved, now_ns)
     orders = rover.downlink.receive(inputs.link_messages, now_ns)
     rover.pace.update(inputs.timing, inputs.health, rover.jobs.running)
     taken = rover.jobs.take(inputs.jobs, inputs.tick, inputs.timing.job_ns)
@@ -110,6 +114,7 @@ def tick(rover: Rover, inputs: Inputs, mark: Mark = lambda _: None) -> Outputs:
     bias_step_radps = rover.devices.rest(imu, rover.localisation.step.standing, now_ns)
     if bias_step_radps:
         rover.localisation.doubt_bias(bias_step_radps)
+    rover.keeping.note(rover.localisation)
 
     mark(Group.MONITORS)
     rover.power.update(rover.nodes.power, now_ns, rover.config.safety)
@@ -158,7 +163,8 @@ def tick(rover: Rover, inputs: Inputs, mark: Mark = lambda _: None) -> Outputs:
 def farewell(rover: Rover, now_ns: int) -> Outputs:
     """The last outputs of a run: the wheels stand and the LIDAR is told to be quiet."""
     rover.nodes.set_wheels(stopped(rover.orders))
-    return Outputs(can_frames=rover.nodes.send(now_ns, int(Mode.STANDBY)), lidar_bytes=rover.lidar.farewell(now_ns))
+    can_frames = rover.nodes.farewell(now_ns, int(Mode.STANDBY))
+    return Outputs(can_frames=can_frames, lidar_bytes=rover.lidar.farewell(now_ns))
 
 
 def darken(rover: Rover, inputs: Inputs) -> Outputs | None:
@@ -170,9 +176,10 @@ def darken(rover: Rover, inputs: Inputs) -> Outputs | None:
 
 
 def _saves(rover: Rover) -> tuple[Save, ...]:
-    saves = (*rover.parameters.saves, *rover.fences.saves)
-    rover.parameters.saves.clear()
-    rover.fences.saves.clear()
+    owners = (rover.parameters, rover.fences, rover.keeping)
+    saves = tuple(save for owner in owners for save in owner.saves)
+    for owner in owners:
+        owner.saves.clear()
     return saves
 
 
@@ -215,8 +222,8 @@ def _steer(rover: Rover, wheels: Sequence[WheelState | None]) -> tuple[WheelComm
 
 
 def _tell(rover: Rover) -> tuple[Event, ...]:
-    events = (*rover.downlink.notices, *rover.executive.events)
-    rover.downlink.notices, rover.executive.events = [], []
+    events = (*rover.downlink.notices, *rover.keeping.events, *rover.executive.events)
+    rover.downlink.notices, rover.keeping.events, rover.executive.events = [], [], []
     for event in events:
         rover.downlink.event(event)
     rover.downlink.mode, rover.downlink.shedding = rover.executive.mode, rover.executive.shedding
@@ -260,6 +267,6 @@ def _digest(rover: Rover) -> bytes:
         *rover.nodes.digest_items(), *rover.downlink.digest_items(), *rover.pace.digest_items(),
         *rover.power.digest_items(), *rover.computer.digest_items(),
         *rover.executive.masks.digest_items(), *rover.parameters.digest_items(), *rover.fences.digest_items(),
-        *rover.executive.sequencer.digest_items(), len(rover.executive.tasks.track),
+        *rover.executive.sequencer.digest_items(), len(rover.executive.tasks.track), *rover.keeping.digest_items(),
     )
     return hashlib.blake2b(struct.pack(f"{len(items)}d", *items), digest_size=8).digest()

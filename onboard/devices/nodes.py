@@ -277,6 +277,11 @@ class Nodes:
             put(HEARTBEAT, mode, self._beats & 0xFFFF, self._boot_count)
         return tuple(frames)
 
+    def farewell(self, now_ns: int, mode: int) -> tuple[Frame, ...]:
+        """The last frames of a run: the wheels' orders leave at once, due or not."""
+        self._every["wheels"] = Every(FAST_NS)
+        return self.send(now_ns, mode)
+
     def digest_items(self) -> tuple[float | int, ...]:
         """Plain values for the state digest."""
         items: list[float | int] = [self._guard.unknown, self._guard.bad, self._beats, int(self.emergency is not None)]

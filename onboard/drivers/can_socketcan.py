@@ -12,6 +12,7 @@ from can.interfaces.socketcan import SocketcanBus
 from can.typechecking import CanFilter
 
 from onboard.drivers.can_base import CanBus
+from onboard.records import Frame
 from protocol.can_codec import TABLE
 
 _BLOCK_MASK = 0x7F0
@@ -28,7 +29,21 @@ def dbc_filters() -> list[CanFilter]:
 
 
 class KernelBus(CanBus):
-    """The kernel's bus. Its stamps are wall time: a frame's age counts back from the moment it is read."""
+    """The kernel's bus. Its stamps are of the time of day: a frame's age counts back from the moment it is read.
+
+    No frame came before the read before this one. So where the system's clock was set in between, a stamp is wrong by a
+    tick at most; without that bound every wheel would be years old, and the rover in SAFE.
+    """
+
+    def __init__(self, bus: can.BusABC) -> None:
+        super().__init__(bus)
+        self._before_ns = 0
+
+    def read(self, stamp_ns: int) -> list[Frame]:
+        """See CanBus.read."""
+        frames = super().read(stamp_ns)
+        self._before_ns = stamp_ns
+        return frames
 
     def fileno(self) -> int:
         """For poll(); -1 when it is closed."""
@@ -38,7 +53,8 @@ class KernelBus(CanBus):
         select.select([self.fileno()], [], [], limit_s)
 
     def _stamp_ns(self, message: can.Message, stamp_ns: int) -> int:
-        return stamp_ns - max(0, int((time.time() - message.timestamp) * 1e9))
+        age_ns = int((time.time() - message.timestamp) * 1e9)
+        return max(self._before_ns, stamp_ns - max(0, age_ns))
 
 
 def open_socketcan(interface: str, filtered: bool) -> CanBus:

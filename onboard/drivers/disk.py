@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from onboard.perception.tiles import Tile, TileError, cut, decode, encode
+from onboard.ports import Saved
 from onboard.records import Ldem
 
 if TYPE_CHECKING:
@@ -124,19 +125,23 @@ class Keeper:
     """Saves the tiles of a map that have changed, in a thread of its own: a disk may take seconds.
 
     `memory`: the map as the folder holds it. tell: hears in one line what could not be saved; that is tried again with
-    the next map. An empty `folder` keeps nothing. Raises OSError where the folder cannot be made.
+    the next map. wait: lock-step, where a result belongs to the tick after it was asked for. An empty `folder` keeps
+    nothing.
     """
 
-    def __init__(self, folder: str, memory: StopMap | None, tell: Callable[[str], None]) -> None:
+    def __init__(
+        self, folder: str, memory: StopMap | None, tell: Callable[[str], None], wait: bool = False
+    ) -> None:
+        self._wait = wait
+        self._running: list[Future[Saved]] = []
         self._folder = Path(folder) if folder else None
         self._given, self._tell = memory, tell
         self._saved: Ldem | None = memory.cells if memory else None
         self._pool = ThreadPoolExecutor(max_workers=1, thread_name_prefix="disk")
-        self._last: Future[None] | None = None
-        if self._folder:
-            self._folder.mkdir(parents=True, exist_ok=True)
-            for stray in self._folder.glob(f"*{TEMPORARY}"):  # a crash while it was written; its tile is the old one
-                stray.unlink()
+        try:
+            self._sweep()
+        except OSError as error:
+            self._tell(f"the map cannot be kept in {folder}: {error.strerror}")
 
     def keep(self, memory: StopMap | None) -> None:
         """This is the map now, None: there is none any more; called each tick, returns at once."""
@@ -144,20 +149,36 @@ class Keeper:
             return
         self._given = memory
         if memory is None:
-            self._last = self._pool.submit(self._clear, self._folder)
+            self._running.append(self._pool.submit(self._clear, self._folder))
             return
-        self._last = self._pool.submit(self._save, self._folder, memory)
+        self._running.append(self._pool.submit(self._save, self._folder, memory))
 
-    def _save(self, folder: Path, memory: StopMap) -> None:
+    def collect(self) -> tuple[Saved, ...]:
+        """What has ended since, in the order asked."""
+        done = []
+        while self._running and (self._wait or self._running[0].done()):
+            done.append(self._running.pop(0).result())
+        return tuple(done)
+
+    def _sweep(self) -> None:
+        """Makes the folder and takes away what a crash left half written; that tile is the old one."""
+        if self._folder:
+            self._folder.mkdir(parents=True, exist_ok=True)
+            for stray in self._folder.glob(f"*{TEMPORARY}"):
+                stray.unlink()
+
+    def _save(self, folder: Path, memory: StopMap) -> Saved:
         try:
+            folder.mkdir(parents=True, exist_ok=True)
             for tile in cut(memory.cells, memory.target_points, self._saved):
                 save(folder, tile)
         except OSError as error:
             self._tell(f"the map is not saved in {folder}: {error.strerror or error}")
-        else:
-            self._saved = memory.cells
+            return Saved("map", f"not kept: {error.strerror or error}")
+        self._saved = memory.cells
+        return Saved("map")
 
-    def _clear(self, folder: Path) -> None:
+    def _clear(self, folder: Path) -> Saved:
         """The operator has the map forgotten: it must not come back with the next start."""
         try:
             for path in folder.glob(f"*{SUFFIX}"):
@@ -165,11 +186,12 @@ class Keeper:
             _force(folder)
         except OSError as error:
             self._tell(f"the map in {folder} is not cleared: {error.strerror or error}")
-        else:
-            self._saved = None
+            return Saved("map", f"not cleared: {error.strerror or error}")
+        self._saved = None
+        return Saved("map")
 
     def close(self) -> None:
         """Returns when all is saved."""
         self._pool.shutdown(wait=True)
-        if self._last is not None:
-            self._last.result()  # what was our own error shows
+        for each in self._running:
+            each.result()  # what was our own error shows

@@ -1,4 +1,7 @@
-"""The folder of what outlives a run, the map apart: parameters and fences, a file each, written whole or not at all."""
+"""The folder of what outlives a run, the map apart: parameters, fences, pose and the count of starts.
+
+A file each, written whole or not at all (`disk.write_whole`).
+"""
 
 from __future__ import annotations
 
@@ -9,13 +12,36 @@ from pathlib import Path
 from onboard.drivers.disk import write_whole
 from onboard.ports import Save, Saved
 
-NAMES = ("parameters", "fences")
+NAMES = ("parameters", "fences", "pose")
+BOOTS = "boots.json"
 
 
 def read_kept(folder: str) -> dict[str, bytes]:
     """What was kept in a folder, by name; nothing where none is named or it is not there yet. Raises OSError."""
     paths = {name: Path(folder) / f"{name}.json" for name in NAMES} if folder else {}
     return {name: path.read_bytes() for name, path in paths.items() if path.is_file()}
+
+
+def count_boot(folder: str, least: int) -> tuple[int, str]:
+    """The number of this start, one more than that of the last and no less than `least`; and why it is not kept, or ''.
+
+    It is on the disk before it is used: the link tells starts apart by it, and takes nothing that was said to another.
+    """
+    if not folder:
+        return least, ""
+    path = Path(folder) / BOOTS
+    number, trouble = least, ""
+    try:
+        if path.is_file():
+            number = max(least, int(path.read_text()) + 1)
+    except (OSError, ValueError) as error:
+        trouble = f"the count of starts in {path} cannot be read: {error}"
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_whole(path, b"%d" % number)
+    except OSError as error:
+        trouble = f"the count of starts in {path} is not kept: {error.strerror}"
+    return number, trouble
 
 
 class StateFolder:

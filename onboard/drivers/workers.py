@@ -7,14 +7,25 @@ A job names its function, and the thread that runs it loads the function's modul
 from __future__ import annotations
 
 import gc
+import traceback
 from collections.abc import Iterable, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
+from pathlib import Path
 from pkgutil import resolve_name
 from threading import get_native_id
 from time import perf_counter_ns
 from typing import Any
 
 from onboard.records import JobDone, JobRequest
+
+
+class JobError(RuntimeError):
+    """A job raised: our own error, and the end of the run. The text is one line; the cause has the way to it."""
+
+    def __init__(self, name: str, error: BaseException) -> None:
+        last = traceback.extract_tb(error.__traceback__)[-1:]
+        at = f" ({last[0].name}, line {last[0].lineno} of {Path(last[0].filename).name})" if last else ""
+        super().__init__(f"the job {name} has failed: {type(error).__name__}: {error}{at}")
 
 
 class Workers:
@@ -48,13 +59,16 @@ class Workers:
             self._running[request.job_id] = (request, self._pool.submit(_timed, request))
 
     def collect(self, tick: int) -> tuple[JobDone, ...]:
-        """Results to be taken at this tick, in the order of submission. A job that raised raises here."""
+        """Results to be taken at this tick, in the order of submission. Raises JobError where a job has raised."""
         self.took_ns = ()
         if not self._running:
             return ()
         done, took = [], []
         for job_id, (request, future) in list(self._running.items()):
             if tick >= request.due_tick and (self._wait or future.done()):
+                error = future.exception()
+                if error is not None:
+                    raise JobError(request.name, error) from error
                 value, took_ns = future.result()
                 done.append(JobDone(job_id, value))
                 took.append(took_ns)

@@ -30,7 +30,7 @@ from onboard.config import Rover
 from onboard.motion.odometry import Odometry, Step
 from onboard.motion.wheel_health import SOUND, Wheels
 from onboard.perception.attitude import START_SAMPLES, Attitude
-from onboard.perception.pose_filter import BIAS, SCALE, SLIP, TURN_WALK, YAW, PoseFilter, Vector, X, Y
+from onboard.perception.pose_filter import BIAS, SCALE, SLIP, TURN_WALK, YAW, PoseFilter, Vector, X, Y, Z
 from onboard.records import Estimate, ImuSample, Pose, Twist, WheelState
 
 if TYPE_CHECKING:
@@ -96,6 +96,12 @@ class Localisation:
         """1 sigma of the place in the plan (m) and of the heading (rad)."""
         P = self._filter.covariance
         return math.sqrt(P[X, X] + P[Y, Y]), math.sqrt(P[YAW, YAW])
+
+    @property
+    def sigmas(self) -> tuple[float, float, float, float]:
+        """1 sigma of x, y, z (m) and of the heading (rad)."""
+        P = self._filter.covariance
+        return math.sqrt(P[X, X]), math.sqrt(P[Y, Y]), math.sqrt(P[Z, Z]), math.sqrt(P[YAW, YAW])
 
     @property
     def estimate(self) -> Estimate:
@@ -185,6 +191,11 @@ class Localisation:
         """At rest the gyro reads otherwise than at the last one, by so much: its bias is learned anew."""
         self._filter.doubt_bias(step_radps)
         self._attitude.doubt_bias()
+
+    def resume(self, pose: Pose, sigmas: tuple[float, float, float, float]) -> None:
+        """Goes on from the pose that an earlier run kept, with its `sigmas`; roll and pitch are measured anew."""
+        self._filter.resume((pose.x_m, pose.y_m, pose.z_m, pose.yaw_rad), sigmas)
+        self.pose = self._here()
 
     def digest_items(self) -> tuple[float, ...]:
         """What the state digest of the record is made of."""

@@ -33,6 +33,7 @@ POSE, ANCHOR, STATES = slice(0, 4), slice(9, 13), 13
 WIDEN = 2.0
 START_SIGMA = (0.001, 0.001, 0.001, 0.001)  # the map begins here: only the scale of the numbers
 RESET_SIGMA = (0.05, 0.05, 0.05, 0.02)
+RESUME_SIGMA = (0.1, 0.1, 0.05, 0.06)  # what it moves after the last kept pose: a step of it, and until it stands
 BIAS_WALK = 2e-5  # rad/s per sqrt(s)
 SCALE_SIGMA = 0.001
 EXCESS_SIGMA = 0.04
@@ -163,6 +164,17 @@ class PoseFilter:
         self.state[POSE] = [x_m, y_m, z_m, yaw_rad]
         self.covariance[POSE], self.covariance[:, POSE] = 0.0, 0.0
         self.covariance[POSE, POSE] = np.diag(RESET_SIGMA) ** 2
+
+    def resume(self, place: tuple[float, float, float, float], sigma: tuple[float, float, float, float]) -> None:
+        """Goes on from x, y, z, yaw as an earlier run kept them, with its sigmas: an error of the kept map's as well.
+
+        So that error is the anchor's too: the first registration corrects only what the rover moved since.
+        """
+        self.reset(*place)
+        kept = np.diag(sigma) ** 2
+        self.covariance[POSE, POSE] = kept + np.diag(RESUME_SIGMA) ** 2
+        self.covariance[ANCHOR, ANCHOR] = self.covariance[POSE, ANCHOR] = self.covariance[ANCHOR, POSE] = kept
+        self._anchor_m = place[:2]
 
     def _rest(self) -> None:
         """Nothing has moved since the last prediction."""

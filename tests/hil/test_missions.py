@@ -96,13 +96,27 @@ def received(folder):
             yield at_ns / 1e9
 
 
-def test_kill_9_of_the_flight_program_stops_the_wheels_by_the_nodes_own_timeout(tmp_path):
-    result = fly("onboard_killed", tmp_path)
-    killed = fault_times(result)["begin"]
-    rates = [(t, max(map(abs, row["wheel_rate_radps"]))) for t, row in truth(tmp_path)]
+def test_kill_9_in_mid_drive_stops_the_wheels_and_the_next_start_stands_knows_its_place_and_goes_on(tmp_path):
+    result = fly("onboard_restarted", tmp_path)
+    killed, started = fault_times(result)["begin"], fault_times(result)["heal"]
+    rows = list(truth(tmp_path))
+    rates = [(t, max(map(abs, row["wheel_rate_radps"]))) for t, row in rows]
     assert max(rate for t, rate in rates if killed - 1.0 < t < killed) > 0.5
-    # 0.1 s without a command, then down by 1 rad/s2 from 1.1 rad/s
-    assert max(rate for t, rate in rates if t > killed + 0.1 + 1.3) < 0.02
-    again = replay(tmp_path / "onboard.mcap")  # of what is on the disk: all but the last second at most
-    assert again.identical and again.cut_off
-    assert killed - 1.0 <= again.ticks * 0.01 <= killed + 0.02
+    # the nodes' own timeout: 0.1 s without a command, then down by 1 rad/s2 from 1.1 rad/s
+    assert max(rate for t, rate in rates if killed + 0.1 + 1.3 < t < started + 10.0) < 0.02
+    told = list(events(tmp_path))  # of the second start, whose clock begins anew
+    assert next(text for _, name, text in told if name == "MODE").startswith("STANDBY -> AUTONOMOUS")
+    at_s, name, text = told[0]
+    x_m, y_m = map(float, text.split(": ")[1].split(",")[0].split())
+    true_x_m, true_y_m = next(row for t, row in rows if t > started)["position_m"][:2]
+    assert (at_s, name) == (0.0, "STATE")
+    # a step of the kept poses, and 0.08 m until the nodes have stopped the wheels
+    assert abs(x_m - true_x_m) < 0.15 and abs(y_m - true_y_m) < 0.05
+    with (tmp_path / "onboard.mcap").open("rb") as file:
+        kept = {attachment.name for attachment in make_reader(file).iter_attachments()}
+    assert {"kept/pose", "map-start/0_0", "map-start/-1_-1"} <= kept
+    assert (tmp_path / "state" / "boots.json").read_text() == "2"
+    phases = [text.split()[0] for _, name, text in told if name == "PHASE"]
+    assert "TURNING" not in phases[: phases.index("DRIVING")]  # with a map it needs no look behind
+    assert result.distance_to_goal_m <= 0.3 and not result.contacts
+    assert replay(tmp_path / "onboard.mcap").identical

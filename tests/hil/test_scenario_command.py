@@ -41,6 +41,12 @@ def test_what_means_nothing_over_sockets_is_refused_there():
     assert done.stderr == "hil: job_late: job_late needs --quick; over sockets the bench waits for jobs\n"
 
 
+def test_what_needs_processes_is_refused_where_there_are_none():
+    done = hil("run", "onboard_restarted", "--quick")
+    assert done.exit_code == 78
+    assert "onboard_restarted needs processes; run it without --quick" in done.stderr
+
+
 @pytest.mark.parametrize(
     ("text", "code", "complaint"),
     [(None, 66, "no certificate"), ("{", 65, "no certificate of a run"), ("{}", 65, "KeyError: 'flight'"),

@@ -296,3 +296,17 @@ def test_the_kernels_stamps_count_back_from_the_reading(monkeypatch):
     message = can.Message(timestamp=99.996)
     assert bus._stamp_ns(message, 5_000_000_000) == pytest.approx(4_996_000_000, abs=1000)
     bus.close()
+
+
+@pytest.mark.parametrize("jump_s", [3.2e8, -3.2e8, 0.0])
+def test_a_clock_that_is_set_between_stamp_and_reading_moves_a_stamp_by_a_tick_at_most(monkeypatch, jump_s):
+    name = f"set{jump_s}"
+    bus, node = KernelBus(VirtualBus(name)), VirtualBus(name)
+    assert bus.read(4_990_000_000) == []
+    node.send(can.Message(arbitration_id=0x181, data=bytes(8), is_extended_id=False))
+    now_s = time.time()
+    monkeypatch.setattr(time, "time", lambda: now_s + jump_s)
+    (frame,) = bus.read(5_000_000_000)
+    assert 4_990_000_000 <= frame.stamp_ns <= 5_000_000_000
+    bus.close()
+    node.shutdown()

@@ -14,6 +14,7 @@ from onboard.drivers import disk
 from onboard.perception import ldem as maps
 from onboard.perception import tiles
 from onboard.perception.stop_map import NO_POINTS, StopMap, recall
+from onboard.ports import Saved
 from onboard.records import Ldem
 
 CELL_M = 2.0
@@ -162,10 +163,11 @@ def test_a_nearly_full_disk_is_told_and_the_next_map_tries_again(folder: Path, m
     monkeypatch.setattr(shutil, "disk_usage", lambda _: usage(1 << 40, 0, 3 << 20))
     told: list[str] = []
     start = recall(disk.load(folder, CELL_M).tiles)
-    keeper = disk.Keeper(str(folder), start, told.append)
+    keeper = disk.Keeper(str(folder), start, told.append, wait=True)
     keeper.keep(StopMap(seen(0.9), NO_POINTS))
-    keeper._last.result()
-    assert told == [f"the map is not saved in {folder}: 3 MB are free on the disk, and 64 MB are to stay free"]
+    why = "3 MB are free on the disk, and 64 MB are to stay free"
+    assert keeper.collect() == (Saved("map", f"not kept: {why}"),)
+    assert told == [f"the map is not saved in {folder}: {why}"]
     monkeypatch.undo()
     keeper.keep(StopMap(seen(0.9), NO_POINTS))
     keeper.close()

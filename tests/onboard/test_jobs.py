@@ -10,7 +10,7 @@ from threading import Event
 import pytest
 
 from onboard.core.jobs import GIVE_UP_TICKS, JOBS, Job, JobBook, Late
-from onboard.drivers.workers import Inline, Workers
+from onboard.drivers.workers import Inline, JobError, Workers
 from onboard.records import JobDone
 
 
@@ -77,7 +77,7 @@ def test_what_cannot_be_loaded_raises_where_it_is_needed_and_not_before():
     workers.preload(["onboard.nowhere:plan"]).result()
     book.submit("plan", (), due_tick=1)
     workers.start(book.outgoing())
-    with pytest.raises(ModuleNotFoundError):
+    with pytest.raises(JobError, match=r"ModuleNotFoundError: No module named 'onboard.nowhere'"):
         workers.collect(1)
     workers.close()
 

@@ -1,0 +1,241 @@
+"""`make install` and `make uninstall`: the flight program with all it needs, its unit and an example configuration.
+
+    PREFIX/lib/el-dorado/VERSION/    a virtual environment: bin/python, and in its site-packages what flies
+    PREFIX/lib/el-dorado/current     the version that runs; changed at once, so an upgrade is whole or not at all
+    PREFIX/bin/onboard               the command
+    PREFIX/lib/systemd/system, PREFIX/lib/sysusers.d, PREFIX/share/el-dorado
+    SYSCONFDIR/el-dorado/rover.toml  only where there is none
+
+Nothing is fetched: the packages are copied from the environment that the tests run in: what was tested is what flies.
+DESTDIR goes before every path that is written, and into none of the files.
+"""
+
+from __future__ import annotations
+
+import argparse
+import compileall
+import importlib.util
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tomllib
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from importlib.metadata import Distribution, PackageNotFoundError, distribution
+from pathlib import Path
+from py_compile import PycInvalidationMode
+
+ROOT = Path(__file__).parents[1]
+SERVICE = ROOT / "tools" / "service"
+PACKAGES = ("protocol", "onboard")
+ROOTS = ("numpy", "scipy", "filterpy", "small_gicp", "python-can", "pymavlink", "fastcrc", "eclipse-zenoh", "mcap",
+         "rasterio", "zstandard", "click", "rich")  # fmt: skip
+EXTENSIONS = ("_kernels_baseline", "_kernels_avx2", "_kernels_avx512", "_wakes")
+NOT_FLOWN = ("*.hpp", "*.cpp", "*.so", "__pycache__")
+PYTHON = f"python{sys.version_info.major}.{sys.version_info.minor}"
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """Where to. destdir: goes before all paths that are written; python: the interpreter at run time."""
+
+    prefix: Path
+    destdir: str
+    sysconfdir: Path
+    version: str
+    python: str
+
+    def at(self, path: Path) -> Path:
+        """Where a path of the running system is written."""
+        return Path(f"{self.destdir}{path}") if self.destdir else path
+
+    @property
+    def versions(self) -> Path:
+        """The folder of all versions, on the running system."""
+        return self.prefix / "lib" / "el-dorado"
+
+    @property
+    def home(self) -> Path:
+        """This version's environment, on the running system."""
+        return self.versions / self.version
+
+    def filled(self, name: str) -> str:
+        """A file of tools/service with its places."""
+        text = (SERVICE / name).read_text()
+        return text.replace("@PREFIX@", str(self.prefix)).replace("@SYSCONFDIR@", str(self.sysconfdir))
+
+
+def version() -> str:
+    """pyproject's, with the number of changes and the newest: later ones sort after earlier ones."""
+    base = str(tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["version"])
+    try:
+        count, commit, changed = (
+            subprocess.run(["git", "-c", "safe.directory=*", *words], cwd=ROOT, stdout=subprocess.PIPE,
+                           stderr=subprocess.DEVNULL, text=True, check=True).stdout.strip()
+            for words in (("rev-list", "--count", "HEAD"), ("rev-parse", "--short", "HEAD"),
+                          ("status", "--porcelain", "--untracked-files=no"))
+        )  # fmt: skip
+    except (OSError, subprocess.CalledProcessError):
+        return base
+    return f"{base}+{count}.g{commit}{'.changed' if changed else ''}"
+
+
+def closure(roots: Iterable[str] = ROOTS) -> dict[str, Distribution]:
+    """The distributions that these need, themselves included, as they are installed here. By name."""
+    found: dict[str, Distribution] = {}
+    waiting = list(roots)
+    while waiting:
+        name = re.sub(r"[-_.]+", "-", waiting.pop()).lower()
+        if name in found:
+            continue
+        found[name] = distribution(name)
+        for requirement in found[name].requires or ():
+            needed, _, marker = requirement.partition(";")
+            if "extra" not in marker and _applies(marker):
+                waiting.append(re.split(r"[^A-Za-z0-9_.-]", needed.strip(), maxsplit=1)[0])
+    return dict(sorted(found.items()))
+
+
+def _applies(marker: str) -> bool:
+    from packaging.markers import Marker  # ours through pytest and scikit-build-core
+
+    return not marker.strip() or Marker(marker).evaluate()
+
+
+def install(place: Place) -> None:
+    """All of it, the switch to this version last. Raises OSError, PackageNotFoundError."""
+    new = place.at(place.versions / f".{place.version}.new")
+    site = new / "lib" / PYTHON / "site-packages"
+    shutil.rmtree(new, ignore_errors=True)  # a copy that was cut off
+    site.mkdir(parents=True)
+    _environment(place, new)
+    for package in closure().values():
+        _copy_distribution(package, site)
+    for name in PACKAGES:
+        shutil.copytree(ROOT / name, site / name, ignore=shutil.ignore_patterns(*NOT_FLOWN))
+    for built in extensions():
+        shutil.copy2(built, site / "onboard" / "native" / built.name)
+    compileall.compile_dir(site, quiet=2, ddir=str(place.home / site.relative_to(new)),
+                           invalidation_mode=PycInvalidationMode.UNCHECKED_HASH)  # fmt: skip
+    for path, text, mode in texts(place):
+        _write(place.at(path), text, mode)
+    config = place.at(place.sysconfdir / "el-dorado" / "rover.toml")
+    if not config.exists():
+        _write(config, place.filled("rover.toml"), 0o644)
+    _replace(place.at(place.home), new)
+    switch(place)
+
+
+def texts(place: Place) -> Iterator[tuple[Path, str, int]]:
+    """The small files: path on the running system, content, mode."""
+    share = place.prefix / "share" / "el-dorado"
+    yield place.prefix / "bin" / "onboard", place.filled("onboard.sh"), 0o755
+    yield place.prefix / "lib" / "systemd" / "system" / "el-dorado.service", place.filled("el-dorado.service"), 0o644
+    yield place.prefix / "lib" / "sysusers.d" / "el-dorado.conf", place.filled("sysusers.conf"), 0o644
+    yield share / "rover.toml", place.filled("rover.toml"), 0o644
+    yield share / "service.md", (ROOT / "docs" / "service.md").read_text(), 0o644
+
+
+def switch(place: Place) -> None:
+    """`current` names this version from now on: by a rename, so that at any time one of the two is there."""
+    current = place.at(place.versions / "current")
+    new = current.with_name(".current.new")
+    new.unlink(missing_ok=True)
+    new.symlink_to(place.version)
+    new.replace(current)
+
+
+def uninstall(place: Place) -> None:
+    """Every version, the command, the unit. Configuration, state and records stay."""
+    shutil.rmtree(place.at(place.versions), ignore_errors=True)
+    for path, _, _ in texts(place):
+        place.at(path).unlink(missing_ok=True)
+    for folder in (place.prefix / "share" / "el-dorado", place.prefix / "lib" / "sysusers.d"):
+        if place.at(folder).is_dir() and not any(place.at(folder).iterdir()):
+            place.at(folder).rmdir()
+
+
+def extensions() -> list[Path]:
+    """The compiled modules, wherever Python finds them here. Raises FileNotFoundError where one is not built."""
+    found = []
+    for name in EXTENSIONS:
+        spec = importlib.util.find_spec(f"onboard.native.{name}")
+        if spec is None or spec.origin is None:
+            raise FileNotFoundError(f"{name} is not built here: `make test` builds it")
+        found.append(Path(spec.origin))
+    return found
+
+
+def _replace(home: Path, new: Path) -> None:
+    """The new folder in place of one of the same version."""
+    old = home.with_name(f".{home.name}.old")
+    shutil.rmtree(old, ignore_errors=True)
+    if home.exists():
+        home.rename(old)
+    new.rename(home)
+    shutil.rmtree(old, ignore_errors=True)
+
+
+def _environment(place: Place, home: Path) -> None:
+    """What makes a folder a virtual environment (site, PEP 405): the interpreter, and where it came from."""
+    (home / "bin").mkdir()
+    (home / "bin" / PYTHON).symlink_to(place.python)
+    (home / "bin" / "python").symlink_to(PYTHON)
+    settings = f"home = {Path(place.python).parent}\ninclude-system-site-packages = false\n"
+    _write(home / "pyvenv.cfg", settings + f"version = {sys.version.split()[0]}\n", 0o644)
+
+
+def _copy_distribution(package: Distribution, site: Path) -> None:
+    """Its files as its RECORD lists them, without commands and what Python compiles anew."""
+    for file in package.files or ():
+        if ".." in file.parts or "__pycache__" in file.parts or file.name == "direct_url.json":
+            continue
+        target = site / file
+        target.parent.mkdir(parents=True, exist_ok=True)
+        shutil.copy2(str(package.locate_file(file)), target)
+
+
+def _write(path: Path, text: str, mode: int) -> None:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(text)
+    path.chmod(mode)
+
+
+def main() -> int:
+    """The command line of the Makefile's targets."""
+    parser = argparse.ArgumentParser(prog="tools.install", description=__doc__)
+    parser.add_argument("what", choices=("install", "uninstall", "version"))
+    parser.add_argument("--prefix", type=Path, default=Path("/usr/local"))
+    parser.add_argument("--destdir", default="")
+    parser.add_argument("--sysconfdir", type=Path, default=Path("/etc"))
+    parser.add_argument("--python", default=os.path.realpath(sys.executable))
+    asked = parser.parse_args()
+    if not (asked.prefix.is_absolute() and asked.sysconfdir.is_absolute()):
+        parser.error("PREFIX and SYSCONFDIR are absolute paths")
+    place = Place(asked.prefix, asked.destdir, asked.sysconfdir, version(), asked.python)
+    if asked.what == "version":
+        print(place.version)
+        return 0
+    try:
+        (install if asked.what == "install" else uninstall)(place)
+    except (OSError, PackageNotFoundError) as error:
+        print(f"{asked.what}: {error}", file=sys.stderr)
+        return 1
+    if not place.destdir:
+        print(_next_steps(place, asked.what))
+    return 0
+
+
+def _next_steps(place: Place, what: str) -> str:
+    if what == "uninstall":
+        return f"gone; {place.sysconfdir}/el-dorado, /var/lib/el-dorado and /var/log/el-dorado are left"
+    return f"""{place.version} is in {place.home}. As root:
+  systemd-sysusers                      # makes the user el-dorado
+  systemctl daemon-reload
+  systemctl enable --now el-dorado      # now and at every boot; docs/service.md"""
+
+
+if __name__ == "__main__":
+    sys.exit(main())
