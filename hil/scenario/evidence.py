@@ -11,8 +11,8 @@ from collections import deque
 from collections.abc import Callable, Iterator, Mapping
 from types import MappingProxyType
 
+from hil.bench.in_memory import Rover
 from hil.records import PlantState
-from onboard.core.tick import Rover
 from onboard.motion.wheel_health import SOUND
 from onboard.planning.fences import entered
 from onboard.planning.mission_rule import RECORD_STOPS
