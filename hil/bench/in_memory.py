@@ -29,8 +29,7 @@ from hil.scenario.scenario import Scenario, flight_settings, goal_words, ground_
 from hil.terrain.field import Field
 from onboard.config import Config, load
 from onboard.config import Rover as BuiltRover
-from onboard.core.tick import Rover as Rover
-from onboard.core.tick import tick
+from onboard.core.tick import Rover, tick
 from onboard.drivers.workers import Inline
 from onboard.ports import Save, Saved
 from onboard.record.writer import Recorder

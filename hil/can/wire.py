@@ -55,11 +55,12 @@ class CanWire:
         """The frames of the nodes as the computer receives them."""
         if not self.connected or self.bus_off:
             return []
-        frames = [self._translated(frame) for frame in frames]
-        self._newest.update((frame.can_id, frame.data) for frame in frames)
-        frames += [self._of_twin(frame) for frame in frames if self.twin == _sender(frame)]
-        frames += self._babble(now_ns)
-        frames.sort(key=lambda frame: (frame.stamp_ns, frame.can_id))
+        if self.foreign:
+            frames = [self._translated(frame) for frame in frames]
+        self._newest.update((can_id, data) for can_id, data, _ in frames)
+        if self.twin:
+            frames = frames + [self._of_twin(frame) for frame in frames if self.twin == _sender(frame)]
+        frames = sorted([*frames, *self._babble(now_ns)], key=_by_arrival)
         if self.lost_ratio:
             frames = [frame for frame, hit in self._draw(frames, self.lost_ratio) if not hit]
         if self.corrupt_ratio:
@@ -109,7 +110,7 @@ class CanWire:
     def _translated(self, frame: Frame) -> Frame:
         """A heartbeat of the foreign node with another DBC version in it."""
         row = TABLE[frame.can_id]
-        if self.foreign and row.name == _HEARTBEAT + self.foreign:
+        if row.name == _HEARTBEAT + self.foreign:
             values = row.decode(frame.data)._replace(dbc_version=DBC_VERSION + 1 & 0xFF)
             return Frame(frame.can_id, row.encode(*values, frame.data[6] >> 4), frame.stamp_ns)
         return frame
@@ -134,6 +135,10 @@ class CanWire:
         bit = 1 << int(self._rng.integers(64))
         data = (int.from_bytes(frame.data, "little") ^ bit).to_bytes(8, "little")
         return Frame(frame.can_id, data, frame.stamp_ns)
+
+
+def _by_arrival(frame: Frame) -> tuple[int, int]:
+    return frame.stamp_ns, frame.can_id
 
 
 def _sender(frame: Frame) -> str:

@@ -157,7 +157,8 @@ class ImuNode(Node):
         super().__init__("IMU", set(), rng)
         self._into = None if rotation is None else tuple(zip(*rotation))  # base_link's axes into its own
         self._errors, self._noise = errors, Noise(rng)
-        self._lever_m = np.array([errors.lever_x_m, errors.lever_y_m, errors.lever_z_m])
+        lever_m = np.array([errors.lever_x_m, errors.lever_y_m, errors.lever_z_m])
+        self._lever_m = lever_m if lever_m.any() else None
         self._spun_radps, self._then_ns = np.zeros(3), 0
         self.gyro_bias_radps: list[float] = rng.normal(0.0, errors.gyro_bias_radps, 3).tolist()
         self.accel_bias_mps2: list[float] = rng.normal(0.0, errors.accel_bias_mps2, 3).tolist()
@@ -182,7 +183,7 @@ class ImuNode(Node):
         spin, lever_m = truth.angular_radps, self._lever_m
         grown, dt_s = spin - self._spun_radps, (now_ns - self._then_ns) / 1e9
         self._spun_radps, self._then_ns = spin, now_ns
-        if not lever_m.any() or dt_s <= 0:
+        if lever_m is None or dt_s <= 0:
             return truth.specific_force_mps2
         return truth.specific_force_mps2 + np.cross(grown / dt_s, lever_m) + np.cross(spin, np.cross(spin, lever_m))
 

@@ -6,7 +6,8 @@
 //            |\ 2|      triangle is linear in t, so it is looked at where it enters, where it crosses the cut and where
 //     j      | 1\|      it leaves: the first change from above to below is the hit.
 //            +---+
-//            i  i + 1   Squares whose highest corner lies under the ray's piece are passed over.
+//            i  i + 1   Squares whose highest corner lies under the ray's piece are passed over, and so is a whole tile
+//                       of squares at once. How its borders are counted does not change by that, not by a bit.
 #pragma once
 
 #include <algorithm>
@@ -17,11 +18,17 @@
 
 namespace heightfield {
 
+constexpr int kTileBits = 4;  // 16 x 16 squares are a tile
+constexpr std::int64_t kTile = 1 << kTileBits;
+
 struct Raster {
     const float* z;           // (rows, columns)
     const float* top;         // (rows - 1, columns - 1) highest corner of each square
+    const float* tile_top;    // of each tile: of kTile x kTile squares, less at the last row and column
     std::int64_t rows, columns;
     double x0_m, y0_m, cell_m;
+
+    std::int64_t tile_columns() const { return (columns - 2 + kTile) >> kTileBits; }
 };
 
 struct Ray {
@@ -63,11 +70,24 @@ inline double square(const Raster& r, const Ray& ray, std::int64_t j, std::int64
     return first < kMiss ? first : piece(r, ray, j, i, cut, t1);
 }
 
+// Squares of its tile that lie beyond `index` on the way.
+inline std::int64_t left(std::int64_t index, std::int64_t way) {
+    const std::int64_t within = index & (kTile - 1);
+    return way > 0 ? kTile - 1 - within : within;
+}
+
+// As a walk from square to square adds: not `next + count * step`, which rounds otherwise.
+inline double added(double next, double step, std::int64_t count) {
+    for (; count > 0; --count) next += step;
+    return next;
+}
+
 }  // namespace detail
 
 // Calls visit(j, i, from, to) for the squares that a ray crosses between `t` and `end`, in their order, until it is true.
-template <typename Visit>
-inline void walk(const Raster& r, const Ray& ray, double t, double end, Visit visit) {
+// Those of a tile are left out where clear(tile, from, to) says that nothing of it reaches the ray's piece.
+template <typename Clear, typename Visit>
+inline void walk(const Raster& r, const Ray& ray, double t, double end, Clear clear, Visit visit) {
     const double width = static_cast<double>(r.columns - 1), height = static_cast<double>(r.rows - 1);
     for (const auto& [at, way, size] : {std::array{ray.u, ray.du, width}, std::array{ray.v, ray.dv, height}}) {
         if (way == 0.0) {
@@ -85,7 +105,28 @@ inline void walk(const Raster& r, const Ray& ray, double t, double end, Visit vi
     const std::int64_t way_i = ray.du > 0.0 ? 1 : -1, way_j = ray.dv > 0.0 ? 1 : -1;
     double next_u = ray.du != 0.0 ? (static_cast<double>(i + (way_i > 0)) - ray.u) / ray.du : kMiss;
     double next_v = ray.dv != 0.0 ? (static_cast<double>(j + (way_j > 0)) - ray.v) / ray.dv : kMiss;
+    const std::int64_t tiles = r.tile_columns();
+    std::int64_t tile = -1;
     while (t < end && i >= 0 && j >= 0 && i < r.columns - 1 && j < r.rows - 1) {
+        if (const std::int64_t here = (j >> kTileBits) * tiles + (i >> kTileBits); here != tile) {
+            tile = here;
+            const std::int64_t left_i = detail::left(i, way_i), left_j = detail::left(j, way_j);
+            const double out_u = detail::added(next_u, step_u, left_i), out_v = detail::added(next_v, step_v, left_j);
+            const double out = std::max(t, std::min({out_u, out_v, end}));
+            if (clear(tile, t, out)) {
+                if (out_u <= out_v) {
+                    i += way_i * (left_i + 1);
+                    next_u = out_u + step_u;
+                    for (; next_v < out_u; next_v += step_v) j += way_j;
+                } else {
+                    j += way_j * (left_j + 1);
+                    next_v = out_v + step_v;
+                    for (; next_u <= out_v; next_u += step_u) i += way_i;
+                }
+                t = out;
+                continue;
+            }
+        }
         const double leave = std::max(t, std::min({next_u, next_v, end}));
         if (visit(j, i, t, leave)) return;
         if (next_u <= next_v) {
@@ -102,7 +143,10 @@ inline void walk(const Raster& r, const Ray& ray, double t, double end, Visit vi
 // Way to the first hit, kMiss where nothing is met within `range_m` or on the raster.
 inline double cast(const Raster& r, const Ray& ray, double range_m) {
     double hit = kMiss;
-    walk(r, ray, 0.0, range_m, [&](std::int64_t j, std::int64_t i, double from, double to) {
+    const auto clear = [&](std::int64_t tile, double from, double to) {
+        return ray.z + ray.dz * (ray.dz < 0.0 ? to : from) > r.tile_top[tile];
+    };
+    walk(r, ray, 0.0, range_m, clear, [&](std::int64_t j, std::int64_t i, double from, double to) {
         hit = detail::square(r, ray, j, i, from, to);
         return hit < kMiss;
     });

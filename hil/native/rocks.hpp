@@ -24,6 +24,7 @@ struct Rocks {
     const std::int32_t* rim;      // rocks that reach over the rim
     std::int64_t rims;
     const float* reach;           // (squares) highest of soil and rocks over each
+    const float* tile_reach;      // likewise of each tile of the raster
     double low_m, high_m;         // of soil and rocks
 };
 
@@ -87,9 +88,13 @@ inline double cast(const heightfield::Raster& soil, const Rocks& all, const Vect
     const double cell_m = soil.cell_m;
     const heightfield::Ray ray{(from[0] - soil.x0_m) / cell_m, (from[1] - soil.y0_m) / cell_m, from[2],
                                way[0] / cell_m, way[1] / cell_m, way[2]};
-    heightfield::walk(soil, ray, t, end, [&](std::int64_t j, std::int64_t i, double enters, double leaves) {
+    const auto lowest = [&](double enters, double leaves) { return from[2] + way[2] * (way[2] < 0.0 ? leaves : enters); };
+    const auto clear = [&](std::int64_t tile, double enters, double leaves) {
+        return lowest(enters, leaves) > all.tile_reach[tile];
+    };
+    heightfield::walk(soil, ray, t, end, clear, [&](std::int64_t j, std::int64_t i, double enters, double leaves) {
         const std::int64_t square = j * (soil.columns - 1) + i;
-        if (from[2] + way[2] * (way[2] < 0.0 ? leaves : enters) > all.reach[square]) return best <= leaves;
+        if (lowest(enters, leaves) > all.reach[square]) return best <= leaves;
         for (std::int32_t k = all.of_from[square]; k < all.of_from[square + 1]; ++k) {
             const std::int32_t n = all.of[k];
             if (asked[n] == mark) continue;

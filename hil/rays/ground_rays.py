@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from hil.native import _heightfield
 from hil.rays.check import check_rays
 from hil.terrain.field import Field
-from hil.terrain.heightfield import HeightField
+from hil.terrain.heightfield import HeightField, highest_of_tiles
 from hil.terrain.rocks import Rock
 from onboard.records import F64, Grid
 
@@ -36,10 +36,11 @@ class GroundRays:
         for where, box in zip(squares, boxes):
             reach_m[where] = np.maximum(reach_m[where], np.nextafter(np.float32(box[1, 2]), np.float32(np.inf)))
         heights_m = (*field.soil_z.ravel()[[field.soil_z.argmin(), field.soil_z.argmax()]], *boxes[:, :, 2].ravel())
-        self._soil = (soil.heights_m, soil.top_m, field.grid.x0_m, field.grid.y0_m, field.grid.cell_m)
+        self._soil = (soil.heights_m, soil.top_m, soil.tile_top_m, field.grid.x0_m, field.grid.y0_m, field.grid.cell_m)
+        tile_reach_m = highest_of_tiles(reach_m.reshape(soil.top_m.shape))
         self._rocks = (
             np.ascontiguousarray(np.stack((a, b - a, c - a), axis=1)), _first(rocks), boxes, of, of_from, rim,
-            reach_m, float(min(heights_m)) - MARGIN_M, float(max(heights_m)) + MARGIN_M,
+            reach_m, tile_reach_m, float(min(heights_m)) - MARGIN_M, float(max(heights_m)) + MARGIN_M,
         )  # fmt: skip
 
     def cast(self, origins_m: F64, directions: F64, range_m: float) -> F64:

@@ -15,10 +15,10 @@ from collections.abc import Sequence
 from itertools import zip_longest
 from typing import NamedTuple
 
-from hil.bench.in_memory import Rover
 from hil.records import PlantState
 from hil.scenario.evidence import AT_ONCE, COUNTS_WHEN, SHOWS, VIOLATES, Sight
 from hil.scenario.verdicts import row_of
+from onboard.core.tick import Rover
 from onboard.records import Inputs, Outputs
 from protocol.conventions import TICK_NS
 from protocol.faults import BY_NAME, Step

@@ -11,8 +11,8 @@ from collections import deque
 from collections.abc import Callable, Iterator, Mapping
 from types import MappingProxyType
 
-from hil.bench.in_memory import Rover
 from hil.records import PlantState
+from onboard.core.tick import Rover
 from onboard.motion.wheel_health import SOUND
 from onboard.planning.fences import entered
 from onboard.planning.mission_rule import RECORD_STOPS
@@ -133,7 +133,9 @@ def _knows_anew(sight: Sight) -> bool:
     """At rest it believes that it does not turn, and what scanner and axis say now has a time of now."""
     heard_ns = sight.rover.nodes.tilt_track(sight.now_ns - TOLD_NS).times_ns
     in_time = len(heard_ns) > 0 and int(heard_ns[-1]) <= sight.now_ns
-    return in_time and sight.rover.lidar.clock.quality.sigma_ns < KNOWN_NS and abs(sight.turns_radps) < STILL_RADPS
+    clock = sight.rover.lidar.clock.quality
+    known = clock.samples == 0 or clock.sigma_ns < KNOWN_NS
+    return in_time and known and abs(sight.turns_radps) < STILL_RADPS
 
 
 SHOWS: Mapping[Step, Callable[[Sight], bool]] = MappingProxyType({

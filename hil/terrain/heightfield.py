@@ -27,6 +27,7 @@ class HeightField:
         z = self.heights_m
         corners = (z[:-1, :-1], z[:-1, 1:], z[1:, :-1], z[1:, 1:])
         self.top_m: F32 = np.ascontiguousarray(np.maximum.reduce(corners))
+        self.tile_top_m = highest_of_tiles(self.top_m)
 
     def cast(self, origin_m: NDArray[np.floating], directions: F64, range_m: float) -> F64:
         """Ranges (n,) of rays from one origin (3,) along unit `directions` (n, 3); inf where nothing is met in range.
@@ -42,6 +43,13 @@ class HeightField:
         ranges_m = np.empty(len(ways))
         grid = self.grid
         _heightfield.cast_into(
-            self.heights_m, self.top_m, grid.x0_m, grid.y0_m, grid.cell_m, origin, ways, range_m, ranges_m
+            self.heights_m, self.top_m, self.tile_top_m, grid.x0_m, grid.y0_m, grid.cell_m, origin, ways, range_m,
+            ranges_m,
         )
         return ranges_m
+
+
+def highest_of_tiles(top_m: F32) -> F32:
+    """Highest of each tile of squares, as the kernel cuts them: TILE x TILE, less at the last row and column."""
+    along_j = np.maximum.reduceat(top_m, np.arange(0, top_m.shape[0], _heightfield.TILE), axis=0)
+    return np.ascontiguousarray(np.maximum.reduceat(along_j, np.arange(0, top_m.shape[1], _heightfield.TILE), axis=1))

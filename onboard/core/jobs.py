@@ -108,8 +108,11 @@ class JobBook:
 
     def overdue_ticks(self, tick: int, late: Late | None = None) -> int:
         """How far past its tick the latest of the running jobs is, those of this policy where one is named; else 0."""
-        wanted = [job_id for job_id, name in self._names.items() if late in (None, self._jobs[name].late)]
-        return max((tick - self._due[job_id] for job_id in wanted if tick > self._due[job_id]), default=0)
+        overdue = 0
+        for job_id, name in self._names.items():
+            if late in (None, self._jobs[name].late):
+                overdue = max(overdue, tick - self._due[job_id])
+        return overdue
 
     def forget(self, names: Collection[str]) -> None:
         """Results of running jobs of these names are no longer wanted (the mission was stopped): they are cancelled."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from onboard.config import Config
 from onboard.core import can_monitors
@@ -25,8 +25,7 @@ _IMU_NS = 30_000_000
 _HALTING = frozenset({"stop", "safe", "emergency_stop"})
 
 
-@dataclass(frozen=True, slots=True)
-class Watched:
+class Watched(NamedTuple):
     """What the monitors look at in one tick."""
 
     now_ns: int

@@ -19,9 +19,10 @@ from hil.run import RunResult, run
 from hil.scenario.scenario import Scenario, ground_of
 from tests.soak.taken import Taken, child, growth, taken
 
-SLOT_S, FIRST_S = 75.0, 2.0
+SLOT_S, FIRST_S = 110.0, 2.0
 SETTLED = 3  # missions
 WAYS_M = ((1.8, 0.0), (0.0, 0.0))  # from the start, in turn
+PART_BYTES = 10**10  # the whole record in one file, which is read in the end
 IDLE_S = 300.0  # between two samples of an idle rover
 
 
@@ -83,7 +84,10 @@ def soak(missions: int, duration_s: float, folder: Path, tell: Callable[[Taken],
     sampler = Sampler([*ends_s, *_every(ends_s[-1], duration_s)], tell)
     scenario = replace(
         Scenario(terrain="flat", link="lan", script=script, end_s=duration_s + 1.0), name="soak",
-        set={"mapping.folder": str(folder / "map"), "state.folder": str(folder / "state")},
+        set={
+            "mapping.folder": str(folder / "map"), "state.folder": str(folder / "state"),
+            "record.part_bytes": PART_BYTES,
+        },
     )  # fmt: skip
     result = run(scenario, folder, sampler)
     return _soaked(result, sampler.kept, missions)
