@@ -32,7 +32,7 @@ def small(monkeypatch):
     monkeypatch.setattr(compileall, "compile_dir", lambda *_, **__: True)
 
 
-def place(destdir, version="1.0", prefix="/usr/local", python=sys.executable):
+def place(destdir, version="1.0", prefix="/usr/local", python=os.path.realpath(sys.executable)):
     return Place(Path(prefix), str(destdir), Path("/etc"), version, python)
 
 
