@@ -16,7 +16,7 @@ from protocol.faults import FAULTS
 from tests.mutation.trials import Trial
 from tests.scenarios.registry import CAMPAIGNS
 
-LIMIT_S = 3600.0
+LIMIT_S = 1200
 
 
 def detectors() -> Iterator[Trial]:

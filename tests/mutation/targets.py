@@ -16,7 +16,7 @@ from tests.mutation.flips import Flip, flips
 from tests.mutation.serve import red
 from tests.mutation.trials import Trial
 
-LIMIT_S = 180.0
+LIMIT_S = 60
 
 
 class Target(NamedTuple):

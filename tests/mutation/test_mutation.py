@@ -69,7 +69,7 @@ def toy(tmp_path):
     (tmp_path / "toy_of_mutation.py").write_text(TOY)
     tests = tmp_path / "test_toy_of_mutation.py"
     tests.write_text(TOY_TEST)
-    return lambda name, source: Trial(name, red, ("toy_of_mutation", source, (str(tests),)), 120.0)
+    return lambda name, source: Trial(name, red, ("toy_of_mutation", source, (str(tests),)), 60)
 
 
 def hang() -> str:
@@ -79,8 +79,8 @@ def hang() -> str:
 
 def test_a_mutant_is_killed_an_equivalent_one_survives_and_one_that_hangs_ends(toy):
     trials = [toy("as it is", TOY), *(toy(flip.name, flip.source) for flip in flips(TOY)),
-              Trial("hangs", hang, (), 0.5), toy("no python", "def"),
-              Trial("no tests", red, ("toy_of_mutation", TOY, ("tests/mutation/none.py",)), 120.0)]  # fmt: skip
+              Trial("hangs", hang, (), 1), toy("no python", "def"),
+              Trial("no tests", red, ("toy_of_mutation", TOY, ("tests/mutation/none.py",)), 60)]  # fmt: skip
     with Trials(2) as running:
         outcomes = list(running.run(trials))
     assert [(each.name, each.end) for each in outcomes] == [
@@ -94,7 +94,7 @@ def test_a_mutant_is_killed_an_equivalent_one_survives_and_one_that_hangs_ends(t
 
 def test_trials_that_are_left_end_with_what_still_runs():
     with pytest.raises(KeyboardInterrupt), Trials(1) as running:
-        for _ in running.run([Trial("first", str, (), 60.0), *[Trial("hangs", hang, (), 600.0)] * 3]):
+        for _ in running.run([Trial("first", str, (), 60), *[Trial("hangs", hang, (), 60)] * 3]):
             raise KeyboardInterrupt
     assert not running._live
 

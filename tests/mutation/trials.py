@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import multiprocessing
 import os
+import resource
 import signal
 import traceback
 from collections.abc import Callable, Iterator, Sequence
@@ -17,6 +18,7 @@ from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
 from typing import Any
 
+WAITS = 20
 PRELOADED = ["pytest", "_pytest.assertion.rewrite", "hypothesis.strategies", "numpy"]
 
 
@@ -31,12 +33,15 @@ class End(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Trial:
-    """kill(*arguments) runs in the process and says what killed the mutant, "" where nothing did."""
+    """kill(*arguments) runs in the process and says what killed the mutant, "" where nothing did.
+
+    limit_s: of processor time, as the machine may be busy; one that waits ends after WAITS times as long.
+    """
 
     name: str
     kill: Callable[..., str]
     arguments: tuple[Any, ...]
-    limit_s: float
+    limit_s: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,19 +78,21 @@ class Trials:
 
     def _one(self, trial: Trial) -> Outcome:
         ours, theirs = self._context.Pipe(duplex=False)
-        process = self._context.Process(target=_in_child, args=(theirs, trial.kill, trial.arguments), daemon=False)
-        if self._ended:
-            return Outcome(trial.name, End.BROKEN, "interrupted")
+        process = self._context.Process(target=_in_child, args=(theirs, trial))
         process.start()
         self._live.add(process)
+        if self._ended:  # while it started
+            process.kill()
         theirs.close()
         try:
-            if not ours.poll(trial.limit_s):
-                return Outcome(trial.name, End.TIMEOUT, f"{trial.limit_s:.0f} s")
+            if not ours.poll(WAITS * trial.limit_s):
+                return Outcome(trial.name, End.TIMEOUT, f"waited {WAITS * trial.limit_s} s")
             end, by = ours.recv()
             return Outcome(trial.name, end, by)
         except EOFError:
             process.join()
+            if process.exitcode == -signal.SIGXCPU:
+                return Outcome(trial.name, End.TIMEOUT, f"{trial.limit_s} s of the processor")
             return Outcome(trial.name, End.BROKEN, f"its process ended with {process.exitcode}")
         finally:
             process.kill()
@@ -94,13 +101,15 @@ class Trials:
             ours.close()
 
 
-def _in_child(pipe: Connection, kill: Callable[..., str], arguments: tuple[Any, ...]) -> None:
+def _in_child(pipe: Connection, trial: Trial) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the parent's
+    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    resource.setrlimit(resource.RLIMIT_CPU, (trial.limit_s, resource.RLIM_INFINITY))
     quiet = os.open(os.devnull, os.O_WRONLY)
     os.dup2(quiet, 1)
     os.dup2(quiet, 2)
     try:
-        by = kill(*arguments)
+        by = trial.kill(*trial.arguments)
     except Exception:  # noqa: BLE001  the parent tells whatever it was
         pipe.send((End.BROKEN, traceback.format_exc(limit=-3)))
     else:

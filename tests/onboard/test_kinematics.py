@@ -204,6 +204,12 @@ def test_an_angle_at_the_end_of_the_range_is_in_it():
     assert nearest_steering(2.0 - math.pi, 2.0, 2.0) == (2.0, -1)
 
 
+@pytest.mark.parametrize("limit_rad", [1.0, 2.0])
+def test_of_two_angles_that_are_as_near_the_one_that_rolls_forwards_is_taken(limit_rad):
+    assert nearest_steering(math.pi / 2, 0.0, limit_rad) == (min(math.pi / 2, limit_rad), 1)
+    assert nearest_steering(-math.pi / 2, 0.0, limit_rad) == (-min(math.pi / 2, limit_rad), 1)
+
+
 def test_with_a_full_range_a_wheel_that_stands_backwards_rolls_backwards():
     assert nearest_steering(0.0, 3.0, math.pi) == (math.pi, -1)
 
