@@ -38,23 +38,23 @@ def flips(source: str) -> Iterator[Flip]:
     """Every mutant, in the order of the source. Comments and layout are lost, meaning is not."""
     tree = ast.parse(source)
     names: Counter[str] = Counter()
-    for scope, node in _walk(tree, "module"):
+    for scope, node in _walk(tree, ""):
         before = ast.unparse(node)
         for field, changed in _edits(node):
             kept = getattr(node, field)
             setattr(node, field, changed)
-            name = f"{scope}: {before} -> {ast.unparse(node)}"
+            name = f"{scope or 'module'}: {before} -> {ast.unparse(node)}"
             names[name] += 1
             yield Flip(name if names[name] == 1 else f"{name} #{names[name]}", ast.unparse(tree))
             setattr(node, field, kept)
 
 
 def _walk(node: ast.AST, scope: str) -> Iterator[tuple[str, ast.AST]]:
-    """Every node below, with the name of the function or class it stands in."""
+    """Every node below, with where it stands: Class.method."""
     for child in ast.iter_child_nodes(node):
         yield scope, child
         named = isinstance(child, ast.FunctionDef | ast.ClassDef)
-        yield from _walk(child, child.name if named else scope)
+        yield from _walk(child, f"{scope}.{child.name}".lstrip(".") if named else scope)
 
 
 def _edits(node: ast.AST) -> Iterator[tuple[str, object]]:
