@@ -38,7 +38,8 @@ TARGETS = (
 
 EQUIVALENT: Mapping[str, str] = {
     "protocol.link hkdf: len(out) < length -> len(out) <= length": "a block more is made, and cut off at the end",
-    "protocol.link Opener._count: ahead < self._size -> ahead <= self._size": "shifted by its whole size the window is empty",
+    "protocol.link Opener._count: ahead < self._size -> ahead <= self._size":
+        "shifted by its whole size the window is as empty as a new one",
 }
 
 

@@ -221,7 +221,8 @@ def test_eight_replayed_orders_within_a_second_are_stopped_and_a_single_one_is_n
 def test_an_order_of_motion_needs_a_beat_350_ms_old_at_most():
     master = Master()
     for at_ms in (100, 300):
-        assert master.hears(at_ms, master.says(at_ms, "DRIVE_ENABLE", *SAYS["DRIVE_ENABLE"]), master.wheel(at_ms)) is None
+        enable = master.says(at_ms, "DRIVE_ENABLE", *SAYS["DRIVE_ENABLE"])
+        assert master.hears(at_ms, enable, master.wheel(at_ms)) is None
     assert master.hears(350) is None
     told = master.hears(351)
     assert told == (Offence.HEARTBEAT, "WHEEL_1_COMMAND orders motion, the computer has not beaten for 0.35 s")
