@@ -62,14 +62,15 @@ angles = st.floats(-1.8, 1.8)
 @given(twists, st.tuples(angles, angles, angles, angles))
 def test_every_hub_moves_as_the_rigid_body_does_and_stays_in_range(twist, start):
     orders = settled(twist, start=start)
-    for (a, b), order in zip(PLACES, orders):
-        u, w = twist.vx_mps - twist.yaw_radps * b, twist.vy_mps + twist.yaw_radps * a
+    rigid = [(twist.vx_mps - twist.yaw_radps * b, twist.vy_mps + twist.yaw_radps * a) for a, b in PLACES]
+    share = min(1.0, 0.4 / max(0.1, *(math.hypot(*hub) for hub in rigid)))  # too fast a twist is slowed
+    for (u, w), order in zip(rigid, orders):
         if math.hypot(u, w) < 0.001:
             continue
         assert abs(order.steer_rad) <= ROVER.steer_limit_rad
         speed = order.rate_radps * 0.1
-        assert speed * math.cos(order.steer_rad) == pytest.approx(u, abs=1e-9)
-        assert speed * math.sin(order.steer_rad) == pytest.approx(w, abs=1e-9)
+        assert speed * math.cos(order.steer_rad) == pytest.approx(u * share, abs=1e-9)
+        assert speed * math.sin(order.steer_rad) == pytest.approx(w * share, abs=1e-9)
 
 
 def hubs(orders):
