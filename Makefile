@@ -50,6 +50,9 @@ test-scenarios: .venv/.project ## whole missions with physics, each in one proce
 test-vcan: .venv/.project ## the bus on real SocketCAN, in a QEMU guest where this kernel has none (minutes)
 	@$(B)/python -m tests.vcan
 
+test-mutation: .venv/.project ## mutants: each fault detector disabled, comparisons and signs flipped; ONLY=kinematics in minutes
+	@$(B)/python -m tests.mutation $(if $(ONLY),--only $(ONLY))
+
 build/sanitize/.built: .venv/.packages $(NATIVE)
 	@echo "building the kernels with sanitizers"
 	@mkdir -p build/sanitize
@@ -80,7 +83,7 @@ missions: .venv/.project ## mission rule and guard on seeded fields without phys
 	@$(FIXED) $(B)/python -m tests.missions fly $(if $(FRESH),--fresh-from $(FRESH))
 	@$(FIXED) $(B)/python -m tests.missions guard
 
-nightly: lint test test-missions test-vcan test-sanitize bench missions ## all that tests or measures, with ten demo seeds, real ground, craters
+nightly: lint test test-missions test-vcan test-sanitize bench missions test-mutation ## all that tests or measures, with ten demo seeds, real ground, craters
 	@for seed in 1 2 3 4 5 6 7 8 9 10; do $(B)/hil demo --seed $$seed --out build/nightly/seed-$$seed || echo "seed $$seed failed" >> build/nightly/failed; done
 	@$(B)/hil demo --terrain real --out build/nightly/real
 	@$(B)/hil demo --terrain craters --out build/nightly/craters
@@ -115,4 +118,4 @@ clean: ## remove build and .venv
 help: ## this list
 	@grep -E '^[a-z-]+:.*##' Makefile | sed 's/:.*## /\t/' | expand -t 16
 
-.PHONY: demo sim test test-missions test-scenarios test-vcan test-sanitize lint bench soak missions nightly codec docs install uninstall deb size clean help
+.PHONY: demo sim test test-missions test-scenarios test-vcan test-mutation test-sanitize lint bench soak missions nightly codec docs install uninstall deb size clean help

@@ -194,8 +194,8 @@ class _Window:
 
     __slots__ = ("highest", "seen")
 
-    def __init__(self) -> None:
-        self.highest, self.seen = -1, 0
+    def __init__(self, highest: int) -> None:
+        self.highest, self.seen = highest, 0
 
 
 class Opener:
@@ -226,7 +226,7 @@ class Opener:
             raise WireError("tag")
         if epoch not in self._keys.epochs:
             raise WireError("epoch", f"{epoch}, accepted {self._keys.epochs}")
-        if boot_id != self.boot_id and (self._fixed or boot_id < self.boot_id):
+        if boot_id < self.boot_id or (self._fixed and boot_id != self.boot_id):
             raise WireError("boot", f"boot id {boot_id}, present {self.boot_id}")
         if flags or not Kind.MAVLINK <= kind <= Kind.REPORT:
             raise WireError("kind", f"kind {kind}, flags {flags}")
@@ -239,8 +239,7 @@ class Opener:
     def _count(self, key_id: int, counter: int) -> None:
         window = self._windows.get(key_id)
         if window is None:
-            window = self._windows[key_id] = _Window()
-            window.highest = counter
+            window = self._windows[key_id] = _Window(counter)
         ahead = counter - window.highest
         if ahead > MAX_JUMP:
             raise WireError("jump", f"counter {counter} after {window.highest}")

@@ -100,9 +100,7 @@ class BusGuard:
             if frame.can_id in ORDERS or frame.can_id == RESET_REQUEST:
                 self._take(frame)
         if self.verdict is None:
-            self.verdict = self._while_moving(now_ns)
-            if self.verdict is not None:
-                self._repeat.now()
+            self._latch(self._while_moving(now_ns))
         if self.verdict is None or not self._repeat.due(now_ns):
             return []
         return [Frame(STOP, self._sender.encode(STOP, StopReason.GUARD, self.verdict.detail), now_ns)]
@@ -120,9 +118,12 @@ class BusGuard:
         if self.verdict is None:
             strange = (after.lost + after.repeated > before.lost + before.repeated, after.crc > before.crc)
             refused = after.out_of_range > before.out_of_range
-            self.verdict = self._judge(frame, strange) or self._range(frame.can_id, values, refused)
-            if self.verdict is not None:
-                self._repeat.now()
+            self._latch(self._judge(frame, strange) or self._range(frame.can_id, values, refused))
+
+    def _latch(self, verdict: Verdict | None) -> None:
+        if verdict is not None:
+            self.verdict = verdict
+            self._repeat.now()
 
     def _note(self, frame: Frame, values: Any) -> None:
         """What the orders say, for the rules about motion."""

@@ -1,5 +1,8 @@
 """The bus guard: what it tolerates, what makes it stop the rover, that it can do nothing else."""
 
+import json
+import os
+import signal
 import threading
 import uuid
 
@@ -11,7 +14,7 @@ from hypothesis import strategies as st
 from hil.devices.nodes import build_nodes
 from onboard.__main__ import app
 from onboard.bus_guard.command import watch
-from onboard.bus_guard.rules import ORDERS, STOP, BusGuard, Offence
+from onboard.bus_guard.rules import MARGIN, ORDERS, STOP, BusGuard, Offence
 from onboard.config import Can, Rover
 from onboard.devices.nodes import Nodes
 from onboard.drivers.can_bus import open_bus
@@ -82,8 +85,7 @@ def test_a_standing_rover_needs_no_heartbeat():
 def test_motion_without_heartbeat_is_stopped_after_three_beats(bench):
     begun = bench.now_ns
     mute = only("COMPUTER_HEARTBEAT", lambda f: [])
-    while not (sent := bench.tick(1, mute)):
-        pass
+    sent = next(sent for _ in range(50) if (sent := bench.tick(1, mute)))
     assert bench.offence is Offence.HEARTBEAT
     assert 0.25e9 <= bench.now_ns - begun <= 0.46e9
     assert [f.can_id for f in sent] == [STOP]
@@ -167,6 +169,119 @@ def test_an_offence_that_goes_on_is_stopped_again_after_a_reset(bench):
     assert bench.offence is None
     bench.tick(50, mute)
     assert bench.offence is Offence.HEARTBEAT
+
+
+# -- the edges, by hand -------------------------------------------------------------------------------------------
+
+
+MS = 1_000_000
+SAYS = {"DRIVE_ENABLE": (1, 3), "COMPUTER_HEARTBEAT": (3, 1, 1)}
+
+
+class Master:
+    """Orders sealed one by one, at times in ms."""
+
+    def __init__(self, rover=None):
+        self.guard, self.sender = BusGuard(rover or Rover()), Sender()
+
+    def wheel(self, at_ms, rate=1.0, mode=WheelMode.RUN):
+        return Frame(0x101, self.sender.encode(0x101, mode, 0.0, rate), round(at_ms * MS))
+
+    def says(self, at_ms, name, *values):
+        can_id = next(i for i, row in TABLE.items() if row.name == name)
+        return Frame(can_id, self.sender.encode(can_id, *values), round(at_ms * MS))
+
+    def hears(self, at_ms, *frames):
+        self.guard.step(round(at_ms * MS), frames)
+        return self.guard.verdict and (self.guard.verdict.offence, self.guard.verdict.text)
+
+
+@pytest.mark.parametrize(("last_ms", "stopped"), [(1000.0, False), (999.0, True)])
+def test_eight_damaged_orders_are_too_many_within_a_second_and_not_in_one(last_ms, stopped):
+    master = Master()
+    for at_ms in (0, 100, 200, 300, 400, 500, 600, last_ms):
+        frame = master.wheel(at_ms, 0.0, WheelMode.HOLD)
+        told = master.hears(at_ms, frame._replace(data=frame.data[:7] + bytes([frame.data[7] ^ 1])))
+        assert (told is not None) == (stopped and at_ms == last_ms)
+
+
+def test_eight_replayed_orders_within_a_second_are_stopped_and_a_single_one_is_not():
+    master = Master()
+    for tick in range(40):
+        frame = master.wheel(20 * tick, 0.0, WheelMode.HOLD)
+        assert master.hears(20 * tick, frame, *[frame] * (tick == 3)) is None
+    for tick in range(100, 116):
+        frame = master.wheel(20 * tick, 0.0, WheelMode.HOLD)
+        told = master.hears(20 * tick, frame, *[frame] * (tick % 2))
+        assert told is None or tick == 115
+    assert told == (Offence.COUNTER, "WHEEL_1_COMMAND came out of sequence 8 times within 1 s")
+
+
+def test_an_order_of_motion_needs_a_beat_350_ms_old_at_most():
+    master = Master()
+    for at_ms in (100, 300):
+        enable = master.says(at_ms, "DRIVE_ENABLE", *SAYS["DRIVE_ENABLE"])
+        assert master.hears(at_ms, enable, master.wheel(at_ms)) is None
+    assert master.hears(350) is None
+    told = master.hears(351)
+    assert told == (Offence.HEARTBEAT, "WHEEL_1_COMMAND orders motion, the computer has not beaten for 0.35 s")
+
+
+def test_the_silence_that_is_told_counts_from_the_last_beat_and_the_last_enable():
+    for late, offence, words in (
+        ("DRIVE_ENABLE", Offence.ENABLE, "WHEEL_1_COMMAND orders motion, DRIVE_ENABLE is 0.36 s old"),
+        ("COMPUTER_HEARTBEAT", Offence.HEARTBEAT,
+         "WHEEL_1_COMMAND orders motion, the computer has not beaten for 0.36 s"),
+    ):  # fmt: skip
+        master = Master()
+        assert master.hears(200, *(master.says(200, name, *said) for name, said in SAYS.items())) is None
+        other = next(name for name in SAYS if name != late)
+        assert master.hears(500, master.says(500, other, *SAYS[other]), master.wheel(500)) is None
+        assert master.hears(550) is None
+        assert master.hears(560) == (offence, words)
+
+
+def test_an_order_of_motion_counts_for_100_ms():
+    for at_ms, stopped in ((400, True), (401, False)):
+        master = Master()
+        assert master.hears(300, master.wheel(300)) is None
+        assert (master.hears(at_ms) is not None) == stopped
+
+
+def test_an_order_at_its_limit_and_the_margin_is_let_pass():
+    master = Master(Rover(wheel_rate_limit_radps=2.0 - MARGIN))
+    frame = master.wheel(10, 2.0)
+    assert TABLE[0x101].decode(frame.data).rate_radps == 2.0 == 2.0 - MARGIN + MARGIN
+    assert master.hears(10, frame) is None
+
+
+@pytest.mark.parametrize("as_json", [False, True])
+def test_the_command_tells_what_it_watches_and_why_it_stops(as_json):
+    uri = f"virtual:guard-{uuid.uuid4()}"
+    data = TABLE[0x103].encode(WheelMode.RUN, 2.2, 0.0, 5)
+    master = open_bus(uri)
+
+    def order_until_stopped():
+        while not any(frame.can_id == STOP for frame in master.read(0)):
+            master.write([Frame(0x103, data)])
+        os.kill(os.getpid(), signal.SIGTERM)
+
+    ordering = threading.Thread(target=order_until_stopped)
+    kept = {number: signal.getsignal(number) for number in (signal.SIGTERM, signal.SIGINT)}
+    ordering.start()
+    told = CliRunner().invoke(app, ["guard", "--bus", uri, *["--json"] * as_json])
+    ordering.join(60.0)
+    for number, handler in kept.items():
+        signal.signal(number, handler)
+    master.close()
+    assert told.exit_code == 0
+    text = f"WHEEL_3_COMMAND.steer_rad = 2.200, this rover has {Rover().steer_limit_rad:.3f}"
+    if as_json:
+        assert [json.loads(line) for line in told.stdout.splitlines()] == [
+            {"event": f"watching {uri}"}, {"event": "STOP", "offence": "RANGE", "can_id": 0x103, "text": text},
+        ]  # fmt: skip
+    else:
+        assert told.stdout.splitlines() == [f"guard: watching {uri}", f"guard: STOP: RANGE: {text}"]
 
 
 IDS = st.integers(0, 0x7FF) | st.sampled_from(sorted(ORDERS))

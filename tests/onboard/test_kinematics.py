@@ -62,14 +62,15 @@ angles = st.floats(-1.8, 1.8)
 @given(twists, st.tuples(angles, angles, angles, angles))
 def test_every_hub_moves_as_the_rigid_body_does_and_stays_in_range(twist, start):
     orders = settled(twist, start=start)
-    for (a, b), order in zip(PLACES, orders):
-        u, w = twist.vx_mps - twist.yaw_radps * b, twist.vy_mps + twist.yaw_radps * a
+    rigid = [(twist.vx_mps - twist.yaw_radps * b, twist.vy_mps + twist.yaw_radps * a) for a, b in PLACES]
+    share = min(1.0, 0.4 / max(0.1, *(math.hypot(*hub) for hub in rigid)))  # too fast a twist is slowed
+    for (u, w), order in zip(rigid, orders):
         if math.hypot(u, w) < 0.001:
             continue
         assert abs(order.steer_rad) <= ROVER.steer_limit_rad
         speed = order.rate_radps * 0.1
-        assert speed * math.cos(order.steer_rad) == pytest.approx(u, abs=1e-9)
-        assert speed * math.sin(order.steer_rad) == pytest.approx(w, abs=1e-9)
+        assert speed * math.cos(order.steer_rad) == pytest.approx(u * share, abs=1e-9)
+        assert speed * math.sin(order.steer_rad) == pytest.approx(w * share, abs=1e-9)
 
 
 def hubs(orders):
@@ -179,6 +180,39 @@ def test_an_unknown_wheel_is_taken_to_stand_where_it_was_ordered():
     orders, held = wheel_commands(Twist(0.0, 0.1, 0.0), [None] * 4, previous, ROVER, MOTION, False)
     assert not held
     assert [o.steer_rad for o in orders] == pytest.approx([math.pi / 2] * 4)
+
+
+def test_a_wheel_at_1_mm_per_s_steers():
+    orders, _ = wheel_commands(Twist(0.0, 0.001, 0.0), at(1.5, 1.5, 1.5, 1.5), ZERO, ROVER, MOTION, False)
+    assert [o.steer_rad for o in orders] == [math.pi / 2] * 4
+    assert wheel_angles(Twist(0.0, 0.001, 0.0), ROVER) == (math.pi / 2,) * 4
+
+
+def test_a_wheel_below_1_mm_per_s_turns_as_its_hub_moves_along_it():
+    previous = tuple(WheelCommand(WheelMode.RUN, 0.3, 0.0) for _ in range(4))
+    orders, _ = wheel_commands(Twist(0.0, 0.0009, 0.0), at(0.3, 0.3, 0.3, 0.3), previous, ROVER, MOTION, False)
+    assert [o.rate_radps for o in orders] == pytest.approx([0.0009 * math.sin(0.3) / ROVER.wheel_radius_m] * 4)
+
+
+@pytest.mark.parametrize("held_before", [False, True])
+def test_at_the_limit_itself_the_drive_is_not_held(held_before):
+    limit_rad = MOTION.steer_release_rad if held_before else MOTION.steer_hold_rad
+    assert not wheel_commands(Twist(0.11, 0.0, 0.0), at(limit_rad, 0, 0, 0), ZERO, ROVER, MOTION, held_before)[1]
+
+
+def test_an_angle_at_the_end_of_the_range_is_in_it():
+    assert nearest_steering(2.0, 2.0, 2.0) == (2.0, 1)
+    assert nearest_steering(2.0 - math.pi, 2.0, 2.0) == (2.0, -1)
+
+
+@pytest.mark.parametrize("limit_rad", [1.0, 2.0])
+def test_of_two_angles_that_are_as_near_the_one_that_rolls_forwards_is_taken(limit_rad):
+    assert nearest_steering(math.pi / 2, 0.0, limit_rad) == (min(math.pi / 2, limit_rad), 1)
+    assert nearest_steering(-math.pi / 2, 0.0, limit_rad) == (-min(math.pi / 2, limit_rad), 1)
+
+
+def test_with_a_full_range_a_wheel_that_stands_backwards_rolls_backwards():
+    assert nearest_steering(0.0, 3.0, math.pi) == (math.pi, -1)
 
 
 def test_stopped_holds_with_the_angles_kept():

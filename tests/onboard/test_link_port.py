@@ -160,6 +160,7 @@ def test_bench_keys_are_refused_with_a_real_device(device):
 def test_bench_keys_come_from_the_seed_where_nothing_is_real():
     keys = link_keys(load(overrides=SAFE | {"link.bench_seed": 7}))
     assert keys.command.key(1) == KEYS.command.key(1)
+    assert link_keys(load(overrides=SAFE | {"link.bench_seed": 0})).command.key(1) == bench_keys(0).command.key(1)
 
 
 def test_no_keys_at_all_is_refused():

@@ -159,6 +159,30 @@ def test_a_datagram_takes_at_most_a_tenth_of_a_second_of_the_line(rate_bps, limi
     assert link.datagram_limit(rate_bps) == limit
 
 
+def test_a_payload_leaves_room_for_frame_and_tag_and_costs_udp_and_ip_on_the_line():
+    assert link.payload_limit(64e3) == 800 - 16 - 16
+    assert link.line_bytes(100) == 100 + 16 + 16 + 8 + 20
+
+
+def test_the_longest_datagram_opens_and_one_byte_more_is_refused():
+    longest = sealer().seal(1, bytes(1150 - 32))
+    assert refusal(rover(), longest + b"\0") == "length"
+    assert len(rover().open(longest).payload) == 1118
+
+
+def test_every_kind_opens_and_the_numbers_beside_them_do_not():
+    assert [rover().open(sealer().seal(kind, b"")).kind for kind in range(1, 6)] == list(link.Kind)
+    assert [refusal(rover(), sealer().seal(kind, b"")) for kind in (0, 6)] == ["kind", "kind"]
+
+
+def test_key_ids_and_epochs_are_bytes():
+    assert link.Keyring(link.KEY_UP, {0: bytes(32), 255: bytes(32)}, (0, 255)).key(255, 255)
+    for secrets, epochs in (({256: bytes(32)}, (0,)), ({-1: bytes(32)}, (0,)), ({1: bytes(31)}, (0,)),
+                            ({1: bytes(32)}, (256,)), ({1: bytes(32)}, (-1,))):  # fmt: skip
+        with pytest.raises(ValueError, match="a keyring needs"):
+            link.Keyring(link.KEY_UP, secrets, epochs)
+
+
 def test_a_payload_that_does_not_fit_is_our_own_error():
     assert len(sealer().seal(1, bytes(1150 - 32))) == 1150
     with pytest.raises(ValueError, match="at most 1118"):

@@ -40,10 +40,12 @@ CASES = (
     ("encoder_jumping", "ENCODER_BAD", 1), ("pot_offset", "STEER_OFFSET", 4), ("soft_patch", "SLIP_HIGH", 0),
     ("no_grip", "NOT_MOVING", 0),
 )  # fmt: skip
-DETECTS = tuple(dict.fromkeys(row for _, row, _ in CASES))  # rows whose time and response are judged here
 FIELDS = (21, 22, 23)
 SEEDS = tuple(10 * field + case for field in FIELDS for case in range(len(CASES)))
 SHORT = SEEDS[:9:3]
+DETECTS = {  # rows whose time and response are judged here, with the flights on one field that judge them
+    name: tuple(10 * FIELDS[0] + case for case, (_, row, _) in enumerate(CASES) if row == name) for _, name, _ in CASES
+}
 TICKS_PER_S, NS, NEVER = 100, 1_000_000_000, 1 << 60
 WAYS_KEPT = 6 * WINDOW_TICKS
 AFTER_TICKS, WATCH_TICKS, ANSWER_TICKS = 800, 6000, 1500

@@ -1,0 +1,76 @@
+"""TABLE of what is mutated and which tests must notice; TABLE of mutants that no test can notice, with the reason.
+
+To add a module: a row in TARGETS with its own test files, fastest first. A survivor is a missing test; only what
+behaves the same for every input is equivalent, and then the reason says why.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from importlib.util import find_spec
+from pathlib import Path
+from typing import NamedTuple
+
+from protocol.modes import TRANSITIONS, Mode
+from tests.mutation.flips import Flip, flips
+from tests.mutation.serve import red
+from tests.mutation.trials import Trial
+
+LIMIT_S = 60
+
+
+class Target(NamedTuple):
+    """A module and the tests that are its own."""
+
+    module: str
+    tests: tuple[str, ...]
+
+
+TARGETS = (
+    Target("onboard.motion.kinematics", ("tests/onboard/test_kinematics.py", "tests/onboard/test_degraded.py")),
+    Target("onboard.bus_guard.rules", ("tests/onboard/test_bus_guard.py",)),
+    Target("onboard.bus_guard.command", ("tests/onboard/test_bus_guard.py",)),
+    Target("protocol.link", ("tests/protocol/test_link.py",)),
+    Target("onboard.drivers.key_file", ("tests/onboard/test_link_port.py",)),
+    Target("onboard.drivers.link_port", ("tests/onboard/test_link_port.py",)),
+    Target("protocol.modes", ("tests/protocol/test_transitions.py",)),
+)
+
+EQUIVALENT: Mapping[str, str] = {
+    "protocol.link hkdf: len(out) < length -> len(out) <= length": "a block more is made, and cut off at the end",
+    "protocol.link Opener._count: ahead < self._size -> ahead <= self._size":
+        "shifted by its whole size the window is as empty as a new one",
+}
+
+
+def control(target: Target) -> Trial:
+    """The tests on the module as it is: they must hold, or a kill means nothing."""
+    return Trial(f"{target.module} as it is", red, (target.module, source_of(target.module), target.tests), LIMIT_S)
+
+
+def mutants(target: Target) -> Iterator[Trial]:
+    """Every mutant of a module, in the order of its source."""
+    source = source_of(target.module)
+    changed = [*flips(source), *(_transitions(source) if target.module == Mode.__module__ else ())]
+    for flip in changed:
+        name = f"{target.module} {flip.name}"
+        yield Trial(name, red, (target.module, flip.source, target.tests), LIMIT_S)
+
+
+def source_of(module: str) -> str:
+    """Its file's text."""
+    found = find_spec(module)
+    if found is None or found.origin is None:
+        raise ModuleNotFoundError(module)
+    return Path(found.origin).read_text()
+
+
+def _transitions(source: str) -> Iterator[Flip]:
+    """The table of transitions without one row, and with another next mode in it."""
+    for k, row in enumerate(TRANSITIONS):
+        other = Mode((row.next + 1) % len(Mode))
+        cut, rest = f"TRANSITIONS[:{k}]", f"TRANSITIONS[{k + 1}:]"
+        name = f"{row.state.name} {row.event} -> {row.next.name}"
+        yield Flip(f"{name} removed", f"{source}\nTRANSITIONS = {cut} + {rest}\n")
+        changed = f"(TRANSITIONS[{k}]._replace(next=Mode.{other.name}),)"
+        yield Flip(f"{name} leads to {other.name}", f"{source}\nTRANSITIONS = {cut} + {changed} + {rest}\n")
