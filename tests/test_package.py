@@ -22,6 +22,7 @@ from tools import make_deb
 from tools.install import PYTHON, Place, closure, install, uninstall
 
 ROOT = Path(__file__).parents[1]
+INTERPRETER = os.path.realpath(sys.executable)
 ANALYZE, DPKG = shutil.which("systemd-analyze"), shutil.which("dpkg-deb")
 
 
@@ -32,7 +33,7 @@ def small(monkeypatch):
     monkeypatch.setattr(compileall, "compile_dir", lambda *_, **__: True)
 
 
-def place(destdir, version="1.0", prefix="/usr/local", python=os.path.realpath(sys.executable)):
+def place(destdir, version="1.0", prefix="/usr/local", python=INTERPRETER):
     return Place(Path(prefix), str(destdir), Path("/etc"), version, python)
 
 
