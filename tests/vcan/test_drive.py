@@ -66,9 +66,11 @@ def test_the_record_of_the_drive_over_vcan0_replays_to_the_byte():
     assert (done.returncode, done.stdout.split(":")[0]) == (0, "identical"), done.stdout + done.stderr
 
 
-def test_candump_saw_every_frame_that_the_bench_counted(lines):
+def test_candump_saw_every_frame_that_the_bench_counted_and_then_the_wheels_told_to_stand(lines, decoded):
     channels = certificate("real")["channels"]
-    assert len(lines) == channels["can_to_onboard"]["pieces"] + channels["can_to_nodes"]["pieces"]
+    farewell = decoded[channels["can_to_onboard"]["pieces"] + channels["can_to_nodes"]["pieces"] :]
+    assert [name for name, _ in farewell] == [f"WHEEL_{n}_COMMAND" for n in (1, 2, 3, 4)]
+    assert all(float(signals["rate_radps"].split()[0]) == 0.0 for _, signals in farewell)
 
 
 def test_every_frame_that_candump_saw_has_a_good_crc(lines):
