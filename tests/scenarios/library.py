@@ -1,6 +1,7 @@
 """Every scenario of hil/scenarios, in one process beside a twin without the fault: each keeps its promise.
 
-A flight's seed is the scenario's place in the list (`hil list`), from 1.
+A flight's seed is the scenario's place in the list (`hil list`), from 1. What needs processes of its own is flown over
+sockets, in tests/hil/test_missions.py.
 """
 
 from __future__ import annotations
@@ -9,6 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
 
+from hil.faults.injection import INJECTIONS
 from hil.scenario.in_process import Twins
 from hil.scenario.in_process import fly as fly_scenario
 from hil.scenario.library import scenarios
@@ -33,7 +35,11 @@ ALWAYS = (
     "flat", "button_pressed", "can_unplugged", "imu_silent", "lidar_unplugged", "onboard_killed", "tilt_silent",
     "wheel_silent", "wheel_stuck", "dead_end", "ground_step", "operator_stop",
 )  # fmt: skip
-SEEDS = tuple(range(1, len(scenarios()) + 1))
+NEEDS_PROCESSES = frozenset(name for name, cause in INJECTIONS.items() if cause.never_quick)
+SEEDS = tuple(
+    k for k, scenario in enumerate(scenarios(), 1)
+    if NEEDS_PROCESSES.isdisjoint(fault.fault for fault in scenario.faults)
+)  # fmt: skip
 SHORT = tuple(k for k, scenario in enumerate(scenarios(), 1) if scenario.name in ALWAYS)
 
 
