@@ -70,7 +70,8 @@ def command_page() -> str:
         "with what would be allowed.",
         _table(("id", "command", "arguments", "modes", "meaning"), rows),
         "## Arguments", _table(("command", "argument", "allowed", "", "meaning"), arguments),
-        "`ground COMMAND --help` says how each is typed; there, angles are degrees.",
+        "`ground COMMAND --help` says how each is typed. Angles are typed and told in degrees; on the wire they are "
+        "radians.",
     )
 
 

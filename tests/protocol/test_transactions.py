@@ -146,6 +146,14 @@ def test_a_refused_command_says_what_would_be_allowed():
     assert report.code == Code.UNKNOWN_COMMAND
 
 
+def test_a_fault_that_the_table_does_not_have_is_refused_by_the_rover_too():
+    mask = {"fault": "NODE_LOST", "lasting_s": 5.0}
+    typed = commands.encode(commands.Telecommand(7, 0, 0, "faults_mask", mask))
+    report = refused(typed.replace(b"NODE_LOST", b"NODE_LOOT"))
+    assert (report.state, report.code) == (State.FAILED, Code.RANGE)
+    assert report.text == "faults_mask: unknown fault `NODE_LOOT`; did you mean `NODE_LOST`?"
+
+
 def test_an_id_used_again_for_something_else_is_refused_and_so_is_one_that_was_forgotten():
     rover = Executor(capacity=3)
     for n in range(1, 6):
