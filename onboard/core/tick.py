@@ -40,7 +40,18 @@ from onboard.motion.wheel_health import SOUND, Wheels
 from onboard.perception.localisation import Localisation
 from onboard.planning.fences import entered
 from onboard.ports import Save
-from onboard.records import Event, Gdem, ImuSample, Inputs, Outputs, Twist, WheelCommand, WheelMode, WheelState
+from onboard.records import (
+    Event,
+    Gdem,
+    ImuSample,
+    Inputs,
+    Outputs,
+    Scan,
+    Twist,
+    WheelCommand,
+    WheelMode,
+    WheelState,
+)
 from protocol.conventions import TICK_NS
 from protocol.faults import BY_NAME
 from protocol.modes import Mode
@@ -104,17 +115,7 @@ def tick(rover: Rover, inputs: Inputs, mark: Mark = lambda _: None) -> Outputs:
     taken = rover.jobs.take(inputs.jobs, inputs.tick, inputs.timing.job_ns)
 
     mark(Group.ESTIMATE)
-    imu = rover.nodes.imu[-1] if rover.nodes.imu else None
-    wheels = rover.watch.readings(rover.nodes.wheels)
-    rover.localisation.update(wheels, imu, now_ns, rover.wheels)
-    rover.watch.update(_seen(rover, imu, now_ns))
-    rover.wheels = rover.watch.health
-    rover.devices.update(rover.lidar, rover.nodes, scans, now_ns)
-    rover.devices.clocks(rover.nodes, inputs.health.utc_ns, now_ns)
-    bias_step_radps = rover.devices.rest(imu, rover.localisation.step.standing, now_ns)
-    if bias_step_radps:
-        rover.localisation.doubt_bias(bias_step_radps)
-    rover.keeping.note(rover.localisation)
+    _estimate(rover, inputs, scans)
 
     mark(Group.MONITORS)
     rover.power.update(rover.nodes.power, now_ns, rover.config.safety)
@@ -158,6 +159,22 @@ def tick(rover: Rover, inputs: Inputs, mark: Mark = lambda _: None) -> Outputs:
         reboot=rover.executive.services.reboot_due(now_ns),
         state_digest=_digest(rover),
     )
+
+
+def _estimate(rover: Rover, inputs: Inputs, scans: Sequence[Scan]) -> None:
+    """Where the rover is, and what the watches of wheels and devices make of this tick."""
+    now_ns = inputs.now_ns
+    imu = rover.nodes.imu[-1] if rover.nodes.imu else None
+    wheels = rover.watch.readings(rover.nodes.wheels)
+    rover.localisation.update(wheels, imu, now_ns, rover.wheels)
+    rover.watch.update(_seen(rover, imu, now_ns))
+    rover.wheels = rover.watch.health
+    rover.devices.update(rover.lidar, rover.nodes, scans, now_ns)
+    rover.devices.clocks(rover.nodes, inputs.health.utc_ns, now_ns)
+    bias_step_radps = rover.devices.rest(imu, rover.localisation.step.standing, now_ns)
+    if bias_step_radps:
+        rover.localisation.doubt_bias(bias_step_radps)
+    rover.keeping.note(rover.localisation)
 
 
 def farewell(rover: Rover, now_ns: int) -> Outputs:
