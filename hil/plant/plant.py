@@ -197,8 +197,8 @@ class Plant:
             advance(client)
         self._now_ns += ticks_ns
         if self.patches.laid:
-            for k, name in enumerate(self.patches.under(states(body, wheels, physicsClientId=client), self._soils)):
-                self._soil.set_soil(k, name)
+            for k, soil in enumerate(self.patches.under(states(body, wheels, physicsClientId=client), self._soils)):
+                self._soil.set_constants(k, soil)
         return self._truth(ticks_ns * 1e-9, contacts)
 
     def _motors(self, tick_s: float) -> None:

@@ -43,6 +43,16 @@ CLASSES = {
 }
 
 
+def mixed(soil: SoilClass, other: SoilClass, share: float) -> SoilClass:
+    """Between two soils, share 0 to 1 of the other: stiffness by its logarithm, the rest straight.
+
+    Nobody has measured such a mixture; it serves to pass from one soil to the other without a step.
+    """
+    between = [(1.0 - share) * a + share * b for a, b in zip(soil, other)]
+    stiffness = soil.stiffness_npm3 ** (1.0 - share) * other.stiffness_npm3**share
+    return SoilClass(stiffness, *between[1:])
+
+
 class SoilContacts:
     """The wheels' contacts with the soil of a field; keeps each wheel's shear displacement."""
 
@@ -62,7 +72,11 @@ class SoilContacts:
         """Soil under one wheel (index from 0) from now on; `name` is a row of CLASSES."""
         if name not in CLASSES:
             raise ValueError(f"soil {name!r} is not one of {', '.join(CLASSES)}")
-        self._contacts.set_soil(wheel, tuple(CLASSES[name]))
+        self.set_constants(wheel, CLASSES[name])
+
+    def set_constants(self, wheel: int, soil: SoilClass) -> None:
+        """As `set_soil`, by a soil that need not be in the table."""
+        self._contacts.set_soil(wheel, tuple(soil))
 
     def reshape(self, soil_z: NDArray[np.float32]) -> None:
         """Other heights from now on, (rows, columns); shear stays. Raises ValueError for a wrong shape or no number."""

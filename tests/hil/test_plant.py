@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from hil.plant.plant import Plant, PlantAbortError
+from hil.plant.soil import CLASSES, mixed
 from hil.records import WheelDrive
 from hil.terrain.rocks import Rock
 from onboard.records import Pose
@@ -216,3 +217,21 @@ def test_a_rover_stops_in_a_patch_of_dust_and_goes_on_when_it_is_swept_away(plan
     assert run(plant, (WheelDrive(0.0, 1.1),) * 4, 4)[-1].velocity_mps[0] < 0.02
     plant.patches.sweep()
     assert run(plant, (WheelDrive(0.0, 1.1),) * 4, 3)[-1].velocity_mps[0] > 0.1
+
+
+def test_a_wheel_that_leaves_powder_climbs_out_and_is_not_thrown_out(plant_on):
+    plant = plant_on(plane(), step_ns=5_000_000)
+    run(plant, (WheelDrive(0.0, 1.1),) * 4, 2)
+    plant.patches.lay((float(plant.poses_at(np.array([2_000_000_000]))[0][0, 0]) + 0.8, 0.0), 0.6, "powder")
+    states = run(plant, (WheelDrive(0.0, 1.1),) * 4, 30)
+    assert states[-1].position_m[0] > states[0].position_m[0] + 2.2
+    assert max(abs(state.velocity_mps[2]) for state in states) < 0.05
+
+
+def test_a_soil_between_two_is_either_at_its_ends():
+    one, other = CLASSES["nominal"], CLASSES["powder"]
+    assert mixed(one, other, 0.0) == pytest.approx(one)
+    assert mixed(one, other, 1.0) == pytest.approx(other)
+    half = mixed(one, other, 0.5)
+    assert half.stiffness_npm3**2 == pytest.approx(one.stiffness_npm3 * other.stiffness_npm3)
+    assert half.tan_phi == pytest.approx((one.tan_phi + other.tan_phi) / 2)
