@@ -114,7 +114,7 @@ FAULTS = (
           (Step.ESTIMATE_ANEW, Step.DISCARD_SWEEP, Step.REPORT), latched=False, maskable=True),
     Fault(46, "TILT_STALL", "the tilt axis makes less than 30 % of the way of its orders", 0.3,
           (Step.DISCARD_SWEEP, Step.REPORT), latched=False, suppressed_by=("CAN_BUS_OFF",), maskable=True),
-    Fault(47, "IMU_BIAS", "at rest the gyro reads over 0.1 degrees a second otherwise than at the last rest", 2.0,
+    Fault(47, "IMU_BIAS", "at rest the gyro reads over 0.1 degrees a second otherwise than at the last rest", 3.0,
           (Step.ESTIMATE_ANEW, Step.REPORT), latched=False, maskable=True),
     Fault(24, "NODE_FOREIGN", "a node's heartbeat carries another DBC version", 0.02,
           (Step.STOP, Step.SAFE, Step.REPORT), latched=True),
