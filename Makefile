@@ -1,6 +1,6 @@
 # El Dorado. `make help` lists the targets. Everything stays inside this folder: .venv and build.
 .DEFAULT_GOAL := help
-PYTHON ?= $(shell command -v python3.11 || command -v python3)
+PYTHON ?= $(shell sh tools/find_python.sh)
 SEED ?= 1
 FUZZ_S ?= 120
 TERRAIN ?= fbm
