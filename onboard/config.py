@@ -150,6 +150,7 @@ class Planning:
     touching_ratio: float = value(5.0, "likewise right beside a blocked pose: only where there is no other way",
                                   low=0, high=100)
     unknown_ratio: float = value(0.2, "price of a metre over unknown ground, above that over free", low=0, high=10)
+    slippery_ratio: float = value(2.0, "price of a metre where the wheels slipped, above that over free", low=0, high=10)
     planner: str = value("pose-field", "row of planning.PLANNERS", one_of=("pose-field", "distance-transform"))
     weight_roughness: float = value(1.0, "W_B of Eq. 25", low=0, high=100)
     weight_length: float = value(1.0, "W_L of Eq. 25; the unit of the others", low=0.01, high=100)

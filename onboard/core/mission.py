@@ -32,6 +32,7 @@ if TYPE_CHECKING:  # these come from the jobs, which run elsewhere
 
 MISSION_JOBS = frozenset({"look", "remember", "plan"}) | GUARD_JOBS
 BACK_OFF_M = 0.3
+SLIPS_APART_M = 0.2
 _STANDING_MPS = 0.01
 MOVING = frozenset({Phase.DRIVING, Phase.TURNING, Phase.BACKING_OFF})
 _TRUST_ODOMETRY_M = 2.0  # farther than this since the last registration, the rover looks again before it says arrived
@@ -111,6 +112,8 @@ class Mission:
         if self.phase is Phase.NONE:
             self._begin(ctx.localisation.pose)
         self._way.note(ctx.localisation.pose)
+        if "SLIP_HIGH" in ctx.found and self.phase in MOVING:
+            self._slips(ctx.localisation.pose)
         phase = self._phases.get(self.phase)
         return phase(ctx) if phase else Twist()
 
@@ -119,6 +122,12 @@ class Mission:
         if self.memory is not None and ldem.knows(self.memory.cells, pose.x_m, pose.y_m, half_m):
             self._rule, self._behind_wanted = MissionState(number=1), False
         self._scan()
+
+    def _slips(self, pose: Pose) -> None:
+        """The ground here is dear from now on, for later missions too."""
+        here = (pose.x_m, pose.y_m)
+        if self.memory and all(math.dist(here, known) > SLIPS_APART_M for known in self.memory.slippery_m):
+            self.memory = replace(self.memory, slippery_m=(*self.memory.slippery_m, here))
 
     def back_off(self, why: str, way_m: float = BACK_OFF_M) -> int:
         """Ends the way being driven: back 0.3 m as it was driven, scan, plan anew. How often for this reason by now.
@@ -226,6 +235,7 @@ class Mission:
                               config.drive_guard),
             trail=self._way.trail,
             blocked_m=self.memory.blocked_m,
+            slippery_m=self.memory.slippery_m,
             fences=ctx.fences,
         )
         ctx.jobs.submit("plan", (request,), ctx.tick + self._config.jobs.plan_ticks)

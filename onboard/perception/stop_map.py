@@ -37,11 +37,13 @@ class StopMap:
     """What the rover remembers: the persistent map, and (m, 3) points in the map frame to register to.
 
     blocked_m: points whose cells no wheel may roll over, whatever the map says: the drive guard stopped at them.
+    slippery_m: where the rover was while SLIP_HIGH held; ground that costs more. Neither is kept on disk.
     """
 
     cells: Ldem
     target_points: F64
     blocked_m: tuple[tuple[float, float], ...] = ()
+    slippery_m: tuple[tuple[float, float], ...] = ()
 
 
 def look(scans: Sequence[Scan], tilt: TiltTrack, guess: F64, memory: StopMap | None, config: Config) -> Look:
@@ -77,7 +79,7 @@ def remember(memory: StopMap | None, seen: Cloud, T_map_base: F64, stop: int, co
     near = ldem.window(cells, x_m, y_m, mapping.size_m)  # a scan reaches no farther: the map may be large
     cells = ldem.paste(cells, ldem.insert(near, within(here, config.scanning.range_m), stop, mapping.near_m))
     target = merge_target(memory.target_points, here.ends_m[here.hit], (x_m, y_m))
-    return StopMap(cells, target, memory.blocked_m)
+    return replace(memory, cells=cells, target_points=target)
 
 
 def recall(tiles: Sequence[Tile]) -> StopMap | None:

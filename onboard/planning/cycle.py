@@ -47,6 +47,7 @@ STAND_M = 0.25  # around a rover whose own pose reads as not free
 DISC_PRICE = 2.0  # of a metre left within the goal's disc: driving on is cheaper
 CONFIRM_M = 3.0  # R7: blocked poses farther than this from every stop may be mistaken
 CONFIRM_RATIO = 0.5  # and a way over them costs so much more
+SLIPPERY_M = 0.6  # around a place where the wheels slipped: half the rover, and by what the odometry was off there
 MOST_MARKS = 60  # in one job; then the rule is told that no way is left
 
 
@@ -249,6 +250,7 @@ def _fields(stop: _Stop, state: MissionState, confirm: bool = False) -> Fields:
     near = closeness(freedom, planning, grid.cell_m)
     near[freedom == Freedom.UNKNOWN] += planning.unknown_ratio
     near[doubted] += np.float32(CONFIRM_RATIO)
+    near[:, _near(grid, request.slippery_m, SLIPPERY_M)] += np.float32(planning.slippery_ratio)
     start = (request.pose.x_m, request.pose.y_m, request.pose.yaw_rad)
     cell = pose_index(grid, *start)
     cost = cost_to_go(freedom, stop.seeds[0], planning, grid.cell_m, True, near, stop.seeds[1])

@@ -148,6 +148,18 @@ def test_path_past_a_rock_tells_its_clearance_and_one_over_open_ground_that_noth
         assert max(path.clearance_m) == poses.CLOSE_M
 
 
+def test_ground_where_the_wheels_slipped_is_gone_around_and_crossed_where_there_is_no_other():
+    world = World([])
+    begin(world, Pose(0, 0))
+    asked = request(world, Pose(0, 0), (3.0, 0.0))
+    slippery = replace(asked, slippery_m=((1.5, 0.0),))
+    straight, round_it = (cycle.plan(one).decision.path.stations for one in (asked, slippery))
+    assert np.abs(straight[:, 1]).max() < 0.2
+    assert np.hypot(round_it[:, 0] - 1.5, round_it[:, 1]).min() > 0.5
+    everywhere = tuple((1.5, float(y_m)) for y_m in np.arange(-6.0, 6.1, 0.4))
+    assert np.abs(cycle.plan(replace(asked, slippery_m=everywhere)).decision.path.stations[:, 1]).max() < 0.2
+
+
 def test_same_request_gives_the_same_result_bit_by_bit():
     world, pose = World([(0.0, -1.0, 0.3, 1.0)]), Pose(-4.0, 0.0)
     begin(world, pose)

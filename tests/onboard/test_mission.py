@@ -2,6 +2,7 @@
 
 import math
 import re
+from itertools import pairwise
 
 import pytest
 from core_bench import QUICK, CoreBench, first_map, quick
@@ -152,6 +153,18 @@ def test_each_reason_to_back_off_is_counted_by_itself_and_a_second_one_ends_the_
     rover.until_phase(Phase.SCANNING, 2.0)
     rover.until_driving()
     assert mission.back_off("NOT_MOVING") == 2
+
+
+def test_where_the_wheels_slip_the_ground_is_dear_to_every_later_plan(on_the_way):
+    rover, mission = on_the_way, on_the_way.rover.executive.mission
+    rover.rover.watch.slip.high, rover.rover.watch.slip._calm = True, 0
+    rover.step()
+    place = (rover.rover.localisation.pose.x_m, rover.rover.localisation.pose.y_m)
+    rover.until_phase(Phase.SCANNING, 60.0)
+    assert mission.memory.slippery_m[0] == place
+    assert all(math.dist(a, b) > 0.2 for a, b in pairwise(mission.memory.slippery_m))
+    rover.until_phase(Phase.PLANNING, 60.0)  # its map is another by now
+    assert mission.memory.slippery_m[0] == place
 
 
 def test_while_no_way_is_driven_there_is_nothing_to_back_off_from(known):
