@@ -166,7 +166,7 @@ def _estimate(rover: Rover, inputs: Inputs, scans: Sequence[Scan]) -> None:
     now_ns = inputs.now_ns
     imu = rover.nodes.imu[-1] if rover.nodes.imu else None
     wheels = rover.watch.readings(rover.nodes.wheels)
-    rover.localisation.update(wheels, imu, now_ns, rover.wheels)
+    rover.localisation.update(wheels, imu, now_ns, rover.wheels, rover.watch.slip.high)
     rover.watch.update(_seen(rover, imu, now_ns))
     rover.wheels = rover.watch.health
     rover.devices.update(rover.lidar, rover.nodes, scans, now_ns)

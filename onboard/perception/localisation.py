@@ -116,9 +116,13 @@ class Localisation:
         return replace(pose, roll_rad=roll, pitch_rad=pitch)
 
     def update(
-        self, wheels: Sequence[WheelState | None], imu: ImuSample | None, now_ns: int, health: Wheels = SOUND
+        self, wheels: Sequence[WheelState | None], imu: ImuSample | None, now_ns: int, health: Wheels = SOUND,
+        slips: bool = False,
     ) -> None:
-        """One tick: the newest state of each wheel (None: not known), the newest IMU sample (None: none came)."""
+        """One tick: the newest state of each wheel (None: not known), the newest IMU sample (None: none came).
+
+        slips: whether SLIP_HIGH holds.
+        """
         elapsed_s = (now_ns - self._now_ns) * 1e-9 if self._now_ns >= 0 else 0.0
         self._now_ns = now_ns
         step = self.step = self._odometry.update(wheels, now_ns, health)
@@ -126,7 +130,7 @@ class Localisation:
         if step.standing and abs(self.yaw_rate_radps) < self._quiet_radps:
             self._stand(now_ns)
         else:
-            self._move(step, elapsed_s)
+            self._move(step, elapsed_s, slips)
             self._standing_since_ns = -1
             if now_ns - self._since_ns >= PREDICT_NS:
                 self._predict()
@@ -219,7 +223,7 @@ class Localisation:
             rate, state = self._attitude.yaw_rate_radps, self._filter.state
             self.yaw_rate_radps = (1.0 - state[SCALE]) * (rate - state[BIAS])
 
-    def _move(self, step: Step, elapsed_s: float) -> None:
+    def _move(self, step: Step, elapsed_s: float, slips: bool) -> None:
         yaw = self._filter.state[YAW]
         yaw += 0.5 * self._filter.turn(self.yaw_rate_radps, elapsed_s)
         if step.rolled_m == 0.0:
@@ -228,7 +232,7 @@ class Localisation:
         slide = step.rolled_m * slide_ratio(roll, pitch, self._config)
         down = math.sin(pitch), -math.cos(pitch) * math.sin(roll)  # of the fall line
         ways = (step.dx_m, step.dy_m), (slide * down[0], slide * down[1])
-        self._filter.move(*_in_map(ways, roll, pitch, yaw), step.rolled_m)
+        self._filter.move(*_in_map(ways, roll, pitch, yaw), step.rolled_m, slips)
 
     def _predict(self) -> None:
         self._since_ns = self._now_ns

@@ -6,6 +6,7 @@
             anchor: true pose minus the pose at which the points of the newest trusted stop entered the map
     motion  d(x, y, z) = (1 - slip) * way + (1 + excess) * slide,   d yaw = (1 - scale) * (rate - bias) * dt,
             the rest wanders or stays
+    slips   while the monitors say so nothing is known of the way: each spell's rims' way L adds (L / 2)^2
     stop    a registration measures the pose less the anchor's error, carried rigidly from the anchor's place to here,
             and the reach: what the scanner and the shadows of stones do to it they do at the next stop again
 
@@ -45,6 +46,8 @@ TURN_WALK = 0.001  # rad per sqrt(rad)
 SLIP_WALK = 0.002  # per sqrt(m)
 EXCESS_WALK = 0.003  # per sqrt(m)
 SLIDE_WALK = 0.2  # of the slide, per sqrt(m): a wheel on a stone, steering wheels that scrub
+SLIPPING_SIGMA = 0.5  # of the rims' way while the monitors say that the wheels slip: what is lost is 0.4 to all of it
+UNNOTICED_M = 0.1  # of it before they say so
 SLIP_LIMITS = (-0.3, 0.9)
 
 Vector = tuple[float, float, float]
@@ -62,6 +65,7 @@ class PoseFilter:
         sigmas = [*START_SIGMA, bias_sigma, slip_sigma, SCALE_SIGMA, EXCESS_SIGMA, REACH_SIGMA]
         self.covariance[: len(sigmas), : len(sigmas)] = np.diag(sigmas) ** 2
         self._filter: ExtendedKalmanFilter | None = None
+        self._slipped_m = 0.0  # of this spell
         self._rest()
         self._anchor_m = (x_m, y_m)
 
@@ -74,14 +78,23 @@ class PoseFilter:
         self._seconds += seconds
         return angle_rad
 
-    def move(self, way_m: Vector, slide_m: Vector, rolled_m: float) -> None:
-        """Goes by a way of the wheels and slides by what the law says, in map axes; rolled_m: way of the rims."""
+    def move(self, way_m: Vector, slide_m: Vector, rolled_m: float, slips: bool = False) -> None:
+        """Goes by a way of the wheels and slides by what the law says, in map axes; rolled_m: way of the rims.
+
+        slips: the monitors say that the wheels do; one spell's errors all point the same way, so they are summed first.
+        """
         keep, let = 1.0 - self.state[SLIP], 1.0 + self.state[EXCESS]
         for k in range(3):
             self.state[k] += keep * way_m[k] + let * slide_m[k]
             self._way_m[k] += way_m[k]
             self._slide_m[k] += slide_m[k]
         self._rolled_m += rolled_m
+        if slips:
+            before_m = self._slipped_m
+            self._slipped_m = max(before_m, UNNOTICED_M) + rolled_m
+            self._slip_variance_m2 += SLIPPING_SIGMA**2 * (self._slipped_m**2 - before_m**2)
+        else:
+            self._slipped_m = 0.0
 
     def predict(self, gyro_noise_radps: float, turn_walk: float = TURN_WALK) -> None:
         """Covariance over what moved since the last call. gyro_noise_radps: 1 sigma of a sample, 100 a second."""
@@ -99,6 +112,7 @@ class PoseFilter:
         walks[YAW] = gyro_noise_radps**2 * 0.01 * self._seconds + turn_walk**2 * self._turned_rad
         walks[BIAS] = BIAS_WALK**2 * self._seconds
         walks[SLIP], walks[EXCESS] = SLIP_WALK**2 * rolled_m, EXCESS_WALK**2 * rolled_m
+        walks[:3] += self._slip_variance_m2
         noise = np.diag(walks)
         if rolled_m > 0.0:
             noise[:3, :3] += SLIDE_WALK**2 / rolled_m * np.outer(slide, slide)
@@ -179,7 +193,7 @@ class PoseFilter:
     def _rest(self) -> None:
         """Nothing has moved since the last prediction."""
         self._way_m, self._slide_m = [0.0] * 3, [0.0] * 3
-        self._turn_rad = self._rolled_m = self._turned_rad = self._seconds = 0.0
+        self._turn_rad = self._rolled_m = self._turned_rad = self._seconds = self._slip_variance_m2 = 0.0
 
     def _tilted(self, covariance: F64) -> F64:
         """A registration's covariance with that of the map's tilt, whose height grows from the anchor on."""

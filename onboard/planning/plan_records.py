@@ -31,8 +31,8 @@ class PlanRequest:
     """What the job is given. ldem: the window around the rover. trail: (k, 3) x, y, yaw driven so far (R2).
 
     gdem None: nothing is known from orbit, the goal lies in a straight line. blocked_m: points whose cells no wheel may
-    roll over, whatever the map says: the drive guard stopped at them. slippery_m: where the wheels slipped, dear ground.
-    fences: keep-outs are obstacles.
+    roll over, whatever the map says: the drive guard stopped at them. slippery_m: where the wheels slipped: dear
+    ground. fences: keep-outs are obstacles.
     """
 
     ldem: Ldem

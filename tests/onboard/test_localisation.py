@@ -40,7 +40,7 @@ class Drive:
             self.tick(twist)
         return self
 
-    def tick(self, twist):
+    def tick(self, twist, slips=False):
         keep = 1 - self.slip
         for k, (a, b) in enumerate(PLACES):
             u, w = twist.vx_mps - twist.yaw_radps * b, twist.vy_mps + twist.yaw_radps * a
@@ -55,7 +55,7 @@ class Drive:
         self.way += keep * 0.01 * twist.vx_mps
         self.now_ns += 10_000_000
         wheels = [WheelState(s, p, 0.0, 2, 0) for s, p in zip(self.steer, self.positions)]
-        self.filter.update(wheels, self.sample(twist) if self.imu else None, self.now_ns)
+        self.filter.update(wheels, self.sample(twist) if self.imu else None, self.now_ns, slips=slips)
 
     def sample(self, twist):
         noise = self.rng.standard_normal(6) * self.noise
@@ -182,6 +182,17 @@ def test_covariance_grows_with_the_slip_that_is_not_known_and_a_registration_shr
     assert drive.filter.register(drive.registration())
     assert math.sqrt(drive.filter.estimate.covariance[0, 0]) < math.hypot(0.0101, 4.0 * REACH_SIGMA)
     assert drive.error()[0] < 1e-3
+
+
+def test_while_the_wheels_are_said_to_slip_half_of_their_way_adds_to_the_sigma_of_each_spell():
+    drive = Drive().run(STILL, 1.0).run(Twist(0.1), 1.0)
+    sound_m2 = drive.filter.sigmas[0] ** 2
+    for spells, metres in ((1, 0.4), (2, 0.4)):
+        for _ in range(round(metres * 1000)):
+            drive.tick(Twist(0.1), slips=True)
+        drive.run(Twist(0.1), 0.5)
+        added_m2 = drive.filter.sigmas[0] ** 2 - sound_m2
+        assert added_m2 == pytest.approx(spells * (0.5 * (metres + 0.1)) ** 2, rel=0.05)
 
 
 def test_slip_of_15_percent_is_learned_from_registrations():

@@ -49,14 +49,16 @@ class Tape:
     """A flight, a row a tick, (n, ...). figures: of the filter, as in the flight.
 
     now_ns: int64. wheels: (n, 4, 3) angle of the steering, encoder (rad), age (ns), NaN where not known. told: (n, 4),
-    whether the wheel was believed. imu: (n, 7) stamp (ns), gyro, accelerometer, NaN where there was none. true:
-    (n, 6) x, y, z, yaw, roll, pitch in the map's frame, NaN before the order. said: likewise, by the flight's filter.
+    whether the wheel was believed. slips: (n,), whether SLIP_HIGH held. imu: (n, 7) stamp (ns), gyro, accelerometer,
+    NaN where there was none. true: (n, 6) x, y, z, yaw, roll, pitch in the map's frame, NaN before the order. said:
+    likewise, by the flight's filter.
     """
 
     figures: Figures
     now_ns: Any
     wheels: F64
     told: Bool
+    slips: Bool
     imu: F64
     true: F64
     said: F64
@@ -68,8 +70,8 @@ class Tape:
         marks = np.array([(s.asked, s.taken, s.again) for s in self.scans], np.int64).reshape(-1, 3)
         points = {f"points_{k}": scan.points_base for k, scan in enumerate(self.scans)}
         np.savez(
-            path, figures=header, now_ns=self.now_ns, wheels=self.wheels, told=self.told, imu=self.imu, true=self.true,
-            said=self.said, scans=marks, **points,
+            path, figures=header, now_ns=self.now_ns, wheels=self.wheels, told=self.told, slips=self.slips,
+            imu=self.imu, true=self.true, said=self.said, scans=marks, **points,
         )  # fmt: skip
 
 
@@ -80,7 +82,7 @@ def load(path: Path) -> Tape:
             Scanned(int(asked), int(taken), bool(again), kept[f"points_{k}"])
             for k, (asked, taken, again) in enumerate(kept["scans"])
         )
-        columns = (kept[name] for name in ("now_ns", "wheels", "told", "imu", "true", "said"))
+        columns = (kept[name] for name in ("now_ns", "wheels", "told", "slips", "imu", "true", "said"))
         return Tape(Figures(**json.loads(str(kept["figures"]))), *columns, scans)
 
 
@@ -93,14 +95,15 @@ class Recording(Localisation):
         self.rows: list[tuple[Any, ...]] = []
 
     def update(
-        self, wheels: Sequence[WheelState | None], imu: ImuSample | None, now_ns: int, health: Wheels = SOUND
+        self, wheels: Sequence[WheelState | None], imu: ImuSample | None, now_ns: int, health: Wheels = SOUND,
+        slips: bool = False,
     ) -> None:
         """Keeps the arguments."""
-        super().update(wheels, imu, now_ns, health)
+        super().update(wheels, imu, now_ns, health, slips)
         told = tuple(wheel.tells_way for wheel in health)
         felt = (imu.stamp_ns, *imu.gyro_radps, *imu.accel_mps2) if imu else (math.nan,) * 7
         known = tuple((w.steer_rad, w.position_rad, w.age_ns) if w else UNKNOWN for w in wheels)
-        self.rows.append((now_ns, known, told, felt))
+        self.rows.append((now_ns, known, told, slips, felt))
 
 
 @dataclass(slots=True)
@@ -136,10 +139,10 @@ class Recorder:
     def tape(self) -> Tape:
         """All that was seen."""
         assert self.estimate
-        now_ns, wheels, told, imu = zip(*self.estimate.rows)
+        now_ns, wheels, told, slips, imu = zip(*self.estimate.rows)
         return Tape(
-            self.estimate.figures, np.array(now_ns), np.array(wheels, float), np.array(told), np.array(imu, float),
-            np.array(self.true), np.array(self.said), tuple(self.scans),
+            self.estimate.figures, np.array(now_ns), np.array(wheels, float), np.array(told), np.array(slips),
+            np.array(imu, float), np.array(self.true), np.array(self.said), tuple(self.scans),
         )  # fmt: skip
 
 
@@ -212,7 +215,7 @@ def _row(pose: Pose) -> list[float]:
     return [pose.x_m, pose.y_m, pose.z_m, pose.yaw_rad, pose.roll_rad, pose.pitch_rad]
 
 
-def _fed(tape: Tape, row: int) -> tuple[list[WheelState | None], ImuSample | None, int, Wheels]:
+def _fed(tape: Tape, row: int) -> tuple[list[WheelState | None], ImuSample | None, int, Wheels, bool]:
     wheels = [
         None if math.isnan(steer) else WheelState(steer, position, 0.0, 0, int(age))
         for steer, position, age in tape.wheels[row].tolist()
@@ -220,7 +223,7 @@ def _fed(tape: Tape, row: int) -> tuple[list[WheelState | None], ImuSample | Non
     stamp, *felt = tape.imu[row].tolist()
     imu = None if math.isnan(stamp) else ImuSample(int(stamp), tuple(felt[:3]), tuple(felt[3:]))
     health = tuple(WheelHealth(encoder=bool(told)) for told in tape.told[row])
-    return wheels, imu, int(tape.now_ns[row]), health
+    return wheels, imu, int(tape.now_ns[row]), health, bool(tape.slips[row])
 
 
 def _placed(points: F32, T_map_base: F64) -> F32:
