@@ -52,14 +52,15 @@ class Outcome:
 class Mission:
     """State of one goto. `step` each tick; `outcome` is set when it has ended; `notes` are events not yet told.
 
-    done: the event of a good end. progress: what to tell who asked, not yet told.
+    done: the event of a good end. progress: what to tell who asked, not yet told. phase_told: the last one the ground
+    was told of.
     """
 
     done = "arrived"
 
     def __init__(self, config: Config, gdem: Gdem | None, goal: tuple[float, float], memory: StopMap | None) -> None:
         self._config, self.gdem, self.goal, self.memory = config, gdem, goal, memory
-        self.phase = Phase.NONE
+        self.phase = self.phase_told = Phase.NONE
         self.outcome: Outcome | None = None
         self.stop = 0
         self.scans_taken = 0

@@ -63,13 +63,13 @@ class Tasks:
             return twist
         if self.mission is None or not self.in_mission:
             return Twist()
-        was = self.mission.phase
         before = ctx.localisation.pose
         twist = self.mission.step(ctx)
         if ctx.localisation.pose != before:  # registered
             self.track.correct(ctx.localisation.pose)
-        if self.mission.phase is not was:
+        if self.mission.phase is not self.mission.phase_told:  # by its own step, or by the answer to a fault before
             self.tell("PHASE", ctx, f"{self.mission.phase.name} at stop {self.mission.stop}")
+            self.mission.phase_told = self.mission.phase
         self._follow_mission(self.mission, ctx)
         return twist
 

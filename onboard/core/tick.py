@@ -171,7 +171,7 @@ def _estimate(rover: Rover, inputs: Inputs, scans: Sequence[Scan]) -> None:
     rover.wheels = rover.watch.health
     rover.devices.update(rover.lidar, rover.nodes, scans, now_ns)
     rover.devices.clocks(rover.nodes, inputs.health.utc_ns, now_ns)
-    bias_step_radps = rover.devices.rest(imu, rover.localisation.step.standing, now_ns)
+    bias_step_radps = rover.devices.rest(imu, rover.localisation.step.standing, rover.watch.slip.high, now_ns)
     if bias_step_radps:
         rover.localisation.doubt_bias(bias_step_radps)
     rover.keeping.note(rover.localisation)

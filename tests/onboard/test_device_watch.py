@@ -196,6 +196,17 @@ def test_it_is_told_two_and_a_half_seconds_after_the_wheels_stand():
     assert 2.4 <= tick / 100 <= 2.6
 
 
+def test_a_rest_after_a_way_that_slipped_has_no_word_and_the_next_one_has():
+    watch, tick, counts = BiasWatch(), 0, []
+    for slips, standing, rate in ((False, True, 0.0), (True, False, 0.2), (False, False, 0.2), (False, True, 0.01),
+                                  (False, False, 0.2), (False, True, 0.01)):
+        for _ in range(300):
+            tick += 1
+            watch.update((0.0, 0.0, rate), standing, tick * TICK_NS, slips)
+        counts.append(watch.jumps)
+    assert counts == [0, 0, 0, 0, 0, 1]
+
+
 def test_a_rover_that_creeps_on_while_its_wheels_stand_is_no_bias():
     """As on the bench's powder: 0.22 degrees a second, half of it 1.5 s later."""
     watch = BiasWatch()

@@ -137,6 +137,12 @@ def test_a_reason_to_back_off_ends_the_way_30_cm_back_with_a_scan_and_a_new_plan
     assert word(rover).startswith("SMPDSMPD")
 
 
+def test_the_ground_is_told_that_the_rover_backs_off(on_the_way):
+    on_the_way.rover.executive.mission.back_off("NOT_MOVING")
+    on_the_way.step()
+    assert on_the_way.told("PHASE")[-1][1].startswith("BACKING_OFF")
+
+
 def test_the_rule_counts_nothing_as_tried_at_the_end_of_a_way_that_was_given_up(on_the_way):
     mission = on_the_way.rover.executive.mission
     mission.back_off("NOT_MOVING")

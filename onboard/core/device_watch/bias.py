@@ -4,7 +4,8 @@
                                                              the mean of both is this rest's word; with the last
                                                              rest's it is compared
 
-A rover that came to stand on powder creeps on: 0.2 degrees a second, half of it 1.5 s later. Its means do not agree.
+A rover that came to stand on powder creeps on: 0.2 degrees a second, half of it 1.5 s later. Its means do not agree. On
+dust it creeps for longer: a rest after a way on which the wheels slipped has no word.
 Noise of 1 mrad/s leaves 0.006 degrees a second in a mean; to agree is 3.7 sigmas of their difference, to have changed
 17 of the words'.
 """
@@ -26,20 +27,21 @@ class BiasWatch:
         self.step_radps = 0.0
         self._known: list[float] | None = None  # the last rest's word
         self._last: list[float] | None = None  # the last second's mean, of this rest
-        self._told = False  # this rest has said its word
+        self._told = self._slipped = False  # this rest has said its word; the way to it slipped
         self._sum = [0.0, 0.0, 0.0]
         self._samples = 0
         self._since_ns: int | None = None  # of this rest
 
-    def update(self, rates_radps: Sequence[float] | None, standing: bool, now_ns: int) -> None:
-        """One tick: the gyro's newest sample, None where none came; whether the wheels stand."""
+    def update(self, rates_radps: Sequence[float] | None, standing: bool, now_ns: int, slips: bool = False) -> None:
+        """One tick: the gyro's newest sample, None where none came; whether the wheels stand, whether they slip."""
         if not standing:
+            self._slipped = slips or (self._slipped and self._since_ns is None)
             self._since_ns = None
             return
         if self._since_ns is None:
             self._since_ns, self._sum, self._samples = now_ns, [0.0, 0.0, 0.0], 0
             self._last, self._told = None, False
-        if rates_radps is None or self._told or now_ns - self._since_ns < SETTLES_NS:
+        if rates_radps is None or self._told or self._slipped or now_ns - self._since_ns < SETTLES_NS:
             return
         self._sum = [total + rate for total, rate in zip(self._sum, rates_radps)]
         self._samples += 1

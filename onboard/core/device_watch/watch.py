@@ -45,10 +45,13 @@ class DeviceWatch:
         utc = f", UTC {self._utc.jumps}, last by {self._utc.last_ns / 1e9:+.1f} s" if self._utc.jumps else ""
         self._set("CLOCK_JUMP", jumped, f"since the start the tilt node's {nodes.tilt.clock_jumps}{utc}")
 
-    def rest(self, imu: ImuSample | None, standing: bool, now_ns: int) -> float:
-        """The gyro while the wheels stand. By how much its bias is found to have changed in this tick; 0: not."""
+    def rest(self, imu: ImuSample | None, standing: bool, slips: bool, now_ns: int) -> float:
+        """The gyro while the wheels stand: by how much its bias is found to have changed in this tick; 0: not.
+
+        slips: whether SLIP_HIGH holds.
+        """
         before = self._bias.jumps
-        self._bias.update(imu.gyro_radps if imu else None, standing, now_ns)
+        self._bias.update(imu.gyro_radps if imu else None, standing, now_ns, slips)
         biased = self._biases.update(self._bias.jumps, now_ns)
         self._set("IMU_BIAS", biased, f"by {math.degrees(self._bias.step_radps):+.2f} degrees a second")
         return self._bias.step_radps if self._bias.jumps > before else 0.0
