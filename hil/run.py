@@ -33,6 +33,7 @@ NAMES = frozenset({"onboard", "link", "ground"})
 KEPT = ("state", "mapping")  # folders of what outlives the flight program
 _END_S = 20.0
 FAILED, UNFINISHED = 1, 75  # exit codes of the operator's script
+REBOOTS = 75  # exit code of the flight program after the order `reboot`
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,6 +120,7 @@ def _start(scenario: Scenario, folder: Path, bench: Bench, processes: Processes)
     ])
     processes.start("onboard", "onboard", ["run", *_settings(scenario, folder, bench, rover_side)])
     if scenario.live:
+        processes.let_end("onboard", REBOOTS)
         return
     station, script = str(folder / "ground.toml"), str(folder / "script.txt")
     processes.start("ground", "ground", ["script", "--station", station, *barrier, script])
@@ -131,7 +133,7 @@ def _settings(scenario: Scenario, folder: Path, bench: Bench, rover_side: str) -
         "mission.gdem": str(folder / "gdem.npz"), "record.path": str(folder / "onboard.mcap"),
         **flight_settings(scenario, bench.field.start),
     }
-    if any(fault.fault == "onboard_restarted" for fault in scenario.faults):
+    if scenario.live or any(fault.fault == "onboard_restarted" for fault in scenario.faults):
         settings |= {f"{part}.folder": str(folder / part) for part in KEPT}
     return set_words(settings)
 
@@ -159,7 +161,14 @@ def _loop(
     started = shown = time.monotonic()
     while not _ended(scenario, bench):
         injector.step(bench, processes, bench.tick * TICK_NS)
-        bench.step()
+        try:
+            bench.step()
+        except ParticipantLostError:
+            if not (scenario.live and processes.has_ended("onboard", _END_S)):
+                raise
+            bench.lose("onboard")  # as a service manager does; the bench's time stands still until it is up
+            processes.restart("onboard")
+            bench.regain("onboard")
         now = time.monotonic()
         if pace:
             early_s = bench.tick * TICK_NS / 1e9 / pace - (now - started)

@@ -15,7 +15,7 @@ import time
 from collections.abc import Callable, Set
 from dataclasses import dataclass
 
-from hil.bench.lockstep import Barrier
+from hil.bench.lockstep import Barrier, ParticipantLostError
 from hil.bench.truth import Truth
 from hil.bench.world import World
 from hil.can.hub import CanHub
@@ -85,9 +85,9 @@ class Bench(World):
         self.barrier.gather(names, idle)
 
     def step(self) -> None:
-        """One tick of everything."""
+        """One tick of everything. ParticipantLostError where onboard has gone, after the tick is whole all the same."""
         self.tick += 1
-        now_ns = self.tick * TICK_NS
+        now_ns, lost = self.tick * TICK_NS, None
         onboard = self.barrier.participants.get("onboard")
         if onboard is None:
             self.unheard()
@@ -95,18 +95,26 @@ class Bench(World):
             onboard = None
         else:
             number, at_ns = self.tick - self._began_tick, now_ns - self._began_tick * TICK_NS
-            onboard.begin(number, at_ns, self._channels(now_ns), self.computer.says(self.tick) or ())
+            try:
+                onboard.begin(number, at_ns, self._channels(now_ns), self.computer.says(self.tick) or ())
+            except ParticipantLostError as error:
+                onboard, lost = None, error
         begun = time.perf_counter()
         self.advance(now_ns + TICK_NS)
         ready = time.perf_counter()
         if onboard:
-            done = onboard.finish(self._alive)
-            self.laps_ms.append((1e3 * (ready - begun), 1e3 * (time.perf_counter() - begun)))
-            self._drain(done.sent, done.connect, now_ns)
+            try:
+                done = onboard.finish(self._alive)
+                self.laps_ms.append((1e3 * (ready - begun), 1e3 * (time.perf_counter() - begun)))
+                self._drain(done.sent, done.connect, now_ns)
+            except ParticipantLostError as error:
+                lost = error
         self._link_and_ground(now_ns)
         self.note(now_ns)
         counts = self._link_counts
         self.progress.link = {"sent": counts.get("down_in", 0), "received": counts.get("down_out", 0)}
+        if lost:
+            raise lost
 
     def _channels(self, now_ns: int) -> tuple[Channel, ...]:
         down = self._link_counts.get("up_out", 0)
