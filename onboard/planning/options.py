@@ -152,7 +152,12 @@ def viewpoint(fields: Fields, target_m: tuple[float, float], state: MissionState
 
 
 def nearest(fields: Fields) -> Nearest:
-    """R9: the reachable pose nearest to the goal and how many cells with blocked poses border the reachable ground."""
+    """R9: the reachable pose nearest to the goal and how many cells with blocked poses border the reachable ground.
+
+    Where no pose is (a keep-out lies across the rover), the rover's own.
+    """
+    if not fields.reach.any():
+        return Nearest(*fields.start[:2], math.dist(fields.start[:2], fields.goal_m), 0)
     away = np.where(fields.reach.any(axis=0), _distances(fields, fields.goal_m), np.inf)
     j, i = np.unravel_index(int(np.argmin(away)), away.shape)
     x, y = fields.surface.grid.centre(int(j), int(i))

@@ -9,6 +9,7 @@ import pytest
 from onboard import config
 from onboard.perception import ldem as ldem_module
 from onboard.planning import cycle, plan_records, poses
+from onboard.planning.fences import KEEP_OUT, Fence
 from onboard.planning.mission_rule import MissionState
 from onboard.planning.path import is_free
 from onboard.planning.poses import Freedom, pose_freedom, wheel_cells
@@ -306,6 +307,16 @@ def test_a_rover_whose_own_pose_reads_as_blocked_still_moves():
     result = cycle.plan(request(world, pose, (3.0, 0.0)))
     assert result.decision.kind == "drive"
     assert result.decision.path.length_m > 0.5
+
+
+def test_a_rover_within_a_keep_out_is_told_to_stay_where_it_is():
+    world = World([])
+    begin(world, Pose(0, 0))
+    asked = request(world, Pose(0, 0), (3.0, 0.0))
+    ring = tuple((4.0 * math.cos(a), 4.0 * math.sin(a)) for a in np.linspace(0, math.tau, 9)[:-1])
+    decision = cycle.plan(replace(asked, fences=(Fence("here", KEEP_OUT, ring),))).decision
+    assert decision.kind == "unreachable"
+    assert "nearest reachable pose (0.00, 0.00), 3.00 m from the goal" in decision.reason
 
 
 def test_a_window_elsewhere_is_refused():
