@@ -14,6 +14,8 @@ from onboard.motion.follower import Follower
 from onboard.records import Twist
 
 _PROGRESS_NS = 5_000_000_000
+_BRAKES_MPS2 = 0.1  # the drives' ramp at the rim
+_LATE_S = 0.03  # from an order to the wheels
 _TURN_NS = 120_000_000_000  # half a turn takes 13 s at the default rate; a turn that does not end is given up
 
 
@@ -50,13 +52,13 @@ class TurnTo:
 
 
 class Drive:
-    """A twist until `duration_s` are over, the time to steer included, or base_link has gone `distance_m`."""
+    """A twist until `duration_s` are over, the time to steer included, or base_link stands after `distance_m`."""
 
     def __init__(self, twist: Twist, duration_s: float, distance_m: float) -> None:
         self.ended, self.failed, self.progress = "", False, list[str]()
         self._twist, self._duration_ns, self._distance_m = twist, round(duration_s * 1e9), distance_m
         self._begun_ns: int | None = None
-        self._gone_m, self._last_m = 0.0, (0.0, 0.0)
+        self._gone_m, self._last_m, self._brakes = 0.0, (0.0, 0.0), False
         self._told_ns = 0
 
     def step(self, ctx: Context) -> Twist:
@@ -70,10 +72,16 @@ class Drive:
         self._last_m = here_m
         lasted_s = (ctx.now_ns - self._begun_ns) / 1e9
         said = f"{self._gone_m:.2f} m in {lasted_s:.1f} s"
-        if self._gone_m >= self._distance_m or ctx.now_ns - self._begun_ns >= self._duration_ns:
-            self.ended = said
+        self._brakes |= self._comes_to_m(ctx) >= self._distance_m or ctx.now_ns - self._begun_ns >= self._duration_ns
+        if self._brakes:
+            self.ended = said if ctx.localisation.step.standing else ""
             return Twist()
         if ctx.now_ns - self._told_ns >= _PROGRESS_NS:
             self._told_ns = ctx.now_ns
             self.progress.append(said)
         return self._twist
+
+    def _comes_to_m(self, ctx: Context) -> float:
+        """How far it will have gone if it brakes now."""
+        speed_mps = abs(ctx.localisation.estimate.speed_mps)
+        return self._gone_m + speed_mps * (_LATE_S + speed_mps / (2.0 * _BRAKES_MPS2))
