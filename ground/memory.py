@@ -1,7 +1,8 @@
 """What a station must not forget: the next counter and request id, and the newest boot id heard.
 
 The file always says more than was used: a block is reserved, written and synced before its first number is sealed,
-so after a crash no counter is used twice. Several processes of one station reserve blocks of their own (file lock).
+so after a crash no counter is used twice. Several processes of one station reserve blocks of their own (file lock); one
+whose numbers fall behind those of the others takes a new block, or the rover's replay window would pass over it.
 """
 
 from __future__ import annotations
@@ -13,8 +14,10 @@ from pathlib import Path
 from typing import NamedTuple
 
 from onboard.config import ConfigError
+from protocol.link import WINDOW
 
-COUNTERS, REQUESTS = 4096, 256
+COUNTERS, REQUESTS = 640, 256
+BEHIND = WINDOW - 2 * COUNTERS  # four processes at once stay nearer together than this
 
 
 class Block(NamedTuple):
@@ -33,6 +36,7 @@ class Memory:
     def __init__(self, folder: str, station: int) -> None:
         self._path = Path(folder) / f"station-{station}.json" if folder else None
         self._bench_next = (0, 1)
+        self._read_ns, self._reserved = -1, 0  # when the file was that was read last; the end of all blocks in it
 
     def reserve(self, boot_id: int = 0) -> Block:
         """The next block; also notes the newest boot id. Raises OSError or ConfigError where that fails."""
@@ -47,6 +51,15 @@ class Memory:
             newest = max(newest, boot_id)
             self._write(counter + COUNTERS, request_id + REQUESTS, newest)
         return Block(counter, counter + COUNTERS, request_id, request_id + REQUESTS, newest)
+
+    def behind(self, counter: int) -> bool:
+        """Whether the blocks of other processes are so far on that this number is soon too old for the rover."""
+        if self._path is None:
+            return False
+        changed_ns = self._path.stat().st_mtime_ns
+        if changed_ns != self._read_ns:
+            self._read_ns, self._reserved = changed_ns, self._read()[0]
+        return self._reserved > counter + BEHIND
 
     def _read(self) -> tuple[int, int, int]:
         assert self._path is not None

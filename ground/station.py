@@ -103,6 +103,7 @@ class Station:
     def _renew_block(self) -> None:
         session, block = self.session, self._block
         used_up = session.sealer.counter + _SPARE > block.counter_end
+        used_up |= self._memory.behind(session.sealer.counter)
         used_up |= session.requester.next_id + _SPARE // 8 > block.request_end
         if used_up or (self._settings.state and session.boot_id > block.boot_id):
             self._use(self._memory.reserve(session.boot_id))

@@ -36,6 +36,7 @@ MIN_LIMIT = 200
 UDP_IP_BYTES = 28
 TAG_BYTES = 16
 MAX_JUMP = 1 << 20
+WINDOW = 4096  # counters of a key that may come late
 _HEAD = struct.Struct("<BBBBQI")
 OVERHEAD = _HEAD.size + TAG_BYTES
 _KEY_BYTES = 32
@@ -206,7 +207,7 @@ class Opener:
     """
 
     def __init__(
-        self, keys: Keyring, window: int = 4096, *, boot_id: int | None = None, newest_boot_id: int = 0
+        self, keys: Keyring, window: int = WINDOW, *, boot_id: int | None = None, newest_boot_id: int = 0
     ) -> None:
         self._keys, self._size, self._mask = keys, window, (1 << window) - 1
         self._fixed = boot_id is not None

@@ -2,6 +2,7 @@
 
 import json
 import os
+import random
 import socket
 import sqlite3
 import subprocess
@@ -17,7 +18,7 @@ from hil.processes import free_ports
 from onboard.config import ConfigError
 from onboard.drivers.link_port import LinkPort
 from protocol import barrier
-from protocol.link import bench_keys
+from protocol.link import Kind, Opener, Sealer, bench_keys
 
 ROOT = Path(__file__).parents[2]
 KEYS = bench_keys(7)
@@ -149,6 +150,33 @@ def test_counters_are_reserved_on_disk_before_use(tmp_path):
     assert (first.counter, again.counter, third.counter) == (0, COUNTERS, 2 * COUNTERS)
     assert first.request_end == again.request_id
     assert third.boot_id == 5
+
+
+def test_processes_of_one_station_stay_within_the_rovers_window_however_they_take_turns(tmp_path):
+    """One lives long and says little, one says much beside it, and short ones come and go."""
+    rng, rover = random.Random(5), Opener(KEYS.command, boot_id=1)
+
+    class Process:
+        def __init__(self):
+            self.memory, self.sealer = Memory(str(tmp_path), 1), Sealer(KEYS.command.key(1, 0), 1, 1)
+            self.take()
+
+        def take(self):
+            self.block = self.memory.reserve()
+            self.sealer.counter = self.block.counter
+
+        def say(self):
+            if self.sealer.counter + 512 > self.block.counter_end or self.memory.behind(self.sealer.counter):
+                self.take()
+            rover.open(self.sealer.seal(Kind.MAVLINK, b""))  # raises where it is too old, or was there before
+
+    quiet, loud = Process(), Process()
+    for _ in range(3000):
+        (quiet if rng.random() < 0.05 else loud).say()
+        if rng.random() < 0.05:
+            Process().say()
+    reserved = json.loads((tmp_path / "station-1.json").read_text())["counter"]
+    assert reserved < 400 * COUNTERS  # none wastes its numbers on the other
 
 
 def test_a_damaged_memory_is_an_error_never_a_start_from_zero(tmp_path):
