@@ -221,9 +221,9 @@ class Localisation:
                                     low=-0.3, high=0.9)
     odometry_noise_ratio: float = value(0.01, "1 sigma of it", low=0, high=1)
     gyro_noise_radps: float = value(0.001, "1 sigma of a sample of the gyro", low=0, high=1)
-    registration_scale: float = value(2.75, "sigmas of a registration, of those its planes tell", low=0.01, high=100)
-    registration_sigma_m: float = value(0.0022, "and no less than", low=0.001, high=1)
-    registration_sigma_rad: float = value(3.3e-4, "and its heading no less than", low=1e-4, high=1)
+    registration_scale: float = value(2.5, "sigmas of a registration, of those its planes tell", low=0.01, high=100)
+    registration_sigma_m: float = value(0.002, "and no less than", low=0.001, high=1)
+    registration_sigma_rad: float = value(3e-4, "and its heading no less than", low=1e-4, high=1)
     gate_m: float = value(0.8, "a registration that moves the pose by more is refused", low=0.01, high=10)
     gate_rad: float = value(8 * RAD, "likewise its heading", low=0.01, high=1)
 

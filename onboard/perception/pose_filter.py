@@ -6,7 +6,7 @@
             anchor: true pose minus the pose at which the points of the newest trusted stop entered the map
     motion  d(x, y, z) = (1 - slip) * way + (1 + excess) * slide,   d yaw = (1 - scale) * (rate - bias) * dt,
             the rest wanders or stays
-    slips   while the monitors say so nothing is known of the way: each spell's rims' way L adds (L / 2)^2
+    slips   while the monitors say so nothing is known of the way: each spell's rims' way L adds (0.4 L)^2
     stop    a registration measures the pose less the anchor's error, carried rigidly from the anchor's place to here,
             and the reach: what the scanner and the shadows of stones do to it they do at the next stop again
 
@@ -46,7 +46,7 @@ TURN_WALK = 0.001  # rad per sqrt(rad)
 SLIP_WALK = 0.002  # per sqrt(m)
 EXCESS_WALK = 0.003  # per sqrt(m)
 SLIDE_WALK = 0.2  # of the slide, per sqrt(m): a wheel on a stone, steering wheels that scrub
-SLIPPING_SIGMA = 0.5  # of the rims' way while the monitors say that the wheels slip: what is lost is 0.4 to all of it
+SLIPPING_SIGMA = 0.4  # of the rims' way while the monitors say that the wheels slip: what is lost is 0.4 to all of it
 UNNOTICED_M = 0.1  # of it before they say so
 SLIP_LIMITS = (-0.3, 0.9)
 
