@@ -1,7 +1,7 @@
 """Patches of another soil on the ground, and what soil that makes under each wheel.
 
 A patch begins little by little: over EDGE_M inside its rim its soil takes over from the ground's. With a sharp rim a
-wheel that leaves powder stands 3 cm deep in firm ground at once, and is thrown off it at 0.2 m/s.
+wheel that leaves powder stands 3 cm deep in firm ground at once, and is thrown up at 0.27 m/s.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from typing import Any
 from hil.plant.soil import CLASSES, SoilClass, mixed
 
 EDGE_M = 0.3
+
 
 class Patches:
     """Circles of soil. laid: whether there is one, or was, that wheels must still be told about. changes: so many."""

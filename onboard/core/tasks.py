@@ -165,7 +165,8 @@ class Tasks:
 
     def _drive(self, order: Order, ctx: Context) -> None:
         twist = Twist(order.number("vx_mps"), order.number("vy_mps"), order.number("yaw_radps"))
-        self._set_moving(order, Drive(twist, order.number("duration_s"), order.number("distance_m")), ctx)
+        bounds = order.number("duration_s"), order.number("distance_m")
+        self._set_moving(order, Drive(self._parameters.config, twist, *bounds), ctx)
 
     def _set_moving(self, order: Order, move: Move, ctx: Context) -> None:
         if ctx.held:

@@ -10,11 +10,11 @@ from typing import Protocol
 
 from onboard.config import Config
 from onboard.core.context import Context
+from onboard.core.wheel_watch.blocks import SLEW_RADPS2
 from onboard.motion.follower import Follower
 from onboard.records import Twist
 
 _PROGRESS_NS = 5_000_000_000
-_BRAKES_MPS2 = 0.1  # the drives' ramp at the rim
 _LATE_S = 0.03  # from an order to the wheels
 _TURN_NS = 120_000_000_000  # half a turn takes 13 s at the default rate; a turn that does not end is given up
 
@@ -54,8 +54,9 @@ class TurnTo:
 class Drive:
     """A twist until `duration_s` are over, the time to steer included, or base_link stands after `distance_m`."""
 
-    def __init__(self, twist: Twist, duration_s: float, distance_m: float) -> None:
+    def __init__(self, config: Config, twist: Twist, duration_s: float, distance_m: float) -> None:
         self.ended, self.failed, self.progress = "", False, list[str]()
+        self._brakes_mps2 = SLEW_RADPS2 * config.rover.wheel_radius_m
         self._twist, self._duration_ns, self._distance_m = twist, round(duration_s * 1e9), distance_m
         self._begun_ns: int | None = None
         self._gone_m, self._last_m, self._brakes = 0.0, (0.0, 0.0), False
@@ -84,4 +85,4 @@ class Drive:
     def _comes_to_m(self, ctx: Context) -> float:
         """How far it will have gone if it brakes now."""
         speed_mps = abs(ctx.localisation.estimate.speed_mps)
-        return self._gone_m + speed_mps * (_LATE_S + speed_mps / (2.0 * _BRAKES_MPS2))
+        return self._gone_m + speed_mps * (_LATE_S + speed_mps / (2.0 * self._brakes_mps2))
