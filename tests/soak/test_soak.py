@@ -4,6 +4,8 @@ import os
 import subprocess
 import sys
 import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 import pytest
 
@@ -63,18 +65,27 @@ def test_descriptors_and_threads_are_those_of_the_process():
     assert 10_000_000 < after.rss_bytes < 10_000_000_000
 
 
+@contextmanager
+def waiting_child(*words: str) -> Iterator[subprocess.Popen[bytes]]:
+    """A child with these words that runs: one that was only started may have no command line yet."""
+    code = "print(flush=True); input()"
+    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE}
+    with subprocess.Popen([sys.executable, "-c", code, *words], **pipes) as started:
+        started.stdout.readline()
+        yield started
+        started.communicate(b"\n")
+
+
 def test_a_child_is_found_by_its_words():
     assert child(("soak", "here")) is None
-    with subprocess.Popen([sys.executable, "-c", "input()", "soak", "here"], stdin=subprocess.PIPE) as started:
+    with waiting_child("soak", "here") as started:
         assert child(("soak", "here")) == started.pid
-        started.stdin.close()
 
 
 def test_a_sample_is_the_last_one_before_its_mark():
-    with subprocess.Popen([sys.executable, "-c", "input()", "onboard", "run"], stdin=subprocess.PIPE) as started:
+    with waiting_child("onboard", "run"):
         told = []
         sampler = Sampler([10.0, 20.0], told.append)
         for now_s in (1.0, 9.0, 10.5, 19.0, 21.0, 30.0):
             sampler(type("At", (), {"now_s": now_s})(), 0.0)
-        started.stdin.close()
     assert [sample.at_s for sample in sampler.kept] == [9.0, 19.0] == [sample.at_s for sample in told]
