@@ -17,6 +17,7 @@ from pathlib import Path
 import pytest
 
 from onboard.config import load
+from onboard.record import made_by
 from tools import install as installer
 from tools import make_deb
 from tools.install import PYTHON, Place, closure, install, uninstall
@@ -57,6 +58,7 @@ def test_what_is_installed_lies_where_the_page_says_and_names_no_place_of_the_bu
     assert {path.name for path in site.iterdir()} >= {"onboard", "protocol", "click"}
     assert len(list(site.glob("onboard/__pycache__/app.*.pyc"))) == 1 and not list(site.rglob("*.hpp"))
     assert (site / "protocol/rover.dbc").is_file()
+    assert made_by.commit(site) == installer.commit() != "unknown"
     assert len(list((site / "onboard/native").glob("_kernels_*.so"))) == 3
     assert stat.S_IMODE((tmp_path / "usr/local/bin/onboard").stat().st_mode) == 0o755
     assert (tmp_path / "etc/el-dorado/rover.toml").read_text() == (

@@ -27,6 +27,8 @@ from importlib.metadata import Distribution, PackageNotFoundError, distribution
 from pathlib import Path
 from py_compile import PycInvalidationMode
 
+from onboard.record.made_by import COMMIT
+
 ROOT = Path(__file__).parents[1]
 SERVICE = ROOT / "tools" / "service"
 PACKAGES = ("protocol", "onboard")
@@ -71,15 +73,28 @@ def version() -> str:
     """pyproject's, with the number of changes and the newest: later ones sort after earlier ones."""
     base = str(tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["version"])
     try:
-        count, commit, changed = (
-            subprocess.run(["git", "-c", "safe.directory=*", *words], cwd=ROOT, stdout=subprocess.PIPE,
-                           stderr=subprocess.DEVNULL, text=True, check=True).stdout.strip()
-            for words in (("rev-list", "--count", "HEAD"), ("rev-parse", "--short", "HEAD"),
-                          ("status", "--porcelain", "--untracked-files=no"))
-        )  # fmt: skip
+        count, short = _git("rev-list", "--count", "HEAD"), _git("rev-parse", "--short", "HEAD")
+        return f"{base}+{count}.g{short}{'.changed' if _changed() else ''}"
     except (OSError, subprocess.CalledProcessError):
         return base
-    return f"{base}+{count}.g{commit}{'.changed' if changed else ''}"
+
+
+def commit() -> str:
+    """What an installed program tells of itself in its records: the whole commit, and whether it was changed."""
+    try:
+        return f"{_git('rev-parse', 'HEAD')}{', changed' if _changed() else ''}"
+    except (OSError, subprocess.CalledProcessError):
+        return "unknown"
+
+
+def _git(*words: str) -> str:
+    done = subprocess.run(["git", "-c", "safe.directory=*", *words], cwd=ROOT, stdout=subprocess.PIPE,
+                          stderr=subprocess.DEVNULL, text=True, check=True)  # fmt: skip
+    return done.stdout.strip()
+
+
+def _changed() -> bool:
+    return bool(_git("status", "--porcelain", "--untracked-files=no"))
 
 
 def closure(roots: Iterable[str] = ROOTS) -> dict[str, Distribution]:
@@ -115,6 +130,7 @@ def install(place: Place) -> None:
         _copy_distribution(package, site)
     for name in PACKAGES:
         shutil.copytree(ROOT / name, site / name, ignore=shutil.ignore_patterns(*NOT_FLOWN))
+    _write(site / "onboard" / COMMIT, f"{commit()}\n", 0o644)
     for built in extensions():
         shutil.copy2(built, site / "onboard" / "native" / built.name)
     compileall.compile_dir(site, quiet=2, ddir=str(place.home / site.relative_to(new)),

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import hashlib
-import json
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
+from onboard.record import made_by
 from onboard.record.reader import Record, open_record
 from onboard.record.schema import INPUTS, OUTPUTS, TICK, decode_inputs
 from onboard.records import Keeps
@@ -58,7 +58,7 @@ def info_of(path: Path) -> Info:
     made = Info([_file(record, k) for k in range(len(record.files))], record.files[-1].closed, record.cut_off)
     for name, data in record.attachments.items():
         made.attachments[name] = {"bytes": len(data), "sha256": hashlib.sha256(data).hexdigest()}
-    made.versions = json.loads(record.attachments.get("versions.json", b"{}"))
+    made.versions = made_by.versions(record.attachments)
     _count(made, record)
     made.replayable = record.first_tick == 1 and not made.missing and "config.toml" in record.attachments
     return made

@@ -14,6 +14,7 @@ from onboard.drivers.workers import Inline
 from onboard.maps.gdem_file import from_npz
 from onboard.perception.stop_map import StopMap, recall
 from onboard.perception.tiles import Tile, decode
+from onboard.record import made_by
 from onboard.record.reader import DamagedRecordError, Record, check_inputs, open_record
 from onboard.record.rows import first_difference
 from onboard.record.schema import LEAN, OUTPUTS, decode_inputs, encode_outputs
@@ -25,12 +26,16 @@ Start = tuple[Config, Gdem | None, StopMap | None, dict[str, bytes]]
 
 @dataclass(slots=True)
 class Verdict:
-    """What a replay found. `first_difference` empty: identical. `cut_off`: where a record ends that was not closed."""
+    """What a replay found. `first_difference` empty: identical. `cut_off`: where a record ends that was not closed.
+
+    another_program: where there is a difference, and these are not the sources that made the record.
+    """
 
     ticks: int = 0
     bytes_compared: dict[str, int] = field(default_factory=dict)
     first_difference: str = ""
     cut_off: str = ""
+    another_program: str = ""
 
     @property
     def identical(self) -> bool:
@@ -59,6 +64,7 @@ def replay(path: Path) -> Verdict:
             old, new = recorded.get(topic, b""), made.get(topic, b"")
             verdict.bytes_compared[topic] += len(old)
             if new != old:
+                verdict.another_program = made_by.another_program(record.attachments)
                 verdict.first_difference = f"tick {number}, channel {topic}, {first_difference(topic, old, new)}"
                 return verdict
     return verdict

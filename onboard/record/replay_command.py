@@ -61,11 +61,12 @@ def print_verdict(path: Path, as_json: bool, again: Callable[[Path], Verdict]) -
     word = "identical" if verdict.identical else "different" if verdict.first_difference else "nothing compared"
     if as_json:
         print(json.dumps({"verdict": word, "ticks": verdict.ticks, "bytes": verdict.bytes_compared,
-                          "first_difference": verdict.first_difference, "cut_off": verdict.cut_off}))
+                          "first_difference": verdict.first_difference, "cut_off": verdict.cut_off,
+                          "another_program": verdict.another_program}))
     else:
         counts = ", ".join(f"{topic} {count}" for topic, count in verdict.bytes_compared.items())
         print(f"{word}: {verdict.ticks} ticks; bytes compared: {counts}")
-        for line in (verdict.first_difference, verdict.cut_off):
+        for line in (verdict.first_difference, verdict.another_program, verdict.cut_off):
             if line:
                 print(line)
     return EX_OK if verdict.identical else EX_DIFFERENT

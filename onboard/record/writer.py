@@ -1,8 +1,9 @@
 """The record of a run: every input and output of the core, tick by tick, with what is needed to run it again.
 
 MCAP, zstd. A chunk ends twice a second and is forced to the disk, beside the tick. Attachments: config.toml,
-versions.json, at the start gdem.npz, kept parameters and fences, the tiles of the map; at the end its tiles and
-rhythm.json. Decisions with their maps ride on /plan as .npz, for the report; a replay makes them anew.
+versions.json with commit and digest of the program; at the start rover.dbc and eldorado.xml, gdem.npz, kept parameters
+and fences, the tiles of the map; at the end its tiles and rhythm.json. Decisions with their maps ride on /plan as .npz,
+for the report; a replay makes them anew.
 
 While the disk refuses, what was written waits in memory, and less is kept of each tick, the dearest first:
 
@@ -25,6 +26,7 @@ from onboard.maps.gdem_file import to_npz
 from onboard.perception.tiles import Tile, cut, encode
 from onboard.planning import archive
 from onboard.planning.plan_records import PlanResult
+from onboard.record import made_by
 from onboard.record.parts import family, first_path, make_room, part_path
 from onboard.record.schema import LAYOUTS, LEAN, encode_inputs, encode_outputs
 from onboard.records import Gdem, Inputs, Keeps, Outputs, RecordStatus, RecordTrouble
@@ -39,7 +41,6 @@ KEPT = "kept/"  # and of what else outlives a run so
 PART = "part"  # metadata: where in the run a file begins
 FLUSH_TICKS = 50
 _CHUNK_BYTES = 1 << 18
-_PACKAGES = ("numpy", "scipy", "filterpy", "small-gicp", "python-can", "pymavlink", "eclipse-zenoh", "mcap")
 
 
 class Recorder:
@@ -59,6 +60,8 @@ class Recorder:
             return
         self._first = first_path(config.record.path)
         self._begin({"first_tick": "1"})
+        for name, data in made_by.wires():
+            self._attach(name, data, "application/octet-stream")
         if gdem is not None:
             self._attach("gdem.npz", to_npz(gdem), "application/octet-stream")
         self._attach_tiles(MAP_START, tiles)
@@ -168,7 +171,7 @@ class Recorder:
         self._writer.start(profile="", library="el-dorado")
         self._writer.add_metadata(PART, {"number": str(self._number), **part})
         self._attach("config.toml", to_toml(config).encode(), "application/toml")
-        self._attach("versions.json", _versions(), "application/json")
+        self._attach(*made_by.versions_file())
         self._channels = register(self._writer)
 
     def _next_part(self, first_tick: int) -> None:
@@ -212,11 +215,3 @@ def register(writer: Writer) -> dict[str, int]:
         schema = writer.register_schema(f"eldorado{topic.replace('/', '.')}", "text", layout.encode())
         ids[topic] = writer.register_channel(topic, encoding, schema)
     return ids
-
-
-def _versions() -> bytes:
-    import platform
-    from importlib.metadata import version
-
-    rows = {name: version(name) for name in _PACKAGES}
-    return json.dumps({"python": platform.python_version(), "machine": platform.machine(), **rows}).encode()

@@ -12,6 +12,7 @@ from mcap.reader import make_reader
 from record_rig import fly, of_everything
 
 from onboard.__main__ import app
+from onboard.record import made_by
 from onboard.record.foxglove import VIEWS
 from onboard.record.reader import open_record
 from onboard.record.replay import replay
@@ -54,6 +55,26 @@ def test_info_counts_ticks_channels_and_attachments(run, record):
     assert told["attachments"]["config.toml"] == {"bytes": len(config), "sha256": hashlib.sha256(config).hexdigest()}
     assert told["files"][0]["bytes"] == record.stat().st_size
     assert "numpy" in told["versions"]
+
+
+def test_a_record_names_the_program_that_made_it_and_holds_the_tables_of_its_wires(run, record):
+    held, root = open_record(record).attachments, Path(made_by.__file__).parents[2]
+    for name in ("rover.dbc", "eldorado.xml"):
+        assert held[name] == (root / "protocol" / name).read_bytes()
+    versions = json.loads(run("info", record, "--json")[1])["versions"]
+    assert versions["sources_sha256"] == made_by.sources_sha256(root) and versions["commit"]
+
+
+def test_a_program_without_a_history_says_that_its_commit_is_unknown_and_a_changed_line_changes_its_digest(tmp_path):
+    for package in ("onboard", "protocol"):
+        (tmp_path / package).mkdir()
+        (tmp_path / package / "one.py").write_text("A = 1\n")
+    before = made_by.sources_sha256(tmp_path)
+    assert made_by.commit(tmp_path) == "unknown"
+    (tmp_path / "protocol" / "one.py").write_text("A = 2\n")
+    assert made_by.sources_sha256(tmp_path) != before
+    (tmp_path / "onboard" / made_by.COMMIT).write_text("0123abcd, changed\n")
+    assert made_by.commit(tmp_path) == "0123abcd, changed"
 
 
 def test_two_runs_alike_have_the_same_sums_and_another_has_not(run, record, tmp_path):

@@ -41,13 +41,13 @@ def ticks(full):
     return list(open_record(full).ticks())
 
 
-def packed(source, path, ticks):
-    """A valid file with other messages: every sum of the format fits."""
+def packed(source, path, ticks, attached=()):
+    """A valid file with other messages: every sum of the format fits. attached: (name, content) in place of its own."""
     with path.open("wb") as file:
         writer = Writer(file, enable_data_crcs=True)
         writer.start()
         writer.add_metadata(PART, {"number": "1", "first_tick": "1"})
-        for name, data in open_record(source).attachments.items():
+        for name, data in {**open_record(source).attachments, **dict(attached)}.items():
             writer.add_attachment(0, 0, name, "", data)
         ids = register(writer)
         for number, messages in ticks:
@@ -120,6 +120,17 @@ def test_a_flipped_bit_in_a_digest_is_a_difference(full, ticks, tmp_path):
     changed = bytes([messages["/out/tick"][0] ^ 1]) + messages["/out/tick"][1:]
     path = packed(full, tmp_path / "flipped.mcap", [*ticks[:9], (number, {**messages, "/out/tick": changed})])
     assert replay(path).first_difference.startswith("tick 10, channel /out/tick, byte 0: ")
+
+
+@pytest.mark.parametrize(("sources", "told"), [("", ""), ("0" * 64, "made by another program: commit c0ffee, this")])
+def test_a_difference_tells_whether_another_program_made_the_record(full, ticks, tmp_path, sources, told):
+    number, messages = ticks[9]
+    flipped = bytes([messages["/out/tick"][0] ^ 1]) + messages["/out/tick"][1:]
+    changed = [*ticks[:9], (number, {**messages, "/out/tick": flipped})]
+    versions = json.loads(open_record(full).attachments["versions.json"])
+    made = json.dumps({**versions, "commit": "c0ffee", "sources_sha256": sources or versions["sources_sha256"]})
+    verdict = replay(packed(full, tmp_path / "other.mcap", changed, [("versions.json", made.encode())]))
+    assert verdict.first_difference and verdict.another_program[: len(told) or None] == told
 
 
 def test_an_input_that_is_left_out_or_added_is_named(full, ticks, tmp_path):

@@ -1,0 +1,71 @@
+"""What made a record: versions of the packages, commit and digest of the program, and the tables of its wires."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import platform
+import subprocess
+from collections.abc import Iterator, Mapping
+from importlib.metadata import version
+from pathlib import Path
+
+COMMIT = "commit.txt"  # beside onboard's modules where the program was installed (tools/install.py)
+WIRES = ("rover.dbc", "eldorado.xml")
+_PACKAGES = ("numpy", "scipy", "filterpy", "small-gicp", "python-can", "pymavlink", "eclipse-zenoh", "mcap")
+_SITE = Path(__file__).parents[2]  # holds protocol and onboard
+_VERSIONS = "versions.json"
+_LIMIT_S = 5.0
+
+
+def versions_file() -> tuple[str, bytes, str]:
+    """Name, content and media type of the attachment."""
+    rows = {name: version(name) for name in _PACKAGES}
+    made = {"python": platform.python_version(), "machine": platform.machine(), "commit": commit(_SITE),
+            "sources_sha256": sources_sha256(_SITE), **rows}  # fmt: skip
+    return _VERSIONS, json.dumps(made).encode(), "application/json"
+
+
+def wires() -> Iterator[tuple[str, bytes]]:
+    """Name and content of the tables that the bytes in a record are read by."""
+    for name in WIRES:
+        yield name, (_SITE / "protocol" / name).read_bytes()
+
+
+def versions(attached: Mapping[str, bytes]) -> dict[str, str]:
+    """What a record tells of the program that made it; nothing where it is cut off before that."""
+    found: dict[str, str] = json.loads(attached.get(_VERSIONS, b"{}"))
+    return found
+
+
+def another_program(attached: Mapping[str, bytes]) -> str:
+    """A sentence where a record was made by other sources than these; "" where by these, or where it does not tell."""
+    told = versions(attached)
+    if told.get("sources_sha256", own := sources_sha256(_SITE)) == own:
+        return ""
+    return f"made by another program: commit {told.get('commit', 'unknown')}, this is {commit(_SITE)}"
+
+
+def commit(site: Path) -> str:
+    """Of the program in this folder, as git names it: told by its installation or its checkout, else "unknown"."""
+    installed = site / "onboard" / COMMIT
+    if installed.exists():
+        return installed.read_text().strip()
+    if not (site / ".git").exists():
+        return "unknown"  # git would look further up, and find what is not ours
+    command = ["git", "-c", "safe.directory=*", "-C", str(site), "rev-parse", "HEAD"]
+    try:
+        done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=_LIMIT_S)
+    except (OSError, subprocess.SubprocessError):
+        return "unknown"
+    return done.stdout.strip()
+
+
+def sources_sha256(site: Path) -> str:
+    """Of every module that flies, path and content: what a commit does not tell of a changed checkout."""
+    whole = hashlib.sha256()
+    for package in ("onboard", "protocol"):
+        for path in sorted((site / package).rglob("*.py")):
+            whole.update(f"{path.relative_to(site)}\0".encode())
+            whole.update(path.read_bytes())
+    return whole.hexdigest()
