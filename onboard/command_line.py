@@ -13,7 +13,7 @@ from onboard.config import Config, ConfigError, load, parse_override
 from onboard.journal import Level, say
 
 EX_UNHEALTHY, EX_USAGE, EX_DATAERR, EX_NOINPUT, EX_UNAVAILABLE, EX_CANTCREAT, EX_CONFIG = 1, 64, 65, 66, 69, 73, 78
-EX_SOFTWARE = 70
+EX_SOFTWARE, EX_IOERR = 70, 74
 EX_INTERRUPTED = 130
 
 

@@ -19,6 +19,7 @@ from onboard.command_line import (
     EX_CONFIG,
     EX_DATAERR,
     EX_INTERRUPTED,
+    EX_IOERR,
     EX_NOINPUT,
     EX_UNAVAILABLE,
     EX_UNHEALTHY,
@@ -152,6 +153,7 @@ def _ports(config: Config) -> Iterator[Shell]:
     from onboard.drivers.can_bus import CanPort
     from onboard.drivers.clock import WallClock
     from onboard.drivers.lidar_port import open_port
+    from onboard.record.unwritten import unwritten
     from onboard.record.writer import Recorder
 
     clock = WallClock()
@@ -169,12 +171,13 @@ def _ports(config: Config) -> Iterator[Shell]:
             raise fail(EX_UNAVAILABLE, str(error)) from None
         if can.status.error:
             raise fail(EX_UNAVAILABLE, f"{config.can.uri}: {can.status.error}")
-        try:
-            recorder = stack.enter_context(Recorder(config, None))
-        except OSError as error:
-            raise fail(EX_CANTCREAT, f"{config.record.path} cannot be written: {error.strerror}") from None
+        recorder = stack.enter_context(Recorder(config, None))
+        if problem := unwritten(recorder):
+            raise fail(EX_CANTCREAT, f"{config.record.path} cannot be written: {problem}")
         clock.start()
         yield Shell(can, lidar, clock, recorder)
+    if problem := unwritten(recorder):  # not known before it is closed
+        raise fail(EX_IOERR, f"{config.record.path} is not whole: {problem}; the wheels are off")
 
 
 def _teller() -> Callable[[Drive], None]:

@@ -18,6 +18,7 @@ from onboard.command_line import (
     EX_CONFIG,
     EX_DATAERR,
     EX_INTERRUPTED,
+    EX_IOERR,
     EX_NOINPUT,
     EX_UNAVAILABLE,
     EX_UNHEALTHY,
@@ -123,8 +124,9 @@ def record_command(
 ) -> None:
     """Write every byte of both directions with its time, so that `replay` does the same again, bit by bit.
 
-    Exit code 73: no place to write, or the file is there already; else those of `info`.
+    Exit codes: 73 no place to write, or the file is there already; 74 the disk took only a part; else those of `info`.
     """
+    from onboard.record.unwritten import unwritten
     from onboard.record.writer import Recorder
 
     config = _config(address, settings)
@@ -134,10 +136,11 @@ def record_command(
         raise fail(EX_CANTCREAT, f"{out} cannot be written: {out.parent} is no folder")
     if out.exists() and not force:
         raise fail(EX_CANTCREAT, f"{out} is there already; --force writes over it")
-    try:
-        recorder = Recorder(config, None)
-    except OSError as error:
-        raise fail(EX_CANTCREAT, f"{out} cannot be written: {error.strerror}") from None
+    recorder = Recorder(config, None)
+    if problem := unwritten(recorder):
+        recorder.close()
+        part.unlink(missing_ok=True)
+        raise fail(EX_CANTCREAT, f"{out} cannot be written: {problem}")
 
     def take(shell: Shell) -> int:
         return sum(len(found) for found in shell.stream(seconds, scans))
@@ -148,6 +151,8 @@ def record_command(
     except Exit:
         part.unlink()  # there was no sensor to record
         raise
+    if problem := unwritten(recorder):
+        raise fail(EX_IOERR, f"{out} is not whole: {problem}; what the disk took is in {part}")
     part.replace(out)
     told = {"file": str(out), "bytes": out.stat().st_size, "scans": taken}
     print(json.dumps(told) if as_json else f"{out}: {told['scans']} scans, {told['bytes']} bytes")

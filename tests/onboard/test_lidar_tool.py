@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import fcntl
 import json
 import os
@@ -12,6 +13,7 @@ import struct
 import threading
 from contextlib import contextmanager
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -22,9 +24,11 @@ from hil.lidar.server import LidarServer, LidarTerminal
 from onboard.__main__ import app
 from onboard.config import Lidar
 from onboard.devices.lidar_clock import ClockQuality
+from onboard.drivers.record_file import DiskFile
 from onboard.lidar_tool.listener import Listener, log_of
 from onboard.lidar_tool.report import CHECKS
 from onboard.lidar_tool.show import numbers, polar, view
+from onboard.record.reader import open_record
 from onboard.records import Chunk, Scan
 from protocol import scip
 from tests.onboard.hand_clock import HandClock
@@ -314,6 +318,29 @@ def test_record_makes_no_folders_and_writes_over_nothing_unasked(tcp, tmp_path):
     assert got.exit_code == 73 and "--force" in got.stderr and out.read_bytes() == b"dear"
     assert tcp.run("record", tcp.address, "--out", str(out), "--seconds", "1", "--force").exit_code == 0
     assert out.stat().st_size > 1000
+
+
+@pytest.mark.parametrize(("room", "code", "text"), [
+    (0, 73, "cannot be written: No space left on device"), (100_000, 74, "is not whole: No space left on device"),
+])  # fmt: skip
+def test_a_disk_that_refuses_is_told_and_what_it_took_can_be_read(tcp, tmp_path, monkeypatch, room, code, text):
+    put = DiskFile.put
+
+    def refuse(file, data, offset):
+        if offset + len(data) > room:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        put(file, data, offset)
+
+    monkeypatch.setattr(DiskFile, "put", refuse)
+    out = tmp_path / "r.mcap"
+    got = tcp.run("record", tcp.address, "--out", str(out), "--seconds", "3")
+    assert got.exit_code == code and text in got.stderr and got.stderr.count("\n") == 1 and got.stdout == ""
+    assert not out.exists()
+    if room:
+        part = Path(re.search(r"in (\S+)$", got.stderr).group(1))
+        assert open_record(part).cut_off and len(list(open_record(part).ticks())) > 0
+    else:
+        assert not list(tmp_path.iterdir())
 
 
 def test_a_recording_is_not_lost_to_a_sensor_that_is_not_there(tmp_path):
