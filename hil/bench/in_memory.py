@@ -2,11 +2,12 @@
 
     frames, SCIP bytes, orders -> Inputs -> onboard.core.tick -> Outputs -> wheels, scanner, operator
 
-No socket, thread, file or wall clock. Devices, plant, faults and the flight program are those of `hil run`; jobs run
-where lock-step would take their results. The timing is the Bench's as well: what tick n commands acts from n + 1 on. So
-the same scenario gives the same bytes as over sockets, as long as the orders come in the same ticks
-(tests/hil/test_in_memory.py). Without a link emulator and a station, the orders are an Operator's (operator.py), those
-of a scenario's `script` that have a time; in `blackout_s` nothing passes between the two.
+No socket, thread or wall clock, and no file but the record where it is asked for. Devices, plant, faults and the flight
+program are those of `hil run`; jobs run where lock-step would take their results. The timing is the Bench's as well:
+what tick n commands acts from n + 1 on. So the same scenario gives the same bytes as over sockets, as long as the
+orders come in the same ticks (tests/hil/test_in_memory.py). Without a link emulator and a station, the orders are an
+Operator's (operator.py), those of a scenario's `script` that have a time; in `blackout_s` nothing passes between the
+two.
 
     flight = InMemory(Scenario(terrain="flat")).run()
     flight.arrived, flight.distance_to_goal_m, flight.contacts
@@ -16,6 +17,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
 from hil.bench.operator import Operator, Order, orders_of
@@ -71,12 +73,14 @@ class InMemory(World):
 
     orders: default those of the scenario's script. ground: a field of the caller's own in place of the scenario's.
     built: the rover as it really is (`hil.faults.build_errors`); default, as the flight program believes.
+    record: where the flight program's record is kept; default nowhere.
     Raises PlantAbortError where the rover cannot stand at the start. Call `free` where `run` is not used.
     """
 
     def __init__(
         self, scenario: Scenario, orders: Sequence[Order] | None = None, *,
         ground: Field | None = None, step_ns: int = STEP_NS, built: BuiltRover | None = None,
+        record: Path | None = None,
     ) -> None:  # fmt: skip
         ground = ground or ground_of(scenario).field
         config = load(None, flight_settings(scenario, ground.start))
@@ -89,7 +93,9 @@ class InMemory(World):
         self.events: list[Event] = []
         self._injector = Injector(scenario.faults)
         self._jobs = Inline()
-        self._recorder = _recorder(config, self) if any(f.fault in DISK_FAULTS for f in scenario.faults) else None
+        self.disk.keeps = record is not None
+        needed = record or any(fault.fault in DISK_FAULTS for fault in scenario.faults)
+        self._recorder = _recorder(config, self, record or Path("run.mcap")) if needed else None
         self._saves: tuple[Save, ...] = ()
         self.advance(TICK_NS)
 
@@ -223,9 +229,9 @@ def goto(ground: Field, at_s: float = GOTO_S) -> tuple[Order, ...]:
     return (Order(at_s, "goto", {"x_m": x_m, "y_m": y_m}),)
 
 
-def _recorder(config: Config, bench: World) -> Recorder:
+def _recorder(config: Config, bench: World, path: Path) -> Recorder:
     """The flight program's own, on the bench's disk."""
-    record, clock = replace(config.record, path="run.mcap"), replace(config.clock, mode="lockstep")
+    record, clock = replace(config.record, path=str(path)), replace(config.clock, mode="lockstep")
     return Recorder(replace(config, record=record, clock=clock), bench.field.gdem, opener=bench.disk.open)
 
 

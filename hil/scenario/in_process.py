@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 from hil.bench.in_memory import CAMPAIGN_STEP_NS, InMemory
 from hil.bench.trace import Trace, first_difference
@@ -59,9 +60,9 @@ class Twins:
         self._kept.clear()
 
 
-def fly(scenario: Scenario, twins: Twins, step_ns: int = CAMPAIGN_STEP_NS) -> Flown:
-    """To its end."""
-    bench = InMemory(scenario, step_ns=step_ns)
+def fly(scenario: Scenario, twins: Twins, step_ns: int = CAMPAIGN_STEP_NS, record: Path | None = None) -> Flown:
+    """To its end. record: where the flight program's record is kept."""
+    bench = InMemory(scenario, step_ns=step_ns, record=record)
     watcher = Watcher(scenario.expect.detects)
     flight = bench.run(watcher.observe, settle_s=SETTLE_S)
     speed_mps = math.hypot(*bench.state.velocity_mps.tolist())

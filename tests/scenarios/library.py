@@ -1,24 +1,34 @@
 """Every scenario of hil/scenarios, in one process beside a twin without the fault: each keeps its promise.
 
-A flight's seed is the scenario's place in the list (`hil list`), from 1. What needs processes of its own is flown over
-sockets, in tests/hil/test_missions.py.
+Its record is then replayed by the narrowest build of the kernels, to the same bytes as the widest one flew; where a
+disk refuses it has gaps and cannot be (tests/onboard/test_record_file.py). A flight's seed is the scenario's place in
+the list (`hil list`), from 1. What needs processes of its own is flown over sockets, in tests/hil/test_missions.py.
 """
 
 from __future__ import annotations
 
+import json
+import os
+import subprocess
+import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
+from pathlib import Path
+from tempfile import TemporaryDirectory
 
+from hil.faults.disk_faults import DISK_FAULTS
 from hil.faults.injection import INJECTIONS
+from hil.processes import FIXED_ENVIRONMENT
 from hil.scenario.in_process import Twins
 from hil.scenario.in_process import fly as fly_scenario
 from hil.scenario.library import scenarios
+from onboard.native.variant import FORCED_BY, VARIANTS
 
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """One scenario. broken: the promises it did not keep."""
+    """One scenario. replayed: ticks that were compared; broken: the promises it did not keep."""
 
     seed: int
     name: str
@@ -28,6 +38,7 @@ class Row:
     scans: int
     raised: tuple[str, ...]
     seen: tuple[str, ...]
+    replayed: int
     broken: tuple[str, ...]
 
 
@@ -52,14 +63,31 @@ def _twins() -> Twins:
 def fly(seed: int) -> Row:
     """The scenario at this place."""
     scenario = scenarios()[seed - 1]
-    flown = fly_scenario(scenario, _twins())
+    with TemporaryDirectory() as folder:
+        record = Path(folder) / f"{scenario.name}.mcap"
+        flown = fly_scenario(scenario, _twins(), record=record)
+        gaps = any(fault.fault in DISK_FAULTS for fault in scenario.faults)
+        replayed, different = (0, ()) if gaps else replayed_elsewhere(record)
     facts = flown.facts
     return Row(
         seed=seed, name=scenario.name, bench_s=flown.bench_s, to_goal_m=round(facts.to_goal_m, 3),
         way_m=round(flown.way_m, 2), scans=flown.sweeps, raised=facts.raised,
         seen=tuple(f"{s.t_s - s.begun_s:.2f} s {s.channel}" for s in facts.seen or ()),
-        broken=tuple(f"{v.promise}: {v.found}" for v in flown.verdicts if not v.holds),
+        replayed=replayed,
+        broken=(*(f"{v.promise}: {v.found}" for v in flown.verdicts if not v.holds), *different),
     )  # fmt: skip
+
+
+def replayed_elsewhere(record: Path) -> tuple[int, tuple[str, ...]]:
+    """Ticks compared by `onboard replay` on the other build of the kernels, and what was different, if anything."""
+    command = [sys.executable, "-m", "onboard", "replay", "--json", str(record)]
+    environment = {**os.environ, **FIXED_ENVIRONMENT, FORCED_BY: VARIANTS[0]}
+    done = subprocess.run(command, capture_output=True, text=True, env=environment, check=False)
+    if not done.stdout:
+        return 0, (f"its record cannot be replayed: {done.stderr.strip()}",)
+    told = json.loads(done.stdout)
+    same = () if told["verdict"] == "identical" else (f"its replay is {told['verdict']}: {told['first_difference']}",)
+    return int(told["ticks"]), same
 
 
 def judge(rows: Sequence[Row]) -> list[str]:
