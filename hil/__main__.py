@@ -35,6 +35,7 @@ from hil.link.emulator import main as link_command
 from hil.processes import FIXED_ENVIRONMENT
 from hil.scenario import command as scenario_command
 from hil.scenario.scenario import Scenario
+from hil.scenario.verify_command import verify
 from hil.watch.command import EPILOG as WATCH_EPILOG
 from hil.watch.command import PORT, AfterOption, PortOption, WatchOption, check_film, film, shown
 from hil.watch.command import main as watch_command
@@ -56,7 +57,7 @@ app.command("can", epilog=CAN_EPILOG)(can_command)
 app.command("run")(scenario_command.run)
 app.command("list")(scenario_command.list_scenarios)
 app.command("explain")(scenario_command.explain_scenario)
-app.command("verify")(scenario_command.verify)
+app.command("verify")(verify)
 app.command("watch", epilog=WATCH_EPILOG)(watch_command)
 
 

@@ -1,4 +1,4 @@
-"""`hil run`, `hil list`, `hil explain`, `hil verify`: scenarios by name or file."""
+"""`hil run`, `hil list`, `hil explain`: scenarios by name or file."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from hil.flying import EX_CONFIG, EX_DATA, EX_FAILED, EX_NOINPUT, EX_OK, EX_SOFTWARE, conclude, fail, fly, show
+from hil.flying import EX_CONFIG, EX_FAILED, EX_NOINPUT, EX_OK, EX_SOFTWARE, conclude, fail, fly, show
 from hil.rays.casters import CASTERS
-from hil.scenario.scenario import Scenario, load_scenario, scenario_of
+from hil.scenario.scenario import Scenario, load_scenario
 from hil.watch.command import PORT, AfterOption, PortOption, WatchOption, check_film, film, shown
 from onboard.config import ConfigError
 
@@ -109,37 +109,6 @@ def explain_scenario(scenario: Name) -> None:
 
     read = _read(scenario)
     print(f"{read.name}: " + "\n".join(explain(read)))
-
-
-def verify(
-    certificate: Annotated[Path, typer.Argument(help="certificate.json of a run.")],
-    out: Annotated[Path, typer.Option(help="Folder of the new run.")] = Path("build/verify"),
-) -> None:
-    """Fly a certificate's scenario again and compare every hash.
-
-    Exit codes: 0 all the same, 1 something differs (which is said), 65 no certificate, 66 no such file, 70 a process
-    failed.
-    """
-    from hil.demo import certificate as certify
-    from hil.demo import differences
-
-    try:
-        old = json.loads(certificate.read_text())
-        scenario = scenario_of(old["flight"])
-    except FileNotFoundError:
-        raise fail(EX_NOINPUT, f"no certificate {certificate}") from None
-    except (ValueError, KeyError, TypeError, UnicodeDecodeError) as error:
-        raise fail(EX_DATA, f"{certificate}: no certificate of a run: {type(error).__name__}: {error}") from None
-    result = fly(scenario, out)
-    if result.error:
-        raise fail(EX_SOFTWARE, f"after {result.bench_s:.1f} s of bench time: {result.error}")
-    new = certify(scenario, result)
-    (out / "certificate.json").write_text(json.dumps(new, indent=2) + "\n")
-    found = list(differences(old, new))
-    for where, was, now in found:
-        print(f"differs: {where}: {was} in {certificate}, {now} now")
-    print(f"{scenario.name}, seed {scenario.seed}: {f'{len(found)} differences' if found else 'the same to the byte'}")
-    raise typer.Exit(EX_FAILED if found else EX_OK)
 
 
 def _read(name: str) -> Scenario:

@@ -1,13 +1,22 @@
 """`hil list`, `hil explain`, `hil verify`: what a user sees, and what he is told when something is wrong."""
 
 import json
+import os
+import threading
+from dataclasses import asdict
+from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
+import typer
 from typer.testing import CliRunner
 
+from hil import demo
 from hil.__main__ import app
 from hil.demo import differences
+from hil.scenario import verify_command
 from hil.scenario.library import scenarios
+from hil.scenario.scenario import Scenario
 
 
 def hil(*words):
@@ -66,3 +75,36 @@ def test_two_certificates_differ_where_a_leaf_does():
     assert list(differences(old, {"plant": {"states": 3, "sha256": "aa"}, "seed": 1})) == []
     new = {"plant": {"states": 3, "sha256": "bb"}, "seed": 1, "more": 2}
     assert list(differences(old, new)) == [("more", None, 2), ("plant.sha256", "aa", "bb")]
+
+
+def test_each_of_several_runs_is_compared_and_one_that_differs_is_counted(tmp_path, monkeypatch, capsys):
+    path = tmp_path / "certificate.json"
+    first = {"flight": json.loads(json.dumps(asdict(Scenario()), default=dict)), "plant": {"sha256": "aa"}}
+    path.write_text(json.dumps(first))
+    flown, digests = [], ("aa", "ab", "aa")
+
+    def fly(scenario, out):
+        out.mkdir(exist_ok=True)
+        flown.append(scenario)
+        return SimpleNamespace(error="")
+
+    monkeypatch.setattr(verify_command, "fly", fly)
+    monkeypatch.setattr(demo, "certificate", lambda *_: {**first, "plant": {"sha256": digests[len(flown) - 1]}})
+    with pytest.raises(typer.Exit) as ended:
+        verify_command.verify(path, tmp_path / "again", times=3)
+    assert ended.value.exit_code == 1 and flown == [Scenario()] * 3
+    lines = capsys.readouterr().out.splitlines()
+    assert [line.rpartition(": ")[2] for line in lines if ", run " in line] == [
+        "the same to the byte", "1 differences", "the same to the byte"]  # fmt: skip
+    assert f"differs: plant.sha256: aa in {path}, ab now" in lines
+
+
+def test_the_load_beside_a_run_ends_with_it():
+    with verify_command.cores_at_work():
+        begun = {int(pid) for pid in _children()}
+        assert len(begun) >= os.cpu_count()
+    assert not begun & {int(pid) for pid in _children()}
+
+
+def _children():
+    return Path(f"/proc/self/task/{threading.get_native_id()}/children").read_text().split()
