@@ -13,31 +13,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import zip_longest
-from typing import NamedTuple
 
 from hil.bench.in_memory import Rover
 from hil.records import PlantState
 from hil.scenario.evidence import AT_ONCE, COUNTS_WHEN, SHOWS, VIOLATES, Sight
-from hil.scenario.verdicts import row_of
+from hil.scenario.verdicts import Answer, row_of
 from onboard.records import Inputs, Outputs
 from protocol.conventions import TICK_NS
 from protocol.faults import BY_NAME, Step
-
-
-class Answer(NamedTuple):
-    """What came of one row; times of the bench, -1 where there is none. missing: steps that were not taken."""
-
-    row: str
-    since_s: float
-    raised_s: float
-    answered_s: float
-    missing: tuple[Step, ...]
-
-    @property
-    def in_time(self) -> bool:
-        """Whether every step was taken, and those that are due at once within the row's time."""
-        took_s = self.answered_s - self.since_s
-        return not self.missing and self.since_s >= 0.0 and 0.0 <= round(took_s, 6) <= BY_NAME[self.row].detect_s
 
 
 class Spans:

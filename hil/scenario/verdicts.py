@@ -13,15 +13,12 @@ from __future__ import annotations
 import difflib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from onboard.config import ConfigError, from_tree, value
 from onboard.records import Event
-from protocol.faults import BY_NAME
+from protocol.faults import BY_NAME, Step
 from protocol.modes import Mode
-
-if TYPE_CHECKING:  # it looks into the flight program, which `hil list` need not load
-    from hil.scenario.answers import Answer
 
 ENDS = ("goal", "stopped", "anyhow")
 STANDS_MPS = 0.01
@@ -51,6 +48,22 @@ class Seen(NamedTuple):
     begun_s: float
     t_s: float
     channel: str
+
+
+class Answer(NamedTuple):
+    """What came of one row; times of the bench, -1 where there is none. missing: steps that were not taken."""
+
+    row: str
+    since_s: float
+    raised_s: float
+    answered_s: float
+    missing: tuple[Step, ...]
+
+    @property
+    def in_time(self) -> bool:
+        """Whether every step was taken, and those that are due at once within the row's time."""
+        took_s = self.answered_s - self.since_s
+        return not self.missing and self.since_s >= 0.0 and 0.0 <= round(took_s, 6) <= BY_NAME[self.row].detect_s
 
 
 @dataclass(frozen=True, slots=True)
