@@ -210,5 +210,6 @@ def test_what_is_found_where_the_truth_does_not_show_it_is_false(row):
     assert f"{row.seed} {row.fault}: {row.found} is false" in wheels.judge([row])
 
 
-def test_a_fault_that_no_flight_shows_is_told():
-    assert wheels.judge([replace(SOFT, shown=False, found="", lacks=0.1)]) == ["soft_patch never showed in 1 flights"]
+def test_a_fault_that_no_flight_shows_is_told_with_the_row_that_it_leaves_unjudged():
+    told = wheels.judge([replace(SOFT, shown=False, found="", lacks=0.1)])
+    assert told == ["soft_patch never showed in 1 flights: SLIP_HIGH is not judged"]

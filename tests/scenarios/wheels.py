@@ -262,8 +262,8 @@ def judge(rows: Sequence[Row]) -> list[str]:
     where the body lacked less than the monitor calls calm, and turned as its wheels did.
     """
     return [f"{row.seed} {row.fault}: {text}" for row in rows for text in _faults_of(row)] + [
-        f"{fault} never showed in {len(flown)} flights"
-        for fault, _, _ in CASES
+        f"{fault} never showed in {len(flown)} flights: {name} is not judged"
+        for fault, name, _ in CASES
         if (flown := [row for row in rows if row.fault == fault]) and not any(row.shown for row in flown)
     ]
 
