@@ -26,6 +26,8 @@ FAMILY_HELP = {
     "faults": "The fault table: what is active, what is masked.", "map": "The rover's own map.",
     "fence": "Keep-outs, which the rover never enters, and fences within which goals lie.",
     "sequence": "Steps that the rover does one after the other by itself.",
+    "lease": "The control lease: which of the stations may command. Stop and safe need none.",
+    "contacts": "Contact windows: the times outside of which nothing is sent.",
     "param": "Parameters: what may be changed in flight, and who changed it.",
 }  # fmt: skip
 _LONG_S, _SHORT_S = 0.0, 60.0
@@ -38,8 +40,11 @@ def typed(argument: Argument) -> str:
     return f"{name}..." if argument.kind is Kind.POINTS else name
 
 
-def add(app: typer.Typer, rows: Sequence[Command], run: Run) -> None:
-    """One verb for each row. run(words, options) carries it out; options: timeout, contact, station, as_json, start."""
+def add(app: typer.Typer, rows: Sequence[Command], run: Run) -> dict[str, typer.Typer]:
+    """One verb for each row; the families made. run(words, options) carries it out.
+
+    options: timeout, contact, station, as_json, start.
+    """
     families: dict[str, typer.Typer] = {}
     for row in rows:
         family, _, verb = row.typed.partition(" ")
@@ -50,6 +55,7 @@ def add(app: typer.Typer, rows: Sequence[Command], run: Run) -> None:
         where.command(verb or family, epilog=f"Example: ground {row.typed} {row.example}".rstrip(),
                       context_settings={"ignore_unknown_options": True})(_verb(row, run))
     assert set(families) <= set(FAMILIES)
+    return families
 
 
 def _verb(row: Command, run: Run) -> Callable[..., None]:
