@@ -190,7 +190,7 @@ def run(config: Config, announce: Announce) -> int:
         lidar = open_port(config.lidar.address)
         stack.callback(lidar.close)
         keys = link_keys(config)
-        forgets_not = LinkMemory(config.state.folder, keys, wait=lockstep)
+        forgets_not = LinkMemory(config.state.folder if config.link.command_keys else "", keys, wait=lockstep)
         link = stack.enter_context(LinkPort(config.link.endpoint, keys, config.link.boot_count, forgets_not))
         workers = Workers(wait=lockstep)
         stack.callback(workers.close)

@@ -58,7 +58,7 @@ class Command:
         return any(way.event == self.name and way.next in runs for way in TRANSITIONS)
 
 
-FAMILIES = ("map", "faults", "param", "fence", "sequence", "lease", "contacts")
+FAMILIES = ("map", "faults", "param", "fence", "sequence", "lease", "contacts", "keys")
 _ALL = tuple(Mode)
 _STANDS = (Mode.STANDBY, Mode.SAFE)
 _READY = (Mode.STANDBY, Mode.AUTONOMOUS)
@@ -137,7 +137,7 @@ TABLE = (
         Argument("windows_s", "s", 0, 2_000_000.0, "begin and end of each, onboard time", most=16),
     ), _ALL, "say nothing outside of these windows", "600 1200 4200 4800"),
     Command(44, "contacts_clear", (), _ALL, "speak at any time"),
-    Command(45, "key_epoch", (
+    Command(45, "keys_rotate", (
         Argument("epoch", "", 0, 255, "one that is loaded, later than the present one"),
     ), _ALL, "put a key epoch in force, for good", "1"),
 )

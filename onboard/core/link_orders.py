@@ -27,7 +27,7 @@ class LinkOrders:
         self.saves: list[Save] = []
         self.events: list[Event] = []
         self._switching: list[tuple[int, int]] = []  # request ids, and the epochs that they ask for
-        self.orders = {"key_epoch": self._switch, "contacts_set": self._set, "contacts_clear": self._clear}
+        self.orders = {"keys_rotate": self._switch, "contacts_set": self._set, "contacts_clear": self._clear}
 
     def receive(self, saved: Sequence[Saved], now_ns: int) -> None:
         """What the link's port says of a switch."""

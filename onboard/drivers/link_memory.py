@@ -1,7 +1,7 @@
-"""What the rover's end of the link must not forget: highest counter of each key's halting commands, and the epoch.
+"""What the rover's end of the link must not forget: the newest counter of each key's halts, and the epoch.
 
-Both lie in the state folder, whole or not at all. A mark belongs to a key, told by its fingerprint: with a new secret the
-count begins anew. A mark is written beside the tick and its command waits for that, but for HOLD_NS at most: a stop
+Both lie in the state folder, whole or not at all. A mark belongs to a key, told by its fingerprint: with a new secret
+the count begins anew. A mark is written beside the tick and its command waits for that, but for HOLD_NS at most: a stop
 never waits for an ill disk. One that was done unwritten could be sent again by others after a restart, and is told.
 """
 
