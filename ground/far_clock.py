@@ -1,9 +1,9 @@
 """Onboard time as seen from the ground, with the bound of its error.
 
-Each stamp that arrives says: onboard time was this, one delay ago. The delay is not known, but the least delayed of
-many stamps took no less than nothing and no more than a round trip. So what is added to the station's clock lies
-between `ahead` of that stamp and `ahead` + RTT: the middle is taken, half the round trip is the error, and DRIFT_PPM of
-the time since, by which the two clocks may have run apart.
+Each stamp that arrives says: onboard time was this, one delay ago. No delay is less than nothing, and one of the stamps
+of the last ten minutes took no longer than a round trip. So what is to be added to the station's clock lies between
+the greatest `ahead` (stamp minus arrival) and that plus RTT, each widened by DRIFT_PPM of its age, by which the two
+clocks may have run apart. The middle is taken; half the width is the bound of its error.
 """
 
 from __future__ import annotations
@@ -55,15 +55,13 @@ class FarClock:
         """The estimate for a time of the station; None until the rover was heard."""
         if not self._best:
             return None
-        at_ns, ahead_ns = max(self._best.values(), key=lambda row: row[1] - self._drift(row[0], now_ns))
-        error_ns = self.rtt_ns // 2 + self._drift(at_ns, now_ns) + STAMP_NS if self.rtt_ns else None
-        return Correlation(now_ns + ahead_ns + self.rtt_ns // 2, error_ns)
+        rows = [(ahead_ns, abs(now_ns - at_ns) * DRIFT_PPM // 1_000_000) for at_ns, ahead_ns in self._best.values()]
+        least_ns = max(ahead_ns - drift_ns for ahead_ns, drift_ns in rows)
+        most_ns = max(ahead_ns + drift_ns for ahead_ns, drift_ns in rows) + self.rtt_ns
+        error_ns = (most_ns - least_ns) // 2 + STAMP_NS if self.rtt_ns else None
+        return Correlation(now_ns + (least_ns + most_ns) // 2, error_ns)
 
     def onboard_ns(self, now_ns: int) -> int | None:
         """What the rover's clock shows about now; None until it was heard."""
         found = self.at(now_ns)
         return None if found is None else found.onboard_ns
-
-    @staticmethod
-    def _drift(since_ns: int, now_ns: int) -> int:
-        return abs(now_ns - since_ns) * DRIFT_PPM // 1_000_000

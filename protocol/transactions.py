@@ -16,7 +16,7 @@ Rule 4: each report carries a serial number per request, so that a late one neve
 from __future__ import annotations
 
 import struct
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from enum import IntEnum
 from typing import NamedTuple
@@ -63,6 +63,7 @@ class Code(IntEnum):
     REUSED_ID = 4
     FORGOTTEN_ID = 5
     TOO_MANY = 6
+    LEASE = 8  # another station holds it
     VERSION = 7  # by the ground itself: the rover was built from something else
 
 
@@ -241,7 +242,7 @@ class _Known:
 class Executor:
     """The rover's end for all stations: each request becomes an Order at most once.
 
-    capacity: requests remembered per station.
+    capacity: requests remembered per station. permit: raises RefusedError where a station may not give a command.
     """
 
     def __init__(self, capacity: int = 4096) -> None:
@@ -250,6 +251,7 @@ class Executor:
         self._forgotten: dict[int, int] = {}
         self._queue: list[tuple[int, int, bytes]] = []  # (due_ns, key, payload), in the order made
         self._waiting: dict[int, commands.Telecommand] = {}  # key -> what starts later, by its start time
+        self.permit: Callable[[str, int], None] = lambda name, station: None
 
     def receive(self, station: int, payload: bytes, now_ns: int, mode: Mode) -> Order | None:
         """A Kind.TELECOMMAND payload: an Order where it is new and may be done now.
@@ -288,6 +290,8 @@ class Executor:
             if asked.start_ns > now_ns:
                 self._hold(key, asked._replace(arguments=arguments), now_ns)
                 return None
+            code = Code.LEASE
+            self.permit(asked.name, key >> 32)
             code = Code.MODE
             commands.check_mode(asked.name, mode)
         except ValueError as error:

@@ -13,7 +13,7 @@ Rule 4: outside of the contact windows nothing is sent and what has to be sent w
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 
 from onboard.config import Link
 from onboard.core.telemetry import Packer, View
@@ -45,7 +45,7 @@ class Downlink:
     last_contact_ns: when an authenticated datagram last came, the start before the first. mode: commands are checked
     against it; `sample` sets it, and it may be set in every tick. notices: what it has to tell; the caller takes them.
     shedding: housekeeping is made ten times more seldom, and no product is sent. heard_ns: likewise, by station.
-    windows: of contact.
+    windows: of contact. now_ns: of the tick.
     """
 
     def __init__(self, config: Link) -> None:
@@ -58,7 +58,7 @@ class Downlink:
         self._frames: dict[tuple[str, int], bytes] = {}  # (message, part) -> newest frame, in the order first waited
         self._due_ns = dict.fromkeys(("HEARTBEAT", *MESSAGES), 0)
         self._period_ns = {m: round(1e9 / rate_hz(m)) for m in MESSAGES} | {"HEARTBEAT": _HEARTBEAT_NS}
-        self._sample_ns = self._now_ns = 0
+        self._sample_ns = self.now_ns = 0
         self.mode, self.shedding = Mode.BOOT, False
         self.last_contact_ns = 0
         self.heard_ns: dict[int, int] = {}
@@ -76,7 +76,7 @@ class Downlink:
 
         Those whose start time has come are first: a stop that arrives with them ends them.
         """
-        self._now_ns = now_ns
+        self.now_ns = now_ns
         orders = self._executor.due(now_ns, self.mode) if self._executor.held else []
         for message in messages:
             if not message.accepted:
@@ -110,7 +110,7 @@ class Downlink:
 
     def _contact(self, message: LinkMessage, now_ns: int) -> None:
         self.heard_ns[message.station] = now_ns
-        if not self.windows.near(now_ns, _NEAR_NS):
+        if self.windows.spans and not self.windows.near(now_ns, _NEAR_NS):
             self._answer_until_ns = now_ns + _ANSWER_NS
         if message.verdict == UNKEPT:
             who = f"the mark of a command of station {message.station}"
@@ -131,19 +131,23 @@ class Downlink:
         if request_id >> 32 == 0:
             self.own[request_id] = (state, text)
             return
-        self._executor.report(request_id, state, self._now_ns, text, data)
+        self._executor.report(request_id, state, self.now_ns, text, data)
 
     def event(self, event: Event) -> None:
         """Tell the ground; kept until acknowledged."""
         self._events.add(self._packer.event(event, self._events.serial + 1), event.now_ns)
 
+    def permit(self, check: Callable[[str, int], None]) -> None:
+        """Who may command: check(name, station) raises RefusedError before an order is made."""
+        self._executor.permit = check
+
     def cancel_waiting(self, reason: str) -> None:
         """No order that waits for its start time is started any more."""
-        self._executor.cancel_waiting(self._now_ns, reason)
+        self._executor.cancel_waiting(self.now_ns, reason)
 
     def offer(self, name: str, data: bytes, codec: str, priority: int = 0) -> int:
         """Send an object; its id, which a report may name. An unfinished older one of the same name is given up."""
-        return self._bulk.offer(name, data, codec, self._now_ns, priority)
+        return self._bulk.offer(name, data, codec, self.now_ns, priority)
 
     @property
     def refused_count(self) -> int:
@@ -173,7 +177,7 @@ class Downlink:
 
     def send(self, now_ns: int) -> tuple[Payload, ...]:
         """Payloads that may go now."""
-        self._now_ns = now_ns
+        self.now_ns = now_ns
         if self.windows.spans and not self._may_speak(now_ns):
             return ()
         self._tokens = min(self._depth, self._tokens + (now_ns - self._filled_ns) * self._rate_Bpns)

@@ -27,21 +27,25 @@ class Lease:
         self.holder = 0
         self._line: list[Order] = []  # those that wait, one of each station, in the order they asked
         self.events: list[Event] = []
+        downlink.permit(self.permit)
         self.orders = {"lease_ask": self._ask, "lease_release": self._release, "lease_show": self._show}
 
-    def check(self, order: Order, ctx: Context) -> None:
-        """Lets an order pass, taking a free lease for its station. Raises RefusedError where another one holds it."""
-        if order.station == 0 or command(order.name).free or order.station == self.holder:
-            return
-        if self.holder:
-            raise RefusedError(f"{command(order.name).typed}: station {self.holder} holds the lease (heard "
-                               f"{self._silent_ns(self.holder, ctx) / 1e9:.0f} s ago); allowed: stop, safe, questions, "
+    def permit(self, name: str, station: int) -> None:
+        """Raises RefusedError where another station holds the lease that a command needs; takes nothing."""
+        if self.holder not in (0, station) and station and not command(name).free:
+            raise RefusedError(f"{command(name).typed}: station {self.holder} holds the lease (heard "
+                               f"{self._silent_ns(self.holder) / 1e9:.0f} s ago); allowed: stop, safe, questions, "
                                "`lease ask`")
-        self._give(order.station, ctx, "it was free")
+
+    def check(self, order: Order, ctx: Context) -> None:
+        """Lets an order pass, taking a free lease for its station. Raises RefusedError as `permit` does."""
+        self.permit(order.name, order.station)
+        if not self.holder and order.station and not command(order.name).free:
+            self._give(order.station, ctx, "it was free")
 
     def step(self, ctx: Context) -> None:
         """A holder that has fallen silent has it no longer."""
-        if self.holder and self._silent_ns(self.holder, ctx) > self._silence_ns:
+        if self.holder and self._silent_ns(self.holder) > self._silence_ns:
             self._pass_on(ctx, f"station {self.holder} was not heard for {self._silence_ns / 1e9:.0f} s")
 
     def digest_items(self) -> tuple[int, ...]:
@@ -67,17 +71,17 @@ class Lease:
         if order.station != self.holder:
             waiting = [other for other in self._line if other.station == order.station]
             if not waiting:
-                raise RefusedError(f"station {order.station} does not hold the lease: {self._words(ctx)}")
+                raise RefusedError(f"station {order.station} does not hold the lease: {self._words()}")
             self._line.remove(waiting[0])
             self._downlink.report(waiting[0].request_id, State.CANCELLED, "no longer asked for")
             self._downlink.report(order.request_id, State.COMPLETED, "no longer asked for")
             return
         self._pass_on(ctx, f"station {order.station} released it")
-        self._downlink.report(order.request_id, State.COMPLETED, self._words(ctx))
+        self._downlink.report(order.request_id, State.COMPLETED, self._words())
 
     def _show(self, order: Order, ctx: Context) -> None:
         data = (self.holder, *(other.station for other in self._line))
-        self._downlink.report(order.request_id, State.COMPLETED, self._words(ctx), data)
+        self._downlink.report(order.request_id, State.COMPLETED, self._words(), data)
 
     # -- who holds it ------------------------------------------------------------------------------------------
 
@@ -85,7 +89,7 @@ class Lease:
         self.holder = 0
         while self._line:
             order = self._line.pop(0)
-            if self._silent_ns(order.station, ctx) <= self._silence_ns:
+            if self._silent_ns(order.station) <= self._silence_ns:
                 self._give(order.station, ctx, why)
                 self._downlink.report(order.request_id, State.COMPLETED, why)
                 return
@@ -96,15 +100,15 @@ class Lease:
         self.holder = station
         self._tell(ctx, f"station {station} holds it: {why}")
 
-    def _silent_ns(self, station: int, ctx: Context) -> int:
-        return ctx.now_ns - self._downlink.heard_ns.get(station, 0)
+    def _silent_ns(self, station: int) -> int:
+        return self._downlink.now_ns - self._downlink.heard_ns.get(station, 0)
 
-    def _words(self, ctx: Context) -> str:
+    def _words(self) -> str:
         line = ", ".join(str(order.station) for order in self._line)
         waits = f"; waiting: {line}" if line else ""
         if not self.holder:
             return "nobody holds it" + waits
-        return f"station {self.holder} holds it, heard {self._silent_ns(self.holder, ctx) / 1e9:.0f} s ago{waits}"
+        return f"station {self.holder} holds it, heard {self._silent_ns(self.holder) / 1e9:.0f} s ago{waits}"
 
     def _tell(self, ctx: Context, text: str) -> None:
         self.events.append(Event(ctx.now_ns, "info", "LEASE", text))

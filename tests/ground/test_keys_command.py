@@ -104,7 +104,8 @@ def test_a_viewer_which_has_no_command_key_cannot_command(made, tmp_path, monkey
     monkeypatch.setattr(operate, "WallClock", VirtualClock)
     for words in (["goto", "1", "2"], ["stop"], ["lease", "ask"]):
         code, _, err = ended(capsys, *words, "--station", str(tmp_path / "ground.toml"))
-        assert (code, err) == (78, "ground: this station has no command key (command_keys): it may watch, not command\n")
+        assert (code, err) == (
+            78, "ground: this station has no command key (command_keys): it may watch, not command\n")
 
 
 def test_a_viewers_session_seals_nothing_whatever_is_asked(made):
