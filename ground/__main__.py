@@ -11,25 +11,27 @@ import json
 import signal
 import sqlite3
 import sys
+import time
 from pathlib import Path
 from typing import Annotated, Any, NoReturn
 
 import typer
 
-from ground import show, verbs
+from ground import keys_command, show, verbs
 from ground.clock import ClockError
 from ground.operate import FAILED, TEMPORARY, Plan, Teller, operate
 from ground.report_command import report_command
+from ground.schedule import utc_ns, utc_words
 from ground.script import ScriptError, Step, parse
 from ground.session import Session
-from ground.settings import NoStationError, load_settings
+from ground.settings import NoStationError, load_schedule, load_settings, station_keys
 from ground.station import StationError
 from ground.verbs import Contact, Json, Start, StationFile, Timeout
 from onboard.config import ConfigError
 from protocol import commands
 from protocol.barrier import parse_address
 from protocol.products import LDEM_CODEC, decode_ldem
-from protocol.transactions import State
+from protocol.transactions import Code, State
 
 USAGE, NO_INPUT, UNAVAILABLE, CANNOT_CREATE, CONFIG, INTERRUPTED = 64, 66, 69, 73, 78, 130
 
@@ -65,6 +67,9 @@ def _leave(code: int, session: Session) -> NoReturn:
 def _failure(session: Session) -> str:
     """What the rover said of what did not succeed: cancelled, where nothing worse happened."""
     lost = [r for r in session.requester.requests.values() if r.state != State.COMPLETED]
+    own = [r.report.text for r in lost if r.report is not None and r.report.code == Code.VERSION]
+    if own:
+        return own[0]
     if not lost or any(request.state != State.CANCELLED for request in lost):
         return "the rover reported a failure"
     report = lost[0].report
@@ -75,13 +80,27 @@ def _last_words(text: str) -> None:
     sys.stderr.write(f"ground: {text}\n")
 
 
-def _one(words: list[str], contact_s: float, timeout_s: float, lifetime_s: float = 60.0, start_s: float = 0.0) -> Plan:
+def _start(word: str) -> tuple[float, int]:
+    """Onboard time in s, or UTC in ns; the other one is 0."""
+    try:
+        if "T" in word:
+            return 0.0, utc_ns(word)
+        if (start_s := float(word)) >= 0.0:  # no NaN passes
+            return start_s, 0
+    except ValueError:
+        pass
+    raise typer.BadParameter(f"{word!r} should be seconds of onboard time or UTC like 2026-11-22T12:00:00Z",
+                             param_hint="--start")
+
+
+def _one(words: list[str], contact_s: float, timeout_s: float, lifetime_s: float = 60.0, start: str = "0") -> Plan:
     """The plan of a single command."""
     try:
         name, arguments = commands.parse(words)
     except ValueError as error:
         raise typer.BadParameter(str(error)) from None
-    step = Step(1, " ".join(words), "command", name, arguments, None, start_s=start_s)
+    start_s, start_utc_ns = _start(start)
+    step = Step(1, " ".join(words), "command", name, arguments, None, 0.0, start_s, start_utc_ns)
     return Plan((step,), contact_s=contact_s, limit_s=timeout_s, lifetime_s=lifetime_s)
 
 
@@ -93,7 +112,7 @@ def goto(
     y_m: Annotated[float, typer.Argument(metavar="Y", help="North in the map frame, m.")],
     heading: Annotated[float | None, typer.Option(metavar="DEG", help="Final heading, degrees from east.")] = None,
     expires: Annotated[float, typer.Option(min=0, metavar="S", help="Not begun if it arrives later; 0: any.")] = 60.0,
-    start: Start = 0.0,
+    start: Start = "0",
     timeout: Timeout = 0.0,
     contact: Contact = 20.0,
     station: StationFile = None,
@@ -106,7 +125,7 @@ def goto(
 
 def _verb(words: list[str], options: dict[str, Any]) -> None:
     """Carries out a verb that is made from the table."""
-    plan = _one(words, options["contact"], options["timeout"], start_s=options["start"])
+    plan = _one(words, options["contact"], options["timeout"], start=options["start"])
     code, session = _run(options["station"], plan, options["as_json"])
     sent = commands.command(plan.steps[0].name).sends
     for product in reversed(session.products.values()):
@@ -116,8 +135,36 @@ def _verb(words: list[str], options: dict[str, Any]) -> None:
     _leave(code, session)
 
 
-_OWN = {"goto", "status", "get"}
-verbs.add(app, [row for row in commands.TABLE if row.name not in _OWN], _verb)
+def _rotate(epoch: int, timeout_s: float, contact_s: float, station: Path | None, as_json: bool) -> None:
+    _leave(*_run(station, _one(["keys", "rotate", str(epoch)], contact_s, timeout_s), as_json))
+
+
+_OWN = {"goto", "status", "get", "keys_rotate"}
+_families = verbs.add(app, [row for row in commands.TABLE if row.name not in _OWN], _verb)
+app.add_typer(keys_command.app(_rotate), name="keys")
+
+
+@_families["contacts"].command("show", epilog="Example: ground contacts show")
+def contacts_show(station: StationFile = None) -> None:
+    """List the station's contact windows, and whether one is open now; the rover is not asked."""
+    settings = load_settings(station)
+    schedule = load_schedule(settings)
+    for begin_ns, end_ns in schedule.windows.spans:
+        edges = (utc_words(at) if schedule.utc else f"{at / 1e9:g} s" for at in (begin_ns, end_ns))
+        _out(f"{'  '.join(edges)}  {(end_ns - begin_ns) / 1e9:.0f} s{'' if schedule.utc else '  (onboard time)'}")
+    session = Session(station_keys(settings), settings.station, schedule=schedule, utc_ns=time.time_ns())
+    _out(show.contact_words(session, 0))
+
+
+@_families["contacts"].command("send", epilog="Example: ground contacts send")
+def contacts_send(
+    timeout: Timeout = 60.0, contact: Contact = 20.0, station: StationFile = None, as_json: Json = False
+) -> None:
+    """Tell the rover the station's next windows (at most 16), in onboard time as it is known here."""
+    if not load_schedule(load_settings(station)).windows.spans:
+        raise typer.BadParameter("the station has none: name a file of windows as `contacts` in the station file")
+    step = Step(1, "contacts send", "contacts", "contacts_set", {}, None)
+    _leave(*_run(station, Plan((step,), contact_s=contact, limit_s=timeout), as_json))
 
 
 @app.command(epilog="Examples: ground status | ground status --json")
@@ -132,7 +179,9 @@ def status(
     else:
         for name, item in known["items"].items():
             _out(show.item_line(name, item))
-        _out(f"{'rtt_s':24} {known['link']['rtt_s']:.2f}")
+        for name in ("rtt_s", "epoch", "versions", "contact", "clock"):
+            words = known["link"][name]
+            _out(f"{name:24} {words if isinstance(words, str) else f'{words:g}'}")
     _leave(code, session)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import time
 from collections.abc import Callable
 from contextlib import ExitStack
@@ -12,9 +13,10 @@ from ground.archive import Archive
 from ground.clock import Clock, LockstepClock, WallClock
 from ground.contact import Contact
 from ground.script import Runner, Step
-from ground.session import Item, News, Progress, Session
+from ground.session import VIEWER, Item, News, Progress, Session
 from ground.settings import Settings
 from ground.station import TO_HAVE_A_ROVER, Station, StationError
+from onboard.config import ConfigError
 
 OK, FAILED, UNAVAILABLE, TEMPORARY = 0, 1, 69, 75
 _LINK_LIMIT_S, _ALONE_LIMIT_S = 20.0, 3.0
@@ -39,6 +41,7 @@ class Teller:
         self._out, self._json, self._report_ns = out, as_json, round(report_s * 1e9)
         self._next_ns = 0
         self._progress: dict[str, int] = {}
+        self._inside = True
 
     def news(self, news: list[News]) -> None:
         """What was heard in one turn. Progress only each tenth part."""
@@ -62,6 +65,15 @@ class Teller:
             self._next_ns = now_ns + self._report_ns
             self._out(show.status_line(session, now_ns))
 
+    def contact(self, session: Session, now_ns: int) -> None:
+        """In contact or not, where that has changed."""
+        inside = session.in_contact(now_ns)
+        if inside != self._inside:
+            self._inside = inside
+            words = show.contact_words(session, now_ns)
+            self._out(json.dumps({"news": "contact", "at_ns": now_ns, "open": inside, "text": words}) if self._json
+                      else show.contact_line(session, now_ns))
+
     def silence(self, silent_s: float, now_ns: int) -> None:
         """Nothing was heard of the rover for so long."""
         self._out((show.silence_json if self._json else show.silence_line)(silent_s, now_ns))
@@ -83,11 +95,14 @@ def operate(settings: Settings, plan: Plan, teller: Teller) -> tuple[int, Sessio
         utc_ns = 0 if lockstep else time.time_ns()
         archive = stack.enter_context(Archive(settings.archive or ":memory:", utc_ns))
         station = stack.enter_context(Station(settings, archive))
+        if plan.steps and station.session.viewer:
+            raise ConfigError(VIEWER)
         # The emulator says HELLO only after our probe, the bench starts only after both: knock before the barrier.
         limits_s = (6 * _LINK_LIMIT_S,) * 2 if lockstep else (_LINK_LIMIT_S, _ALONE_LIMIT_S)
         station.wait_open(*limits_s)
         clock: Clock = LockstepClock(plan.barrier) if lockstep else WallClock()
         stack.enter_context(clock)
+        station.session.utc_ns = 0 if lockstep else time.time_ns()  # the clock's zero is now
         return _turns(station, clock, plan, teller), station.session
 
 
@@ -104,6 +119,7 @@ def _turns(station: Station, clock: Clock, plan: Plan, teller: Teller) -> int:
         if plan.steps:
             teller.begun(runner.step(session, now_ns), now_ns)
         station.flush(now_ns)
+        teller.contact(session, now_ns)
         teller.status(session, now_ns)
         code = _end(runner, session, plan, now_ns)
         if code is not None:
@@ -116,7 +132,7 @@ def _turns(station: Station, clock: Clock, plan: Plan, teller: Teller) -> int:
 
 def _watch(contact: Contact, station: Station, clock: Clock, teller: Teller, now_ns: int) -> None:
     silent_s = contact.silent_s(station.session.heard_ns, now_ns)
-    if silent_s is not None:
+    if silent_s is not None and station.session.in_contact(now_ns):
         teller.silence(silent_s, now_ns)
     if not clock.repeatable and contact.closed(station.linked, now_ns):
         raise StationError("the link's carrier has closed; the rover carries on with what it was told")
@@ -125,8 +141,28 @@ def _watch(contact: Contact, station: Station, clock: Clock, teller: Teller, now
 def _end(runner: Runner, session: Session, plan: Plan, now_ns: int) -> int | None:
     if plan.steps and runner.result is not None:
         return OK if runner.result else FAILED
-    if plan.contact_s and session.heard_ns is None and now_ns > plan.contact_s * 1e9:
-        raise StationError(f"nothing heard of the rover within {plan.contact_s:g} s; {TO_HAVE_A_ROVER}")
+    since_ns = session.contact_since_ns(now_ns)
+    waited = since_ns is not None and now_ns - since_ns > plan.contact_s * 1e9
+    if plan.contact_s and session.heard_ns is None and waited:
+        raise StationError(f"nothing heard of the rover within {plan.contact_s:g} s; {_heard_instead(session)}")
     if plan.limit_s and now_ns > plan.limit_s * 1e9:
         return TEMPORARY
     return None
+
+
+_REFUSED_FOR = {
+    "tag": "sealed with another key: is downlink_key the rover's? `ground keys show-ids` here and there",
+    "epoch": "sealed in a key epoch that is not loaded here, or an older one",
+    "boot": "of an earlier start than was heard before; has the rover lost its state.folder?",
+    "replay": "heard before",
+    "length": "no datagrams of this link",
+}
+
+
+def _heard_instead(session: Session) -> str:
+    """What came and was refused, the most frequent first; else how to have a rover."""
+    refused = [kind for kind in session.counts if kind != "ok"]
+    if not refused:
+        return TO_HAVE_A_ROVER
+    kind = max(refused, key=lambda kind: session.counts[kind])
+    return f"{session.counts[kind]} datagrams came that are {_REFUSED_FOR.get(kind, f'refused: {kind}')}"

@@ -22,7 +22,10 @@ class ScriptError(ValueError):
 
 
 class Step(NamedTuple):
-    """One line. verb: 'command', 'wait' (of a command) or 'pause'. at_s: not before this time; None: at once."""
+    """One line. verb: 'command', 'contacts' (the station's own), 'wait' (of a command) or 'pause'.
+
+    at_s: not before this time; None: at once.
+    """
 
     line: int
     text: str
@@ -32,6 +35,7 @@ class Step(NamedTuple):
     at_s: float | None
     pause_s: float = 0.0
     start_s: float = 0.0  # of a command: onboard time before which it is not to begin
+    start_utc_ns: int = 0  # likewise in UTC; it is asked once onboard time is known
 
 
 def parse(text: str, where: str = "script") -> list[Step]:
@@ -118,8 +122,10 @@ class Runner:
         self._pause_until_ns = self._waiting_for = None
         if self._next == len(self._steps):
             return True
-        at_s = self._steps[self._next].at_s
-        return at_s is None or now_ns >= round(at_s * 1e9)
+        step = self._steps[self._next]
+        if (step.start_utc_ns or step.verb == "contacts") and session.far_clock.onboard_ns(now_ns) is None:
+            return False
+        return step.at_s is None or now_ns >= round(step.at_s * 1e9)
 
     def _begin(self, step: Step, session: Session, now_ns: int) -> None:
         if step.verb == "pause":
@@ -129,7 +135,12 @@ class Runner:
         else:
             # Stop and safe must act however late they come.
             lifetime_s = self._lifetime_s if commands.command(step.name).moves else 0.0
-            request_id = session.request(step.name, step.arguments, now_ns, lifetime_s, step.start_s)
+            start_s, arguments = step.start_s, step.arguments
+            if step.start_utc_ns:
+                start_s = (session.onboard_of_utc_ns(step.start_utc_ns, now_ns) or 0) / 1e9
+            if step.verb == "contacts":
+                arguments = {"windows_s": session.windows_for_rover(now_ns) or ()}
+            request_id = session.request(step.name, arguments, now_ns, lifetime_s, start_s)
             self.asked.append((request_id, step))
             if step.name == "get" or commands.command(step.name).sends:
                 self._waiting_for = request_id

@@ -4,19 +4,24 @@
     request(name, arguments, now) -> request id, kept asking until its outcome is known
     send(now) -> datagrams: requests, bitmaps of transfers, acknowledgements of events
 
-Nothing is sent before the rover was heard: its boot id is part of every uplink datagram. Times are the station's clock;
-`FarClock` turns them into onboard time for the expiry of requests.
+Nothing but what halts the rover is sent before it was heard: its boot id is part of every uplink datagram, and what it
+was built from has to be as here. Times are the station's clock; `FarClock` turns them into onboard time.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import NamedTuple
 
+from ground.far_clock import FarClock
+from ground.schedule import Schedule
 from ground.telemetry import TelemetryReceiver, Value
 from protocol import WireError, bulk, commands, transactions
+from protocol.contacts import Windows
 from protocol.link import DOWNLINK_KEY_ID, Kind, LinkKeys, Opener, Sealer, payload_limit
+from protocol.versions import OURS, Versions
 
+VIEWER = "this station has no command key (command_keys): it may watch, not command"
+_VERSION_ITEMS = tuple(f"{name}_version" for name in Versions._fields)
 _BULK_WAKE_NS = 100_000_000
 _BULK_TAIL_NS = 10_000_000_000
 
@@ -68,51 +73,46 @@ class Progress(NamedTuple):
 News = Item | EventHeard | ReportHeard | ProductHeard | Progress
 
 
-@dataclass(slots=True)
-class FarClock:
-    """Onboard time as seen from here: the smallest age of what was heard is taken for the one-way delay's own."""
+class Kept(NamedTuple):
+    """What a station still knows of the rover from before: newest boot id, epoch (-1: the first), newest counter of it.
 
+    heard: highest downlink counter of that boot, -1: none. rtt_ns: 0: not known.
+    """
+
+    boot_id: int = 0
+    epoch: int = -1
+    heard: int = -1
     rtt_ns: int = 0
-    _ahead_ns: int | None = None
 
-    def hear(self, onboard_ns: int, now_ns: int) -> None:
-        """A stamp of the rover that arrived now."""
-        ahead_ns = onboard_ns - now_ns
-        self._ahead_ns = ahead_ns if self._ahead_ns is None else max(self._ahead_ns, ahead_ns)
 
-    def forget(self) -> None:
-        """The rover booted: its clock begins anew."""
-        self._ahead_ns = None
-
-    def measure(self, answered_ns: int) -> None:
-        """The first answer to a request came after this time: a round trip, and more where its first copy was lost.
-
-        So a smaller one is taken at once and a larger one only by an eighth.
-        """
-        larger_ns = self.rtt_ns + (answered_ns - self.rtt_ns) // 8
-        self.rtt_ns = answered_ns if not self.rtt_ns else min(answered_ns, larger_ns)
-
-    def onboard_ns(self, now_ns: int) -> int | None:
-        """What the rover's clock shows about now; None until it was heard."""
-        return None if self._ahead_ns is None else now_ns + self._ahead_ns + self.rtt_ns // 2
+NOTHING, ALWAYS = Kept(), Schedule()
 
 
 class Session:
     """The station's state: what was asked, what is known of the rover, what is on its way."""
 
-    def __init__(self, keys: LinkKeys, station: int, *, up_bps: float = 256e3, newest_boot_id: int = 0) -> None:
-        key = keys.command.key(station)
-        if key is None:
+    def __init__(
+        self, keys: LinkKeys, station: int, *, up_bps: float = 256e3, kept: Kept = NOTHING,
+        schedule: Schedule = ALWAYS, utc_ns: int = 0,
+    ) -> None:  # fmt: skip
+        """schedule: of contacts. utc_ns: at the zero of the station's clock."""
+        self.viewer = not keys.command.key_ids
+        if not self.viewer and keys.command.key(station) is None:
             raise ValueError(f"no key of station {station}")
         self.station = station
-        self.sealer = Sealer(key, station, newest_boot_id, epoch=keys.command.epochs[-1])
+        self._keys, self._schedule, self.utc_ns = keys, schedule, utc_ns
+        self._opener = Opener(keys.downlink, newest_boot_id=kept.boot_id, epoch=None if kept.epoch < 0 else kept.epoch)
+        if kept.heard >= 0:
+            self._opener.heard_before(DOWNLINK_KEY_ID, kept.heard)
+        epoch = self._opener.epoch
+        self.sealer = Sealer(keys.command.key(station, epoch) or b"", station, kept.boot_id, epoch=epoch)
         self.requester = transactions.Requester(station)
-        self.far_clock = FarClock()
+        self.far_clock = FarClock(kept.rtt_ns)
         self.items: dict[str, Item] = {}
         self.products: dict[int, bulk.Product] = {}
         self.counts: dict[str, int] = {"ok": 0}
         self.heard_ns: int | None = None
-        self._opener = Opener(keys.downlink, newest_boot_id=newest_boot_id)
+        self.versions: Versions | None = None
         self._bulk = bulk.Receiver(payload_limit(up_bps))
         self._bulk_heard_ns: int | None = None
         self._product_ns: dict[int, int] = {}
@@ -124,14 +124,58 @@ class Session:
         """The newest heard of the rover; 0 until then."""
         return self._opener.boot_id
 
+    @property
+    def kept(self) -> Kept:
+        """What should outlive this station."""
+        heard = self._opener.highest(DOWNLINK_KEY_ID)
+        return Kept(self.boot_id, self._opener.epoch, heard, self.far_clock.rtt_ns)
+
+    @property
+    def mismatch(self) -> str:
+        """What the rover was built from that is not as here, both named; '' where all is alike or nothing is known."""
+        return "" if self.versions is None else OURS.differences(self.versions)
+
+    @property
+    def commanding(self) -> bool:
+        """Whether ordinary commands go out: the rover was heard and is of our versions. What halts it always does."""
+        return bool(self.boot_id) and self.versions == OURS
+
+    def windows(self, now_ns: int) -> Windows | None:
+        """Of contact, on this station's clock; None while they are in onboard time and that is not known."""
+        return self._schedule.here(self.utc_ns, self.far_clock, now_ns)
+
+    def in_contact(self, now_ns: int) -> bool:
+        """Whether something may be sent now."""
+        windows = self.windows(now_ns)
+        return windows is not None and windows.is_open(now_ns)
+
+    def contact_since_ns(self, now_ns: int) -> int | None:
+        """When the present contact began, 0 where there are no windows; None outside."""
+        windows = self.windows(now_ns)
+        if windows is None or not windows.is_open(now_ns):
+            return None
+        return max((begin for begin, _ in windows.spans if begin <= now_ns), default=0)
+
+    def onboard_of_utc_ns(self, utc_ns: int, now_ns: int) -> int | None:
+        """Onboard time of a UTC instant; None until the rover was heard."""
+        onboard_ns = self.far_clock.onboard_ns(now_ns)
+        return None if onboard_ns is None else onboard_ns + (utc_ns - self.utc_ns - now_ns)
+
+    def windows_for_rover(self, now_ns: int) -> tuple[float, ...] | None:
+        """The next contact windows as `contacts_set` takes them; None until the rover was heard."""
+        return self._schedule.for_rover(self.utc_ns, self.far_clock, now_ns)
+
     def request(self, name: str, arguments: commands.Arguments, now_ns: int, lifetime_s: float = 0.0,
                 start_s: float = 0.0) -> int:
         """A new request, its id. It is not executed when it arrives later than its lifetime (0: any time).
 
         start_s: onboard time before which it is not to begin (0: at once); the lifetime counts from then.
 
-        Raises ValueError as commands.check does.
+        Raises ValueError as commands.check does, and at a viewer. Where the rover is known to be of other versions it
+        has FAILED at once, unless it halts the rover.
         """
+        if self.viewer:
+            raise commands.RefusedError(VIEWER)
         onboard_ns = self.far_clock.onboard_ns(now_ns)
         issued_ns = max(0, onboard_ns or 0)
         start_ns = round(start_s * 1e9)
@@ -140,9 +184,17 @@ class Session:
         request_id = self.requester.request(
             name, arguments, now_ns, issued_ns=issued_ns, expiry_ns=expiry_ns, start_ns=start_ns
         )
-        if self.boot_id:
+        if self.mismatch:
+            self._refuse(now_ns)
+        elif self.commanding and self.in_contact(now_ns):
             self._timed.add(request_id)  # it goes out at once, so its answer tells the round trip
         return request_id
+
+    def _refuse(self, now_ns: int) -> list[News]:
+        """Both ends do not speak of the same thing: no command but those that halt the rover."""
+        reports = self.requester.refuse(f"not sent: {self.mismatch}; only stop, safe, emergency-stop", now_ns)
+        named = self.requester.requests
+        return [ReportHeard(now_ns, named[report.request_id].telecommand.name, report) for report in reports]
 
     def awaits_product(self, request_id: int) -> bool:
         """Whether a request is completed and what it sends is to come, or has."""
@@ -169,6 +221,8 @@ class Session:
                 raise WireError("sender", f"key {opened.station}")
             if self.boot_id != before:
                 self._rover_booted(before, now_ns)
+            if self._opener.epoch != self.sealer.epoch and not self.viewer:
+                self.sealer.use(self._keys.command.key(self.station, self._opener.epoch) or b"", self._opener.epoch)
             self.heard_ns = now_ns
             news = self._dispatch(opened.kind, opened.payload, now_ns)
         except WireError as error:
@@ -179,6 +233,7 @@ class Session:
 
     def _rover_booted(self, before: int, now_ns: int) -> None:
         self.sealer.boot_id = self.boot_id
+        self.versions = None
         if before:
             self.requester.rover_booted(self.boot_id, now_ns)
             self.far_clock.forget()
@@ -207,7 +262,15 @@ class Session:
                 news.append(EventHeard(now_ns, *one))
         if any(isinstance(one, Value) for one in heard):
             self.far_clock.hear(self._telemetry.onboard_ns, now_ns)
-        return news
+        return news + self._compare({one.name: int(one.value) for one in heard if isinstance(one, Value)
+                                     and one.name in _VERSION_ITEMS}, now_ns)
+
+    def _compare(self, told: dict[str, int], now_ns: int) -> list[News]:
+        """The rover's versions; news where what is asked is now refused for them."""
+        if len(told) < len(_VERSION_ITEMS):
+            return []
+        self.versions = Versions(*(told[name] for name in _VERSION_ITEMS))
+        return self._refuse(now_ns) if self.mismatch else []
 
     def _take_report(self, payload: bytes, now_ns: int) -> list[News]:
         report = self.requester.receive(payload, now_ns)
@@ -233,20 +296,32 @@ class Session:
         return [Progress(now_ns, name, have, total) for name, (have, total) in self._bulk.progress().items()]
 
     def send(self, now_ns: int) -> list[bytes]:
-        """Sealed datagrams that are due. Empty until the rover was heard."""
-        if not self.boot_id:
+        """Sealed datagrams that are due; none outside of contact.
+
+        What halts the rover goes to any boot; nothing else does before the rover was heard.
+        """
+        if self.viewer or not self.in_contact(now_ns):
             return []
         self.sealer.boot_id = self.boot_id
-        payloads: list[tuple[Kind, bytes]] = [(Kind.TELECOMMAND, p) for p in self.requester.send(now_ns)]
-        payloads += [(Kind.REPORT, p) for p in self._telemetry.acknowledgements(now_ns)]
+        asked = self.requester.send(now_ns, halting_only=not self.commanding)
+        sealed = [self.sealer.seal_halt(p) if commands.halts(p) else self.sealer.seal(Kind.TELECOMMAND, p)
+                  for p in asked]
+        if not self.boot_id:
+            return sealed
+        payloads = [(Kind.REPORT, p) for p in self._telemetry.acknowledgements(now_ns)]
         payloads += [(Kind.BULK_BITMAP, p) for p in self._bulk.send(now_ns)]
-        return [self.sealer.seal(kind, payload) for kind, payload in payloads]
+        return sealed + [self.sealer.seal(kind, payload) for kind, payload in payloads]
 
     def next_due_ns(self, now_ns: int) -> int | None:
         """When `send` should be called again; None: not before something was heard."""
-        if not self.boot_id:
+        due = [self.requester.next_due_ns(halting_only=not self.commanding)]
+        if self.viewer:
             return None
-        due = [self.requester.next_due_ns(), self._telemetry.next_due_ns()]
+        if not self.in_contact(now_ns):
+            windows = self.windows(now_ns)
+            return None if windows is None else windows.next_begin_ns(now_ns)
+        if self.boot_id:
+            due.append(self._telemetry.next_due_ns())
         if self._bulk_heard_ns is not None and (
             self._bulk.progress() or now_ns - self._bulk_heard_ns < _BULK_TAIL_NS
         ):

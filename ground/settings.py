@@ -6,9 +6,10 @@ import tomllib
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from ground.schedule import Schedule, parse
 from onboard.config import ConfigError, from_tree, value
 from onboard.drivers.key_file import read_keys
-from protocol.link import KEY_DOWN, KEY_UP, LinkKeys, bench_keys
+from protocol.link import KEY_DOWN, KEY_UP, Keyring, LinkKeys, bench_keys
 
 PLACES = (Path("ground.toml"), Path("build/sim/ground.toml"))
 
@@ -19,11 +20,12 @@ class Settings:
 
     endpoint: str = value("tcp/127.0.0.1:7448", "zenoh locator of the link's ground side")
     station: int = value(1, "key id of this station", low=1, high=255)
-    command_keys: str = value("", "file with this station's key (mode 0600)")
+    command_keys: str = value("", "file with this station's key (mode 0600); empty beside a downlink_key: a viewer")
     downlink_key: str = value("", "file with the rover's key (mode 0600)")
     bench_seed: int = value(-1, "where no key files are named: keys from this seed; bench only", low=-1, high=2**31)
     state: str = value("", "folder of the counters that outlive the station; empty: a bench run from zero")
     archive: str = value("", "SQLite file of everything sent and heard; empty: none")
+    contacts: str = value("", "file of contact windows, see docs; empty: the link carries at any time")
     up_bps: float = value(256_000.0, "line rate of the uplink", low=1000, high=1e10)
     report_s: float = value(5.0, "time between status lines of a script", low=0.1, high=3600)
 
@@ -47,19 +49,22 @@ def load_settings(path: Path | None) -> Settings:
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise ConfigError(f"{path}: not valid TOML: {error}") from error
     settings = from_tree(Settings, tree, str(path))
-    beside = {name: str(path.parent / text) for name in ("command_keys", "downlink_key", "state", "archive")
+    beside = {name: str(path.parent / text) for name in ("command_keys", "downlink_key", "state", "archive", "contacts")
               if (text := getattr(settings, name))}
     return replace(settings, **beside)
 
 
 def station_keys(settings: Settings) -> LinkKeys:
     """Both directions' keys, from the files or from the bench's seed. Raises ConfigError."""
-    if settings.command_keys and settings.downlink_key:
+    if settings.downlink_key:
         if not settings.state:
             raise ConfigError("state: with key files a folder is needed, where the counters outlive the station")
-        keys = LinkKeys(read_keys(settings.command_keys, KEY_UP), read_keys(settings.downlink_key, KEY_DOWN))
-    elif settings.command_keys or settings.downlink_key:
-        raise ConfigError("command_keys, downlink_key: name both files, or neither on a bench")
+        down = read_keys(settings.downlink_key, KEY_DOWN)
+        if not settings.command_keys:
+            return LinkKeys(Keyring(KEY_UP, {}, down.epochs), down)
+        keys = LinkKeys(read_keys(settings.command_keys, KEY_UP), down)
+    elif settings.command_keys:
+        raise ConfigError("downlink_key: name this file too; without it nothing of the rover can be heard")
     elif settings.bench_seed < 0:
         raise ConfigError("command_keys, downlink_key: no key files named (on a bench set bench_seed)")
     else:
@@ -68,3 +73,15 @@ def station_keys(settings: Settings) -> LinkKeys:
         known = ", ".join(map(str, keys.command.key_ids))
         raise ConfigError(f"station = {settings.station}: no key of that id; known: {known}")
     return keys
+
+
+def load_schedule(settings: Settings) -> Schedule:
+    """The contact windows that the settings name. Raises ConfigError, one line."""
+    if not settings.contacts:
+        return Schedule()
+    try:
+        return parse(Path(settings.contacts).read_text(), settings.contacts)
+    except OSError as error:
+        raise ConfigError(f"contacts: {settings.contacts}: {error.strerror}") from error
+    except ValueError as error:
+        raise ConfigError(f"contacts: {error}") from None

@@ -7,6 +7,7 @@ import math
 from enum import IntEnum
 from typing import Any
 
+from ground.schedule import utc_words
 from ground.session import EventHeard, News, ProductHeard, Progress, ReportHeard, Session
 from protocol.modes import Mode, Phase
 from protocol.telemetry import out_of_limits
@@ -57,6 +58,37 @@ def silence_json(silent_s: float, now_ns: int) -> str:
     return json.dumps({"news": "silence", "at_ns": now_ns, "silent_s": silent_s})
 
 
+def contact_line(session: Session, now_ns: int) -> str:
+    """Whether the link is in contact, and until or from when."""
+    return f"{clock(now_ns)}  contact   {contact_words(session, now_ns)}"
+
+
+def contact_words(session: Session, now_ns: int) -> str:
+    """In contact or not, until or from when."""
+    windows = session.windows(now_ns)
+    if windows is None:
+        return "the windows are in onboard time, which is not known until the rover is heard"
+    if not windows.spans:
+        return "no windows: the link carries at any time"
+    end_ns, begin_ns = windows.end_ns(now_ns), windows.next_begin_ns(now_ns)
+    if end_ns is not None:
+        return f"in contact, {(end_ns - now_ns) / 1e9:.0f} s left"
+    if begin_ns is None:
+        return "the last window is over: nothing is sent; bring the file of `contacts` up to date"
+    return f"no contact: what is asked goes in {(begin_ns - now_ns) / 1e9:.0f} s"
+
+
+def clock_words(session: Session, now_ns: int) -> str:
+    """Onboard time now, which UTC its zero is, and how far off that may be."""
+    found = session.far_clock.at(now_ns)
+    if found is None:
+        return "not known until the rover is heard"
+    off = "?" if found.error_ns is None else f"{found.error_ns / 1e9:.3f}"
+    zero_ns = session.utc_ns + now_ns - found.onboard_ns
+    zero = f", its zero at {utc_words(zero_ns)}" if session.utc_ns else ""
+    return f"{found.onboard_ns / 1e9:.2f} s{zero}, at most {off} s off"
+
+
 def _plain(item: Any) -> Any:
     return None if isinstance(item, float) and not math.isfinite(item) else item
 
@@ -66,7 +98,9 @@ def status(session: Session, now_ns: int) -> dict[str, Any]:
     age_s = None if session.heard_ns is None else (now_ns - session.heard_ns) / 1e9
     refused = {kind: n for kind, n in session.counts.items() if kind != "ok"}
     link = {"heard_s_ago": age_s, "boot_id": session.boot_id, "rtt_s": session.far_clock.rtt_ns / 1e9,
-            "datagrams": session.counts["ok"], "refused": refused}
+            "datagrams": session.counts["ok"], "refused": refused, "epoch": session.kept.epoch,
+            "contact": contact_words(session, now_ns), "clock": clock_words(session, now_ns),
+            "versions": session.mismatch or ("alike" if session.versions else "not known")}
     return {"items": {name: _plain(item.value) for name, item in session.items.items()}, "link": link}
 
 
@@ -100,6 +134,10 @@ def item_words(name: str, value: float | None) -> str:
     kind = _NAMED.get(name)
     if value is None:
         return "?"
+    if name.endswith("_version"):
+        return f"{int(value):08x}"
+    if name == "lease_station":
+        return f"{value:g}" if value else "nobody"
     return kind(int(value)).name if kind and int(value) in kind.__members__.values() else f"{value:g}"
 
 

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import json
+from contextlib import suppress
 from types import TracebackType
 from typing import Self
 
 from ground.archive import Archive
 from ground.clock import Turn
 from ground.memory import Block, Memory
-from ground.session import EventHeard, Item, News, ProductHeard, ReportHeard, Session
-from ground.settings import Settings, station_keys
+from ground.session import EventHeard, Item, Kept, News, ProductHeard, ReportHeard, Session
+from ground.settings import Settings, load_schedule, station_keys
 from onboard.config import ConfigError
 from onboard.drivers.link_end import LinkEnd, LinkEndError
 from protocol import carrier
@@ -19,6 +20,7 @@ from protocol.link import KEY_DOWN, KEY_UP
 TO_HAVE_A_ROVER = "`make sim` starts a rover to talk to"
 _SPARE = 512  # more numbers than one turn can use
 _MOST_PER_TURN = 2000
+_NOTE_NS = 10_000_000_000
 _LIMIT_S = 30.0  # for what the bench has counted
 
 
@@ -34,14 +36,30 @@ class Station:
         self._settings, self._archive = settings, archive
         self._memory = Memory(settings.state, settings.station)
         self._block = self._memory.reserve()
-        self.session = Session(keys, settings.station, up_bps=settings.up_bps, newest_boot_id=self._block.boot_id)
+        kept = self._block.kept if settings.downlink_key else Kept(self._block.boot_id)  # a bench may begin anew
+        self.session = Session(keys, settings.station, up_bps=settings.up_bps, kept=kept,
+                               schedule=load_schedule(settings))
         self._use(self._block)
+        self._last_halt, self._noted_ns = -1, 0
+        self.session.sealer.next_halt = self._next_halt
         self._archived: set[int] = set()
         self.sent = 0
 
     def _use(self, block: Block) -> None:
         self._block = block
         self.session.sealer.counter, self.session.requester.next_id = block.counter, block.request_id
+
+    def _next_halt(self) -> int:
+        """The counter of a halting command: a stop goes out though this station's own disk refuses."""
+        try:
+            self._last_halt = self._memory.next_halt()
+        except OSError:
+            self._last_halt += 1
+        return self._last_halt
+
+    def _note(self) -> None:
+        with suppress(OSError):  # it only narrows what could be replayed to the next start
+            self._memory.note(self.session.kept)
 
     def __enter__(self) -> Self:
         endpoint = self._settings.endpoint
@@ -54,6 +72,7 @@ class Station:
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
         self._end.close()
+        self._note()
 
     @property
     def linked(self) -> bool:
@@ -99,6 +118,9 @@ class Station:
             self._end.put(datagram)
             self.sent += 1
         self._archive.commit()
+        if now_ns - self._noted_ns >= _NOTE_NS:
+            self._noted_ns = now_ns
+            self._note()
 
     def _renew_block(self) -> None:
         session, block = self.session, self._block

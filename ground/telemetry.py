@@ -9,6 +9,7 @@ from protocol import eldorado_dialect as dialect
 
 _SEVERITIES = ("critical", "critical", "critical", "error", "warning", "info", "info", "debug")
 _ACK_NS = 1_000_000_000
+_MAGIC, _FRAME_BYTES = 0xFD, 12  # MAVLink 2: header and checksum around the payload; none here is signed
 
 
 class Value(NamedTuple):
@@ -36,6 +37,7 @@ class TelemetryReceiver:
         self._mavlink = dialect.MAVLink(None)
         self._events = events.EventReceiver()
         self.onboard_ns = 0
+        self.foreign = 0  # messages of another dialect
         self._acked_ns = -_ACK_NS
         self._ack_due_ns: int | None = None
 
@@ -66,12 +68,18 @@ class TelemetryReceiver:
         return self._ack_due_ns
 
     def _messages(self, payload: bytes) -> list[Any]:
-        try:
-            found = self._mavlink.parse_buffer(payload) or []
-        except dialect.MAVError as error:
-            self._mavlink = dialect.MAVLink(None)  # its buffer holds the rest of the bad frame
-            raise WireError("mavlink", str(error)) from error
-        return list(found)
+        """The messages that can be read: of one whose layout is not ours only the length is taken; it is counted."""
+        found, at = list[Any](), 0
+        while at < len(payload):
+            if payload[at] != _MAGIC or at + _FRAME_BYTES > len(payload):
+                raise WireError("mavlink", f"no frame at byte {at} of {len(payload)}")
+            size = _FRAME_BYTES + payload[at + 1]
+            try:
+                found.append(self._mavlink.decode(bytearray(payload[at : at + size])))
+            except dialect.MAVError:
+                self.foreign += 1
+            at += size
+        return found
 
     def _read_stamp(self, message: Any) -> None:
         stamp_ms = getattr(message, "time_boot_ms", None)

@@ -20,12 +20,14 @@ StationFile = Annotated[Path | None, typer.Option(
 Json = Annotated[bool, typer.Option("--json", help="One JSON object per line.")]
 Timeout = Annotated[float, typer.Option(min=0, metavar="S", help="Give up after so many seconds; 0: never.")]
 Contact = Annotated[float, typer.Option(min=0, metavar="S", help="How long to wait for the first word of the rover.")]
-Start = Annotated[float, typer.Option("--start", min=0, metavar="S",
-                                      help="Begin no earlier than this onboard time; 0: at once.")]
+Start = Annotated[str, typer.Option("--start", metavar="S|UTC", help="Begin no earlier than this: seconds of onboard "
+                                    "time, or UTC like 2026-11-22T12:00:00Z; 0: at once.")]
 FAMILY_HELP = {
     "faults": "The fault table: what is active, what is masked.", "map": "The rover's own map.",
     "fence": "Keep-outs, which the rover never enters, and fences within which goals lie.",
     "sequence": "Steps that the rover does one after the other by itself.",
+    "lease": "The control lease: which of the stations may command. Stop and safe need none.",
+    "contacts": "Contact windows: the times outside of which nothing is sent.",
     "param": "Parameters: what may be changed in flight, and who changed it.",
 }  # fmt: skip
 _LONG_S, _SHORT_S = 0.0, 60.0
@@ -38,8 +40,11 @@ def typed(argument: Argument) -> str:
     return f"{name}..." if argument.kind is Kind.POINTS else name
 
 
-def add(app: typer.Typer, rows: Sequence[Command], run: Run) -> None:
-    """One verb for each row. run(words, options) carries it out; options: timeout, contact, station, as_json, start."""
+def add(app: typer.Typer, rows: Sequence[Command], run: Run) -> dict[str, typer.Typer]:
+    """One verb for each row; the families made. run(words, options) carries it out.
+
+    options: timeout, contact, station, as_json, start.
+    """
     families: dict[str, typer.Typer] = {}
     for row in rows:
         family, _, verb = row.typed.partition(" ")
@@ -50,6 +55,7 @@ def add(app: typer.Typer, rows: Sequence[Command], run: Run) -> None:
         where.command(verb or family, epilog=f"Example: ground {row.typed} {row.example}".rstrip(),
                       context_settings={"ignore_unknown_options": True})(_verb(row, run))
     assert set(families) <= set(FAMILIES)
+    return families
 
 
 def _verb(row: Command, run: Run) -> Callable[..., None]:
@@ -59,7 +65,7 @@ def _verb(row: Command, run: Run) -> Callable[..., None]:
 
     parameters = [_parameter(argument, argument is row.arguments[-1]) for argument in row.arguments]
     patience_s = _LONG_S if row.moves else _SHORT_S
-    options = [("start", Start, 0.0), ("timeout", Timeout, patience_s), ("contact", Contact, 20.0),
+    options = [("start", Start, "0"), ("timeout", Timeout, patience_s), ("contact", Contact, 20.0),
                ("station", StationFile, None), ("as_json", Json, False)]
     parameters += [inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=kind)
                    for name, kind, default in options]

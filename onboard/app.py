@@ -25,6 +25,7 @@ from onboard.drivers.clock import LockStepClock, WallClock
 from onboard.drivers.disk import Keeper, Kept, load
 from onboard.drivers.lidar_ear import LidarEar
 from onboard.drivers.lidar_port import LidarPort, open_port
+from onboard.drivers.link_memory import LinkMemory
 from onboard.drivers.link_port import LinkPort, link_keys
 from onboard.drivers.machine import Probe, folders_written
 from onboard.drivers.state_folder import StateFolder, count_boot, read_kept
@@ -32,7 +33,7 @@ from onboard.drivers.stopwatch import Stopwatch, Unmeasured
 from onboard.drivers.workers import Workers
 from onboard.journal import Announce, Level, to_journal
 from onboard.maps.gdem_file import from_npz
-from onboard.ports import BUS_CLOSED
+from onboard.ports import BUS_CLOSED, EPOCH
 from onboard.record.writer import Recorder
 from onboard.records import BusStatus, Chunk, Frame, Gdem, Health, Inputs, LinkMessage, Machine, Outputs, PortState
 from onboard.status.report import rhythm
@@ -188,9 +189,12 @@ def run(config: Config, announce: Announce) -> int:
         stack.callback(can.close)
         lidar = open_port(config.lidar.address)
         stack.callback(lidar.close)
-        link = stack.enter_context(LinkPort(config.link.endpoint, link_keys(config), config.link.boot_count))
+        keys = link_keys(config)
+        forgets_not = LinkMemory(config.state.folder if config.link.command_keys else "", keys, wait=lockstep)
+        link = stack.enter_context(LinkPort(config.link.endpoint, keys, config.link.boot_count, forgets_not))
         workers = Workers(wait=lockstep)
         stack.callback(workers.close)
+        state[EPOCH] = b"%d" % forgets_not.epoch
         recorder = stack.enter_context(Recorder(config, gdem, kept.tiles, state))
         keeper = Keeper(config.mapping.folder, memory, partial(announce, level=Level.WARNING), wait=lockstep)
         stack.callback(keeper.close)
@@ -257,14 +261,15 @@ def _ticks(
     rebooting = False
     while not rebooting and (now := clock.wait()) is not None:
         watch.begin()
-        saved = (*folder.collect(), *books.keeper.collect())
+        saved = (*folder.collect(), *ports.link.collect(), *books.keeper.collect())
         inputs = replace(ports.read(now), jobs=workers.collect(now.number), saved=saved)
         inputs = replace(inputs, timing=watch.timing(clock.late_ns, workers.took_ns), record=books.recorder.status)
         outputs = tick(rover, inputs, watch.mark)
         watch.mark(Group.WRITE)
         ports.write(outputs)
         workers.start(outputs.jobs, outputs.cancelled)
-        folder.start(outputs.saves)
+        folder.start([save for save in outputs.saves if save.name != EPOCH])
+        ports.link.start(outputs.saves)
         connect = [name for name, wanted in (("lidar", outputs.lidar_connect), ("can", outputs.can_connect)) if wanted]
         clock.done(now, ports.sent() if isinstance(ports, LockStepPorts) else {}, connect)
         loading = loading or workers.preload(LATER)

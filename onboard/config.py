@@ -100,6 +100,7 @@ class Link:
     bench_seed: int = value(-1, "where no key files are named: keys from this seed; bench only, -1 = not a bench",
                             low=-1, high=2**31)
     boot_count: int = value(1, "boot id of this start on a bench", low=1, high=2**31)
+    lease_s: float = value(120.0, "a station not heard for longer loses the control lease", low=10, high=1e6)
 
 
 @dataclass(frozen=True, slots=True)

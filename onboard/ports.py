@@ -55,6 +55,10 @@ BUS_WORDS = {  # what a controller's error frame means for people
 }
 
 
+UNKEPT = "unkept"  # verdict of a command that was not to wait any longer for its mark (onboard.drivers.link_memory)
+EPOCH = "epoch"  # a Save of this name asks the link's port to put a key epoch in force, and to keep it
+
+
 class Save(NamedTuple):
     """What the core asks to be kept under a name, in place of what was kept under it: whole, or not at all."""
 

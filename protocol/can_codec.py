@@ -41,6 +41,7 @@ def _length(frame: str, data: bytes) -> WireError:
 
 
 DBC_VERSION = 1
+DBC_SHA256 = "fc36b9d6e356e62af49e563e655a3e1f8bd9f1a9001b7ed9152bc08973c7251a"
 
 
 ENCODER_COUNTS_PER_TURN = 4096

@@ -33,7 +33,7 @@ class Command:
     """One row. `modes`: where it is allowed. The id is on the wire and never reused.
 
     `typed`: what a person writes for the name. example: arguments as typed, for the help. sends: name of the object
-    that its completion puts on its way down.
+    that its completion puts on its way down. free: it needs no control lease.
     """
 
     id: int
@@ -43,6 +43,7 @@ class Command:
     meaning: str
     example: str = ""
     sends: str = ""
+    free: bool = False
 
     @property
     def typed(self) -> str:
@@ -57,7 +58,7 @@ class Command:
         return any(way.event == self.name and way.next in runs for way in TRANSITIONS)
 
 
-FAMILIES = ("map", "faults", "param", "fence", "sequence")
+FAMILIES = ("map", "faults", "param", "fence", "sequence", "lease", "contacts", "keys")
 _ALL = tuple(Mode)
 _STANDS = (Mode.STANDBY, Mode.SAFE)
 _READY = (Mode.STANDBY, Mode.AUTONOMOUS)
@@ -71,14 +72,14 @@ TABLE = (
         Argument("y_m", "m", -_FAR_M, _FAR_M, "north in the map frame"),
         Argument("heading_rad", "rad", -math.pi, math.pi, "final yaw; left out: any", required=False),
     ), _READY, "drive to a place by itself", "12 3"),
-    Command(2, "stop", (), _ALL, "end all motion; AUTONOMOUS, TELEOP and SEQUENCE become STANDBY"),
-    Command(3, "safe", (), _ALL, "go to SAFE"),
+    Command(2, "stop", (), _ALL, "end all motion; AUTONOMOUS, TELEOP and SEQUENCE become STANDBY", free=True),
+    Command(3, "safe", (), _ALL, "go to SAFE", free=True),
     Command(4, "resume", (), (Mode.SAFE,), "leave SAFE for STANDBY"),
-    Command(5, "status", (), _ALL, "report mode, phase and pose"),
+    Command(5, "status", (), _ALL, "report mode, phase and pose", free=True),
     Command(6, "get", (
         Argument("product", "", 0, 0, "what to send down", choices=("ldem",)),
-    ), _ALL, "send a product down", "ldem"),
-    Command(7, "emergency_stop", (), _ALL, "wheels off at once, latched"),
+    ), _ALL, "send a product down", "ldem", free=True),
+    Command(7, "emergency_stop", (), _ALL, "wheels off at once, latched", free=True),
     Command(8, "reset", (), (Mode.ESTOP,), "release the latch of the emergency stop"),
     Command(9, "scan", (), (Mode.STANDBY,), "scan where the rover stands and enter it in the map"),
     Command(10, "turn", (
@@ -95,16 +96,17 @@ TABLE = (
         Argument("goals_m", "m", -_FAR_M, _FAR_M, "east and north of each", most=16),
     ), _READY, "drive to one goal after the other by itself", "4 0 8 3 0 0"),
     Command(13, "map_clear", (), (Mode.STANDBY,), "forget the rover's own map, on its disk too"),
-    Command(14, "faults_list", (), _ALL, "report which faults are active and which rows are masked"),
+    Command(14, "faults_list", (), _ALL, "report which faults are active and which rows are masked", free=True),
     Command(15, "faults_clear", (_FAULT,), _STANDS, "end a row's mask, and judge anew what was found of it",
             "ENCODER_BAD"),
     Command(16, "faults_mask", (
         _FAULT, Argument("lasting_s", "s", 1.0, 86_400.0, "until the mask ends by itself"),
     ), (*_READY, Mode.TELEOP, Mode.SAFE), "do not take a row's response for a while", "COMMAND_LOST 600"),
-    Command(17, "time", (), _ALL, "report onboard time, and UTC where the rover knows it"),
+    Command(17, "time", (), _ALL, "report onboard time, and UTC where the rover knows it", free=True),
     Command(18, "reboot", (), _STANDS, "end the flight program in a second; it comes up in STANDBY"),
-    Command(19, "param_list", (), _ALL, "send all parameters, their ranges and the changes made", sends="parameters"),
-    Command(20, "param_get", (_PARAMETER,), _ALL, "report a parameter", "motion.cruise_mps"),
+    Command(19, "param_list", (), _ALL, "send all parameters, their ranges and the changes made", sends="parameters",
+            free=True),
+    Command(20, "param_get", (_PARAMETER,), _ALL, "report a parameter", "motion.cruise_mps", free=True),
     Command(21, "param_set", (
         _PARAMETER, Argument("value", "", 0, 0, "as in the configuration file", text=True, most=64),
     ), (*_READY, Mode.TELEOP, Mode.SAFE), "change a parameter", "motion.cruise_mps 0.09"),
@@ -117,19 +119,32 @@ TABLE = (
     Command(24, "fence_clear", (
         Argument("fence", "", 0, 0, "its name; left out: all", required=False, text=True, most=16),
     ), _ALL, "take a fence out of force", "pit"),
-    Command(25, "fence_list", (), _ALL, "send the fences that are in force", sends="fences"),
+    Command(25, "fence_list", (), _ALL, "send the fences that are in force", sends="fences", free=True),
     Command(26, "return", (), _READY, "drive back to the start along the way that was driven"),
     Command(27, "sequence_upload", (
         _SEQUENCE, Argument("number", "", 1.0, 32.0, "of the step, from 1"),
         Argument("line", "", 0, 0, "the step, as protocol.sequences has it", text=True, most=100),
     ), _ALL, "one step of a sequence", "survey 1 after 5 or continue goto 3 1"),
     Command(28, "sequence_clear", (_SEQUENCE,), (*_READY, Mode.SAFE), "forget a sequence", "survey"),
-    Command(29, "sequence_check", (_SEQUENCE,), _ALL, "send what each step would do", "survey", sends="sequence"),
+    Command(29, "sequence_check", (_SEQUENCE,), _ALL, "send what each step would do", "survey", sends="sequence",
+            free=True),
     Command(30, "sequence_run", (_SEQUENCE,), (Mode.STANDBY,), "run a sequence", "survey"),
     Command(31, "sequence_abort", (), (Mode.SEQUENCE,), "end the sequence and what it does"),
+    Command(40, "lease_ask", (), _ALL, "ask for the control lease; who holds it is told", free=True),
+    Command(41, "lease_release", (), _ALL, "give the control lease to who waits for it, or free it", free=True),
+    Command(42, "lease_show", (), _ALL, "report who holds the control lease and who waits for it", free=True),
+    Command(43, "contacts_set", (
+        Argument("windows_s", "s", 0, 2_000_000.0, "begin and end of each, onboard time", most=16),
+    ), _ALL, "say nothing outside of these windows", "600 1200 4200 4800"),
+    Command(44, "contacts_clear", (), _ALL, "speak at any time"),
+    Command(45, "keys_rotate", (
+        Argument("epoch", "", 0, 255, "one that is loaded, later than the present one"),
+    ), _ALL, "put a key epoch in force, for good", "1"),
 )
 _BY_NAME = {row.name: row for row in TABLE}
 _BY_ID = {row.id: row for row in TABLE}
+HALTING = ("stop", "safe", "emergency_stop")
+_HALTING = frozenset(_BY_NAME[name].id for name in HALTING)
 
 
 class RefusedError(ValueError):
@@ -236,6 +251,14 @@ def encode(telecommand: Telecommand) -> bytes:
     times_ns = telecommand.issued_ns, telecommand.expiry_ns, telecommand.start_ns
     head = _HEAD.pack(telecommand.request_id, *times_ns, row.id)
     return head + b"".join(pack(argument, arguments.get(argument.name)) for argument in row.arguments)
+
+
+def halts(payload: bytes) -> bool:
+    """Whether it is a telecommand, to be done at once, that only ends motion: no lease, boot id or version matters."""
+    if len(payload) != _HEAD.size:
+        return False
+    *_, start_ns, command_id = _HEAD.unpack(payload)
+    return start_ns == 0 and command_id in _HALTING
 
 
 def request_id_of(payload: bytes) -> int | None:

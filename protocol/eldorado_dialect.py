@@ -666,6 +666,7 @@ MAVLINK_MSG_ID_WHEELS = 52002
 MAVLINK_MSG_ID_ITEMS = 52003
 MAVLINK_MSG_ID_PROGRESS = 52004
 MAVLINK_MSG_ID_EVENT = 52005
+MAVLINK_MSG_ID_LINK_STATE = 52010
 MAVLINK_MSG_ID_SYS_STATUS = 1
 MAVLINK_MSG_ID_ATTITUDE = 30
 MAVLINK_MSG_ID_LOCAL_POSITION_NED = 32
@@ -889,6 +890,50 @@ class MAVLink_event_message(MAVLink_message):
 # Define name on the class for backwards compatibility (it is now msgname).
 # Done with setattr to hide the class variable from mypy.
 setattr(MAVLink_event_message, "name", mavlink_msg_deprecated_name_property())
+
+
+class MAVLink_link_state_message(MAVLink_message):
+    """
+    With each beat: what this side was built from, and who may
+    command. A ground of other versions does not command.
+    """
+
+    id = MAVLINK_MSG_ID_LINK_STATE
+    msgname = "LINK_STATE"
+    fieldnames = ["time_boot_ms", "dictionary", "dbc", "dialect", "lease", "epoch"]
+    ordered_fieldnames = ["time_boot_ms", "dictionary", "dbc", "dialect", "lease", "epoch"]
+    fieldtypes = ["uint32_t", "uint32_t", "uint32_t", "uint32_t", "uint8_t", "uint8_t"]
+    fielddisplays_by_name: Dict[str, str] = {}
+    fieldenums_by_name: Dict[str, str] = {}
+    fieldunits_by_name: Dict[str, str] = {"time_boot_ms": "ms"}
+    native_format = bytearray(b"<IIIIBB")
+    orders = [0, 1, 2, 3, 4, 5]
+    lengths = [1, 1, 1, 1, 1, 1]
+    array_lengths = [0, 0, 0, 0, 0, 0]
+    crc_extra = 45
+    unpacker = struct.Struct("<IIIIBB")
+    instance_field = None
+    instance_offset = -1
+
+    def __init__(self, time_boot_ms: int, dictionary: int, dbc: int, dialect: int, lease: int, epoch: int):
+        MAVLink_message.__init__(self, MAVLink_link_state_message.id, MAVLink_link_state_message.msgname)
+        self._fieldnames = MAVLink_link_state_message.fieldnames
+        self._instance_field = MAVLink_link_state_message.instance_field
+        self._instance_offset = MAVLink_link_state_message.instance_offset
+        self.time_boot_ms = time_boot_ms
+        self.dictionary = dictionary
+        self.dbc = dbc
+        self.dialect = dialect
+        self.lease = lease
+        self.epoch = epoch
+
+    def pack(self, mav: "MAVLink", force_mavlink1: bool = False) -> bytes:
+        return self._pack(mav, self.crc_extra, self.unpacker.pack(self.time_boot_ms, self.dictionary, self.dbc, self.dialect, self.lease, self.epoch), force_mavlink1=force_mavlink1)
+
+
+# Define name on the class for backwards compatibility (it is now msgname).
+# Done with setattr to hide the class variable from mypy.
+setattr(MAVLink_link_state_message, "name", mavlink_msg_deprecated_name_property())
 
 
 class MAVLink_sys_status_message(MAVLink_message):
@@ -1137,6 +1182,7 @@ mavlink_map: Dict[int, Type[MAVLink_message]] = {
     MAVLINK_MSG_ID_ITEMS: MAVLink_items_message,
     MAVLINK_MSG_ID_PROGRESS: MAVLink_progress_message,
     MAVLINK_MSG_ID_EVENT: MAVLink_event_message,
+    MAVLINK_MSG_ID_LINK_STATE: MAVLink_link_state_message,
     MAVLINK_MSG_ID_SYS_STATUS: MAVLink_sys_status_message,
     MAVLINK_MSG_ID_ATTITUDE: MAVLink_attitude_message,
     MAVLINK_MSG_ID_LOCAL_POSITION_NED: MAVLink_local_position_ned_message,
@@ -1677,6 +1723,36 @@ class MAVLink(object):
 
         """
         self.send(self.event_encode(time_boot_us, serial, severity, name, text), force_mavlink1=force_mavlink1)
+
+    def link_state_encode(self, time_boot_ms: int, dictionary: int, dbc: int, dialect: int, lease: int, epoch: int) -> MAVLink_link_state_message:
+        """
+        With each beat: what this side was built from, and who may command. A
+        ground of other versions does not command.
+
+        time_boot_ms              : Onboard time. [ms] (type:uint32_t)
+        dictionary                : Version of the command dictionary (protocol/versions.py). (type:uint32_t)
+        dbc                       : Version of the CAN database. (type:uint32_t)
+        dialect                   : Version of this dialect. (type:uint32_t)
+        lease                     : Station that holds the control lease; 0: nobody. (type:uint8_t)
+        epoch                     : Key epoch in force. (type:uint8_t)
+
+        """
+        return MAVLink_link_state_message(time_boot_ms, dictionary, dbc, dialect, lease, epoch)
+
+    def link_state_send(self, time_boot_ms: int, dictionary: int, dbc: int, dialect: int, lease: int, epoch: int, force_mavlink1: bool = False) -> None:
+        """
+        With each beat: what this side was built from, and who may command. A
+        ground of other versions does not command.
+
+        time_boot_ms              : Onboard time. [ms] (type:uint32_t)
+        dictionary                : Version of the command dictionary (protocol/versions.py). (type:uint32_t)
+        dbc                       : Version of the CAN database. (type:uint32_t)
+        dialect                   : Version of this dialect. (type:uint32_t)
+        lease                     : Station that holds the control lease; 0: nobody. (type:uint8_t)
+        epoch                     : Key epoch in force. (type:uint8_t)
+
+        """
+        self.send(self.link_state_encode(time_boot_ms, dictionary, dbc, dialect, lease, epoch), force_mavlink1=force_mavlink1)
 
     def sys_status_encode(self, onboard_control_sensors_present: int, onboard_control_sensors_enabled: int, onboard_control_sensors_health: int, load: int, voltage_battery: int, current_battery: int, battery_remaining: int, drop_rate_comm: int, errors_comm: int, errors_count1: int, errors_count2: int, errors_count3: int, errors_count4: int, onboard_control_sensors_present_extended: int = 0, onboard_control_sensors_enabled_extended: int = 0, onboard_control_sensors_health_extended: int = 0) -> MAVLink_sys_status_message:
         """

@@ -12,24 +12,31 @@ Rule 2: each direction has keys of its own and the direction enters the derivati
         never opens in the other, even where somebody gave both the same secret.
 Rule 3: the rover opens only what names its present boot id, so its window may start empty at each boot. The ground
         takes the newest boot id it has heard and starts a new window with it.
-
-Not here: stop and safe counting with any boot id under a counter of their own (design of the link, section 4) needs a
-high-water mark on disk; the flag byte is reserved for it and must be 0.
+Rule 4: a telecommand that halts the rover (commands.halts) may carry the flag HALT: it counts with any boot id and in
+        any loaded epoch, under a counter of its own that only rises. Who opens it keeps the highest one (`marks`) on
+        disk before anything is done, so a stop sent while the rover reboots stops it, once.
+Rule 5: one epoch is in force, and the rover says which; the ground follows to any later one that is loaded, and never
+        back. What is sealed in another epoch is refused.
 """
 
 from __future__ import annotations
 
-import hashlib
 import hmac
 import struct
+from collections.abc import Callable, Mapping
 from enum import IntEnum
 from typing import NamedTuple
 
-from protocol import WireError
-
-KEY_UP = "er2/u"
-KEY_DOWN = "er2/d"
-DOWNLINK_KEY_ID = 0  # the rover's; operator stations have 1 to 255
+from protocol import WireError, commands
+from protocol.keyring import DOWNLINK_KEY_ID as DOWNLINK_KEY_ID
+from protocol.keyring import KEY_DOWN as KEY_DOWN
+from protocol.keyring import KEY_UP as KEY_UP
+from protocol.keyring import Keyring as Keyring
+from protocol.keyring import LinkKeys as LinkKeys
+from protocol.keyring import bench_keys as bench_keys
+from protocol.keyring import format_keys as format_keys
+from protocol.keyring import hkdf as hkdf
+from protocol.keyring import parse_keys as parse_keys
 
 MAX_DATAGRAM = 1150
 MIN_LIMIT = 200
@@ -37,9 +44,9 @@ UDP_IP_BYTES = 28
 TAG_BYTES = 16
 MAX_JUMP = 1 << 20
 WINDOW = 4096  # counters of a key that may come late
+HALT = 1  # the flag of rule 4; no other is used
 _HEAD = struct.Struct("<BBBBQI")
 OVERHEAD = _HEAD.size + TAG_BYTES
-_KEY_BYTES = 32
 
 
 class Kind(IntEnum):
@@ -67,127 +74,55 @@ def line_bytes(payload_bytes: int) -> int:
     return payload_bytes + OVERHEAD + UDP_IP_BYTES
 
 
-def hkdf(secret: bytes, info: bytes, length: int = _KEY_BYTES) -> bytes:
-    """HKDF-SHA-256 with an empty salt (RFC 5869)."""
-    pseudo_random_key = hmac.digest(b"\0" * 32, secret, "sha256")
-    out, block, n = b"", b"", 1
-    while len(out) < length:
-        block = hmac.digest(pseudo_random_key, block + info + bytes([n]), "sha256")
-        out, n = out + block, n + 1
-    return out[:length]
-
-
-class Keyring:
-    """The keys of one direction: a secret of 32 B for each key id, and the epochs in which they may be used.
-
-    direction: KEY_UP or KEY_DOWN. epochs: accepted ones; the last is the one to seal with.
-    """
-
-    def __init__(self, direction: str, secrets: dict[int, bytes], epochs: tuple[int, ...] = (0,)) -> None:
-        if direction not in (KEY_UP, KEY_DOWN):
-            raise ValueError(f"direction {direction!r} should be {KEY_UP!r} or {KEY_DOWN!r}")
-        if not secrets or any(len(s) != _KEY_BYTES or not 0 <= i <= 255 for i, s in secrets.items()):
-            raise ValueError("a keyring needs secrets of 32 bytes with ids 0 to 255")
-        if not epochs or any(not 0 <= e <= 255 for e in epochs):
-            raise ValueError("a keyring needs epochs from 0 to 255")
-        self.direction, self.epochs = direction, epochs
-        self._secrets = dict(secrets)
-        self._derived: dict[tuple[int, int], bytes] = {}
-
-    def __repr__(self) -> str:
-        return f"Keyring({self.direction}, ids {self.key_ids}, epochs {self.epochs})"
-
-    @property
-    def key_ids(self) -> tuple[int, ...]:
-        """Ids in rising order."""
-        return tuple(sorted(self._secrets))
-
-    def key(self, key_id: int, epoch: int | None = None) -> bytes | None:
-        """The key of an id in an epoch (default: the present one); None where the id is unknown."""
-        epoch = self.epochs[-1] if epoch is None else epoch
-        found = self._derived.get((key_id, epoch))
-        if found is None and key_id in self._secrets:
-            info = f"el dorado link {self.direction} ".encode() + bytes((key_id, epoch))
-            found = self._derived[key_id, epoch] = hkdf(self._secrets[key_id], info)
-        return found
-
-
-def parse_keys(text: str) -> Keyring:
-    """A key file: lines `er2/u ID 64-HEX-DIGITS` of one direction, and `epoch N ...`; # begins a comment.
-
-    Raises ValueError with the line's number; the text of a secret is never part of a message.
-    """
-    direction = ""
-    secrets: dict[int, bytes] = {}
-    epochs: tuple[int, ...] = (0,)
-    for number, raw in enumerate(text.splitlines(), 1):
-        words = raw.split("#", 1)[0].split()
-        if not words:
-            continue
-        try:
-            if words[0] == "epoch":
-                epochs = tuple(int(w) for w in words[1:])
-                continue
-            name, key_id, secret = words
-            if name not in (KEY_UP, KEY_DOWN) or (direction and name != direction) or int(key_id) in secrets:
-                raise ValueError
-            direction, secrets[int(key_id)] = name, bytes.fromhex(secret)
-        except ValueError:
-            raise ValueError(f"key file, line {number}: should be `{KEY_UP} ID SECRET` (64 hex digits, one direction, "
-                             "each id once) or `epoch N ...`") from None
-    if not secrets:
-        raise ValueError("key file: no key in it")
-    return Keyring(direction, secrets, epochs)
-
-
-def format_keys(direction: str, secrets: dict[int, bytes], epochs: tuple[int, ...] = (0,)) -> str:
-    """The text of a key file; `parse_keys` reads it back."""
-    lines = [f"epoch {' '.join(map(str, epochs))}"]
-    return "\n".join(lines + [f"{direction} {i} {s.hex()}" for i, s in sorted(secrets.items())]) + "\n"
-
-
-class LinkKeys(NamedTuple):
-    """Both directions' keys."""
-
-    command: Keyring
-    downlink: Keyring
-
-
-def bench_keys(seed: int, stations: int = 4) -> LinkKeys:
-    """Keys for a bench, known to everybody who knows the seed: stations 1 to n, and the rover's."""
-    root = hashlib.sha256(b"el dorado bench keys %d" % seed).digest()
-    up = {i: hkdf(root, b"command %d" % i) for i in range(1, stations + 1)}
-    return LinkKeys(Keyring(KEY_UP, up), Keyring(KEY_DOWN, {DOWNLINK_KEY_ID: hkdf(root, b"downlink")}))
-
-
 class Sealer:
     """Payloads in, datagrams out. `key` is Keyring.key(key_id, epoch); `counter` the first one to use.
 
     A sender that outlives a boot (the ground) keeps `counter` in blocks on disk, ahead of use. boot_id may be changed:
-    the ground sets it to what Opener.boot_id heard.
+    the ground sets it to what Opener.boot_id heard. next_halt: gives the counters of rule 4, each once and rising.
     """
 
     def __init__(self, key: bytes, key_id: int, boot_id: int, counter: int = 0, epoch: int = 0) -> None:
-        self._key, self._key_id, self._epoch = key, key_id, epoch
+        self._key, self._key_id, self.epoch = key, key_id, epoch
         self.boot_id, self.counter = boot_id, counter
+        self._halts = -1
+        self.next_halt: Callable[[], int] = self._count_halt
+
+    def use(self, key: bytes, epoch: int) -> None:
+        """From now on in this epoch; the counter goes on."""
+        self._key, self.epoch = key, epoch
 
     def seal(self, kind: int, payload: bytes) -> bytes:
         """One datagram. Raises ValueError where it would be longer than MAX_DATAGRAM."""
+        datagram = self._sealed(kind, 0, self.counter, payload)
+        self.counter += 1
+        return datagram
+
+    def seal_halt(self, payload: bytes) -> bytes:
+        """One datagram of rule 4. Raises ValueError for what is no telecommand that halts."""
+        if not commands.halts(payload):
+            raise ValueError("only a telecommand that halts the rover may be sealed so")
+        return self._sealed(Kind.TELECOMMAND, HALT, self.next_halt(), payload)
+
+    def _count_halt(self) -> int:
+        self._halts += 1
+        return self._halts
+
+    def _sealed(self, kind: int, flags: int, counter: int, payload: bytes) -> bytes:
         if len(payload) + OVERHEAD > MAX_DATAGRAM:
             raise ValueError(f"payload of {len(payload)} B, at most {MAX_DATAGRAM - OVERHEAD} fit a datagram")
-        body = _HEAD.pack(kind, self._key_id, self._epoch, 0, self.counter, self.boot_id) + payload
-        self.counter += 1
+        body = _HEAD.pack(kind, self._key_id, self.epoch, flags, counter, self.boot_id) + payload
         return body + hmac.digest(self._key, body, "sha256")[:TAG_BYTES]
 
 
 class Opened(NamedTuple):
-    """A datagram all of whose checks passed. station: its key id."""
+    """A datagram all of whose checks passed. station: its key id. halt: it came by rule 4, its counter is of that."""
 
     kind: Kind
     station: int
     counter: int
     boot_id: int
     payload: bytes
+    halt: bool = False
 
 
 class _Window:
@@ -195,8 +130,8 @@ class _Window:
 
     __slots__ = ("highest", "seen")
 
-    def __init__(self, highest: int) -> None:
-        self.highest, self.seen = highest, 0
+    def __init__(self, highest: int, seen: int = 0) -> None:
+        self.highest, self.seen = highest, seen
 
 
 class Opener:
@@ -204,14 +139,18 @@ class Opener:
 
     boot_id: the rover gives its own, and only that is opened. The ground gives none: the newest heard counts
     (`newest_boot_id` may be kept over a restart, so that nothing of an earlier boot can be replayed to it).
+    epoch: in force at the start, default the first that is loaded. marks: highest counter of rule 4 of each key id.
     """
 
     def __init__(
-        self, keys: Keyring, window: int = WINDOW, *, boot_id: int | None = None, newest_boot_id: int = 0
-    ) -> None:
+        self, keys: Keyring, window: int = WINDOW, *, boot_id: int | None = None, newest_boot_id: int = 0,
+        epoch: int | None = None, marks: Mapping[int, int] | None = None,
+    ) -> None:  # fmt: skip
         self._keys, self._size, self._mask = keys, window, (1 << window) - 1
         self._fixed = boot_id is not None
         self.boot_id = newest_boot_id if boot_id is None else boot_id
+        self.epoch = keys.epochs[0] if epoch is None else epoch
+        self.marks = dict(marks or {})
         self._windows: dict[int, _Window] = {}
 
     def open(self, datagram: bytes) -> Opened:
@@ -225,22 +164,47 @@ class Opener:
         body = datagram[:-TAG_BYTES]
         if not hmac.compare_digest(hmac.digest(key, body, "sha256")[:TAG_BYTES], datagram[-TAG_BYTES:]):
             raise WireError("tag")
-        if epoch not in self._keys.epochs:
-            raise WireError("epoch", f"{epoch}, accepted {self._keys.epochs}")
+        if flags == HALT and self._fixed:
+            return self._open_halt(Opened(Kind.TELECOMMAND, key_id, counter, boot_id, body[_HEAD.size :], True), epoch)
+        if epoch not in self._keys.epochs or epoch < self.epoch or (self._fixed and epoch != self.epoch):
+            raise WireError("epoch", f"{epoch}, in force {self.epoch}, loaded {self._keys.epochs}")
         if boot_id < self.boot_id or (self._fixed and boot_id != self.boot_id):
             raise WireError("boot", f"boot id {boot_id}, present {self.boot_id}")
         if flags or not Kind.MAVLINK <= kind <= Kind.REPORT:
             raise WireError("kind", f"kind {kind}, flags {flags}")
-        if boot_id != self.boot_id:
-            self.boot_id = boot_id
-            self._windows.clear()
-        self._count(key_id, counter)
+        fresh = boot_id != self.boot_id
+        self._count({} if fresh else self._windows, key_id, counter)
+        if fresh:
+            self.boot_id, self._windows = boot_id, {key_id: _Window(counter, 1)}
+        self.epoch = epoch
         return Opened(Kind(kind), key_id, counter, boot_id, body[_HEAD.size :])
 
-    def _count(self, key_id: int, counter: int) -> None:
+    def _open_halt(self, opened: Opened, epoch: int) -> Opened:
+        if epoch not in self._keys.epochs:
+            raise WireError("epoch", f"{epoch}, loaded {self._keys.epochs}")
+        if not commands.halts(opened.payload):
+            raise WireError("kind", "the flag HALT on what does not halt")
+        mark = self.marks.get(opened.station)
+        if mark is not None and opened.counter <= mark:
+            raise WireError("replay", f"halt {opened.counter}, mark {mark}")
+        if mark is not None and opened.counter - mark > MAX_JUMP:
+            raise WireError("jump", f"halt {opened.counter} after {mark}")
+        self.marks[opened.station] = opened.counter
+        return opened
+
+    def highest(self, key_id: int) -> int:
+        """Highest counter opened of a sender in this boot; -1 before the first."""
         window = self._windows.get(key_id)
+        return -1 if window is None else window.highest
+
+    def heard_before(self, key_id: int, counter: int) -> None:
+        """What was heard before a restart of this side: up to this counter nothing of the sender opens any more."""
+        self._windows[key_id] = _Window(counter, self._mask)
+
+    def _count(self, windows: dict[int, _Window], key_id: int, counter: int) -> None:
+        window = windows.get(key_id)
         if window is None:
-            window = self._windows[key_id] = _Window(counter)
+            window = windows[key_id] = _Window(counter)
         ahead = counter - window.highest
         if ahead > MAX_JUMP:
             raise WireError("jump", f"counter {counter} after {window.highest}")

@@ -146,6 +146,9 @@ EVENTS = (
     EventRow("STATE", "warning", "what outlives the program cannot be kept, is kept again, or was found at the start"),
     EventRow("REBOOT", "warning", "the flight program ends and comes up anew"),
     EventRow("CAN", "warning", "what the CAN port or its controller says of itself has changed"),
+    EventRow("LEASE", "info", "the control lease: who holds it now, or asks for it"),
+    EventRow("KEYS", "info", "another key epoch is in force"),
+    EventRow("CONTACTS", "info", "the contact windows were set or cleared"),
     EventRow("LINK_REFUSED", "warning", "datagrams failed their checks; how many of which kind"),
 )
 SEVERITIES = ("debug", "info", "warning", "error", "critical")

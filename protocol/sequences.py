@@ -25,6 +25,7 @@ OPERATORS: Mapping[str, Callable[[float, float], bool]] = MappingProxyType({
 })
 POLICIES = ("stop", "continue", "safe")
 NEVER = ("stop", "safe", "emergency_stop", "reboot")  # they end a sequence
+_OPERATORS_OWN = ("sequence", "lease", "key")
 MOST_STEPS, LONGEST_S = 32, 86_400.0
 
 
@@ -68,7 +69,7 @@ def parse(line: str) -> Step:
             raise ValueError("an empty step: write a command, `after SECONDS` or `until ITEM > VALUE within SECONDS`")
         return Step(line, after_s, condition, policy, "", {})
     name, arguments = commands.parse(words)
-    if name in NEVER or name.startswith("sequence"):
+    if name in NEVER or name.startswith(_OPERATORS_OWN):
         raise ValueError(f"{commands.command(name).typed} is not for a sequence")
     commands.check_mode(name, Mode.STANDBY)
     return Step(line, after_s, condition, policy, name, arguments)

@@ -41,6 +41,7 @@ class Item(NamedTuple):
 
 
 _R, _P, _A, _W, _S, _J = "ROVER_STATE", "LOCAL_POSITION_NED", "ATTITUDE", "WHEELS", "SYS_STATUS", "PROGRESS"
+_L = "LINK_STATE"
 _NO_LIMIT = math.inf
 TABLE = (
     Item(1, "mode", "", 2, "protocol.modes.Mode", _R, "mode"),
@@ -90,6 +91,11 @@ TABLE = (
     Item(58, "lidar_clock_sigma_ms", "ms", 1, "1 sigma of a scan's time, without the constant delay", limits=(0, 0.5)),
     Item(59, "lidar_clock_samples", "", 1, "frames on which the LIDAR's clock rests"),
     Item(61, "lidar_clock_breaks", "", 1, "jumps and reboots of the LIDAR's counter since the start", limits=(0, 0)),
+    Item(80, "dictionary_version", "", 2, "protocol.versions: of commands, telemetry, modes, faults", _L, "dictionary"),
+    Item(81, "dbc_version", "", 2, "protocol.versions: of the CAN database", _L, "dbc"),
+    Item(82, "dialect_version", "", 2, "protocol.versions: of the MAVLink messages", _L, "dialect"),
+    Item(83, "lease_station", "", 2, "station that holds the control lease, 0: nobody", _L, "lease"),
+    Item(84, "key_epoch", "", 2, "key epoch in force", _L, "epoch"),
     Item(60, "job_ratio", "1", 2, "how far the long work is", _J, "ratio"),
 )
 BY_NAME = {row.name: row for row in TABLE}

@@ -16,7 +16,7 @@ Rule 4: each report carries a serial number per request, so that a late one neve
 from __future__ import annotations
 
 import struct
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from enum import IntEnum
 from typing import NamedTuple
@@ -63,6 +63,8 @@ class Code(IntEnum):
     REUSED_ID = 4
     FORGOTTEN_ID = 5
     TOO_MANY = 6
+    LEASE = 8  # another station holds it
+    VERSION = 7  # by the ground itself: the rover was built from something else
 
 
 class Report(NamedTuple):
@@ -135,11 +137,11 @@ class Requester:
         self.next_id += 1
         return telecommand.request_id
 
-    def send(self, now_ns: int) -> list[bytes]:
-        """Payloads of Kind.TELECOMMAND that are due now."""
+    def send(self, now_ns: int, halting_only: bool = False) -> list[bytes]:
+        """Payloads of Kind.TELECOMMAND that are due now; or of them those that halt the rover, the others wait."""
         out = []
         for request in self._open.values():
-            if now_ns < request.next_ns:
+            if now_ns < request.next_ns or (halting_only and not commands.halts(request.payload)):
                 continue
             heard = request.state != State.REQUESTED
             wait_ns = max(_ASK_NS, 2 * self.rtt_ns) if heard else max(_RETRY_NS, self.rtt_ns // 2)
@@ -152,9 +154,10 @@ class Requester:
         """How many requests still wait for their outcome."""
         return len(self._open)
 
-    def next_due_ns(self) -> int | None:
+    def next_due_ns(self, halting_only: bool = False) -> int | None:
         """When `send` has something again; None while nothing is open."""
-        return min((r.next_ns for r in self._open.values()), default=None)
+        rows = (r for r in self._open.values() if not halting_only or commands.halts(r.payload))
+        return min((r.next_ns for r in rows), default=None)
 
     def receive(self, payload: bytes, now_ns: int) -> Report | None:
         """A Kind.REPORT payload. The report where it is news of one of this station's requests, else None.
@@ -185,6 +188,19 @@ class Requester:
                 request.report, request.state = report, report.state
                 request.history.append((now_ns, report))
                 del self._open[request_id]
+
+    def refuse(self, text: str, now_ns: int) -> list[Report]:
+        """None of the open requests is sent any more, but those that halt the rover: the ground's own refusal."""
+        reports = []
+        for request_id, request in list(self._open.items()):
+            if not commands.halts(request.payload):
+                serial = request.report.serial + 1 if request.report else 0
+                report = Report(request_id, self.station, serial & 0xFF, State.FAILED, Code.VERSION, text)
+                request.report, request.state = report, report.state
+                request.history.append((now_ns, report))
+                del self._open[request_id]
+                reports.append(report)
+        return reports
 
     def abandon(self, request_id: int) -> None:
         """Ask no longer. The rover may have executed it all the same: its state stays what was last heard."""
@@ -226,7 +242,7 @@ class _Known:
 class Executor:
     """The rover's end for all stations: each request becomes an Order at most once.
 
-    capacity: requests remembered per station.
+    capacity: requests remembered per station. permit: raises RefusedError where a station may not give a command.
     """
 
     def __init__(self, capacity: int = 4096) -> None:
@@ -235,6 +251,7 @@ class Executor:
         self._forgotten: dict[int, int] = {}
         self._queue: list[tuple[int, int, bytes]] = []  # (due_ns, key, payload), in the order made
         self._waiting: dict[int, commands.Telecommand] = {}  # key -> what starts later, by its start time
+        self.permit: Callable[[str, int], None] = lambda name, station: None
 
     def receive(self, station: int, payload: bytes, now_ns: int, mode: Mode) -> Order | None:
         """A Kind.TELECOMMAND payload: an Order where it is new and may be done now.
@@ -273,6 +290,8 @@ class Executor:
             if asked.start_ns > now_ns:
                 self._hold(key, asked._replace(arguments=arguments), now_ns)
                 return None
+            code = Code.LEASE
+            self.permit(asked.name, key >> 32)
             code = Code.MODE
             commands.check_mode(asked.name, mode)
         except ValueError as error:

@@ -6,6 +6,7 @@ half to even), so both agree bit for bit.
 
 from __future__ import annotations
 
+import hashlib
 import re
 import sys
 from pathlib import Path
@@ -70,7 +71,8 @@ def main() -> None:
 def generate(dbc_path: Path) -> str:
     """The text of the module for a DBC file."""
     database: Any = cantools.database.load_file(dbc_path)
-    parts = [HEAD, f"DBC_VERSION = {int(database.version)}\n"]
+    whole = hashlib.sha256(dbc_path.read_bytes()).hexdigest()
+    parts = [HEAD, f"DBC_VERSION = {int(database.version)}\nDBC_SHA256 = \"{whole}\"\n"]
     parts += _turns(database)
     parts += [_enum(name, table) for name, table in database.dbc.value_tables.items()]
     families: dict[str, str] = {}

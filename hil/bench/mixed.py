@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import os
 import secrets
+import shutil
 import time
 from collections.abc import Callable
 from contextlib import ExitStack
@@ -134,6 +135,8 @@ def fly(scenario: Scenario, folder: Path, real: Real, tell: Callable[[Progress, 
     (folder / "gdem.npz").write_bytes(to_npz(ground.gdem))
     rover_side, ground_side = (f"tcp/127.0.0.1:{port}" for port in free_ports(2))
     up, down = write_keys(folder)
+    state = folder / "state"
+    shutil.rmtree(state, ignore_errors=True)  # of the keys before
     bench = MixedBench(ground, scenario.seed, load().rover, Truth(folder / "truth.mcap"), real)
     with ExitStack() as stack:
         stack.callback(bench.close)
@@ -144,8 +147,8 @@ def fly(scenario: Scenario, folder: Path, real: Real, tell: Callable[[Progress, 
         ])
         settings = {
             **flight_settings(scenario, ground.start), "link.bench_seed": -1, "link.endpoint": rover_side,
-            "link.command_keys": str(up), "link.downlink_key": str(down), "mission.gdem": str(folder / "gdem.npz"),
-            "record.path": str(folder / "onboard.mcap"), **bench.addresses,
+            "link.command_keys": str(up), "link.downlink_key": str(down), "state.folder": str(state),
+            "mission.gdem": str(folder / "gdem.npz"), "record.path": str(folder / "onboard.mcap"), **bench.addresses,
         }
         processes.start("onboard", "onboard", ["run", *set_words(settings)])
         (folder / "ground.toml").write_text(

@@ -7,16 +7,20 @@ Rule 1: a report goes out twice, 0.2 s apart, and again whenever the ground asks
         message, an older one that waited is replaced. An event: at once, and again until the ground acknowledges it.
 Rule 2: what is more important and does not fit the bucket yet holds back what is less important.
 Rule 3: what the line cost counts: payload, frame, tag, UDP and IP.
+Rule 4: outside of the contact windows nothing is sent and what has to be sent waits. Where no window lies ahead, and
+        for 30 s after somebody was heard far from any, the rover speaks as if there were none: never mute by plan.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 
 from onboard.config import Link
 from onboard.core.telemetry import Packer, View
+from onboard.ports import UNKEPT
 from onboard.records import Event, LinkMessage
 from protocol import WireError, bulk, link
+from protocol.contacts import Windows
 from protocol.events import EventSender
 from protocol.link import Kind
 from protocol.modes import Mode
@@ -30,6 +34,8 @@ SHED_RATIO = 10
 _HEARTBEAT_NS = 1_000_000_000
 _SILENCE_NS = 10_000_000_000
 _REFUSALS_NS = 10_000_000_000
+_NEAR_NS, _ANSWER_NS = 10_000_000_000, 30_000_000_000
+_STEADY = ("HEARTBEAT", "LINK_STATE")  # not made more seldom
 Payload = tuple[int, bytes]
 
 
@@ -38,7 +44,8 @@ class Downlink:
 
     last_contact_ns: when an authenticated datagram last came, the start before the first. mode: commands are checked
     against it; `sample` sets it, and it may be set in every tick. notices: what it has to tell; the caller takes them.
-    shedding: housekeeping is made ten times more seldom, and no product is sent.
+    shedding: housekeeping is made ten times more seldom, and no product is sent. heard_ns: likewise, by station.
+    windows: of contact. now_ns: of the tick.
     """
 
     def __init__(self, config: Link) -> None:
@@ -51,9 +58,11 @@ class Downlink:
         self._frames: dict[tuple[str, int], bytes] = {}  # (message, part) -> newest frame, in the order first waited
         self._due_ns = dict.fromkeys(("HEARTBEAT", *MESSAGES), 0)
         self._period_ns = {m: round(1e9 / rate_hz(m)) for m in MESSAGES} | {"HEARTBEAT": _HEARTBEAT_NS}
-        self._sample_ns = self._now_ns = 0
+        self._sample_ns = self.now_ns = 0
         self.mode, self.shedding = Mode.BOOT, False
         self.last_contact_ns = 0
+        self.heard_ns: dict[int, int] = {}
+        self.windows, self._open, self._answer_until_ns = Windows(), True, 0
         self.received, self.refused = 0, dict[str, int]()
         self._told_ns, self._told = -(1 << 62), 0
         self.notices: list[Event] = []
@@ -67,13 +76,13 @@ class Downlink:
 
         Those whose start time has come are first: a stop that arrives with them ends them.
         """
-        self._now_ns = now_ns
+        self.now_ns = now_ns
         orders = self._executor.due(now_ns, self.mode) if self._executor.held else []
         for message in messages:
             if not message.accepted:
                 self._refuse(message.verdict)
                 continue
-            self._contact(now_ns)
+            self._contact(message, now_ns)
             try:
                 order = self._take(message, now_ns)
             except WireError as error:
@@ -99,7 +108,14 @@ class Downlink:
             raise WireError("kind", f"{message.kind} is not for a rover")
         return None
 
-    def _contact(self, now_ns: int) -> None:
+    def _contact(self, message: LinkMessage, now_ns: int) -> None:
+        self.heard_ns[message.station] = now_ns
+        if self.windows.spans and not self.windows.near(now_ns, _NEAR_NS):
+            self._answer_until_ns = now_ns + _ANSWER_NS
+        if message.verdict == UNKEPT:
+            who = f"the mark of a command of station {message.station}"
+            text = f"{who} is not kept: others could send it again after a restart"
+            self.notices.append(Event(now_ns, "warning", "STATE", text))
         if now_ns - self.last_contact_ns > _SILENCE_NS:
             self._events.hurry(now_ns)
         self.last_contact_ns = now_ns
@@ -115,19 +131,23 @@ class Downlink:
         if request_id >> 32 == 0:
             self.own[request_id] = (state, text)
             return
-        self._executor.report(request_id, state, self._now_ns, text, data)
+        self._executor.report(request_id, state, self.now_ns, text, data)
 
     def event(self, event: Event) -> None:
         """Tell the ground; kept until acknowledged."""
         self._events.add(self._packer.event(event, self._events.serial + 1), event.now_ns)
 
+    def permit(self, check: Callable[[str, int], None]) -> None:
+        """Who may command: check(name, station) raises RefusedError before an order is made."""
+        self._executor.permit = check
+
     def cancel_waiting(self, reason: str) -> None:
         """No order that waits for its start time is started any more."""
-        self._executor.cancel_waiting(self._now_ns, reason)
+        self._executor.cancel_waiting(self.now_ns, reason)
 
     def offer(self, name: str, data: bytes, codec: str, priority: int = 0) -> int:
         """Send an object; its id, which a report may name. An unfinished older one of the same name is given up."""
-        return self._bulk.offer(name, data, codec, self._now_ns, priority)
+        return self._bulk.offer(name, data, codec, self.now_ns, priority)
 
     @property
     def refused_count(self) -> int:
@@ -147,7 +167,7 @@ class Downlink:
         slower = SHED_RATIO if self.shedding else 1
         for name, due_ns in self._due_ns.items():
             if now_ns >= due_ns:
-                period_ns = self._period_ns[name] * (1 if name == "HEARTBEAT" else slower)
+                period_ns = self._period_ns[name] * (1 if name in _STEADY else slower)
                 self._due_ns[name] = now_ns - now_ns % period_ns + period_ns  # all on the same beat: few datagrams
                 frames = self._packer.message(name, view, now_ns)
                 self._frames.update({(name, n): frame for n, frame in enumerate(frames)})
@@ -157,7 +177,9 @@ class Downlink:
 
     def send(self, now_ns: int) -> tuple[Payload, ...]:
         """Payloads that may go now."""
-        self._now_ns = now_ns
+        self.now_ns = now_ns
+        if self.windows.spans and not self._may_speak(now_ns):
+            return ()
         self._tokens = min(self._depth, self._tokens + (now_ns - self._filled_ns) * self._rate_Bpns)
         self._filled_ns = now_ns
         out: list[Payload] = []
@@ -168,6 +190,14 @@ class Downlink:
         if self._housekeeping(out) and self._events_out(out, now_ns) and self._bulk.busy and not self.shedding:
             self._spend(out, Kind.BULK_CHUNK, self._bulk.send(now_ns, self._tokens))
         return tuple(out)
+
+    def _may_speak(self, now_ns: int) -> bool:
+        """Rule 4; as contact begins, events that wait are due at once."""
+        before, windows = self._open, self.windows
+        self._open = windows.is_open(now_ns) or windows.over(now_ns) or now_ns < self._answer_until_ns
+        if self._open and not before:
+            self._events.hurry(now_ns)
+        return self._open
 
     def _spend(self, out: list[Payload], kind: Kind, payloads: Iterable[bytes]) -> None:
         for payload in payloads:

@@ -2,7 +2,7 @@
 
 Orders come checked from the downlink; faults from the monitors; both only ever change the mode by `protocol.modes`.
 What moves the rover is `core.tasks`; orders that change no mode are obeyed by families: `core.masks`, `core.services`,
-`core.parameter_orders`, `core.fence_orders`;
+`core.parameter_orders`, `core.fence_orders`, `core.link_orders`; who may give them is `core.lease`;
 `core.sequencer` gives orders of its own.
 """
 
@@ -15,6 +15,8 @@ from onboard.core.context import Context
 from onboard.core.downlink import Downlink
 from onboard.core.fence_orders import FenceOrders
 from onboard.core.jobs import GIVE_UP_TICKS
+from onboard.core.lease import Lease
+from onboard.core.link_orders import LinkOrders
 from onboard.core.masks import Masks
 from onboard.core.mission import Mission
 from onboard.core.monitors import over_limit, words
@@ -43,11 +45,11 @@ class Executive:
     """Owns the mode, the tasks and what the operator may order."""
 
     def __init__(
-        self, kept: tuple[ParameterOrders, FenceOrders], gdem: Gdem | None, downlink: Downlink,
+        self, kept: tuple[ParameterOrders, FenceOrders, LinkOrders], gdem: Gdem | None, downlink: Downlink,
         memory: StopMap | None = None,
     ) -> None:
-        parameters, fences = kept
-        self._parameters, self._fences, self._downlink = parameters, fences, downlink
+        parameters, fences, link = kept
+        self._parameters, self._downlink = parameters, downlink
         self.mode = next_mode(Mode.BOOT, "booted") or Mode.BOOT
         self.events: list[Event] = []
         self.active: tuple[str, ...] = ()
@@ -55,14 +57,16 @@ class Executive:
         self._reset_id: int | None = None
         self.tasks = Tasks(parameters, (gdem, memory), downlink)
         self.tasks.change, self.tasks.tell = self._change, self._tell
+        self.lease = Lease(parameters.config.link.lease_s, downlink)
         self.masks, self.services = Masks(downlink), Services(downlink, self.tasks)
         self.sequencer = Sequencer(downlink, self._end_sequence)
         self._orders: Mapping[str, Callable[[Order, Context], None]] = {
             "stop": self._stop, "safe": self._safe, "resume": self._resume, "status": self._status,
             "emergency_stop": self._emergency_stop, "reset": self._reset,
             **self.tasks.orders, **self.masks.orders, **self.services.orders, **parameters.orders,
-            **fences.orders, **self.sequencer.orders,
+            **fences.orders, **self.sequencer.orders, **link.orders, **self.lease.orders,
         }  # fmt: skip
+        self._families = (self.masks, self.services, parameters, fences, link, self.lease)
 
     @property
     def mission(self) -> Mission | None:
@@ -106,7 +110,8 @@ class Executive:
         if own is not None:
             self._orders[own.name](own, ctx)
         self.services.step(ctx)
-        for family in (self.masks, self.services, self._parameters, self._fences):
+        self.lease.step(ctx)
+        for family in self._families:
             self.events += family.events
             family.events.clear()
         ctx.held = self._any_active(Step.STOP)
@@ -187,6 +192,7 @@ class Executive:
     def _obey(self, order: Order, ctx: Context) -> None:
         try:
             check_mode(order.name, self.mode)  # an order of the same tick may have changed it
+            self.lease.check(order, ctx)
             self._orders[order.name](order, ctx)
         except RefusedError as error:
             self._downlink.report(order.request_id, State.FAILED, str(error))

@@ -10,11 +10,12 @@ from typing import Any
 from onboard.devices.lidar_clock import ClockQuality
 from onboard.records import Estimate, Event, Machine, PowerState, WheelState
 from protocol import eldorado_dialect as mavlink
-from protocol import events
+from protocol import events, versions
 from protocol.conventions import cut
 from protocol.mavlink_frames import frd_from_flu, ned_angles, ned_from_enu
 from protocol.modes import SEVERITIES, Mode, Phase
 from protocol.telemetry import BY_NAME, ITEMS_SLOTS, MESSAGES, TABLE
+from protocol.versions import Versions
 
 SYSTEM_ID, COMPONENT_ID = 1, 1
 _NAN = math.nan
@@ -46,6 +47,8 @@ class View:
     machine: Machine | None = None
     job: str = ""
     job_ratio: float = _NAN
+    lease_station: int = 0
+    key_epoch: int = 0
 
 
 Sampler = Callable[[View], float]
@@ -76,6 +79,11 @@ def _power(name: str) -> Sampler:
 
 def _machine(name: str, unit: float = 1.0) -> Sampler:
     return lambda v: _NAN if v.machine is None else getattr(v.machine, name) / unit
+
+
+def _version(name: str) -> Sampler:
+    ours: int = getattr(versions.OURS, name)
+    return lambda v: ours
 
 
 _LIDAR_CLOCK: dict[str, Callable[[ClockQuality], float]] = {
@@ -129,6 +137,9 @@ SAMPLERS: dict[str, Sampler] = {
     "link_refused": lambda v: v.link_refused,
     "events_waiting": lambda v: v.events_waiting,
     "job_ratio": lambda v: v.job_ratio,
+    **{f"{name}_version": _version(name) for name in Versions._fields},
+    "lease_station": lambda v: v.lease_station,
+    "key_epoch": lambda v: v.key_epoch,
 }
 _NAMES = {message: tuple(row.name for row in TABLE if row.message == message) for message in MESSAGES}
 
@@ -178,6 +189,10 @@ def _progress(view: View, ms: int) -> list[Any]:
     return [mavlink.MAVLink_progress_message(ms, view.job_ratio, view.job.encode()[:16])] if view.job else []
 
 
+def _link_state(view: View, ms: int) -> list[Any]:
+    return [mavlink.MAVLink_link_state_message(ms, *(int(value) for value in _read("LINK_STATE", view)))]
+
+
 def _items(view: View, ms: int) -> list[Any]:
     made, names = [], _NAMES[""]
     for at in range(0, len(names), ITEMS_SLOTS):
@@ -197,7 +212,7 @@ def _heartbeat(view: View, ms: int) -> list[Any]:
 
 _BUILDERS: dict[str, Callable[[View, int], list[Any]]] = {
     "HEARTBEAT": _heartbeat, "ROVER_STATE": _rover_state, "LOCAL_POSITION_NED": _position, "ATTITUDE": _attitude,
-    "WHEELS": _wheels, "SYS_STATUS": _sys_status, "PROGRESS": _progress, "": _items,
+    "LINK_STATE": _link_state, "WHEELS": _wheels, "SYS_STATUS": _sys_status, "PROGRESS": _progress, "": _items,
 }
 _ACTIVE, _STANDBY, _CRITICAL = mavlink.MAV_STATE_ACTIVE, mavlink.MAV_STATE_STANDBY, mavlink.MAV_STATE_CRITICAL
 _STATUS = {Mode.BOOT: mavlink.MAV_STATE_BOOT, Mode.STANDBY: _STANDBY, Mode.AUTONOMOUS: _ACTIVE,

@@ -15,7 +15,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 from onboard.config import Config
-from onboard.core import fence_orders
+from onboard.core import fence_orders, link_orders
 from onboard.core.computer_watch import ComputerWatch
 from onboard.core.context import Context
 from onboard.core.device_watch.watch import DeviceWatch
@@ -25,6 +25,7 @@ from onboard.core.fence_orders import FenceOrders
 from onboard.core.jobs import JobBook
 from onboard.core.keeping import KEPT as KEPT_POSE
 from onboard.core.keeping import Keeping
+from onboard.core.link_orders import LinkOrders
 from onboard.core.monitors import Watched, active_faults
 from onboard.core.pace import Pace
 from onboard.core.parameter_orders import KEPT, ParameterOrders
@@ -81,7 +82,8 @@ class Rover:
         self.parameters = ParameterOrders(config, kept.get(KEPT, b""), self.downlink)
         self.fences = FenceOrders(bool(config.state.folder), kept.get(fence_orders.KEPT, b""), self.downlink)
         self.keeping = Keeping(config, kept.get(KEPT_POSE, b""), self.localisation)
-        self.executive = Executive((self.parameters, self.fences), gdem, self.downlink, memory)
+        self.link = LinkOrders(kept.get(link_orders.KEPT, b""), self.downlink)
+        self.executive = Executive((self.parameters, self.fences, self.link), gdem, self.downlink, memory)
         self.jobs = JobBook()
         self.orders: tuple[WheelCommand, ...] = (WheelCommand(WheelMode.HOLD, 0.0, 0.0),) * 4
         self.watch = WheelWatch(config.rover)
@@ -110,6 +112,7 @@ def tick(rover: Rover, inputs: Inputs, mark: Mark = lambda _: None) -> Outputs:
     for family in (rover.parameters, rover.fences):
         family.receive(inputs.saved)
     rover.keeping.receive(inputs.saved, now_ns)
+    rover.link.receive(inputs.saved, now_ns)
     orders = rover.downlink.receive(inputs.link_messages, now_ns)
     rover.pace.update(inputs.timing, inputs.health, rover.jobs.running)
     taken = rover.jobs.take(inputs.jobs, inputs.tick, inputs.timing.job_ns)
@@ -193,7 +196,7 @@ def darken(rover: Rover, inputs: Inputs) -> Outputs | None:
 
 
 def _saves(rover: Rover) -> tuple[Save, ...]:
-    owners = (rover.parameters, rover.fences, rover.keeping)
+    owners = (rover.parameters, rover.fences, rover.keeping, rover.link)
     saves = tuple(save for owner in owners for save in owner.saves)
     for owner in owners:
         owner.saves.clear()
@@ -272,6 +275,8 @@ def _view(rover: Rover) -> View:
         machine=rover.computer.machine,
         job=" ".join(rover.jobs.running),
         job_ratio=mission.progress_ratio if mission else 0.0,
+        lease_station=executive.lease.holder,
+        key_epoch=rover.link.epoch,
     )
 
 
@@ -285,5 +290,6 @@ def _digest(rover: Rover) -> bytes:
         *rover.power.digest_items(), *rover.computer.digest_items(),
         *rover.executive.masks.digest_items(), *rover.parameters.digest_items(), *rover.fences.digest_items(),
         *rover.executive.sequencer.digest_items(), len(rover.executive.tasks.track), *rover.keeping.digest_items(),
+        *rover.executive.lease.digest_items(), *rover.link.digest_items(),
     )
     return hashlib.blake2b(struct.pack(f"{len(items)}d", *items), digest_size=8).digest()

@@ -9,7 +9,7 @@ from onboard.config import ConfigError
 from protocol.link import Keyring, parse_keys
 
 
-def read_keys(path: str, direction: str) -> Keyring:
+def read_any_keys(path: str) -> Keyring:
     """The keys in a file. Raises ConfigError, one line that begins with the path and never quotes a secret."""
     try:
         mode = stat.S_IMODE(Path(path).stat().st_mode)
@@ -20,6 +20,12 @@ def read_keys(path: str, direction: str) -> Keyring:
         raise ConfigError(f"{path}: {error}") from None  # the cause could quote a secret
     if keys is None:
         raise ConfigError(f"{path}: mode {mode:04o}, others may read this key; chmod 600 it")
+    return keys
+
+
+def read_keys(path: str, direction: str) -> Keyring:
+    """The same of a file whose keys should be of one direction."""
+    keys = read_any_keys(path)
     if keys.direction != direction:
         raise ConfigError(f"{path}: holds keys of {keys.direction}, should be of {direction}")
     return keys

@@ -4,17 +4,22 @@ What arrives is opened by `protocol.link` and handed on as LinkMessage, refused 
 check; what leaves is sealed with the rover's key. On the wall clock `read` takes what is there; in lock-step
 `wait_open` comes before the first tick and `read_upto` takes exactly what the barrier counts. The opening probe is in
 `protocol.carrier`.
+
+A command that halts by a counter of its own waits here until its mark is on the disk (`link_memory`).
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from concurrent.futures import Future
 from types import TracebackType
 from typing import Self
 
 from onboard.config import Config, ConfigError
 from onboard.drivers.key_file import read_keys
 from onboard.drivers.link_end import LinkEnd, LinkEndError
+from onboard.drivers.link_memory import HOLD_NS, LinkMemory
+from onboard.ports import EPOCH, UNKEPT, Save, Saved
 from onboard.records import LinkMessage, PortState
 from protocol import WireError, carrier
 from protocol.link import (
@@ -23,12 +28,13 @@ from protocol.link import (
     KEY_UP,
     Keyring,
     LinkKeys,
+    Opened,
     Opener,
     Sealer,
     bench_keys,
 )
 
-_MOST_PER_READ = 256  # bounds a tick on the wall clock; the rest waits in the queue
+_MOST_PER_READ = 1024  # bounds a tick on the wall clock, 3 to 5 ms of bad tags; the rest waits in the queue
 
 
 class LinkPortError(RuntimeError):
@@ -39,6 +45,9 @@ def link_keys(config: Config) -> LinkKeys:
     """The keys that the configuration names: two files, or on a bench those of its seed. Raises ConfigError."""
     link = config.link
     if link.command_keys and link.downlink_key:
+        if not config.state.folder:
+            raise ConfigError("state.folder: with key files a folder is needed, where the count of starts outlives the "
+                              "program: without it what was said to an earlier start would count again")
         return LinkKeys(_keys("link.command_keys", link.command_keys, KEY_UP),
                         _keys("link.downlink_key", link.downlink_key, KEY_DOWN))
     if link.command_keys or link.downlink_key:
@@ -74,24 +83,77 @@ def checked(opener: Opener, datagram: bytes, stamp_ns: int) -> LinkMessage:
         opened = opener.open(datagram)
     except WireError as error:
         return LinkMessage(stamp_ns, False, error.kind, 0, 0, b"")
-    return LinkMessage(stamp_ns, True, "ok", opened.station, opened.kind, opened.payload)
+    return heard(opened, stamp_ns)
+
+
+def heard(opened: Opened, stamp_ns: int, verdict: str = "ok") -> LinkMessage:
+    """What the core hears of a datagram that opened."""
+    return LinkMessage(stamp_ns, True, verdict, opened.station, opened.kind, opened.payload)
+
+
+class Gate:
+    """Datagrams to messages: what every check of protocol.link passed, halting commands once their marks are kept.
+
+    memory: where those are. Sans-I/O but for it; `end` and time are the caller's.
+    """
+
+    def __init__(self, keys: LinkKeys, boot_id: int, memory: LinkMemory) -> None:
+        self._memory = memory
+        self._opener = Opener(keys.command, boot_id=boot_id, epoch=memory.epoch, marks=memory.marks)
+        self._held: list[tuple[int, Opened, Future[bool]]] = []
+
+    def use(self, epoch: int) -> None:
+        """From now on in this epoch."""
+        self._opener.epoch = epoch
+
+    def receive(self, datagram: bytes, stamp_ns: int) -> list[LinkMessage]:
+        """The message of a datagram, none while it waits for its mark."""
+        try:
+            opened = self._opener.open(datagram)
+        except WireError as error:
+            return [LinkMessage(stamp_ns, False, error.kind, 0, 0, b"")]
+        if not opened.halt:
+            return [heard(opened, stamp_ns)]
+        self._held.append((stamp_ns, opened, self._memory.mark(opened.station, opened.counter)))
+        return self.release(stamp_ns)
+
+    def release(self, now_ns: int) -> list[LinkMessage]:
+        """Those whose marks are kept, or that have waited long enough, in the order they came."""
+        out: list[LinkMessage] = []
+        while self._held:
+            stamp_ns, opened, written = self._held[0]
+            if not written.done() and now_ns - stamp_ns < HOLD_NS:
+                break
+            del self._held[0]
+            kept = written.done() and written.result()
+            out.append(heard(opened, now_ns, "ok" if kept else UNKEPT))
+        return out
 
 
 class LinkPort:
-    """The rover's end of the link. Use it inside `with`, or call `close`: an open session hangs the interpreter."""
+    """The rover's end of the link. Use it inside `with`, or call `close`: an open session hangs the interpreter.
 
-    def __init__(self, endpoint: str, keys: LinkKeys, boot_id: int) -> None:
-        key = keys.downlink.key(DOWNLINK_KEY_ID)
-        if key is None:
-            raise ConfigError(f"link.downlink_key: holds no key {DOWNLINK_KEY_ID}, the rover's")
-        self._sealer = Sealer(key, DOWNLINK_KEY_ID, boot_id, epoch=keys.downlink.epochs[-1])
-        self._opener = Opener(keys.command, boot_id=boot_id)
+    memory: of marks and epoch; default one that ends with the port.
+    """
+
+    def __init__(self, endpoint: str, keys: LinkKeys, boot_id: int, memory: LinkMemory | None = None) -> None:
+        self._memory = memory or LinkMemory("", keys)
+        self._downlink = keys.downlink
+        self._sealer = Sealer(self._key(self._memory.epoch), DOWNLINK_KEY_ID, boot_id, epoch=self._memory.epoch)
+        self._gate = Gate(keys, boot_id, self._memory)
+        self._switching: list[Future[Saved]] = []
         self._sent = 0
         try:
             self._end = LinkEnd(carrier.ROVER, endpoint, hear=KEY_UP, say=KEY_DOWN)
         except ValueError as error:
             like = "tcp/127.0.0.1:7447"
             raise ConfigError(f"link.endpoint = {endpoint!r} should be a locator like {like}: {error}") from error
+
+    def _key(self, epoch: int) -> bytes:
+        key = self._downlink.key(DOWNLINK_KEY_ID, epoch)
+        if key is None:
+            raise ConfigError(f"link.downlink_key: holds no key {DOWNLINK_KEY_ID}, the rover's")
+        return key
 
     def __enter__(self) -> Self:
         return self
@@ -102,6 +164,7 @@ class LinkPort:
     def close(self) -> None:
         """Ends the session; may be called again."""
         self._end.close()
+        self._memory.close()
 
     @property
     def state(self) -> PortState:
@@ -121,9 +184,12 @@ class LinkPort:
             raise LinkPortError(f"the link's carrier did not answer a probe within {limit_s:g} s")
 
     def read(self, stamp_ns: int) -> tuple[LinkMessage, ...]:
-        """What has arrived, at most 256 datagrams, all with this time of arrival."""
+        """What has arrived, at most 1024 datagrams, all with this time of arrival."""
         self._end.knock()
-        return tuple(checked(self._opener, datagram, stamp_ns) for datagram in self._end.take(_MOST_PER_READ))
+        messages = self._gate.release(stamp_ns)
+        for datagram in self._end.take(_MOST_PER_READ):
+            messages += self._gate.receive(datagram, stamp_ns)
+        return tuple(messages)
 
     def read_upto(self, total: int, stamps_us: Sequence[int], limit_s: float = 10.0) -> tuple[LinkMessage, ...]:
         """Waits until `total` datagrams have been taken since the start; the new ones get the barrier's stamps.
@@ -137,10 +203,26 @@ class LinkPort:
             datagrams = self._end.take_upto(total, limit_s)
         except LinkEndError as error:
             raise LinkPortError(str(error)) from error
-        return tuple(checked(self._opener, each, us * 1000) for each, us in zip(datagrams, stamps_us, strict=True))
+        pairs = zip(datagrams, stamps_us, strict=True)
+        return tuple(message for each, us in pairs for message in self._gate.receive(each, us * 1000))
 
     def write(self, payloads: Iterable[tuple[int, bytes]]) -> None:
         """Seals and puts (kind, payload) in their order. Without a session they are lost, as on a dead link."""
         for kind, payload in payloads:
             self._end.put(self._sealer.seal(kind, payload))
             self._sent += 1
+
+    def start(self, saves: Iterable[Save]) -> None:
+        """Puts the key epoch in force that the core asks for, once it is kept; what came of it is in `collect`."""
+        for save in saves:
+            if save.name == EPOCH:
+                self._switching.append(self._memory.switch(int(save.data)))
+
+    def collect(self) -> tuple[Saved, ...]:
+        """What became of the switches asked for; from now on the port speaks and hears in the new epoch."""
+        saved = tuple(each.result() for each in self._switching if each.done())
+        self._switching = [each for each in self._switching if not each.done()]
+        if saved:
+            self._gate.use(self._memory.epoch)
+            self._sealer.use(self._key(self._memory.epoch), self._memory.epoch)
+        return saved

@@ -10,9 +10,9 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 
 from onboard.drivers.disk import write_whole
-from onboard.ports import Save, Saved
+from onboard.ports import EPOCH, Save, Saved
 
-NAMES = ("parameters", "fences", "pose")
+NAMES = ("parameters", "fences", "pose", EPOCH)  # the last is written by the link's port
 BOOTS = "boots.json"
 
 

@@ -84,7 +84,7 @@ def test_before_the_first_telemetry_the_status_line_says_that_it_waits_for_it(me
     station = VirtualStation()
     station.rover.tells = False
     station.rover.event(0, "BOOT", "the first word of the rover")
-    _, lines, _ = meet(station, "goto", "12", "3")
+    _, lines, _ = meet(station, "goto", "12", "3", "--timeout", "12")
     told = [line for line in lines if "telemetry" in line]
     assert told
     assert all(line.endswith(" s  waiting for telemetry") for line in told)

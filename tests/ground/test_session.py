@@ -10,7 +10,8 @@ from toy_rover import TICK_NS, ToyRover, a_map
 from ground.script import Runner, parse
 from ground.session import EventHeard, Item, ProductHeard, ReportHeard, Session
 from hil.link.impairment import Profile, both_directions, load_profile
-from protocol.link import bench_keys
+from protocol import commands
+from protocol.link import Opener, bench_keys
 from protocol.products import decode_ldem, encode_ldem
 from protocol.transactions import State
 
@@ -121,11 +122,15 @@ def test_events_arrive_once_and_are_acknowledged_at_30_percent_loss():
     assert world.rover.events_waiting == 0
 
 
-def test_nothing_is_sent_before_the_rover_was_heard():
+def test_nothing_but_what_halts_is_sent_before_the_rover_was_heard():
     session = Session(KEYS, 1)
-    session.request("stop", {}, 0)
+    session.request("goto", {"x_m": 1.0, "y_m": 2.0}, 0)
     assert session.send(0) == []
     assert session.next_due_ns(0) is None
+    session.request("stop", {}, 0)
+    (sent,) = session.send(0)
+    opened = Opener(KEYS.command, boot_id=77).open(sent)
+    assert (opened.halt, commands.decode(opened.payload).name) == (True, "stop")
 
 
 def test_forged_and_foreign_datagrams_are_counted_and_change_nothing():

@@ -13,6 +13,7 @@ from protocol.link import DOWNLINK_KEY_ID, Kind, LinkKeys, Opener, Sealer, paylo
 from protocol.mavlink_frames import ned_from_enu
 from protocol.modes import Mode
 from protocol.products import LDEM_CODEC, LdemProduct, MapGrid, encode_ldem
+from protocol.versions import OURS
 
 TICK_NS = 10_000_000
 
@@ -36,6 +37,7 @@ class ToyRover:
         self.map = encode_ldem(a_map())
         self.executed: list[str] = []
         self.refused = 0
+        self.versions = OURS
         self.fails, self.names_object, self.tells = False, True, True
 
     def receive(self, datagram: bytes, now_ns: int) -> None:
@@ -104,6 +106,7 @@ class ToyRover:
         mode = Mode.AUTONOMOUS if self._busy else Mode.STANDBY
         messages = (
             self._mavlink.rover_state_encode(ms, 0, nan, nan, nan, 0.0, 0.1, 0.01, 1, mode, 0),
+            self._mavlink.link_state_encode(ms, *self.versions, 0, 0),
             self._mavlink.local_position_ned_encode(ms, *ned_from_enu(ms / 1000, 2.0, 0.0), 0.0, 0.0, 0.0),
         )
         return b"".join(message.pack(self._mavlink) for message in messages)

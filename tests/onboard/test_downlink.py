@@ -108,7 +108,8 @@ def test_mavlink_clients_read_position_north_and_down_and_heading_from_north():
 def test_a_view_without_any_source_is_telemetry_all_the_same():
     made = Downlink(Link())
     made.sample(View(), 0)
-    assert {m.get_type() for m in decode(made.send(0))} == {"HEARTBEAT", "ROVER_STATE", "WHEELS", "ITEMS"}
+    assert {m.get_type() for m in decode(made.send(0))} == {
+        "HEARTBEAT", "ROVER_STATE", "WHEELS", "ITEMS", "LINK_STATE"}
 
 
 @pytest.mark.parametrize("rate_bps", [16e3, 64e3, 256e3])

@@ -124,7 +124,7 @@ def key_files(tmp_path, mode: int = 0o600) -> dict[str, str]:
     down.write_text(format_keys(KEY_DOWN, {0: b"d" * 32}))
     up.chmod(mode)
     down.chmod(0o600)
-    return {"link.command_keys": str(up), "link.downlink_key": str(down)}
+    return {"link.command_keys": str(up), "link.downlink_key": str(down), "state.folder": str(tmp_path / "state")}
 
 
 def test_keys_come_from_the_named_files(tmp_path):
@@ -140,7 +140,8 @@ def test_a_key_file_that_others_may_read_is_refused(tmp_path):
 
 def test_swapped_key_files_are_refused(tmp_path):
     files = key_files(tmp_path)
-    swapped = dict(zip(files, reversed(files.values())))
+    up, down = files["link.command_keys"], files["link.downlink_key"]
+    swapped = files | {"link.command_keys": down, "link.downlink_key": up}
     with pytest.raises(ConfigError, match="holds keys of er2/d, should be of er2/u"):
         link_keys(load(overrides=swapped))
 

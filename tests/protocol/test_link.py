@@ -30,7 +30,7 @@ def refusal(opener: link.Opener, datagram: bytes) -> str:
 
 def test_what_was_sealed_opens_with_kind_station_counter_and_boot_id():
     opened = rover().open(sealer(3, counter=9).seal(link.Kind.TELECOMMAND, b"abc"))
-    assert opened == (link.Kind.TELECOMMAND, 3, 9, 5, b"abc")
+    assert opened == (link.Kind.TELECOMMAND, 3, 9, 5, b"abc", False)
 
 
 def test_header_and_tag_take_32_bytes_at_most_48():

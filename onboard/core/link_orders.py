@@ -1,0 +1,75 @@
+"""Orders about the link itself: the key epoch, and the windows outside of which the rover says nothing."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from onboard.core.context import Context
+from onboard.core.downlink import Downlink
+from onboard.ports import EPOCH, Save, Saved
+from onboard.records import Event
+from protocol.commands import RefusedError
+from protocol.contacts import Windows, windows
+from protocol.transactions import Order, State
+
+KEPT = EPOCH
+
+
+class LinkOrders:
+    """epoch: in force; kept: how the shell says which one that is. saves: for the shell; events: to tell.
+
+    Windows end with the program: they are in onboard time, which begins anew.
+    """
+
+    def __init__(self, kept: bytes, downlink: Downlink) -> None:
+        self._downlink = downlink
+        self.epoch = int(kept) if kept.isdigit() else 0
+        self.saves: list[Save] = []
+        self.events: list[Event] = []
+        self._switching: list[tuple[int, int]] = []  # request ids, and the epochs that they ask for
+        self.orders = {"keys_rotate": self._switch, "contacts_set": self._set, "contacts_clear": self._clear}
+
+    def receive(self, saved: Sequence[Saved], now_ns: int) -> None:
+        """What the link's port says of a switch."""
+        for name, error in saved:
+            if name != EPOCH or not self._switching:
+                continue
+            request_id, epoch = self._switching.pop(0)
+            if error:
+                self._downlink.report(request_id, State.FAILED, error)
+                continue
+            self.epoch = epoch
+            self.events.append(Event(now_ns, "info", "KEYS", f"key epoch {epoch} is in force"))
+            self._downlink.report(request_id, State.COMPLETED, f"key epoch {epoch} is in force")
+
+    def digest_items(self) -> tuple[int, ...]:
+        """What of this state enters the digest of the core's state."""
+        return (self.epoch, len(self._switching), len(self._downlink.windows.spans))
+
+    def _switch(self, order: Order, ctx: Context) -> None:
+        epoch = round(order.number("epoch"))
+        if epoch <= self.epoch:
+            raise RefusedError(f"key epoch {self.epoch} is in force: only a later one can follow")
+        if self._switching:
+            raise RefusedError("another switch is under way")
+        self._switching.append((order.request_id, epoch))
+        self.saves.append(Save(EPOCH, b"%d" % epoch))
+        self._downlink.report(order.request_id, State.STARTED, "the new epoch is kept first")
+
+    def _set(self, order: Order, ctx: Context) -> None:
+        spans = order.points("windows_s")
+        try:
+            found = windows((round(begin * 1e9), round(end * 1e9)) for begin, end in spans)
+        except ValueError as error:
+            raise RefusedError(str(error)) from error
+        if found.over(ctx.now_ns):
+            raise RefusedError(f"all of these windows are over: it is {ctx.now_ns / 1e9:.1f} s on board")
+        self._put(found, order, ctx, f"{len(found.spans)} windows, the rover is silent outside")
+
+    def _clear(self, order: Order, ctx: Context) -> None:
+        self._put(Windows(), order, ctx, "none: the link may carry at any time")
+
+    def _put(self, found: Windows, order: Order, ctx: Context, text: str) -> None:
+        self._downlink.windows = found
+        self.events.append(Event(ctx.now_ns, "info", "CONTACTS", f"{text}; by station {order.station}"))
+        self._downlink.report(order.request_id, State.COMPLETED, text)
