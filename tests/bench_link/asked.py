@@ -28,7 +28,7 @@ class Asked:
 
 def ask(seed: int, commands: int, told: Told = lambda _: None) -> Asked:
     """Commands at a steady rate until each has its outcome."""
-    world, asked = World(LINK, seed), 0
+    world, asked = World(LINK, seed, remembered=commands), 0
     world.run(2.0 + 2 * LINK.one_way_s)  # nothing is sent before the rover was heard
     begin_s = world.now_s
     while asked < commands:

@@ -8,6 +8,7 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
+from scipy.special import stdtrit
 
 Told = Callable[[str], None]  # progress
 
@@ -77,7 +78,8 @@ def mean(
 ) -> Figure:
     """A mean over seeds with Student's interval; the worst seed is held against the limit too."""
     values = np.asarray(drawn, float)
-    half = 2.1 * values.std(ddof=1) / math.sqrt(len(values)) if len(values) > 1 else 0.0
+    n = len(values)
+    half = float(stdtrit(n - 1, 0.975) * values.std(ddof=1) / math.sqrt(n)) if n > 1 else 0.0
     value, worst = float(values.mean()), float(values.min() if at_least else values.max())
     return Figure(row, link, what, value, value - half, value + half, worst, limit, at_least, unit, len(values))
 

@@ -55,8 +55,7 @@ def listen(name: str, seed: int, seconds: float, busy: bool) -> Heard:
     while world.now_s < seconds:
         if busy:
             world.rover.core.offer(f"cloud {world.now_s}", rng.bytes(size), "raw")
-        core = world.rover.core
-        world.run(seconds, lambda: busy and not core._bulk.busy)
+        world.run(seconds, lambda: busy and not world.rover.core._bulk.busy)
     world.run(seconds + link.one_way_s + 3.0)
     heard.ages_s = {key: age_s for key, age_s in heard.ages_s.items() if key[1] < seconds * 1e9}
     return heard

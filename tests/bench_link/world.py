@@ -24,7 +24,7 @@ from onboard.drivers.link_port import checked
 from onboard.records import Estimate, Pose, PowerState, WheelState
 from protocol.link import DOWNLINK_KEY_ID, Kind, Opener, Sealer, bench_keys, line_bytes
 from protocol.modes import Mode, Phase
-from protocol.transactions import Order, State
+from protocol.transactions import Order, Requester, State
 
 S = 1_000_000_000
 TICK_NS = 10_000_000
@@ -52,14 +52,10 @@ class RoverEnd:
         self.boot_id = boot_id
         self.core = Downlink(Link(rate_bps=rate_bps))
         self._sealer = Sealer(key, DOWNLINK_KEY_ID, boot_id)
-        self._opener = Opener(KEYS.command, boot_id=boot_id)
-        self.refused: dict[str, int] = {}
+        self.opener = Opener(KEYS.command, boot_id=boot_id)
 
     def receive(self, datagrams: list[bytes], now_ns: int) -> list[Order]:
-        messages = [checked(self._opener, datagram, now_ns) for datagram in datagrams]
-        for message in messages:
-            if not message.accepted:
-                self.refused[message.verdict] = self.refused.get(message.verdict, 0) + 1
+        messages = [checked(self.opener, datagram, now_ns) for datagram in datagrams]
         return self.core.receive(messages, now_ns)
 
     def send(self, now_ns: int) -> list[tuple[int, bytes]]:
@@ -76,6 +72,7 @@ class World:
     view: View = VIEW
     act: Callable[[World, Order], None] | None = None
     hear: Callable[[World, News], None] | None = None
+    remembered: int = 2048  # requests in the session
     now_ns: int = 0
     executed: list[Order] = field(default_factory=list)
     line_bytes: dict[int, int] = field(default_factory=dict)  # put on the downlink so far, by kind
@@ -89,7 +86,8 @@ class World:
 
     def _new_session(self, counter: int = 0, next_id: int = 1, boot_id: int = 0) -> Session:
         made = Session(KEYS, STATION, up_bps=self.link.up_bps, newest_boot_id=boot_id)
-        made.sealer.counter, made.requester.next_id = counter, next_id
+        made.requester = Requester(STATION, next_id, remembered=self.remembered)
+        made.sealer.counter = counter
         return made
 
     def restart_ground(self) -> None:
@@ -108,7 +106,7 @@ class World:
     def tick(self) -> None:
         now_ns = self.now_ns
         self._rover_turn(now_ns)
-        arrived = self.down.due(now_ns) if _due(self.down, now_ns) else ()
+        arrived = self._take_down(now_ns)
         for datagram in arrived:
             verdict, news = self.session.receive(datagram, now_ns)
             self.verdicts[verdict] = self.verdicts.get(verdict, 0) + 1
@@ -122,14 +120,23 @@ class World:
             self._wake_ns = self.session.next_due_ns(now_ns)
         self.now_ns += TICK_NS
 
+    def _take_up(self, now_ns: int) -> list[bytes]:
+        return self.up.due(now_ns) if _due(self.up, now_ns) else []
+
+    def _take_down(self, now_ns: int) -> list[bytes]:
+        return self.down.due(now_ns) if _due(self.down, now_ns) else []
+
     def _rover_turn(self, now_ns: int) -> None:
         core = self.rover.core
-        for order in self.rover.receive(self.up.due(now_ns) if _due(self.up, now_ns) else [], now_ns):
+        for order in self.rover.receive(self._take_up(now_ns), now_ns):
             self.executed.append(order)
             if self.act is None:
                 core.report(order.request_id, State.COMPLETED)
             else:
                 self.act(self, order)
+        for notice in core.notices:
+            core.event(notice)
+        core.notices.clear()
         core.sample(self.view, now_ns)
         for kind, datagram in self.rover.send(now_ns):
             cost = line_bytes(len(datagram) - _FRAME_BYTES)
