@@ -76,6 +76,9 @@ lint: .venv/.project ## ruff, mypy --strict on protocol and onboard, import cont
 bench: .venv/.project ## measure; QUICK=1 for two repeats; writes build/bench.json
 	@$(FIXED) $(B)/python -m tests.bench $(if $(QUICK),--quick)
 
+bench-link: .venv/.project ## the link's promises in virtual time, many seeds; QUICK=1 few, ONLY="bulk blackout"; build/bench-link.json
+	@$(FIXED) $(B)/python -m tests.bench_link $(if $(QUICK),--quick) $(ONLY)
+
 soak: .venv/.project ## ten missions in a row and an hour in lock-step, a minute on the wall clock: memory, descriptors, threads, ticks
 	@$(FIXED) $(B)/python -m tests.soak
 
@@ -83,7 +86,7 @@ missions: .venv/.project ## mission rule and guard on seeded fields without phys
 	@$(FIXED) $(B)/python -m tests.missions fly $(if $(FRESH),--fresh-from $(FRESH))
 	@$(FIXED) $(B)/python -m tests.missions guard
 
-nightly: lint test test-missions test-vcan test-sanitize bench missions test-mutation ## all that tests or measures, with ten demo seeds, real ground, craters
+nightly: lint test test-missions test-vcan test-sanitize bench bench-link missions test-mutation ## all that tests or measures, with ten demo seeds, real ground, craters
 	@for seed in 1 2 3 4 5 6 7 8 9 10; do $(B)/hil demo --seed $$seed --out build/nightly/seed-$$seed || echo "seed $$seed failed" >> build/nightly/failed; done
 	@$(B)/hil demo --terrain real --out build/nightly/real
 	@$(B)/hil demo --terrain craters --out build/nightly/craters
@@ -118,4 +121,4 @@ clean: ## remove build and .venv
 help: ## this list
 	@grep -E '^[a-z-]+:.*##' Makefile | sed 's/:.*## /\t/' | expand -t 16
 
-.PHONY: demo sim test test-missions test-scenarios test-vcan test-mutation test-sanitize lint bench soak missions nightly codec docs install uninstall deb size clean help
+.PHONY: demo sim test test-missions test-scenarios test-vcan test-mutation test-sanitize lint bench bench-link soak missions nightly codec docs install uninstall deb size clean help

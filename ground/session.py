@@ -24,6 +24,7 @@ VIEWER = "this station has no command key (command_keys): it may watch, not comm
 _VERSION_ITEMS = tuple(f"{name}_version" for name in Versions._fields)
 _BULK_WAKE_NS = 100_000_000
 _BULK_TAIL_NS = 10_000_000_000
+_MOST_PRODUCT_BYTES = 4_000_000  # beside the newest of each name; the archive has them all
 
 
 class Item(NamedTuple):
@@ -292,8 +293,19 @@ class Session:
         if product is not None:
             self.products[product.object_id] = product
             self._product_ns[product.object_id] = now_ns
+            self._forget_products()
             return [ProductHeard(now_ns, product)]
         return [Progress(now_ns, name, have, total) for name, (have, total) in self._bulk.progress().items()]
+
+    def _forget_products(self) -> None:
+        newest = {p.name: p.object_id for p in self.products.values()}
+        older = [p for p in self.products.values() if p.object_id not in newest.values()]
+        excess = sum(len(p.data) for p in older) - _MOST_PRODUCT_BYTES
+        for product in older:
+            if excess <= 0:
+                break
+            excess -= len(product.data)
+            del self.products[product.object_id], self._product_ns[product.object_id]
 
     def send(self, now_ns: int) -> list[bytes]:
         """Sealed datagrams that are due; none outside of contact.

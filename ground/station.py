@@ -113,6 +113,7 @@ class Station:
             self._archive.add("requests", requests[request_id].made_ns, request_id, self.session.station, asked.name,
                               json.dumps(asked.arguments))
             self._archived.add(request_id)
+        self._archived &= requests.keys()  # what the session has forgotten
         for datagram in self.session.send(now_ns):
             self._archive.add("datagrams", now_ns, "up", "ok", datagram)
             self._end.put(datagram)

@@ -31,7 +31,8 @@ from hil.flying import (
 )  # fmt: skip
 from hil.lidar.command import EPILOG as LIDAR_EPILOG
 from hil.lidar.command import main as lidar_command
-from hil.link.emulator import main as link_command
+from hil.link.command import EPILOG as LINK_EPILOG
+from hil.link.command import main as link_command
 from hil.processes import FIXED_ENVIRONMENT
 from hil.scenario import command as scenario_command
 from hil.scenario.scenario import Scenario
@@ -51,7 +52,7 @@ app = typer.Typer(
     "  hil demo --seed 3\n\n  hil list\n\n  hil run lidar_unplugged\n\n  hil link --profile moon-bad\n\n"
     "  hil lidar --profile utm-30lx --pty\n\n  hil can --fault silent=WHEEL_3\n\n  hil watch build/demo",
 )
-app.command("link")(link_command)
+app.command("link", epilog=LINK_EPILOG)(link_command)
 app.command("lidar", epilog=LIDAR_EPILOG)(lidar_command)
 app.command("can", epilog=CAN_EPILOG)(can_command)
 app.command("run")(scenario_command.run)

@@ -116,6 +116,7 @@ def _start(scenario: Scenario, folder: Path, bench: Bench, processes: Processes)
         "link", "--profile", scenario.link, "--profiles", str(_profiles(scenario, folder)),
         "--seed", str(scenario.seed),
         "--rover", rover_side, "--ground", ground_side, "--report", str(folder / "link.json"), *barrier,
+        "--record", str(folder / "link.csv"),
         *(("--real-time",) if scenario.live else ()),
     ])
     processes.start("onboard", "onboard", ["run", *_settings(scenario, folder, bench, rover_side)])

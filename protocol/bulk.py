@@ -7,15 +7,17 @@
 
 Rule 1: each transmission has a serial number. The bitmap echoes the newest heard; what was sent clearly before it and
         is not there was lost. So losses are known without a guess of the round trip, at any delay.
-Rule 2: when nothing new is left, idle capacity repeats what is not yet confirmed, oldest first: the tail costs no
-        extra round trip per loss.
+Rule 2: when nothing new is left, idle capacity sends repair symbols (protocol.repair) over what is not yet confirmed:
+        whichever chunks were lost, the tail costs no further round trip.
 Rule 3: without a bitmap for 10 s the sender only probes, every 2 s; the first bitmap after a blackout, or after a
         restart of either side, tells it what is missing. An object's id comes from its content and survives restarts.
+        Serials start at the sender's milliseconds: what is said of an earlier transfer of the object is known as old.
 Rule 4: a newer object of the same name takes the place of an unfinished older one.
 
 Both ends are in one file, over the usual length: the rules bind both.
 
-A chunk's payload: object u32, serial u32, index u16, data. Index 0xFFFF is the announcement.
+A chunk's payload: object u32, serial u32, index u16, data. Index 0xFFFF is the announcement, 0xFFFE a repair symbol:
+base u16, span u8, data.
 A bitmap's payload: object u32, echo u32, flags u8, base u16, bits of base, base + 1 ... (all below base are there).
 """
 
@@ -27,13 +29,13 @@ from collections import deque
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
-from protocol import WireError
+from protocol import WireError, repair
 from protocol.link import line_bytes
 
 _CHUNK = struct.Struct("<IIH")
 _BITMAP = struct.Struct("<IIBH")
 _ANNOUNCE = struct.Struct("<IH32sBB")
-_ANNOUNCEMENT = 0xFFFF
+_ANNOUNCEMENT, _REPAIR = 0xFFFF, 0xFFFE
 _KNOWN, _COMPLETE = 1, 2
 _REPORT_NS, _SLOW_REPORT_NS, _FRESH_NS = 500_000_000, 5_000_000_000, 3_000_000_000
 _SILENCE_NS, _PROBE_NS, _GIVE_UP_NS = 10_000_000_000, 2_000_000_000, 3_600_000_000_000
@@ -59,8 +61,9 @@ class _Transfer:
     announcement: bytes
     chunks: list[bytes]
     heard_ns: int
-    serial: int = 0
-    echo: int = 0
+    first: int
+    serial: int
+    echo: int
     next_new: int = 0
     known: bool = False
     round_ns: int = 1_000_000_000
@@ -99,15 +102,17 @@ class _Transfer:
         return None
 
     def repeat(self, now_ns: int) -> bytes | None:
-        """What idle capacity may send once more."""
-        idle = now_ns - self.heard_ns <= _SILENCE_NS and self.next_new == len(self.chunks)
-        if not idle or now_ns < self.repeat_ns:
+        """What idle capacity may send: a symbol over what is not confirmed, for each chunk of it once in 0.3 s."""
+        if now_ns < self.repeat_ns or self.next_new < len(self.chunks) or now_ns - self.heard_ns > _SILENCE_NS:
             return None
-        index = self._oldest()
-        if index == _ANNOUNCEMENT:
+        waiting = [i for i, there in enumerate(self.acked) if not there]
+        if not waiting:
             return None
-        self.repeat_ns = self.sent_ns[index] + _REPEAT_NS
-        return self.chunk(index, now_ns) if now_ns >= self.repeat_ns else None
+        base, span = waiting[0], min(waiting[-1] - waiting[0] + 1, repair.MAX_SPAN)
+        self.repeat_ns = max(self.repeat_ns, now_ns - _REPEAT_NS) + _REPEAT_NS // len(waiting)
+        self.serial += 1
+        body = repair.encode(self.object_id, self.serial, base, span, self.chunks.__getitem__, len(self.chunks[0]))
+        return _CHUNK.pack(self.object_id, self.serial, _REPAIR) + body
 
     def _oldest(self) -> int:
         waiting = (i for i in range(len(self.chunks)) if not self.acked[i])
@@ -138,7 +143,7 @@ class Sender:
     """
 
     def __init__(self, payload_limit: int) -> None:
-        self._size = payload_limit - _CHUNK.size
+        self._size = payload_limit - _CHUNK.size - repair.HEAD_BYTES
         self._transfers: list[_Transfer] = []
 
     def offer(self, name: str, data: bytes, codec: str, now_ns: int, priority: int = 0) -> int:
@@ -146,19 +151,21 @@ class Sender:
 
         Raises ValueError where it is empty or too long.
         """
-        if not 0 < len(data) <= min(MAX_OBJECT_BYTES, self._size * (_ANNOUNCEMENT - 1)):
+        if not 0 < len(data) <= min(MAX_OBJECT_BYTES, self._size * _REPAIR):
             raise ValueError(f"object `{name}` of {len(data)} B cannot be sent in chunks of {self._size} B")
         sha, names = hashlib.sha256(data).digest(), (name.encode()[:40], codec.encode()[:24])
         identity = hashlib.sha256(sha + names[0] + self._size.to_bytes(2, "little")).digest()
         object_id = int.from_bytes(identity[:4], "little")
-        if any(t.object_id == object_id for t in self._transfers):
+        known = next((t for t in self._transfers if t.object_id == object_id), None)
+        if known is not None:
+            known.known, known.announced_ns = False, -(1 << 62)  # who waits for it hears that it was asked for anew
             return object_id
         self._transfers = [t for t in self._transfers if t.name != name]
         head = _ANNOUNCE.pack(len(data), self._size, sha, len(names[0]), len(names[1]))
         chunks = [data[at : at + self._size] for at in range(0, len(data), self._size)]
-        none = [0] * len(chunks)
+        none, serial = [0] * len(chunks), now_ns // 1_000_000 % (1 << 31)
         self._transfers.append(_Transfer(
-            object_id, name, priority, head + names[0] + names[1], chunks, now_ns,
+            object_id, name, priority, head + names[0] + names[1], chunks, now_ns, serial, serial, serial,
             acked=[False] * len(chunks), serial_of=none, sent_ns=none.copy(),
         ))
         self._transfers.sort(key=lambda t: -t.priority)
@@ -181,7 +188,7 @@ class Sender:
         """A bitmap. The name of the object where it is complete with this, else None. Raises WireError."""
         object_id, echo, flags, base, bits = _bits(payload)
         transfer = next((t for t in self._transfers if t.object_id == object_id), None)
-        if transfer is None:
+        if transfer is None or echo <= transfer.first:
             return None
         if flags & _COMPLETE:
             self.cancel(object_id)
@@ -193,7 +200,7 @@ class Sender:
     def send(self, now_ns: int, budget_bytes: float) -> list[bytes]:
         """Chunk payloads whose bytes on the line fit the budget; lost and new ones first, then repeats."""
         out: list[bytes] = []
-        cost = line_bytes(self._size + _CHUNK.size)
+        cost = line_bytes(self._size + _CHUNK.size + repair.HEAD_BYTES)
         for step in (_Transfer.next, _Transfer.repeat):
             for transfer in self._transfers:
                 while cost <= budget_bytes:
@@ -224,6 +231,7 @@ class _Partial:
     fresh: bool = True
     echo: int = 0
     chunks: dict[int, bytes] = field(default_factory=dict)
+    solver: repair.Solver = field(default_factory=repair.Solver)
     length: int = 0
     size: int = 0
     sha: bytes = b""
@@ -262,8 +270,13 @@ class Receiver:
         if announced:
             partial.length, partial.size, partial.sha, partial.name, partial.codec = announced
             self._replace(partial, now_ns)
-        else:
-            partial.chunks.setdefault(index, body)
+        elif index == _REPAIR:
+            symbol = repair.decode(body)
+            mask = repair.members(object_id, serial, symbol.base, symbol.span)
+            partial.chunks |= partial.solver.add(mask, symbol, partial.chunks)
+        elif index not in partial.chunks:
+            partial.chunks[index] = body
+            partial.chunks |= partial.solver.learn(index, body)
         return self._finish(partial)
 
     def _replace(self, newer: _Partial, now_ns: int) -> None:
@@ -276,13 +289,13 @@ class Receiver:
     def _finish(self, partial: _Partial) -> Product | None:
         if not partial.size or len(partial.chunks) < partial.count:
             return None
-        data = b"".join(partial.chunks.get(i, b"") for i in range(partial.count))
+        data = b"".join(partial.chunks.get(i, b"") for i in range(partial.count))[: partial.length]
         if len(data) != partial.length or hashlib.sha256(data).digest() != partial.sha:
             self.damaged += 1
-            partial.chunks.clear()
+            partial.chunks, partial.solver = {}, repair.Solver()
             return None
         partial.complete, partial.reported_ns = True, -(1 << 62)
-        partial.chunks = {}
+        partial.chunks, partial.solver = {}, repair.Solver()
         return Product(partial.object_id, partial.name, partial.codec, data)
 
     def progress(self) -> dict[str, tuple[int, int]]:

@@ -2,7 +2,7 @@
 
     ground: Requester                                  rover: Executor
       |  telecommand, every max(0.5 s, RTT/2) --------->  |  first: checked, RECEIVED and ACCEPTED or REFUSED
-      |  <------------------ report, two copies, 0.2 s    |  again: the last report once more, nothing executed
+      |  <------------------ report, two copies, 0.2 s    |  again: the last report once more, in two copies too
       |  telecommand, every max(5 s, 2 RTT) ----------->  |  (asks for the outcome, which may have been lost)
       |  <------------------ report: COMPLETED ...        |
 
@@ -28,7 +28,7 @@ from protocol.modes import Mode
 
 _REPORT = struct.Struct("<IBBBBB")
 _RETRY_NS, _ASK_NS = 500_000_000, 5_000_000_000
-_COPY_NS = 200_000_000
+_COPIES, _COPY_NS = 2, 200_000_000
 _TEXT_BYTES = 110
 _MAX_DATA = 8
 _MOST_WAITING = 32
@@ -117,10 +117,12 @@ class Request:
 class Requester:
     """The ground's end of one station. Times are the ground's; issue and expiry are given in onboard time.
 
-    first_id: kept on disk ahead of use (rule 1). rtt_ns may be set at any time.
+    first_id: kept on disk ahead of use (rule 1). rtt_ns may be set at any time. remembered: requests in `requests`, the
+    oldest of those whose outcome is known are forgotten.
     """
 
-    def __init__(self, station: int, first_id: int = 1, rtt_ns: int = 0) -> None:
+    def __init__(self, station: int, first_id: int = 1, rtt_ns: int = 0, remembered: int = 2048) -> None:
+        self._remembered = remembered
         self.station, self.next_id, self.rtt_ns = station, first_id, rtt_ns
         self.requests: dict[int, Request] = {}
         self._open: dict[int, Request] = {}
@@ -135,6 +137,10 @@ class Requester:
         made = Request(telecommand, now_ns, commands.encode(telecommand), next_ns=now_ns)
         self.requests[self.next_id] = self._open[self.next_id] = made
         self.next_id += 1
+        if len(self.requests) > self._remembered:
+            oldest = next((i for i in self.requests if i not in self._open), None)
+            if oldest is not None:
+                del self.requests[oldest]
         return telecommand.request_id
 
     def send(self, now_ns: int, halting_only: bool = False) -> list[bytes]:
@@ -335,7 +341,7 @@ class Executor:
             text = "the request id was used before for another request"
             self._say(seen.report._replace(state=State.FAILED, code=Code.REUSED_ID, text=text), now_ns)
         elif not any(row[1] == seen.report.station << 32 | seen.report.request_id for row in self._queue):
-            self._say(seen.report, now_ns, copies=1)
+            self._say(seen.report, now_ns)
 
     def _remember(self, station: int, request_id: int, known: _Known) -> None:
         table = self._known[station]
@@ -359,9 +365,9 @@ class Executor:
         self._queue = [row for row in self._queue if row[1] != request_id]  # the newest says it all
         self._say(made, now_ns)
 
-    def _say(self, report: Report, now_ns: int, copies: int = 2) -> None:
+    def _say(self, report: Report, now_ns: int) -> None:
         payload, key = encode_report(report), report.station << 32 | report.request_id
-        self._queue += [(now_ns + n * _COPY_NS, key, payload) for n in range(copies)]
+        self._queue += [(now_ns + n * _COPY_NS, key, payload) for n in range(_COPIES)]
 
     def waiting(self, now_ns: int) -> bool:
         """Whether a report is due that was not sent."""

@@ -14,24 +14,19 @@ Only the models lose: the sessions are reliable and blocking, and no tick starts
 from __future__ import annotations
 
 import hashlib
-import json
 import select
-import signal
 import socket
 import time
 from collections.abc import Callable
 from contextlib import ExitStack
-from pathlib import Path
 from types import TracebackType
-from typing import Annotated, Any
+from typing import Any
 
-import typer
 import zenoh
 
-from hil.link.impairment import PROFILES, Impairment, Profile, both_directions, load_profile
-from onboard.config import ConfigError
-from protocol import WireError, barrier, carrier
-from protocol.barrier import parse_address
+from hil.link.impairment import Impairment, Profile, both_directions
+from hil.link.record import Recorder
+from protocol import barrier, carrier
 from protocol.link import KEY_DOWN, KEY_UP
 
 NEVER = 2**62
@@ -135,9 +130,12 @@ class Side:
 
 
 class LinkEmulator:
-    """Both sides and both models. Use it inside `with`."""
+    """Both sides and both models. Use it inside `with`. recorder: where every datagram's fate is written."""
 
-    def __init__(self, profile: Profile, seed: int, rover_endpoint: str, ground_endpoint: str) -> None:
+    def __init__(
+        self, profile: Profile, seed: int, rover_endpoint: str, ground_endpoint: str, recorder: Recorder | None = None
+    ) -> None:
+        self._recorder = recorder
         self.down, self.up = both_directions(profile, seed)
         self.rover = Side(carrier.ROVER, rover_endpoint, KEY_DOWN, KEY_UP)
         self.ground = Side(carrier.GROUND, ground_endpoint, KEY_UP, KEY_DOWN)
@@ -179,10 +177,17 @@ class LinkEmulator:
             elif name in by_name:
                 taken = side.take(by_name[name], self.limit_s)
             for datagram in taken:
-                model.offer(datagram, now_ns)
+                fate = model.offer(datagram, now_ns)
+                if self._recorder is not None:
+                    self._recorder.note(name.removesuffix("_in"), datagram, now_ns, fate, model.arrivals_ns)
         self.ground.put(self.down.due(now_ns))
         self.rover.put(self.up.due(now_ns))
         return min((t for t in (self.down.next_due_ns, self.up.next_due_ns) if t is not None), default=None)
+
+    def turn(self, now_ns: int) -> None:
+        """One call on the wall clock: whatever has come is taken."""
+        self.serve_probes()
+        self.step(now_ns, live=("down_in", "up_in"))
 
     def report(self) -> dict[str, Any]:
         """Per direction: what came in, what was lost by cause, what went out, and the SHA-256 of both streams."""
@@ -235,52 +240,10 @@ def _run_tick(emulator: LinkEmulator, tick: barrier.Tick, tick_ns: int, live_gro
     return barrier.Done(tick.number, wake, sent)
 
 
-def run_wall(emulator: LinkEmulator, stop: Callable[[], bool], period_s: float = 0.002) -> None:
-    """Carries on the wall clock, by itself, until `stop()`."""
-    start_ns = time.monotonic_ns()
-    while not stop():
-        emulator.serve_probes()
-        emulator.step(time.monotonic_ns() - start_ns, live=("down_in", "up_in"))
+def run_wall(turn: Callable[[int], object], stop: Callable[[int], bool], period_s: float = 0.002) -> None:
+    """Carries on the wall clock, by itself: turn(ns since the start) until stop(the same)."""
+    start_ns, now_ns = time.monotonic_ns(), 0
+    while not stop(now_ns):
+        now_ns = time.monotonic_ns() - start_ns
+        turn(now_ns)
         time.sleep(period_s)
-
-
-def main(
-    profile: Annotated[str, typer.Option(help="Name of a link profile.")] = "lan",
-    profiles: Annotated[Path, typer.Option(help="File of link profiles.")] = PROFILES,
-    rover: Annotated[str, typer.Option(help="Endpoint to listen on for the rover.")] = "tcp/127.0.0.1:7447",
-    ground: Annotated[str, typer.Option(help="Endpoint to listen on for the ground station.")] = "tcp/127.0.0.1:7448",
-    seed: Annotated[int, typer.Option(min=0, help="Seed of both directions' drop lists.")] = 1,
-    barrier: Annotated[str, typer.Option(help="tcp:HOST:PORT of the bench; without it the wall clock.")] = "",
-    real_time: Annotated[bool, typer.Option("--real-time", help="The ground is live: take what it sends.")] = False,
-    report: Annotated[Path | None, typer.Option(help="JSON file for the counts and sums at the end.")] = None,
-) -> None:
-    """Carry datagrams between rover and ground through a bad link.
-
-    Example: hil link --profile moon-bad --rover tcp/127.0.0.1:7447 --ground tcp/127.0.0.1:7448
-    """
-    signal.signal(signal.SIGTERM, signal.default_int_handler)  # the report is written at every end
-    try:
-        _link(load_profile(profile, profiles), seed, (rover, ground), barrier, real_time, report)
-    except (ConfigError, LinkError, WireError) as error:
-        typer.echo(f"hil link: {error}", err=True)
-        raise typer.Exit(64 if isinstance(error, ConfigError) else 69) from None
-
-
-def _link(
-    profile: Profile, seed: int, endpoints: tuple[str, str], bench: str, live_ground: bool, report: Path | None
-) -> None:
-    try:
-        address = parse_address(bench) if bench else None
-    except ValueError as error:
-        raise ConfigError(f"--barrier {error}") from None
-    with LinkEmulator(profile, seed, *endpoints) as emulator:
-        try:
-            if address:
-                run_lockstep(emulator, address, live_ground)
-            else:
-                run_wall(emulator, lambda: False)
-        except KeyboardInterrupt:
-            typer.echo("hil link: ended by a signal", err=True)
-        finally:
-            if report:
-                report.write_text(json.dumps(emulator.report(), indent=2) + "\n")

@@ -23,6 +23,7 @@ from onboard.config import ConfigError, from_tree, value
 
 OVERHEAD_BYTES = 28  # IPv4 + UDP, on the line beside every datagram
 _S = 1_000_000_000
+CAUSES = ("queue_full", "blackout", "shadow", "noise")
 PROFILES = Path(__file__).with_name("profiles.toml")
 
 
@@ -66,7 +67,11 @@ class Counts:
     @property
     def lost(self) -> int:
         """Of all causes."""
-        return self.queue_full + self.blackout + self.shadow + self.noise
+        return sum(self.causes().values())
+
+    def causes(self) -> dict[str, int]:
+        """Lost ones by their cause."""
+        return {cause: getattr(self, cause) for cause in CAUSES}
 
     def report(self) -> dict[str, int]:
         """For the bench's report."""
@@ -75,12 +80,7 @@ class Counts:
 
 def load_profile(name: str, path: Path = PROFILES) -> Profile:
     """A named table of the profile file; ConfigError names file, key and what was probably meant."""
-    try:
-        tables = tomllib.loads(path.read_text())
-    except FileNotFoundError:
-        raise ConfigError(f"{path}: no such file of link profiles") from None
-    except tomllib.TOMLDecodeError as error:
-        raise ConfigError(f"{path}: not valid TOML: {error}") from error
+    tables = _tables(path)
     if name not in tables:
         near = difflib.get_close_matches(name, tables, n=1)
         hint = f"did you mean `{near[0]}`?" if near else f"known: {', '.join(tables)}"
@@ -88,6 +88,20 @@ def load_profile(name: str, path: Path = PROFILES) -> Profile:
     table = dict(tables[name])
     blackouts_s = _pairs(table.pop("blackouts_s", []), f"{path}: `{name}.blackouts_s`")
     return replace(from_tree(Profile, table, str(path), f"{name}."), blackouts_s=blackouts_s)
+
+
+def profile_names(path: Path = PROFILES) -> tuple[str, ...]:
+    """The names in a profile file, in its order. Raises ConfigError as load_profile does."""
+    return tuple(_tables(path))
+
+
+def _tables(path: Path) -> dict[str, dict[str, object]]:
+    try:
+        return tomllib.loads(path.read_text())
+    except FileNotFoundError:
+        raise ConfigError(f"{path}: no such file of link profiles") from None
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise ConfigError(f"{path}: not valid TOML: {error}") from error
 
 
 def _pairs(given: object, what: str) -> tuple[float, ...]:
@@ -121,11 +135,15 @@ class _Shadow:
 
 
 class Impairment:
-    """One direction of a link. `offer` puts a datagram in, `due` takes out what has arrived."""
+    """One direction of a link. `offer` puts a datagram in, `due` takes out what has arrived.
+
+    arrivals_ns: when the datagram that was offered last will arrive, once for each copy; none where it is lost.
+    """
 
     def __init__(self, profile: Profile, rate_bps: float, rng: np.random.Generator) -> None:
         self._profile = profile
-        self._rate_bps = rate_bps
+        self.rate_bps = rate_bps
+        self.arrivals_ns: tuple[int, ...] = ()
         shadow, self._noise, self._jitter, self._copy, self._hold = rng.spawn(5)
         self._shadow = _Shadow(profile.mean_good_s, profile.mean_bad_s, shadow)
         self._line_free_ns = 0
@@ -139,12 +157,17 @@ class Impairment:
         """When the next datagram arrives; None while nothing is under way."""
         return self._flying[0][0] if self._flying else None
 
+    @property
+    def under_way(self) -> int:
+        """Datagrams that will arrive and have not yet."""
+        return len(self._flying)
+
     def offer(self, datagram: bytes, now_ns: int) -> str:
-        """Hands a datagram to the link. Returns "" where it will arrive, else the cause of its loss."""
-        counts = self.counts
+        """Hands a datagram to the link. Returns "" where it will arrive, else the cause of its loss (CAUSES)."""
+        counts, self.arrivals_ns = self.counts, ()
         counts.offered += 1
         counts.offered_bytes += len(datagram)
-        line_ns = round((len(datagram) + OVERHEAD_BYTES) * 8 * _S / self._rate_bps)
+        line_ns = round((len(datagram) + OVERHEAD_BYTES) * 8 * _S / self.rate_bps)
         sent_ns = max(now_ns, self._line_free_ns) + line_ns
         if sent_ns - now_ns > self._profile.queue_s * _S and self._line_free_ns > now_ns:
             counts.queue_full += 1
@@ -168,13 +191,14 @@ class Impairment:
 
     def _loss(self, sent_ns: int) -> str:
         noise = self._noise.random() < self._profile.loss
-        if self._dark(sent_ns):
+        if self.dark(sent_ns):
             return "blackout"
         if self._shadow.bad(sent_ns):
             return "shadow"
         return "noise" if noise else ""
 
-    def _dark(self, at_ns: int) -> bool:
+    def dark(self, at_ns: int) -> bool:
+        """Whether a blackout is on."""
         p, at_s = self._profile, at_ns / _S
         if any(start_s <= at_s < end_s for start_s, end_s in zip(p.blackouts_s[::2], p.blackouts_s[1::2])):
             return True
@@ -200,6 +224,7 @@ class Impairment:
 
     def _fly(self, due_ns: int, datagram: bytes) -> None:
         heapq.heappush(self._flying, (due_ns, self._sequence, datagram))
+        self.arrivals_ns += (due_ns,)
         self._sequence += 1
 
 

@@ -5,7 +5,8 @@
 
 Rule 1: a report goes out twice, 0.2 s apart, and again whenever the ground asks. Housekeeping: the newest value of each
         message, an older one that waited is replaced. An event: at once, and again until the ground acknowledges it.
-Rule 2: what is more important and does not fit the bucket yet holds back what is less important.
+Rule 2: what is more important and does not fit the bucket yet holds back what is less important; products also leave
+        a datagram's room in the bucket for each beat of housekeeping, which so never waits for them.
 Rule 3: what the line cost counts: payload, frame, tag, UDP and IP.
 Rule 4: outside of the contact windows nothing is sent and what has to be sent waits. Where no window lies ahead, and
         for 30 s after somebody was heard far from any, the rover speaks as if there were none: never mute by plan.
@@ -56,7 +57,8 @@ class Downlink:
         self._packer, self._executor, self._events = Packer(), Executor(), EventSender()
         self._bulk = bulk.Sender(limit)
         self._frames: dict[tuple[str, int], bytes] = {}  # (message, part) -> newest frame, in the order first waited
-        self._due_ns = dict.fromkeys(("HEARTBEAT", *MESSAGES), 0)
+        often_first = sorted(MESSAGES, key=rate_hz, reverse=True)  # on a slow line the last of a beat waits for all
+        self._due_ns = dict.fromkeys(("HEARTBEAT", *often_first), 0)
         self._period_ns = {m: round(1e9 / rate_hz(m)) for m in MESSAGES} | {"HEARTBEAT": _HEARTBEAT_NS}
         self._sample_ns = self.now_ns = 0
         self.mode, self.shedding = Mode.BOOT, False
@@ -188,7 +190,7 @@ class Downlink:
             if self._executor.waiting(now_ns):
                 return tuple(out)
         if self._housekeeping(out) and self._events_out(out, now_ns) and self._bulk.busy and not self.shedding:
-            self._spend(out, Kind.BULK_CHUNK, self._bulk.send(now_ns, self._tokens))
+            self._spend(out, Kind.BULK_CHUNK, self._bulk.send(now_ns, self._tokens - self._kept_bytes(now_ns)))
         return tuple(out)
 
     def _may_speak(self, now_ns: int) -> bool:
@@ -198,6 +200,11 @@ class Downlink:
         if self._open and not before:
             self._events.hurry(now_ns)
         return self._open
+
+    def _kept_bytes(self, now_ns: int) -> float:
+        """What of the bucket products leave, so that a datagram fits it when the next housekeeping is due (rule 2)."""
+        ahead_ns = self._sample_ns - now_ns
+        return max(0.0, self._depth / 2 - ahead_ns * self._rate_Bpns) if ahead_ns > 0 else 0.0
 
     def _spend(self, out: list[Payload], kind: Kind, payloads: Iterable[bytes]) -> None:
         for payload in payloads:

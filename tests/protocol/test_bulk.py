@@ -71,13 +71,13 @@ def test_160_kb_at_64_kbit_per_second_use_their_share_of_the_bucket(loss, share,
     assert 160_000 / (0.93 * 64e3 / 8 * bench.now_ns / 1e9) >= share
 
 
-def test_an_ldem_of_25_kb_arrives_within_13_seconds_at_30_percent_loss_and_lunar_delay():
-    for seed in range(5):
+def test_an_ldem_of_25_kb_arrives_within_10_seconds_at_30_percent_loss_and_lunar_delay():
+    for seed in range(20):
         bench = Bench(loss=0.3, seed=seed)
         bench.sender.offer("ldem", noise(25_000), "ldem-1", 0)
         while not bench.products and bench.now_ns < 60 * S:
             bench.step()
-        assert bench.now_ns <= 13 * S, seed
+        assert bench.now_ns <= 10 * S, seed
 
 
 def test_both_sides_fall_silent_once_the_object_is_confirmed():
@@ -181,7 +181,7 @@ def test_duplicates_and_any_order_are_harmless():
 def test_an_object_whose_hash_is_wrong_is_thrown_away_and_asked_for_again():
     sender, receiver = bulk.Sender(210), bulk.Receiver(210)
     sender.offer("a", noise(300), "raw", 0)
-    announce, first, second = sender.send(0, 1e6)
+    announce, first, second, *_ = sender.send(0, 1e6)
     bad = first[:-1] + bytes([first[-1] ^ 1])
     assert [receiver.receive(p, 0) for p in (announce, bad, second)] == [None] * 3
     assert receiver.damaged == 1
@@ -190,7 +190,22 @@ def test_an_object_whose_hash_is_wrong_is_thrown_away_and_asked_for_again():
     assert product is not None and product.data == noise(300)
 
 
-@pytest.mark.parametrize("payload", [b"", bytes(9), bytes(8) + b"\xff\xff", bytes(8) + b"\xff\xff" + bytes(40)])
+def test_a_repair_symbol_makes_good_a_lost_chunk_without_a_round_trip():
+    sender, receiver, data = bulk.Sender(210), bulk.Receiver(210), noise(1500)
+    sender.offer("a", data, "raw", 0)
+    payloads = sender.send(0, 1e6)
+    chunks = -(-1500 // 197)
+    assert len(payloads) > 1 + chunks
+    lost = {2, 5, chunks}  # two in the middle and the last, which is shorter
+    products = [p for n, payload in enumerate(payloads) if n not in lost and (p := receiver.receive(payload, 0))]
+    products += [p for payload in sender.send(300 * MS, 1e6) if (p := receiver.receive(payload, 0))]
+    assert [p.data for p in products] == [data]
+
+
+@pytest.mark.parametrize("payload", [
+    b"", bytes(9), bytes(8) + b"\xff\xff", bytes(8) + b"\xff\xff" + bytes(40), bytes(8) + b"\xfe\xff",
+    bytes(8) + b"\xfe\xff" + bytes(3),
+])  # fmt: skip
 def test_malformed_chunks_are_wire_errors(payload):
     with pytest.raises(WireError):
         bulk.Receiver(200).receive(payload, 0)

@@ -48,7 +48,7 @@ def run(air, ground, rover, until_ns, orders, *, act=None, start_ns=0, step_ns=1
 
 def test_10000_commands_at_30_percent_loss_and_2600_ms_round_trip_are_each_executed_exactly_once_and_known_to_be_done():
     air, rover, orders = Air(0.3, 1300 * MS), Executor(), []
-    ground = Requester(1, rtt_ns=2600 * MS)
+    ground = Requester(1, rtt_ns=2600 * MS, remembered=10_000)
     waiting = iter(range(10_000))
 
     def act(now_ns):
@@ -109,6 +109,16 @@ def test_a_late_report_does_not_overwrite_a_newer():
     assert ground.receive(encode_report(Report(1, 1, 2, State.COMPLETED)), 0) is not None
     assert ground.receive(encode_report(Report(1, 1, 1, State.ACCEPTED)), 1) is None
     assert ground.requests[1].state is State.COMPLETED
+
+
+def test_the_oldest_requests_with_an_outcome_are_forgotten_and_no_open_one():
+    ground = Requester(1, remembered=3)
+    for _ in range(3):
+        ground.request("stop", {}, 0)
+    ground.receive(encode_report(Report(2, 1, 1, State.COMPLETED)), 0)
+    for _ in range(2):
+        ground.request("stop", {}, 0)
+    assert list(ground.requests) == [1, 3, 4, 5] and ground.open == 4
 
 
 def test_reports_for_another_station_are_not_mine():
