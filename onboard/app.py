@@ -192,6 +192,7 @@ def run(config: Config, announce: Announce) -> int:
         workers = Workers(wait=lockstep)
         stack.callback(workers.close)
         recorder = stack.enter_context(Recorder(config, gdem, kept.tiles, state))
+        workers.own[JOBS["product_record"].function] = (recorder.paths,)
         keeper = Keeper(config.mapping.folder, memory, partial(announce, level=Level.WARNING), wait=lockstep)
         stack.callback(keeper.close)
         folder = StateFolder(config.state.folder, wait=lockstep)
