@@ -45,7 +45,7 @@ def test_a_number_that_is_none_comes_back_as_none():
     {"places": CHOSEN.places[:1] * (MOST_PLACES + 1)}, {"reason": "é" * MOST_TEXT_BYTES}, {"rejected": {"r" * 256: 1}},
 ])  # fmt: skip
 def test_more_than_fits_is_our_own_error(wrong):
-    with pytest.raises(ValueError, match="at most|more than"):
+    with pytest.raises(ValueError, match=r"at most|more than"):
         encode_nsp(CHOSEN._replace(**wrong))
 
 

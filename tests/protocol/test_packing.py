@@ -22,7 +22,9 @@ def test_a_part_that_claims_a_terabyte_is_refused_before_it_is_allocated():
         expand(frame_that_claims(TERABYTE), 8)
 
 
-@pytest.mark.parametrize("data", [b"", b"cheese", frame_that_claims(8), compress(b"seven B"), compress(b"too long")[:-1]])
+@pytest.mark.parametrize(
+    "data", [b"", b"cheese", frame_that_claims(8), compress(b"seven B"), compress(b"too long")[:-1]]
+)
 def test_a_part_of_another_size_or_none_at_all_is_a_wire_error(data):
     with pytest.raises(WireError) as caught:
         expand(data, 8)
