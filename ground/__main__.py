@@ -17,6 +17,7 @@ from typing import Annotated, Any, NoReturn
 import typer
 
 from ground import products, show, verbs
+from ground.bridge.command import app as bridge_app
 from ground.clock import ClockError
 from ground.operate import FAILED, TEMPORARY, Plan, Teller, operate
 from ground.report_command import report_command
@@ -207,6 +208,7 @@ def script(
     _leave(code, session)
 
 
+app.add_typer(bridge_app, name="bridge")
 app.command("report", epilog="Example: ground report build/demo")(report_command)
 
 _INTERRUPTED = "interrupted; the rover carries on with what it was told, `ground stop` ends it"
