@@ -17,7 +17,8 @@ from typing import Annotated, Any, NoReturn
 
 import typer
 
-from ground import keys_command, show, verbs
+from ground import keys_command, products, show, verbs
+from ground.bridge.command import app as bridge_app
 from ground.clock import ClockError
 from ground.operate import FAILED, TEMPORARY, Plan, Teller, operate
 from ground.report_command import report_command
@@ -28,16 +29,15 @@ from ground.settings import NoStationError, load_schedule, load_settings, statio
 from ground.station import StationError
 from ground.verbs import Contact, Json, Start, StationFile, Timeout
 from onboard.config import ConfigError
-from protocol import commands
+from protocol import WireError, commands
 from protocol.barrier import parse_address
-from protocol.products import LDEM_CODEC, decode_ldem
 from protocol.transactions import Code, State
 
 USAGE, NO_INPUT, UNAVAILABLE, CANNOT_CREATE, CONFIG, INTERRUPTED = 64, 66, 69, 73, 78, 130
 
 _CODES: tuple[tuple[type[Exception], int], ...] = (
     (ScriptError, USAGE), (NoStationError, NO_INPUT), (StationError, UNAVAILABLE), (ClockError, UNAVAILABLE),
-    (ConfigError, CONFIG), (OSError, CANNOT_CREATE), (sqlite3.Error, CANNOT_CREATE),
+    (ConfigError, CONFIG), (WireError, FAILED), (OSError, CANNOT_CREATE), (sqlite3.Error, CANNOT_CREATE),
 )
 
 app = typer.Typer(
@@ -185,36 +185,43 @@ def status(
     _leave(code, session)
 
 
-@app.command(epilog="Examples: ground get ldem | ground get ldem --out map.npz")
+@app.command(epilog="Examples: ground get ldem | ground get scan --out cloud.ply | ground get record 120 130 slim")
 def get(
-    product: Annotated[str, typer.Argument(help="What to fetch: ldem.")],
-    out: Annotated[Path | None, typer.Option(metavar="FILE", help="Where to; .npz, or .bin as sent.")] = None,
+    product: Annotated[str, typer.Argument(help="What to fetch: ldem, scan, nsp or record.")],
+    from_s: Annotated[str | None, typer.Argument(metavar="FROM_S", help="Of the record: onboard time, s.")] = None,
+    to_s: Annotated[str | None, typer.Argument(metavar="TO_S", help="Of the record: onboard time, s.")] = None,
+    channels: Annotated[str | None, typer.Argument(help="Of the record: all or slim (a tenth of the bytes).")] = None,
+    out: Annotated[Path | None, typer.Option(metavar="FILE", help="Where to; its ending says how, see below.")] = None,
     timeout: Timeout = 600.0,
     contact: Contact = 20.0,
     station: StationFile = None,
     as_json: Json = False,
 ) -> None:
-    """Fetch a product of the rover: the map (ldem) as .npz of heights_m, node_sets, x0_m, y0_m, cell_m."""
-    code, session = _run(station, _one(["get", product], contact, timeout), as_json)
+    """Fetch a product of the rover and write it to a file: the map around it (ldem, .npz), its newest scan (scan, .npz
+    or .ply), why it goes where it goes (nsp, .json), a part of its record (record, .mcap); any of them .bin as sent."""
+    words = ["get", product, *(word for word in (from_s, to_s, channels) if word is not None)]
+    plan, path = _one(words, contact, timeout), out or Path(products.default_name(product))
+    _checked_name(product, path)
+    code, session = _run(station, plan, as_json)
     if code == 0:
-        save_product(session, product, out or Path(f"{product}.npz"))
+        save_product(session, product, path, as_json)
     _leave(code, session)
 
 
-def save_product(session: Session, name: str, path: Path) -> None:
-    """Writes the newest product of a name: decoded as .npz, else the bytes as they were sent."""
-    import numpy as np
+def _checked_name(product: str, path: Path) -> None:
+    try:
+        products.check_name(product, path)
+    except ValueError as error:
+        raise typer.BadParameter(str(error), param_hint="--out") from None
 
+
+def save_product(session: Session, name: str, path: Path, as_json: bool = False) -> None:
+    """Writes the newest product of a name and says what was written; with as_json as one more line of news."""
     found = next(p for p in reversed(session.products.values()) if p.name == name)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    if path.suffix == ".npz" and found.codec == LDEM_CODEC:
-        ldem = decode_ldem(found.data)
-        grid = ldem.grid
-        np.savez_compressed(path, heights_m=ldem.heights_m, node_sets=ldem.node_sets, x0_m=grid.x0_m, y0_m=grid.y0_m,
-                            cell_m=grid.cell_m)
-    else:
-        path.write_bytes(found.data)
-    sys.stderr.write(f"{path} written\n")
+    holds = products.save(found, path)
+    if as_json:
+        _out(json.dumps({"news": "written", "file": str(path), "bytes": path.stat().st_size, "holds": holds}))
+    sys.stderr.write(f"{path} written: {holds}\n")
 
 
 @app.command(epilog="Example: ground watch")
@@ -246,10 +253,11 @@ def script(
     code, session = _run(station, plan, as_json)
     for product in session.products.values():
         if out is not None:
-            save_product(session, product.name, out / f"{product.name}.npz")
+            save_product(session, product.name, out / products.default_name(product.name), as_json)
     _leave(code, session)
 
 
+app.add_typer(bridge_app, name="bridge")
 app.command("report", epilog="Example: ground report build/demo")(report_command)
 
 _INTERRUPTED = "interrupted; the rover carries on with what it was told, `ground stop` ends it"

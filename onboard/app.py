@@ -196,6 +196,7 @@ def run(config: Config, announce: Announce) -> int:
         stack.callback(workers.close)
         state[EPOCH] = b"%d" % forgets_not.epoch
         recorder = stack.enter_context(Recorder(config, gdem, kept.tiles, state))
+        workers.own[JOBS["product_record"].function] = (recorder.paths,)
         keeper = Keeper(config.mapping.folder, memory, partial(announce, level=Level.WARNING), wait=lockstep)
         stack.callback(keeper.close)
         folder = StateFolder(config.state.folder, wait=lockstep)

@@ -22,6 +22,7 @@ from protocol.arguments import from_words, pack, unpack
 from protocol.faults import BY_NAME as FAULTS
 from protocol.modes import TABLE as MODES
 from protocol.modes import TRANSITIONS, Mode
+from protocol.products import PRODUCT_NAMES
 
 Arguments = Mapping[str, Value]
 _HEAD = struct.Struct("<IqqqB")
@@ -77,8 +78,12 @@ TABLE = (
     Command(4, "resume", (), (Mode.SAFE,), "leave SAFE for STANDBY"),
     Command(5, "status", (), _ALL, "report mode, phase and pose", free=True),
     Command(6, "get", (
-        Argument("product", "", 0, 0, "what to send down", choices=("ldem",)),
-    ), _ALL, "send a product down", "ldem", free=True),
+        Argument("product", "", 0, 0, "what to send down", choices=PRODUCT_NAMES),
+        Argument("from_s", "s", 0.0, 1e8, "of the record: onboard time; left out: 10 s before to_s", required=False),
+        Argument("to_s", "s", 0.0, 1e8, "of the record: onboard time; left out: a second ago", required=False),
+        Argument("channels", "", 0, 0, "of the record; slim: without scanner, bus, link, plans", required=False,
+                 choices=("all", "slim")),
+    ), _ALL, "send a product down", "record 120 130 slim", free=True),
     Command(7, "emergency_stop", (), _ALL, "wheels off at once, latched", free=True),
     Command(8, "reset", (), (Mode.ESTOP,), "release the latch of the emergency stop"),
     Command(9, "scan", (), (Mode.STANDBY,), "scan where the rover stands and enter it in the map"),

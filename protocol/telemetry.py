@@ -111,6 +111,18 @@ def rate_hz(message: str) -> float:
 MESSAGES = tuple(dict.fromkeys(row.message for row in TABLE))  # "" is ITEMS
 
 
+def _frames() -> tuple[tuple[str, tuple[Item, ...]], ...]:
+    found: list[tuple[str, tuple[Item, ...]]] = []
+    for message in MESSAGES:
+        rows = tuple(row for row in TABLE if row.message == message)
+        size = len(rows) if message else ITEMS_SLOTS
+        found += [(message, rows[at : at + size]) for at in range(0, len(rows), size)]
+    return tuple(found)
+
+
+FRAMES = _frames()  # message and the items that one frame of it carries: they come together
+
+
 def out_of_limits(name: str, value: float) -> bool:
     """Whether the ground should mark the value."""
     limits = BY_NAME[name].limits

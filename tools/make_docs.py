@@ -11,7 +11,7 @@ sys.path.insert(0, str(ROOT))
 
 from hil.plant.ros_urdf import ros_urdf  # noqa: E402
 from onboard.config import Rover  # noqa: E402
-from protocol import commands, modes  # noqa: E402
+from protocol import commands, modes, xtce  # noqa: E402
 from protocol.faults import FAULTS, Step  # noqa: E402
 from tools import icd_page, icd_picture, sensors_page  # noqa: E402
 
@@ -83,7 +83,7 @@ def icd() -> str:
 PAGES: dict[str, Callable[[], str]] = {
     "faults.md": faults, "modes.md": mode_page, "commands.md": command_page, "icd.md": icd,
     "sensors.md": sensors_page.page, "pictures/can-frames.svg": icd_picture.svg,
-    "rover.urdf": lambda: ros_urdf(Rover()),
+    "eldorado.xtce.xml": xtce.xtce, "rover.urdf": lambda: ros_urdf(Rover()),
 }  # fmt: skip
 
 

@@ -2,7 +2,7 @@
 
 Orders come checked from the downlink; faults from the monitors; both only ever change the mode by `protocol.modes`.
 What moves the rover is `core.tasks`; orders that change no mode are obeyed by families: `core.masks`, `core.services`,
-`core.parameter_orders`, `core.fence_orders`, `core.link_orders`; who may give them is `core.lease`;
+`core.products`, `core.parameter_orders`, `core.fence_orders`, `core.link_orders`; who may give them is `core.lease`;
 `core.sequencer` gives orders of its own.
 """
 
@@ -21,6 +21,7 @@ from onboard.core.masks import Masks
 from onboard.core.mission import Mission
 from onboard.core.monitors import over_limit, words
 from onboard.core.parameter_orders import ParameterOrders
+from onboard.core.products import PRODUCT_JOBS, Products
 from onboard.core.sequencer import Sequencer
 from onboard.core.services import Services
 from onboard.core.tasks import Tasks
@@ -58,13 +59,14 @@ class Executive:
         self.tasks = Tasks(parameters, (gdem, memory), downlink)
         self.tasks.change, self.tasks.tell = self._change, self._tell
         self.lease = Lease(parameters.config.link.lease_s, downlink)
-        self.masks, self.services = Masks(downlink), Services(downlink, self.tasks)
+        self.masks, self.services = Masks(downlink), Services(downlink)
+        self.products = Products(downlink, self.tasks, parameters, lambda: self.active)
         self.sequencer = Sequencer(downlink, self._end_sequence)
         self._orders: Mapping[str, Callable[[Order, Context], None]] = {
             "stop": self._stop, "safe": self._safe, "resume": self._resume, "status": self._status,
             "emergency_stop": self._emergency_stop, "reset": self._reset,
-            **self.tasks.orders, **self.masks.orders, **self.services.orders, **parameters.orders,
-            **fences.orders, **self.sequencer.orders, **link.orders, **self.lease.orders,
+            **self.tasks.orders, **self.masks.orders, **self.services.orders, **self.products.orders,
+            **parameters.orders, **fences.orders, **self.sequencer.orders, **link.orders, **self.lease.orders,
         }  # fmt: skip
         self._families = (self.masks, self.services, parameters, fences, link, self.lease)
 
@@ -109,7 +111,7 @@ class Executive:
         own = self.sequencer.step(ctx, self.mode)
         if own is not None:
             self._orders[own.name](own, ctx)
-        self.services.step(ctx)
+        self.products.step(ctx)
         self.lease.step(ctx)
         for family in self._families:
             self.events += family.events
@@ -155,8 +157,8 @@ class Executive:
         """The end of waiting for long work: a hung job holds the only thread, so nothing after it would come either."""
         for name in ctx.jobs.give_up(ctx.tick):
             reason = f"{name}: no result {GIVE_UP_TICKS // 100} s after its tick"
-            if name == "product":
-                self.services.give_up(reason)
+            if name in PRODUCT_JOBS:
+                self.products.give_up(name, reason)
             self.tasks.cancel(ctx, State.FAILED, reason)
             self._change("fault", ctx, reason)
 

@@ -46,6 +46,8 @@ JOBS: Mapping[str, Job] = MappingProxyType(
         "guard_listen": Job("onboard.planning.guarded_leg:listen", Late.HOLD),
         "guard_credit": Job("onboard.planning.guarded_leg:credit", Late.WAIT),
         "product": Job("protocol.products:encode_ldem", Late.GO_ON),
+        "product_scan": Job("onboard.perception.scan_product:pack", Late.GO_ON),
+        "product_record": Job("onboard.record.slice:record_slice", Late.GO_ON),  # the shell names the files
     }
 )
 GIVE_UP_TICKS = 6000  # a minute after its tick a job is taken for hung

@@ -49,6 +49,15 @@ class Outcome:
     broken: bool = False  # what is wrong is in the rover, not on the ground: SAFE
 
 
+@dataclass(frozen=True, slots=True)
+class Swept:
+    """A sweep that is in the map: the pose at which it was entered, and the number of its stop."""
+
+    sweep: Sweep
+    pose: Pose
+    stop: int
+
+
 class Mission:
     """State of one goto. `step` each tick; `outcome` is set when it has ended; `notes` are events not yet told.
 
@@ -65,6 +74,8 @@ class Mission:
         self.stop = 0
         self.scans_taken = 0
         self.result: PlanResult | None = None
+        self.swept: Swept | None = None
+        self._sweep: Sweep | None = None
         self.notes: list[tuple[str, str]] = []
         self.progress: list[str] = []
         self._rule = self._rule_before = MissionState()
@@ -179,6 +190,7 @@ class Mission:
 
     def _look(self, ctx: Context, sweep: Sweep) -> None:
         self.scans_taken += 1
+        self._sweep = sweep
         guess = ctx.localisation.pose.matrix()
         arguments = (sweep.scans, sweep.tilt, guess, self.memory, self._config)
         ctx.jobs.submit("look", arguments, ctx.tick + self._config.jobs.map_ticks)
@@ -214,6 +226,8 @@ class Mission:
         By then the turn has told the accelerometer's bias, and the first look's level is known to a milliradian. Left
         as it was the map would have a fold between its halves, to which later scans do not fit.
         """
+        if self._sweep is not None:
+            self.swept, self._sweep = Swept(self._sweep, entry.pose, entry.stop), None
         bias, memory, entries = ctx.localisation.force_bias_mps2, self.memory, [entry]
         if self._first is not None:
             memory, first, bias_then = self._first

@@ -1,56 +1,27 @@
-"""Orders that change nothing of what the rover does: a product, the time; and the one that ends the flight program."""
+"""Orders that change nothing of what the rover does: the time; and the one that ends the flight program."""
 
 from __future__ import annotations
 
 from onboard.core.context import Context
 from onboard.core.downlink import Downlink
-from onboard.core.tasks import Tasks
 from onboard.records import Event
-from protocol.products import LDEM_CODEC, LdemProduct, MapGrid
 from protocol.transactions import Order, State
 
-_PRODUCT_TICKS = 50
 _REBOOT_NS = 1_000_000_000  # for both copies of the report to leave
 
 
 class Services:
-    """tasks: they have the newest plan, whose map `get ldem` sends. events: the executive takes them."""
+    """events: the executive takes them."""
 
-    def __init__(self, downlink: Downlink, tasks: Tasks) -> None:
-        self._downlink, self._tasks = downlink, tasks
+    def __init__(self, downlink: Downlink) -> None:
+        self._downlink = downlink
         self.events: list[Event] = []
-        self._get_id = 0
         self._reboot_ns: int | None = None
-        self.orders = {"get": self._get, "time": self._time, "reboot": self._reboot}
+        self.orders = {"time": self._time, "reboot": self._reboot}
 
     def reboot_due(self, now_ns: int) -> bool:
         """Whether the flight program is to end with this tick."""
         return self._reboot_ns is not None and now_ns >= self._reboot_ns
-
-    def step(self, ctx: Context) -> None:
-        """A product that is packed goes on its way."""
-        if "product" in ctx.taken:
-            product = ctx.taken["product"]
-            self._downlink.offer("ldem", product, LDEM_CODEC)
-            self._downlink.report(self._get_id, State.COMPLETED, f"ldem of {len(product)} bytes on its way")
-
-    def give_up(self, reason: str) -> None:
-        """The product will not come."""
-        self._downlink.report(self._get_id, State.FAILED, reason)
-
-    def _get(self, order: Order, ctx: Context) -> None:
-        result = self._tasks.latest
-        if result is None:
-            self._downlink.report(order.request_id, State.FAILED, "no map yet: it comes after the first scan of a goto")
-        elif "product" in ctx.jobs.running:
-            self._downlink.report(order.request_id, State.FAILED, "one is being packed already: ask again")
-        else:
-            report, at = result.report, result.report.grid
-            grid = MapGrid(at.x0_m, at.y0_m, at.cell_m, at.rows, at.columns)
-            arguments = (LdemProduct(grid, report.z_mean, report.node_sets),)
-            ctx.jobs.submit("product", arguments, ctx.tick + _PRODUCT_TICKS)
-            self._get_id = order.request_id
-            self._downlink.report(order.request_id, State.STARTED, "packing the LDEM")
 
     def _time(self, order: Order, ctx: Context) -> None:
         now_s, utc_s = ctx.now_ns / 1e9, ctx.utc_ns / 1e9

@@ -9,7 +9,7 @@ from onboard.core.context import Context
 from onboard.core.downlink import Downlink
 from onboard.core.errands import Survey, Tour
 from onboard.core.going_back import GoBack
-from onboard.core.mission import MISSION_JOBS, MOVING, Mission
+from onboard.core.mission import MISSION_JOBS, MOVING, Mission, Swept
 from onboard.core.parameter_orders import ParameterOrders
 from onboard.core.teleop import Drive, Move, TurnTo
 from onboard.core.track import Track
@@ -39,6 +39,7 @@ class Tasks:
         self.mission: Mission | None = None
         self.move: Move | None = None
         self.latest: PlanResult | None = None
+        self.swept: Swept | None = None
         self.standby_after_leg = False
         self.track = Track()
         self.change: Say = _nobody
@@ -99,6 +100,7 @@ class Tasks:
         mission.notes.clear()
         self._report(mission.progress)
         self.memory, self._gdem, self.latest = mission.memory, mission.gdem, mission.result or self.latest
+        self.swept = mission.swept or self.swept
         if mission.outcome:
             ctx.lidar.stream(False)
             completed, reason = mission.outcome.completed, mission.outcome.reason

@@ -14,7 +14,7 @@ from protocol import events, versions
 from protocol.conventions import cut
 from protocol.mavlink_frames import frd_from_flu, ned_angles, ned_from_enu
 from protocol.modes import SEVERITIES, Mode, Phase
-from protocol.telemetry import BY_NAME, ITEMS_SLOTS, MESSAGES, TABLE
+from protocol.telemetry import BY_NAME, FRAMES, ITEMS_SLOTS, MESSAGES, TABLE
 from protocol.versions import Versions
 
 SYSTEM_ID, COMPONENT_ID = 1, 1
@@ -194,10 +194,9 @@ def _link_state(view: View, ms: int) -> list[Any]:
 
 
 def _items(view: View, ms: int) -> list[Any]:
-    made, names = [], _NAMES[""]
-    for at in range(0, len(names), ITEMS_SLOTS):
-        part = names[at : at + ITEMS_SLOTS]
-        ids, read = [BY_NAME[n].id for n in part], [float(SAMPLERS[n](view)) for n in part]
+    made = []
+    for part in (rows for message, rows in FRAMES if not message):
+        ids, read = [row.id for row in part], [float(SAMPLERS[row.name](view)) for row in part]
         empty = [0] * (ITEMS_SLOTS - len(part))
         made.append(mavlink.MAVLink_items_message(ms, read + [0.0] * len(empty), ids + empty))
     return made

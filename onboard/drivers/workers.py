@@ -8,12 +8,13 @@ from __future__ import annotations
 
 import gc
 import traceback
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 from pkgutil import resolve_name
 from threading import get_native_id
 from time import perf_counter_ns
+from types import MappingProxyType
 from typing import Any
 
 from onboard.records import JobDone, JobRequest
@@ -29,10 +30,14 @@ class JobError(RuntimeError):
 
 
 class Workers:
-    """The thread of the core's long work. took_ns: how long each job of the last `collect` ran; () in lock-step."""
+    """The thread of the core's long work. took_ns: how long each job of the last `collect` ran; () in lock-step.
+
+    own: function -> what the shell adds before the arguments that the core gives.
+    """
 
     def __init__(self, wait: bool) -> None:
         self._wait = wait
+        self.own: dict[str, tuple[Any, ...]] = {}
         self.took_ns: tuple[int, ...] = ()
         self._pool = ThreadPoolExecutor(max_workers=1, thread_name_prefix="job")
         self._running: dict[int, tuple[JobRequest, Future[Any]]] = {}
@@ -56,7 +61,7 @@ class Workers:
             if job_id in self._running:
                 self._running.pop(job_id)[1].cancel()
         for request in requests:
-            self._running[request.job_id] = (request, self._pool.submit(_timed, request))
+            self._running[request.job_id] = (request, self._pool.submit(_timed, request, self.own))
 
     def collect(self, tick: int) -> tuple[JobDone, ...]:
         """Results to be taken at this tick, in the order of submission. Raises JobError where a job has raised."""
@@ -84,7 +89,8 @@ class Workers:
 class Inline:
     """The same for a replay and for runs in one process: each job runs when its result is taken."""
 
-    def __init__(self) -> None:
+    def __init__(self, own: Mapping[str, tuple[Any, ...]] = MappingProxyType({})) -> None:
+        self._own = own
         self._waiting: dict[int, JobRequest] = {}
 
     def start(self, requests: Sequence[JobRequest], cancelled: Sequence[int] = ()) -> None:
@@ -102,15 +108,15 @@ class Inline:
         taken = []
         for job_id in job_ids:
             request = self._waiting.pop(job_id)
-            taken.append(JobDone(job_id, perform(request)))
+            taken.append(JobDone(job_id, perform(request, self._own)))
         return tuple(taken)
 
 
-def _timed(request: JobRequest) -> tuple[Any, int]:
+def _timed(request: JobRequest, own: Mapping[str, tuple[Any, ...]]) -> tuple[Any, int]:
     began_ns = perf_counter_ns()
-    return perform(request), perf_counter_ns() - began_ns
+    return perform(request, own), perf_counter_ns() - began_ns
 
 
-def perform(request: JobRequest) -> Any:
-    """The job's result, here and now; loads the modules of its function where they are not yet."""
-    return resolve_name(request.function)(*request.arguments)
+def perform(request: JobRequest, own: Mapping[str, tuple[Any, ...]] = MappingProxyType({})) -> Any:
+    """The job's result, here and now; loads the modules of its function where they are not yet. own: as of Workers."""
+    return resolve_name(request.function)(*own.get(request.function, ()), *request.arguments)

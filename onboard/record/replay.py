@@ -9,6 +9,7 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 from onboard.config import Config, ConfigError, load
+from onboard.core.jobs import JOBS
 from onboard.core.tick import Rover, tick
 from onboard.drivers.workers import Inline
 from onboard.maps.gdem_file import from_npz
@@ -47,7 +48,7 @@ def replay(path: Path) -> Verdict:
     """Run the core of this version on the record's inputs. Raises DamagedRecordError, FileNotFoundError."""
     record = open_record(path)
     verdict = Verdict(bytes_compared=dict.fromkeys(OUTPUTS, 0), cut_off=record.cut_off)
-    rover, jobs = Rover(*start_state(record)), Inline()
+    rover, jobs = Rover(*start_state(record)), Inline(own_files(record))
     compared_from = int(record.files[0].part.get("compared_from", "1"))
     before = Inputs(0, 0)
     for number, recorded in record.ticks():
@@ -68,6 +69,11 @@ def replay(path: Path) -> Verdict:
                 verdict.first_difference = f"tick {number}, channel {topic}, {first_difference(topic, old, new)}"
                 return verdict
     return verdict
+
+
+def own_files(record: Record) -> Mapping[str, tuple[Any, ...]]:
+    """What the shell of a replay adds to jobs: in place of the record that is written, the one that is read."""
+    return {JOBS["product_record"].function: (lambda: [file.path for file in record.files],)}
 
 
 def check_order(before: Inputs, inputs: Inputs) -> None:

@@ -21,7 +21,7 @@ from onboard.config_text import word
 from onboard.core.tick import Rover, tick
 from onboard.drivers.workers import Inline
 from onboard.record.reader import check_inputs, open_record
-from onboard.record.replay import config_of, start_state
+from onboard.record.replay import config_of, own_files, start_state
 from onboard.record.rows import first_difference
 from onboard.record.schema import OUTPUTS, POSE, decode_inputs, encode_outputs
 
@@ -76,7 +76,7 @@ def fly(path: Path, config: Config) -> Report:
     """The whole record with another configuration. Raises DamagedRecordError, FileNotFoundError."""
     record = open_record(path)
     recorded_config, gdem, memory, kept = start_state(record)
-    rover, jobs = Rover(config, gdem, memory, kept), Inline()
+    rover, jobs = Rover(config, gdem, memory, kept), Inline(own_files(record))
     report = Report(settings_between(recorded_config, config), cut_off=record.cut_off)
     told: tuple[list[Told], list[Told]] = [], []
     for number, recorded in record.ticks():

@@ -75,6 +75,10 @@ class Recorder:
         """The file that is written to; None without a record."""
         return self._files[-1].path if self._files else None
 
+    def paths(self) -> list[Path]:
+        """The files of this run's record that are on the disk, oldest first."""
+        return family(self._first, False)
+
     @property
     def waiting_bytes(self) -> int:
         """In memory, not on the disk yet."""

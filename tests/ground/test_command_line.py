@@ -151,7 +151,7 @@ def test_a_link_without_a_peer_is_given_up_after_3_s_a_silent_peer_after_20_s(ca
     ("gogo 1 2", "did you mean `goto`"),
     ("wait goto", "no such command before this line; asked so far: none"),
     ("goto 1 2 3 4", "goto takes x_m y_m heading_rad"),
-    ("get cheese", "should be one of ldem"),
+    ("get cheese", "should be one of ldem, scan"),
 ])
 def test_a_wrong_script_line_is_named(text, part):
     with pytest.raises(ScriptError) as error:

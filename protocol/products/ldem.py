@@ -1,0 +1,89 @@
+"""The map product: heights and node sets of a grid in few bytes, the same bits on both sides.
+
+Heights become integers by an explicit step and offset, integers become residuals of the MED predictor
+(`prediction`), residuals become byte planes, and zstandard packs them. Which cells have a height is a bit mask.
+"""
+
+from __future__ import annotations
+
+import struct
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from protocol import WireError
+from protocol.products.packing import compress, expand, fold, from_planes, planes_of, to_planes, unfold
+from protocol.products.prediction import integers, median_edge, residuals
+
+LDEM_CODEC = "ldem-1"
+STEP_M = 0.00199  # at most 0.995 mm off, float32 rounding included at most 1 mm
+_HEAD = struct.Struct("<4sHHdddddBIII")
+_MAGIC = b"LDM1"
+_MAX_CELLS = 4_000_000
+
+F32 = NDArray[np.float32]
+U8 = NDArray[np.uint8]
+
+
+class MapGrid(NamedTuple):
+    """Where a grid lies: centre of cell (0, 0), cell, rows along +y, columns along +x (as onboard.records.Grid)."""
+
+    x0_m: float
+    y0_m: float
+    cell_m: float
+    rows: int
+    columns: int
+
+
+class LdemProduct(NamedTuple):
+    """heights_m (rows, columns) float32, NaN = no height; node_sets (rows, columns) uint8 of the sets chi, 0 to 3."""
+
+    grid: MapGrid
+    heights_m: F32
+    node_sets: U8
+
+
+def encode_ldem(product: LdemProduct, step_m: float = STEP_M) -> bytes:
+    """The product's bytes; heights come back at most step_m / 2 off.
+
+    Raises ValueError where shapes do not fit the grid or a node set is over 3.
+    """
+    grid, shape = product.grid, (product.grid.rows, product.grid.columns)
+    if product.heights_m.shape != shape or product.node_sets.shape != shape or 0 in shape:
+        raise ValueError(f"heights {product.heights_m.shape} and sets {product.node_sets.shape} for a grid of {shape}")
+    if int(product.node_sets.max()) > 3:
+        raise ValueError("node sets are 0 to 3")
+    known = np.isfinite(product.heights_m)
+    heights = np.where(known, product.heights_m, 0).astype(np.float64)
+    offset_m = float(heights[known].min()) if known.any() else 0.0
+    quanta = np.rint((heights - offset_m) / step_m).astype(np.int64)
+    folded = fold(residuals(quanta, known, median_edge))
+    planes = planes_of(folded)
+    packed = [
+        compress(to_planes(folded, planes)), compress(np.packbits(known).tobytes()),
+        compress(product.node_sets.astype(np.uint8).tobytes()),
+    ]  # fmt: skip
+    head = _HEAD.pack(_MAGIC, grid.rows, grid.columns, grid.x0_m, grid.y0_m, grid.cell_m, step_m, offset_m, planes,
+                      *(len(p) for p in packed))
+    return head + b"".join(packed)
+
+
+def decode_ldem(data: bytes) -> LdemProduct:
+    """The product. Raises WireError("product") on anything malformed."""
+    if len(data) < _HEAD.size:
+        raise WireError("product", f"{len(data)} B are no map")
+    magic, rows, columns, x0_m, y0_m, cell_m, step_m, offset_m, planes, *sizes = _HEAD.unpack_from(data)
+    cells = rows * columns
+    if magic != _MAGIC or not 0 < cells <= _MAX_CELLS or not 1 <= planes <= 4:
+        raise WireError("product", f"{magic!r}, {rows} x {columns}, {planes} planes")
+    ends = np.cumsum([_HEAD.size, *sizes])
+    if len(data) != ends[-1]:
+        raise WireError("product", f"{len(data)} B instead of {ends[-1]}")
+    raw = [expand(data[a:b], n) for a, b, n in zip(ends, ends[1:], (planes * cells, (cells + 7) // 8, cells))]
+    left = unfold(from_planes(raw[0], planes)).reshape(rows, columns)
+    known = np.unpackbits(raw[1], count=cells).astype(bool).reshape(rows, columns)
+    quanta = integers(left, known, median_edge)
+    with np.errstate(over="ignore", invalid="ignore"):  # a damaged step may give anything
+        heights = np.where(known, offset_m + quanta * step_m, np.nan).astype(np.float32)
+    return LdemProduct(MapGrid(x0_m, y0_m, cell_m, rows, columns), heights, raw[2].reshape(rows, columns))
