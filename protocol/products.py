@@ -3,6 +3,7 @@
 Heights become integers by an explicit step and offset, integers become residuals of the MED predictor (median of west,
 north, west + north - north-west; LOCO-I, 2000), residuals become byte planes, and zstandard packs them. A cell without
 a height takes its west neighbour's integer for the prediction and has residual 0; which cells these are is a bit mask.
+Behind the map's bytes may follow what the planner made of it (`protocol.pose_map`).
 """
 
 from __future__ import annotations
@@ -15,8 +16,9 @@ import zstandard
 from numpy.typing import NDArray
 
 from protocol import WireError
+from protocol.pose_map import PoseMap, decode_poses
 
-LDEM_CODEC = "ldem-1"
+LDEM_CODEC = "ldem-2"  # 1: without the section of poses
 STEP_M = 0.00199  # at most 0.995 mm off, float32 rounding included at most 1 mm
 _HEAD = struct.Struct("<4sHHdddddBIII")
 _MAGIC = b"LDM1"
@@ -81,7 +83,7 @@ def decode_ldem(data: bytes) -> LdemProduct:
         if magic != _MAGIC or not 0 < cells <= _MAX_CELLS or not 1 <= planes <= 4:
             raise ValueError(f"{magic!r}, {rows} x {columns}, {planes} planes")
         ends = np.cumsum([_HEAD.size, *sizes])
-        if len(data) != ends[-1]:
+        if len(data) != ends[-1] and data[ends[-1] : ends[-1] + 4] != b"POS1":
             raise ValueError(f"{len(data)} B instead of {ends[-1]}")
         raw = [_unpack(data[a:b], n) for a, b, n in zip(ends, ends[1:], (planes * cells, (cells + 7) // 8, cells))]
     except (struct.error, ValueError, zstandard.ZstdError) as error:
@@ -95,6 +97,24 @@ def decode_ldem(data: bytes) -> LdemProduct:
     heights = np.where(known, offset_m + quanta * step_m, np.nan).astype(np.float32)
     grid = MapGrid(x0_m, y0_m, cell_m, rows, columns)
     return LdemProduct(grid, heights, raw[2].reshape(rows, columns))
+
+
+def poses_of(data: bytes) -> PoseMap | None:
+    """The section of poses behind a map's bytes; None where none follows. Raises WireError("product")."""
+    try:
+        end = _HEAD.size + sum(_HEAD.unpack_from(data)[-3:])
+    except struct.error as error:
+        raise WireError("product", str(error)) from error
+    return decode_poses(data[end:]) if len(data) > end else None
+
+
+def rounded(heights_m: F32, step_m: float = STEP_M) -> F32:
+    """The heights as they come back from `encode_ldem` and `decode_ldem`, the same bits."""
+    known = np.isfinite(heights_m)
+    heights = np.where(known, heights_m, 0).astype(np.float64)
+    offset_m = float(heights[known].min()) if known.any() else 0.0
+    quanta = np.rint((heights - offset_m) / step_m).astype(np.int64)
+    return np.where(known, offset_m + quanta * step_m, np.nan).astype(np.float32)
 
 
 def _unpack(data: bytes, size: int) -> U8:

@@ -45,7 +45,8 @@ JOBS: Mapping[str, Job] = MappingProxyType(
         "guard_begin": Job("onboard.planning.guarded_leg:begin", Late.WAIT),
         "guard_listen": Job("onboard.planning.guarded_leg:listen", Late.HOLD),
         "guard_credit": Job("onboard.planning.guarded_leg:credit", Late.WAIT),
-        "product": Job("protocol.products:encode_ldem", Late.GO_ON),
+        "predict": Job("onboard.planning.prediction:foresee", Late.GO_ON),
+        "product": Job("onboard.planning.prediction:pack", Late.GO_ON),
     }
 )
 GIVE_UP_TICKS = 6000  # a minute after its tick a job is taken for hung

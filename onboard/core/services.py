@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
+from onboard.core.asking import plan_request, stands_on
 from onboard.core.context import Context
 from onboard.core.downlink import Downlink
 from onboard.core.tasks import Tasks
 from onboard.records import Event
-from protocol.products import LDEM_CODEC, LdemProduct, MapGrid
+from protocol.products import LDEM_CODEC
 from protocol.transactions import Order, State
 
-_PRODUCT_TICKS = 50
+_PRODUCT_TICKS = 100
 _REBOOT_NS = 1_000_000_000  # for both copies of the report to leave
 
 
 class Services:
-    """tasks: they have the newest plan, whose map `get ldem` sends. events: the executive takes them."""
+    """tasks: they have the map, whose window around the rover `get ldem` sends. events: the executive takes them."""
 
     def __init__(self, downlink: Downlink, tasks: Tasks) -> None:
         self._downlink, self._tasks = downlink, tasks
@@ -39,15 +40,14 @@ class Services:
         self._downlink.report(self._get_id, State.FAILED, reason)
 
     def _get(self, order: Order, ctx: Context) -> None:
-        result = self._tasks.latest
-        if result is None:
-            self._downlink.report(order.request_id, State.FAILED, "no map yet: it comes after the first scan of a goto")
+        memory, pose, config = self._tasks.memory, ctx.localisation.pose, self._tasks.config
+        if memory is None:
+            self._downlink.report(order.request_id, State.FAILED, "no map yet: it comes after a scan or a goto's first")
         elif "product" in ctx.jobs.running:
             self._downlink.report(order.request_id, State.FAILED, "one is being packed already: ask again")
         else:
-            report, at = result.report, result.report.grid
-            grid = MapGrid(at.x0_m, at.y0_m, at.cell_m, at.rows, at.columns)
-            arguments = (LdemProduct(grid, report.z_mean, report.node_sets),)
+            request = plan_request(memory, pose, (pose.x_m, pose.y_m), None, config, ctx.fences)
+            arguments = (request, stands_on(memory, pose, config), config)
             ctx.jobs.submit("product", arguments, ctx.tick + _PRODUCT_TICKS)
             self._get_id = order.request_id
             self._downlink.report(order.request_id, State.STARTED, "packing the LDEM")
