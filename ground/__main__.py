@@ -16,7 +16,8 @@ from typing import Annotated, Any, NoReturn
 
 import typer
 
-from ground import show, verbs
+from ground import archive_command, look_command, preview_command, show, verbs
+from ground.archive import ArchiveError
 from ground.clock import ClockError
 from ground.operate import FAILED, TEMPORARY, Plan, Teller, operate
 from ground.report_command import report_command
@@ -28,14 +29,14 @@ from ground.verbs import Contact, Json, Start, StationFile, Timeout
 from onboard.config import ConfigError
 from protocol import commands
 from protocol.barrier import parse_address
-from protocol.products import LDEM_CODEC, decode_ldem
+from protocol.products import LDEM_CODEC
 from protocol.transactions import State
 
 USAGE, NO_INPUT, UNAVAILABLE, CANNOT_CREATE, CONFIG, INTERRUPTED = 64, 66, 69, 73, 78, 130
 
 _CODES: tuple[tuple[type[Exception], int], ...] = (
     (ScriptError, USAGE), (NoStationError, NO_INPUT), (StationError, UNAVAILABLE), (ClockError, UNAVAILABLE),
-    (ConfigError, CONFIG), (OSError, CANNOT_CREATE), (sqlite3.Error, CANNOT_CREATE),
+    (ConfigError, CONFIG), (OSError, CANNOT_CREATE), (sqlite3.Error, CANNOT_CREATE), (ArchiveError, CANNOT_CREATE),
 )
 
 app = typer.Typer(
@@ -116,6 +117,7 @@ def _verb(words: list[str], options: dict[str, Any]) -> None:
     _leave(code, session)
 
 
+_ENDINGS = {"json": ".json", "text": ".txt"}
 _OWN = {"goto", "status", "get"}
 verbs.add(app, [row for row in commands.TABLE if row.name not in _OWN], _verb)
 
@@ -145,7 +147,7 @@ def get(
     station: StationFile = None,
     as_json: Json = False,
 ) -> None:
-    """Fetch a product of the rover: the map (ldem) as .npz of heights_m, node_sets, x0_m, y0_m, cell_m."""
+    """Fetch a product of the rover: the map (ldem) as .npz of heights_m, node_sets, x0_m, y0_m, cell_m and poses."""
     code, session = _run(station, _one(["get", product], contact, timeout), as_json)
     if code == 0:
         save_product(session, product, out or Path(f"{product}.npz"))
@@ -159,10 +161,9 @@ def save_product(session: Session, name: str, path: Path) -> None:
     found = next(p for p in reversed(session.products.values()) if p.name == name)
     path.parent.mkdir(parents=True, exist_ok=True)
     if path.suffix == ".npz" and found.codec == LDEM_CODEC:
-        ldem = decode_ldem(found.data)
-        grid = ldem.grid
-        np.savez_compressed(path, heights_m=ldem.heights_m, node_sets=ldem.node_sets, x0_m=grid.x0_m, y0_m=grid.y0_m,
-                            cell_m=grid.cell_m)
+        from ground.preview import arrays
+
+        np.savez_compressed(path, **arrays(found.data))
     else:
         path.write_bytes(found.data)
     sys.stderr.write(f"{path} written\n")
@@ -197,10 +198,13 @@ def script(
     code, session = _run(station, plan, as_json)
     for product in session.products.values():
         if out is not None:
-            save_product(session, product.name, out / f"{product.name}.npz")
+            save_product(session, product.name, out / f"{product.name}{_ENDINGS.get(product.codec, '.npz')}")
     _leave(code, session)
 
 
+look_command.add(app)
+app.add_typer(archive_command.app, name="archive")
+app.add_typer(preview_command.app, name="preview")
 app.command("report", epilog="Example: ground report build/demo")(report_command)
 
 _INTERRUPTED = "interrupted; the rover carries on with what it was told, `ground stop` ends it"
@@ -220,6 +224,7 @@ def run(argv: list[str] | None = None) -> int:
         code, text = INTERRUPTED, _INTERRUPTED
     except tuple(kind for kind, _ in _CODES) as error:
         code, text = next(code for kind, code in _CODES if isinstance(error, kind)), str(error)
+        code = error.code if isinstance(error, ArchiveError) else code
     else:
         if code != INTERRUPTED:
             return code

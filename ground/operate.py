@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import json
 import time
 from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import dataclass
 
 from ground import show
-from ground.archive import Archive
+from ground.archive import Archive, ArchiveError
+from ground.archive_keep import keep_within
 from ground.clock import Clock, LockstepClock, WallClock
 from ground.contact import Contact
 from ground.script import Runner, Step
@@ -17,6 +19,7 @@ from ground.settings import Settings
 from ground.station import TO_HAVE_A_ROVER, Station, StationError
 
 OK, FAILED, UNAVAILABLE, TEMPORARY = 0, 1, 69, 75
+STOPS = frozenset({"stop", "safe", "emergency_stop"})
 _LINK_LIMIT_S, _ALONE_LIMIT_S = 20.0, 3.0
 
 
@@ -39,6 +42,7 @@ class Teller:
         self._out, self._json, self._report_ns = out, as_json, round(report_s * 1e9)
         self._next_ns = 0
         self._progress: dict[str, int] = {}
+        self._trouble = ""
 
     def news(self, news: list[News]) -> None:
         """What was heard in one turn. Progress only each tenth part."""
@@ -66,6 +70,20 @@ class Teller:
         """Nothing was heard of the rover for so long."""
         self._out((show.silence_json if self._json else show.silence_line)(silent_s, now_ns))
 
+    def trouble(self, why: str, now_ns: int) -> None:
+        """Why what is heard cannot be archived, once; "": it can be again."""
+        if why != self._trouble:
+            self.said(f"{why}; rows wait in memory, events stay with the rover" if why else "archived again", now_ns)
+            self._trouble = why
+
+    def said(self, text: str, now_ns: int) -> None:
+        """Something of the station itself."""
+        self._out(json.dumps({"news": "station", "at_ns": now_ns, "text": text}) if self._json
+                  else f"{show.clock(now_ns)}  station   {text}")
+
+    def close(self) -> None:
+        """Nothing more is told."""
+
     def _moved(self, progress: Progress) -> bool:
         tenth = 10 * progress.have // max(1, progress.total)
         moved = self._progress.get(progress.name) != tenth
@@ -81,7 +99,8 @@ def operate(settings: Settings, plan: Plan, teller: Teller) -> tuple[int, Sessio
     with ExitStack() as stack:
         lockstep = bool(plan.barrier)
         utc_ns = 0 if lockstep else time.time_ns()
-        archive = stack.enter_context(Archive(settings.archive or ":memory:", utc_ns))
+        stack.callback(teller.close)
+        archive = stack.enter_context(_archive(settings, plan, utc_ns, teller))
         station = stack.enter_context(Station(settings, archive))
         # The emulator says HELLO only after our probe, the bench starts only after both: knock before the barrier.
         limits_s = (6 * _LINK_LIMIT_S,) * 2 if lockstep else (_LINK_LIMIT_S, _ALONE_LIMIT_S)
@@ -89,6 +108,21 @@ def operate(settings: Settings, plan: Plan, teller: Teller) -> tuple[int, Sessio
         clock: Clock = LockstepClock(plan.barrier) if lockstep else WallClock()
         stack.enter_context(clock)
         return _turns(station, clock, plan, teller), station.session
+
+
+def _archive(settings: Settings, plan: Plan, utc_ns: int, teller: Teller) -> Archive:
+    """The station's archive; what stops the rover is sent without one where it cannot be opened."""
+    path = settings.archive
+    try:
+        gone = keep_within(path, settings.archive_days, settings.archive_mb, utc_ns) if path and utc_ns else 0
+        if gone:
+            teller.said(f"{path}: {gone} old rows removed, as the station file says", 0)
+        return Archive(path or ":memory:", utc_ns)
+    except ArchiveError as error:
+        if not plan.steps or any(step.name not in STOPS for step in plan.steps):
+            raise
+        teller.said(f"{error}; sent without it", 0)
+        return Archive(":memory:", utc_ns)
 
 
 def _turns(station: Station, clock: Clock, plan: Plan, teller: Teller) -> int:
@@ -109,6 +143,7 @@ def _turns(station: Station, clock: Clock, plan: Plan, teller: Teller) -> int:
         if code is not None:
             clock.finish(station.sent, code)
             return code
+        teller.trouble(station.trouble, now_ns)
         _watch(contact, station, clock, teller, now_ns)
         dues = (runner.next_due_ns(now_ns), session.next_due_ns(now_ns), contact.next_due_ns())
         wake_ns = min(due for due in dues if due is not None)

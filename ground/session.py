@@ -110,6 +110,7 @@ class Session:
         self.far_clock = FarClock()
         self.items: dict[str, Item] = {}
         self.products: dict[int, bulk.Product] = {}
+        self.keeps = True  # False: what is heard cannot be kept, so events are not acknowledged
         self.counts: dict[str, int] = {"ok": 0}
         self.heard_ns: int | None = None
         self._opener = Opener(keys.downlink, newest_boot_id=newest_boot_id)
@@ -238,7 +239,8 @@ class Session:
             return []
         self.sealer.boot_id = self.boot_id
         payloads: list[tuple[Kind, bytes]] = [(Kind.TELECOMMAND, p) for p in self.requester.send(now_ns)]
-        payloads += [(Kind.REPORT, p) for p in self._telemetry.acknowledgements(now_ns)]
+        if self.keeps:
+            payloads += [(Kind.REPORT, p) for p in self._telemetry.acknowledgements(now_ns)]
         payloads += [(Kind.BULK_BITMAP, p) for p in self._bulk.send(now_ns)]
         return [self.sealer.seal(kind, payload) for kind, payload in payloads]
 
@@ -246,7 +248,7 @@ class Session:
         """When `send` should be called again; None: not before something was heard."""
         if not self.boot_id:
             return None
-        due = [self.requester.next_due_ns(), self._telemetry.next_due_ns()]
+        due = [self.requester.next_due_ns(), self._telemetry.next_due_ns() if self.keeps else None]
         if self._bulk_heard_ns is not None and (
             self._bulk.progress() or now_ns - self._bulk_heard_ns < _BULK_TAIL_NS
         ):

@@ -14,7 +14,7 @@ from ground.settings import Settings, station_keys
 from onboard.config import ConfigError
 from onboard.drivers.link_end import LinkEnd, LinkEndError
 from protocol import carrier
-from protocol.link import KEY_DOWN, KEY_UP
+from protocol.link import KEY_DOWN, KEY_UP, OVERHEAD, numbers
 
 TO_HAVE_A_ROVER = "`make sim` starts a rover to talk to"
 _SPARE = 512  # more numbers than one turn can use
@@ -71,7 +71,7 @@ class Station:
         news: list[News] = []
         for datagram in self._take(turn.delivered):
             verdict, heard = self.session.receive(datagram, turn.now_ns)
-            self._archive.add("datagrams", turn.now_ns, "down", verdict, datagram)
+            self._log(turn.now_ns, "down", verdict, datagram)
             news += heard
         for one in news:
             self._keep(one)
@@ -86,7 +86,7 @@ class Station:
             raise StationError(str(error)) from error
 
     def flush(self, now_ns: int) -> None:
-        """Puts what is due on the link and makes the turn's rows safe."""
+        """Makes the turn's rows safe, then puts what is due on the link."""
         self._renew_block()
         requests = self.session.requester.requests
         for request_id in sorted(requests.keys() - self._archived):
@@ -94,11 +94,24 @@ class Station:
             self._archive.add("requests", requests[request_id].made_ns, request_id, self.session.station, asked.name,
                               json.dumps(asked.arguments))
             self._archived.add(request_id)
-        for datagram in self.session.send(now_ns):
-            self._archive.add("datagrams", now_ns, "up", "ok", datagram)
+        datagrams = self.session.send(now_ns)
+        for datagram in datagrams:
+            self._log(now_ns, "up", "ok", datagram)
+        self._archive.commit()
+        self.session.keeps = not self._archive.trouble
+        for datagram in datagrams:
             self._end.put(datagram)
             self.sent += 1
-        self._archive.commit()
+
+    @property
+    def trouble(self) -> str:
+        """Why what is heard cannot be archived now; "": it is."""
+        return self._archive.trouble
+
+    def _log(self, at_ns: int, direction: str, verdict: str, datagram: bytes) -> None:
+        short = len(datagram) < OVERHEAD
+        self._archive.add("datagrams", at_ns, direction, verdict, datagram,
+                          *((None, None) if short else numbers(datagram)))
 
     def _renew_block(self) -> None:
         session, block = self.session, self._block
@@ -111,9 +124,9 @@ class Station:
     def _keep(self, news: News) -> None:
         match news:
             case Item():
-                self._archive.add("items", *news)
+                self._archive.add("items", *news, self.session.boot_id)
             case EventHeard():
-                self._archive.add("events", *news)
+                self._archive.add("events", *news, self.session.boot_id)
             case ReportHeard(at_ns, _, r):
                 self._archive.add("reports", at_ns, r.request_id, r.station, r.serial, r.state.name, r.code, r.text,
                                   json.dumps(r.data))

@@ -33,6 +33,7 @@ from protocol.products import LdemProduct, MapGrid, encode_ldem, rounded
 MOST_STATIONS = 60
 _STRAIGHT_M = 0.02  # a station so near to the line of its neighbours says nothing
 _STRAIGHT_RAD = math.radians(3.0)
+_SPOT_M = 1e-6
 _PARK_S = 3.0  # the axis goes to where a sweep begins, the stream starts
 _LOOK_AGAIN_M = 2.0  # farther than this after the last look the rover looks again before it says arrived
 _STEER_S = 3.8  # the wheels swing before and after a turn on the spot, and the drives stop: measured on the bench
@@ -183,7 +184,8 @@ def _time_s(stations: F64, length_m: float, looks: int, known: bool, config: Con
     look_s = _PARK_S + sweep_s + (2 * config.jobs.map_ticks + config.jobs.plan_ticks) / 100
     steps_m = np.hypot(*np.diff(stations[:, :2], axis=0).T)
     turned = np.abs((np.diff(stations[:, 2]) + np.pi) % (2 * np.pi) - np.pi)
-    spots_rad, spots = float(turned[steps_m < 1e-6].sum()), int((np.diff(steps_m < 1e-6) > 0).sum() / 2 + 0.5)
+    on_spot = np.concatenate([[False], steps_m < _SPOT_M])
+    spots_rad, spots = float(turned[on_spot[1:]].sum()), int((on_spot[1:] & ~on_spot[:-1]).sum())
     if not known:
         spots_rad, spots = spots_rad + math.pi, spots + 1
     turning_s = spots_rad / config.motion.yaw_rate_limit_radps + 2 * _STEER_S * spots
@@ -192,14 +194,16 @@ def _time_s(stations: F64, length_m: float, looks: int, known: bool, config: Con
 
 def _corners(stations: F64) -> F64:
     """The stations at which way or body turn, and the ends; at most 60."""
-    kept = [0]
+    kept, on_spot = [0], np.hypot(*np.diff(stations[:, :2], axis=0).T) < _SPOT_M
     for k in range(1, len(stations) - 1):
+        if on_spot[k - 1] and on_spot[k]:
+            continue  # in the middle of a turn on the spot
         a, b, c = stations[kept[-1]], stations[k], stations[k + 1]
         ab, ac = b[:2] - a[:2], c[:2] - a[:2]
         long_m = float(np.hypot(*ac))
         off_m = abs(float(ab[0] * ac[1] - ab[1] * ac[0])) / long_m if long_m > 1e-9 else float(np.hypot(*ab))
-        spot = float(np.hypot(*(c[:2] - b[:2]))) < 1e-6 or float(np.hypot(*(b[:2] - a[:2]))) < 1e-6
-        if off_m > _STRAIGHT_M or spot or abs(math.remainder(float(c[2] - a[2]), 2 * math.pi)) > _STRAIGHT_RAD:
+        turns = bool(on_spot[k - 1] or on_spot[k])
+        if off_m > _STRAIGHT_M or turns or abs(math.remainder(float(c[2] - a[2]), 2 * math.pi)) > _STRAIGHT_RAD:
             kept.append(k)
     kept += [len(stations) - 1] if len(stations) > 1 else []
     return _thinned(stations[kept], MOST_STATIONS)

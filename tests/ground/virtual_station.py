@@ -51,6 +51,8 @@ class VirtualStation:
     def wait_open(self, *_) -> None:
         pass
 
+    trouble = ""
+
     @property
     def linked(self) -> bool:
         return self._now_s < self._closed_s
