@@ -51,7 +51,16 @@ def _out(line: str) -> None:
 
 def _run(station: Path | None, plan: Plan, as_json: bool) -> tuple[int, Session]:
     settings = load_settings(station)
-    return operate(settings, plan, Teller(_out, as_json, plan.report_s or settings.report_s))
+    return operate(settings, plan, _teller(as_json, plan.report_s or settings.report_s))
+
+
+def _teller(as_json: bool, report_s: float) -> Teller:
+    """Bars in a terminal, lines elsewhere."""
+    if as_json or not sys.stdout.isatty():
+        return Teller(_out, as_json, report_s)
+    from ground.bars import Bars
+
+    return Bars(_out, report_s)
 
 
 def _leave(code: int, session: Session) -> NoReturn:
@@ -200,6 +209,23 @@ def script(
         if out is not None:
             save_product(session, product.name, out / f"{product.name}{_ENDINGS.get(product.codec, '.npz')}")
     _leave(code, session)
+
+
+@app.command(epilog="Examples: ground shell | echo 'goto 2 0' | ground shell")
+def shell(contact: Contact = 20.0, station: StationFile = None) -> None:
+    """Type commands one after the other on one open session: history, completion; `help` there says what there is."""
+    from ground import shell_terminal
+
+    settings = load_settings(station)
+    teller = Teller(_out, False, settings.report_s)
+    raise typer.Exit(shell_terminal.run(settings, station, contact, teller, run, save_product))
+
+
+@app.command(epilog="Example: ground calibrate")
+def calibrate() -> None:
+    """Not on board: geometry is calibrated from records, by `onboard calibrate`, and takes effect with a restart."""
+    _last_words("the rover takes no such command: `onboard calibrate` works on its records, see docs/calibration.md")
+    raise typer.Exit(USAGE)
 
 
 look_command.add(app)

@@ -31,8 +31,8 @@ class Figures(NamedTuple):
     lost: int
     loss_ratio: float | None
     late: int
-    down_Bps: float | None
-    up_Bps: float | None
+    down_bytes_ps: float | None
+    up_bytes_ps: float | None
     sent: int
     silent_s: float | None
     refused: dict[str, int]
@@ -86,7 +86,7 @@ def words(found: Figures) -> list[str]:
         f"{'lost':16} {found.lost} datagrams, {told(found.loss_ratio and 100 * found.loss_ratio, '{:.1f} %')}"
         if found.loss_ratio else f"{'lost':16} {found.lost} datagrams",
         f"{'refused':16} {refused}",
-        f"{'down':16} {told(found.down_Bps, '{:.0f} B/s')}",
-        f"{'up':16} {told(found.up_Bps, '{:.0f} B/s')}, {found.sent} datagrams",
+        f"{'down':16} {told(found.down_bytes_ps, '{:.0f} B/s')}",
+        f"{'up':16} {told(found.up_bytes_ps, '{:.0f} B/s')}, {found.sent} datagrams",
         f"{'longest silence':16} {told(found.silent_s, '{:.1f} s')}",
     ]

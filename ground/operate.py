@@ -12,7 +12,7 @@ from ground import show
 from ground.archive import Archive, ArchiveError
 from ground.archive_keep import keep_within
 from ground.clock import Clock, LockstepClock, WallClock
-from ground.contact import Contact
+from ground.contact import NOT_HEARD_THERE, Contact, Uplink
 from ground.script import Runner, Step
 from ground.session import Item, News, Progress, Session
 from ground.settings import Settings
@@ -21,6 +21,7 @@ from ground.station import TO_HAVE_A_ROVER, Station, StationError
 OK, FAILED, UNAVAILABLE, TEMPORARY = 0, 1, 69, 75
 STOPS = frozenset({"stop", "safe", "emergency_stop"})
 _LINK_LIMIT_S, _ALONE_LIMIT_S = 20.0, 3.0
+CONNECT_S = (_LINK_LIMIT_S, _ALONE_LIMIT_S)
 
 
 @dataclass(frozen=True, slots=True)
@@ -126,7 +127,7 @@ def _archive(settings: Settings, plan: Plan, utc_ns: int, teller: Teller) -> Arc
 
 
 def _turns(station: Station, clock: Clock, plan: Plan, teller: Teller) -> int:
-    runner, contact = Runner(list(plan.steps), plan.lifetime_s), Contact()
+    runner, contact, uplink = Runner(list(plan.steps), plan.lifetime_s), Contact(), Uplink()
     session = station.session
     wake_ns: int | None = None
     while True:
@@ -144,6 +145,8 @@ def _turns(station: Station, clock: Clock, plan: Plan, teller: Teller) -> int:
             clock.finish(station.sent, code)
             return code
         teller.trouble(station.trouble, now_ns)
+        if uplink.refused(session, now_ns):
+            teller.said(NOT_HEARD_THERE, now_ns)
         _watch(contact, station, clock, teller, now_ns)
         dues = (runner.next_due_ns(now_ns), session.next_due_ns(now_ns), contact.next_due_ns())
         wake_ns = min(due for due in dues if due is not None)
@@ -157,11 +160,28 @@ def _watch(contact: Contact, station: Station, clock: Clock, teller: Teller, now
         raise StationError("the link's carrier has closed; the rover carries on with what it was told")
 
 
+def unheard(session: Session, waited_s: float) -> str:
+    """Why nothing was heard, as far as this end can know."""
+    refused = {kind: count for kind, count in session.counts.items() if kind != "ok" and count}
+    if not refused:
+        return f"nothing heard of the rover within {waited_s:g} s; {TO_HAVE_A_ROVER}"
+    kind = max(refused, key=lambda name: refused[name])
+    why = REFUSED.get(kind, "it speaks another version of the link, or the link spoils what it carries")
+    return f"{sum(refused.values())} datagrams came within {waited_s:g} s and none passed its check ({kind}): {why}"
+
+
+REFUSED = {
+    "tag": "the downlink key of this station is not the rover's",
+    "epoch": "the rover uses another epoch of the key",
+    "boot": "the rover's boot id is older than one heard before: another rover, or its state was reset",
+}
+
+
 def _end(runner: Runner, session: Session, plan: Plan, now_ns: int) -> int | None:
     if plan.steps and runner.result is not None:
         return OK if runner.result else FAILED
     if plan.contact_s and session.heard_ns is None and now_ns > plan.contact_s * 1e9:
-        raise StationError(f"nothing heard of the rover within {plan.contact_s:g} s; {TO_HAVE_A_ROVER}")
+        raise StationError(unheard(session, plan.contact_s))
     if plan.limit_s and now_ns > plan.limit_s * 1e9:
         return TEMPORARY
     return None
