@@ -136,7 +136,7 @@ class Mission:
         if "predict" in ctx.jobs.running:  # late, of a goal before
             return
         request = plan_request(self.memory, ctx.localisation.pose, self.goal, self.gdem, self._config, ctx.fences)
-        ctx.jobs.submit("predict", (request, known, self._config), ctx.tick + 2 * self._config.jobs.plan_ticks)
+        ctx.jobs.submit("predict", (request, known, self._config), ctx.tick + self._config.jobs.plan_ticks)
 
     def _slips(self, pose: Pose) -> None:
         """The ground here is dear from now on, for later missions too."""

@@ -139,6 +139,22 @@ def test_a_mission_reaches_its_goals_in_their_order_and_tells_each(known):
     assert told[1].startswith("goal 1 of 2: ") and rover.text(request).startswith("all 2 goals; ")
 
 
+def test_status_tells_what_waits_for_its_start_time(standing):
+    sent = commands.Telecommand(77, 0, 0, "turn", {"heading_rad": 0.5}, 900_000_000_000)
+    standing.hear(LinkMessage(standing.now_ns, True, "ok", STATION, Kind.TELECOMMAND, commands.encode(sent)))
+    standing.run(0.1)
+    request = standing.order("status")
+    standing.run(0.3)
+    assert standing.text(request).endswith(f"; 1 wait: turn at 900.0 s ({STATION}#77)")
+
+
+def test_a_scan_is_enough_for_a_map_that_can_be_fetched():
+    rover = CoreBench()
+    rover.settle()
+    assert rover.until_final(rover.order("scan"), 60.0) is State.COMPLETED
+    assert rover.until_final(rover.order("get", product="ldem"), 5.0) is State.COMPLETED
+
+
 def test_a_cleared_map_makes_the_next_goto_scan_ahead_and_behind(standing):
     request = standing.order("map_clear")
     standing.run(0.1)
