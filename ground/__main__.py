@@ -17,7 +17,8 @@ from typing import Annotated, Any, NoReturn
 
 import typer
 
-from ground import keys_command, products, show, verbs
+from ground import archive_command, keys_command, look_command, preview_command, products, show, verbs
+from ground.archive import ArchiveError
 from ground.bridge.command import app as bridge_app
 from ground.clock import ClockError
 from ground.operate import FAILED, TEMPORARY, Plan, Teller, operate
@@ -38,6 +39,7 @@ USAGE, NO_INPUT, UNAVAILABLE, CANNOT_CREATE, CONFIG, INTERRUPTED = 64, 66, 69, 7
 _CODES: tuple[tuple[type[Exception], int], ...] = (
     (ScriptError, USAGE), (NoStationError, NO_INPUT), (StationError, UNAVAILABLE), (ClockError, UNAVAILABLE),
     (ConfigError, CONFIG), (WireError, FAILED), (OSError, CANNOT_CREATE), (sqlite3.Error, CANNOT_CREATE),
+    (ArchiveError, CANNOT_CREATE),
 )
 
 app = typer.Typer(
@@ -52,7 +54,16 @@ def _out(line: str) -> None:
 
 def _run(station: Path | None, plan: Plan, as_json: bool) -> tuple[int, Session]:
     settings = load_settings(station)
-    return operate(settings, plan, Teller(_out, as_json, plan.report_s or settings.report_s))
+    return operate(settings, plan, _teller(as_json, plan.report_s or settings.report_s))
+
+
+def _teller(as_json: bool, report_s: float) -> Teller:
+    """Bars in a terminal, lines elsewhere."""
+    if as_json or not sys.stdout.isatty():
+        return Teller(_out, as_json, report_s)
+    from ground.bars import Bars
+
+    return Bars(_out, report_s)
 
 
 def _leave(code: int, session: Session) -> NoReturn:
@@ -258,6 +269,28 @@ def script(
 
 
 app.add_typer(bridge_app, name="bridge")
+
+
+@app.command(epilog="Examples: ground shell | echo 'goto 2 0' | ground shell")
+def shell(contact: Contact = 20.0, station: StationFile = None) -> None:
+    """Type commands one after the other on one open session: history, completion; `help` there says what there is."""
+    from ground import shell_terminal
+
+    settings = load_settings(station)
+    teller = Teller(_out, False, settings.report_s)
+    raise typer.Exit(shell_terminal.run(settings, station, contact, teller, run, save_product))
+
+
+@app.command(epilog="Example: ground calibrate")
+def calibrate() -> None:
+    """Not on board: geometry is calibrated from records, by `onboard calibrate`, and takes effect with a restart."""
+    _last_words("the rover takes no such command: `onboard calibrate` works on its records, see docs/calibration.md")
+    raise typer.Exit(USAGE)
+
+
+look_command.add(app)
+app.add_typer(archive_command.app, name="archive")
+app.add_typer(preview_command.app, name="preview")
 app.command("report", epilog="Example: ground report build/demo")(report_command)
 
 _INTERRUPTED = "interrupted; the rover carries on with what it was told, `ground stop` ends it"
@@ -277,6 +310,7 @@ def run(argv: list[str] | None = None) -> int:
         code, text = INTERRUPTED, _INTERRUPTED
     except tuple(kind for kind, _ in _CODES) as error:
         code, text = next(code for kind, code in _CODES if isinstance(error, kind)), str(error)
+        code = error.code if isinstance(error, ArchiveError) else code
     else:
         if code != INTERRUPTED:
             return code

@@ -6,8 +6,34 @@ is one, on the wall clock: nothing that is sent then arrives.
 
 from __future__ import annotations
 
+from ground.session import Session
+from protocol.transactions import State
+
+NOT_HEARD_THERE = ("the rover refuses what this station sends and answers nothing: is its command key the rover's? "
+                   "It is asked on; Ctrl-C ends that")
+_UNANSWERED_NS = 10_000_000_000
 SILENT_NS = 15_000_000_000
 CLOSED_NS = 5_000_000_000
+
+
+class Uplink:
+    """Whether the rover hears this station: tells once when it does not, by its own count of what it refused."""
+
+    def __init__(self) -> None:
+        self._first: float | None = None
+        self._told = False
+
+    def refused(self, session: Session, now_ns: int) -> bool:
+        """True once, when a request is unanswered for 10 s and the rover has refused datagrams since it was heard."""
+        item = session.items.get("link_refused")
+        if self._told or item is None:
+            return False
+        self._first = item.value if self._first is None else self._first
+        waits = any(one.state is State.REQUESTED and one.sent > 1 and now_ns - one.made_ns >= _UNANSWERED_NS
+                    for one in session.requester.requests.values())
+        answered = any(one.report is not None for one in session.requester.requests.values())
+        self._told = waits and not answered and item.value > self._first
+        return self._told
 
 
 class Contact:

@@ -10,9 +10,10 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from ground import show
-from ground.archive import Archive
+from ground.archive import Archive, ArchiveError
+from ground.archive_keep import keep_within
 from ground.clock import Clock, LockstepClock, WallClock
-from ground.contact import Contact
+from ground.contact import NOT_HEARD_THERE, Contact, Uplink
 from ground.script import Runner, Step
 from ground.session import VIEWER, Item, News, Progress, Session
 from ground.settings import Settings
@@ -20,7 +21,9 @@ from ground.station import TO_HAVE_A_ROVER, Station, StationError
 from onboard.config import ConfigError
 
 OK, FAILED, UNAVAILABLE, TEMPORARY = 0, 1, 69, 75
+STOPS = frozenset({"stop", "safe", "emergency_stop"})
 _LINK_LIMIT_S, _ALONE_LIMIT_S = 20.0, 3.0
+CONNECT_S = (_LINK_LIMIT_S, _ALONE_LIMIT_S)
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,6 +46,7 @@ class Teller:
         self._next_ns = 0
         self._progress: dict[str, int] = {}
         self._inside = True
+        self._trouble = ""
 
     def news(self, news: list[News]) -> None:
         """What was heard in one turn. Progress only each tenth part."""
@@ -79,6 +83,20 @@ class Teller:
         """Nothing was heard of the rover for so long."""
         self._out((show.silence_json if self._json else show.silence_line)(silent_s, now_ns))
 
+    def trouble(self, why: str, now_ns: int) -> None:
+        """Why what is heard cannot be archived, once; "": it can be again."""
+        if why != self._trouble:
+            self.said(f"{why}; rows wait in memory, events stay with the rover" if why else "archived again", now_ns)
+            self._trouble = why
+
+    def said(self, text: str, now_ns: int) -> None:
+        """Something of the station itself."""
+        self._out(json.dumps({"news": "station", "at_ns": now_ns, "text": text}) if self._json
+                  else f"{show.clock(now_ns)}  station   {text}")
+
+    def close(self) -> None:
+        """Nothing more is told."""
+
     def _moved(self, progress: Progress) -> bool:
         tenth = 10 * progress.have // max(1, progress.total)
         moved = self._progress.get(progress.name) != tenth
@@ -107,7 +125,8 @@ def operate(settings: Settings, plan: Plan, teller: Teller, join: Join | None = 
     with ExitStack() as stack:
         lockstep = bool(plan.barrier)
         utc_ns = 0 if lockstep else time.time_ns()
-        archive = stack.enter_context(Archive(settings.archive or ":memory:", utc_ns))
+        stack.callback(teller.close)
+        archive = stack.enter_context(_archive(settings, plan, utc_ns, teller))
         station = stack.enter_context(Station(settings, archive))
         if plan.steps and station.session.viewer:
             raise ConfigError(VIEWER)
@@ -121,8 +140,23 @@ def operate(settings: Settings, plan: Plan, teller: Teller, join: Join | None = 
         return _turns(station, clock, plan, teller, beside), station.session
 
 
+def _archive(settings: Settings, plan: Plan, utc_ns: int, teller: Teller) -> Archive:
+    """The station's archive; what stops the rover is sent without one where it cannot be opened."""
+    path = settings.archive
+    try:
+        gone = keep_within(path, settings.archive_days, settings.archive_mb, utc_ns) if path and utc_ns else 0
+        if gone:
+            teller.said(f"{path}: {gone} old rows removed, as the station file says", 0)
+        return Archive(path or ":memory:", utc_ns)
+    except ArchiveError as error:
+        if not plan.steps or any(step.name not in STOPS for step in plan.steps):
+            raise
+        teller.said(f"{error}; sent without it", 0)
+        return Archive(":memory:", utc_ns)
+
+
 def _turns(station: Station, clock: Clock, plan: Plan, teller: Teller, beside: Beside | None) -> int:
-    runner, contact = Runner(list(plan.steps), plan.lifetime_s), Contact()
+    runner, contact, uplink = Runner(list(plan.steps), plan.lifetime_s), Contact(), Uplink()
     session = station.session
     wake_ns: int | None = None
     while True:
@@ -143,6 +177,9 @@ def _turns(station: Station, clock: Clock, plan: Plan, teller: Teller, beside: B
         if code is not None:
             clock.finish(station.sent, code)
             return code
+        teller.trouble(station.trouble, now_ns)
+        if uplink.refused(session, now_ns):
+            teller.said(NOT_HEARD_THERE, now_ns)
         _watch(contact, station, clock, teller, now_ns)
         dues = (runner.next_due_ns(now_ns), session.next_due_ns(now_ns), contact.next_due_ns(),
                 beside.next_due_ns() if beside is not None else None)
@@ -157,31 +194,32 @@ def _watch(contact: Contact, station: Station, clock: Clock, teller: Teller, now
         raise StationError("the link's carrier has closed; the rover carries on with what it was told")
 
 
+def unheard(session: Session, waited_s: float) -> str:
+    """Why nothing was heard, as far as this end can know."""
+    refused = {kind: count for kind, count in session.counts.items() if kind != "ok" and count}
+    if not refused:
+        return f"nothing heard of the rover within {waited_s:g} s; {TO_HAVE_A_ROVER}"
+    kind = max(refused, key=lambda name: refused[name])
+    why = REFUSED.get(kind, "it speaks another version of the link, or the link spoils what it carries")
+    return f"{sum(refused.values())} datagrams came within {waited_s:g} s and none passed its check ({kind}): {why}"
+
+
+REFUSED = {
+    "tag": "the downlink key of this station is not the rover's; `ground keys show-ids` here and there",
+    "epoch": "sealed in a key epoch that is not loaded here, or an older one",
+    "boot": "the rover's boot id is older than one heard before: another rover, or it lost its state.folder",
+    "replay": "all were heard before",
+    "length": "these are no datagrams of this link",
+}
+
+
 def _end(runner: Runner, session: Session, plan: Plan, now_ns: int) -> int | None:
     if plan.steps and runner.result is not None:
         return OK if runner.result else FAILED
     since_ns = session.contact_since_ns(now_ns)
     waited = since_ns is not None and now_ns - since_ns > plan.contact_s * 1e9
     if plan.contact_s and session.heard_ns is None and waited:
-        raise StationError(f"nothing heard of the rover within {plan.contact_s:g} s; {_heard_instead(session)}")
+        raise StationError(unheard(session, plan.contact_s))
     if plan.limit_s and now_ns > plan.limit_s * 1e9:
         return TEMPORARY
     return None
-
-
-_REFUSED_FOR = {
-    "tag": "sealed with another key: is downlink_key the rover's? `ground keys show-ids` here and there",
-    "epoch": "sealed in a key epoch that is not loaded here, or an older one",
-    "boot": "of an earlier start than was heard before; has the rover lost its state.folder?",
-    "replay": "heard before",
-    "length": "no datagrams of this link",
-}
-
-
-def _heard_instead(session: Session) -> str:
-    """What came and was refused, the most frequent first; else how to have a rover."""
-    refused = [kind for kind in session.counts if kind != "ok"]
-    if not refused:
-        return TO_HAVE_A_ROVER
-    kind = max(refused, key=lambda kind: session.counts[kind])
-    return f"{session.counts[kind]} datagrams came that are {_REFUSED_FOR.get(kind, f'refused: {kind}')}"

@@ -16,7 +16,7 @@ from onboard.config import Rover
 from onboard.perception.scan3d import Points, Scan3d, gather, points
 from onboard.records import Scan, TiltTrack
 from protocol.bulk import Product
-from protocol.products import PRODUCTS, RECORD_CODEC, decode_ldem
+from protocol.products import PRODUCTS, RECORD_CODEC, decode_ldem, poses_of
 from protocol.products.nsp import Explanation, decode_nsp
 from protocol.products.scan import ScanProduct, decode_scan
 
@@ -71,11 +71,25 @@ def _ldem(data: bytes) -> Written:
     ldem = decode_ldem(data)
     grid, known = ldem.grid, np.isfinite(ldem.heights_m)
     low, high = (float(f(ldem.heights_m[known])) if known.any() else math.nan for f in (np.min, np.max))
-    made = _npz(heights_m=ldem.heights_m, node_sets=ldem.node_sets, x0_m=grid.x0_m, y0_m=grid.y0_m, cell_m=grid.cell_m)
+    arrays = ldem_arrays(data)
     where = f"around {grid.x0_m + grid.cell_m * (grid.columns - 1) / 2:.2f}, " \
             f"{grid.y0_m + grid.cell_m * (grid.rows - 1) / 2:.2f}"
-    return Written(made, f"{grid.columns} x {grid.rows} cells of {grid.cell_m:g} m {where}, {known.mean():.0%} known, "
-                         f"{low:.2f} to {high:.2f} m high; heights_m, node_sets, x0_m, y0_m, cell_m")
+    return Written(_npz(**arrays), f"{grid.columns} x {grid.rows} cells of {grid.cell_m:g} m {where}, "
+                                   f"{known.mean():.0%} known, {low:.2f} to {high:.2f} m high; {', '.join(arrays)}")
+
+
+def ldem_arrays(data: bytes) -> dict[str, Any]:
+    """The arrays of a map's bytes: heights, sets, grid; and, where it has them, the poses. Raises WireError."""
+    ldem = decode_ldem(data)
+    grid = ldem.grid
+    tree: dict[str, Any] = {"heights_m": ldem.heights_m, "node_sets": ldem.node_sets, "x0_m": grid.x0_m,
+                            "y0_m": grid.y0_m, "cell_m": grid.cell_m}
+    poses = poses_of(data)
+    if poses is not None:
+        tree |= {"freedom": poses.freedom, "pose": poses.pose, "known": poses.known,
+                 "slippery_m": np.array(poses.slippery_m).reshape(-1, 2),
+                 "settings": np.frombuffer(poses.settings, np.uint8)}
+    return tree
 
 
 # -- scan ------------------------------------------------------------------------------------------------------

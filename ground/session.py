@@ -111,6 +111,7 @@ class Session:
         self.far_clock = FarClock(kept.rtt_ns)
         self.items: dict[str, Item] = {}
         self.products: dict[int, bulk.Product] = {}
+        self.keeps = True  # False: what is heard cannot be kept, so events are not acknowledged
         self.counts: dict[str, int] = {"ok": 0}
         self.heard_ns: int | None = None
         self.versions: Versions | None = None
@@ -320,7 +321,7 @@ class Session:
                   for p in asked]
         if not self.boot_id:
             return sealed
-        payloads = [(Kind.REPORT, p) for p in self._telemetry.acknowledgements(now_ns)]
+        payloads = [(Kind.REPORT, p) for p in self._telemetry.acknowledgements(now_ns)] if self.keeps else []
         payloads += [(Kind.BULK_BITMAP, p) for p in self._bulk.send(now_ns)]
         return sealed + [self.sealer.seal(kind, payload) for kind, payload in payloads]
 
@@ -332,7 +333,7 @@ class Session:
         if not self.in_contact(now_ns):
             windows = self.windows(now_ns)
             return None if windows is None else windows.next_begin_ns(now_ns)
-        if self.boot_id:
+        if self.boot_id and self.keeps:
             due.append(self._telemetry.next_due_ns())
         if self._bulk_heard_ns is not None and (
             self._bulk.progress() or now_ns - self._bulk_heard_ns < _BULK_TAIL_NS

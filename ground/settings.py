@@ -26,6 +26,8 @@ class Settings:
     state: str = value("", "folder of the counters that outlive the station; empty: a bench run from zero")
     archive: str = value("", "SQLite file of everything sent and heard; empty: none")
     contacts: str = value("", "file of contact windows, see docs; empty: the link carries at any time")
+    archive_days: float = value(0.0, "older rows go, but never requests and reports; 0: kept for ever", low=0, high=1e5)
+    archive_mb: float = value(4000.0, "the oldest rows go where the archive is larger; 0: any size", low=0, high=1e6)
     up_bps: float = value(256_000.0, "line rate of the uplink", low=1000, high=1e10)
     report_s: float = value(5.0, "time between status lines of a script", low=0.1, high=3600)
 

@@ -12,6 +12,7 @@ from ground.session import EventHeard, News, ProductHeard, Progress, ReportHeard
 from protocol.modes import Mode, Phase
 from protocol.telemetry import out_of_limits
 
+WAY = "way"  # the product that answers a goto
 _NAMED: dict[str, type[IntEnum]] = {"mode": Mode, "phase": Phase}
 
 
@@ -28,6 +29,8 @@ def news_line(news: News) -> str | None:
         case ReportHeard(at_ns, name, report):
             words = f": {report.text}" if report.text else ""
             return f"{clock(at_ns)}  command   {name} #{report.request_id} {report.state.name.lower()}{words}"
+        case ProductHeard(at_ns, product) if product.name == WAY:
+            return f"{clock(at_ns)}  way       {way_words(product.data)}"
         case ProductHeard(at_ns, product):
             return f"{clock(at_ns)}  product   {product.name} ({product.codec}), {len(product.data)} B, SHA-256 right"
         case Progress(at_ns, name, have, total):
@@ -41,11 +44,23 @@ def news_json(news: News) -> str:
     match news:
         case ReportHeard(at_ns, name, report):
             tree |= {"at_ns": at_ns, "command": name} | report._asdict() | {"state": report.state.name}
+        case ProductHeard(at_ns, product) if product.name == WAY:
+            return json.dumps({"news": "way", "at_ns": at_ns, **json.loads(product.data)})
         case ProductHeard(at_ns, product):
             tree |= {"at_ns": at_ns, **product._asdict(), "data": len(product.data)}
         case _:
             tree |= news._asdict()
     return json.dumps({key: _plain(item) for key, item in tree.items()})
+
+
+def way_words(data: bytes) -> str:
+    """The answer to a goto, in one line: length, time and the corners of the path."""
+    tree = json.loads(data)
+    if tree["length_m"] is None:
+        return f"none: {tree['reason']}"
+    corners = [f"{x:.1f} {y:.1f}" for x, y, _ in tree["path"]]
+    corners = list(dict.fromkeys(corners))
+    return f"{tree['length_m']:.1f} m in about {tree['time_s']:.0f} s, {tree['looks']} looks; by {', '.join(corners)}"
 
 
 def silence_line(silent_s: float, now_ns: int) -> str:

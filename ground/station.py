@@ -15,7 +15,7 @@ from ground.settings import Settings, load_schedule, station_keys
 from onboard.config import ConfigError
 from onboard.drivers.link_end import LinkEnd, LinkEndError
 from protocol import carrier
-from protocol.link import KEY_DOWN, KEY_UP
+from protocol.link import KEY_DOWN, KEY_UP, OVERHEAD, numbers
 
 TO_HAVE_A_ROVER = "`make sim` starts a rover to talk to"
 _SPARE = 512  # more numbers than one turn can use
@@ -90,7 +90,7 @@ class Station:
         news: list[News] = []
         for datagram in self._take(turn.delivered):
             verdict, heard = self.session.receive(datagram, turn.now_ns)
-            self._archive.add("datagrams", turn.now_ns, "down", verdict, datagram)
+            self._log(turn.now_ns, "down", verdict, datagram)
             news += heard
         for one in news:
             self._keep(one)
@@ -105,7 +105,7 @@ class Station:
             raise StationError(str(error)) from error
 
     def flush(self, now_ns: int) -> None:
-        """Puts what is due on the link and makes the turn's rows safe."""
+        """Makes the turn's rows safe, then puts what is due on the link."""
         self._renew_block()
         requests = self.session.requester.requests
         for request_id in sorted(requests.keys() - self._archived):
@@ -114,14 +114,27 @@ class Station:
                               json.dumps(asked.arguments))
             self._archived.add(request_id)
         self._archived &= requests.keys()  # what the session has forgotten
-        for datagram in self.session.send(now_ns):
-            self._archive.add("datagrams", now_ns, "up", "ok", datagram)
+        datagrams = self.session.send(now_ns)
+        for datagram in datagrams:
+            self._log(now_ns, "up", "ok", datagram)
+        self._archive.commit()
+        self.session.keeps = not self._archive.trouble
+        for datagram in datagrams:
             self._end.put(datagram)
             self.sent += 1
-        self._archive.commit()
         if now_ns - self._noted_ns >= _NOTE_NS:
             self._noted_ns = now_ns
             self._note()
+
+    @property
+    def trouble(self) -> str:
+        """Why what is heard cannot be archived now; "": it is."""
+        return self._archive.trouble
+
+    def _log(self, at_ns: int, direction: str, verdict: str, datagram: bytes) -> None:
+        short = len(datagram) < OVERHEAD
+        self._archive.add("datagrams", at_ns, direction, verdict, datagram,
+                          *((None, None) if short else numbers(datagram)))
 
     def _renew_block(self) -> None:
         session, block = self.session, self._block
@@ -134,9 +147,9 @@ class Station:
     def _keep(self, news: News) -> None:
         match news:
             case Item():
-                self._archive.add("items", *news)
+                self._archive.add("items", *news, self.session.boot_id)
             case EventHeard():
-                self._archive.add("events", *news)
+                self._archive.add("events", *news, self.session.boot_id)
             case ReportHeard(at_ns, _, r):
                 self._archive.add("reports", at_ns, r.request_id, r.station, r.serial, r.state.name, r.code, r.text,
                                   json.dumps(r.data))

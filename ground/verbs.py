@@ -12,6 +12,7 @@ from typing import Annotated, Any
 
 import typer
 
+from ground.options import Yes, confirm
 from protocol.arguments import Kind
 from protocol.commands import FAMILIES, Argument, Command
 
@@ -30,6 +31,12 @@ FAMILY_HELP = {
     "contacts": "Contact windows: the times outside of which nothing is sent.",
     "param": "Parameters: what may be changed in flight, and who changed it.",
 }  # fmt: skip
+ASKS = {
+    "map_clear": "the rover forgets its own map, on its disk too",
+    "reboot": "the flight program ends and comes up anew; what was not saved is lost",
+    "fence_clear": "all fences go out of force",
+    "sequence_clear": "the rover forgets the sequence",
+}  # what is lost; who is not asked says --yes
 _LONG_S, _SHORT_S = 0.0, 60.0
 Run = Callable[[list[str], dict[str, Any]], None]
 
@@ -60,6 +67,8 @@ def add(app: typer.Typer, rows: Sequence[Command], run: Run) -> dict[str, typer.
 
 def _verb(row: Command, run: Run) -> Callable[..., None]:
     def verb(**given: Any) -> None:
+        if row.name in ASKS and not (given.pop("yes") or (row.name == "fence_clear" and given.get("fence"))):
+            confirm(ASKS[row.name], False)
         words = [str(word) for argument in row.arguments for word in _listed(given.pop(argument.name))]
         run([*row.typed.split(), *words], given)
 
@@ -67,6 +76,7 @@ def _verb(row: Command, run: Run) -> Callable[..., None]:
     patience_s = _LONG_S if row.moves else _SHORT_S
     options = [("start", Start, "0"), ("timeout", Timeout, patience_s), ("contact", Contact, 20.0),
                ("station", StationFile, None), ("as_json", Json, False)]
+    options += [("yes", Yes, False)] * (row.name in ASKS)
     parameters += [inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=kind)
                    for name, kind, default in options]
     verb.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
@@ -79,7 +89,8 @@ def _verb(row: Command, run: Run) -> Callable[..., None]:
 def _parameter(argument: Argument, last: bool) -> inspect.Parameter:
     kind: Any = list[str] if argument.takes_rest and last else str
     told = f"{argument.meaning[0].upper()}{argument.meaning[1:]}; {argument.allowed}."
-    about = typer.Argument(metavar=typed(argument), help=told)
+    known = list(argument.choices or argument.known)
+    about = typer.Argument(metavar=typed(argument), help=told, autocompletion=lambda: known)
     default = inspect.Parameter.empty if argument.required else None
     return inspect.Parameter(argument.name, inspect.Parameter.KEYWORD_ONLY, default=default,
                              annotation=Annotated[kind if argument.required else kind | None, about])

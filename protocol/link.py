@@ -59,6 +59,14 @@ class Kind(IntEnum):
     REPORT = 5
 
 
+def numbers(datagram: bytes) -> tuple[int, int]:
+    """Counter and boot id as a datagram has them, checked or not. Raises ValueError where it is too short."""
+    if len(datagram) < OVERHEAD:
+        raise ValueError(f"{len(datagram)} B")
+    *_, counter, boot_id = _HEAD.unpack_from(datagram)
+    return counter, boot_id
+
+
 def datagram_limit(rate_bps: float) -> int:
     """Longest datagram in bytes on a line: 0.1 s of it, never under 200, never over 1150."""
     return int(min(MAX_DATAGRAM, max(MIN_LIMIT, 0.1 * rate_bps / 8)))

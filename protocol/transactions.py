@@ -322,6 +322,12 @@ class Executor:
         """How many requests wait for their start time."""
         return len(self._waiting)
 
+    @property
+    def waits(self) -> list[str]:
+        """Each of them in words, the earliest first: command, start, station and request id."""
+        return [f"{asked.name} at {asked.start_ns / 1e9:.1f} s ({key >> 32}#{key & 0xFFFFFFFF})"
+                for key, asked in self._waiting.items()]
+
     def due(self, now_ns: int, mode: Mode) -> list[Order]:
         """Those whose start time has come and which may be done now, the earliest first."""
         orders = []

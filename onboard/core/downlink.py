@@ -152,6 +152,11 @@ class Downlink:
         return self._bulk.offer(name, data, codec, self.now_ns, priority)
 
     @property
+    def waits(self) -> list[str]:
+        """The orders that wait for their start time, in words."""
+        return self._executor.waits
+
+    @property
     def refused_count(self) -> int:
         """Uplink datagrams that failed a check since the start."""
         return sum(self.refused.values())

@@ -9,7 +9,7 @@ from onboard.config import Config
 from onboard.core.context import Context
 from onboard.core.mission import Mission
 from onboard.planning.mission_rule import MissionState
-from onboard.records import Gdem, Pose
+from onboard.records import Gdem
 from protocol.modes import Phase
 
 if TYPE_CHECKING:
@@ -23,7 +23,8 @@ class Survey(Mission):
 
     done = "scanned"
 
-    def _begin(self, pose: Pose) -> None:
+    def _begin(self, ctx: Context) -> None:
+        pose = ctx.localisation.pose
         self.goal, self._behind_wanted = (pose.x_m, pose.y_m), False
         self._scan()
 
@@ -47,4 +48,5 @@ class Tour(Mission):
         self.progress.append(f"goal {self._reached} of {len(self._goals)}: {reason}")
         self.goal = self._goals[self._reached]
         self._rule = self._rule_before = MissionState(number=1)
+        self._foreseen = False
         self._scan()

@@ -223,6 +223,9 @@ class Executive:
         text = f"{self.mode.name} {self.phase.name} at {pose.x_m:.2f} {pose.y_m:.2f}"
         if self.active:
             text += " faults " + " ".join(self.active)
+        waits = self._downlink.waits
+        if waits:
+            text += f"; {len(waits)} wait: {', '.join(waits)}"
         self._downlink.report(order.request_id, State.COMPLETED, text)
 
     def _emergency_stop(self, order: Order, ctx: Context) -> None:

@@ -34,7 +34,7 @@ class GoBack(Mission):
         super().__init__(config, gdem, start, memory)
         self._way_back, self._back_leg = way, Path(way[:1])
 
-    def _begin(self, pose: Pose) -> None:
+    def _begin(self, ctx: Context) -> None:
         self._behind_wanted = False
         self._scan()
 

@@ -45,7 +45,8 @@ JOBS: Mapping[str, Job] = MappingProxyType(
         "guard_begin": Job("onboard.planning.guarded_leg:begin", Late.WAIT),
         "guard_listen": Job("onboard.planning.guarded_leg:listen", Late.HOLD),
         "guard_credit": Job("onboard.planning.guarded_leg:credit", Late.WAIT),
-        "product": Job("protocol.products:encode_ldem", Late.GO_ON),
+        "predict": Job("onboard.planning.prediction:foresee", Late.GO_ON),
+        "product": Job("onboard.planning.prediction:pack", Late.GO_ON),
         "product_scan": Job("onboard.perception.scan_product:pack", Late.GO_ON),
         "product_record": Job("onboard.record.slice:record_slice", Late.GO_ON),  # the shell names the files
     }

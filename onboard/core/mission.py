@@ -13,15 +13,15 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from onboard.config import Config
+from onboard.core.asking import plan_request, stands_on
 from onboard.core.context import Context
 from onboard.core.guarding import GUARD_JOBS, Guarding
 from onboard.core.sensing import Sensing, Sweep
 from onboard.core.way import Way
 from onboard.motion.follower import Follower
-from onboard.perception import ldem
 from onboard.perception.sweep import segments
 from onboard.planning.mission_rule import MissionState, interrupted
-from onboard.planning.plan_records import PlanRequest, PlanResult, Settings
+from onboard.planning.plan_records import PlanResult
 from onboard.records import Decision, Entry, Gdem, Path, Pose, Twist
 from protocol.conventions import wrap_rad
 from protocol.modes import Phase
@@ -29,8 +29,9 @@ from protocol.modes import Phase
 if TYPE_CHECKING:  # these come from the jobs, which run elsewhere
     from onboard.perception.stop_map import Look, StopMap
     from onboard.planning.drive_guard import Bad
+    from onboard.planning.prediction import Prediction
 
-MISSION_JOBS = frozenset({"look", "remember", "plan"}) | GUARD_JOBS
+MISSION_JOBS = frozenset({"look", "remember", "plan", "predict"}) | GUARD_JOBS
 BACK_OFF_M = 0.3
 SLIPS_APART_M = 0.2
 _STANDING_MPS = 0.01
@@ -79,6 +80,8 @@ class Mission:
         self.notes: list[tuple[str, str]] = []
         self.progress: list[str] = []
         self._rule = self._rule_before = MissionState()
+        self.predicted: Prediction | None = None  # what asked for it is to hear, not yet told
+        self._foreseen = False
         self._behind_wanted = True
         self._nod = segments(config.scanning, config.rover.lidar_z_m)  # half a tick's time: once a mission
         self._sensing: Sensing | None = None
@@ -122,18 +125,29 @@ class Mission:
     def step(self, ctx: Context) -> Twist:
         """One tick: the body twist that is wanted now."""
         if self.phase is Phase.NONE:
-            self._begin(ctx.localisation.pose)
+            self._begin(ctx)
+        if "predict" in ctx.taken:
+            self.predicted = ctx.taken["predict"]
         self._way.note(ctx.localisation.pose)
         if "SLIP_HIGH" in ctx.found and self.phase in MOVING:
             self._slips(ctx.localisation.pose)
         phase = self._phases.get(self.phase)
         return phase(ctx) if phase else Twist()
 
-    def _begin(self, pose: Pose) -> None:
-        half_m = self._config.rover.body_length_m / 2
-        if self.memory is not None and ldem.knows(self.memory.cells, pose.x_m, pose.y_m, half_m):
+    def _begin(self, ctx: Context) -> None:
+        if self.memory is not None and stands_on(self.memory, ctx.localisation.pose, self._config):
             self._rule, self._behind_wanted = MissionState(number=1), False
+            self._foresee(ctx, True)
         self._scan()
+
+    def _foresee(self, ctx: Context, known: bool) -> None:
+        """The way to this goal on the map that there is, for who asked; once a goal. Nothing of it is driven."""
+        assert self.memory
+        self._foreseen = True
+        if "predict" in ctx.jobs.running:  # late, of a goal before
+            return
+        request = plan_request(self.memory, ctx.localisation.pose, self.goal, self.gdem, self._config, ctx.fences)
+        ctx.jobs.submit("predict", (request, known, self._config), ctx.tick + self._config.jobs.plan_ticks)
 
     def _slips(self, pose: Pose) -> None:
         """The ground here is dear from now on, for later missions too."""
@@ -238,22 +252,11 @@ class Mission:
 
     def _plan(self, ctx: Context) -> None:
         assert self.memory
-        pose = ctx.localisation.pose
-        config = self._config
-        request = PlanRequest(
-            ldem=ldem.window(self.memory.cells, pose.x_m, pose.y_m, config.mapping.size_m),
-            pose=pose,
-            goal_m=self.goal,
-            gdem=self.gdem,
-            state=self._rule,
-            settings=Settings(config.rover, config.mapping, config.planning, config.mission, config.scanning,
-                              config.drive_guard),
-            trail=self._way.trail,
-            blocked_m=self.memory.blocked_m,
-            slippery_m=self.memory.slippery_m,
-            fences=ctx.fences,
-        )
+        request = plan_request(self.memory, ctx.localisation.pose, self.goal, self.gdem, self._config, ctx.fences,
+                               state=self._rule, trail=self._way.trail)
         ctx.jobs.submit("plan", (request,), ctx.tick + self._config.jobs.plan_ticks)
+        if not self._foreseen:
+            self._foresee(ctx, True)
         self.phase = Phase.PLANNING
 
     def _planning(self, ctx: Context) -> Twist:

@@ -4,20 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection
 
+from onboard.core.asking import plan_request, stands_on
 from onboard.core.context import Context
 from onboard.core.downlink import Downlink
 from onboard.core.parameter_orders import ParameterOrders
 from onboard.core.tasks import Tasks
 from onboard.planning.explanation import explain
-from onboard.planning.plan_records import PlanResult
 from protocol.commands import RefusedError
-from protocol.products import PRODUCTS, LdemProduct, MapGrid
+from protocol.products import PRODUCTS
 from protocol.products.nsp import encode_nsp
 from protocol.transactions import Order, State
 
 PRODUCT_JOBS = {"product": "ldem", "product_scan": "scan", "product_record": "record"}
 SLICE_BYTES = 1_000_000  # two minutes of a line of 64 kbit/s; hashed within a tick
-_PRODUCT_TICKS = 50
+_PRODUCT_TICKS = 100
 _OLDER_NS = 1_000_000_000  # what is written twice a second is on the disk by then
 _SPAN_NS = 10_000_000_000
 _ONLY_OF_RECORD = frozenset({"from_s", "to_s", "channels"})
@@ -69,16 +69,12 @@ class Products:
         self._asked[job] = order.request_id
         self._downlink.report(order.request_id, State.STARTED, f"packing the {PRODUCT_JOBS[job]}")
 
-    def _planned(self) -> PlanResult:
-        if self._tasks.latest is None:
-            raise RefusedError("no map yet: it comes after the first scan of a goto")
-        return self._tasks.latest
-
     def _ldem(self, order: Order, ctx: Context) -> None:
-        report = self._planned().report
-        at = report.grid
-        grid = MapGrid(at.x0_m, at.y0_m, at.cell_m, at.rows, at.columns)
-        self._begin("product", order, ctx, (LdemProduct(grid, report.z_mean, report.node_sets),))
+        memory, pose, config = self._tasks.memory, ctx.localisation.pose, self._parameters.config
+        if memory is None:
+            raise RefusedError("no map yet: it comes after a scan or a goto's first")
+        request = plan_request(memory, pose, (pose.x_m, pose.y_m), None, config, ctx.fences)
+        self._begin("product", order, ctx, (request, stands_on(memory, pose, config), config))
 
     def _scan(self, order: Order, ctx: Context) -> None:
         swept = self._tasks.swept
@@ -89,7 +85,9 @@ class Products:
         self._begin("product_scan", order, ctx, arguments)
 
     def _nsp(self, order: Order, ctx: Context) -> None:
-        told = explain(self._planned(), self._parameters.config.mission)
+        if self._tasks.latest is None:
+            raise RefusedError("no decision yet: it comes after the first scan of a goto")
+        told = explain(self._tasks.latest, self._parameters.config.mission)
         self._offer(order.request_id, "nsp", encode_nsp(told))
 
     def _record(self, order: Order, ctx: Context) -> None:

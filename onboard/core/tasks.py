@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
+from onboard.config import Config
 from onboard.core.context import Context
 from onboard.core.downlink import Downlink
 from onboard.core.errands import Survey, Tour
@@ -20,7 +21,9 @@ from protocol.transactions import Order, State
 
 if TYPE_CHECKING:
     from onboard.perception.stop_map import StopMap
+    from onboard.planning.prediction import Prediction
 
+WAY, WAY_CODEC = "way", "json"
 Say = Callable[[str, Context, str], None]  # (event, context, why)
 
 
@@ -49,6 +52,11 @@ class Tasks:
             "goto": self._goto, "mission": self._tour, "scan": self._scan, "turn": self._turn, "drive": self._drive,
             "map_clear": self._map_clear, "return": self._return,
         }  # fmt: skip
+
+    @property
+    def config(self) -> Config:
+        """As the operator's parameters have it now."""
+        return self._parameters.config
 
     @property
     def in_mission(self) -> bool:
@@ -101,6 +109,9 @@ class Tasks:
         self._report(mission.progress)
         self.memory, self._gdem, self.latest = mission.memory, mission.gdem, mission.result or self.latest
         self.swept = mission.swept or self.swept
+        if mission.predicted is not None:
+            self._tell_way(mission.predicted)
+            mission.predicted = None
         if mission.outcome:
             ctx.lidar.stream(False)
             completed, reason = mission.outcome.completed, mission.outcome.reason
@@ -180,7 +191,7 @@ class Tasks:
         self._downlink.report(order.request_id, State.STARTED)
 
     def _map_clear(self, order: Order, ctx: Context) -> None:
-        self.memory, self._gdem, self.latest = None, self._from_orbit, None
+        self.memory, self._gdem = None, self._from_orbit
         self.tell("MAP_CLEARED", ctx, f"by station {order.station}")
         self._downlink.report(order.request_id, State.COMPLETED, "no map; the next goto scans ahead and behind")
 
@@ -190,6 +201,15 @@ class Tasks:
         if progress and self._id is not None:
             self._downlink.report(self._id, State.PROGRESS, progress[-1])
         progress.clear()
+
+    def _tell_way(self, way: Prediction) -> None:
+        """The answer to a goto: the way as an object of its own, its figures in a report."""
+        request = 0 if self._id is None else self._id
+        who = {"station": request >> 32, "request_id": request & 0xFFFFFFFF}
+        object_id = self._downlink.offer(WAY, way.to_json(**who), WAY_CODEC, priority=1)
+        if self._id is not None:
+            figures = (object_id, way.length_m, way.time_s) if way.leads else (object_id,)
+            self._downlink.report(self._id, State.PROGRESS, way.words, figures)
 
     def _finish(self, state: State, reason: str) -> None:
         if self._id is not None:

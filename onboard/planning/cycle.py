@@ -61,6 +61,20 @@ class _Stop:
     seeds: tuple[NDArray[np.int64], F64]
 
 
+@dataclass(frozen=True, slots=True)
+class Decided:
+    """What the rule made of a stop. before: its state as the stop began; unmarked: the fields as they were then."""
+
+    decision: Decision
+    state: MissionState
+    before: MissionState
+    fields: Fields
+    unmarked: Fields
+    gdem: Gdem | None
+    global_field: GlobalField | None
+    answer: NextPosition | None
+
+
 def plan(request: PlanRequest) -> PlanResult:
     """Decide at a stop (`10-navigation` section 5). Call it once for each stop, after its scans are in the map.
 
@@ -69,14 +83,31 @@ def plan(request: PlanRequest) -> PlanResult:
     """
     settings = request.settings
     surface = classify(request.ldem, settings.mapping)
-    freedom = _freedom(request, surface)
+    found = decide(request, surface, freedom_of(request, surface))
+    outcome, state = found.decision, found.state
+    leg = first_leg(outcome, settings.mission.leg_m)
+    if settings.mission.ground == "pitted" or settings.drive_guard.on:
+        leg = trust.within_trust(leg, request, state)
+    if leg is not outcome:
+        state = mission_rule.interrupted(state, found.before)
+    leg = replace(leg, path=measured(leg.path, found.fields.freedom, surface.grid))
+    sets = node_sets(surface, found.unmarked.freedom, found.unmarked.reach)
+    report = _report(request, found.fields, sets, found.global_field, found.answer)
+    return PlanResult(leg, state, report, request.pose, request.goal_m, found.gdem)
+
+
+def decide(request: PlanRequest, surface: Surface, freedom: U8) -> Decided:
+    """The rule's decision over the ground that `freedom` says is free, its way whole: not cut to what is driven.
+
+    freedom: as `freedom_of`. What the beams said (`request.ldem`) is not asked.
+    """
+    settings = request.settings
     gdem, field = _from_orbit(request, surface, freedom)
     pose = Stop(request.pose.x_m, request.pose.y_m, request.pose.yaw_rad)
     seeds = _seeds(surface.grid, request.goal_m, settings.mission.goal_tolerance_m, field)
     stop = _Stop(request, surface, freedom, seeds)
-    fields = _fields(stop, request.state)
+    fields = unmarked = _fields(stop, request.state)
     state = mission_rule.arrive(request.state, pose, float(np.min(fields.optimistic_m[fields.reach], initial=np.inf)))
-    sets = node_sets(surface, fields.freedom, fields.reach)
     before = state
 
     answer: NextPosition | None = None
@@ -92,14 +123,7 @@ def plan(request: PlanRequest) -> PlanResult:
         situation = replace(situation, commit=None, confirm=None, choice=None)
         outcome, state = mission_rule.decide(replace(state, cleared=True), situation, settings.mission)
     assert isinstance(outcome, Decision), "without a way the rule gives up"
-    leg = first_leg(outcome, settings.mission.leg_m)
-    if settings.mission.ground == "pitted" or settings.drive_guard.on:
-        leg = trust.within_trust(leg, request, state)
-    if leg is not outcome:
-        state = mission_rule.interrupted(state, before)
-    leg = replace(leg, path=measured(leg.path, fields.freedom, surface.grid))
-    report = _report(request, fields, sets, field, answer)
-    return PlanResult(leg, state, report, request.pose, request.goal_m, gdem)
+    return Decided(outcome, state, before, fields, unmarked, gdem, field, answer)
 
 
 def measured(path: Path, freedom: U8, grid: Grid) -> Path:
@@ -155,7 +179,7 @@ def _eyes(settings: Settings) -> Eyes:
     return Eyes(settings.rover.lidar_z_m, settings.scanning.range_m, settings.scanning.sector_rad)
 
 
-def _freedom(request: PlanRequest, surface: Surface) -> U8:
+def freedom_of(request: PlanRequest, surface: Surface) -> U8:
     """Freedom of every pose with the trail and the rover's own place free (R2), keep-outs blocked, before any mark."""
     grid, settings = surface.grid, request.settings
     freedom = pose_freedom(surface, settings.rover, settings.planning)

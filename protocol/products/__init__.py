@@ -13,6 +13,8 @@ from protocol.products.ldem import LdemProduct as LdemProduct
 from protocol.products.ldem import MapGrid as MapGrid
 from protocol.products.ldem import decode_ldem as decode_ldem
 from protocol.products.ldem import encode_ldem as encode_ldem
+from protocol.products.ldem import poses_of as poses_of
+from protocol.products.ldem import rounded as rounded
 from protocol.products.nsp import NSP_CODEC
 from protocol.products.scan import SCAN_CODEC
 

@@ -2,6 +2,7 @@
 
 Heights become integers by an explicit step and offset, integers become residuals of the MED predictor
 (`prediction`), residuals become byte planes, and zstandard packs them. Which cells have a height is a bit mask.
+Behind the map's bytes may follow what the planner made of it (`pose_map`).
 """
 
 from __future__ import annotations
@@ -14,9 +15,11 @@ from numpy.typing import NDArray
 
 from protocol import WireError
 from protocol.products.packing import compress, expand, fold, from_planes, planes_of, to_planes, unfold
+from protocol.products.pose_map import MAGIC as POSES_MAGIC
+from protocol.products.pose_map import PoseMap, decode_poses
 from protocol.products.prediction import integers, median_edge, residuals
 
-LDEM_CODEC = "ldem-1"
+LDEM_CODEC = "ldem-2"  # 1: without the section of poses
 STEP_M = 0.00199  # at most 0.995 mm off, float32 rounding included at most 1 mm
 _HEAD = struct.Struct("<4sHHdddddBIII")
 _MAGIC = b"LDM1"
@@ -78,7 +81,7 @@ def decode_ldem(data: bytes) -> LdemProduct:
     if magic != _MAGIC or not 0 < cells <= _MAX_CELLS or not 1 <= planes <= 4:
         raise WireError("product", f"{magic!r}, {rows} x {columns}, {planes} planes")
     ends = np.cumsum([_HEAD.size, *sizes])
-    if len(data) != ends[-1]:
+    if len(data) != ends[-1] and data[ends[-1] : ends[-1] + 4] != POSES_MAGIC:
         raise WireError("product", f"{len(data)} B instead of {ends[-1]}")
     raw = [expand(data[a:b], n) for a, b, n in zip(ends, ends[1:], (planes * cells, (cells + 7) // 8, cells))]
     left = unfold(from_planes(raw[0], planes)).reshape(rows, columns)
@@ -87,3 +90,21 @@ def decode_ldem(data: bytes) -> LdemProduct:
     with np.errstate(over="ignore", invalid="ignore"):  # a damaged step may give anything
         heights = np.where(known, offset_m + quanta * step_m, np.nan).astype(np.float32)
     return LdemProduct(MapGrid(x0_m, y0_m, cell_m, rows, columns), heights, raw[2].reshape(rows, columns))
+
+
+def poses_of(data: bytes) -> PoseMap | None:
+    """The section of poses behind a map's bytes; None where none follows. Raises WireError("product")."""
+    try:
+        end = _HEAD.size + sum(_HEAD.unpack_from(data)[-3:])
+    except struct.error as error:
+        raise WireError("product", str(error)) from error
+    return decode_poses(data[end:]) if len(data) > end else None
+
+
+def rounded(heights_m: F32, step_m: float = STEP_M) -> F32:
+    """The heights as they come back from `encode_ldem` and `decode_ldem`, the same bits."""
+    known = np.isfinite(heights_m)
+    heights = np.where(known, heights_m, 0).astype(np.float64)
+    offset_m = float(heights[known].min()) if known.any() else 0.0
+    quanta = np.rint((heights - offset_m) / step_m).astype(np.int64)
+    return np.where(known, offset_m + quanta * step_m, np.nan).astype(np.float32)

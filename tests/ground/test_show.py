@@ -1,8 +1,12 @@
 """Lines for people: what is known of the rover, and what of it is out of its limits."""
 
+import json
+
 import pytest
 
-from ground.show import item_line
+from ground.session import ProductHeard
+from ground.show import item_line, news_json, news_line, way_words
+from protocol.bulk import Product
 from protocol.telemetry import TABLE
 
 
@@ -21,3 +25,17 @@ def test_every_item_with_limits_can_be_marked():
     for row in TABLE:
         if row.limits is not None:
             assert item_line(row.name, row.limits[0] - 1.0).endswith("out of limits")
+
+
+WAY = {"station": 1, "request_id": 3, "kind": "goal", "rule": "R4", "reason": "why", "length_m": 7.27, "time_s": 171.0,
+       "looks": 3, "path": [[0.0, 0.0, 0.1], [0.0, 0.0, 0.4], [6.0, 1.5, 0.4]], "beyond": []}
+
+
+def test_the_answer_to_a_goto_is_one_line_and_one_json_object():
+    heard = ProductHeard(5_000_000_000, Product(9, "way", "json", json.dumps(WAY).encode()))
+    assert news_line(heard) == "    5.00 s  way       7.3 m in about 171 s, 3 looks; by 0.0 0.0, 6.0 1.5"
+    assert json.loads(news_json(heard)) == {"news": "way", "at_ns": 5_000_000_000, **WAY}
+
+
+def test_the_answer_to_a_goto_without_a_way_is_the_reason():
+    assert way_words(json.dumps({**WAY, "kind": "unreachable", "length_m": None}).encode()) == "none: why"

@@ -13,6 +13,7 @@ from protocol.link import DOWNLINK_KEY_ID, Kind, LinkKeys, Opener, Sealer, paylo
 from protocol.mavlink_frames import ned_from_enu
 from protocol.modes import Mode
 from protocol.products import LDEM_CODEC, LdemProduct, MapGrid, encode_ldem
+from protocol.telemetry import BY_NAME
 from protocol.versions import OURS
 
 TICK_NS = 10_000_000
@@ -108,6 +109,7 @@ class ToyRover:
             self._mavlink.rover_state_encode(ms, 0, nan, nan, nan, 0.0, 0.1, 0.01, 1, mode, 0),
             self._mavlink.link_state_encode(ms, *self.versions, 0, 0),
             self._mavlink.local_position_ned_encode(ms, *ned_from_enu(ms / 1000, 2.0, 0.0), 0.0, 0.0, 0.0),
+            self._mavlink.items_encode(ms, [float(self.refused)] + [nan] * 7, [BY_NAME["link_refused"].id] + [0] * 7),
         )
         return b"".join(message.pack(self._mavlink) for message in messages)
 

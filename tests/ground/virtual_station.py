@@ -34,11 +34,12 @@ class VirtualClock:
 
 
 class VirtualStation:
-    """silent: spans in s in which no datagram passes; closed_s: when the carrier closes."""
+    """silent: spans in s in which no datagram passes; closed_s: when the carrier closes. rover_keys: others."""
 
-    def __init__(self, silent: tuple[tuple[float, float], ...] = (), closed_s: float = 1e9, **rover) -> None:
+    def __init__(self, silent: tuple[tuple[float, float], ...] = (), closed_s: float = 1e9, rover_keys=None,
+                 **rover) -> None:
         keys = bench_keys(7)
-        self.session, self.rover = Session(keys, 1), ToyRover(keys, **rover)
+        self.session, self.rover = Session(keys, 1), ToyRover(rover_keys or keys, **rover)
         self._silent, self._closed_s = silent, closed_s
         self._now_s, self.sent = 0.0, 0
 
@@ -50,6 +51,8 @@ class VirtualStation:
 
     def wait_open(self, *_) -> None:
         pass
+
+    trouble = ""
 
     @property
     def linked(self) -> bool:

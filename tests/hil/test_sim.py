@@ -37,7 +37,7 @@ def sim(tmp_path):
 def test_a_rover_that_is_rebooted_comes_up_again_with_what_was_saved(sim):
     sim.ask("param", "set", "drive_guard.on", "true")
     sim.ask("param", "save")
-    sim.ask("reboot")
+    sim.ask("reboot", "--yes")
     told = [str(row["text"]) for row in sim.ask("param", "get", "drive_guard.on") if "text" in row]
     assert any("drive_guard.on = true" in text for text in told), told
     assert sim.poll() is None

@@ -224,7 +224,7 @@ def test_cost_to_go_is_continuous_across_the_windows_border():
     pose, goal = Pose(-4.0, 0.0), (15.0, 0.0)
     asked = request(seen(WALL), pose, goal, gdem=orbit_2m())
     surface = cycle.classify(asked.ldem, SETTINGS.mapping)
-    freedom = cycle._freedom(asked, surface)
+    freedom = cycle.freedom_of(asked, surface)
     gdem, field = cycle._from_orbit(asked, surface, freedom)
     seeds, left = cycle._seeds(surface.grid, goal, 0.3, field)
     cost = cycle.cost_to_go(freedom, seeds, SETTINGS.planning, CELL, True, np.zeros(freedom.shape, np.float32), left)

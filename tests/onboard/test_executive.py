@@ -1,5 +1,7 @@
 """Orders, faults and modes of the flight core, seen from outside: frames on the bus, reports and events on the link."""
 
+import json
+import math
 from pathlib import Path
 
 import numpy as np
@@ -10,13 +12,14 @@ from hil.devices.nodes import Encoder
 from onboard import config
 from onboard.motion.wheel_health import Drive
 from onboard.perception.registration import RegistrationResult
+from onboard.planning.prediction import predict
 from onboard.records import Gdem, Grid, LinkMessage
 from protocol import bulk
 from protocol.can_codec import StopReason
 from protocol.faults import BY_NAME, FAULTS
 from protocol.link import Kind, payload_limit
 from protocol.modes import Mode, Phase
-from protocol.products import decode_ldem
+from protocol.products import decode_ldem, poses_of
 from protocol.transactions import State
 
 # Where each row of the fault table is tested: functions of this folder or of tests/hil/test_missions.py.
@@ -99,7 +102,7 @@ def test_goto_is_started_and_completed(known):
     rover = bench(known)
     request = rover.goto(1.2, 0.2)
     assert rover.until_final(request) is State.COMPLETED
-    assert rover.states(request) == [State.STARTED, State.COMPLETED]  # the newest report of a tick says it all
+    assert rover.states(request) == [State.STARTED, State.PROGRESS, State.COMPLETED]  # in between: the way
     assert "from the goal" in rover.text(request)
     assert rover.mode is Mode.STANDBY
     rover.step()
@@ -232,35 +235,77 @@ def test_a_reset_that_a_node_does_not_answer_fails_and_the_stop_holds():
     assert rover.mode is Mode.ESTOP
 
 
-def test_get_ldem_before_any_mission_fails_with_help_and_after_a_plan_delivers_it(known):
+def test_get_ldem_without_a_map_fails_with_help_and_with_one_brings_it_in_standby_and_in_a_scan(known):
+    without = bench()
+    early = without.order("get", product="ldem")
+    without.run(0.3)
+    assert without.states(early) == [State.FAILED]
+    assert "goto" in without.text(early)
     rover = bench(known)
-    early = rover.order("get", product="ldem")
-    rover.run(0.3)
-    assert rover.states(early) == [State.FAILED]
-    assert "goto" in rover.text(early)
-    rover.goto(3.0, 0.5)
-    rover.until_driving()
-    rover.order("stop")
-    rover.run(0.1)
+    data = delivered(rover)
+    assert decode_ldem(data).grid.cell_m == pytest.approx(QUICK.mapping.cell_m)
+    poses = poses_of(data)
+    assert poses.known and poses.pose[:2] == pytest.approx(rover.pose[:2], abs=0.02)
     rover.goto(2.0, 0.5)
     rover.run(0.1)
     assert rover.phase is Phase.SCANNING
-    assert delivered(rover).grid.cell_m == pytest.approx(QUICK.mapping.cell_m)
+    delivered(rover)
+
+
+def test_a_goto_is_answered_with_the_way_that_the_ground_finds_on_the_map_it_was_sent(known):
+    rover = bench(known)
+    data = delivered(rover)
+    request = rover.goto(3.0, 0.5)
+    way = json.loads(received(rover, "way").data)
+    rover.run(0.3)
+    seen = predict(decode_ldem(data), poses_of(data), (3.0, 0.5), None, rover.rover.config)
+    assert {key: way[key] for key in ("station", "request_id", "kind")} == {
+        "station": STATION, "request_id": request, "kind": "goal"}  # fmt: skip
+    assert way == json.loads(seen.to_json(station=STATION, request_id=request))
+    assert way["length_m"] == pytest.approx(math.dist(rover.pose[:2], (3.0, 0.5)), abs=0.4)
+    assert way["path"][-1][:2] == [3.0, 0.5]
+    assert rover.text(request) == seen.words
+
+
+def test_a_goto_into_the_unknown_is_answered_when_the_first_scans_are_in_the_map():
+    rover = bench()
+    request = rover.goto(2.0, 0.3)
+    way = json.loads(received(rover, "way", 30_000).data)
+    assert (way["request_id"], way["kind"]) == (request, "goal")
+    assert Phase.TURNING in [phase for _, phase in rover.phases]  # it has looked behind
+
+
+def test_the_way_of_a_goal_that_cannot_be_reached_says_so(known):
+    rover = bench(known)
+    walls = [(f"w{n}", corners) for n, corners in enumerate((
+        (1.2, -0.8, 1.4, -0.8, 1.4, 0.8, 1.2, 0.8), (1.2, 0.6, 2.8, 0.6, 2.8, 0.8, 1.2, 0.8),
+        (2.6, -0.8, 2.8, -0.8, 2.8, 0.8, 2.6, 0.8), (1.2, -0.8, 2.8, -0.8, 2.8, -0.6, 1.2, -0.6)))]
+    for name, corners in walls:
+        rover.order("fence_add", fence=name, kind="keep_out", corners_m=corners)
+    rover.run(0.1)
+    request = rover.goto(2.0, 0.0)
+    way = json.loads(received(rover, "way").data)
+    rover.run(0.3)
+    assert (way["kind"], way["length_m"], way["time_s"]) == ("unreachable", None, None)
+    assert "no way" in rover.text(request)
+
+
+def received(rover, name, most=3000):
+    """The object of a name that comes down next."""
+    receiver = bulk.Receiver(payload_limit(QUICK.link.rate_bps))
+    for _ in range(most):
+        for kind, payload in rover.step().link_payloads:
+            product = receiver.receive(payload, rover.now_ns) if kind == Kind.BULK_CHUNK else None
+            if product is not None and product.name == name:
+                return product
+    raise AssertionError(f"no {name} came")
 
 
 def delivered(rover):
     """The object that `get ldem` brings, received as the ground does."""
-    receiver, got = bulk.Receiver(payload_limit(QUICK.link.rate_bps)), []
     request = rover.order("get", product="ldem")
-    for _ in range(3000):
-        outputs = rover.step()
-        for kind, payload in outputs.link_payloads:
-            if kind == Kind.BULK_CHUNK:
-                got.append(receiver.receive(payload, rover.now_ns))
-        if any(got):
-            break
-    assert rover.states(request)[-1] is State.COMPLETED
-    return decode_ldem(got[-1].data)
+    assert rover.until_final(request, 3.0) is State.COMPLETED
+    return received(rover, "ldem").data
 
 
 # -- faults ------------------------------------------------------------------------------------------------------

@@ -134,9 +134,25 @@ def test_a_mission_reaches_its_goals_in_their_order_and_tells_each(known):
     request = rover.order("mission", goals_m=goals)
     assert rover.until_final(request, 200.0) is State.COMPLETED
     assert math.dist(rover.pose[:2], goals[2:]) <= 0.3
-    assert rover.states(request).count(State.PROGRESS) == 1
-    told = [report.text for _, report in rover.reports if report.state is State.PROGRESS]
-    assert told[0].startswith("goal 1 of 2: ") and rover.text(request).startswith("all 2 goals; ")
+    told = list(dict.fromkeys(r.text for _, r in rover.reports if r.state is State.PROGRESS))
+    assert [text.split()[0] for text in told] == ["predicted", "goal", "predicted"]
+    assert told[1].startswith("goal 1 of 2: ") and rover.text(request).startswith("all 2 goals; ")
+
+
+def test_status_tells_what_waits_for_its_start_time(standing):
+    sent = commands.Telecommand(77, 0, 0, "turn", {"heading_rad": 0.5}, 900_000_000_000)
+    standing.hear(LinkMessage(standing.now_ns, True, "ok", STATION, Kind.TELECOMMAND, commands.encode(sent)))
+    standing.run(0.1)
+    request = standing.order("status")
+    standing.run(0.3)
+    assert standing.text(request).endswith(f"; 1 wait: turn at 900.0 s ({STATION}#77)")
+
+
+def test_a_scan_is_enough_for_a_map_that_can_be_fetched():
+    rover = CoreBench()
+    rover.settle()
+    assert rover.until_final(rover.order("scan"), 60.0) is State.COMPLETED
+    assert rover.until_final(rover.order("get", product="ldem"), 5.0) is State.COMPLETED
 
 
 def test_a_cleared_map_makes_the_next_goto_scan_ahead_and_behind(standing):

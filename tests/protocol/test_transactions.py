@@ -211,6 +211,7 @@ def test_a_request_with_a_start_time_waits_for_it_and_begins_in_the_mode_of_that
     assert ask(rover, 2, "scan", 1 * S, start_ns=5 * S) is None
     assert last(rover, 1 * S)[3:6] == (State.ACCEPTED, 0, "waits until 5.0 s, now 1.0 s")
     assert rover.due(5 * S - 1, Mode.STANDBY) == []
+    assert rover.waits == ["scan at 5.0 s (1#2)", "goto at 9.0 s (1#1)"]
     assert [order.name for order in rover.due(5 * S, Mode.STANDBY)] == ["scan"]
     assert rover.due(9 * S, Mode.SAFE) == []
     assert last(rover, 9 * S).code == Code.MODE

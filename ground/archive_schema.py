@@ -1,0 +1,155 @@
+"""The archive's tables and their versions. An old file is brought up to date as it is opened, a newer one refused.
+
+`pragma user_version` holds the version, `application_id` says whose file it is. A migration is one transaction: a
+station that is killed in it finds the old version, whole. A new version is a row of MIGRATIONS; rows never change.
+"""
+
+from __future__ import annotations
+
+import sqlite3
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+
+from protocol.link import numbers
+
+APPLICATION_ID = 0x454C4452  # "ELDR"
+_OPEN_S = 5.0
+DATA, CANNOT_CREATE, LOCKED = 65, 73, 75
+
+_FIRST = """
+create table if not exists runs (run integer primary key, utc_ns integer, note text);
+create table if not exists datagrams (run integer, at_ns integer, direction text, verdict text, data blob);
+create table if not exists items (run integer, at_ns integer, onboard_ns integer, name text, value);
+create table if not exists requests (run integer, at_ns integer, request_id integer, station integer, name text,
+    arguments text);
+create table if not exists reports (run integer, at_ns integer, request_id integer, station integer, serial integer,
+    state text, code integer, text text, data text);
+create table if not exists events (run integer, at_ns integer, onboard_ns integer, number integer, severity text,
+    name text, text text);
+create table if not exists products (run integer, at_ns integer, object_id integer, name text, codec text, data blob);
+create index if not exists items_by_name on items (name, at_ns);
+"""
+_SECOND = """
+alter table datagrams add column counter integer;
+alter table datagrams add column boot_id integer;
+alter table items add column boot_id integer;
+alter table items add column filled integer;
+alter table events add column boot_id integer;
+alter table events add column filled integer;
+create index datagrams_by_counter on datagrams (boot_id, counter) where direction = 'down' and verdict = 'ok';
+create index items_by_onboard on items (name, boot_id, onboard_ns);
+create index events_by_serial on events (boot_id, number);
+create index reports_by_request on reports (station, request_id);
+create index products_by_name on products (name, run, at_ns);
+update datagrams set counter = counter_of(data), boot_id = boot_of(data);
+update items set boot_id = (select max(d.boot_id) from datagrams d where d.run = items.run and d.direction = 'down'
+    and d.verdict = 'ok');
+update events set boot_id = (select max(d.boot_id) from datagrams d where d.run = events.run and d.direction = 'down'
+    and d.verdict = 'ok');
+"""  # a run hears one boot, but for a reboot within it: then the newest, which is what the rover was heard as last
+MIGRATIONS: tuple[str, ...] = (_FIRST, _SECOND)
+VERSION = len(MIGRATIONS)
+TABLES = ("datagrams", "items", "requests", "reports", "events", "products")
+FOR_EVER = ("runs", "requests", "reports")  # every command's chain
+
+
+class ArchiveError(RuntimeError):
+    """The archive cannot be used; the text is one line that names the file. code: of sysexits.h."""
+
+    def __init__(self, text: str, code: int = CANNOT_CREATE) -> None:
+        super().__init__(text)
+        self.code = code
+
+
+def open_checked(path: Path | str, *, create: bool = True) -> sqlite3.Connection:
+    """The file, of the present version. Raises ArchiveError. ":memory:" is a fresh one.
+
+    create False: a file that is not there is an error.
+    """
+    if str(path) != ":memory:":
+        if not create and not Path(path).is_file():
+            raise ArchiveError(f"{path}: no archive there; a station that has spoken to a rover makes one", 66)
+        _folder(Path(path).parent)
+    return guarded(path, lambda: _opened(path))
+
+
+def guarded(path: Path | str, work: Callable[[], sqlite3.Connection]) -> sqlite3.Connection:
+    """Does the work. Raises ArchiveError with what is wrong with the file, for people."""
+    try:
+        return work()
+    except sqlite3.Error as error:
+        raise told(path, error) from error
+
+
+def told(path: Path | str, error: sqlite3.Error) -> ArchiveError:
+    """What an error of the database means to who runs a station."""
+    name = getattr(error, "sqlite_errorname", "")
+    if name.startswith(("SQLITE_BUSY", "SQLITE_LOCKED")):
+        return ArchiveError(f"{path}: locked by another program for {_OPEN_S:g} s; try again when that is done", LOCKED)
+    if name.startswith(("SQLITE_NOTADB", "SQLITE_CORRUPT")):
+        return ArchiveError(f"{path}: damaged, or no archive ({error}); move it away and a new one is begun; "
+                            "`sqlite3 FILE .recover` saves what can be read", DATA)
+    if name.startswith("SQLITE_FULL"):
+        return ArchiveError(f"{path}: the disk is full; free some, or `ground archive prune`")
+    return ArchiveError(f"{path}: {error}")
+
+
+def _folder(folder: Path) -> None:
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise ArchiveError(f"{folder}: {error.strerror}") from error
+
+
+def _opened(path: Path | str) -> sqlite3.Connection:
+    db = sqlite3.connect(path, timeout=_OPEN_S, isolation_level=None)
+    try:
+        _check(path, db)
+        db.execute("pragma journal_mode = wal")
+        db.execute("pragma synchronous = normal")
+        db.create_function("counter_of", 1, lambda data: _numbers(data)[0], deterministic=True)
+        db.create_function("boot_of", 1, lambda data: _numbers(data)[1], deterministic=True)
+        _migrate(path, db)
+    except BaseException:
+        db.close()
+        raise
+    return db
+
+
+def _numbers(data: bytes) -> tuple[int | None, int | None]:
+    with suppress(ValueError, TypeError):
+        return numbers(data)
+    return None, None
+
+
+def _check(path: Path | str, db: sqlite3.Connection) -> int:
+    """The file's version. Raises ArchiveError for a newer one and for another program's."""
+    version = int(db.execute("pragma user_version").fetchone()[0])
+    whose = int(db.execute("pragma application_id").fetchone()[0])
+    tables = {row[0] for row in db.execute("select name from sqlite_master where type = 'table'")}
+    if version > VERSION and whose == APPLICATION_ID:
+        raise ArchiveError(f"{path}: of version {version}, this program writes version {VERSION}; "
+                           "use the program that made it, or name another file", DATA)
+    if whose not in (0, APPLICATION_ID) or (tables and "runs" not in tables):
+        raise ArchiveError(f"{path}: a database of another program; name another file as archive", DATA)
+    return version
+
+
+def _migrate(path: Path | str, db: sqlite3.Connection) -> None:
+    """Brings the file up to date, a step at a time; of two stations that open it one does, the other waits."""
+    while True:
+        if _check(path, db) == VERSION:
+            return
+        db.execute("begin immediate")
+        try:
+            at = _check(path, db)
+            if at < VERSION:
+                for statement in MIGRATIONS[at].split(";\n"):
+                    db.execute(statement)
+                db.execute(f"pragma user_version = {at + 1}")
+                db.execute(f"pragma application_id = {APPLICATION_ID}")
+            db.execute("commit")
+        except BaseException:
+            db.execute("rollback")
+            raise

@@ -1,0 +1,43 @@
+"""What the planning jobs are asked: the map's window around the rover, where it stands, what is known beside it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from onboard.config import Config
+from onboard.perception import ldem
+from onboard.planning.fences import Fence
+from onboard.planning.mission_rule import MissionState
+from onboard.planning.plan_records import PlanRequest, Settings
+from onboard.records import F64, Gdem, Pose
+
+if TYPE_CHECKING:
+    from onboard.perception.stop_map import StopMap
+
+
+def stands_on(memory: StopMap, pose: Pose, config: Config) -> bool:
+    """Whether the map tells the ground under the rover: then a goto need not look behind first."""
+    return ldem.knows(memory.cells, pose.x_m, pose.y_m, config.rover.body_length_m / 2)
+
+
+def plan_request(
+    memory: StopMap, pose: Pose, goal_m: tuple[float, float], gdem: Gdem | None, config: Config,
+    fences: tuple[Fence, ...], *, state: MissionState | None = None, trail: F64 | None = None,
+) -> PlanRequest:  # fmt: skip
+    """The request of a stop; without a trail the rover has driven nowhere yet."""
+    here = np.array([[pose.x_m, pose.y_m, pose.yaw_rad]])
+    return PlanRequest(
+        ldem=ldem.window(memory.cells, pose.x_m, pose.y_m, config.mapping.size_m),
+        pose=pose,
+        goal_m=goal_m,
+        gdem=gdem,
+        state=state or MissionState(),
+        settings=Settings(config.rover, config.mapping, config.planning, config.mission, config.scanning,
+                          config.drive_guard),
+        trail=here if trail is None else trail,
+        blocked_m=memory.blocked_m,
+        slippery_m=memory.slippery_m,
+        fences=fences,
+    )

@@ -1,0 +1,39 @@
+"""A predicted way on the rover's map: what is known ground, what is to be driven, what is hoped for behind it."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch
+
+from onboard.records import F32, F64, U8, Grid
+from pictures.ldem import SET_COLOURS, SET_NAMES, set_picture
+from pictures.style import BLACK, BLUE, RED, drawn, figure
+from pictures.terrain import extent, map_axes
+
+
+class Sets(NamedTuple):
+    """A map. heights_m, node_sets: (rows, columns), NaN unknown, uint8 of NodeSet."""
+
+    grid: Grid
+    heights_m: F32
+    node_sets: U8
+
+
+@drawn
+def way(sets: Sets, path: F64, beyond: F64, goal_m: tuple[float, float], title: str) -> Figure:
+    """path: (k, 2 or more) x, y to be driven; beyond: (m, 2), may have no rows."""
+    made = figure(7.0, 7.4)
+    axes = made.subplots()
+    axes.imshow(set_picture(sets), origin="lower", extent=extent(sets.grid), interpolation="nearest")
+    if len(beyond):
+        axes.plot(beyond[:, 0], beyond[:, 1], color=BLUE, linestyle=(0, (4, 3)), label="hoped for, not seen yet")
+    axes.plot(path[:, 0], path[:, 1], color=RED, linewidth=2.2, label="to be driven")
+    axes.plot(*path[0, :2], "s", color=BLACK, markeredgecolor="white", markersize=8, linestyle="none", label="rover")
+    axes.plot(*goal_m, "o", color=RED, markeredgecolor="white", markersize=9, linestyle="none", label="goal")
+    map_axes(axes)
+    axes.set_title(title, fontsize=10)
+    patches = [Patch(facecolor=colour, label=SET_NAMES[one]) for one, colour in SET_COLOURS.items()]
+    made.legend(handles=[*axes.get_legend_handles_labels()[0], *patches], loc="outside upper center", ncols=4)
+    return made

@@ -1,0 +1,170 @@
+"""What a station may meet that is wrong: each is one clear line, nothing that was heard is lost, a stop goes out."""
+
+import sqlite3
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from toy_rover import TICK_NS, ToyRover
+from virtual_station import VirtualClock, VirtualStation
+
+from ground.__main__ import run
+from ground.archive import Archive
+from ground.archive_read import reading, rows
+from ground.clock import Turn
+from ground.session import Session
+from ground.settings import Settings
+from ground.station import Station
+from protocol.link import LinkKeys, bench_keys
+
+KEYS, OTHERS = bench_keys(7), bench_keys(8)
+
+
+@pytest.fixture
+def meet(tmp_path, monkeypatch, capsys):
+    """Runs the command line against a virtual station with an archive: exit code, lines, the last words."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "ground.toml").write_text("bench_seed = 7\narchive = 'archive.db'\n")
+
+    def meet(station, *argv, limit_s=300.0):
+        monkeypatch.setattr("ground.operate.Station", lambda *_: station)
+        monkeypatch.setattr("ground.operate.WallClock", lambda: VirtualClock(limit_s))
+        code = run(list(argv))
+        streams = capsys.readouterr()
+        assert "Traceback" not in streams.err + streams.out
+        return code, streams.out.splitlines(), streams.err
+
+    return meet
+
+
+def test_a_downlink_key_that_is_not_the_rovers_is_named(meet):
+    code, _, err = meet(VirtualStation(rover_keys=OTHERS), "status", limit_s=21.0)
+    assert code == 69 and err.count("\n") == 1
+    assert "none passed its check (tag): the downlink key of this station is not the rover's" in err
+
+
+def test_a_command_key_that_is_not_the_rovers_is_named_once_and_nothing_is_executed(meet):
+    station = VirtualStation(rover_keys=LinkKeys(OTHERS.command, KEYS.downlink))
+    code, lines, err = meet(station, "goto", "1", "1", "--timeout", "40")
+    told = [line for line in lines if "is its command key the rover's?" in line]
+    assert len(told) == 1 and code == 75 and "not finished in time" in err
+    assert station.rover.executed == []
+
+
+def test_a_rover_that_answers_is_not_said_to_refuse(meet):
+    station = VirtualStation(drive_s=60.0)
+    station.rover.refused = 5
+    code, lines, _ = meet(station, "goto", "1", "1")
+    assert code == 0 and not any("refuses" in line for line in lines)
+
+
+def test_malformed_datagrams_are_counted_by_kind_and_the_genuine_ones_are_heard():
+    session, rover, rng = Session(KEYS, 1), ToyRover(KEYS), np.random.default_rng(3)
+    genuine = [datagram for tick in range(100) for datagram in rover.tick(tick * TICK_NS)]
+    for n, datagram in enumerate(genuine):
+        for _ in range(20):
+            bad = bytearray(datagram)
+            bad[rng.integers(len(bad))] ^= int(rng.integers(1, 256))
+            assert session.receive(bytes(bad[: rng.integers(len(bad) + 1)]), n)[0] != "ok"
+        assert session.receive(rng.bytes(rng.integers(1200)), n)[0] in ("length", "tag")
+        assert session.receive(datagram, n)[0] == "ok"
+    assert session.counts["ok"] == len(genuine)
+    assert sum(session.counts.values()) == 22 * len(genuine)
+    assert session.items["mode"].value == 1
+
+
+def spoiled(path, how):
+    """An archive that cannot be used, and the bytes that it is to keep."""
+    Archive(path).close()
+    if how == "corrupt":
+        path.write_bytes(b"no database" * 1000)
+    else:
+        with sqlite3.connect(path) as db:
+            db.execute("pragma user_version = 99")
+        db.close()
+    return path.read_bytes()
+
+
+@pytest.mark.parametrize(("how", "part"), [("corrupt", "damaged, or no archive"), ("newer", "of version 99")])
+def test_with_an_archive_that_cannot_be_used_a_goto_is_refused_and_a_stop_goes_out(meet, tmp_path, how, part):
+    before = spoiled(tmp_path / "archive.db", how)
+    station = VirtualStation()
+    code, _, err = meet(station, "goto", "1", "1")
+    assert (code, err.count("\n")) == (65, 1) and part in err
+    assert station.rover.executed == []
+    for verb, name in (("stop", "stop"), ("safe", "safe"), ("emergency-stop", "emergency_stop")):
+        station = VirtualStation()
+        code, lines, _ = meet(station, verb)
+        assert code == 0 and station.rover.executed == [name]
+        assert any(part in line and "sent without it" in line for line in lines)
+    assert (tmp_path / "archive.db").read_bytes() == before
+
+
+def test_a_locked_archive_is_exit_code_75_and_says_so(meet, tmp_path, monkeypatch):
+    monkeypatch.setattr("ground.archive_schema._OPEN_S", 0.05)
+    Archive(tmp_path / "archive.db").close()
+    other = sqlite3.connect(tmp_path / "archive.db", isolation_level=None)
+    other.execute("begin exclusive")
+    code, _, err = meet(VirtualStation(), "goto", "1", "1")
+    other.execute("rollback")
+    other.close()
+    assert code == 75 and "locked by another program" in err and err.count("\n") == 1
+
+
+class Wire:
+    """A link without loss between a real Station and the toy rover."""
+
+    linked = True
+
+    def __init__(self, rover):
+        self.rover, self.now_ns, self.heard = rover, 0, 0
+
+    def take(self, _most):
+        datagrams = self.rover.tick(self.now_ns)
+        self.heard += len(datagrams)
+        return datagrams
+
+    def put(self, datagram):
+        self.rover.receive(datagram, self.now_ns)
+
+
+def test_on_a_full_disk_a_goto_is_flown_events_stay_with_the_rover_and_no_row_is_lost(tmp_path):
+    path, rover = tmp_path / "archive.db", ToyRover(KEYS, drive_s=5.0)
+    wire = Wire(rover)
+    with Archive(path) as archive:
+        station = Station(Settings(bench_seed=7), archive)
+        station._end = wire
+
+        def fly(seconds):
+            for _ in range(round(seconds * 1e9 / TICK_NS)):
+                wire.now_ns += TICK_NS
+                station.turn(Turn(wire.now_ns, None))
+                station.flush(wire.now_ns)
+
+        fly(1.0)
+        pages = archive._db.execute("pragma page_count").fetchone()[0]
+        archive._db.execute(f"pragma max_page_count = {pages}")
+        request = station.session.request("goto", {"x_m": 1.0, "y_m": 1.0}, wire.now_ns)
+        fly(20.0)
+        assert station.session.requester.requests[request].state.name == "COMPLETED"
+        assert "the disk is full" in station.trouble
+        assert rover.events_waiting == 1  # ARRIVED is not acknowledged: it is kept nowhere yet
+        archive._db.execute("pragma max_page_count = 100000")
+        fly(10.0)
+        assert station.trouble == "" and rover.events_waiting == 0
+    with reading(path) as db:
+        assert sum(row["direction"] == "down" for row in rows(db, "datagrams")) == wire.heard
+        assert [row["name"] for row in rows(db, "events")] == ["ARRIVED"]
+        assert [row["state"] for row in rows(db, "reports")][-1] == "COMPLETED"
+
+
+def test_old_rows_go_at_the_start_of_a_station_that_is_told_so(meet, tmp_path, monkeypatch):
+    with Archive(tmp_path / "archive.db", utc_ns=10**18) as archive:
+        archive.add("items", 1, 1, "x_m", 1.0, 1)
+        archive.add("requests", 1, 1, 1, "goto", "{}")
+    (tmp_path / "ground.toml").write_text("bench_seed = 7\narchive = 'archive.db'\narchive_days = 30\n")
+    monkeypatch.setattr("ground.operate.time", SimpleNamespace(time_ns=lambda: 10**18 + 31 * 86_400 * 10**9))
+    _, lines, _ = meet(VirtualStation(), "status")
+    assert any("1 old rows removed, as the station file says" in line for line in lines)
+    with reading(tmp_path / "archive.db") as db:
+        assert len(list(rows(db, "items"))) == 0 and len(list(rows(db, "requests"))) == 1
