@@ -18,6 +18,7 @@ import typer
 
 from ground import show, verbs
 from ground.clock import ClockError
+from ground.gateway.command import gateway_command
 from ground.operate import FAILED, TEMPORARY, Plan, Teller, operate
 from ground.report_command import report_command
 from ground.script import ScriptError, Step, parse
@@ -201,6 +202,8 @@ def script(
     _leave(code, session)
 
 
+app.command("gateway", epilog="Examples: ground gateway | ground gateway --origin 38.2547,140.8394,150\n\n"
+            "Then: mavproxy.py --master=udpout:127.0.0.1:14551, or QGroundControl as it is.")(gateway_command)
 app.command("report", epilog="Example: ground report build/demo")(report_command)
 
 _INTERRUPTED = "interrupted; the rover carries on with what it was told, `ground stop` ends it"

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from contextlib import ExitStack
+from contextlib import AbstractContextManager, ExitStack
 from dataclasses import dataclass
+from typing import Protocol
 
 from ground import show
 from ground.archive import Archive
@@ -73,8 +74,21 @@ class Teller:
         return moved
 
 
-def operate(settings: Settings, plan: Plan, teller: Teller) -> tuple[int, Session]:
-    """Runs the plan to its end; the exit code and what is known by then.
+class Beside(Protocol):
+    """What works on the session beside the plan: takes each turn's news, makes requests, says when it is due again."""
+
+    def turn(self, news: list[News], now_ns: int) -> None:
+        """Called once a turn, after what was heard and before what is sent."""
+
+    def next_due_ns(self) -> int:
+        """When it wants the next turn."""
+
+
+Join = Callable[[Session], AbstractContextManager[Beside]]
+
+
+def operate(settings: Settings, plan: Plan, teller: Teller, join: Join | None = None) -> tuple[int, Session]:
+    """Runs the plan to its end, `join` beside it; the exit code and what is known by then.
 
     Raises StationError, ClockError or ConfigError where link, bench or settings are at fault.
     """
@@ -88,10 +102,11 @@ def operate(settings: Settings, plan: Plan, teller: Teller) -> tuple[int, Sessio
         station.wait_open(*limits_s)
         clock: Clock = LockstepClock(plan.barrier) if lockstep else WallClock()
         stack.enter_context(clock)
-        return _turns(station, clock, plan, teller), station.session
+        beside = stack.enter_context(join(station.session)) if join is not None else None
+        return _turns(station, clock, plan, teller, beside), station.session
 
 
-def _turns(station: Station, clock: Clock, plan: Plan, teller: Teller) -> int:
+def _turns(station: Station, clock: Clock, plan: Plan, teller: Teller, beside: Beside | None) -> int:
     runner, contact = Runner(list(plan.steps), plan.lifetime_s), Contact()
     session = station.session
     wake_ns: int | None = None
@@ -100,7 +115,10 @@ def _turns(station: Station, clock: Clock, plan: Plan, teller: Teller) -> int:
         if turn is None:
             return OK if not plan.steps else TEMPORARY
         now_ns = turn.now_ns
-        teller.news(station.turn(turn))
+        news = station.turn(turn)
+        teller.news(news)
+        if beside is not None:
+            beside.turn(news, now_ns)
         if plan.steps:
             teller.begun(runner.step(session, now_ns), now_ns)
         station.flush(now_ns)
@@ -110,7 +128,8 @@ def _turns(station: Station, clock: Clock, plan: Plan, teller: Teller) -> int:
             clock.finish(station.sent, code)
             return code
         _watch(contact, station, clock, teller, now_ns)
-        dues = (runner.next_due_ns(now_ns), session.next_due_ns(now_ns), contact.next_due_ns())
+        dues = (runner.next_due_ns(now_ns), session.next_due_ns(now_ns), contact.next_due_ns(),
+                beside.next_due_ns() if beside is not None else None)
         wake_ns = min(due for due in dues if due is not None)
 
 
