@@ -62,7 +62,8 @@ def _link() -> str:
         _names("KINDS", {kind.value: kind.name for kind in link.Kind}),
         _names("COMMANDS", {row.id: row.name for row in commands.TABLE}),
         _names("STATES", _enum(transactions.State)), _names("CODES", _enum(transactions.Code)),
-        f"local TAG_BYTES, DOWNLINK_KEY_ID, ANNOUNCEMENT = {link.TAG_BYTES}, {link.DOWNLINK_KEY_ID}, {bulk._ANNOUNCEMENT}",
+        f"local TAG_BYTES, ANNOUNCEMENT = {link.TAG_BYTES}, {bulk._ANNOUNCEMENT}",
+        f"local DOWNLINK_KEY_ID = {link.DOWNLINK_KEY_ID}",
     ]
     return "\n".join(["-- The link's datagrams.", *tables, *fields, *read, *arguments, "", _TAIL.read_text()])
 

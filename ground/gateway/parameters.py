@@ -30,20 +30,21 @@ class Parameter(NamedTuple):
 
 
 def short_name(name: str) -> str:
-    """The id of a parameter's name: itself where it fits, else a short section and the key's consonants."""
-    if len(name) <= NAME_BYTES:
-        return name
+    """The id of a parameter's name: all of it where it fits, else a short section and the key's consonants.
+
+    Capitals and underscores alone: ground programs turn what is typed into capitals and group by what is before `_`.
+    """
+    whole = name.replace(".", "_").upper()
+    if len(whole) <= NAME_BYTES:
+        return whole
     section, _, key = name.partition(".")
-    room = NAME_BYTES - 4
-    words = key.split("_")
+    room, words = NAME_BYTES - 4, key.split("_")
     for joint in ("_", ""):
-        whole = joint.join(words)
-        if len(whole) <= room:
-            return f"{section[:3]}.{whole}"
         lean = joint.join(word[:1] + re.sub("[aeiou]", "", word[1:]) for word in words)
-        if len(lean) <= room:
-            return f"{section[:3]}.{lean}"
-    return f"{section[:3]}.{lean}"[:NAME_BYTES]
+        for fits in (joint.join(words), lean):
+            if len(fits) <= room:
+                return f"{section[:3]}_{fits}".upper()
+    return f"{section[:3]}_{lean}"[:NAME_BYTES].upper()
 
 
 def ids_of(names: Iterable[str]) -> dict[str, str]:
@@ -98,7 +99,7 @@ class Mirror:
         """A parameter by its id, or by its number where that is 0 or more."""
         if index >= 0:
             return self._rows[index] if index < len(self._rows) else None
-        return self._rows[self._at[short]] if short in self._at else None
+        return self._rows[self._at[short.upper()]] if short.upper() in self._at else None
 
     def keep(self, parameter: Parameter, value: float) -> Parameter:
         """Notes a value that the rover has taken."""

@@ -1,6 +1,7 @@
 """Parameters through the gateway: listed, read, set; what the rover keeps is what is shown."""
 
 import math
+import re
 
 import numpy as np
 import pytest
@@ -14,7 +15,7 @@ from ground.gateway.parameters import Mirror, ids_of, read_listing, word
 from onboard.config import Config
 from onboard.parameters import TABLE, Settings, listing
 
-CRUISE, CRUISE_ID = "motion.cruise_mps", "mot.cruise_mps"
+CRUISE, CRUISE_ID = "motion.cruise_mps", "MOT_CRUISE_MPS"
 
 
 @pytest.fixture
@@ -49,7 +50,7 @@ def full(client: Client) -> bool:
 def test_every_parameter_has_an_id_of_its_own_that_fits():
     ids = ids_of(TABLE)
     assert list(ids.values()) == list(TABLE)
-    assert all(0 < len(short.encode()) <= 16 for short in ids)
+    assert all(re.fullmatch("[A-Z0-9_]{1,16}", short) for short in ids)
     assert ids[CRUISE_ID] == CRUISE
 
 
@@ -102,7 +103,7 @@ def test_what_the_rover_refuses_is_answered_with_the_value_it_kept(met):
     assert values(client)[CRUISE_ID] == pytest.approx(Config().motion.cruise_mps, rel=1e-6)
     assert errors(client) == [m.MAV_PARAM_ERROR_VALUE_OUT_OF_RANGE]
     assert f"{CRUISE} not set" in client.texts()
-    put(client, "link.rate_bps", 1e6)
+    put(client, "LINK_RATE_BPS", 1e6)
     bed.until(lambda: len(errors(client)) == 2)
     assert errors(client)[-1] == m.MAV_PARAM_ERROR_READ_ONLY
 
@@ -110,8 +111,8 @@ def test_what_the_rover_refuses_is_answered_with_the_value_it_kept(met):
 def test_what_no_parameter_can_be_is_refused_here(met):
     bed, client = met
     put(client, CRUISE_ID, math.nan)
-    put(client, "drive_guard.on", 0.5)
-    put(client, "jobs.map_ticks", 1.5)
+    put(client, "DRIVE_GUARD_ON", 0.5)
+    put(client, "jobs_map_ticks", 1.5)
     bed.until(lambda: len(errors(client)) == 3)
     assert "param_set" not in bed.rover.executed
 
