@@ -7,7 +7,7 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, NamedTuple
 
 import typer
 
@@ -48,8 +48,8 @@ def _origin(settings: Settings, text: str) -> tuple[float, float, float]:
 
 
 def gateway_command(
-    port: Annotated[str, typer.Option(metavar="HOST:PORT", help="Where unsigned clients come to; this machine's own "
-                                      "address only.")] = "127.0.0.1:14551",
+    port: Annotated[str, typer.Option(metavar="HOST:PORT", help="Where unsigned clients come to, on this machine; "
+                                      "`none`: nowhere.")] = "127.0.0.1:14551",
     to: Annotated[list[str] | None, typer.Option(metavar="HOST:PORT", help="A client that listens itself; may be "
                                                  f"repeated; `none`: nobody. Else {_QGC}.")] = None,
     signed: Annotated[str, typer.Option(metavar="HOST:PORT", help="Where signed clients come to; needs --key.")] = "",
@@ -65,8 +65,12 @@ def gateway_command(
 ) -> None:
     """Let MAVLink ground programs see and command the rover, until Ctrl-C."""
     settings = load_settings(station)
-    unsigned = _address(port, "--port", local=True)
-    told = [_address(one, "--to", local=True) for one in ([_QGC] if to is None else to) if one != "none"]
+    unsigned = None if port == "none" else _address(port, "--port", local=True)
+    named = to if to is not None else [_QGC] if unsigned is not None else []
+    told = [_address(one, "--to", local=True) for one in named if one != "none"]
+    if told and unsigned is None:
+        raise typer.BadParameter("clients are told from the unsigned port, which is closed by --port none",
+                                 param_hint="--to")
     place = _origin(settings, origin)
     safe = _address(signed, "--signed", local=False) if signed else None
     if (safe is None) != (key is None):
@@ -75,7 +79,7 @@ def gateway_command(
         raise ConfigError("state: a signed port needs a folder in the station file, where signing times outlive it")
     teller = Teller(_out, as_json, settings.report_s)
     code, _ = operate(settings, Plan(contact_s=contact), teller,
-                      _join(settings, unsigned, told, safe, key, place, home_first))
+                      _join(settings, _Ways(unsigned, told, safe, key), place, home_first))
     raise typer.Exit(code)
 
 
@@ -84,8 +88,16 @@ def _out(line: str) -> None:
     sys.stdout.flush()
 
 
-def _join(settings: Settings, unsigned: tuple[str, int], told: list[tuple[str, int]], safe: tuple[str, int] | None,
-          key: Path | None, place: tuple[float, float, float], home_first: bool) -> Join:
+class _Ways(NamedTuple):
+    """The addresses that the options name. told: those who are told without a word of theirs."""
+
+    unsigned: tuple[str, int] | None
+    told: list[tuple[str, int]]
+    signed: tuple[str, int] | None
+    key: Path | None
+
+
+def _join(settings: Settings, ways: _Ways, place: tuple[float, float, float], home_first: bool) -> Join:
     """Opens the doors around a gateway on the operation's session."""
     # the common set of MAVLink takes 0.3 s to load: only this command pays it
     from ground.gateway.gateway import Door, Gateway
@@ -97,7 +109,7 @@ def _join(settings: Settings, unsigned: tuple[str, int], told: list[tuple[str, i
         where = Origin(*place)
     except ValueError as error:
         raise typer.BadParameter(str(error), param_hint="--origin") from None
-    secret = read_signing_key(str(key)) if key is not None else None
+    secret = read_signing_key(str(ways.key)) if ways.key is not None else None
     marks = Marks(Path(settings.state) / "gateway-signing.json") if secret is not None else None
     kept = marks.read() if marks is not None else {}
 
@@ -106,11 +118,12 @@ def _join(settings: Settings, unsigned: tuple[str, int], told: list[tuple[str, i
         gateway = Gateway(session, where, home_first=home_first)
         with Shell(gateway, marks) as shell:
             door = Door(OPEN)
-            shell.open(door, unsigned)
-            for address in told:
+            if ways.unsigned is not None:
+                shell.open(door, ways.unsigned)
+            for address in ways.told:
                 gateway.know(door, address)
-            if safe is not None and secret is not None:
-                shell.open(Door(SIGNED, Verifier(secret, kept), secret), safe)
+            if ways.signed is not None and secret is not None:
+                shell.open(Door(SIGNED, Verifier(secret, kept), secret), ways.signed)
             yield shell
 
     return join

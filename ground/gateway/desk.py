@@ -80,8 +80,8 @@ class Desk:
         key, same = (client, asked.command), repr(asked)
         ack = acknowledgement(asked.command, target)
         if getattr(message, "confirmation", 0) and key not in self._lines:
-            was, result, at_ns = self._ended.get(key, ("", 0, 0))
-            if was == same and now_ns - at_ns < _REPEAT_NS:
+            was, result, _ = self._ended.get(key, ("", 0, 0))
+            if was == same:
                 return [To(client, ack(result))]
         return self.ask(client, asked, ack, known, now_ns)
 
@@ -108,6 +108,7 @@ class Desk:
         """What the rover's reports have ended, and IN_PROGRESS where it is due."""
         out = [to for key in list(self._lines) for to in self._advance(key, now_ns)]
         ended = []
+        self._ended = {key: row for key, row in self._ended.items() if now_ns - row[2] < _REPEAT_NS}
         for request_id, name in list(self._begun.items()):
             request = self._session.requester.requests[request_id]
             if request.state.final:
@@ -115,6 +116,11 @@ class Desk:
                 text = request.report.text if request.report is not None else ""
                 ended.append(Outcome(name, request.state, text))
         return out, ended
+
+    @property
+    def stopping(self) -> bool:
+        """Whether something that stops the rover waits for its word."""
+        return any(isinstance(job.made, Request) and job.made.urgent for line in self._lines.values() for job in line)
 
     def next_due_ns(self) -> int | None:
         """When an IN_PROGRESS is due."""

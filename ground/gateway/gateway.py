@@ -250,11 +250,12 @@ class Gateway:
     def _seen(self) -> Seen:
         items = self._session.items
         onboard_ns = max((item.onboard_ns for item in items.values()), default=0)
-        return Seen({name: item.value for name, item in items.items()}, onboard_ns, self.desk.enabled, self._origin)
+        return Seen({name: item.value for name, item in items.items()}, onboard_ns, self.desk.enabled, self._origin,
+                    self.desk.stopping)
 
     def _known(self) -> Known:
         seen, missions = self._seen(), self.missions
-        return Known(self._origin, seen.mode, seen.number("yaw_rad"), self.desk.enabled, missions.goals_m,
+        return Known(self._origin, seen.mode, seen.number("yaw_rad"), seen.armed, missions.goals_m,
                      missions.begin, int(self._home_first), tuple(MESSAGES))
 
     def _watch_mode(self, mode: Mode | None) -> None:

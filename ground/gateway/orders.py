@@ -69,9 +69,9 @@ class Answer(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Known:
-    """What the rows may know. goals_m: the uploaded mission; begin: its goal to begin with; home: items before goal 0.
+    """What the rows may know. enabled: may it be moved; goals_m: the uploaded mission; begin: its goal to begin with.
 
-    sends: messages that are made on request.
+    home: items before goal 0; sends: messages that are made on request.
     """
 
     origin: Origin

@@ -27,16 +27,20 @@ _TEXT_BYTES, _MOST_CHUNKS = 50, 4
 _CAPABILITIES = (m.MAV_PROTOCOL_CAPABILITY_MISSION_INT | m.MAV_PROTOCOL_CAPABILITY_COMMAND_INT
                  | m.MAV_PROTOCOL_CAPABILITY_MAVLINK2 | m.MAV_PROTOCOL_CAPABILITY_PARAM_ENCODE_C_CAST
                  | m.MAV_PROTOCOL_CAPABILITY_FLIGHT_TERMINATION)
-_UNKNOWN_16 = 65_535
+_UNKNOWN_16, _MOST_32 = 65_535, 2**31 - 1
 
 
 class Seen(NamedTuple):
-    """The rover as it is known now. values: newest telemetry items in our units and frames; enabled: by `arm`."""
+    """The rover as it is known now. values: newest telemetry items in our units and frames.
+
+    enabled: by `arm` at this gateway; stopping: something that stops the rover waits for its word.
+    """
 
     values: Mapping[str, float]
     onboard_ns: int
     enabled: bool
     origin: Origin
+    stopping: bool = False
 
     def number(self, name: str) -> float | None:
         """An item's value; None where it has not come or is not known."""
@@ -48,6 +52,12 @@ class Seen(NamedTuple):
         """The rover's mode; None until it was heard."""
         number = self.number("mode")
         return Mode(int(number)) if number is not None and int(number) in set(Mode) else None
+
+    @property
+    def armed(self) -> bool:
+        """Enabled here, or its wheels run by somebody's order and nobody here is stopping them."""
+        return (self.enabled and self.mode is Mode.STANDBY) or (
+            self.mode in RUNS and (self.enabled or not self.stopping))
 
     @property
     def boot_ms(self) -> int:
@@ -64,7 +74,7 @@ def heartbeat(seen: Seen) -> Any:
     """HEARTBEAT of a rover; armed: enabled at this gateway, or its wheels run."""
     mode = seen.mode
     base = m.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED
-    if mode in RUNS or (seen.enabled and mode is Mode.STANDBY):
+    if seen.armed:
         base |= m.MAV_MODE_FLAG_SAFETY_ARMED
     if mode in (Mode.AUTONOMOUS, Mode.SEQUENCE):
         base |= m.MAV_MODE_FLAG_AUTO_ENABLED | m.MAV_MODE_FLAG_GUIDED_ENABLED
@@ -100,9 +110,10 @@ def _global(seen: Seen) -> Any:
     lat, lon, height_m = seen.origin.globe(*place)
     heading_deg = _heading_deg(seen)
     heading = _UNKNOWN_16 if heading_deg is None else round(heading_deg * 100) % 36_000
-    velocity = [round(v * 100) for v in _velocity(seen)]
+    velocity = [_whole(v * 100, -32_768, 32_767) for v in _velocity(seen)]
+    heights = [_whole(v * 1000, -_MOST_32, _MOST_32) for v in (height_m, place[2])]
     return m.MAVLink_global_position_int_message(
-        seen.boot_ms, e7(lat), e7(lon), round(height_m * 1000), round(place[2] * 1000), *velocity, heading)
+        seen.boot_ms, e7(lat), e7(lon), *heights, *velocity, heading)
 
 
 def _attitude(seen: Seen) -> Any:
@@ -128,10 +139,15 @@ def _status(seen: Seen) -> Any:
     voltage_v, current_a, charge = (seen.number(n) for n in ("voltage_v", "current_a", "charge_ratio"))
     load = seen.number("cpu_ratio") or 0.0
     return m.MAVLink_sys_status_message(
-        0, 0, 0, min(1000, round(load * 1000)),
-        _UNKNOWN_16 if voltage_v is None else round(voltage_v * 1000),
-        -1 if current_a is None else round(current_a * 100),
-        -1 if charge is None else round(charge * 100), 0, 0, 0, 0, 0, 0)
+        0, 0, 0, _whole(load * 1000, 0, 1000),
+        _UNKNOWN_16 if voltage_v is None else _whole(voltage_v * 1000, 0, _UNKNOWN_16 - 1),
+        -1 if current_a is None else _whole(current_a * 100, -32_768, 32_767),
+        -1 if charge is None else _whole(charge * 100, 0, 100), 0, 0, 0, 0, 0, 0)
+
+
+def _whole(value: float, low: int, high: int) -> int:
+    """The nearest whole number that the field holds."""
+    return round(min(max(value, low), high))
 
 
 def _home(seen: Seen) -> Any:

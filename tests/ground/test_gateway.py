@@ -11,8 +11,11 @@ from hypothesis import strategies as st
 from ground.gateway.frames import mavlink as m
 from ground.gateway.orders import CANCELLED
 from ground.gateway.origin import Origin, e7
+from ground.session import Item
+from protocol.commands import TABLE
 from protocol.link import Kind
 from protocol.modes import Mode
+from protocol.telemetry import TABLE as ITEMS
 
 ARM, GOTO, PAUSE = m.MAV_CMD_COMPONENT_ARM_DISARM, m.MAV_CMD_DO_REPOSITION, m.MAV_CMD_DO_PAUSE_CONTINUE
 ACCEPTED, REJECTED, DENIED = m.MAV_RESULT_ACCEPTED, m.MAV_RESULT_TEMPORARILY_REJECTED, m.MAV_RESULT_DENIED
@@ -233,6 +236,27 @@ def test_what_is_not_mapped_or_makes_no_sense_reaches_no_rover(met, command, par
     assert client.finals(command, since) == [result]
 
 
+def test_the_older_message_for_the_mode_does_the_same(met):
+    bed, client = met
+    client.say(m.MAVLink_set_mode_message(1, m.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED, Mode.SAFE))
+    bed.step(1.0)
+    assert bed.rover.mode is Mode.SAFE
+    assert client.finals(m.MAV_CMD_DO_SET_MODE) == [ACCEPTED]
+
+
+def test_a_rover_that_another_station_drives_is_armed_and_obeys_until_it_is_being_stopped():
+    bed = Bed(delay_s=1.0, drive_s=100.0)
+    client = Client(bed)
+    bed.rover.mode = Mode.AUTONOMOUS
+    bed.step(3.0)
+    assert client.heard("HEARTBEAT")[-1].base_mode & m.MAV_MODE_FLAG_SAFETY_ARMED
+    client.command(ARM, 0)
+    goto(client, 4.0, 4.0)
+    assert client.finals(GOTO) == [REJECTED]  # the stop is on its way
+    bed.step(5.0)
+    assert bed.rover.executed == ["stop"]
+
+
 def test_a_turn_relative_to_the_heading_counts_clockwise(met):
     bed, client = met
     client.command(m.MAV_CMD_CONDITION_YAW, 40, 0, 1, 1)
@@ -357,6 +381,44 @@ def test_in_progress_is_told_each_second_until_the_end_of_a_blackout(met):
     bed.silent = False
     bed.step(2.0)
     assert client.finals(PAUSE) == [ACCEPTED]
+
+
+HANDLED = tuple(number for number, kind in m.mavlink_map.items() if kind.msgname in Bed().gateway._handlers)
+
+
+@settings(max_examples=150, deadline=None)
+@given(st.lists(st.tuples(st.sampled_from(HANDLED), st.binary(min_size=60, max_size=60)), min_size=1, max_size=6))
+def test_no_message_whatever_its_fields_ends_the_gateway(messages):
+    """Random payloads with right checksums, meant for the rover; what they ask for stays within the table."""
+    bed = Bed()
+    client = Client(bed)
+    client.arm()
+    for number, raw in messages:
+        kind = m.mavlink_map[number]
+        fields = dict(zip(kind.ordered_fieldnames, kind.unpacker.unpack(raw[: kind.unpacker.size])))
+        made = kind(*(fields[name] for name in kind.fieldnames))
+        for name, value in (("target_system", 1), ("target_component", 1)):
+            if hasattr(made, name):
+                setattr(made, name, value)
+        client.say(made)
+        bed.step(0.1)
+    bed.step(1.0)
+    assert set(bed.rover.executed) <= {row.name for row in TABLE}
+    assert client.heard("HEARTBEAT")
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.dictionaries(st.sampled_from([row.name for row in ITEMS]), st.floats(width=32)))
+def test_no_value_of_the_rover_ends_the_gateway(values):
+    bed = Bed()
+    client = Client(bed)
+    bed.step(1.0)
+    news = [Item(bed.now_ns, bed.now_ns, name, value) for name, value in values.items()]
+    bed.session.items |= {item.name: item for item in news}
+    bed.gateway.turn(news, bed.now_ns)
+    bed._collect()
+    bed.step(1.0)
+    assert client.heard("HEARTBEAT")
 
 
 def test_garbage_is_counted_and_does_nothing():

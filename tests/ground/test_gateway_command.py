@@ -78,6 +78,7 @@ def test_a_taken_port_is_one_line(meet, free):
         (("--origin", "91,0"), "should be a latitude from -89.9 to 89.9"),
         (("--signed", "0.0.0.0:14552"), "a signed port needs a key"),
         (("--key", "k"), "a key a signed port"),
+        (("--port", "none", "--to", "127.0.0.1:14550"), "told from the unsigned port, which is closed"),
     ],
 )
 def test_a_wrong_option_is_one_line_of_usage(meet, argv, said):
@@ -99,8 +100,9 @@ def test_a_signed_port_needs_a_folder_for_its_times_and_a_key_of_its_owner_s(mee
     code, _, err = meet(*options)
     assert (code, err) == (78, f"ground: {key}: mode 0644, others may read this key; chmod 600 it\n")
     key.chmod(0o600)
-    code, _, err = meet(*options, closed_s=1.0)
-    assert (code, "carrier has closed" in err) == (69, True)
+    for more in ((), ("--port", "none")):
+        code, _, err = meet(*options, *more, closed_s=1.0)
+        assert (code, "carrier has closed" in err) == (69, True)
 
 
 def test_the_help_says_how_a_program_connects(meet):
