@@ -97,6 +97,10 @@ codec: .venv/.project ## make the generated files in protocol/ anew from rover.d
 	@$(B)/python -m tools.make_can_codec
 	@$(B)/python -m tools.make_can_frames
 	@$(B)/python -m tools.make_dialect
+	@$(B)/python -m tools.make_dissector
+
+clients: .venv/.project ## MAVProxy for the tests of the gateway, into build/clients (29 MB to load, 124 MB on disk)
+	@$(B)/python -m pip install --quiet --disable-pip-version-check --no-deps --only-binary :all: --require-hashes --upgrade --target build/clients -r requirements-clients.lock
 
 docs: .venv/.project ## make anew the pages made from tables, the notebook page's figures and the pictures
 	@$(B)/python -m tools.make_docs
@@ -121,4 +125,4 @@ clean: ## remove build and .venv
 help: ## this list
 	@grep -E '^[a-z-]+:.*##' Makefile | sed 's/:.*## /\t/' | expand -t 16
 
-.PHONY: demo sim test test-missions test-scenarios test-vcan test-mutation test-sanitize lint bench bench-link soak missions nightly codec docs install uninstall deb size clean help
+.PHONY: demo sim test test-missions test-scenarios test-vcan test-mutation test-sanitize lint bench bench-link soak missions nightly codec clients docs install uninstall deb size clean help

@@ -21,6 +21,7 @@ from ground import archive_command, keys_command, look_command, preview_command,
 from ground.archive import ArchiveError
 from ground.bridge.command import app as bridge_app
 from ground.clock import ClockError
+from ground.gateway.command import gateway_command
 from ground.operate import FAILED, TEMPORARY, Plan, Teller, operate
 from ground.report_command import report_command
 from ground.schedule import utc_ns, utc_words
@@ -291,6 +292,8 @@ def calibrate() -> None:
 look_command.add(app)
 app.add_typer(archive_command.app, name="archive")
 app.add_typer(preview_command.app, name="preview")
+app.command("gateway", epilog="Examples: ground gateway | ground gateway --origin 38.2547,140.8394,150\n\n"
+            "Then: mavproxy.py --master=udpout:127.0.0.1:14551, or QGroundControl as it is.")(gateway_command)
 app.command("report", epilog="Example: ground report build/demo")(report_command)
 
 _INTERRUPTED = "interrupted; the rover carries on with what it was told, `ground stop` ends it"

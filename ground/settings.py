@@ -30,6 +30,9 @@ class Settings:
     archive_mb: float = value(4000.0, "the oldest rows go where the archive is larger; 0: any size", low=0, high=1e6)
     up_bps: float = value(256_000.0, "line rate of the uplink", low=1000, high=1e10)
     report_s: float = value(5.0, "time between status lines of a script", low=0.1, high=3600)
+    origin_latitude_deg: float = value(0.0, "where the map frame lies on the globe", low=-89.9, high=89.9)
+    origin_longitude_deg: float = value(0.0, "likewise", low=-180, high=180)
+    origin_height_m: float = value(0.0, "likewise, over the ellipsoid (WGS 84)", low=-20_000, high=20_000)
 
 
 class NoStationError(ConfigError):

@@ -22,6 +22,8 @@ ONE_IMPORTER = {
     "rerun": {"hil/watch/rrd.py"},
     "rasterio": {"onboard/drivers/dem_file.py"},
     "small_gicp": {"onboard/perception/registration.py"},
+    "pymap3d": {"ground/gateway/origin.py"},
+    "pymavlink": {"ground/gateway/frames.py"},
 }
 PURE = (
     "protocol", "onboard/core", "onboard/devices", "onboard/perception", "onboard/planning", "onboard/motion",

@@ -11,6 +11,7 @@ import shutil
 import sys
 import tempfile
 import xml.etree.ElementTree as ET
+from collections.abc import Collection
 from pathlib import Path
 
 from pymavlink import dialects
@@ -25,16 +26,26 @@ KEPT = {"HEARTBEAT", "SYS_STATUS", "ATTITUDE", "LOCAL_POSITION_NED", "STATUSTEXT
 
 def generate() -> str:
     """The text of the Python dialect. Raises RuntimeError where the generator refuses the XML."""
+    return made("Python3", KEPT)
+
+
+def made(language: str, kept: Collection[str], commands: Collection[str] = ()) -> str:
+    """What the generator makes of the XML and the kept messages of the common set, in a language of its.
+
+    commands: entries of MAV_CMD that are kept; the others go, with their parameters.
+    """
     common = Path(dialects.__path__[0]) / "v20"
-    used = {f.get("enum", "") for name in FILES for f in _kept_fields(ET.parse(common / name))}
+    used = {f.get("enum", "") for name in FILES for f in _kept_fields(ET.parse(common / name), kept)}
     used |= {f.get("enum", "") for f in ET.parse(SOURCE).iter("field")}
+    used |= {p.get("enum", "") for name in FILES for entry in ET.parse(common / name).iter("entry")
+             if entry.get("name") in commands for p in entry.iter("param")}
     with tempfile.TemporaryDirectory() as folder:
         for name in FILES:
-            _prune(common / name, Path(folder) / name, used)
+            _prune(common / name, Path(folder) / name, {"messages": kept, "enums": used}, commands)
         shutil.copy(SOURCE, folder)
         options = argparse.Namespace(
-            output=str(Path(folder) / "eldorado_dialect.py"),
-            language="Python3",
+            output=str(Path(folder) / "eldorado_dialect.out"),
+            language=language,
             wire_protocol=mavparse.PROTOCOL_2_0,
             validate=True,
             strict_units=False,
@@ -44,21 +55,26 @@ def generate() -> str:
             done = mavgen.mavgen(options, [str(Path(folder) / SOURCE.name)])
         if not done:
             raise RuntimeError(f"{SOURCE.name}: {said.getvalue()}")
-        return Path(options.output).read_text()
+        return next(Path(folder).glob("eldorado_dialect*")).read_text()
 
 
-def _kept_fields(tree: ET.ElementTree) -> list[ET.Element]:
-    return [field for message in tree.iter("message") if message.get("name") in KEPT for field in message.iter("field")]
+def _kept_fields(tree: ET.ElementTree, kept: Collection[str]) -> list[ET.Element]:
+    return [field for message in tree.iter("message") if message.get("name") in kept for field in message.iter("field")]
 
 
-def _prune(source: Path, target: Path, enums: set[str]) -> None:
-    """A copy of a message set with the kept messages and the enums of `enums` alone."""
+def _prune(source: Path, target: Path, wanted: dict[str, Collection[str]], commands: Collection[str]) -> None:
+    """A copy of a message set with the wanted messages and enums alone."""
     tree = ET.parse(source)
-    for group, kept in (("messages", KEPT), ("enums", enums)):
+    for group, kept in wanted.items():
         for parent in tree.iter(group):
             for child in list(parent):
                 if child.get("name") not in kept:
                     parent.remove(child)
+    for enum in tree.iter("enum"):
+        if enum.get("name") == "MAV_CMD":
+            for entry in enum.findall("entry"):
+                if entry.get("name") not in commands:
+                    enum.remove(entry)
     tree.write(target)
 
 

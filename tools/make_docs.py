@@ -13,7 +13,7 @@ from hil.plant.ros_urdf import ros_urdf  # noqa: E402
 from onboard.config import Rover  # noqa: E402
 from protocol import commands, modes, xtce  # noqa: E402
 from protocol.faults import FAULTS, Step  # noqa: E402
-from tools import icd_page, icd_picture, sensors_page  # noqa: E402
+from tools import icd_page, icd_picture, messages_page, sensors_page  # noqa: E402
 
 DOCS = ROOT / "docs"
 
@@ -80,10 +80,21 @@ def icd() -> str:
     return _page("The bus, for who builds a node", "protocol/rover.dbc", *icd_page.sections(_table))
 
 
+def message_page() -> str:
+    """Every message of the dialect."""
+    return _page("Messages of the rover", "protocol/eldorado.xml", *messages_page.messages(_table))
+
+
+def gateway_page() -> str:
+    """Commands, messages and parameters as the gateway maps them."""
+    return _page("The gateway's tables", "ground/gateway", *messages_page.gateway(_table))
+
+
 PAGES: dict[str, Callable[[], str]] = {
     "faults.md": faults, "modes.md": mode_page, "commands.md": command_page, "icd.md": icd,
-    "sensors.md": sensors_page.page, "pictures/can-frames.svg": icd_picture.svg,
-    "eldorado.xtce.xml": xtce.xtce, "rover.urdf": lambda: ros_urdf(Rover()),
+    "sensors.md": sensors_page.page, "messages.md": message_page, "gateway-tables.md": gateway_page,
+    "pictures/can-frames.svg": icd_picture.svg, "eldorado.xtce.xml": xtce.xtce,
+    "rover.urdf": lambda: ros_urdf(Rover()),
 }  # fmt: skip
 
 

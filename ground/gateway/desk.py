@@ -1,0 +1,203 @@
+"""Where MAVLink commands wait for the rover's word: one at a time of each command of each client.
+
+    COMMAND_LONG ---> IN_PROGRESS at once, and each second     request id n ---> the rover
+         <----------- the final COMMAND_ACK                    <--- report of n
+
+Rule 1: COMMAND_ACK names a command and nothing else, so a client's second request of a command waits, unsent, until the
+        first has its final acknowledgement. Each is confirmed by the report of its own request id, by nothing else.
+Rule 2: the same command with the same parameters while one is waited for is that one, sent again. After its end it is
+        that one only where `confirmation` says so; then the acknowledgement is repeated, nothing is executed.
+Rule 3: what stops the rover waits for nothing. What was asked before and has not begun is cancelled, and asked no more.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from ground.gateway.frames import mavlink as m
+from ground.gateway.missions import Client, To
+from ground.gateway.orders import CANCELLED, GIVES_WAY, Answer, Asked, Known, Request, order
+from ground.session import Session
+from protocol import commands
+from protocol.transactions import Code, State
+
+LIFETIME_S = 60.0
+_TELL_NS, _REPEAT_NS = 1_000_000_000, 60_000_000_000
+_MOST_WAITING = 8
+_CODES = {Code.MODE: m.MAV_RESULT_TEMPORARILY_REJECTED, Code.RANGE: m.MAV_RESULT_DENIED,
+          Code.UNKNOWN_COMMAND: m.MAV_RESULT_UNSUPPORTED, Code.TOO_MANY: m.MAV_RESULT_TEMPORARILY_REJECTED}
+Ack = Callable[[int], Any]  # a MAV_RESULT to the message that says it; None: nothing is said
+
+
+@dataclass(slots=True)
+class _Job:
+    """One request of a client, waiting or asked. same: what a repetition is told by."""
+
+    client: Client
+    made: Request | Answer
+    ack: Ack
+    same: str
+    request_id: int | None = None
+    told_ns: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """How a request that had begun has ended."""
+
+    name: str
+    state: State
+    text: str
+
+
+def acknowledgement(command: int, target: tuple[int, int]) -> Ack:
+    """Makes COMMAND_ACKs of one command for one client."""
+    return lambda result: m.MAVLink_command_ack_message(
+        command, result, 255 if result == m.MAV_RESULT_IN_PROGRESS else 0, 0, *target)
+
+
+class Desk:
+    """The jobs of all clients on one session. enabled: by `arm`; texts: lines to be told to all, (severity, text).
+
+    wanted: messages that clients have asked for, by name.
+    """
+
+    def __init__(self, session: Session) -> None:
+        self._session = session
+        self._lines: dict[tuple[Client, int], deque[_Job]] = {}
+        self._ended: dict[tuple[Client, int], tuple[str, int, int]] = {}  # same, result, when
+        self._begun: dict[int, str] = {}
+        self.enabled = False
+        self.texts: list[tuple[str, str]] = []
+        self.wanted: list[tuple[Client, str]] = []
+
+    def command(self, client: Client, target: tuple[int, int], message: Any, known: Known, now_ns: int) -> list[To]:
+        """COMMAND_LONG or COMMAND_INT."""
+        asked = Asked.of(message)
+        key, same = (client, asked.command), repr(asked)
+        ack = acknowledgement(asked.command, target)
+        if getattr(message, "confirmation", 0) and key not in self._lines:
+            was, result, _ = self._ended.get(key, ("", 0, 0))
+            if was == same:
+                return [To(client, ack(result))]
+        return self.ask(client, asked, ack, known, now_ns)
+
+    def ask(self, client: Client, asked: Asked, ack: Ack, known: Known, now_ns: int) -> list[To]:
+        """A command in whatever form it came; `ack` says what becomes of it."""
+        key, same = (client, asked.command), repr(asked)
+        line = self._lines.get(key, deque())
+        if any(job.same == same for job in line):
+            return _said(client, ack(m.MAV_RESULT_IN_PROGRESS))
+        if len(line) >= _MOST_WAITING:
+            return _said(client, ack(m.MAV_RESULT_TEMPORARILY_REJECTED))
+        made, out = order(asked, known), list[To]()
+        if isinstance(made, Request) and made.urgent:
+            out += self._make_way(key, now_ns)
+            self.enabled = self.enabled and made.enables is not False
+        job = _Job(client, made, ack, same)
+        self._lines.setdefault(key, deque()).append(job)
+        if isinstance(made, Request):
+            job.told_ns = now_ns
+            out += _said(client, ack(m.MAV_RESULT_IN_PROGRESS))
+        return out + self._advance(key, now_ns)
+
+    def poll(self, now_ns: int) -> tuple[list[To], list[Outcome]]:
+        """What the rover's reports have ended, and IN_PROGRESS where it is due."""
+        out = [to for key in list(self._lines) for to in self._advance(key, now_ns)]
+        ended = []
+        self._ended = {key: row for key, row in self._ended.items() if now_ns - row[2] < _REPEAT_NS}
+        for request_id, name in list(self._begun.items()):
+            request = self._session.requester.requests[request_id]
+            if request.state.final:
+                del self._begun[request_id]
+                text = request.report.text if request.report is not None else ""
+                ended.append(Outcome(name, request.state, text))
+        return out, ended
+
+    @property
+    def stopping(self) -> bool:
+        """Whether something that stops the rover waits for its word."""
+        return any(isinstance(job.made, Request) and job.made.urgent for line in self._lines.values() for job in line)
+
+    def next_due_ns(self) -> int | None:
+        """When an IN_PROGRESS is due."""
+        return min((line[0].told_ns + _TELL_NS for line in self._lines.values() if line), default=None)
+
+    # -- a line of one client's requests of one command -----------------------------------------------------
+
+    def _advance(self, key: tuple[Client, int], now_ns: int) -> list[To]:
+        out: list[To] = []
+        line = self._lines[key]
+        while line:
+            job = line[0]
+            result = self._result(job, now_ns)
+            if result is None:
+                if now_ns - job.told_ns >= _TELL_NS:
+                    job.told_ns = now_ns
+                    out += _said(job.client, job.ack(m.MAV_RESULT_IN_PROGRESS))
+                break
+            line.popleft()
+            out += self._end(key, job, result, now_ns)
+        if not line:
+            del self._lines[key]
+        return out
+
+    def _result(self, job: _Job, now_ns: int) -> int | None:
+        if isinstance(job.made, Answer):
+            return job.made.result
+        if job.request_id is None:
+            lifetime_s = LIFETIME_S if commands.command(job.made.name).moves else 0.0
+            try:
+                job.request_id = self._session.request(job.made.name, job.made.arguments, now_ns, lifetime_s)
+            except ValueError as error:
+                self.texts.append(("warning", str(error)))
+                return m.MAV_RESULT_DENIED
+        request = self._session.requester.requests[job.request_id]
+        if request.state.final:
+            return self._final(job.made.name, request.state, request.report)
+        if job.made.begun and request.state in (State.STARTED, State.PROGRESS):
+            self._begun[job.request_id] = job.made.name
+            return m.MAV_RESULT_ACCEPTED
+        return None
+
+    def _final(self, name: str, state: State, report: Any) -> int:
+        if state is State.COMPLETED:
+            return m.MAV_RESULT_ACCEPTED
+        text = report.text if report is not None else ""
+        self.texts.append(("warning", f"{name} {state.name.lower()}" + (f": {text}" if text else "")))
+        if state is State.CANCELLED:
+            return CANCELLED
+        code = report.code if report is not None and state is State.FAILED else 0
+        return _CODES.get(code, m.MAV_RESULT_FAILED)
+
+    def _end(self, key: tuple[Client, int], job: _Job, result: int, now_ns: int) -> list[To]:
+        if job.made.enables is not None and result == m.MAV_RESULT_ACCEPTED:
+            self.enabled = job.made.enables
+        if isinstance(job.made, Answer):
+            self.texts += [("warning", job.made.text)] if job.made.text else []
+            self.wanted += [(job.client, name) for name in job.made.messages]
+        self._ended[key] = (job.same, result, now_ns)
+        return _said(job.client, job.ack(result))
+
+    def _make_way(self, urgent: tuple[Client, int], now_ns: int) -> list[To]:
+        """Cancels what lets the rover move and has not begun, of all clients, and the rest of the urgent one's line."""
+        out: list[To] = []
+        for key, line in list(self._lines.items()):
+            for job in list(line):
+                moves = isinstance(job.made, Request) and job.made.name in GIVES_WAY
+                if not moves and key != urgent:
+                    continue
+                line.remove(job)
+                if job.request_id is not None and moves:
+                    self._session.requester.abandon(job.request_id)
+                out += self._end(key, job, CANCELLED, now_ns)
+            if not line:
+                del self._lines[key]
+        return out
+
+
+def _said(client: Client, message: Any) -> list[To]:
+    return [] if message is None else [To(client, message)]

@@ -1,0 +1,279 @@
+"""TABLE: what a MAVLink command becomes. Each row gives a request of protocol.commands, an answer of the gateway's own,
+or a refusal; nothing else in the gateway knows the commands' parameters.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Any, NamedTuple
+
+from ground.gateway.frames import mavlink as m
+from ground.gateway.origin import Origin
+from protocol.arguments import Value
+from protocol.conventions import wrap_rad
+from protocol.mavlink_frames import enu_angles, ned_from_enu
+from protocol.modes import Mode
+
+CANCELLED = 6  # MAV_RESULT_CANCELLED, which this set of messages does not list
+_GLOBAL = (m.MAV_FRAME_GLOBAL, m.MAV_FRAME_GLOBAL_RELATIVE_ALT, m.MAV_FRAME_GLOBAL_INT,
+           m.MAV_FRAME_GLOBAL_RELATIVE_ALT_INT, m.MAV_FRAME_GLOBAL_TERRAIN_ALT, m.MAV_FRAME_GLOBAL_TERRAIN_ALT_INT)
+_FORCE = 21196  # the value with which ground programs say "now, whatever it does"
+_RELATIVE_YAW = 2
+
+
+@dataclass(frozen=True, slots=True)
+class Asked:
+    """A COMMAND_LONG or COMMAND_INT, alike. x, y: the place as sent (degrees or metres); frame: MAV_FRAME."""
+
+    command: int
+    params: tuple[float, float, float, float]
+    x: float = 0.0
+    y: float = 0.0
+    z: float = 0.0
+    frame: int = m.MAV_FRAME_GLOBAL
+
+    @staticmethod
+    def of(message: Any) -> Asked:
+        """From the message. In COMMAND_INT a place is an integer: 1e-7 degrees, or 1e-4 m."""
+        params = (message.param1, message.param2, message.param3, message.param4)
+        if message.get_type() == "COMMAND_LONG":
+            return Asked(message.command, params, message.param5, message.param6, message.param7)
+        scale = 1e-7 if message.frame in _GLOBAL else 1e-4
+        return Asked(message.command, params, message.x * scale, message.y * scale, message.z, message.frame)
+
+
+class Request(NamedTuple):
+    """Ask the rover. begun: a command that takes minutes is acknowledged when it has begun, not when it ends.
+
+    urgent: it waits for nothing, and what it waits behind is cancelled. enables: what its success says of the enabling.
+    """
+
+    name: str
+    arguments: Mapping[str, Value] = MappingProxyType({})
+    begun: bool = False
+    urgent: bool = False
+    enables: bool | None = None
+
+
+class Answer(NamedTuple):
+    """The gateway's own answer: a MAV_RESULT and why, the messages that follow it, and what it enables."""
+
+    result: int
+    text: str = ""
+    messages: tuple[str, ...] = ()
+    enables: bool | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Known:
+    """What the rows may know. enabled: may it be moved; goals_m: the uploaded mission; begin: its goal to begin with.
+
+    home: items before goal 0; sends: messages that are made on request.
+    """
+
+    origin: Origin
+    mode: Mode | None
+    yaw_rad: float | None
+    enabled: bool
+    goals_m: tuple[tuple[float, float], ...] = ()
+    begin: int = 0
+    home: int = 0
+    sends: tuple[str, ...] = ()
+
+
+Row = Callable[[Asked, Known], "Request | Answer"]
+
+
+def place_m(frame: int, x: float, y: float, origin: Origin) -> tuple[float, float]:
+    """x and y in the map frame. Raises ValueError for a frame that is not known or no place."""
+    if not (math.isfinite(x) and math.isfinite(y)):
+        raise ValueError("a place needs numbers")
+    if frame in _GLOBAL:
+        return origin.map(x, y)
+    if frame == m.MAV_FRAME_LOCAL_NED:
+        east, north, _ = ned_from_enu(x, y, 0.0)
+        return east, north
+    if frame == m.MAV_FRAME_LOCAL_ENU:
+        return x, y
+    raise ValueError(f"frame {frame} is not mapped: use a global one, LOCAL_NED or LOCAL_ENU")
+
+
+def goals_of(goals_m: tuple[tuple[float, float], ...]) -> dict[str, Value]:
+    """The arguments of our `mission`."""
+    return {"goals_m": tuple(value for goal in goals_m for value in goal)}
+
+
+_STOP = Request("stop", urgent=True)
+
+
+def _arm(asked: Asked, known: Known) -> Request | Answer:
+    if asked.params[0] == 0:
+        force = asked.params[1] == _FORCE
+        return Request("emergency_stop" if force else "stop", urgent=True, enables=False)
+    if asked.params[0] != 1:
+        return Answer(m.MAV_RESULT_DENIED, "arm with 1, disarm with 0")
+    if known.mode is None:
+        return Answer(m.MAV_RESULT_TEMPORARILY_REJECTED, "nothing heard of the rover yet")
+    if known.mode is Mode.SAFE:
+        return Request("resume", enables=True)
+    if known.mode in (Mode.ESTOP, Mode.BOOT):
+        return Answer(m.MAV_RESULT_TEMPORARILY_REJECTED, f"the rover is in {known.mode.name}")
+    return Answer(m.MAV_RESULT_ACCEPTED, enables=True)
+
+
+def _terminate(asked: Asked, known: Known) -> Request | Answer:
+    if asked.params[0] < 0.5:
+        return Answer(m.MAV_RESULT_DENIED, "the latch is released by `ground reset`")
+    return Request("emergency_stop", urgent=True, enables=False)
+
+
+def _heading(asked: Asked, known: Known) -> dict[str, Value]:
+    yaw_rad = asked.params[3]
+    if not math.isfinite(yaw_rad):
+        return {}
+    if int(asked.params[1]) & _RELATIVE_YAW:
+        if known.yaw_rad is None:
+            raise ValueError("the rover's heading is not known, so none can be relative to it")
+        return {"heading_rad": wrap_rad(known.yaw_rad - yaw_rad)}
+    return {"heading_rad": enu_angles(0.0, 0.0, wrap_rad(yaw_rad))[2]}
+
+
+def _reposition(asked: Asked, known: Known) -> Request | Answer:
+    x_m, y_m = place_m(asked.frame, asked.x, asked.y, known.origin)
+    return Request("goto", {"x_m": x_m, "y_m": y_m, **_heading(asked, known)}, begun=True)
+
+
+def _yaw(asked: Asked, known: Known) -> Request | Answer:
+    angle_deg, _, direction, relative = asked.params
+    if relative == 1:
+        if known.yaw_rad is None:
+            raise ValueError("the rover's heading is not known, so none can be relative to it")
+        turned_rad = math.radians(angle_deg) * (-1 if direction >= 0 else 1)
+        return Request("turn", {"heading_rad": wrap_rad(known.yaw_rad + turned_rad)}, begun=True)
+    return Request("turn", {"heading_rad": enu_angles(0.0, 0.0, wrap_rad(math.radians(angle_deg)))[2]}, begun=True)
+
+
+def _start(asked: Asked, known: Known) -> Request | Answer:
+    first, last = (int(value) if math.isfinite(value) else 0 for value in asked.params[:2])
+    begin = max(0, first - known.home) if first or last else known.begin
+    goals_m = known.goals_m[begin : last + 1 - known.home if last > 0 else None]
+    if not goals_m:
+        return Answer(m.MAV_RESULT_DENIED, "no mission item to begin with: upload a mission first")
+    return Request("mission", goals_of(goals_m), begun=True)
+
+
+def _pause(asked: Asked, known: Known) -> Request | Answer:
+    if asked.params[0] == 0:
+        return _STOP
+    return Answer(m.MAV_RESULT_DENIED, "a stop gives the goal up: start the mission or send the goal again")
+
+
+def _hold(asked: Asked, known: Known) -> Request | Answer:
+    if asked.params[0] == m.MAV_GOTO_DO_HOLD:
+        return _STOP
+    return Answer(m.MAV_RESULT_DENIED, "a stop gives the goal up: send the goal again")
+
+
+_TO_MODE = {
+    Mode.SAFE: Request("safe", urgent=True, enables=False),
+    Mode.ESTOP: Request("emergency_stop", urgent=True, enables=False),
+}
+_TO_STANDBY = {Mode.SAFE: Request("resume"), Mode.ESTOP: Request("reset")}
+
+
+def _mode(asked: Asked, known: Known) -> Request | Answer:
+    base, custom = int(asked.params[0]), int(asked.params[1])
+    if not base & m.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED or custom not in set(Mode):
+        names = ", ".join(f"{mode.value} {mode.name}" for mode in Mode)
+        return Answer(m.MAV_RESULT_DENIED, f"set a custom mode: {names}")
+    mode = Mode(custom)
+    if mode in _TO_MODE:
+        return _TO_MODE[mode]
+    if mode is Mode.STANDBY:
+        return _STOP if known.mode is None else _TO_STANDBY.get(known.mode, _STOP)
+    if mode is Mode.AUTONOMOUS and known.goals_m:
+        return Request("mission", goals_of(known.goals_m[known.begin :]), begun=True)
+    return Answer(m.MAV_RESULT_DENIED, f"{mode.name} is entered by what the rover is asked to do")
+
+
+def _reboot(asked: Asked, known: Known) -> Request | Answer:
+    if asked.params[0] != 1:
+        return Answer(m.MAV_RESULT_DENIED, "only the restart of the flight program (1) is mapped")
+    return Request("reboot", enables=False)
+
+
+def _storage(asked: Asked, known: Known) -> Request | Answer:
+    if asked.params[0] != 1:
+        return Answer(m.MAV_RESULT_DENIED, "only writing the parameters (1) is mapped")
+    return Request("param_save")
+
+
+def _message(asked: Asked, known: Known) -> Request | Answer:
+    number = int(asked.params[0]) if math.isfinite(asked.params[0]) else -1
+    found = m.mavlink_map.get(number)
+    name = found.msgname if found is not None else str(number)
+    if name not in known.sends:
+        return Answer(m.MAV_RESULT_UNSUPPORTED)
+    return Answer(m.MAV_RESULT_ACCEPTED, messages=(name,))
+
+
+def _home(asked: Asked, known: Known) -> Request | Answer:
+    return Answer(m.MAV_RESULT_ACCEPTED, messages=("HOME_POSITION", "GPS_GLOBAL_ORIGIN"))
+
+
+def _version(asked: Asked, known: Known) -> Request | Answer:
+    return Answer(m.MAV_RESULT_ACCEPTED, messages=("AUTOPILOT_VERSION",))
+
+
+def _always(request: Request) -> Row:
+    return lambda asked, known: request
+
+
+class Mapped(NamedTuple):
+    """One row, and what it does in words for the page."""
+
+    row: Row
+    means: str
+
+
+ROWS: dict[int, Mapped] = {
+    m.MAV_CMD_COMPONENT_ARM_DISARM: Mapped(
+        _arm, "1: enable (`resume` where the rover is in SAFE); 0: `stop`; 0 with 21196: `emergency-stop`"),
+    m.MAV_CMD_DO_REPOSITION: Mapped(_reposition, "`goto` there, with the heading of parameter 4 where it is a number"),
+    m.MAV_CMD_MISSION_START: Mapped(_start, "`mission` with the uploaded items from parameter 1 to parameter 2"),
+    m.MAV_CMD_DO_PAUSE_CONTINUE: Mapped(_pause, "0: `stop`; 1 is denied: a stop gives the goal up"),
+    m.MAV_CMD_OVERRIDE_GOTO: Mapped(_hold, "hold: `stop`; continue is denied"),
+    m.MAV_CMD_NAV_RETURN_TO_LAUNCH: Mapped(
+        _always(Request("return", begun=True)), "`return`, the way that was driven"),
+    m.MAV_CMD_CONDITION_YAW: Mapped(_yaw, "`turn` to a heading, or by an angle"),
+    m.MAV_CMD_DO_SET_MODE: Mapped(
+        _mode, "custom mode SAFE: `safe`; ESTOP: `emergency-stop`; STANDBY: `resume`, `reset` or `stop`, as the mode "
+        "is; AUTONOMOUS: the uploaded mission"),
+    m.MAV_CMD_DO_FLIGHTTERMINATION: Mapped(_terminate, "1: `emergency-stop`"),
+    m.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN: Mapped(_reboot, "1: `reboot`"),
+    m.MAV_CMD_PREFLIGHT_STORAGE: Mapped(_storage, "1: `param save`"),
+    m.MAV_CMD_REQUEST_MESSAGE: Mapped(_message, "sends that message once"),
+    m.MAV_CMD_GET_HOME_POSITION: Mapped(_home, "sends HOME_POSITION and GPS_GLOBAL_ORIGIN"),
+    m.MAV_CMD_REQUEST_AUTOPILOT_CAPABILITIES: Mapped(_version, "sends AUTOPILOT_VERSION"),
+    m.MAV_CMD_USER_1: Mapped(_always(Request("safe", urgent=True, enables=False)), "`safe`"),
+    m.MAV_CMD_USER_2: Mapped(_always(Request("scan", begun=True)), "`scan`"),
+}
+NEEDS_ENABLING = ("goto", "mission", "return", "turn", "scan")
+GIVES_WAY = (*NEEDS_ENABLING, "resume", "reset")  # what must not be executed after a stop that was asked later
+
+
+def order(asked: Asked, known: Known) -> Request | Answer:
+    """What becomes of a command: a request of the rover's, or the answer at once."""
+    mapped = ROWS.get(asked.command)
+    if mapped is None:
+        return Answer(m.MAV_RESULT_UNSUPPORTED)
+    try:
+        made = mapped.row(asked, known)
+    except (ValueError, OverflowError) as error:
+        return Answer(m.MAV_RESULT_DENIED, str(error))
+    if isinstance(made, Request) and made.name in NEEDS_ENABLING and not known.enabled:
+        return Answer(m.MAV_RESULT_TEMPORARILY_REJECTED, f"{made.name}: arm first")
+    return made

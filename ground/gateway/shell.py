@@ -1,0 +1,134 @@
+"""The gateway's sockets and its file: UDP datagrams to and from the pure `Gateway`, signing times kept before use."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import socket
+import stat
+import time
+from collections.abc import Callable
+from contextlib import ExitStack
+from pathlib import Path
+from types import TracebackType
+from typing import Self
+
+from ground.gateway.gateway import Address, Door, Gateway
+from ground.gateway.signing import stamp_of
+from ground.session import News
+from ground.station import StationError
+from onboard.config import ConfigError
+
+_MOST_PER_TURN = 256
+_DATAGRAM = 2048
+
+
+def utc_stamp() -> int:
+    """Signing time by the computer's clock."""
+    return stamp_of(time.time_ns())
+
+
+def read_signing_key(path: str) -> bytes:
+    """The key in a file: 64 hex digits, or `passphrase WORDS`, of which the key is the SHA-256.
+
+    Raises ConfigError in one line that never quotes what is in the file.
+    """
+    try:
+        mode = stat.S_IMODE(Path(path).stat().st_mode)
+        text = Path(path).read_text().strip() if not mode & 0o077 else ""
+    except (OSError, UnicodeDecodeError) as error:
+        raise ConfigError(f"{path}: {getattr(error, 'strerror', None) or 'not a text file'}") from None
+    if mode & 0o077:
+        raise ConfigError(f"{path}: mode {mode:04o}, others may read this key; chmod 600 it")
+    word, _, rest = text.partition(" ")
+    if word == "passphrase" and rest.strip():
+        return hashlib.sha256(rest.strip().encode()).digest()
+    try:
+        key = bytes.fromhex(text)
+    except ValueError:
+        key = b""
+    if len(key) != 32:
+        raise ConfigError(f"{path}: should hold 64 hex digits, or `passphrase` and words")
+    return key
+
+
+class Marks:
+    """The newest signing time of each stream, in a file that is whole at every moment."""
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+
+    def read(self) -> dict[str, int]:
+        """What was kept; nothing where there is no file yet. Raises ConfigError where it is damaged."""
+        try:
+            return {str(stream): int(at) for stream, at in json.loads(self._path.read_text()).items()}
+        except FileNotFoundError:
+            return {}
+        except (ValueError, AttributeError, TypeError) as error:
+            raise ConfigError(f"{self._path}: damaged ({error}); take a new signing key and delete it") from error
+
+    def keep(self, marks: dict[str, int]) -> None:
+        """Writes them, on the disk when it returns. Raises OSError."""
+        self._path.parent.mkdir(parents=True, exist_ok=True)
+        fresh = self._path.with_suffix(".new")
+        with open(fresh, "w") as file:
+            json.dump(marks, file)
+            file.flush()
+            os.fsync(file.fileno())
+        os.replace(fresh, self._path)
+
+
+class Shell:
+    """Doors with their sockets around one gateway. Use it inside `with`; `stamp` gives the signing time."""
+
+    def __init__(self, gateway: Gateway, marks: Marks | None = None, stamp: Callable[[], int] = utc_stamp) -> None:
+        self._gateway, self._marks, self._stamp = gateway, marks, stamp
+        self._stack = ExitStack()
+        self._sockets: dict[str, tuple[Door, socket.socket]] = {}
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
+        self._stack.close()
+
+    def open(self, door: Door, address: Address) -> Address:
+        """Listens on an address; the one that it is (port 0: any free one). Raises StationError."""
+        at = self._stack.enter_context(socket.socket(socket.AF_INET, socket.SOCK_DGRAM))
+        at.setblocking(False)
+        try:
+            at.bind(address)
+        except OSError as error:
+            self._stack.close()
+            raise StationError(f"UDP {address[0]}:{address[1]}: {error.strerror or error}; "
+                               "name another port, or end what listens there") from error
+        self._sockets[door.name] = (door, at)
+        host, port = at.getsockname()
+        return host, port
+
+    def turn(self, news: list[News], now_ns: int) -> None:
+        """One turn of the operation: clients' datagrams, the session's news, what is to be said."""
+        heard = []
+        for door, at in self._sockets.values():
+            for _ in range(_MOST_PER_TURN):
+                try:
+                    datagram, address = at.recvfrom(_DATAGRAM)
+                except (BlockingIOError, ConnectionError):
+                    break
+                heard += self._gateway.accept(door, address, datagram, self._stamp())
+        marks = self._gateway.marks()
+        if marks is not None and self._marks is not None:
+            self._marks.keep(marks)
+        for one in heard:
+            self._gateway.act(one, now_ns)
+        self._gateway.turn(news, now_ns)
+        for name, address, frame in self._gateway.send(self._stamp()):
+            try:
+                self._sockets[name][1].sendto(frame, address)
+            except OSError:
+                continue  # nobody there, or its queue is full: telemetry comes again, requests are repeated
+
+    def next_due_ns(self) -> int:
+        """When the gateway is due; sockets are looked at in each turn of the clock."""
+        return self._gateway.next_due_ns()

@@ -1,0 +1,214 @@
+"""What ground programs are shown of the rover: messages of the common set from the values that the session knows.
+
+Nothing is made up: a value that is not known is sent as MAVLink's "unknown", and a message whose values have not come
+is not sent. HEARTBEAT stops while the rover is silent, so that a ground program tells the loss of contact by itself.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any, NamedTuple
+
+from ground.gateway.frames import mavlink as m
+from ground.gateway.origin import Origin, e7
+from protocol.mavlink_frames import frd_from_flu, ned_angles, ned_from_enu
+from protocol.modes import Mode
+
+RUNS = (Mode.AUTONOMOUS, Mode.TELEOP, Mode.SEQUENCE)
+_STATES = {
+    Mode.BOOT: m.MAV_STATE_BOOT, Mode.STANDBY: m.MAV_STATE_STANDBY, Mode.AUTONOMOUS: m.MAV_STATE_ACTIVE,
+    Mode.TELEOP: m.MAV_STATE_ACTIVE, Mode.SEQUENCE: m.MAV_STATE_ACTIVE, Mode.SAFE: m.MAV_STATE_CRITICAL,
+    Mode.ESTOP: m.MAV_STATE_EMERGENCY,
+}  # fmt: skip
+_SEVERITIES = {"debug": m.MAV_SEVERITY_DEBUG, "info": m.MAV_SEVERITY_INFO, "warning": m.MAV_SEVERITY_WARNING,
+               "error": m.MAV_SEVERITY_ERROR, "critical": m.MAV_SEVERITY_CRITICAL}
+_TEXT_BYTES, _MOST_CHUNKS = 50, 4
+_CAPABILITIES = (m.MAV_PROTOCOL_CAPABILITY_MISSION_INT | m.MAV_PROTOCOL_CAPABILITY_COMMAND_INT
+                 | m.MAV_PROTOCOL_CAPABILITY_MAVLINK2 | m.MAV_PROTOCOL_CAPABILITY_PARAM_ENCODE_C_CAST
+                 | m.MAV_PROTOCOL_CAPABILITY_FLIGHT_TERMINATION)
+_UNKNOWN_16, _MOST_32 = 65_535, 2**31 - 1
+
+
+class Seen(NamedTuple):
+    """The rover as it is known now. values: newest telemetry items in our units and frames.
+
+    enabled: by `arm` at this gateway; stopping: something that stops the rover waits for its word.
+    """
+
+    values: Mapping[str, float]
+    onboard_ns: int
+    enabled: bool
+    origin: Origin
+    stopping: bool = False
+
+    def number(self, name: str) -> float | None:
+        """An item's value; None where it has not come or is not known."""
+        value = self.values.get(name)
+        return value if value is not None and math.isfinite(value) else None
+
+    @property
+    def mode(self) -> Mode | None:
+        """The rover's mode; None until it was heard."""
+        number = self.number("mode")
+        return Mode(int(number)) if number is not None and int(number) in set(Mode) else None
+
+    @property
+    def armed(self) -> bool:
+        """Enabled here, or its wheels run by somebody's order and nobody here is stopping them."""
+        return (self.enabled and self.mode is Mode.STANDBY) or (
+            self.mode in RUNS and (self.enabled or not self.stopping))
+
+    @property
+    def boot_ms(self) -> int:
+        """Onboard time as MAVLink's stamps have it."""
+        return self.onboard_ns // 1_000_000 & 0xFFFF_FFFF
+
+    def all(self, *names: str) -> list[float] | None:
+        """The values of all names; None where one is missing."""
+        found = [self.number(name) for name in names]
+        return None if None in found else [value for value in found if value is not None]
+
+
+def heartbeat(seen: Seen) -> Any:
+    """HEARTBEAT of a rover; armed: enabled at this gateway, or its wheels run."""
+    mode = seen.mode
+    base = m.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED
+    if seen.armed:
+        base |= m.MAV_MODE_FLAG_SAFETY_ARMED
+    if mode in (Mode.AUTONOMOUS, Mode.SEQUENCE):
+        base |= m.MAV_MODE_FLAG_AUTO_ENABLED | m.MAV_MODE_FLAG_GUIDED_ENABLED
+    state = m.MAV_STATE_UNINIT if mode is None else _STATES[mode]
+    return m.MAVLink_heartbeat_message(
+        m.MAV_TYPE_GROUND_ROVER, m.MAV_AUTOPILOT_GENERIC, base, 0 if mode is None else int(mode), state, 3)
+
+
+def _local(seen: Seen) -> Any:
+    place = seen.all("x_m", "y_m", "z_m")
+    if place is None:
+        return None
+    return m.MAVLink_local_position_ned_message(seen.boot_ms, *ned_from_enu(*place), *_velocity(seen))
+
+
+def _velocity(seen: Seen) -> tuple[float, float, float]:
+    known = seen.all("speed_mps", "yaw_rad")
+    if known is None:
+        return 0.0, 0.0, 0.0
+    speed_mps, yaw_rad = known
+    return ned_from_enu(speed_mps * math.cos(yaw_rad), speed_mps * math.sin(yaw_rad), 0.0)
+
+
+def _heading_deg(seen: Seen) -> float | None:
+    yaw_rad = seen.number("yaw_rad")
+    return None if yaw_rad is None else math.degrees(ned_angles(0.0, 0.0, yaw_rad)[2]) % 360.0
+
+
+def _global(seen: Seen) -> Any:
+    place = seen.all("x_m", "y_m", "z_m")
+    if place is None:
+        return None
+    lat, lon, height_m = seen.origin.globe(*place)
+    heading_deg = _heading_deg(seen)
+    heading = _UNKNOWN_16 if heading_deg is None else round(heading_deg * 100) % 36_000
+    velocity = [_whole(v * 100, -32_768, 32_767) for v in _velocity(seen)]
+    heights = [_whole(v * 1000, -_MOST_32, _MOST_32) for v in (height_m, place[2])]
+    return m.MAVLink_global_position_int_message(
+        seen.boot_ms, e7(lat), e7(lon), *heights, *velocity, heading)
+
+
+def _attitude(seen: Seen) -> Any:
+    angles = seen.all("roll_rad", "pitch_rad", "yaw_rad")
+    if angles is None:
+        return None
+    rate_radps = seen.number("yaw_rate_radps") or 0.0
+    return m.MAVLink_attitude_message(seen.boot_ms, *ned_angles(*angles), *frd_from_flu(0.0, 0.0, rate_radps))
+
+
+def _hud(seen: Seen) -> Any:
+    speed_mps, z_m = seen.number("speed_mps"), seen.number("z_m")
+    heading_deg = _heading_deg(seen)
+    if speed_mps is None or heading_deg is None or z_m is None:
+        return None
+    height_m = seen.origin.height_m + z_m
+    return m.MAVLink_vfr_hud_message(0.0, abs(speed_mps), round(heading_deg) % 360, 0, height_m, 0.0)
+
+
+def _status(seen: Seen) -> Any:
+    if seen.values.get("voltage_v") is None:
+        return None
+    voltage_v, current_a, charge = (seen.number(n) for n in ("voltage_v", "current_a", "charge_ratio"))
+    load = seen.number("cpu_ratio") or 0.0
+    return m.MAVLink_sys_status_message(
+        0, 0, 0, _whole(load * 1000, 0, 1000),
+        _UNKNOWN_16 if voltage_v is None else _whole(voltage_v * 1000, 0, _UNKNOWN_16 - 1),
+        -1 if current_a is None else _whole(current_a * 100, -32_768, 32_767),
+        -1 if charge is None else _whole(charge * 100, 0, 100), 0, 0, 0, 0, 0, 0)
+
+
+def _whole(value: float, low: int, high: int) -> int:
+    """The nearest whole number that the field holds."""
+    return round(min(max(value, low), high))
+
+
+def _home(seen: Seen) -> Any:
+    origin = seen.origin
+    return m.MAVLink_home_position_message(
+        e7(origin.latitude_deg), e7(origin.longitude_deg), round(origin.height_m * 1000), 0.0, 0.0, 0.0,
+        [1.0, 0.0, 0.0, 0.0], 0.0, 0.0, 0.0)
+
+
+def _origin(seen: Seen) -> Any:
+    origin = seen.origin
+    return m.MAVLink_gps_global_origin_message(
+        e7(origin.latitude_deg), e7(origin.longitude_deg), round(origin.height_m * 1000))
+
+
+def _version(seen: Seen) -> Any:
+    return m.MAVLink_autopilot_version_message(
+        _CAPABILITIES, 0, 0, 0, 0, [0] * 8, [0] * 8, [0] * 8, 0, 0, 0)
+
+
+class Shown(NamedTuple):
+    """One message: what makes it, and which items' news send it (none: only on request)."""
+
+    make: Callable[[Seen], Any]
+    items: tuple[str, ...] = ()
+
+
+MESSAGES: dict[str, Shown] = {
+    "HEARTBEAT": Shown(heartbeat),
+    "LOCAL_POSITION_NED": Shown(_local, ("x_m",)),
+    "GLOBAL_POSITION_INT": Shown(_global, ("x_m",)),
+    "ATTITUDE": Shown(_attitude, ("yaw_rad",)),
+    "VFR_HUD": Shown(_hud, ("speed_mps",)),
+    "SYS_STATUS": Shown(_status, ("voltage_v",)),
+    "HOME_POSITION": Shown(_home),
+    "GPS_GLOBAL_ORIGIN": Shown(_origin),
+    "AUTOPILOT_VERSION": Shown(_version),
+}
+
+
+def told_by(seen: Seen, news: Iterable[str]) -> list[Any]:
+    """The messages that the news of some items send, each at most once."""
+    fresh = set(news)
+    made = [shown.make(seen) for shown in MESSAGES.values() if fresh.intersection(shown.items)]
+    return [message for message in made if message is not None]
+
+
+class Texts:
+    """Makes STATUSTEXT of lines: each in pieces of 50 bytes under one number, at most four of them."""
+
+    def __init__(self) -> None:
+        self._number = 0
+
+    def say(self, severity: str, text: str) -> list[Any]:
+        """The messages of one line. severity: as protocol.modes has it."""
+        raw = text.encode()[: _TEXT_BYTES * _MOST_CHUNKS].decode(errors="ignore").encode()
+        level = _SEVERITIES[severity]
+        pieces = [raw[i : i + _TEXT_BYTES] for i in range(0, len(raw), _TEXT_BYTES)] or [b""]
+        if len(pieces) == 1:
+            return [m.MAVLink_statustext_message(level, pieces[0])]
+        if len(pieces[-1]) == _TEXT_BYTES and len(pieces) < _MOST_CHUNKS:
+            pieces.append(b"")  # a whole last piece says that more follows
+        self._number = self._number % 65_535 + 1
+        return [m.MAVLink_statustext_message(level, piece, self._number, n) for n, piece in enumerate(pieces)]
