@@ -104,8 +104,8 @@ class Station:
         except LinkEndError as error:
             raise StationError(str(error)) from error
 
-    def flush(self, now_ns: int) -> None:
-        """Puts what is due on the link and makes the turn's rows safe."""
+    def flush(self, now_ns: int) -> list[News]:
+        """Puts what is due on the link and makes the turn's rows safe; news of the station's own."""
         self._renew_block()
         requests = self.session.requester.requests
         for request_id in sorted(requests.keys() - self._archived):
@@ -113,6 +113,9 @@ class Station:
             self._archive.add("requests", requests[request_id].made_ns, request_id, self.session.station, asked.name,
                               json.dumps(asked.arguments))
             self._archived.add(request_id)
+        news = self.session.unsaid()
+        for one in news:
+            self._keep(one)
         for datagram in self.session.send(now_ns):
             self._archive.add("datagrams", now_ns, "up", "ok", datagram)
             self._end.put(datagram)
@@ -121,6 +124,7 @@ class Station:
         if now_ns - self._noted_ns >= _NOTE_NS:
             self._noted_ns = now_ns
             self._note()
+        return news
 
     def _renew_block(self) -> None:
         session, block = self.session, self._block
