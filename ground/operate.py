@@ -170,7 +170,7 @@ def _turns(station: Station, clock: Clock, plan: Plan, teller: Teller, beside: B
             beside.turn(news, now_ns)
         if plan.steps:
             teller.begun(runner.step(session, now_ns), now_ns)
-        station.flush(now_ns)
+        teller.news(station.flush(now_ns))
         teller.contact(session, now_ns)
         teller.status(session, now_ns)
         code = _end(runner, session, plan, now_ns)

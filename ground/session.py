@@ -6,6 +6,8 @@
 
 Nothing but what halts the rover is sent before it was heard: its boot id is part of every uplink datagram, and what it
 was built from has to be as here. Times are the station's clock; `FarClock` turns them into onboard time.
+
+Over 300 lines: what is heard decides what may be said, so both halves share all of this state.
 """
 
 from __future__ import annotations
@@ -119,6 +121,7 @@ class Session:
         self._bulk_heard_ns: int | None = None
         self._product_ns: dict[int, int] = {}
         self._timed: set[int] = set()
+        self._unsaid: list[News] = []
         self._telemetry = TelemetryReceiver()
 
     @property
@@ -187,10 +190,15 @@ class Session:
             name, arguments, now_ns, issued_ns=issued_ns, expiry_ns=expiry_ns, start_ns=start_ns
         )
         if self.mismatch:
-            self._refuse(now_ns)
+            self._unsaid += self._refuse(now_ns)
         elif self.commanding and self.in_contact(now_ns):
             self._timed.add(request_id)  # it goes out at once, so its answer tells the round trip
         return request_id
+
+    def unsaid(self) -> list[News]:
+        """News that no datagram brought: what was refused here as it was asked. Each once."""
+        news, self._unsaid = self._unsaid, []
+        return news
 
     def _refuse(self, now_ns: int) -> list[News]:
         """Both ends do not speak of the same thing: no command but those that halt the rover."""

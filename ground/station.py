@@ -104,8 +104,8 @@ class Station:
         except LinkEndError as error:
             raise StationError(str(error)) from error
 
-    def flush(self, now_ns: int) -> None:
-        """Makes the turn's rows safe, then puts what is due on the link."""
+    def flush(self, now_ns: int) -> list[News]:
+        """Makes the turn's rows safe, then puts what is due on the link; news of the station's own."""
         self._renew_block()
         requests = self.session.requester.requests
         for request_id in sorted(requests.keys() - self._archived):
@@ -114,6 +114,9 @@ class Station:
                               json.dumps(asked.arguments))
             self._archived.add(request_id)
         self._archived &= requests.keys()  # what the session has forgotten
+        news = self.session.unsaid()
+        for one in news:
+            self._keep(one)
         datagrams = self.session.send(now_ns)
         for datagram in datagrams:
             self._log(now_ns, "up", "ok", datagram)
@@ -125,6 +128,7 @@ class Station:
         if now_ns - self._noted_ns >= _NOTE_NS:
             self._noted_ns = now_ns
             self._note()
+        return news
 
     @property
     def trouble(self) -> str:

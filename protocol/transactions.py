@@ -63,8 +63,8 @@ class Code(IntEnum):
     REUSED_ID = 4
     FORGOTTEN_ID = 5
     TOO_MANY = 6
-    LEASE = 8  # another station holds it
     VERSION = 7  # by the ground itself: the rover was built from something else
+    LEASE = 8  # another station holds it
 
 
 class Report(NamedTuple):

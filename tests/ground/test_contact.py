@@ -3,9 +3,14 @@
 import json
 
 import pytest
+from toy_rover import ToyRover
 from virtual_station import S, VirtualClock, VirtualStation
 
 from ground.__main__ import run
+from ground.schedule import parse, utc_ns
+from ground.session import Session
+from protocol.link import bench_keys
+from protocol.versions import OURS
 
 NEVER_S = 1e9
 
@@ -133,3 +138,63 @@ def test_a_goto_that_another_station_ends_is_cancelled_for_its_user(meet):
 def test_a_command_that_is_not_finished_in_time_is_exit_code_75(meet):
     code, _, err = meet(VirtualStation(drive_s=NEVER_S), "goto", "12", "3", "--timeout", "10")
     assert (code, err) == (75, "ground: not finished in time; the rover carries on\n")
+
+
+def test_a_rover_with_other_keys_is_told_as_what_it_is(meet):
+    station = VirtualStation()
+    station.rover = ToyRover(bench_keys(8))
+    code, _, err = meet(station, "status", "--contact", "2")
+    assert code == 69 and err.count("\n") == 1
+    assert "datagrams came that are sealed with another key: is downlink_key the rover's?" in err
+
+
+def test_a_rover_of_another_version_is_refused_with_both_named_and_still_stopped(meet):
+    station = VirtualStation()
+    station.rover.versions = OURS._replace(dbc=0xABCD)
+    code, lines, err = meet(station, "goto", "1", "2")
+    named = f"not sent: dbc {OURS.dbc:08x} here, 0000abcd on the rover; only stop, safe, emergency-stop"
+    assert (code, err) == (1, f"ground: {named}\n") and any("goto #1 failed" in line for line in lines)
+    station = VirtualStation()
+    station.rover.versions = OURS._replace(dbc=0xABCD)
+    assert meet(station, "stop")[0] == 0 and station.rover.executed == ["stop"]
+
+
+def test_outside_of_its_windows_a_station_says_when_it_goes_and_sends_nothing_till_then(meet, tmp_path):
+    station = VirtualStation()
+    station.session = Session(bench_keys(7), 1, schedule=parse("0 3\n40 60", "w"))
+    (tmp_path / "s").write_text("at 10: goto 1 2\nwait goto\n")
+    code, lines, err = meet(station, "script", "s")
+    assert (code, err) == (0, "")
+    told = [line for line in lines if " contact   " in line]
+    assert told[0].endswith("no contact: what is asked goes in 37 s") and told[1].endswith("in contact, 20 s left")
+    assert not any("link      no word" in line for line in lines)
+    assert station.session.requester.requests[1].history[0][0] >= 40 * S
+
+
+def test_a_start_in_utc_is_asked_in_onboard_time_and_nonsense_is_refused(meet):
+    station = VirtualStation()
+    zero = utc_ns("2026-11-22T12:00:00Z")
+    meet(station, "goto", "1", "2", "--start", "2026-11-22T12:00:30Z", "--timeout", "5")
+    asked = station.session.requester.requests[1].telecommand
+    assert asked.start_ns == pytest.approx(30 * S + zero - station.session.utc_ns, abs=0.1 * S)
+    code, _, err = meet(VirtualStation(), "goto", "1", "2", "--start", "noon")
+    assert code == 64 and "should be seconds of onboard time or UTC like 2026-11-22T12:00:00Z" in err
+
+
+def test_contacts_show_lists_the_windows_without_asking_the_rover(meet, tmp_path):
+    (tmp_path / "w").write_text("600 1200\n4000 4600  # the second\n")
+    (tmp_path / "ground.toml").write_text("bench_seed = 7\ncontacts = 'w'\n")
+    code, lines, _ = meet(VirtualStation(), "contacts", "show")
+    assert code == 0 and lines[:2] == ["600 s  1200 s  600 s  (onboard time)", "4000 s  4600 s  600 s  (onboard time)"]
+    assert "onboard time, which is not known" in lines[2]
+    (tmp_path / "w").write_text("600\n")
+    code, _, err = meet(VirtualStation(), "contacts", "show")
+    assert code == 78 and err.startswith("ground: contacts: w:1: `600` should be `BEGIN END`")
+
+
+def test_status_says_lease_versions_contact_and_clock(meet):
+    code, lines, _ = meet(VirtualStation(), "status")
+    rows = {line.split()[0]: " ".join(line.split()[1:]) for line in lines if line}
+    assert code == 0 and rows["lease_station"] == "nobody" and rows["versions"] == "alike"
+    assert rows["dbc_version"] == f"{OURS.dbc:08x}" and rows["contact"].startswith("no windows")
+    assert "at most 0.0" in rows["clock"] and "its zero at 20" in rows["clock"]

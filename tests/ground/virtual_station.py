@@ -67,8 +67,9 @@ class VirtualStation:
         sent = self.rover.tick(turn.now_ns)
         return [one for datagram in sent if self._passes for one in self.session.receive(datagram, turn.now_ns)[1]]
 
-    def flush(self, now_ns: int) -> None:
+    def flush(self, now_ns: int) -> list:
         for datagram in self.session.send(now_ns):
             self.sent += 1
             if self._passes:
                 self.rover.receive(datagram, now_ns)
+        return self.session.unsaid()

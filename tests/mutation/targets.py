@@ -30,14 +30,16 @@ TARGETS = (
     Target("onboard.motion.kinematics", ("tests/onboard/test_kinematics.py", "tests/onboard/test_degraded.py")),
     Target("onboard.bus_guard.rules", ("tests/onboard/test_bus_guard.py",)),
     Target("onboard.bus_guard.command", ("tests/onboard/test_bus_guard.py",)),
-    Target("protocol.link", ("tests/protocol/test_link.py",)),
+    Target("protocol.link", ("tests/protocol/test_link.py", "tests/protocol/test_security.py")),
+    Target("protocol.keyring", ("tests/protocol/test_link.py", "tests/protocol/test_security.py")),
     Target("onboard.drivers.key_file", ("tests/onboard/test_link_port.py",)),
-    Target("onboard.drivers.link_port", ("tests/onboard/test_link_port.py",)),
+    Target("onboard.drivers.link_port", ("tests/onboard/test_link_port.py", "tests/protocol/test_security.py")),
+    Target("onboard.drivers.link_memory", ("tests/protocol/test_security.py",)),
     Target("protocol.modes", ("tests/protocol/test_transitions.py",)),
 )
 
 EQUIVALENT: Mapping[str, str] = {
-    "protocol.link hkdf: len(out) < length -> len(out) <= length": "a block more is made, and cut off at the end",
+    "protocol.keyring hkdf: len(out) < length -> len(out) <= length": "a block more is made, and cut off at the end",
     "protocol.link Opener._count: ahead < self._size -> ahead <= self._size":
         "shifted by its whole size the window is as empty as a new one",
 }

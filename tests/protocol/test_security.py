@@ -349,3 +349,42 @@ def test_state_files_that_are_written_are_whole_and_hold_no_secret(rover, tmp_pa
     text = b"".join(path.read_bytes() for path in files.values())
     assert not any(secret.hex().encode() in text or secret in text for secret in SECRETS.values())
     assert all(stat.S_ISREG(os.stat(path).st_mode) for path in files.values())
+
+
+def test_a_halt_jumps_by_two_to_the_20_at_most_and_the_first_of_a_key_may_be_any(rover):
+    ground = Ground()
+    counters = iter([700, 700 + 2**20 + 1, 700 + 2**20, 700 + 2**20 - 1, 701 + 2**20])
+    ground.sealer.next_halt = lambda: next(counters)
+    assert [rover.hears(ground.stop()).verdict for _ in range(5)] == ["ok", "jump", "ok", "replay", "ok"]
+
+
+def test_halts_of_one_sender_count_from_zero_and_of_two_stations_apart(rover, tmp_path):
+    one, two = Ground(1), Ground(2)
+    opened = [Opener(KEYS.command, boot_id=5).open(one.stop()).counter for _ in range(2)]
+    assert opened == [0, 1]
+    assert rover.does(two.stop()) == ["stop"] and rover.does(one.stop()) == ["stop"]
+    marks = json.loads((tmp_path / "state" / MARKS).read_bytes())
+    assert sorted((name.split()[0], mark) for name, mark in marks.items()) == [("1", 2), ("2", 0)]
+
+
+def test_the_flag_means_nothing_on_the_way_down():
+    down = Sealer(KEYS.downlink.key(DOWNLINK_KEY_ID), DOWNLINK_KEY_ID, 5)
+    with pytest.raises(WireError, match="kind"):
+        Opener(KEYS.downlink).open(down.seal_halt(Ground().payload("stop")))
+
+
+def test_a_stop_in_an_epoch_that_is_not_loaded_is_refused(rover):
+    assert rover.refuses(Ground(epoch=200).stop()) == "epoch"
+
+
+def test_the_highest_counter_heard_is_told_and_nothing_before_the_first():
+    down, ground = Sealer(KEYS.downlink.key(DOWNLINK_KEY_ID), DOWNLINK_KEY_ID, 5, counter=40), Opener(KEYS.downlink)
+    assert ground.highest(DOWNLINK_KEY_ID) == -1
+    ground.open(down.seal(1, b""))
+    assert ground.highest(DOWNLINK_KEY_ID) == 40
+
+
+@pytest.mark.parametrize("epochs", [(1, 0), (2, 2), ()])
+def test_epochs_of_a_keyring_rise(epochs):
+    with pytest.raises(ValueError, match="rising epochs"):
+        Keyring(KEY_UP, SECRETS, epochs)
