@@ -188,7 +188,9 @@ def run(config: Config, announce: Announce) -> int:
         stack.callback(can.close)
         lidar = open_port(config.lidar.address)
         stack.callback(lidar.close)
-        link = stack.enter_context(LinkPort(config.link.endpoint, link_keys(config), config.link.boot_count))
+        settings = config.link
+        port = LinkPort(settings.endpoint, link_keys(config), settings.boot_count, settings.one_way_s)
+        link = stack.enter_context(port)
         workers = Workers(wait=lockstep)
         stack.callback(workers.close)
         recorder = stack.enter_context(Recorder(config, gdem, kept.tiles, state))

@@ -11,6 +11,8 @@ Rule 1: a request id of a station names one request for ever. The ground keeps i
 Rule 2: a request that arrives after its expiry is never executed, and reported EXPIRED.
 Rule 3: a request with a start time waits on board until then (at most 32 do); its mode and expiry are looked at then.
 Rule 4: each report carries a serial number per request, so that a late one never overwrites a newer.
+Rule 5: a rover that restarts has forgotten what it did. A request that was sent before is not sent to it again, but
+        ends with that reason; only `REPEATED` are, which do no harm twice.
 """
 
 from __future__ import annotations
@@ -32,6 +34,7 @@ _COPIES, _COPY_NS = 2, 200_000_000
 _TEXT_BYTES = 110
 _MAX_DATA = 8
 _MOST_WAITING = 32
+REPEATED = ("stop", "safe", "emergency_stop")
 
 
 class State(IntEnum):
@@ -63,6 +66,7 @@ class Code(IntEnum):
     REUSED_ID = 4
     FORGOTTEN_ID = 5
     TOO_MANY = 6
+    RESTARTED = 7  # the ground's own word: nobody knows whether it was done
 
 
 class Report(NamedTuple):
@@ -183,14 +187,20 @@ class Requester:
         return report
 
     def rover_booted(self, boot_id: int, now_ns: int) -> None:
-        """The rover came up anew: whoever asked it to has its answer, and is not to ask the new one again."""
+        """The rover came up anew (rule 5). Whoever asked it to has the answer by that."""
         for request_id, request in list(self._open.items()):
-            if request.telecommand.name == "reboot" and request.sent:
-                serial = request.report.serial + 1 if request.report else 0
-                report = Report(request_id, self.station, serial & 0xFF, State.COMPLETED, 0, f"up anew, boot {boot_id}")
-                request.report, request.state = report, report.state
-                request.history.append((now_ns, report))
-                del self._open[request_id]
+            if not request.sent or request.telecommand.name in REPEATED:
+                continue
+            state, code, text = State.COMPLETED, Code.NONE, f"up anew, boot {boot_id}"
+            if request.telecommand.name != "reboot":
+                heard = request.state.name.lower()
+                state, code = State.FAILED, Code.RESTARTED
+                text = f"the rover restarted (boot {boot_id}) before its outcome was heard; until then: {heard}"
+            serial = request.report.serial + 1 if request.report else 0
+            report = Report(request_id, self.station, serial & 0xFF, state, code, text)
+            request.report, request.state = report, report.state
+            request.history.append((now_ns, report))
+            del self._open[request_id]
 
     def abandon(self, request_id: int) -> None:
         """Ask no longer. The rover may have executed it all the same: its state stays what was last heard."""

@@ -80,7 +80,7 @@ def checked(opener: Opener, datagram: bytes, stamp_ns: int) -> LinkMessage:
 class LinkPort:
     """The rover's end of the link. Use it inside `with`, or call `close`: an open session hangs the interpreter."""
 
-    def __init__(self, endpoint: str, keys: LinkKeys, boot_id: int) -> None:
+    def __init__(self, endpoint: str, keys: LinkKeys, boot_id: int, one_way_s: float = 1.3) -> None:
         key = keys.downlink.key(DOWNLINK_KEY_ID)
         if key is None:
             raise ConfigError(f"link.downlink_key: holds no key {DOWNLINK_KEY_ID}, the rover's")
@@ -88,7 +88,7 @@ class LinkPort:
         self._opener = Opener(keys.command, boot_id=boot_id)
         self._sent = 0
         try:
-            self._end = LinkEnd(carrier.ROVER, endpoint, hear=KEY_UP, say=KEY_DOWN)
+            self._end = LinkEnd(carrier.ROVER, endpoint, hear=KEY_UP, say=KEY_DOWN, one_way_s=one_way_s)
         except ValueError as error:
             like = "tcp/127.0.0.1:7447"
             raise ConfigError(f"link.endpoint = {endpoint!r} should be a locator like {like}: {error}") from error
