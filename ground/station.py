@@ -64,7 +64,7 @@ class Station:
     def __enter__(self) -> Self:
         endpoint = self._settings.endpoint
         try:
-            self._end = LinkEnd(carrier.GROUND, endpoint, hear=KEY_DOWN, say=KEY_UP)
+            self._end = LinkEnd(carrier.GROUND, endpoint, hear=KEY_DOWN, say=KEY_UP, one_way_s=self._settings.one_way_s)
         except ValueError as error:
             like = "tcp/127.0.0.1:7448"
             raise ConfigError(f"endpoint = {endpoint!r} should be a locator like {like}: {error}") from error

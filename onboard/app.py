@@ -189,9 +189,10 @@ def run(config: Config, announce: Announce) -> int:
         stack.callback(can.close)
         lidar = open_port(config.lidar.address)
         stack.callback(lidar.close)
-        keys = link_keys(config)
-        forgets_not = LinkMemory(config.state.folder if config.link.command_keys else "", keys, wait=lockstep)
-        link = stack.enter_context(LinkPort(config.link.endpoint, keys, config.link.boot_count, forgets_not))
+        keys, told = link_keys(config), config.link
+        forgets_not = LinkMemory(config.state.folder if told.command_keys else "", keys, wait=lockstep)
+        port = LinkPort(told.endpoint, keys, told.boot_count, forgets_not, one_way_s=told.one_way_s)
+        link = stack.enter_context(port)
         workers = Workers(wait=lockstep)
         stack.callback(workers.close)
         state[EPOCH] = b"%d" % forgets_not.epoch

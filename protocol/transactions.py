@@ -11,6 +11,8 @@ Rule 1: a request id of a station names one request for ever. The ground keeps i
 Rule 2: a request that arrives after its expiry is never executed, and reported EXPIRED.
 Rule 3: a request with a start time waits on board until then (at most 32 do); its mode and expiry are looked at then.
 Rule 4: each report carries a serial number per request, so that a late one never overwrites a newer.
+Rule 5: a rover that restarts has forgotten what it did. A request that was sent before is not sent to it again, but
+        ends with that reason; only `REPEATED` are, which do no harm twice.
 """
 
 from __future__ import annotations
@@ -32,6 +34,7 @@ _COPIES, _COPY_NS = 2, 200_000_000
 _TEXT_BYTES = 110
 _MAX_DATA = 8
 _MOST_WAITING = 32
+REPEATED = ("stop", "safe", "emergency_stop")
 
 
 class State(IntEnum):
@@ -65,6 +68,7 @@ class Code(IntEnum):
     TOO_MANY = 6
     VERSION = 7  # by the ground itself: the rover was built from something else
     LEASE = 8  # another station holds it
+    RESTARTED = 9  # by the ground itself: nobody knows whether it was done
 
 
 class Report(NamedTuple):
@@ -186,14 +190,20 @@ class Requester:
         return report
 
     def rover_booted(self, boot_id: int, now_ns: int) -> None:
-        """The rover came up anew: whoever asked it to has its answer, and is not to ask the new one again."""
+        """The rover came up anew (rule 5). Whoever asked it to has the answer by that."""
         for request_id, request in list(self._open.items()):
-            if request.telecommand.name == "reboot" and request.sent:
-                serial = request.report.serial + 1 if request.report else 0
-                report = Report(request_id, self.station, serial & 0xFF, State.COMPLETED, 0, f"up anew, boot {boot_id}")
-                request.report, request.state = report, report.state
-                request.history.append((now_ns, report))
-                del self._open[request_id]
+            if not request.sent or request.telecommand.name in REPEATED:
+                continue
+            state, code, text = State.COMPLETED, Code.NONE, f"up anew, boot {boot_id}"
+            if request.telecommand.name != "reboot":
+                heard = request.state.name.lower()
+                state, code = State.FAILED, Code.RESTARTED
+                text = f"the rover restarted (boot {boot_id}) before its outcome was heard; until then: {heard}"
+            serial = request.report.serial + 1 if request.report else 0
+            report = Report(request_id, self.station, serial & 0xFF, state, code, text)
+            request.report, request.state = report, report.state
+            request.history.append((now_ns, report))
+            del self._open[request_id]
 
     def refuse(self, text: str, now_ns: int) -> list[Report]:
         """None of the open requests is sent any more, but those that halt the rover: the ground's own refusal."""

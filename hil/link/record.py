@@ -16,14 +16,14 @@ from hil.link.impairment import OVERHEAD_BYTES, Counts, Impairment
 from protocol.link import Kind
 
 HEAD = "time_s,direction,number,bytes,kind,fate,arrives_s\n"
-_KINDS = {int(kind): kind.name for kind in Kind}
 _S = 1_000_000_000
 
 
 class Recorder:
-    """The file. Use it inside `with`. Raises OSError where it cannot be written."""
+    """The file. Use it inside `with`. Raises OSError where it cannot be written. ours: the first byte is a Kind."""
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, ours: bool = True) -> None:
+        self._kinds = {int(kind): kind.name for kind in Kind} if ours else {}
         self._file = path.open("w")
         self._numbers: dict[str, int] = {}
         self._file.write(HEAD)
@@ -37,7 +37,7 @@ class Recorder:
     def note(self, direction: str, datagram: bytes, now_ns: int, fate: str, arrivals_ns: Sequence[int]) -> None:
         """One datagram that was offered. direction: down or up."""
         number = self._numbers[direction] = self._numbers.get(direction, 0) + 1
-        kind = _KINDS.get(datagram[0], "") if datagram else ""
+        kind = self._kinds.get(datagram[0], "") if datagram else ""
         arrives = " ".join(f"{at_ns / _S:.6f}" for at_ns in arrivals_ns)
         self._file.write(f"{now_ns / _S:.6f},{direction},{number},{len(datagram)},{kind},{fate},{arrives}\n")
 

@@ -3,7 +3,8 @@
     rover, listens on UDP  <--- [up model] <--- this relay <--- ground, connects to the relay's UDP port
                             ---> [down model] --->
 
-Handshake, declarations and keep-alives of zenoh are delayed and lost like everything else. Wall clock only.
+Handshake, declarations and keep-alives of zenoh are delayed and lost like everything else. Each port that speaks from
+the ground's side has a port of its own towards the rover: zenoh knows its sessions by them. Wall clock only.
 """
 
 from __future__ import annotations
@@ -12,12 +13,24 @@ import socket
 from types import TracebackType
 from typing import Any, Self
 
-from hil.link.impairment import Profile, both_directions
+from hil.link.impairment import Impairment, Profile, both_directions
 from hil.link.record import Recorder
 
 _MOST = 65_535
+_MOST_SESSIONS = 64  # the oldest makes room
 _BUFFER_BYTES = 1 << 20
 Address = tuple[str, int]
+
+
+class _Addressed(bytes):
+    """A datagram and who on the ground's side sent it or is to have it."""
+
+    ground: Address
+
+    def __new__(cls, data: bytes, ground: Address) -> _Addressed:
+        made = super().__new__(cls, data)
+        made.ground = ground
+        return made
 
 
 class UdpRelay:
@@ -29,31 +42,43 @@ class UdpRelay:
     def __init__(self, profile: Profile, seed: int, rover: Address, ground: Address, recorder: Recorder | None) -> None:
         self.down, self.up = both_directions(profile, seed)
         self._recorder, self._rover = recorder, rover
-        self._ground: Address | None = None  # the one that spoke last
-        self._to_rover, self._to_ground = _socket(("", 0)), _socket(ground)
+        self._to_ground = _socket(ground)
+        self._to_rover: dict[Address, socket.socket] = {}  # by whom they stand for
         self.port: int = self._to_ground.getsockname()[1]
 
     def __enter__(self) -> Self:
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
-        self._to_rover.close()
-        self._to_ground.close()
+        for each in (self._to_ground, *self._to_rover.values()):
+            each.close()
 
     def turn(self, now_ns: int) -> None:
         """Takes what has come, puts what is due."""
-        for source, model, name in ((self._to_rover, self.down, "down"), (self._to_ground, self.up, "up")):
-            for datagram, sender in _received(source):
-                if source is self._to_ground:
-                    self._ground = sender
-                fate = model.offer(datagram, now_ns)
-                if self._recorder is not None:
-                    self._recorder.note(name, datagram, now_ns, fate, model.arrivals_ns)
-        for datagram in self.up.due(now_ns):
-            self._to_rover.sendto(datagram, self._rover)
-        for datagram in self.down.due(now_ns):
-            if self._ground is not None:
-                self._to_ground.sendto(datagram, self._ground)
+        for datagram, sender in _received(self._to_ground):
+            if sender not in self._to_rover:
+                self._open(sender)
+            self._offer("up", self.up, _Addressed(datagram, sender), now_ns)
+        for ground, mine in self._to_rover.items():
+            for datagram, _ in _received(mine):
+                self._offer("down", self.down, _Addressed(datagram, ground), now_ns)
+        for addressed in self.up.due(now_ns):
+            assert isinstance(addressed, _Addressed)
+            if addressed.ground in self._to_rover:
+                self._to_rover[addressed.ground].sendto(addressed, self._rover)
+        for addressed in self.down.due(now_ns):
+            assert isinstance(addressed, _Addressed)
+            self._to_ground.sendto(addressed, addressed.ground)
+
+    def _open(self, ground: Address) -> None:
+        if len(self._to_rover) == _MOST_SESSIONS:
+            self._to_rover.pop(next(iter(self._to_rover))).close()
+        self._to_rover[ground] = _socket(("", 0))
+
+    def _offer(self, name: str, model: Impairment, datagram: _Addressed, now_ns: int) -> None:
+        fate = model.offer(datagram, now_ns)
+        if self._recorder is not None:
+            self._recorder.note(name, datagram, now_ns, fate, model.arrivals_ns)
 
     def report(self) -> dict[str, Any]:
         """Counts per direction."""

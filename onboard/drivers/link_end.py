@@ -1,7 +1,8 @@
 """One end of the link on zenoh: session, data keys, opening probe, counts. What the datagrams mean is the caller's.
 
 The rover's port and the ground's station are both such an end. On the wall clock `take` gives what is there; in
-lock-step `take_upto` waits for exactly what is counted. The opening probe is in `protocol.carrier`.
+lock-step `take_upto` waits for exactly what is counted. Both carriers, their probe, watchdog and settings are in
+`protocol.carrier`: an endpoint udp/... is a session over the link itself, any other leads to a carrier beside this end.
 """
 
 from __future__ import annotations
@@ -9,6 +10,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from contextlib import ExitStack
+from itertools import cycle
 
 import zenoh
 
@@ -23,25 +25,44 @@ class LinkEndError(RuntimeError):
 
 class LinkEnd:
     """An end named `side` that takes from key `hear` and puts on key `say`. Close it: an open session hangs the
-    interpreter at its end. Raises ValueError for an endpoint that is no locator."""
+    interpreter at its end. one_way_s: the link's delay, for a udp/ endpoint, on which the rover listens.
 
-    def __init__(self, side: str, endpoint: str, *, hear: str, say: str) -> None:
+    Raises ValueError for an endpoint that is no locator or, where it is to listen, cannot be had.
+    """
+
+    def __init__(self, side: str, endpoint: str, *, hear: str, say: str, one_way_s: float = 1.3) -> None:
         self.failed = False
         self.taken = 0
+        self._side, self._hear, self._say = side, hear, say
         self._probe = carrier.Probe()
-        self._stack = ExitStack()
+        self._watchdog: carrier.Watchdog | None = None
+        if endpoint.startswith(carrier.DIRECT):
+            listens = side == carrier.ROVER
+            self._watchdog = carrier.Watchdog(one_way_s, may_reopen=not listens)
+            where = {"listen": endpoint} if listens else {"connect": endpoint}
+            self._settings = carrier.direct_settings(**where, one_way_s=one_way_s)
+        else:
+            self._settings = carrier.settings(connect=endpoint)
+        self._open()
+
+    def _open(self) -> None:
         config = zenoh.Config()
+        self._stack = ExitStack()
         try:
-            for name, text in carrier.settings(connect=endpoint):
+            for name, text in self._settings:
                 config.insert_json5(name, text)
             self._session = self._stack.enter_context(zenoh.open(config))
         except zenoh.ZError as error:
             raise ValueError(str(error)) from error
-        self._in = self._session.declare_subscriber(hear, zenoh.handlers.FifoChannel(carrier.QUEUE_SAMPLES))
-        self._answers = self._session.declare_subscriber(
-            carrier.answer_key(side), zenoh.handlers.FifoChannel(1000))
-        self._put = self._publisher(say)
-        self._ask = self._publisher(carrier.question_key(side))
+        self._spellings = cycle(carrier.spellings(self._hear))
+        self._in = self._subscriber(next(self._spellings), carrier.QUEUE_SAMPLES)
+        self._data = self._publisher(self._say)
+        if self._watchdog is None:
+            self._answers = self._subscriber(carrier.answer_key(self._side), 1000)
+            self._ask = self._publisher(carrier.question_key(self._side)).put
+
+    def _subscriber(self, key: str, samples: int) -> zenoh.Subscriber[zenoh.handlers.Handler[zenoh.Sample]]:
+        return self._session.declare_subscriber(key, zenoh.handlers.FifoChannel(samples))
 
     def close(self) -> None:
         """Ends the session; may be called again."""
@@ -50,8 +71,8 @@ class LinkEnd:
 
     @property
     def open(self) -> bool:
-        """Whether the carrier has answered a probe."""
-        return self._probe.open
+        """Whether the carrier has answered a probe; on a session over the link itself, whether there is one."""
+        return self.linked if self._watchdog else self._probe.open
 
     @property
     def linked(self) -> bool:
@@ -61,7 +82,7 @@ class LinkEnd:
 
     def knock(self) -> None:
         """One turn of the opening probe; nothing once it is open."""
-        if self._probe.open:
+        if self._watchdog or self._probe.open:
             return
         answer = self._answers.try_recv()
         question = self._probe.send(time.monotonic_ns())
@@ -73,13 +94,13 @@ class LinkEnd:
     def wait_open(self, limit_s: float, alone_s: float = float("inf")) -> bool:
         """Knocks until the carrier answers, at most limit_s, and with no peer at all at most alone_s."""
         start_s = time.monotonic()
-        while not self._probe.open:
+        while not self.open:
             self.knock()
             waited_s = time.monotonic() - start_s
             if waited_s > limit_s or (waited_s > alone_s and not self.linked):
                 break
             time.sleep(0.001)
-        return self._probe.open
+        return self.open
 
     def take(self, most: int) -> list[bytes]:
         """The datagrams that have arrived, at most `most`."""
@@ -87,7 +108,21 @@ class LinkEnd:
         while len(got) < most and (sample := self._in.try_recv()) is not None:
             got.append(sample.payload.to_bytes())
         self.taken += len(got)
+        if self._watchdog:
+            self._keep_sound(self._watchdog, bool(got))
         return got
+
+    def _keep_sound(self, watchdog: carrier.Watchdog, heard: bool) -> None:
+        if self.failed:
+            return
+        linked, wanted = self.linked, self._data.matching_status.matching  # type: ignore[attr-defined]
+        cure = watchdog.step(time.monotonic_ns(), linked=linked, heard=heard, wanted=wanted)
+        if cure is carrier.Cure.DECLARE:
+            old, self._in = self._in, self._subscriber(next(self._spellings), carrier.QUEUE_SAMPLES)
+            old.undeclare()  # type: ignore[no-untyped-call]
+        elif cure is carrier.Cure.REOPEN:
+            self._stack.close()
+            self._open()
 
     def take_upto(self, total: int, limit_s: float) -> list[bytes]:
         """Waits until `total` datagrams have been taken since the start; returns the new ones.
@@ -108,7 +143,7 @@ class LinkEnd:
 
     def put(self, datagram: bytes) -> None:
         """Puts a datagram; without a session it is lost, as on a dead link."""
-        self._send(self._put, datagram)
+        self._send(self._data.put, datagram)
 
     def _send(self, put: Callable[[bytes], None], data: bytes) -> None:
         if self.failed:
@@ -118,9 +153,11 @@ class LinkEnd:
         except zenoh.ZError:
             self.failed = True
 
-    def _publisher(self, key: str) -> Callable[[bytes], None]:
-        """A reliable, blocking, unbatched put: the local bus loses nothing."""
-        publisher = self._session.declare_publisher(
-            key, congestion_control=zenoh.CongestionControl.BLOCK, reliability=zenoh.Reliability.RELIABLE, express=True
-        )
-        return publisher.put
+    def _publisher(self, key: str) -> zenoh.Publisher:
+        """An unbatched put. On the local bus reliable and blocking, it loses nothing; on the link itself neither."""
+        sure = self._watchdog is None
+        return self._session.declare_publisher(
+            key, express=True,
+            congestion_control=zenoh.CongestionControl.BLOCK if sure else zenoh.CongestionControl.DROP,
+            reliability=zenoh.Reliability.RELIABLE if sure else zenoh.Reliability.BEST_EFFORT,
+        )  # fmt: skip

@@ -133,10 +133,12 @@ class Gate:
 class LinkPort:
     """The rover's end of the link. Use it inside `with`, or call `close`: an open session hangs the interpreter.
 
-    memory: of marks and epoch; default one that ends with the port.
+    memory: of marks and epoch; default one that ends with the port. one_way_s: of the line, where the endpoint is one.
     """
 
-    def __init__(self, endpoint: str, keys: LinkKeys, boot_id: int, memory: LinkMemory | None = None) -> None:
+    def __init__(
+        self, endpoint: str, keys: LinkKeys, boot_id: int, memory: LinkMemory | None = None, one_way_s: float = 1.3
+    ) -> None:
         self._memory = memory or LinkMemory("", keys)
         self._downlink = keys.downlink
         self._sealer = Sealer(self._key(self._memory.epoch), DOWNLINK_KEY_ID, boot_id, epoch=self._memory.epoch)
@@ -144,7 +146,7 @@ class LinkPort:
         self._switching: list[Future[Saved]] = []
         self._sent = 0
         try:
-            self._end = LinkEnd(carrier.ROVER, endpoint, hear=KEY_UP, say=KEY_DOWN)
+            self._end = LinkEnd(carrier.ROVER, endpoint, hear=KEY_UP, say=KEY_DOWN, one_way_s=one_way_s)
         except ValueError as error:
             like = "tcp/127.0.0.1:7447"
             raise ConfigError(f"link.endpoint = {endpoint!r} should be a locator like {like}: {error}") from error

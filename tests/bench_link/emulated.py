@@ -47,19 +47,21 @@ def _delays_s(model: Impairment, link: Profile, rate_bps: float) -> list[float]:
     return off
 
 
-def _sigmas(link: Profile, seed: int) -> float:
-    """How many standard deviations the losses of 20,000 datagrams are from the profile's, states left out."""
-    n, p = 20_000, link.loss
+def _sigmas(link: Profile, seeds: int) -> float:
+    """How many standard deviations the losses of 20,000 datagrams a seed are from the profile's, states left out."""
+    n, p = 20_000 * seeds, link.loss
     plain = replace(link, mean_bad_s=0.0, blackout_length_s=0.0)
-    lost = sum(both.offer(b"x", k * S) != "" for both in both_directions(plain, seed) for k in range(n // 2))
+    models = [model for seed in range(seeds) for model in both_directions(plain, seed)]
+    lost = sum(model.offer(b"x", k * S) != "" for model in models for k in range(10_000))
     return abs(lost - n * p) / math.sqrt(n * p * (1 - p)) if p else float(lost)
 
 
-def _shadow_sigmas(link: Profile, seed: int) -> float:
+def _shadow_sigmas(link: Profile, seeds: int) -> float:
     """The same for the share of time in shadow, whose stays are drawn: variance 2 T ab/(a+b) x share (1 - share)."""
-    seconds, a, b = 20_000.0, link.mean_bad_s, link.mean_good_s
-    model, step_s = both_directions(link, seed)[0], 0.1
-    bad = sum(model.offer(b"x", round(k * step_s * S)) == "shadow" for k in range(round(seconds / step_s)))
+    seconds, a, b = 20_000.0 * seeds, link.mean_bad_s, link.mean_good_s
+    models, step_s = [both_directions(link, seed)[0] for seed in range(seeds)], 0.1
+    steps = round(seconds / seeds / step_s)
+    bad = sum(model.offer(b"x", round(k * step_s * S)) == "shadow" for model in models for k in range(steps))
     share = a / (a + b)
     sigma = math.sqrt(share * (1 - share) * 2 * (a * b / (a + b)) / seconds)
     return abs(bad * step_s / seconds - share) / sigma
@@ -77,10 +79,9 @@ def emulator(quick: bool, told: Told) -> list[Figure]:
         off = [_delays_s(model, plain, rate) for model, rate in zip(both_directions(plain, 1), (link.down_bps,
                                                                                                  link.up_bps))]
         out.append(mean("emulator", name, "delay off", [max(max(one) for one in off)], DELAY_S, "s"))
-        sigmas = [_sigmas(link, seed) for seed in range(seeds)]
+        out.append(mean("emulator", name, "loss off", [_sigmas(link, seeds)], SIGMAS, "sigma"))
         if link.mean_bad_s:
-            sigmas += [_shadow_sigmas(link, seed) for seed in range(seeds)]
-        out.append(mean("emulator", name, "loss off", sigmas, SIGMAS, "sigma"))
+            out.append(mean("emulator", name, "time in shadow off", [_shadow_sigmas(link, seeds)], SIGMAS, "sigma"))
         out.append(count("emulator", name, "drops that differ", _differing(link), 0, 6000))
     return out
 

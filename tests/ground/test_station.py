@@ -80,7 +80,7 @@ def fly(folder: Path, profile: str, *extra: str, fails: bool = False) -> dict:
         server = stack.enter_context(socket.create_server(("127.0.0.1", 0)))
         server.settimeout(LIMIT_S)
         address = f"tcp:127.0.0.1:{server.getsockname()[1]}"
-        link = start(stack, folder, "-c", "import typer; from hil.link.emulator import main; typer.run(main)",
+        link = start(stack, folder, "-c", "import typer; from hil.link.command import main; typer.run(main)",
                      "--profile", profile, "--rover", rover_end, "--ground", ground_end, "--seed", "3",
                      "--barrier", address, "--report", "link.json")
         station = start(stack, folder, "-m", "ground", "script", "-", "--barrier", address, *extra, stdin=SCRIPT)

@@ -1,0 +1,186 @@
+"""The link's promises in small over real zenoh on the wall clock: through the emulator node, and as a UDP session."""
+
+import time
+from collections import Counter
+from contextlib import ExitStack
+
+import numpy as np
+import pytest
+
+from ground.session import EventHeard, Item, ProductHeard, Session
+from hil.link.emulator import LinkEmulator
+from hil.link.impairment import Impairment, Profile
+from hil.link.udp_relay import UdpRelay
+from hil.processes import free_ports
+from onboard.config import Link
+from onboard.core.downlink import Downlink
+from onboard.core.telemetry import View
+from onboard.drivers.link_end import LinkEnd
+from onboard.drivers.link_port import LinkPort
+from onboard.records import Event
+from protocol import carrier
+from protocol.link import KEY_DOWN, KEY_UP, bench_keys
+from protocol.modes import Mode
+from protocol.transactions import State
+
+KEYS = bench_keys(7)
+TICK_NS = 10_000_000
+S = 1_000_000_000
+LIMIT_S = 90.0
+ONE_WAY_S = 0.05
+CARRIERS = ("tcp", "udp")
+
+
+def line(**changes: object) -> Profile:
+    return Profile(down_bps=256e3, up_bps=256e3, one_way_s=ONE_WAY_S, jitter_s=0.01, **changes)
+
+
+class Ends:
+    """Rover's port and core, link, station's end and session, turned by one thread; time is the wall's."""
+
+    def __init__(self, stack: ExitStack, kind: str, link: Profile, seed: int = 3) -> None:
+        rover_port, ground_port = free_ports(2)
+        rover, ground = f"{kind}/127.0.0.1:{rover_port}", f"{kind}/127.0.0.1:{ground_port}"
+        if kind == "tcp":
+            self.link = stack.enter_context(LinkEmulator(link, seed, rover, ground))
+        else:
+            self.link = stack.enter_context(UdpRelay(link, seed, ("127.0.0.1", rover_port), ("127.0.0.1", ground_port),
+                                                     None))
+        self.port = stack.enter_context(LinkPort(rover, KEYS, 1, one_way_s=ONE_WAY_S))
+        self.core = Downlink(Link(rate_bps=link.down_bps))
+        self._stack, self._ground = stack, ground
+        self.end = self._open_ground()
+        self.session = Session(KEYS, 1, up_bps=link.up_bps)
+        self.executed: Counter[float] = Counter()
+        self.news: list = []
+        self._start_ns, self._tick = time.monotonic_ns(), 0
+        self.view = View(mode=Mode.STANDBY)
+
+    def _open_ground(self) -> LinkEnd:
+        end = LinkEnd(carrier.GROUND, self._ground, hear=KEY_DOWN, say=KEY_UP, one_way_s=ONE_WAY_S)
+        self._stack.callback(end.close)
+        return end
+
+    def restart_ground(self) -> None:
+        self.end.close()
+        old, self.end = self.session, self._open_ground()
+        self.session = Session(KEYS, 1, newest_boot_id=old.boot_id)
+        self.session.sealer.counter, self.session.requester.next_id = old.sealer.counter + 640, old.requester.next_id
+
+    @property
+    def now_ns(self) -> int:
+        return time.monotonic_ns() - self._start_ns
+
+    def until(self, done) -> None:
+        while not done():
+            assert self.now_ns < LIMIT_S * S, f"not within {LIMIT_S} s: {self.link.report()}"
+            self.turn()
+
+    def turn(self) -> None:
+        self.link.turn(self.now_ns)
+        if self.now_ns // TICK_NS > self._tick:
+            self._tick = self.now_ns // TICK_NS
+            self._rover(self._tick * TICK_NS)
+        self.end.knock()
+        for datagram in self.end.take(1000):
+            self.news += self.session.receive(datagram, self.now_ns)[1]
+        for datagram in self.session.send(self.now_ns):
+            self.end.put(datagram)
+
+    def _rover(self, now_ns: int) -> None:
+        for order in self.core.receive(self.port.read(now_ns), now_ns):
+            self.executed[order.arguments["x_m"]] += 1
+            self.core.report(order.request_id, State.COMPLETED)
+        self.core.sample(self.view, now_ns)
+        self.port.write(self.core.send(now_ns))
+
+    def heard(self, kind: type) -> list:
+        return [one for one in self.news if isinstance(one, kind)]
+
+
+def lose(model: Impairment, numbers: set[int]) -> None:
+    """These datagrams of a direction, counted from 1; two of each open the session."""
+    model.dark = lambda _: model.counts.offered in numbers
+
+
+@pytest.mark.parametrize(("kind", "loss"), [("tcp", 0.3), ("udp", 0.1)])
+def test_commands_events_and_a_product_pass_and_a_blackout_of_the_line_costs_no_session(kind, loss):
+    data = np.random.default_rng(1).bytes(25_000)
+    link = line(loss=loss, blackout_first_s=1e6, blackout_length_s=1.0)
+    with ExitStack() as stack:
+        ends = Ends(stack, kind, link)
+        ends.until(lambda: ends.session.boot_id)
+        peers = ends.end._session.info.peers_zid()
+        for model in (ends.link.down, ends.link.up):
+            dark_ns = ends.now_ns + S
+            model.dark = lambda at_ns, dark_ns=dark_ns: dark_ns <= at_ns < dark_ns + 2 * S
+        ends.core.offer("ldem", data, "raw")
+        for n in range(30):
+            ends.core.event(Event(ends.now_ns, "info", "NOTE", str(n)))
+            ends.session.request("goto", {"x_m": float(n), "y_m": 0.0}, ends.now_ns)
+        ends.until(lambda: not (ends.session.requester.open or ends.core.events_waiting) and ends.heard(ProductHeard))
+        assert ends.executed == {float(n): 1 for n in range(30)}
+        assert {r.state for r in ends.session.requester.requests.values()} == {State.COMPLETED}
+        assert [p.product.data for p in ends.heard(ProductHeard)] == [data]
+        assert sorted(int(e.text) for e in ends.heard(EventHeard)) == list(range(30))
+        end_ns = dark_ns + 2 * S
+        ends.until(lambda: any(i.onboard_ns > end_ns for i in ends.heard(Item)))
+        assert all(model.counts.blackout for model in (ends.link.down, ends.link.up))
+        assert ends.end._session.info.peers_zid() == peers
+
+
+@pytest.mark.parametrize("kind", CARRIERS)
+def test_a_station_that_starts_anew_is_heard_and_hears_and_nothing_is_done_twice(kind):
+    with ExitStack() as stack:
+        ends = Ends(stack, kind, line(loss=0.05))
+        ends.until(lambda: ends.session.boot_id)
+        first = ends.session
+        first.request("goto", {"x_m": 1.0, "y_m": 0.0}, ends.now_ns)
+        ends.until(lambda: not first.requester.open)
+        ends.restart_ground()
+        ends.session.request("goto", {"x_m": 2.0, "y_m": 0.0}, ends.now_ns)
+        ends.until(lambda: not ends.session.requester.open)
+        assert ends.executed == {1.0: 1, 2.0: 1}
+
+
+@pytest.mark.parametrize("number", [3, 4])
+def test_a_session_whose_declarations_were_lost_is_cured(number):
+    """zenoh over UDP sends a declaration once, and one of a key's number; without a cure some stay deaf for ever."""
+    with ExitStack() as stack:
+        ends = Ends(stack, "udp", line())
+        for model in (ends.link.down, ends.link.up):
+            lose(model, {number})
+        ends.until(lambda: ends.session.boot_id)
+        ends.session.request("goto", {"x_m": 5.0, "y_m": 0.0}, ends.now_ns)
+        ends.until(lambda: not ends.session.requester.open)
+        assert ends.executed == {5.0: 1}
+
+
+def cures(dog: carrier.Watchdog, seconds: range, **seen: bool) -> dict[int, carrier.Cure]:
+    state = {"linked": True, "heard": False, "wanted": False, **seen}
+    found = {t: dog.step(t * S, **state) for t in seconds}
+    return {t: cure for t, cure in found.items() if cure is not carrier.Cure.NONE}
+
+
+def test_a_deaf_or_mute_end_declares_twice_and_then_the_ground_opens_the_session_anew():
+    declare, reopen = carrier.Cure.DECLARE, carrier.Cure.REOPEN
+    ground = carrier.Watchdog(1.0, may_reopen=True)
+    assert cures(ground, range(19)) == {5: declare, 10: declare, 15: reopen}
+    assert cures(ground, range(19, 30), heard=True) == {21: declare, 26: declare}  # mute still
+    assert cures(ground, range(30, 40), heard=True, wanted=True) == {}
+    rover = carrier.Watchdog(1.0, may_reopen=False)
+    assert cures(rover, range(40)) == {5: declare, 10: declare}
+
+
+def test_an_end_that_has_worked_is_let_be_in_a_blackout_and_watched_again_after_a_new_link():
+    dog = carrier.Watchdog(1.0, may_reopen=True)
+    assert cures(dog, range(3), heard=True, wanted=True) == cures(dog, range(3, 90)) == {}
+    assert cures(dog, range(90, 100), linked=False) == {}
+    assert list(cures(dog, range(100, 120))) == [104, 109, 114]
+
+
+def test_the_handshake_of_a_session_over_the_link_may_take_4_8_trips_and_a_second():
+    rows = dict(carrier.direct_settings(connect="udp/1.2.3.4:5", one_way_s=2.6))
+    assert rows["transport/unicast/open_timeout"] == rows["transport/unicast/accept_timeout"] == "13480"
+    assert rows["transport/link/tx/lease"] == "90000" and rows["transport/link/tx/batch_size"] == "1200"
+    assert rows["connect/endpoints"] == '["udp/1.2.3.4:5"]' and rows["listen/endpoints"] == "[]"
