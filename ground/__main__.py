@@ -202,7 +202,7 @@ def get(
     product: Annotated[str, typer.Argument(help="What to fetch: ldem, scan, nsp or record.")],
     from_s: Annotated[str | None, typer.Argument(metavar="FROM_S", help="Of the record: onboard time, s.")] = None,
     to_s: Annotated[str | None, typer.Argument(metavar="TO_S", help="Of the record: onboard time, s.")] = None,
-    channels: Annotated[str | None, typer.Argument(help="Of the record: all or slim (a tenth of the bytes).")] = None,
+    channels: Annotated[str | None, typer.Argument(help="Of the record: all or slim (a fifth of the bytes).")] = None,
     out: Annotated[Path | None, typer.Option(metavar="FILE", help="Where to; its ending says how, see below.")] = None,
     timeout: Timeout = 600.0,
     contact: Contact = 20.0,

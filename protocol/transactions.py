@@ -12,7 +12,7 @@ Rule 2: a request that arrives after its expiry is never executed, and reported 
 Rule 3: a request with a start time waits on board until then (at most 32 do); its mode and expiry are looked at then.
 Rule 4: each report carries a serial number per request, so that a late one never overwrites a newer.
 Rule 5: a rover that restarts has forgotten what it did. A request that was sent before is not sent to it again, but
-        ends with that reason; only `REPEATED` are, which do no harm twice.
+        ends with that reason; only those that halt are, which do no harm twice.
 """
 
 from __future__ import annotations
@@ -34,7 +34,6 @@ _COPIES, _COPY_NS = 2, 200_000_000
 _TEXT_BYTES = 110
 _MAX_DATA = 8
 _MOST_WAITING = 32
-REPEATED = ("stop", "safe", "emergency_stop")
 
 
 class State(IntEnum):
@@ -192,7 +191,7 @@ class Requester:
     def rover_booted(self, boot_id: int, now_ns: int) -> None:
         """The rover came up anew (rule 5). Whoever asked it to has the answer by that."""
         for request_id, request in list(self._open.items()):
-            if not request.sent or request.telecommand.name in REPEATED:
+            if not request.sent or request.telecommand.name in commands.HALTING:
                 continue
             state, code, text = State.COMPLETED, Code.NONE, f"up anew, boot {boot_id}"
             if request.telecommand.name != "reboot":

@@ -178,3 +178,16 @@ def test_every_kernel_that_a_job_calls_releases_the_lock():
     sources = {path.name: path.read_text() for path in folder.glob("bind_*.hpp")}
     assert len(sources) >= 8
     assert [name for name, text in sources.items() if "gil_scoped_release" not in text] == ["bind_scip_blocks.hpp"]
+
+
+def test_what_the_shell_adds_to_a_job_comes_before_what_the_core_gives():
+    book, own = JobBook({"power": Job("math:pow", Late.GO_ON)}), {"math:pow": (2.0,)}
+    workers, inline = Workers(wait=True), Inline(own)
+    workers.own.update(own)
+    book.submit("power", (10.0,), due_tick=1)
+    requests = book.outgoing()
+    workers.start(requests)
+    inline.start(requests)
+    taken = workers.collect(1), inline.take(inline.due(1))
+    assert [[done.value for done in one] for one in taken] == [[1024.0], [1024.0]]
+    workers.close()
