@@ -149,7 +149,8 @@ def status(
 
 @app.command(epilog="Examples: ground get ldem | ground get ldem --out map.npz")
 def get(
-    product: Annotated[str, typer.Argument(help="What to fetch: ldem.")],
+    product: Annotated[str, typer.Argument(help="What to fetch: ldem.", autocompletion=lambda: list(
+        commands.command("get").arguments[0].choices))],
     out: Annotated[Path | None, typer.Option(metavar="FILE", help="Where to; .npz, or .bin as sent.")] = None,
     timeout: Timeout = 600.0,
     contact: Contact = 20.0,
