@@ -199,7 +199,8 @@ def status(
 
 @app.command(epilog="Examples: ground get ldem | ground get scan --out cloud.ply | ground get record 120 130 slim")
 def get(
-    product: Annotated[str, typer.Argument(help="What to fetch: ldem, scan, nsp or record.")],
+    product: Annotated[str, typer.Argument(help="What to fetch: ldem, scan, nsp or record.",
+                                            autocompletion=lambda: list(commands.command("get").arguments[0].choices))],
     from_s: Annotated[str | None, typer.Argument(metavar="FROM_S", help="Of the record: onboard time, s.")] = None,
     to_s: Annotated[str | None, typer.Argument(metavar="TO_S", help="Of the record: onboard time, s.")] = None,
     channels: Annotated[str | None, typer.Argument(help="Of the record: all or slim (a fifth of the bytes).")] = None,

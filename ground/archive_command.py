@@ -105,7 +105,7 @@ def export(
     kind: Annotated[str, typer.Option("--format", metavar="KIND", help=f"One of {', '.join(KINDS)}.",
                                       autocompletion=lambda: list(KINDS))] = "csv",
     table: Table = "", name: Name = None, since: Since = "", until: Until = "", run: Run = 0, file: File = None,
-    station: StationFile = None,
+    station: StationFile = None, as_json: Json = False,
 ) -> None:  # fmt: skip
     """Copy tables to files for other programs: CSV, Parquet, MCAP (Foxglove)."""
     if kind not in KINDS:
@@ -119,7 +119,7 @@ def export(
         try:
             folder.mkdir(parents=True, exist_ok=True)
             for path in FORMATS[kind](db, [table] if table else TABLES, asked, folder):
-                out(str(path))
+                out(as_line({"file": str(path)}) if as_json else str(path))
         except OSError as error:
             raise fail(CANNOT_CREATE, f"{error.filename or folder}: {error.strerror}") from None
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeRemainingColumn
 
 from ground.operate import Teller
 from ground.session import News, ProductHeard
@@ -18,7 +18,7 @@ class Bars(Teller):
     def __init__(self, out: Callable[[str], None], report_s: float, console: Console | None = None) -> None:
         self._console = console or Console()
         self._bars: Progress | None = None
-        self._of: dict[str, int] = {}
+        self._of: dict[str, TaskID] = {}
         self._plain = out
         super().__init__(self._above, False, report_s)
 

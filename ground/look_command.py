@@ -37,6 +37,7 @@ from protocol.modes import EVENTS, SEVERITIES
 from protocol.telemetry import BY_NAME
 from protocol.transactions import State
 
+_HOLE_S = 3.0
 _FINAL = {state.name for state in State if state.final}
 
 
@@ -170,6 +171,8 @@ def _draw(names: Iterable[str], rows: list[tuple[str, int, float]], path: Path) 
     for name in names:
         mine = [((at - zero_ns) / 1e9, float(value)) for item, at, value in rows if item == name]
         times, values = np.array(mine, dtype=float).reshape(-1, 2).T
+        holes = np.flatnonzero(np.diff(times) > _HOLE_S) + 1  # where nothing was heard no line is drawn
+        times, values = np.insert(times, holes, np.nan), np.insert(values, holes, np.nan)
         series.append(Series(name, BY_NAME[name].unit, times, values, BY_NAME[name].limits))
     try:
         path.write_bytes(png(drawn(series, when.told(zero_ns))))

@@ -99,11 +99,10 @@ def settings_for(seen: Map, config: Path | None, archive: Path | None) -> tuple[
         except OSError as error:
             raise NoMapError(f"{config}: {error.strerror}") from error
     else:
-        flown, whose = _fetched(archive), "the parameters that were fetched last"
-        if flown is None or digest(flown) != seen.poses.settings:
-            default = load()
-            if flown is None or digest(default) == seen.poses.settings:
-                flown, whose = default, "the default settings"
+        fetched, default = _fetched(archive), load()
+        flown, whose = default, "the default settings"
+        if fetched is not None and digest(default) != seen.poses.settings:
+            flown, whose = fetched, "the parameters that were fetched last"
     if digest(flown) == seen.poses.settings:
         return flown, ""
     return flown, (f"the rover flies other settings than {whose}: the real way may differ; "

@@ -13,7 +13,10 @@ from pictures.style import BLUE, PAGE_IN, PALE, RED, drawn, figure
 
 
 class Series(NamedTuple):
-    """An item's values. times_s: (k,) from a common zero; limits: what is well, ±inf where open, None: anything."""
+    """An item's values. times_s: (k,) from a common zero, NaN breaks the line.
+
+    limits: what is well, ±inf where open; None: anything.
+    """
 
     name: str
     unit: str

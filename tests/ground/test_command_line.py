@@ -167,3 +167,17 @@ def test_a_script_reads_as_written():
         ("command", "goto", 2.0, 0.0), ("wait", "goto", None, 0.0), ("pause", "", None, 1.5),
         ("command", "get", None, 0.0)]
     assert steps[0].arguments == pytest.approx({"x_m": 12.0, "y_m": 3.0, "heading_rad": 3.14159265})
+
+
+@pytest.mark.parametrize(("typed", "completed"), [
+    ("ground arch", "archive"), ("ground get l", "ldem"), ("ground plot volt", "voltage_v"),
+    ("ground faults mask COMM", "COMMAND_LOST"), ("ground fence add pit k", "keep_out"),
+    ("ground archive export --format p", "parquet"),
+])
+def test_the_shell_completes_verbs_products_items_faults_and_choices(capsys, monkeypatch, typed, completed):
+    monkeypatch.setenv("_GROUND_COMPLETE", "complete_bash")
+    monkeypatch.setenv("COMP_WORDS", typed)
+    monkeypatch.setenv("COMP_CWORD", str(len(typed.split()) - 1))
+    with pytest.raises(SystemExit):
+        run([])
+    assert capsys.readouterr().out.split() == [completed]

@@ -30,7 +30,7 @@ def test_the_archive_gets_what_it_had_not_once_and_keeps_what_it_had(record, tmp
     assert set(kept) == {(value.name, value.onboard_ns) for value in values}
     late = [row for row in kept.values() if row["filled"]]
     assert late and len(late) < len(kept)
-    assert {row["utc_ns"] - row["onboard_ns"] for row in kept.values()} == {10**18 + 7}  # as heard
+    assert {row["utc_ns"] - row["onboard_ns"] for row in kept.values()} == {10**18 + 7}  # as what was heard in time
     capsys.readouterr()
     assert run(["archive", "fill", str(record), "--archive", "a.db", "--json"]) == 0
     assert capsys.readouterr().out == '{"boot_id": 4, "values": 0, "events": 0}\n'

@@ -11,6 +11,7 @@ from onboard.planning.archive import PlanPicture
 from onboard.records import Grid, NodeSet
 from pictures import figures
 from pictures.ground_kinds import Profile, Sizes, craters, fractals, rock_sizes
+from pictures.items import Series, items
 from pictures.ldem import SET_COLOURS, ldems, set_picture
 from pictures.next_position import next_position
 from pictures.orientation import orientation
@@ -18,6 +19,7 @@ from pictures.paths import Ways, paths
 from pictures.style import png
 from pictures.terrain import Ground, hillshade, terrain
 from pictures.timelines import Span, Track
+from pictures.way import Sets, way
 
 GRID = Grid(-1.9, -3.9, 0.2, 40, 80)
 HEIGHTS = np.sin(np.arange(80) / 7)[None, :].repeat(40, 0).astype(np.float32) * 0.2
@@ -225,3 +227,20 @@ def test_rocks_drawn_add_up_to_the_share_and_number_of_the_law_beside_them():
     np.testing.assert_allclose(share, np.pi / 4 * np.array([0.16, 0.2]) / 10)
     np.testing.assert_allclose(number, [0.1, 0.2])
     assert legend(made) == {"a law, law", "2 rocks drawn"}
+
+
+def test_a_predicted_way_shows_what_is_driven_what_is_hoped_for_and_the_sets():
+    sets = np.full((40, 80), 3, np.uint8)
+    made = way(Sets(GRID, HEIGHTS, sets), LINE[:20], LINE[20:, :2], (10.0, 2.0), "predicted 10 m")
+    assert size(png(made))[0] == 1050
+    names = {"hoped for, not seen yet", "to be driven", "rover", "goal"}
+    assert legend(made) == names | {"outside", "occluded", "obstacle", "free"}
+    assert "hoped for, not seen yet" not in legend(way(Sets(GRID, HEIGHTS, sets), LINE, LINE[:0, :2], (10, 2), ""))
+
+
+def test_items_have_a_panel_each_with_their_unit_and_limits():
+    volts = Series("voltage_v", "V", TIMES, 21 + TIMES / 20, (22.0, 30.0))
+    made = items([volts, Series("mode", "", TIMES, TIMES * 0)], "0")
+    assert [axes.get_ylabel() for axes in made.axes] == ["voltage_v\nV", "mode"]
+    assert 22.0 in [float(line.get_ydata()[0]) for line in made.axes[0].lines[1:]]
+    assert len(made.axes[1].lines) == 1 and size(png(made))

@@ -8,7 +8,8 @@ from hypothesis import strategies as st
 
 from protocol import bulk, commands
 from protocol.modes import Mode
-from protocol.transactions import REPEATED, Code, Executor, Report, Requester, State, encode_report
+from protocol.commands import HALTING
+from protocol.transactions import Code, Executor, Report, Requester, State, encode_report
 
 S = 1_000_000_000
 MS = 1_000_000
@@ -98,7 +99,7 @@ def test_every_request_is_executed_at_most_once_and_its_outcome_is_true(up_fates
         for payload in down.take(step):
             ground.receive(payload, now_ns)
         up.put(step, ground.send(now_ns))
-    moved = [request_id for _, request_id, name in done if name not in REPEATED]
+    moved = [request_id for _, request_id, name in done if name not in HALTING]
     assert len(moved) == len(set(moved))
     assert len(done) == len({row[:2] for row in done})
     for request in requests:
