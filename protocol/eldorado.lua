@@ -5208,9 +5208,13 @@ function link_proto.dissector(buffer, pinfo, tree)
         return
     end
     local name = KINDS[values[1]]
+    local station = "station " .. values[2]
+    local down = values[2] == DOWNLINK_KEY_ID
+    pinfo.cols.src = down and "rover" or station
+    pinfo.cols.dst = down and "ground" or "rover"
     local part = top:add(F.payload, buffer(at, size))
     if payloads[name] then
-        payloads[name](buffer(at, size):tvb(), part, pinfo, values[2] == DOWNLINK_KEY_ID)
+        payloads[name](buffer(at, size):tvb(), part, pinfo, down)
     end
     if pinfo.cols.info ~= nil and name ~= "MAVLINK" then
         pinfo.cols.info:prepend((name or "unknown kind") .. ": ")

@@ -22,13 +22,15 @@ from ground.gateway.missions import Client, To
 from ground.gateway.orders import CANCELLED, GIVES_WAY, Answer, Asked, Known, Request, order
 from ground.session import Session
 from protocol import commands
-from protocol.transactions import Code, State
+from protocol.transactions import Code, Report, State
 
 LIFETIME_S = 60.0
 _TELL_NS, _REPEAT_NS = 1_000_000_000, 60_000_000_000
 _MOST_WAITING = 8
-_CODES = {Code.MODE: m.MAV_RESULT_TEMPORARILY_REJECTED, Code.RANGE: m.MAV_RESULT_DENIED,
-          Code.UNKNOWN_COMMAND: m.MAV_RESULT_UNSUPPORTED, Code.TOO_MANY: m.MAV_RESULT_TEMPORARILY_REJECTED}
+_CODES: dict[int, int] = {
+    Code.MODE: m.MAV_RESULT_TEMPORARILY_REJECTED, Code.RANGE: m.MAV_RESULT_DENIED,
+    Code.UNKNOWN_COMMAND: m.MAV_RESULT_UNSUPPORTED, Code.TOO_MANY: m.MAV_RESULT_TEMPORARILY_REJECTED,
+}
 Ack = Callable[[int], Any]  # a MAV_RESULT to the message that says it; None: nothing is said
 
 
@@ -163,7 +165,7 @@ class Desk:
             return m.MAV_RESULT_ACCEPTED
         return None
 
-    def _final(self, name: str, state: State, report: Any) -> int:
+    def _final(self, name: str, state: State, report: Report | None) -> int:
         if state is State.COMPLETED:
             return m.MAV_RESULT_ACCEPTED
         text = report.text if report is not None else ""

@@ -8,9 +8,11 @@ from __future__ import annotations
 import struct
 from typing import Any
 
-from pymavlink.dialects.v20 import common as mavlink
+from pymavlink.dialects.v20 import common
 
 from protocol import WireError
+
+mavlink: Any = common
 
 SYSTEM_ID, COMPONENT_ID = 1, 1  # the rover's, as onboard/core/telemetry.py has it
 _V1, _V2 = 0xFE, 0xFD

@@ -10,7 +10,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
@@ -23,7 +22,7 @@ _MOST = next(a.most for a in command("mission").arguments if a.name == "goals_m"
 _FAR_M = next(a.high for a in command("mission").arguments if a.name == "goals_m")
 _AGAIN_NS, _TRIES = 500_000_000, 10
 _MISSION = m.MAV_MISSION_TYPE_MISSION
-Client = Hashable
+Client = tuple[str, tuple[str, int]]  # door and address
 
 
 class To(NamedTuple):

@@ -22,12 +22,12 @@ _MOST_WAITING = 256
 
 
 class _Wanted(NamedTuple):
-    """What a client waits for. index: _ALL, a number, or -1 for the id; value: what it sets."""
+    """What a client waits for. number: its place, _ALL, or -1 for the id; value: what it sets."""
 
     client: Client
     target: tuple[int, int]
     id: str
-    index: int
+    number: int
     value: float | None = None
 
 
@@ -108,7 +108,7 @@ class ParameterDesk:
             return
         wanted, self._wanted = self._wanted, []
         for one in wanted:
-            if one.index == _ALL:
+            if one.number == _ALL:
                 self._values.extend(To(one.client, message) for message in self._mirror.messages())
             elif one.value is not None:
                 if one not in self._sets and (self._setting is None or self._setting.wanted != one):
@@ -119,10 +119,10 @@ class ParameterDesk:
 
     @property
     def _must_list(self) -> bool:
-        return not len(self._mirror) or (self._stale and any(one.index == _ALL for one in self._wanted))
+        return not len(self._mirror) or (self._stale and any(one.number == _ALL for one in self._wanted))
 
     def _answer(self, one: _Wanted) -> None:
-        parameter = self._mirror.find(one.id, one.index)
+        parameter = self._mirror.find(one.id, one.number)
         if parameter is None:
             self._refuse(one, m.MAV_PARAM_ERROR_DOES_NOT_EXIST)
         else:
@@ -165,7 +165,7 @@ class ParameterDesk:
         self._answer(setting.wanted._replace(value=None))
 
     def _refuse(self, one: _Wanted, error: int) -> None:
-        message = m.MAVLink_param_error_message(*one.target, one.id.encode(), one.index, error)
+        message = m.MAVLink_param_error_message(*one.target, one.id.encode(), one.number, error)
         self._values.append(To(one.client, message))
 
 

@@ -299,7 +299,7 @@ def test_a_second_goto_waits_until_the_first_has_its_word_and_each_is_confirmed_
     assert [round(a["x_m"]) for _, a in bed.rover.orders] == [5, 6]
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=15, deadline=None)
 @given(st.integers(0, 2**32 - 1), st.integers(0, 40))
 def test_an_acknowledgement_never_comes_before_the_rover_has_begun_that_goto(seed, loss_percent):
     rng = np.random.default_rng(seed)
@@ -386,7 +386,7 @@ def test_in_progress_is_told_each_second_until_the_end_of_a_blackout(met):
 HANDLED = tuple(number for number, kind in m.mavlink_map.items() if kind.msgname in Bed().gateway._handlers)
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=60, deadline=None)
 @given(st.lists(st.tuples(st.sampled_from(HANDLED), st.binary(min_size=60, max_size=60)), min_size=1, max_size=6))
 def test_no_message_whatever_its_fields_ends_the_gateway(messages):
     """Random payloads with right checksums, meant for the rover; what they ask for stays within the table."""

@@ -7,8 +7,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from protocol import bulk, commands
-from protocol.modes import Mode
 from protocol.commands import HALTING
+from protocol.modes import Mode
 from protocol.transactions import Code, Executor, Report, Requester, State, encode_report
 
 S = 1_000_000_000
