@@ -49,6 +49,7 @@ messageName = {
     [52003] = 'ITEMS',
     [52004] = 'PROGRESS',
     [52005] = 'EVENT',
+    [52010] = 'LINK_STATE',
     [1] = 'SYS_STATUS',
     [11] = 'SET_MODE',
     [20] = 'PARAM_REQUEST_READ',
@@ -567,6 +568,13 @@ f.EVENT_serial = ProtoField.new("serial (uint32_t)", "mavlink_proto.EVENT_serial
 f.EVENT_severity = ProtoField.new("severity (MAV_SEVERITY)", "mavlink_proto.EVENT_severity", ftypes.UINT8, enumEntryName.MAV_SEVERITY)
 f.EVENT_name = ProtoField.new("name (char)", "mavlink_proto.EVENT_name", ftypes.STRING, nil)
 f.EVENT_text = ProtoField.new("text (char)", "mavlink_proto.EVENT_text", ftypes.STRING, nil)
+
+f.LINK_STATE_time_boot_ms = ProtoField.new("time_boot_ms (uint32_t) [ms]", "mavlink_proto.LINK_STATE_time_boot_ms", ftypes.UINT32, nil)
+f.LINK_STATE_dictionary = ProtoField.new("dictionary (uint32_t)", "mavlink_proto.LINK_STATE_dictionary", ftypes.UINT32, nil)
+f.LINK_STATE_dbc = ProtoField.new("dbc (uint32_t)", "mavlink_proto.LINK_STATE_dbc", ftypes.UINT32, nil)
+f.LINK_STATE_dialect = ProtoField.new("dialect (uint32_t)", "mavlink_proto.LINK_STATE_dialect", ftypes.UINT32, nil)
+f.LINK_STATE_lease = ProtoField.new("lease (uint8_t)", "mavlink_proto.LINK_STATE_lease", ftypes.UINT8, nil)
+f.LINK_STATE_epoch = ProtoField.new("epoch (uint8_t)", "mavlink_proto.LINK_STATE_epoch", ftypes.UINT8, nil)
 
 f.SYS_STATUS_onboard_control_sensors_present = ProtoField.new("onboard_control_sensors_present (MAV_SYS_STATUS_SENSOR)", "mavlink_proto.SYS_STATUS_onboard_control_sensors_present", ftypes.UINT32, nil, base.HEX_DEC)
 f.SYS_STATUS_onboard_control_sensors_present_flagMAV_SYS_STATUS_SENSOR_3D_GYRO = ProtoField.bool("mavlink_proto.SYS_STATUS_onboard_control_sensors_present.MAV_SYS_STATUS_SENSOR_3D_GYRO", "MAV_SYS_STATUS_SENSOR_3D_GYRO", 32, nil, 1)
@@ -1222,6 +1230,29 @@ function payload_fns.payload_52005(buffer, tree, msgid, offset, limit, pinfo)
     subtree = tree:add_le(f.EVENT_name, tvbrange)
     tvbrange = padded(offset + 37, 112)
     subtree = tree:add_le(f.EVENT_text, tvbrange)
+end
+-- dissect payload of message type LINK_STATE
+function payload_fns.payload_52010(buffer, tree, msgid, offset, limit, pinfo)
+    local padded, field_offset, value, subtree, tvbrange
+    if (offset + 18 > limit) then
+        padded = buffer(0, limit):bytes()
+        padded:set_size(offset + 18)
+        padded = padded:tvb("Untruncated payload")
+    else
+        padded = buffer
+    end
+    tvbrange = padded(offset + 0, 4)
+    subtree = tree:add_le(f.LINK_STATE_time_boot_ms, tvbrange)
+    tvbrange = padded(offset + 4, 4)
+    subtree = tree:add_le(f.LINK_STATE_dictionary, tvbrange)
+    tvbrange = padded(offset + 8, 4)
+    subtree = tree:add_le(f.LINK_STATE_dbc, tvbrange)
+    tvbrange = padded(offset + 12, 4)
+    subtree = tree:add_le(f.LINK_STATE_dialect, tvbrange)
+    tvbrange = padded(offset + 16, 1)
+    subtree = tree:add_le(f.LINK_STATE_lease, tvbrange)
+    tvbrange = padded(offset + 17, 1)
+    subtree = tree:add_le(f.LINK_STATE_epoch, tvbrange)
 end
 -- dissect payload of message type SYS_STATUS
 function payload_fns.payload_1(buffer, tree, msgid, offset, limit, pinfo)
@@ -4991,9 +5022,9 @@ end
 
 -- The link's datagrams.
 local KINDS = {[1] = "MAVLINK", [2] = "BULK_CHUNK", [3] = "BULK_BITMAP", [4] = "TELECOMMAND", [5] = "REPORT"}
-local COMMANDS = {[1] = "goto", [2] = "stop", [3] = "safe", [4] = "resume", [5] = "status", [6] = "get", [7] = "emergency_stop", [8] = "reset", [9] = "scan", [10] = "turn", [11] = "drive", [12] = "mission", [13] = "map_clear", [14] = "faults_list", [15] = "faults_clear", [16] = "faults_mask", [17] = "time", [18] = "reboot", [19] = "param_list", [20] = "param_get", [21] = "param_set", [22] = "param_save", [23] = "fence_add", [24] = "fence_clear", [25] = "fence_list", [26] = "return", [27] = "sequence_upload", [28] = "sequence_clear", [29] = "sequence_check", [30] = "sequence_run", [31] = "sequence_abort"}
+local COMMANDS = {[1] = "goto", [2] = "stop", [3] = "safe", [4] = "resume", [5] = "status", [6] = "get", [7] = "emergency_stop", [8] = "reset", [9] = "scan", [10] = "turn", [11] = "drive", [12] = "mission", [13] = "map_clear", [14] = "faults_list", [15] = "faults_clear", [16] = "faults_mask", [17] = "time", [18] = "reboot", [19] = "param_list", [20] = "param_get", [21] = "param_set", [22] = "param_save", [23] = "fence_add", [24] = "fence_clear", [25] = "fence_list", [26] = "return", [27] = "sequence_upload", [28] = "sequence_clear", [29] = "sequence_check", [30] = "sequence_run", [31] = "sequence_abort", [40] = "lease_ask", [41] = "lease_release", [42] = "lease_show", [43] = "contacts_set", [44] = "contacts_clear", [45] = "keys_rotate"}
 local STATES = {[0] = "REQUESTED", [1] = "RECEIVED", [2] = "ACCEPTED", [3] = "STARTED", [4] = "PROGRESS", [5] = "COMPLETED", [6] = "FAILED", [7] = "EXPIRED", [8] = "CANCELLED"}
-local CODES = {[0] = "NONE", [1] = "UNKNOWN_COMMAND", [2] = "RANGE", [3] = "MODE", [4] = "REUSED_ID", [5] = "FORGOTTEN_ID", [6] = "TOO_MANY"}
+local CODES = {[0] = "NONE", [1] = "UNKNOWN_COMMAND", [2] = "RANGE", [3] = "MODE", [4] = "REUSED_ID", [5] = "FORGOTTEN_ID", [6] = "TOO_MANY", [7] = "VERSION", [8] = "LEASE", [9] = "RESTARTED"}
 local TAG_BYTES, ANNOUNCEMENT = 16, 65535
 local DOWNLINK_KEY_ID = 0
 local F = {}
@@ -5038,7 +5069,7 @@ local READ = {
 }
 local ARGUMENTS = {
     [1] = {{"x_m", "number", "m", {}}, {"y_m", "number", "m", {}}, {"heading_rad", "number", "rad", {}}},
-    [6] = {{"product", "choice", "", {"ldem"}}},
+    [6] = {{"product", "choice", "", {"ldem", "scan", "nsp", "record"}}, {"from_s", "number", "s", {}}, {"to_s", "number", "s", {}}, {"channels", "choice", "", {"all", "slim"}}},
     [10] = {{"heading_rad", "number", "rad", {}}},
     [11] = {{"vx_mps", "number", "m/s", {}}, {"vy_mps", "number", "m/s", {}}, {"yaw_radps", "number", "rad/s", {}}, {"duration_s", "number", "s", {}}, {"distance_m", "number", "m", {}}},
     [12] = {{"goals_m", "points", "m", {}}},
@@ -5052,6 +5083,8 @@ local ARGUMENTS = {
     [28] = {{"sequence", "text", "", {}}},
     [29] = {{"sequence", "text", "", {}}},
     [30] = {{"sequence", "text", "", {}}},
+    [43] = {{"windows_s", "points", "s", {}}},
+    [45] = {{"epoch", "number", "", {}}},
 }
 
 local link_proto = Proto("eldorado", "El Dorado link")
