@@ -86,6 +86,7 @@ class GatewayRover(ToyRover):
         encode = self._mavlink
         messages = (
             encode.rover_state_encode(ms, 0, *self.goal_m, math.nan, 0.1, 0.1, 0.01, 1, self.mode, 0),
+            encode.link_state_encode(ms, *self.versions, 0, 0),
             encode.local_position_ned_encode(ms, *ned_from_enu(12.0, 3.0, 0.5), 0.0, 0.0, 0.0),
             encode.attitude_encode(ms, *ned_angles(0.01, 0.02, math.radians(30.0)), 0.0, 0.0, 0.0),
             encode.sys_status_encode(0, 0, 0, 100, 25_600, 210, 80, 0, 0, 0, 0, 0, 0),
