@@ -11,23 +11,22 @@ import json
 import signal
 import sqlite3
 import sys
-import time
 from pathlib import Path
 from typing import Annotated, Any, NoReturn
 
 import typer
 
-from ground import archive_command, keys_command, look_command, preview_command, products, show, verbs
+from ground import archive_command, contacts_command, keys_command, look_command, preview_command, products, show, verbs
 from ground.archive import ArchiveError
 from ground.bridge.command import app as bridge_app
 from ground.clock import ClockError
 from ground.gateway.command import gateway_command
 from ground.operate import FAILED, TEMPORARY, Plan, Teller, operate
 from ground.report_command import report_command
-from ground.schedule import utc_ns, utc_words
+from ground.schedule import utc_ns
 from ground.script import ScriptError, Step, parse
 from ground.session import Session
-from ground.settings import NoStationError, load_schedule, load_settings, station_keys
+from ground.settings import NoStationError, load_settings
 from ground.station import StationError
 from ground.verbs import Contact, Json, Start, StationFile, Timeout
 from onboard.config import ConfigError
@@ -154,29 +153,7 @@ def _rotate(epoch: int, timeout_s: float, contact_s: float, station: Path | None
 _OWN = {"goto", "status", "get", "keys_rotate"}
 _families = verbs.add(app, [row for row in commands.TABLE if row.name not in _OWN], _verb)
 app.add_typer(keys_command.app(_rotate), name="keys")
-
-
-@_families["contacts"].command("show", epilog="Example: ground contacts show")
-def contacts_show(station: StationFile = None) -> None:
-    """List the station's contact windows, and whether one is open now; the rover is not asked."""
-    settings = load_settings(station)
-    schedule = load_schedule(settings)
-    for begin_ns, end_ns in schedule.windows.spans:
-        edges = (utc_words(at) if schedule.utc else f"{at / 1e9:g} s" for at in (begin_ns, end_ns))
-        _out(f"{'  '.join(edges)}  {(end_ns - begin_ns) / 1e9:.0f} s{'' if schedule.utc else '  (onboard time)'}")
-    session = Session(station_keys(settings), settings.station, schedule=schedule, utc_ns=time.time_ns())
-    _out(show.contact_words(session, 0))
-
-
-@_families["contacts"].command("send", epilog="Example: ground contacts send")
-def contacts_send(
-    timeout: Timeout = 60.0, contact: Contact = 20.0, station: StationFile = None, as_json: Json = False
-) -> None:
-    """Tell the rover the station's next windows (at most 16), in onboard time as it is known here."""
-    if not load_schedule(load_settings(station)).windows.spans:
-        raise typer.BadParameter("the station has none: name a file of windows as `contacts` in the station file")
-    step = Step(1, "contacts send", "contacts", "contacts_set", {}, None)
-    _leave(*_run(station, Plan((step,), contact_s=contact, limit_s=timeout), as_json))
+contacts_command.add(_families["contacts"], lambda plan, station, as_json: _leave(*_run(station, plan, as_json)), _out)
 
 
 @app.command(epilog="Examples: ground status | ground status --json")
