@@ -29,7 +29,7 @@ class Asked:
 def ask(seed: int, commands: int, told: Told = lambda _: None) -> Asked:
     """Commands at a steady rate until each has its outcome."""
     world, asked = World(LINK, seed, remembered=commands), 0
-    world.run(2.0 + 2 * LINK.one_way_s)  # nothing is sent before the rover was heard
+    world.run(_SETTLE_S, lambda: world.session.commanding)  # nothing is sent before the rover's versions were heard
     begin_s = world.now_s
     while asked < commands:
         world.request("goto", {"x_m": float(asked % 10_000), "y_m": float(asked // 10_000)})

@@ -15,7 +15,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from ground.session import News, Session
+from ground.session import Kept, News, Session
 from hil.link.impairment import Impairment, Profile, both_directions, load_profile
 from onboard.config import Link
 from onboard.core.downlink import Downlink
@@ -85,7 +85,7 @@ class World:
         self._wake_ns: int | None = None
 
     def _new_session(self, counter: int = 0, next_id: int = 1, boot_id: int = 0) -> Session:
-        made = Session(KEYS, STATION, up_bps=self.link.up_bps, newest_boot_id=boot_id)
+        made = Session(KEYS, STATION, up_bps=self.link.up_bps, kept=Kept(boot_id))
         made.requester = Requester(STATION, next_id, remembered=self.remembered)
         made.sealer.counter = counter
         return made

@@ -64,7 +64,7 @@ class Ends:
     def restart_ground(self) -> None:
         self.end.close()
         old, self.end = self.session, self._open_ground()
-        self.session = Session(KEYS, 1, newest_boot_id=old.boot_id)
+        self.session = Session(KEYS, 1, kept=old.kept)
         self.session.sealer.counter, self.session.requester.next_id = old.sealer.counter + 640, old.requester.next_id
 
     @property
