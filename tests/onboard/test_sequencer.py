@@ -135,7 +135,7 @@ def test_a_dry_run_says_what_each_step_would_do_or_why_it_would_be_refused(rover
     while found is None:
         for kind, payload in rover.step().link_payloads:
             if kind == Kind.BULK_CHUNK:
-                found = ground.receive(payload, rover.now_ns)
+                found = ground.receive(payload, rover.now_ns) or found
     assert found.data.decode().splitlines() == [
         "1: after 5 s; goto x_m 5.0 y_m 5.0; if it fails: continue; "
         "refused now: (5.0, 5.0) is outside the goal fence (site)",
