@@ -1,0 +1,78 @@
+"""The report of a request: where it is, why it failed, and its bytes on the link."""
+
+from __future__ import annotations
+
+import struct
+from enum import IntEnum
+from typing import NamedTuple
+
+from protocol import WireError
+from protocol.conventions import cut
+
+_REPORT = struct.Struct("<IBBBBB")
+_TEXT_BYTES = 110
+_MAX_DATA = 8
+
+
+class State(IntEnum):
+    """Where a request is. REQUESTED is the ground's own: nothing was heard yet."""
+
+    REQUESTED = 0
+    RECEIVED = 1
+    ACCEPTED = 2
+    STARTED = 3
+    PROGRESS = 4
+    COMPLETED = 5
+    FAILED = 6
+    EXPIRED = 7
+    CANCELLED = 8
+
+    @property
+    def final(self) -> bool:
+        """Whether nothing follows."""
+        return self >= State.COMPLETED
+
+
+class Code(IntEnum):
+    """Why a request FAILED without having been tried, or 0."""
+
+    NONE = 0
+    UNKNOWN_COMMAND = 1
+    RANGE = 2
+    MODE = 3
+    REUSED_ID = 4
+    FORGOTTEN_ID = 5
+    TOO_MANY = 6
+    VERSION = 7  # by the ground itself: the rover was built from something else
+    LEASE = 8  # another station holds it
+    RESTARTED = 9  # by the ground itself: nobody knows whether it was done
+
+
+class Report(NamedTuple):
+    """What the rover says of a request. data: at most 8 floats; text at most 110 bytes of UTF-8."""
+
+    request_id: int
+    station: int
+    serial: int
+    state: State
+    code: int = 0
+    text: str = ""
+    data: tuple[float, ...] = ()
+
+
+def encode_report(report: Report) -> bytes:
+    """The payload of a Kind.REPORT datagram; text is cut to what fits."""
+    data = report.data[:_MAX_DATA]
+    head = _REPORT.pack(report.request_id, report.station, report.serial & 0xFF, report.state, report.code, len(data))
+    return head + struct.pack(f"<{len(data)}d", *data) + cut(report.text, _TEXT_BYTES)
+
+
+def decode_report(payload: bytes) -> Report:
+    """Raises WireError("report") on a malformed payload."""
+    try:
+        request_id, station, serial, state, code, count = _REPORT.unpack_from(payload)
+        at = _REPORT.size + 8 * count
+        data = struct.unpack_from(f"<{count}d", payload, _REPORT.size)
+        return Report(request_id, station, serial, State(state), code, payload[at:].decode(), data)
+    except (struct.error, ValueError) as error:
+        raise WireError("report", str(error)) from error
