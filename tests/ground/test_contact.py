@@ -145,7 +145,7 @@ def test_a_rover_with_other_keys_is_told_as_what_it_is(meet):
     station.rover = ToyRover(bench_keys(8))
     code, _, err = meet(station, "status", "--contact", "2")
     assert code == 69 and err.count("\n") == 1
-    assert "datagrams came that are sealed with another key: is downlink_key the rover's?" in err
+    assert "the downlink key of this station is not the rover's" in err
 
 
 def test_a_rover_of_another_version_is_refused_with_both_named_and_still_stopped(meet):
