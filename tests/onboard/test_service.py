@@ -196,7 +196,7 @@ class Shell:
 
     def __init__(self, flight):
         self.flight, self.written, self.told, self.watch = flight, [], [], Unmeasured()
-        self.late_ns, self.took_ns, self.keeper = 0, (), self
+        self.late_ns, self.took_ns, self.keeper, self.link = 0, (), self, self
         self.recorder, self.status = self, Inputs(0, 0).record
 
     def wait(self):
