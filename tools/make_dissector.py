@@ -15,7 +15,7 @@ from pathlib import Path
 
 from ground.gateway.frames import mavlink
 from ground.gateway.orders import ROWS
-from protocol import bulk, commands, events, link, transactions
+from protocol import bulk, commands, events, link, reports
 from protocol.arguments import Argument, Kind
 from tools.make_dialect import KEPT, made
 
@@ -34,7 +34,7 @@ _TYPES = {"B": "uint8", "H": "uint16", "I": "uint32", "Q": "uint64", "q": "int64
 _STRUCTS: Mapping[str, tuple[struct.Struct, tuple[str, ...]]] = {
     "header": (link._HEAD, ("kind", "key_id", "epoch", "flags", "counter", "boot_id")),
     "telecommand": (commands._HEAD, ("request_id", "issued_ns", "expiry_ns", "start_ns", "command")),
-    "report": (transactions._REPORT, ("request_id", "station", "serial", "state", "code", "values")),
+    "report": (reports._REPORT, ("request_id", "station", "serial", "state", "code", "values")),
     "chunk": (bulk._CHUNK, ("object_id", "serial", "index")),
     "announcement": (bulk._ANNOUNCE, ("length", "chunk_size", "sha256", "name_length", "codec_length")),
     "bitmap": (bulk._BITMAP, ("object_id", "echo", "flags", "base")),
@@ -61,7 +61,7 @@ def _link() -> str:
     tables = [
         _names("KINDS", {kind.value: kind.name for kind in link.Kind}),
         _names("COMMANDS", {row.id: row.name for row in commands.TABLE}),
-        _names("STATES", _enum(transactions.State)), _names("CODES", _enum(transactions.Code)),
+        _names("STATES", _enum(reports.State)), _names("CODES", _enum(reports.Code)),
         f"local TAG_BYTES, ANNOUNCEMENT = {link.TAG_BYTES}, {bulk._ANNOUNCEMENT}",
         f"local DOWNLINK_KEY_ID = {link.DOWNLINK_KEY_ID}",
     ]
