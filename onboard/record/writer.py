@@ -59,6 +59,7 @@ class Recorder:
         if not config.record.path:
             return
         self._first = first_path(config.record.path)
+        self._made_by = made_by.versions_file()  # once: a further part begins in a tick
         self._begin({"first_tick": "1"})
         for name, data in made_by.wires():
             self._attach(name, data, "application/octet-stream")
@@ -175,7 +176,7 @@ class Recorder:
         self._writer.start(profile="", library="el-dorado")
         self._writer.add_metadata(PART, {"number": str(self._number), **part})
         self._attach("config.toml", to_toml(config).encode(), "application/toml")
-        self._attach(*made_by.versions_file())
+        self._attach(*self._made_by)
         self._channels = register(self._writer)
 
     def _next_part(self, first_tick: int) -> None:
