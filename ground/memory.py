@@ -11,7 +11,7 @@ from __future__ import annotations
 import fcntl
 import json
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import NamedTuple
@@ -104,12 +104,17 @@ class Memory:
 
     def _write(self, tree: dict[str, int]) -> None:
         assert self._path is not None
-        fresh = self._path.with_suffix(".new")
-        with open(fresh, "w") as file:
-            json.dump(tree, file)
-            file.flush()
-            os.fsync(file.fileno())
-        os.replace(fresh, self._path)
+        write_safely(self._path, tree)
+
+
+def write_safely(path: Path, tree: Mapping[str, int]) -> None:
+    """Writes JSON, on the disk when it returns: whole, or what was there before. Raises OSError."""
+    fresh = path.with_suffix(".new")
+    with open(fresh, "w") as file:
+        json.dump(tree, file)
+        file.flush()
+        os.fsync(file.fileno())
+    os.replace(fresh, path)
 
 
 def _note_boot(tree: dict[str, int], boot_id: int) -> None:

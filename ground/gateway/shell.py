@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import os
 import socket
 import stat
 import time
@@ -16,6 +15,7 @@ from typing import Self
 
 from ground.gateway.gateway import Address, Door, Gateway
 from ground.gateway.signing import stamp_of
+from ground.memory import write_safely
 from ground.session import News
 from ground.station import StationError
 from onboard.config import ConfigError
@@ -71,12 +71,7 @@ class Marks:
     def keep(self, marks: dict[str, int]) -> None:
         """Writes them, on the disk when it returns. Raises OSError."""
         self._path.parent.mkdir(parents=True, exist_ok=True)
-        fresh = self._path.with_suffix(".new")
-        with open(fresh, "w") as file:
-            json.dump(marks, file)
-            file.flush()
-            os.fsync(file.fileno())
-        os.replace(fresh, self._path)
+        write_safely(self._path, marks)
 
 
 class Shell:
