@@ -124,6 +124,13 @@ class Bed:
 
     def turn(self) -> None:
         """One turn of the station with what has arrived."""
+        self.gateway.turn(self.arrived(), self.now_ns)
+        self._collect()
+        for datagram in self.session.send(self.now_ns):
+            self._fly("up", datagram)
+
+    def arrived(self) -> list:
+        """Hands over what the air has carried to its end; the station's news of it."""
         due = [row for row in self._air if row[0] <= self.now_ns]
         self._air = [row for row in self._air if row[0] > self.now_ns]
         news = []
@@ -132,10 +139,7 @@ class Bed:
                 news += self.session.receive(datagram, self.now_ns)[1]
             else:
                 self.rover.receive(datagram, self.now_ns)
-        self.gateway.turn(news, self.now_ns)
-        self._collect()
-        for datagram in self.session.send(self.now_ns):
-            self._fly("up", datagram)
+        return news
 
     def _collect(self) -> None:
         for _, address, frame in self.gateway.send(self.stamp):

@@ -43,15 +43,7 @@ class UdpBed(Bed):
         self.pumps: list = []
 
     def turn(self) -> None:
-        due = [row for row in self._air if row[0] <= self.now_ns]
-        self._air = [row for row in self._air if row[0] > self.now_ns]
-        news = []
-        for _, way, datagram in due:
-            if way == "down":
-                news += self.session.receive(datagram, self.now_ns)[1]
-            else:
-                self.rover.receive(datagram, self.now_ns)
-        self.shell.turn(news, self.now_ns)
+        self.shell.turn(self.arrived(), self.now_ns)
         for datagram in self.session.send(self.now_ns):
             self._fly("up", datagram)
         for pump in self.pumps:
