@@ -11,7 +11,9 @@ one hole beside the trail stops the rover for ever. All grids are the map window
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import product
 from typing import NamedTuple
 
 import numpy as np
@@ -28,9 +30,12 @@ BEAMS = 3  # neighbouring beams that must agree
 PLANE_CELLS = 3  # the plane's window reaches so many cells to each side: 0.7 m
 LEAST_OF_PLANE = 15  # known cells that a plane needs
 BELOW_M = 0.02  # what lies deeper below the first plane is not in the second
-RAY_PROOF_M = 0.01  # a beam so far over z_bot is a proof of depth
-CROSS = ((0, 0), (0, 1), (0, -1), (1, 0), (-1, 0))  # a cell and its 4 neighbours: (dj, di)
-CROSS_OF_9 = [3 * (a + 1) + b + 1 for a, b in CROSS]
+NEWS_M = 0.02  # of step, depth or height beyond the map's own: a pose inside a drive is not better
+LEAST_HITS = 20  # of a judged cell, one line's worth 1 m ahead: the rim of the strip is one line, and that may be off
+Cells = Sequence[tuple[int, int]]  # (dj, di)
+CROSS: Cells = ((0, 0), (0, 1), (0, -1), (1, 0), (-1, 0))  # a cell and its 4 neighbours
+SQUARE: Cells = tuple(product((-1, 0, 1), (-1, 0, 1)))
+BESIDE_CROSS: Cells = tuple({(a + c, b + d): None for a, b in SQUARE for c, d in CROSS})  # a CROSS a cell off
 _SIDE = np.arange(-PLANE_CELLS, PLANE_CELLS + 1.0)
 PLANE_BASIS = np.array([(1.0, row, column) for row in _SIDE for column in _SIDE])
 REASONS = ("step", "depth", "height", "change", "no return")
@@ -96,7 +101,7 @@ def hear(watch: Watch, line: Cloud, pose: Pose, tracks: Bool, settings: Settings
     at = ahead_m(settings.rover, settings.guard)
     here = (pose.x_m + at * math.cos(pose.yaw_rad), pose.y_m + at * math.sin(pose.yaw_rad))
     if math.dist(here, watch.line_m) >= EVALUATE_M or not math.isfinite(watch.line_m[0]):
-        found |= judge(watch.strip, pose, tracks, settings)
+        found |= judge(watch, pose, tracks, settings)
         watch = replace(watch, line_m=here)
     return _confirmed(watch, found)
 
@@ -146,33 +151,42 @@ def _runs(struck: Bool, cells: NDArray[np.int64], tracks: Bool) -> Bool:
     return found & tracks
 
 
-def judge(strip: Ldem, pose: Pose, tracks: Bool, settings: Settings) -> dict[str, Bool]:
+def judge(watch: Watch, pose: Pose, tracks: Bool, settings: Settings) -> dict[str, Bool]:
     """One evaluation of the strip: {'step', 'depth', 'height': cells (rows, columns)} among the tracks near the rover.
 
     Step: of the de-biased bounds over a cell and its 4 neighbours, with the plane's slope taken out. Depth, height:
-    below and above the plane of 0.7 m, fitted again without what lies more than 2 cm below the first.
+    below and above the plane of 0.7 m, fitted again without what lies more than 2 cm below the first. Over its limit
+    each counts where it goes beyond the map of the leg's start, by more than NEWS_M and a cell's width: the plan was
+    made with the map, so a known stone beside a track, or low enough under it, stops nobody.
     """
-    near = ldem.window(strip, pose.x_m, pose.y_m, WINDOW_M)
-    surface = classify(near, settings.mapping)
-    first_j, first_i = strip.grid.cell(near.grid.x0_m, near.grid.y0_m)
-    j, i = np.nonzero(tracks)
-    j, i = j - first_j, i - first_i
-    inside = (j >= 0) & (i >= 0) & (j < near.grid.rows) & (i < near.grid.columns)
-    j, i = j[inside], i[inside]
-    known = np.isfinite(surface.z_mean[j, i])
-    j, i = j[known], i[known]
-    plane = _planes(_around(surface.z_mean, j, i, PLANE_CELLS))  # height, slopes along rows and columns per cell
-    slope = plane[:, 1:] @ np.array(CROSS, np.float64).T
-    high = _around(surface.z_top, j, i, 1)[:, CROSS_OF_9] - slope
-    low = _around(surface.z_bot, j, i, 1)[:, CROSS_OF_9] - slope
-    depth = np.minimum(surface.z_bot, surface.z_ray + np.float32(RAY_PROOF_M))[j, i]
+    near = ldem.window(watch.strip, pose.x_m, pose.y_m, WINDOW_M)
+    strip = classify(near, settings.mapping)
+    first = np.array(watch.strip.grid.cell(near.grid.x0_m, near.grid.y0_m))
+    cells = np.argwhere(tracks) - first
+    cells = cells[((cells >= 0) & (cells < (near.grid.rows, near.grid.columns))).all(axis=1)]
+    cells = cells[near.n[tuple(cells.T)] >= LEAST_HITS]
+    plane = _planes(_around(strip.z_mean, cells, PLANE_CELLS))  # height, slopes along rows and columns per cell
+    high, low = _bounds(strip, cells, plane, CROSS)
+    top, bottom = strip.z_top[tuple(cells.T)], strip.z_bot[tuple(cells.T)]
+    was_high, was_low = _bounds(watch.surface, cells + first, plane, BESIDE_CROSS)
+    was_top, was_bottom = _bounds(watch.surface, cells + first, plane, SQUARE)
+    step = high - low
     found = {
-        "step": np.nanmax(high, axis=1, initial=-np.inf) - np.nanmin(low, axis=1, initial=np.inf)
-        > settings.guard.step_m,
-        "depth": plane[:, 0] - depth > settings.guard.depth_m,
-        "height": surface.z_top[j, i] - plane[:, 0] > settings.guard.depth_m,
+        "step": (step > settings.guard.step_m) & ~(step <= was_high - was_low + NEWS_M),
+        "depth": (plane[:, 0] - bottom > settings.guard.depth_m) & ~(bottom >= was_bottom - NEWS_M),
+        "height": (top - plane[:, 0] > settings.guard.depth_m) & ~(top <= was_top + NEWS_M),
     }
-    return {why: _placed(bad, j + first_j, i + first_i, tracks.shape) for why, bad in found.items()}
+    return {why: _placed(bad, cells + first, tracks.shape) for why, bad in found.items()}
+
+
+def _bounds(surface: Surface, cells: NDArray[np.int64], plane: F64, among: Cells) -> tuple[F64, F64]:
+    """Highest top and lowest bottom among cells around each, slope taken out: two (k,), infinite if unknown."""
+    reach = max(max(offset) for offset in among)
+    of_square = [(2 * reach + 1) * (dj + reach) + di + reach for dj, di in among]
+    slope = plane[:, 1:] @ np.array(among, np.float64).T
+    high = _around(surface.z_top, cells, reach)[:, of_square] - slope
+    low = _around(surface.z_bot, cells, reach)[:, of_square] - slope
+    return np.nanmax(high, axis=1, initial=-np.inf), np.nanmin(low, axis=1, initial=np.inf)
 
 
 def _planes(squares: F64) -> F64:
@@ -194,15 +208,16 @@ def _fit(squares: F64, used: Bool) -> F64:
     return planes
 
 
-def _around(grid: NDArray[np.floating], j: NDArray[np.int64], i: NDArray[np.int64], reach: int) -> F64:
-    """The squares around cells (k,), NaN beyond the grid: (k, (2 reach + 1) ** 2), row by row."""
+def _around(grid: NDArray[np.floating], cells: NDArray[np.int64], reach: int) -> F64:
+    """The squares around cells (k, 2), NaN beyond the grid: (k, (2 reach + 1) ** 2), row by row."""
     padded = np.pad(grid.astype(np.float64), reach, constant_values=np.nan)
     side = np.arange(2 * reach + 1)
-    square: F64 = padded[j[:, None, None] + side[:, None], i[:, None, None] + side]
-    return square.reshape(len(j), (2 * reach + 1) ** 2)
+    j, i = cells.T[:, :, None, None]
+    square: F64 = padded[j + side[:, None], i + side]
+    return square.reshape(len(cells), (2 * reach + 1) ** 2)
 
 
-def _placed(chosen: Bool, j: NDArray[np.int64], i: NDArray[np.int64], shape: tuple[int, ...]) -> Bool:
-    cells = np.zeros(shape, np.bool_)
-    cells[j[chosen], i[chosen]] = True
-    return cells
+def _placed(chosen: Bool, cells: NDArray[np.int64], shape: tuple[int, ...]) -> Bool:
+    placed = np.zeros(shape, np.bool_)
+    placed[tuple(cells[chosen].T)] = True
+    return placed

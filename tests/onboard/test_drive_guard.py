@@ -22,13 +22,16 @@ PHI = np.radians(np.arange(-30, 30.1, 0.25))
 TRACK_Y = 0.23
 
 
+def known(ground):
+    """The map of ground z = ground(x, y), seen well."""
+    columns, rows = np.arange(GRID.columns), np.arange(GRID.rows)
+    z = ground(*np.meshgrid(GRID.x0_m + GRID.cell_m * columns, GRID.y0_m + GRID.cell_m * rows)).astype(np.float32)
+    n, sum_z = np.full(z.shape, 9, np.int32), 9.0 * z.astype(np.float64)
+    return classify(replace(ldem.empty(GRID), n=n, sum_z=sum_z, z_hi=z, z_lo=z, view_m=0 * z + 1), MAPPING)
+
+
 def known_flat():
-    """The map of even ground, seen well."""
-    shape = (GRID.rows, GRID.columns)
-    flat = np.zeros(shape, np.float32)
-    return classify(replace(
-        ldem.empty(GRID), n=np.full(shape, 9, np.int32), z_hi=flat, z_lo=flat, view_m=flat + np.float32(1.0)
-    ), MAPPING)  # fmt: skip
+    return known(flat)
 
 
 def line(x_m, ground, silent=lambda x, y: False):
@@ -98,6 +101,44 @@ def test_hole_rock_and_step_on_a_track_stop_the_rover_well_before_a_wheel(ground
 def test_strip_alone_finds_what_the_map_does_not_know(ground):
     _, bad = drive(ground, surface=classify(ldem.empty(GRID), MAPPING))
     assert {cell.why for cell in bad} & {"step", "depth", "height"}
+
+
+def stone(x, y, high=0.4):
+    """Beside the track, under no wheel."""
+    return np.where((np.abs(x - 1.85) <= 0.2) & (np.abs(y - TRACK_Y - 0.4) <= 0.15), high, 0.0)
+
+
+def test_stone_beside_a_track_that_the_map_shows_is_not_taken_for_a_hole_on_the_track():
+    assert drive(stone, surface=known(stone)) == (None, ())
+    assert drive(lambda x, y: stone(x, y) + dip(x, y), surface=known(stone))[0] is not None
+
+
+def test_low_stone_that_the_plan_was_made_with_does_not_stop_the_rover_and_a_new_one_does():
+    def low(x, y):
+        return rock(x, y) * 0.07 / 0.15
+
+    assert drive(low)[0] is not None
+    assert drive(low, surface=known(low)) == (None, ())
+
+
+@pytest.mark.parametrize("off_m", [-0.1, 0.1])
+def test_strip_allows_a_known_stone_to_lie_a_cell_beside_where_the_map_has_it(off_m):
+    def low(x, y):
+        return rock(x, y) * 0.07 / 0.15
+
+    def judged(surface):
+        watch = drive_guard.begin(surface, 1)
+        ahead = tracks(WAY, np.empty((0, 3)), GRID, ROVER)
+        for x in np.arange(0.3, 1.1, 0.022):
+            watch, _ = drive_guard.hear(watch, line(x, low), Pose(float(x), 0.0), ahead, SETTINGS)
+        return {why for why, cells in drive_guard.judge(watch, Pose(1.1, 0.0), ahead, SETTINGS).items() if cells.any()}
+
+    assert judged(known_flat())
+    assert judged(known(lambda x, y: low(x + off_m, y))) == set()
+
+
+def test_hole_that_the_map_shows_less_deep_stops_the_rover():
+    assert drive(lambda x, y: dip(x, y, 0.12), surface=known(lambda x, y: dip(x, y, 0.05)))[0] is not None
 
 
 def test_step_below_its_limit_does_not_stop_the_rover():

@@ -37,7 +37,8 @@ PATTERNS = {"mean": (1, 1, 1, 1), "front_rear": (1, -1, -1, 1), "left_right": (1
 class Row:
     """Errors of the estimate against how it was built. steer_seen: the mean angle; steer_difference: the worse of front
     against rear and left against right. sigmas: worst error of all values over its sigma. way_*: rms over the legs of
-    how far odometry's way is from the true one, before and after, mm.
+    how far odometry's way is from the true one, mm: before, after, and for one who knows how the rover is built, on
+    the second drive: what ground and slip leave of it.
     """
 
     seed: int
@@ -52,21 +53,40 @@ class Row:
     sigmas: float = 0.0
     way_before_mm: float = 0.0
     way_after_mm: float = 0.0
+    way_built_mm: float = 0.0
 
 
 def fly(seed: int) -> Row:
     """Both drives of one rover."""
     built = drawn(seed).built(Rover())
-    problem, seen, before_mm = drive(built, Rover(), seed)
-    if seen is None:
+    problem, first = drive(built, Rover(), seed)
+    if first is None:
         return Row(seed, problem)
-    found = estimate(seen, Rover())
-    problem, _, after_mm = drive(built, found.applied(Rover()), seed)
-    return Row(seed, problem or "calibrated", *_errors(found, built), round(before_mm, 1), round(after_mm, 1))
+    found = estimate(first.seen, Rover())
+    problem, then = drive(built, found.applied(Rover()), seed)
+    if then is None:
+        return Row(seed, problem)
+    off_mm = first.off_mm(Rover()), then.off_mm(found.applied(Rover())), then.off_mm(built)
+    return Row(seed, "calibrated", *_errors(found, built), *(round(off, 1) for off in off_mm))
 
 
-def drive(built: Rover, believes: Rover, seed: int) -> tuple[str, Evidence | None, float]:
-    """What ended it, its evidence, and how far odometry's legs were off the truth."""
+@dataclass(frozen=True, slots=True)
+class Driven:
+    """What a drive shows, and the true poses (place, quaternion) of its stops."""
+
+    seen: Evidence
+    stops: Sequence[tuple[np.ndarray, np.ndarray]]
+
+    def off_mm(self, believes: Rover) -> float:
+        """Rms over the legs of how far odometry of a rover believed so is off the truth."""
+        model = Model(self.seen, believes)
+        ways = model.ways(model.start())[:, :2]
+        true = [_in_base(self.stops[k], self.stops[k + 1]) for k in range(len(ways))]
+        return 1000.0 * float(np.sqrt(((ways - true) ** 2).sum(axis=1).mean()))
+
+
+def drive(built: Rover, believes: Rover, seed: int) -> tuple[str, Driven | None]:
+    """What ended it early, or the drive."""
     yard, poses = Yard(built, seed), []
 
     def observe(world: Yard, machine: Drive) -> None:
@@ -78,16 +98,8 @@ def drive(built: Rover, believes: Rover, seed: int) -> tuple[str, Evidence | Non
     finally:
         yard.free()
     if not machine.complete:
-        return machine.problem, None, 0.0
-    seen = evidence(machine.log, believes)
-    return "", seen, 1000.0 * _way_error_m(seen, believes, poses[::2])
-
-
-def _way_error_m(seen: Evidence, believes: Rover, stops: Sequence[tuple[np.ndarray, np.ndarray]]) -> float:
-    model = Model(seen, believes)
-    ways = model.ways(model.start())[:, :2]
-    true = [_in_base(stops[k], stops[k + 1]) for k in range(len(ways))]
-    return float(np.sqrt(((ways - true) ** 2).sum(axis=1).mean()))
+        return machine.problem, None
+    return "", Driven(evidence(machine.log, believes), poses[::2])
 
 
 def _in_base(first: tuple[np.ndarray, np.ndarray], then: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
