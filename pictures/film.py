@@ -18,7 +18,7 @@ from onboard.planning.archive import PlanPicture
 from onboard.records import F64
 from pictures.ldem import set_picture
 from pictures.style import BLACK, BLUE, GREEN, ORANGE, RED, drawn_frames, figure
-from pictures.terrain import Ground, draw_ground, extent, scale_bar
+from pictures.terrain import Ground, draw_ground, extent, height_scale, scale_bar, shaded
 
 WIDTH_IN, TOP_IN, WORDS_IN, DOTS_PER_INCH = 7.2, 0.35, 1.0, 100  # even numbers of dots: some films need them
 RAYS, LOCAL, MAP_ALPHA = "#d627b4", "#7a2d8f", 0.55
@@ -28,7 +28,8 @@ WHEEL_M = (0.2, 0.1)
 @dataclass(frozen=True, slots=True)
 class Shot:
     """One picture of a film. pose: x, y, heading. wheels: (4, 3) x, y, heading of each. points: (n, 2 or more) met by
-    the scanner. way, believed: (k, 2 or more). plan: the last one. title, lines: words; alarm: those in red.
+    the scanner. way, believed: (k, 2 or more). plan: the last one. title, lines: words; alarm: those in red. ground:
+    as it is now, where it is not the one before.
     """
 
     pose: tuple[float, float, float]
@@ -40,6 +41,7 @@ class Shot:
     plan: PlanPicture | None = None
     lines: tuple[str, ...] = ()
     alarm: str = ""
+    ground: Ground | None = None
 
 
 class Stage:
@@ -52,7 +54,7 @@ class Stage:
         self._figure.set_layout_engine("none")
         total = self._figure.get_figheight()
         axes = self._figure.add_axes((0.0, WORDS_IN / total, 1.0, 1.0 - (WORDS_IN + TOP_IN) / total))
-        draw_ground(axes, ground)
+        self._ground, self._soil, self._scale = ground, draw_ground(axes, ground), height_scale([ground])
         axes.set_axis_off()
         axes.plot(*goal_m, "o", markersize=11, color=RED, markeredgecolor="white", zorder=7)
         axes.set(xlim=(left, right), ylim=(bottom, top))
@@ -70,6 +72,7 @@ class Stage:
 
     def draw(self, shot: Shot) -> NDArray[np.uint8]:
         """The picture, (rows, columns, 3)."""
+        self._draw_ground(shot.ground)
         self._draw_plan(shot.plan)
         plan, lines = shot.plan, self._lines
         for name, way in (
@@ -85,6 +88,11 @@ class Stage:
         self._figure.set_dpi(DOTS_PER_INCH)
         self._figure.canvas.draw()
         return np.asarray(self._figure.canvas.buffer_rgba())[..., :3].copy()
+
+    def _draw_ground(self, ground: Ground | None) -> None:
+        if ground is not None and ground is not self._ground:
+            self._ground = ground
+            self._soil.set_data(shaded(ground, self._scale))
 
     def _draw_plan(self, plan: PlanPicture | None) -> None:
         if plan is self._mapped:

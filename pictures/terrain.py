@@ -66,18 +66,24 @@ def height_scale(grounds: Sequence[Ground]) -> Normalize:
 
 def draw_ground(axes: Axes, ground: Ground, scale: Normalize | None = None) -> AxesImage:
     """Shaded ground with its rocks on map axes in metres; returns the image, whose colours are heights."""
-    heights = ground.heights_m.astype(np.float64)
     scale = scale or height_scale([ground])
-    colour = SOIL(scale(np.nan_to_num(heights)))[..., :3]
-    bright = 0.35 + 0.85 * hillshade(ground.heights_m, ground.grid.cell_m)
-    picture = np.clip(colour * bright[..., None], 0, 1)
-    picture[~np.isfinite(heights)] = _NOTHING
+    picture = shaded(ground, scale)
     image = axes.imshow(picture, origin="lower", extent=extent(ground.grid), interpolation="nearest", zorder=0)
     image.set_cmap(SOIL)
     image.set_norm(scale)
     draw_rocks(axes, ground.rocks)
     map_axes(axes)
     return image
+
+
+def shaded(ground: Ground, scale: Normalize) -> NDArray[np.float64]:
+    """The ground's picture under the light, (rows, columns, 3)."""
+    heights = ground.heights_m.astype(np.float64)
+    colour = SOIL(scale(np.nan_to_num(heights)))[..., :3]
+    bright = 0.35 + 0.85 * hillshade(ground.heights_m, ground.grid.cell_m)
+    picture: NDArray[np.float64] = np.clip(colour * bright[..., None], 0, 1)
+    picture[~np.isfinite(heights)] = _NOTHING
+    return picture
 
 
 def draw_rocks(axes: Axes, rocks: F64) -> None:

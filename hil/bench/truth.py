@@ -6,6 +6,8 @@ The file's channels, ten times a second of bench time but for faults:
     /turn    a turn of the scanner: sweep u32 (0 outside one), then (1 + n, 3) float32, m, map frame: where its middle
              ray began, and what every fourth ray met
     /fault   JSON: t_s, fault, target, what ("begin", "heal")
+    /ground  other ground from now on: row, column u32 of the field's grid, rows, columns u32, then the new heights
+             there, float32, m
 
 It can be read while it is written: it reaches the disk within a second or two of bench time.
 """
@@ -24,12 +26,13 @@ import numpy as np
 from mcap.writer import CompressionType, Writer
 
 from hil.records import PlantState, Turn
+from hil.terrain.field import Field, truth_height
 from onboard.records import F32
 
 _PERIOD_NS = 100_000_000
 _CHUNK_BYTES = 1 << 13  # small: who watches a run sees no more than what is whole
 _EVERY = 4  # of a turn's rays
-_SWEEP = struct.Struct("<I")
+_SWEEP, _PATCH = struct.Struct("<I"), struct.Struct("<4I")
 _SCHEMA = json.dumps({"type": "object", "properties": {
     "position_m": {"type": "array"}, "quaternion_xyzw": {"type": "array"}, "wheel_rate_radps": {"type": "array"},
     "wheel_rad": {"type": "array"}, "steer_rad": {"type": "array"}, "rockers_rad": {"type": "array"},
@@ -47,6 +50,7 @@ class TruthFile:
         self._truth = self._writer.register_channel("/truth", "json", schema)
         self._turn = self._writer.register_channel("/turn", "", 0)
         self._fault = self._writer.register_channel("/fault", "json", 0)
+        self._ground = self._writer.register_channel("/ground", "", 0)
         self._turned_ns = -_PERIOD_NS
 
     def add(self, state: PlantState) -> None:
@@ -64,6 +68,11 @@ class TruthFile:
     def add_fault(self, now_ns: int, row: Mapping[str, object]) -> None:
         """A fault begins or is healed."""
         self._add(self._fault, now_ns, json.dumps(row).encode())
+
+    def add_ground(self, now_ns: int, patch: Patch) -> None:
+        """The ground is another now."""
+        place = _PATCH.pack(patch.row, patch.column, *patch.heights_m.shape)
+        self._add(self._ground, now_ns, place + patch.heights_m.astype("<f4").tobytes())
 
     def _add(self, channel: int, now_ns: int, data: bytes) -> None:
         self._writer.add_message(channel, log_time=now_ns, publish_time=now_ns, data=data)
@@ -107,6 +116,12 @@ class Truth:
         if self._file:
             self._file.add_fault(now_ns, row)
 
+    def add_ground(self, now_ns: int, before: Field, after: Field) -> None:
+        """The ground has changed; for the file alone."""
+        patch = difference(truth_height(before), truth_height(after)) if self._file else None
+        if self._file and patch:
+            self._file.add_ground(now_ns, patch)
+
     def sha256(self) -> str:
         """Over the states of all ticks."""
         return self._sum.hexdigest()
@@ -129,6 +144,29 @@ def read_turn(data: bytes) -> Met:
     """A message of /turn. Raises ValueError, struct.error where it is none."""
     rows = np.frombuffer(data, "<f4", offset=_SWEEP.size).reshape(-1, 3)
     return Met(_SWEEP.unpack_from(data)[0], rows[0], rows[1:])
+
+
+class Patch(NamedTuple):
+    """A message of /ground: the ground's heights from this cell of the field on. heights_m: (rows, columns) float32."""
+
+    row: int
+    column: int
+    heights_m: F32
+
+
+def difference(before_m: F32, after_m: F32) -> Patch | None:
+    """The smallest rectangle outside which nothing has changed; None where nothing has."""
+    rows, columns = np.nonzero(before_m != after_m)
+    if len(rows) == 0:
+        return None
+    row, column = int(rows.min()), int(columns.min())
+    return Patch(row, column, after_m[row : rows.max() + 1, column : columns.max() + 1])
+
+
+def read_patch(data: bytes) -> Patch:
+    """A message of /ground. Raises ValueError, struct.error where it is none."""
+    row, column, rows, columns = _PATCH.unpack_from(data)
+    return Patch(row, column, np.frombuffer(data, "<f4", offset=_PATCH.size).reshape(rows, columns))
 
 
 def _met(turn: Turn) -> F32:

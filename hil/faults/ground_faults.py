@@ -85,7 +85,9 @@ def across(kind: Kind, way_m: F64, seed: int) -> Obstacle | None:
 
 def put(bench: World, obstacle: Obstacle) -> None:
     """Into the ground of a running bench."""
-    bench.plant.reshape(obstacle.dug(bench.plant.field))
+    before = bench.plant.field
+    bench.plant.reshape(obstacle.dug(before))
+    bench.truth.add_ground(bench.state.now_ns, before, bench.plant.field)
 
 
 def before_the_goal(name: str) -> Callable[[World], None]:

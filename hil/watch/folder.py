@@ -17,8 +17,8 @@ from pathlib import Path
 
 import numpy as np
 
-from hil.bench.truth import read_turn
-from hil.watch.story import Ground, Moment, Story, Told
+from hil.bench.truth import read_patch, read_turn
+from hil.watch.story import Ground, Moment, Story, Told, changed
 from hil.watch.tail import NoRunError, Said, Tail
 from onboard.planning import archive
 from onboard.records import Grid
@@ -54,6 +54,10 @@ class Folder:
     def _add_truth(self, said: Said) -> None:
         if said.topic == "/turn":
             self.story.turns.append((said.time_s, read_turn(said.data)))
+            return
+        if said.topic == "/ground":
+            self.story.patches.append((said.time_s, read_patch(said.data)))
+            changed(self.ground, [self.story.patches[-1][1]])
             return
         row = json.loads(said.data)
         if said.topic == "/truth":

@@ -9,7 +9,7 @@ import rerun as rr
 
 from hil.watch.folder import Folder
 from hil.watch.model import about, parts, turns_rad
-from hil.watch.story import Moment, Story
+from hil.watch.story import Moment, Story, changed
 from hil.watch.surfaces import Surface, ground_surface, map_surface, on_ground
 from onboard.config import Rover, load
 from onboard.records import F64
@@ -29,7 +29,10 @@ def write(folder: Path, path: Path) -> None:
     with rr.RecordingStream("el-dorado") as stream:
         stream.save(path)
         stream.log("/", rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
-        stream.log("/ground", _mesh(ground_surface(run.ground)), static=True)
+        for k, time_s in enumerate([0.0, *(time_s for time_s, _ in run.story.patches)]):
+            stream.set_time(TIMELINE, duration=time_s)
+            ground = changed(run.ground, [patch for _, patch in run.story.patches[:k]])
+            stream.log("/ground", _mesh(ground_surface(ground)))
         goal = on_ground(run.ground, np.array([run.ground.goal_m]))
         stream.log("/goal", rr.Points3D(goal, radii=0.15, colors=RED, labels="goal"), static=True)
         rover = load().rover

@@ -1,6 +1,6 @@
 """The scene in the browser: made once from the ground, then brought to any instant of the run. z is up.
 
-    /ground /goal                          the truth that stays
+    /ground /goal                          the truth: a trench comes when it is dug
     /rover/chassis/rocker_left/steer_1/... the rover's parts, each turned about its joint
     /scan/points /scan/rays                what the rays of the running sweep met, and those of the last turn
     /map/surface                           the flight program's map at its last stop, in the colours of the node sets
@@ -17,9 +17,10 @@ from trimesh.visual import TextureVisuals
 from trimesh.visual.material import PBRMaterial
 from viser import SceneApi, SceneNodeHandle
 
+from hil.bench.truth import Patch
 from hil.watch import surfaces
 from hil.watch.model import Part, about, parts, turns_rad
-from hil.watch.story import Ground, Instant
+from hil.watch.story import Ground, Instant, changed
 from hil.watch.surfaces import Surface, dashes, lifted, map_surface, on_ground, segments
 from onboard.config import Rover
 from onboard.records import F64
@@ -36,13 +37,13 @@ class Scene:
     """Nodes of a viser scene by their names. `show` sends only what has changed."""
 
     def __init__(self, api: SceneApi, ground: Ground, rover: Rover) -> None:
-        self._api, self._ground = api, ground
+        self._api, self.ground, self._first = api, ground, ground
         self.nodes: dict[str, SceneNodeHandle] = {}
         self._shown: dict[str, object] = {}
         self._joints = parts(rover)
         api.set_up_direction("+z")
         self._light()
-        self._mesh("/ground", surfaces.ground_surface(ground))
+        self._dig(())
         self._goal(ground.goal_m)
         for name in ("/rover", *LAYERS):
             self.nodes[name] = api.add_frame(name, show_axes=False)
@@ -51,10 +52,11 @@ class Scene:
 
     def show(self, instant: Instant) -> None:
         """Bring the scene to this instant."""
+        self._dig(instant.patches)
         self._pose(instant)
         self._scan(instant)
         for name, way, colour in (("driven", instant.way, BLACK), ("believed", instant.believed_way, GREEN)):
-            pieces = segments(on_ground(self._ground, way)) if len(way) > 1 else None
+            pieces = segments(on_ground(self.ground, way)) if len(way) > 1 else None
             self._line(f"/paths/{name}", len(way), pieces, colour, 3.0)
         self._plan(instant)
 
@@ -79,7 +81,7 @@ class Scene:
         self.nodes[name] = self._api.add_mesh_trimesh(name, mesh)
 
     def _goal(self, goal_m: tuple[float, float]) -> None:
-        x, y, z = on_ground(self._ground, np.array([goal_m]))[0]
+        x, y, z = on_ground(self.ground, np.array([goal_m]))[0]
         api = self._api
         self.nodes["/goal"] = api.add_frame("/goal", show_axes=False, position=(x, y, z))
         self.nodes["/goal/pole"] = api.add_cylinder("/goal/pole", 0.02, 1.2, LIGHT, position=(0, 0, 0.6))
@@ -103,6 +105,14 @@ class Scene:
             api.add_cylinder(f"{name}/scanner", 0.04, 0.09, BLACK, position=(rover.lidar_x_m, 0.0, rover.lidar_z_m))
 
     # -- what changes ----------------------------------------------------------------------------------------------
+
+    def _dig(self, patches: tuple[Patch, ...]) -> None:
+        """Ground as it was at first, with these changes."""
+        if self._same("/ground", len(patches)):
+            return
+        self._remove("/ground")
+        self.ground = changed(self._first, patches)
+        self._mesh("/ground", surfaces.ground_surface(self.ground))
 
     def _pose(self, instant: Instant) -> None:
         moment = instant.moment
@@ -138,13 +148,13 @@ class Scene:
             if len(surface.triangles):
                 self._mesh("/map/surface", surface, 0.6)
             if len(plan.path):
-                place = on_ground(self._ground, plan.path[-1:])[0]
+                place = on_ground(self.ground, plan.path[-1:])[0]
                 self.nodes["/paths/next"] = self._api.add_icosphere("/paths/next", 0.09, PURPLE, position=place)
         for name, way, colour, lines in (
             ("global", plan.global_path if plan else np.empty((0, 2)), BLUE, dashes),
             ("local", plan.path if plan else np.empty((0, 3)), PURPLE, segments),
         ):
-            pieces = lines(on_ground(self._ground, way)) if len(way) > 1 else None
+            pieces = lines(on_ground(self.ground, way)) if len(way) > 1 else None
             self._line(f"/paths/{name}", instant.plan_number, pieces, colour, 4.0)
 
     def _line(self, name: str, key: object, pieces: F64 | None, colour: tuple[int, int, int], width: float) -> None:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from bisect import bisect_right, insort
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from hil.bench.truth import Met
+from hil.bench.truth import Met, Patch
 from onboard.planning.archive import PlanPicture
 from onboard.records import F32, F64, Grid
 
@@ -25,6 +26,15 @@ class Ground:
     heights_m: F32
     rocks: F64
     goal_m: tuple[float, float]
+
+
+def changed(ground: Ground, patches: Sequence[Patch]) -> Ground:
+    """The ground after these changes. Raises ValueError for one that does not lie on it."""
+    heights_m = ground.heights_m.copy()
+    for patch in patches:
+        rows, columns = patch.heights_m.shape
+        heights_m[patch.row : patch.row + rows, patch.column : patch.column + columns] = patch.heights_m
+    return replace(ground, heights_m=heights_m) if patches else ground
 
 
 class Moment(NamedTuple):
@@ -51,7 +61,8 @@ class Told(NamedTuple):
 @dataclass(frozen=True, slots=True)
 class Instant:
     """How a run stood. turns: of the running sweep, or the last one. way, believed_way: (k, 3) so far, true and as the
-    flight program believes it. plan: the last one, with its number from 1 (0 none). faults: those that last.
+    flight program believes it. plan: the last one, with its number from 1 (0 none). faults: those that last. patches:
+    how the ground has changed.
     """
 
     time_s: float
@@ -63,6 +74,7 @@ class Instant:
     faults: tuple[str, ...]
     way: F64
     believed_way: F64
+    patches: tuple[Patch, ...] = ()
 
 
 class Way:
@@ -93,6 +105,7 @@ class Story:
     plans: list[tuple[float, PlanPicture]] = field(default_factory=list)
     told: list[Told] = field(default_factory=list)
     faults: list[tuple[float, str, bool]] = field(default_factory=list)
+    patches: list[tuple[float, Patch]] = field(default_factory=list)
     way: Way = field(default_factory=Way)
     believed_way: Way = field(default_factory=Way)
 
@@ -120,6 +133,7 @@ class Story:
             time_s, moment, self._turns(time_s), self.plans[plans - 1][1] if plans else None, plans,
             tuple(self.told[max(0, told - TOLD) : told]), self._lasting(time_s),
             self.way.until(time_s), self.believed_way.until(time_s),
+            tuple(patch for _, patch in self.patches[: _until(self.patches, time_s)]),
         )
 
     def _turns(self, time_s: float) -> tuple[Met, ...]:

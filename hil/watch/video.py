@@ -15,7 +15,8 @@ from PIL import Image
 from hil.plant.turns import rotate
 from hil.watch.film_kind import KindError, check_kind
 from hil.watch.folder import Folder
-from hil.watch.story import Instant, Story
+from hil.watch.story import Ground as TrueGround
+from hil.watch.story import Instant, changed
 from hil.watch.tail import NoRunError
 from onboard.config import Rover, load
 from onboard.records import F64
@@ -36,23 +37,30 @@ def write(folder: Path, path: Path) -> None:
     if not run.story.moments:
         raise NoRunError(f"{folder / 'truth.mcap'} holds no moment of a run")
     rover = load().rover
-    ground = Ground(run.ground.grid, run.ground.heights_m, run.ground.rocks, "the true ground")
     path.parent.mkdir(parents=True, exist_ok=True)
     body_m = (rover.body_length_m, 0.6 * rover.body_width_m)  # wheels stick out of it
     save = _mp4 if path.suffix == ".mp4" else _animated
-    save(film(ground, run.ground.goal_m, body_m, shots(run.story, rover)), path)
+    save(film(drawn(run.ground), run.ground.goal_m, body_m, shots(run, rover)), path)
 
 
-def shots(story: Story, rover: Rover) -> Iterator[Shot]:
+def drawn(ground: TrueGround) -> Ground:
+    """The true ground as films draw it."""
+    return Ground(ground.grid, ground.heights_m, ground.rocks, "the true ground")
+
+
+def shots(run: Folder, rover: Rover) -> Iterator[Shot]:
     """One every SPEED / FRAMES_A_SECOND seconds of bench time, the end among them."""
+    story, ground, changes = run.story, None, 0
     times_s = np.append(np.arange(story.moments[0].time_s, story.end_s, SPEED / FRAMES_A_SECOND), story.end_s)
     for time_s in times_s.tolist():
         instant = story.at(time_s)
         assert instant is not None, "a story with moments has one at any time"
-        yield shot(instant, rover)
+        if len(instant.patches) != changes:
+            ground, changes = drawn(changed(run.ground, instant.patches)), len(instant.patches)
+        yield shot(instant, rover, ground)
 
 
-def shot(instant: Instant, rover: Rover) -> Shot:
+def shot(instant: Instant, rover: Rover, ground: Ground | None = None) -> Shot:
     """The rover's body and wheels from above, and the words."""
     moment = instant.moment
     x, y, _ = moment.position_m
@@ -64,7 +72,7 @@ def shot(instant: Instant, rover: Rover) -> Shot:
     lines = [f"{told.time_s:6.1f} s  {told.name}  {told.text}"[:WIDTH_OF_WORDS] for told in instant.told[-TOLD:]]
     return Shot(
         (x, y, heading_rad), f"{instant.time_s:6.1f} s", np.array(wheels), _points(instant), instant.way,
-        instant.believed_way, instant.plan, tuple(lines), "   ".join(alarm),
+        instant.believed_way, instant.plan, tuple(lines), "   ".join(alarm), ground,
     )
 
 

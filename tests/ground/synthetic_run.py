@@ -141,8 +141,11 @@ def write_run(folder, ground=True, bench=True, step=10):
         write_bench(folder, made)
 
 
-def write_truth(path):
-    """As the bench writes it: a sweep before each leg, of turns that meet two points; a fault on the second leg."""
+def write_truth(path, dug=None):
+    """As the bench writes it: a sweep before each leg, of turns that meet two points; a fault on the second leg.
+
+    dug: (seconds, field): the ground becomes this one.
+    """
     truth, zero = Truth(path), np.zeros(3)
     for k in range(round(END_S * 10)):
         time_s, now_ns = k / 10, k * 10**8
@@ -158,6 +161,8 @@ def write_truth(path):
         if time_s in (LEGS[1][0], LEGS[1][1]):
             what = "begin" if time_s == LEGS[1][0] else "heal"
             truth.add_fault(now_ns, {"t_s": time_s, "fault": "wheel_stuck", "target": 2, "what": what})
+        if dug and dug[0] == time_s:
+            truth.add_ground(now_ns, field(), dug[1])
     truth.close()
 
 

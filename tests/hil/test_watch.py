@@ -7,6 +7,7 @@ import socket
 import subprocess
 import sys
 import urllib.request
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 
@@ -16,22 +17,28 @@ from PIL import Image
 from typer.testing import CliRunner
 
 from hil.__main__ import app
+from hil.bench.truth import Patch, TruthFile
+from hil.faults.ground_faults import KINDS, Obstacle
 from hil.flying import conclude
 from hil.plant.engine import pybullet
 from hil.plant.rover_model import urdf
 from hil.processes import free_ports
 from hil.run import run as run_scenario
 from hil.scenario.scenario import Scenario
+from hil.terrain.field import truth_height
 from hil.watch import video
 from hil.watch.folder import Folder
 from hil.watch.live import RECORDS, watched
 from hil.watch.model import about, parts, turns_rad
 from hil.watch.serve import Watcher, open_server
 from hil.watch.story import Moment
+from hil.watch.tail import NoRunError
 from onboard.config import Rover
+from pictures.film import Shot, Stage
 from protocol.conventions import WHEELS
-from tests.ground.synthetic_run import GOAL, LEGS, write_run
+from tests.ground.synthetic_run import GOAL, LEGS, field, write_run, write_truth
 
+EMPTY_SHOT = Shot((0.0, 0.0, 0.0), "", np.zeros((4, 3)), np.empty((0, 3)), np.empty((0, 2)), np.empty((0, 2)))
 ROOT = Path(__file__).parents[2]
 
 
@@ -87,6 +94,51 @@ def test_scan_map_and_paths_come_and_go_with_the_time(watcher):
     assert extra(5.0) - {"/paths/believed"} == scanning
     assert extra(LEGS[0][0] + 8.0) == scanning | planned
     assert extra(5.0) - {"/paths/believed"} == scanning  # back again
+
+
+@pytest.fixture(scope="module")
+def dug(tmp_path_factory):
+    """A run in which a trench is dug after 20 s; with the ground before and after."""
+    folder, before = tmp_path_factory.mktemp("dug"), field()
+    write_run(folder)
+    trench = Obstacle(KINDS["trench"], 4.0, 0.0, 0.0)
+    after = replace(before, soil_z=trench.dug(before))
+    write_truth(folder / "truth.mcap", (20.0, after))
+    return folder, truth_height(before), truth_height(after)
+
+
+def test_a_trench_is_in_the_scene_from_when_it_was_dug(dug):
+    folder, before_m, after_m = dug
+    watcher = Watcher(Folder(folder), open_server(free_ports(1)[0]))
+    try:
+        for time_s, heights_m in ((10.0, before_m), (30.0, after_m), (15.0, before_m)):
+            shown_at(watcher, time_s)
+            np.testing.assert_array_equal(watcher.scene.ground.heights_m, heights_m)
+        assert "/ground" in watcher.scene.nodes
+    finally:
+        watcher.close()
+
+
+def test_a_film_shows_the_trench_from_when_it_was_dug(dug):
+    folder, _, after_m = dug
+    run = Folder(folder)
+    run.read()
+    grounds = {round(float(shot.title.split()[0])): shot.ground for shot in video.shots(run, Rover())}
+    assert grounds[19] is None
+    np.testing.assert_array_equal(grounds[21].heights_m, after_m)
+    first = Stage(video.drawn(run.ground), GOAL, (0.8, 0.5))
+    pictures = [first.draw(replace(EMPTY_SHOT, ground=ground)) for ground in (None, grounds[21])]
+    assert (pictures[0] != pictures[1]).any()
+
+
+def test_a_change_of_the_ground_beyond_it_is_named_as_damage(run, tmp_path):
+    for name in ("field.npz", "onboard.mcap"):
+        shutil.copy(run / name, tmp_path)
+    truth = TruthFile(tmp_path / "truth.mcap")
+    truth.add_ground(0, Patch(10**6, 0, np.zeros((2, 2), np.float32)))
+    truth.close()
+    with pytest.raises(NoRunError, match="damaged"):
+        Folder(tmp_path).read()
 
 
 def test_clicks_reach_the_player_in_the_next_step(watcher):
