@@ -16,19 +16,21 @@ from typing import Annotated, Any, NoReturn
 
 import typer
 
-from ground import archive_command, contacts_command, keys_command, look_command, preview_command, products, show, verbs
-from ground.archive import ArchiveError
+from ground.archive.store import ArchiveError
 from ground.bridge.command import app as bridge_app
-from ground.clock import ClockError
 from ground.gateway.command import gateway_command
-from ground.operate import FAILED, TEMPORARY, Plan, Teller, operate
-from ground.report_command import report_command
-from ground.schedule import utc_ns
-from ground.script import ScriptError, Step, parse
-from ground.session import Session
-from ground.settings import NoStationError, load_settings
-from ground.station import StationError
-from ground.verbs import Contact, Json, Start, StationFile, Timeout
+from ground.operation import show
+from ground.operation.operate import FAILED, TEMPORARY, Plan, Teller, operate
+from ground.operation.script import ScriptError, Step, parse
+from ground.products import files as products
+from ground.session.schedule import utc_ns
+from ground.session.session import Session
+from ground.station.clock import ClockError
+from ground.station.settings import NoStationError, load_settings
+from ground.station.station import StationError
+from ground.verbs import archive, contacts, keys, look, preview, table
+from ground.verbs.report import report_command
+from ground.verbs.table import Contact, Json, Start, StationFile, Timeout
 from onboard.config import ConfigError
 from protocol import WireError, commands
 from protocol.barrier import parse_address
@@ -61,7 +63,7 @@ def _teller(as_json: bool, report_s: float) -> Teller:
     """Bars in a terminal, lines elsewhere."""
     if as_json or not sys.stdout.isatty():
         return Teller(_out, as_json, report_s)
-    from ground.bars import Bars
+    from ground.operation.bars import Bars
 
     return Bars(_out, report_s)
 
@@ -151,9 +153,9 @@ def _rotate(epoch: int, timeout_s: float, contact_s: float, station: Path | None
 
 
 _OWN = {"goto", "status", "get", "keys_rotate"}
-_families = verbs.add(app, [row for row in commands.TABLE if row.name not in _OWN], _verb)
-app.add_typer(keys_command.app(_rotate), name="keys")
-contacts_command.add(_families["contacts"], lambda plan, station, as_json: _leave(*_run(station, plan, as_json)), _out)
+_families = table.add(app, [row for row in commands.TABLE if row.name not in _OWN], _verb)
+app.add_typer(keys.app(_rotate), name="keys")
+contacts.add(_families["contacts"], lambda plan, station, as_json: _leave(*_run(station, plan, as_json)), _out)
 
 
 @app.command(epilog="Examples: ground status | ground status --json")
@@ -253,11 +255,11 @@ app.add_typer(bridge_app, name="bridge")
 @app.command(epilog="Examples: ground shell | echo 'goto 2 0' | ground shell")
 def shell(contact: Contact = 20.0, station: StationFile = None) -> None:
     """Type commands one after the other on one open session: history, completion; `help` there says what there is."""
-    from ground import shell_terminal
+    from ground.shell import terminal
 
     settings = load_settings(station)
     teller = Teller(_out, False, settings.report_s)
-    raise typer.Exit(shell_terminal.run(settings, station, contact, teller, run, save_product))
+    raise typer.Exit(terminal.run(settings, station, contact, teller, run, save_product))
 
 
 @app.command(epilog="Example: ground calibrate")
@@ -267,9 +269,9 @@ def calibrate() -> None:
     raise typer.Exit(USAGE)
 
 
-look_command.add(app)
-app.add_typer(archive_command.app, name="archive")
-app.add_typer(preview_command.app, name="preview")
+look.add(app)
+app.add_typer(archive.app, name="archive")
+app.add_typer(preview.app, name="preview")
 app.command("gateway", epilog="Examples: ground gateway | ground gateway --origin 38.2547,140.8394,150\n\n"
             "Then: mavproxy.py --master=udpout:127.0.0.1:14551, or QGroundControl as it is.")(gateway_command)
 app.command("report", epilog="Example: ground report build/demo")(report_command)

@@ -12,10 +12,10 @@ import typer
 
 from ground.bridge.bridge import Bridge
 from ground.bridge.ports import Address, BridgeShell, parse_address
-from ground.operate import Beside, Plan, Teller, operate
-from ground.session import Session
-from ground.settings import load_settings
-from ground.verbs import Contact, Json, StationFile
+from ground.operation.operate import Beside, Plan, Teller, operate
+from ground.session.session import Session
+from ground.station.settings import load_settings
+from ground.verbs.table import Contact, Json, StationFile
 from protocol.xtce import xtce
 
 app = typer.Typer(help="Bridges to other ground systems.", no_args_is_help=True)

@@ -15,8 +15,8 @@ from types import TracebackType
 from typing import NamedTuple, Self
 
 from ground.bridge.bridge import Bridge
-from ground.session import News
-from ground.station import StationError
+from ground.session.session import News
+from ground.station.station import StationError
 from protocol import WireError, space_packets
 
 _MOST_PER_TURN = 64
@@ -172,7 +172,7 @@ class Port:
 
 
 class BridgeShell:
-    """The bridge with its ports, beside an operation of the station (ground.operate.Beside). Use it inside `with`.
+    """The bridge with its ports, beside an operation of the station (`operate.Beside`). Use it inside `with`.
 
     telecommands None: nothing is taken.
     """

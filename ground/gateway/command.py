@@ -11,10 +11,10 @@ from typing import Annotated, NamedTuple
 
 import typer
 
-from ground.operate import Beside, Join, Plan, Teller, operate
-from ground.session import Session
-from ground.settings import Settings, load_settings
-from ground.verbs import Contact, Json, StationFile
+from ground.operation.operate import Beside, Join, Plan, Teller, operate
+from ground.session.session import Session
+from ground.station.settings import Settings, load_settings
+from ground.verbs.table import Contact, Json, StationFile
 from onboard.config import ConfigError
 
 OPEN, SIGNED = "unsigned", "signed"

@@ -20,7 +20,7 @@ from typing import Any
 from ground.gateway.frames import mavlink as m
 from ground.gateway.missions import Client, To
 from ground.gateway.orders import CANCELLED, GIVES_WAY, Answer, Asked, Known, Request, order
-from ground.session import Session
+from ground.session.session import Session
 from protocol import commands
 from protocol.transactions import Code, Report, State
 

@@ -16,7 +16,6 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
-from ground.contact import SILENT_NS, Contact
 from ground.gateway import frames
 from ground.gateway.desk import Desk, Outcome, acknowledgement
 from ground.gateway.frames import COMPONENT_ID, SYSTEM_ID, Writer
@@ -27,7 +26,8 @@ from ground.gateway.origin import Origin
 from ground.gateway.parameter_desk import ParameterDesk
 from ground.gateway.signing import Verifier
 from ground.gateway.vehicle import MESSAGES, Seen, Texts, heartbeat, told_by
-from ground.session import EventHeard, Item, News, Session
+from ground.session.contact import SILENT_NS, Contact
+from ground.session.session import EventHeard, Item, News, Session
 from protocol import WireError
 from protocol.modes import Mode
 from protocol.transactions import State

@@ -13,7 +13,7 @@ from ground.gateway.frames import mavlink as m
 from ground.gateway.frames import text_of
 from ground.gateway.missions import Client, To
 from ground.gateway.parameters import Mirror, Parameter, same, word
-from ground.session import EventHeard, Session
+from ground.session.session import EventHeard, Session
 from protocol.transactions import State
 
 _PER_TURN = 16  # values sent in one turn: a burst of all would overrun a client's socket

@@ -15,9 +15,9 @@ from typing import Self
 
 from ground.gateway.gateway import Address, Door, Gateway
 from ground.gateway.signing import stamp_of
-from ground.memory import write_safely
-from ground.session import News
-from ground.station import StationError
+from ground.session.session import News
+from ground.station.memory import write_safely
+from ground.station.station import StationError
 from onboard.config import ConfigError
 
 _MOST_PER_TURN = 256

@@ -1,6 +1,6 @@
 """Both real ends of the link and the model between them, on one virtual clock of 10 ms ticks.
 
-    onboard.core.downlink.Downlink --- sealed --> hil.link.impairment --- opened --> ground.session.Session
+    onboard.core.downlink.Downlink --- sealed --> hil.link.impairment --- opened --> ground.session.session.Session
           the flight program's end     <----------  both directions  ----------      the station's end
 
 Sealing, opening, token bucket, priorities, transactions, events, bulk and telemetry are those that fly. What is left
@@ -15,7 +15,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from ground.session import Kept, News, Session
+from ground.session.session import Kept, News, Session
 from hil.link.impairment import Impairment, Profile, both_directions, load_profile
 from onboard.config import Link
 from onboard.core.downlink import Downlink

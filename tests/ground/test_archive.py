@@ -12,12 +12,12 @@ import duckdb
 import pytest
 from mcap.reader import make_reader
 
-from ground.archive import TABLES, Archive, ArchiveError
-from ground.archive_export import FORMATS
-from ground.archive_keep import fill, pack, prune
-from ground.archive_read import ALL, Span, chains, gaps, reading, rows, sizes
-from ground.archive_schema import MIGRATIONS, VERSION, open_checked
-from ground.telemetry import Event, Value
+from ground.archive.export import FORMATS
+from ground.archive.keep import fill, pack, prune
+from ground.archive.read import ALL, Span, chains, gaps, reading, rows, sizes
+from ground.archive.schema import MIGRATIONS, VERSION, open_checked
+from ground.archive.store import TABLES, Archive, ArchiveError
+from ground.session.telemetry import Event, Value
 from protocol.link import Kind, Sealer
 
 
@@ -42,7 +42,7 @@ def test_each_opening_is_a_run_of_its_own(tmp_path):
 
 def test_committed_rows_survive_a_kill(tmp_path):
     child = (
-        "import sys, time\nfrom ground.archive import Archive\n"
+        "import sys, time\nfrom ground.archive.store import Archive\n"
         "a = Archive(sys.argv[1])\na.add('items', 1, 1, 'kept', 1)\na.commit()\na.add('items', 2, 2, 'lost', 2)\n"
         "sys.stdout.write('ready\\n'); sys.stdout.flush(); time.sleep(60)"
     )
@@ -80,7 +80,7 @@ def filled(path, rows=3):
 
 def test_a_killed_station_leaves_whole_turns_and_all_that_it_said_were_safe(tmp_path):
     child = (
-        "import sys\nfrom ground.archive import Archive\na = Archive(sys.argv[1])\n"
+        "import sys\nfrom ground.archive.store import Archive\na = Archive(sys.argv[1])\n"
         "for n in range(10**6):\n"
         "    for k in range(7): a.add('items', n, n, 'turn', k)\n"
         "    a.commit()\n    sys.stdout.write(f'{n}\\n'); sys.stdout.flush()\n"
@@ -166,7 +166,7 @@ def test_a_station_killed_in_a_migration_leaves_the_old_version_whole(tmp_path, 
     with sqlite3.connect(path) as db:
         db.executescript(MIGRATIONS[0])
     db.close()
-    monkeypatch.setattr("ground.archive_schema.MIGRATIONS", (MIGRATIONS[0], MIGRATIONS[1] + "broken;\n"))
+    monkeypatch.setattr("ground.archive.schema.MIGRATIONS", (MIGRATIONS[0], MIGRATIONS[1] + "broken;\n"))
     with pytest.raises(ArchiveError):
         Archive(path)
     monkeypatch.undo()

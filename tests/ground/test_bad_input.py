@@ -9,12 +9,12 @@ from toy_rover import TICK_NS, ToyRover
 from virtual_station import VirtualClock, VirtualStation
 
 from ground.__main__ import run
-from ground.archive import Archive
-from ground.archive_read import reading, rows
-from ground.clock import Turn
-from ground.session import Session
-from ground.settings import Settings
-from ground.station import Station
+from ground.archive.read import reading, rows
+from ground.archive.store import Archive
+from ground.session.session import Session
+from ground.station.clock import Turn
+from ground.station.settings import Settings
+from ground.station.station import Station
 from protocol.link import LinkKeys, bench_keys
 
 KEYS, OTHERS = bench_keys(7), bench_keys(8)
@@ -27,8 +27,8 @@ def meet(tmp_path, monkeypatch, capsys):
     (tmp_path / "ground.toml").write_text("bench_seed = 7\narchive = 'archive.db'\n")
 
     def meet(station, *argv, limit_s=300.0):
-        monkeypatch.setattr("ground.operate.Station", lambda *_: station)
-        monkeypatch.setattr("ground.operate.WallClock", lambda: VirtualClock(limit_s))
+        monkeypatch.setattr("ground.operation.operate.Station", lambda *_: station)
+        monkeypatch.setattr("ground.operation.operate.WallClock", lambda: VirtualClock(limit_s))
         code = run(list(argv))
         streams = capsys.readouterr()
         assert "Traceback" not in streams.err + streams.out
@@ -101,7 +101,7 @@ def test_with_an_archive_that_cannot_be_used_a_goto_is_refused_and_a_stop_goes_o
 
 
 def test_a_locked_archive_is_exit_code_75_and_says_so(meet, tmp_path, monkeypatch):
-    monkeypatch.setattr("ground.archive_schema._OPEN_S", 0.05)
+    monkeypatch.setattr("ground.archive.schema._OPEN_S", 0.05)
     Archive(tmp_path / "archive.db").close()
     other = sqlite3.connect(tmp_path / "archive.db", isolation_level=None)
     other.execute("begin exclusive")
@@ -163,7 +163,7 @@ def test_old_rows_go_at_the_start_of_a_station_that_is_told_so(meet, tmp_path, m
         archive.add("items", 1, 1, "x_m", 1.0, 1)
         archive.add("requests", 1, 1, 1, "goto", "{}")
     (tmp_path / "ground.toml").write_text("bench_seed = 7\narchive = 'archive.db'\narchive_days = 30\n")
-    monkeypatch.setattr("ground.operate.time", SimpleNamespace(time_ns=lambda: 10**18 + 31 * 86_400 * 10**9))
+    monkeypatch.setattr("ground.operation.operate.time", SimpleNamespace(time_ns=lambda: 10**18 + 31 * 86_400 * 10**9))
     _, lines, _ = meet(VirtualStation(), "status")
     assert any("1 old rows removed, as the station file says" in line for line in lines)
     with reading(tmp_path / "archive.db") as db:

@@ -15,10 +15,10 @@ from xtce_reader import CommandWriter
 from ground.__main__ import run
 from ground.bridge.bridge import Bridge
 from ground.bridge.ports import BridgeShell, parse_address
-from ground.clock import Turn
-from ground.session import EventHeard, Item, ReportHeard, Session
-from ground.station import StationError
-from ground.telemetry import TelemetryReceiver, Value
+from ground.session.session import EventHeard, Item, ReportHeard, Session
+from ground.session.telemetry import TelemetryReceiver, Value
+from ground.station.clock import Turn
+from ground.station.station import StationError
 from onboard.core.telemetry import Packer, View
 from onboard.records import Estimate, Pose, PowerState, WheelState
 from protocol import packet_table, space_packets
@@ -348,8 +348,8 @@ def test_an_address_that_is_none_is_said_with_what_is_allowed(text):
 def test_the_command_says_what_it_heard_and_sent_and_ends_with_the_carrier(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "ground.toml").write_text("bench_seed = 7\n")
-    monkeypatch.setattr("ground.operate.Station", lambda *_: VirtualStation(closed_s=4.0))
-    monkeypatch.setattr("ground.operate.WallClock", VirtualClock)
+    monkeypatch.setattr("ground.operation.operate.Station", lambda *_: VirtualStation(closed_s=4.0))
+    monkeypatch.setattr("ground.operation.operate.WallClock", VirtualClock)
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as yamcs:
         yamcs.bind(("127.0.0.1", 0))
         code = run(["bridge", "ccsds", "--tm", f"udp:127.0.0.1:{yamcs.getsockname()[1]}", "--tc", "none", "--json"])

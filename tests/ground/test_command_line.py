@@ -5,8 +5,8 @@ from types import SimpleNamespace
 import pytest
 
 from ground.__main__ import run
-from ground.script import ScriptError, parse
-from ground.verbs import ASKS
+from ground.operation.script import ScriptError, parse
+from ground.verbs.table import ASKS
 from protocol import commands
 
 
@@ -115,7 +115,7 @@ def test_a_key_file_that_others_may_read_is_exit_code_78(capsys, tmp_path):
 
 
 def test_no_bench_at_the_barrier_is_exit_code_69(capsys, tmp_path, monkeypatch):
-    monkeypatch.setattr("ground.station.Station.wait_open", lambda *_: None)
+    monkeypatch.setattr("ground.station.station.Station.wait_open", lambda *_: None)
     station(tmp_path)
     (tmp_path / "s").write_text("stop\n")
     code, text = ended(capsys, "script", "s", "--barrier", "tcp:127.0.0.1:1")
@@ -124,7 +124,7 @@ def test_no_bench_at_the_barrier_is_exit_code_69(capsys, tmp_path, monkeypatch):
 
 
 def test_nobody_on_the_link_is_exit_code_69(capsys, tmp_path, monkeypatch):
-    monkeypatch.setattr("ground.operate._ALONE_LIMIT_S", 0.0)  # the limit of 20 s for a peer that is silent stays
+    monkeypatch.setattr("ground.operation.operate._ALONE_LIMIT_S", 0.0)  # a silent peer still has its 20 s
     station(tmp_path)
     code, text = ended(capsys, "stop")
     assert code == 69

@@ -7,8 +7,8 @@ from toy_rover import ToyRover
 from virtual_station import S, VirtualClock, VirtualStation
 
 from ground.__main__ import run
-from ground.schedule import parse, utc_ns
-from ground.session import Session
+from ground.session.schedule import parse, utc_ns
+from ground.session.session import Session
 from protocol.link import bench_keys
 from protocol.versions import OURS
 
@@ -23,9 +23,9 @@ def meet(tmp_path, monkeypatch, capsys):
 
     def meet(station: VirtualStation, *argv: str, clock: VirtualClock | None = None) -> tuple[int, list[str], str]:
         used = clock or VirtualClock()
-        monkeypatch.setattr("ground.operate.Station", lambda *_: station)
-        monkeypatch.setattr("ground.operate.WallClock", lambda: used)
-        monkeypatch.setattr("ground.operate.LockstepClock", lambda _: used)
+        monkeypatch.setattr("ground.operation.operate.Station", lambda *_: station)
+        monkeypatch.setattr("ground.operation.operate.WallClock", lambda: used)
+        monkeypatch.setattr("ground.operation.operate.LockstepClock", lambda _: used)
         code = run(list(argv))
         streams = capsys.readouterr()
         assert "Traceback" not in streams.err

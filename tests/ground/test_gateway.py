@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from ground.gateway.frames import mavlink as m
 from ground.gateway.orders import CANCELLED
 from ground.gateway.origin import Origin, e7
-from ground.session import Item
+from ground.session.session import Item
 from protocol.commands import TABLE
 from protocol.link import Kind
 from protocol.modes import Mode

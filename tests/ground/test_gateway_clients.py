@@ -22,7 +22,7 @@ from ground.gateway.gateway import Door
 from ground.gateway.origin import e7
 from ground.gateway.shell import Marks, Shell
 from ground.gateway.signing import Verifier
-from ground.station import StationError
+from ground.station.station import StationError
 from protocol.modes import Mode
 
 ROOT = Path(__file__).parents[2]

@@ -6,9 +6,9 @@ import stat
 import pytest
 from virtual_station import VirtualClock
 
-from ground import operate
 from ground.__main__ import run
-from ground.settings import Settings, station_keys
+from ground.operation import operate
+from ground.station.settings import Settings, station_keys
 from onboard.drivers.key_file import read_keys
 from protocol.keyring import EPOCHS, KEY_DOWN, KEY_UP
 
@@ -86,7 +86,7 @@ class Unreached:
     """A station that is never asked for anything: the refusal comes before the link is opened."""
 
     def __init__(self, settings, _archive) -> None:
-        from ground.session import Session
+        from ground.session.session import Session
 
         self.session = Session(station_keys(settings), settings.station)
 
@@ -109,7 +109,7 @@ def test_a_viewer_which_has_no_command_key_cannot_command(made, tmp_path, monkey
 
 
 def test_a_viewers_session_seals_nothing_whatever_is_asked(made):
-    from ground.session import Session
+    from ground.session.session import Session
 
     folder, _ = made
     settings = Settings(downlink_key=str(folder / "viewer" / "downlink.key"), state="x")

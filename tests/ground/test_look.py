@@ -8,12 +8,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from rich.console import Console
 
-from ground import when
 from ground.__main__ import run
-from ground.archive import Archive
-from ground.bars import Bars
-from ground.link_figures import Row, figures
-from ground.session import ProductHeard, Progress
+from ground.archive.link_figures import Row, figures
+from ground.archive.store import Archive
+from ground.operation.bars import Bars
+from ground.session.session import ProductHeard, Progress
+from ground.verbs import when
 from protocol.bulk import Product
 from protocol.link import Kind, Sealer
 

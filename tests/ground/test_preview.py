@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from ground.__main__ import run
-from ground.archive import Archive
+from ground.archive.store import Archive
 from hil.bench.in_memory import CAMPAIGN_STEP_NS, InMemory
 from hil.bench.operator import Order
 from hil.scenario.scenario import Scenario, flight_settings
@@ -139,7 +139,7 @@ def test_other_settings_than_the_rovers_are_warned_of_until_they_were_fetched(ke
 
 
 def test_a_file_of_get_ldem_gives_the_same_as_the_archive(kept, capsys):
-    from ground.products import ldem_arrays
+    from ground.products.files import ldem_arrays
 
     data = flat(np.s_[20:70, 60:66])
     folder = kept(data)

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from toy_rover import a_map
 
-from ground import products
 from ground.__main__ import run
+from ground.products import files as products
 from protocol import WireError
 from protocol.bulk import Product
 from protocol.products import PRODUCTS, encode_ldem

@@ -11,10 +11,10 @@ import typer
 from synthetic_run import GOAL, write_run
 from typer.testing import CliRunner
 
-from ground.report import html, report
-from ground.report_command import report_command
-from ground.report_words import EXPECTED_REFUSAL, RULES
-from ground.run_files import NoRunError, Told, angles_rad, read_run, spans_of
+from ground.report.report import html, report
+from ground.report.run_files import NoRunError, Told, angles_rad, read_run, spans_of
+from ground.report.words import EXPECTED_REFUSAL, RULES
+from ground.verbs.report import report_command
 from onboard.planning import mission_rule
 from onboard.records import Pose
 

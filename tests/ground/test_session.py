@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from toy_rover import TICK_NS, ToyRover, a_map
 
-from ground.script import Runner, parse
-from ground.session import EventHeard, Item, ProductHeard, ReportHeard, Session
+from ground.operation.script import Runner, parse
+from ground.session.session import EventHeard, Item, ProductHeard, ReportHeard, Session
 from hil.link.impairment import Profile, both_directions, load_profile
 from protocol import commands
 from protocol.link import Opener, bench_keys

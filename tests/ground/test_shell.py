@@ -9,10 +9,10 @@ from prompt_toolkit.input import create_pipe_input
 from prompt_toolkit.output import DummyOutput
 from virtual_station import VirtualClock, VirtualStation
 
-from ground.operate import Teller
-from ground.shell import Shell, completions
-from ground.shell_terminal import Live, from_pipe, in_terminal, piped
-from ground.station import StationError
+from ground.operation.operate import Teller
+from ground.shell.shell import Shell, completions
+from ground.shell.terminal import Live, from_pipe, in_terminal, piped
+from ground.station.station import StationError
 from protocol import commands
 
 

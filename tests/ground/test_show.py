@@ -4,8 +4,8 @@ import json
 
 import pytest
 
-from ground.session import ProductHeard
-from ground.show import item_line, news_json, news_line, way_words
+from ground.operation.show import item_line, news_json, news_line, way_words
+from ground.session.session import ProductHeard
 from protocol.bulk import Product
 from protocol.telemetry import TABLE
 

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 from toy_rover import TICK_NS, ToyRover
 
-from ground.memory import COUNTERS, Memory
+from ground.station.memory import COUNTERS, Memory
 from hil.processes import free_ports
 from onboard.config import ConfigError
 from onboard.drivers.link_port import LinkPort

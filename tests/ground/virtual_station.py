@@ -2,8 +2,8 @@
 
 from toy_rover import TICK_NS, ToyRover
 
-from ground.clock import Turn
-from ground.session import Session
+from ground.session.session import Session
+from ground.station.clock import Turn
 from protocol.link import bench_keys
 
 S = 1_000_000_000

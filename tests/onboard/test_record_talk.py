@@ -4,10 +4,10 @@ import pytest
 from record_rig import fly
 
 from ground.__main__ import run
-from ground.archive import Archive
-from ground.archive_read import reading, rows
-from ground.record_talk import NoTalkError, told_down
-from ground.telemetry import Value
+from ground.archive.read import reading, rows
+from ground.archive.record_talk import NoTalkError, told_down
+from ground.archive.store import Archive
+from ground.session.telemetry import Value
 
 
 @pytest.fixture(scope="module")

@@ -11,11 +11,11 @@ import pytest
 import zenoh
 from core_bench import QUICK, CoreBench
 
-from ground.archive import Archive
-from ground.clock import Turn
-from ground.keys_command import write_keys
-from ground.settings import Settings
-from ground.station import Station
+from ground.archive.store import Archive
+from ground.station.clock import Turn
+from ground.station.settings import Settings
+from ground.station.station import Station
+from ground.verbs.keys import write_keys
 from hil.processes import free_ports
 from onboard import config
 from onboard.drivers.link_memory import MARKS, LinkMemory

@@ -1,0 +1,117 @@
+"""The archive of a station: every datagram, value, request, report, event and product, in one SQLite file.
+
+Rows of a turn are written in one transaction of a write-ahead log before anything of the turn is sent: a killed station
+loses nothing it has acted on. Where the file cannot be written (locked, disk full) rows wait in memory and are written
+when it can be again; `trouble` says why. All times are int64 ns: `at_ns` is ground time of the run, `onboard_ns` the
+rover's own, `utc_ns` in `runs` the wall clock of the run's start (0 in lock-step, so that a repeated run makes the same
+rows). Several stations may write one file. Tables and versions: `schema`.
+"""
+
+from __future__ import annotations
+
+import sqlite3
+from itertools import groupby
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self
+
+from ground.archive.schema import TABLES as TABLES
+from ground.archive.schema import ArchiveError as ArchiveError
+from ground.archive.schema import open_checked, told
+
+_TURN_MS, _CLOSE_MS = 100, 5000
+_RETRY = 50  # calls of `commit` between two tries: a quarter of a second
+_MOST_WAITING = 100_000
+
+
+class Archive:
+    """One file, opened for one run. Use it inside `with`. `path` ":memory:" keeps nothing. Raises ArchiveError.
+
+    trouble: why rows wait in memory; "": none do. lost: datagrams dropped because too many waited.
+    """
+
+    def __init__(self, path: Path | str, utc_ns: int = 0, note: str = "") -> None:
+        self._path, self._db = path, open_checked(path)
+        self._waiting: list[tuple[str, tuple[Any, ...]]] = []
+        self._marks = {
+            table: len(self._db.execute(f"pragma table_info({table})").fetchall()) for table in TABLES
+        }  # fmt: skip
+        self.trouble, self.lost, self._calls = "", 0, 0
+        try:
+            made = self._db.execute("insert into runs (utc_ns, note) values (?, ?)", (utc_ns, note))
+        except sqlite3.Error as error:
+            self._db.close()
+            raise told(path, error) from error
+        self.run = made.lastrowid
+        self._db.execute(f"pragma busy_timeout = {_TURN_MS}")
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
+        try:
+            self.close()
+        except ArchiveError as unwritten:
+            if error is None:
+                raise
+            error.add_note(str(unwritten))
+
+    def add(self, table: str, *values: Any) -> None:
+        """One row of a table, its columns in the order of the schema without `run`; what is left out is null."""
+        if table not in TABLES:
+            raise ValueError(f"no table `{table}`; known: {', '.join(TABLES)}")
+        rest = self._marks[table] - 1 - len(values)
+        if rest < 0:
+            raise ValueError(f"{table}: {len(values)} values for {self._marks[table] - 1} columns")
+        self._waiting.append((table, (self.run, *values, *(None,) * rest)))
+
+    def commit(self) -> None:
+        """Makes the rows so far safe, where the file can be written; else they wait and `trouble` says why."""
+        if not self._waiting:
+            return
+        self._calls += 1
+        if not self.trouble or self._calls % _RETRY == 0:
+            self._write()
+
+    def _write(self) -> None:
+        try:
+            self._db.execute("begin immediate")
+            for table, rows in groupby(self._waiting, lambda row: row[0]):
+                marks = ", ".join("?" * self._marks[table])
+                self._db.executemany(f"insert into {table} values ({marks})", [values for _, values in rows])
+            self._db.execute("commit")
+        except sqlite3.Error as error:
+            if self._db.in_transaction:
+                self._db.execute("rollback")
+            self.trouble = str(told(self._path, error))
+            self._bound()
+        else:
+            self._waiting.clear()
+            self.trouble = ""
+
+    def _bound(self) -> None:
+        """Raw datagrams are the most and the first to go: what was in them waits decoded."""
+        if len(self._waiting) > _MOST_WAITING:
+            kept = [row for row in self._waiting if row[0] != "datagrams"]
+            self.lost += len(self._waiting) - len(kept)
+            self._waiting = kept
+
+    def rows(self, table: str) -> list[tuple[Any, ...]]:
+        """All rows of this run in the order they were added, without `run`; those that wait are not among them."""
+        if table not in TABLES:
+            raise ValueError(f"no table `{table}`; known: {', '.join(TABLES)}")
+        self.commit()
+        found = self._db.execute(f"select * from {table} where run = ? order by rowid", (self.run,))
+        return [row[1:] for row in found]
+
+    def close(self) -> None:
+        """Writes what waits and closes. Raises ArchiveError where that cannot be, with how many rows are lost."""
+        try:
+            self._db.execute(f"pragma busy_timeout = {_CLOSE_MS}")
+            if self._waiting:
+                self._write()
+        finally:
+            self._db.close()
+        if self._waiting or self.lost:
+            why = self.trouble or f"{self._path}: could not be written for long"
+            raise ArchiveError(f"{why}; {len(self._waiting) + self.lost} rows of this run are not in it")

@@ -1,0 +1,225 @@
+"""One operation of the station from its start to its exit code: clock, link, archive and a script, turn by turn."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Callable
+from contextlib import AbstractContextManager, ExitStack
+from dataclasses import dataclass
+from typing import Protocol
+
+from ground.archive.keep import keep_within
+from ground.archive.store import Archive, ArchiveError
+from ground.operation import show
+from ground.operation.script import Runner, Step
+from ground.session.contact import NOT_HEARD_THERE, Contact, Uplink
+from ground.session.session import VIEWER, Item, News, Progress, Session
+from ground.station.clock import Clock, LockstepClock, WallClock
+from ground.station.settings import Settings
+from ground.station.station import TO_HAVE_A_ROVER, Station, StationError
+from onboard.config import ConfigError
+
+OK, FAILED, UNAVAILABLE, TEMPORARY = 0, 1, 69, 75
+STOPS = frozenset({"stop", "safe", "emergency_stop"})
+_LINK_LIMIT_S, _ALONE_LIMIT_S = 20.0, 3.0
+CONNECT_S = (_LINK_LIMIT_S, _ALONE_LIMIT_S)
+
+
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """What to do. steps empty: only listen. contact_s, limit_s: wall or bench seconds; 0: for ever."""
+
+    steps: tuple[Step, ...] = ()
+    barrier: str = ""
+    contact_s: float = 0.0
+    limit_s: float = 0.0
+    lifetime_s: float = 60.0
+    report_s: float = 5.0
+
+
+class Teller:
+    """Prints news as text or JSON through `out`; status lines every `report_s`."""
+
+    def __init__(self, out: Callable[[str], None], as_json: bool, report_s: float) -> None:
+        self._out, self._json, self._report_ns = out, as_json, round(report_s * 1e9)
+        self._next_ns = 0
+        self._progress: dict[str, int] = {}
+        self._inside = True
+        self._trouble = ""
+
+    def news(self, news: list[News]) -> None:
+        """What was heard in one turn. Progress only each tenth part."""
+        for one in news:
+            if isinstance(one, Progress) and not self._moved(one):
+                continue
+            if self._json:
+                self._out(show.news_json(one))
+            elif not isinstance(one, Item):
+                self._out(show.news_line(one) or "")
+
+    def begun(self, lines: list[str], now_ns: int) -> None:
+        """Lines of the script that begin now."""
+        for line in lines:
+            if not self._json:
+                self._out(f"{show.clock(now_ns)}  script    {line}")
+
+    def status(self, session: Session, now_ns: int) -> None:
+        """A status line when one is due."""
+        if not self._json and now_ns >= self._next_ns and session.heard_ns is not None:
+            self._next_ns = now_ns + self._report_ns
+            self._out(show.status_line(session, now_ns))
+
+    def contact(self, session: Session, now_ns: int) -> None:
+        """In contact or not, where that has changed."""
+        inside = session.in_contact(now_ns)
+        if inside != self._inside:
+            self._inside = inside
+            words = show.contact_words(session, now_ns)
+            self._out(json.dumps({"news": "contact", "at_ns": now_ns, "open": inside, "text": words}) if self._json
+                      else show.contact_line(session, now_ns))
+
+    def silence(self, silent_s: float, now_ns: int) -> None:
+        """Nothing was heard of the rover for so long."""
+        self._out((show.silence_json if self._json else show.silence_line)(silent_s, now_ns))
+
+    def trouble(self, why: str, now_ns: int) -> None:
+        """Why what is heard cannot be archived, once; "": it can be again."""
+        if why != self._trouble:
+            self.said(f"{why}; rows wait in memory, events stay with the rover" if why else "archived again", now_ns)
+            self._trouble = why
+
+    def said(self, text: str, now_ns: int) -> None:
+        """Something of the station itself."""
+        self._out(json.dumps({"news": "station", "at_ns": now_ns, "text": text}) if self._json
+                  else f"{show.clock(now_ns)}  station   {text}")
+
+    def close(self) -> None:
+        """Nothing more is told."""
+
+    def _moved(self, progress: Progress) -> bool:
+        tenth = 10 * progress.have // max(1, progress.total)
+        moved = self._progress.get(progress.name) != tenth
+        self._progress[progress.name] = tenth
+        return moved
+
+
+class Beside(Protocol):
+    """What works on the session beside the plan: takes each turn's news, makes requests, says when it is due again."""
+
+    def turn(self, news: list[News], now_ns: int) -> None:
+        """Called once a turn, after what was heard and before what is sent."""
+
+    def next_due_ns(self) -> int:
+        """When it wants the next turn."""
+
+
+Join = Callable[[Session], AbstractContextManager[Beside]]
+
+
+def operate(settings: Settings, plan: Plan, teller: Teller, join: Join | None = None) -> tuple[int, Session]:
+    """Runs the plan to its end, `join` beside it; the exit code and what is known by then.
+
+    Raises StationError, ClockError or ConfigError where link, bench or settings are at fault.
+    """
+    with ExitStack() as stack:
+        lockstep = bool(plan.barrier)
+        utc_ns = 0 if lockstep else time.time_ns()
+        stack.callback(teller.close)
+        archive = stack.enter_context(_archive(settings, plan, utc_ns, teller))
+        station = stack.enter_context(Station(settings, archive))
+        if plan.steps and station.session.viewer:
+            raise ConfigError(VIEWER)
+        # The emulator says HELLO only after our probe, the bench starts only after both: knock before the barrier.
+        limits_s = (6 * _LINK_LIMIT_S,) * 2 if lockstep else (_LINK_LIMIT_S, _ALONE_LIMIT_S)
+        station.wait_open(*limits_s)
+        clock: Clock = LockstepClock(plan.barrier) if lockstep else WallClock()
+        stack.enter_context(clock)
+        station.session.utc_ns = 0 if lockstep else time.time_ns()  # the clock's zero is now
+        beside = stack.enter_context(join(station.session)) if join is not None else None
+        return _turns(station, clock, plan, teller, beside), station.session
+
+
+def _archive(settings: Settings, plan: Plan, utc_ns: int, teller: Teller) -> Archive:
+    """The station's archive; what stops the rover is sent without one where it cannot be opened."""
+    path = settings.archive
+    try:
+        gone = keep_within(path, settings.archive_days, settings.archive_mb, utc_ns) if path and utc_ns else 0
+        if gone:
+            teller.said(f"{path}: {gone} old rows removed, as the station file says", 0)
+        return Archive(path or ":memory:", utc_ns)
+    except ArchiveError as error:
+        if not plan.steps or any(step.name not in STOPS for step in plan.steps):
+            raise
+        teller.said(f"{error}; sent without it", 0)
+        return Archive(":memory:", utc_ns)
+
+
+def _turns(station: Station, clock: Clock, plan: Plan, teller: Teller, beside: Beside | None) -> int:
+    runner, contact, uplink = Runner(list(plan.steps), plan.lifetime_s), Contact(), Uplink()
+    session = station.session
+    wake_ns: int | None = None
+    while True:
+        turn = clock.turn(station.sent, wake_ns)
+        if turn is None:
+            return OK if not plan.steps else TEMPORARY
+        now_ns = turn.now_ns
+        news = station.turn(turn)
+        teller.news(news)
+        if beside is not None:
+            beside.turn(news, now_ns)
+        if plan.steps:
+            teller.begun(runner.step(session, now_ns), now_ns)
+        teller.news(station.flush(now_ns))
+        teller.contact(session, now_ns)
+        teller.status(session, now_ns)
+        code = _end(runner, session, plan, now_ns)
+        if code is not None:
+            clock.finish(station.sent, code)
+            return code
+        teller.trouble(station.trouble, now_ns)
+        if uplink.refused(session, now_ns):
+            teller.said(NOT_HEARD_THERE, now_ns)
+        _watch(contact, station, clock, teller, now_ns)
+        dues = (runner.next_due_ns(now_ns), session.next_due_ns(now_ns), contact.next_due_ns(),
+                beside.next_due_ns() if beside is not None else None)
+        wake_ns = min(due for due in dues if due is not None)
+
+
+def _watch(contact: Contact, station: Station, clock: Clock, teller: Teller, now_ns: int) -> None:
+    silent_s = contact.silent_s(station.session.heard_ns, now_ns)
+    if silent_s is not None and station.session.in_contact(now_ns):
+        teller.silence(silent_s, now_ns)
+    if not clock.repeatable and contact.closed(station.linked, now_ns):
+        raise StationError("the link's carrier has closed; the rover carries on with what it was told")
+
+
+def unheard(session: Session, waited_s: float) -> str:
+    """Why nothing was heard, as far as this end can know."""
+    refused = {kind: count for kind, count in session.counts.items() if kind != "ok" and count}
+    if not refused:
+        return f"nothing heard of the rover within {waited_s:g} s; {TO_HAVE_A_ROVER}"
+    kind = max(refused, key=lambda name: refused[name])
+    why = REFUSED.get(kind, "it speaks another version of the link, or the link spoils what it carries")
+    return f"{sum(refused.values())} datagrams came within {waited_s:g} s and none passed its check ({kind}): {why}"
+
+
+REFUSED = {
+    "tag": "the downlink key of this station is not the rover's; `ground keys show-ids` here and there",
+    "epoch": "sealed in a key epoch that is not loaded here, or an older one",
+    "boot": "the rover's boot id is older than one heard before: another rover, or it lost its state.folder",
+    "replay": "all were heard before",
+    "length": "these are no datagrams of this link",
+}
+
+
+def _end(runner: Runner, session: Session, plan: Plan, now_ns: int) -> int | None:
+    if plan.steps and runner.result is not None:
+        return OK if runner.result else FAILED
+    since_ns = session.contact_since_ns(now_ns)
+    waited = since_ns is not None and now_ns - since_ns > plan.contact_s * 1e9
+    if plan.contact_s and session.heard_ns is None and waited:
+        raise StationError(unheard(session, plan.contact_s))
+    if plan.limit_s and now_ns > plan.limit_s * 1e9:
+        return TEMPORARY
+    return None

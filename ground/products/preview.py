@@ -1,0 +1,164 @@
+"""What a goto would be: the rover's own planner on the map that was fetched last, with the settings the rover flies.
+
+The map is the product `ldem`; it holds the poses that the rover's planner found free, where the rover stood, and a
+digest of its settings. So path, length and time are those that the rover itself would answer on that map.
+"""
+
+from __future__ import annotations
+
+import io
+import math
+import tomllib
+import zipfile
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from ground.archive.read import Span, newest_product, reading, rows
+from ground.archive.schema import ArchiveError
+from onboard.config import Config, ConfigError, load
+from onboard.maps.gdem_file import from_npz
+from onboard.planning.prediction import Prediction, digest, predict
+from onboard.records import Gdem
+from protocol import WireError
+from protocol.products import LdemProduct, MapGrid, decode_ldem, poses_of
+from protocol.products.pose_map import PoseMap
+
+_FAR_M = 0.3
+
+
+class NoMapError(ValueError):
+    """There is no map to plan on, or it cannot be read; one line that says what to do. code: of sysexits.h."""
+
+    def __init__(self, text: str, code: int = 66) -> None:
+        super().__init__(text)
+        self.code = code
+
+
+class Map(NamedTuple):
+    """A map with its poses. at_utc_ns: when it came; 0: not known. where: for people."""
+
+    product: LdemProduct
+    poses: PoseMap
+    where: str
+    at_utc_ns: int = 0
+
+
+def map_file(path: Path) -> Map:
+    """A map that `ground get ldem` wrote, .npz or as sent. Raises NoMapError."""
+    try:
+        data = path.read_bytes()
+        if data[:4] == b"LDM1":
+            return _map(data, str(path))
+        with np.load(io.BytesIO(data)) as file:
+            heights = file["heights_m"]
+            if "freedom" not in file:
+                raise NoMapError(f"{path}: has no poses, it was fetched by an older program: `ground get ldem`", 65)
+            grid = MapGrid(float(file["x0_m"]), float(file["y0_m"]), float(file["cell_m"]), *heights.shape)
+            x_m, y_m, yaw_rad = (float(number) for number in file["pose"])
+            slippery = tuple((x, y) for x, y in file["slippery_m"].tolist())
+            poses = PoseMap(file["freedom"], (x_m, y_m, yaw_rad), slippery, bool(file["known"]),
+                            file["settings"].tobytes())
+            return Map(LdemProduct(grid, heights, file["node_sets"]), poses, str(path))
+    except OSError as error:
+        raise NoMapError(f"{path}: {error.strerror or error}") from error
+    except (KeyError, ValueError, EOFError, zipfile.BadZipFile) as error:
+        if isinstance(error, NoMapError):
+            raise
+        raise NoMapError(f"{path}: no map of `ground get ldem`: {error}", 65) from error
+
+
+def newest_map(archive: Path) -> Map:
+    """The map that came last. Raises NoMapError or ArchiveError."""
+    with reading(archive) as db:
+        found = newest_product(db, "ldem")
+    if found is None:
+        raise NoMapError(f"{archive}: no map yet; `ground scan`, then `ground get ldem`")
+    return _map(found[2], f"the newest map in {archive}")._replace(at_utc_ns=found[0])
+
+
+def _map(data: bytes, where: str) -> Map:
+    try:
+        product, poses = decode_ldem(data), poses_of(data)
+    except WireError as error:
+        raise NoMapError(f"{where}: damaged: {error}", 65) from error
+    if poses is None or poses.freedom.shape[1:] != product.heights_m.shape:
+        raise NoMapError(f"{where}: without poses, from an older program: `ground get ldem` fetches one with them", 65)
+    return Map(product, poses, where)
+
+
+def settings_for(seen: Map, config: Path | None, archive: Path | None) -> tuple[Config, str]:
+    """The rover's settings: of the file, else of the parameters fetched last, else the defaults; and a warning or ''.
+
+    Raises ConfigError or NoMapError.
+    """
+    if config is not None:
+        try:
+            flown, whose = load(config), str(config)
+        except OSError as error:
+            raise NoMapError(f"{config}: {error.strerror}") from error
+    else:
+        fetched, default = _fetched(archive), load()
+        flown, whose = default, "the default settings"
+        if fetched is not None and digest(default) != seen.poses.settings:
+            flown, whose = fetched, "the parameters that were fetched last"
+    if digest(flown) == seen.poses.settings:
+        return flown, ""
+    return flown, (f"the rover flies other settings than {whose}: the real way may differ; "
+                   "`ground param list` fetches them, or name its file with --config")
+
+
+def _fetched(archive: Path | None) -> Config | None:
+    if archive is None:
+        return None
+    with reading(archive) as db:
+        found = newest_product(db, "parameters")
+    if found is None:
+        return None
+    lines = (line[2:].partition("  # ")[0] for line in found[2].decode(errors="replace").splitlines()
+             if line[:2] in ("* ", "  "))
+    try:
+        return load(None, {name.strip(): tomllib.loads(f"v = {text}")["v"] for name, _, text in
+                           (line.partition(" = ") for line in lines)}, "the parameters that were fetched")
+    except (ConfigError, tomllib.TOMLDecodeError):
+        return None
+
+
+def gdem_file(path: Path | None) -> Gdem | None:
+    """The orbiter's map. Raises NoMapError."""
+    try:
+        return None if path is None else from_npz(path.read_bytes())
+    except OSError as error:
+        raise NoMapError(f"{path}: {error.strerror}") from error
+    except ValueError as error:
+        raise NoMapError(f"{path}: {error}", 65) from error
+
+
+def look_ahead(seen: Map, goal_m: tuple[float, float], gdem: Gdem | None, config: Config) -> Prediction:
+    """The prediction on a map; the bits of the rover's own where its settings and orbiter's map are the same."""
+    return predict(seen.product, seen.poses, goal_m, gdem, config)
+
+
+def warnings(seen: Map, goal_m: tuple[float, float], gdem: Gdem | None, archive: Path | None) -> list[str]:
+    """What makes the preview worth less: the goal beyond the map, a rover that stands elsewhere by now."""
+    grid, told = seen.product.grid, []
+    i, j = (goal_m[0] - grid.x0_m) / grid.cell_m, (goal_m[1] - grid.y0_m) / grid.cell_m
+    if gdem is None and not (-0.5 <= i < grid.columns - 0.5 and -0.5 <= j < grid.rows - 0.5):
+        told.append("the goal lies beyond the map: what is left is taken for straight; --gdem names the orbiter's map")
+    if not seen.poses.known:
+        told.append("the ground under the rover is not in the map: it will look behind as well")
+    here = None if archive is None else _newest_place(archive)
+    if here is not None and math.dist(here, seen.poses.pose[:2]) > _FAR_M:
+        told.append(f"the rover stands {math.dist(here, seen.poses.pose[:2]):.1f} m from where this map was made: "
+                    "`ground get ldem`")
+    return told
+
+
+def _newest_place(archive: Path) -> tuple[float, float] | None:
+    try:
+        with reading(archive) as db:
+            x, y = (next(rows(db, "items", Span(names=(name,), last=1)), None) for name in ("x_m", "y_m"))
+    except ArchiveError:
+        return None
+    return None if x is None or y is None else (float(x["value"]), float(y["value"]))

@@ -1,0 +1,118 @@
+"""What a run looks like: the chapter's figures drawn from its record."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from ground.report.run_files import Run
+from onboard.planning.archive import PlanPicture
+from onboard.records import F64, Gdem, Grid
+from pictures import figures
+from pictures.ldem import ldems
+from pictures.next_position import next_position
+from pictures.orientation import orientation
+from pictures.paths import Ways, paths
+from pictures.style import png
+from pictures.terrain import Ground, ground_of, terrain
+from protocol.conventions import TICK_NS
+
+
+def paths_picture(run: Run) -> bytes:
+    """Fig. 13a: all ways on the ground, PNG."""
+    plans = [plan for _, plan in run.plans]
+    local = [plan.path for plan in plans if len(plan.path) > 1]
+    return png(paths(_ground(run), Ways(
+        goal_m=_goal(run),
+        tolerance_m=float(run.config.get("mission", {}).get("goal_tolerance_m", 0.3)),
+        global_path=plans[0].global_path if plans else np.empty((0, 2)),
+        local_paths=local,
+        estimated=run.estimated.position_m,
+        true=run.truth.track.position_m if run.truth else np.empty((0, 2)),
+        stops=_stops(run),
+    )))
+
+
+def orientation_picture(run: Run) -> bytes:
+    """Fig. 13b: yaw, roll and pitch, PNG."""
+    return png(orientation(run.estimated, run.truth.track if run.truth else None, run.spans()))
+
+
+def ldem_picture(run: Run) -> bytes:
+    """Fig. 9, a panel for each stop, PNG."""
+    return png(ldems([plan for _, plan in run.plans], *_looks(run)))
+
+
+def choice_picture(run: Run, plan: PlanPicture) -> bytes:
+    """What the strategy scored at one stop, PNG."""
+    return png(next_position(plan, *_looks(run)))
+
+
+def _looks(run: Run) -> tuple[float, tuple[float, float]]:
+    """Half the scan's sector; length and width of the body."""
+    rover = run.config.get("rover", {})
+    body_m = (float(rover.get("body_length_m", 0.95)), float(rover.get("body_width_m", 0.56)))
+    return float(run.config.get("scanning", {}).get("sector_rad", math.radians(65))), body_m
+
+
+def terrain_picture(run: Run) -> bytes:
+    """The true ground and the orbiter's map, PNG."""
+    if run.gdem is None:
+        return png(terrain(_ground(run), None, _goal(run)))
+    return png(terrain(ground_of(run.gdem), run.ground, _goal(run)))
+
+
+def link_picture(run: Run) -> bytes:
+    """Datagrams delivered and lost in each direction, PNG."""
+    causes = ("queue_full", "blackout", "shadow", "noise")
+    names = {"down": "rover to ground", "up": "ground to rover"}
+    rows = {text: run.link[key] for key, text in names.items() if key in run.link}
+    sent = {text: int(row.get("in", {}).get("datagrams", 0)) for text, row in rows.items()}
+    lost = {text: {c.replace("_", " "): int(row.get(c, 0)) for c in causes} for text, row in rows.items()}
+    return png(figures.link(sent, lost))
+
+
+def tick_picture(histogram: dict[str, list[float]]) -> bytes:
+    """Wall times of the ticks, PNG. histogram: edges_ms and counts, as in summary.json."""
+    counts = {name.replace("_", " "): [int(n) for n in row] for name, row in histogram.items() if name != "edges_ms"}
+    return png(figures.ticks(histogram["edges_ms"], counts, TICK_NS / 1e6))
+
+
+def error_picture(run: Run) -> bytes:
+    """Estimated against true pose, PNG. Needs the truth."""
+    assert run.truth
+    return png(figures.pose_error(run.estimated, run.truth.track, run.spans()))
+
+
+def motion_picture(run: Run) -> bytes:
+    """Speed, and with the truth wheel rates and steering, PNG."""
+    truth = run.truth
+    none, no_wheels = np.empty(0), np.empty((0, 4))
+    return png(figures.motion(
+        truth.track if truth else run.estimated, truth.track.times_s if truth else none,
+        truth.wheel_rates_radps if truth else no_wheels, truth.steer_rad if truth else no_wheels, run.spans(),
+    ))
+
+
+def _goal(run: Run) -> tuple[float, float]:
+    if run.plans:
+        x, y = run.plans[-1][1].goal_m
+        return float(x), float(y)
+    goal = run.facts.get("goal_m", (0.0, 0.0))
+    return float(goal[0]), float(goal[1])
+
+
+def _stops(run: Run) -> F64:
+    """Where plans were made: one row for each, x, y."""
+    return np.array([plan.pose[:2] for _, plan in run.plans]).reshape(-1, 2)
+
+
+def _ground(run: Run) -> Ground:
+    """The best that is known: the truth, else the orbiter's map, else an empty plain."""
+    if run.ground is not None:
+        return run.ground
+    if run.gdem is not None:
+        return ground_of(run.gdem)
+    plain = Gdem(Grid(-49.0, -49.0, 2.0, 50, 50), np.full((50, 50), np.nan, np.float32))
+    return Ground(plain.grid, plain.heights_m, name="no map of the ground")

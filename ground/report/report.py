@@ -1,0 +1,253 @@
+"""`ground report FOLDER`: a mission as one HTML file, good enough to show to somebody.
+
+Its facts come from the rover's record and the bench's files beside it; nothing is computed that is not in them.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from ground.report import pictures as draw
+from ground.report.page import Section, facts, numbers, page, paragraph, picture, table, verdict
+from ground.report.run_files import Run, Told, read_run
+from ground.report.words import ALWAYS, EXPECTED_REFUSAL, RULES, TICKS, WHEELS
+
+_TERRAINS = {"fbm": "fractal ground", "craters": "cratered ground", "real": "measured land", "flat": "flat ground"}
+_QUIET_EVENTS = ("PHASE", "DECISION")
+_UNKNOWN = (
+    "Nothing here has met real hardware: rover, scanner, bus and radio are emulated, byte for byte, on one machine.",
+    "The soil's parameters and the sensors' noise are assumptions; other ground and other sensors were not tried in "
+    "this run.",
+    "The link's settings are assumptions as well: those of the satellite in the paper are not public.",
+    "One run says what happened once. How often a mission succeeds is a question for many seeds.",
+)
+
+
+def report(folder: Path, with_truth: bool = True) -> Path:
+    """Write FOLDER/report.html and return its path. Raises NoRunError, OSError."""
+    run = read_run(folder, with_truth)
+    path = folder / "report.html"
+    path.write_text(html(run), encoding="utf-8")
+    return path
+
+
+def write_paths(folder: Path, file: Path, with_truth: bool = True) -> Path:
+    """Write the picture of the paths alone, a PNG file. Raises NoRunError, OSError."""
+    file.parent.mkdir(parents=True, exist_ok=True)
+    file.write_bytes(draw.paths_picture(read_run(folder, with_truth)))
+    return file
+
+
+def html(run: Run) -> str:
+    """The page of a run."""
+    title = f"Mission report: {_title(run)}"
+    ways = (
+        "The way from the start (0, 0) to the goal. The global path was planned on the orbiter's map; at each stop a "
+        "local path replaced it."
+    )
+    sections = (
+        Section("Paths", picture(draw.paths_picture(run), ways)),
+        Section("The run", facts(_facts(run))),
+        Section("Decisions, stop by stop", _decisions(run)),
+        Section("What the rover knew at each stop", _maps(run)),
+        Section("Orientation", picture(
+            draw.orientation_picture(run), "Yaw, roll and pitch over bench time; the bands are the mission's phases. "
+            "The line of yaw breaks where the rover turns past 180 degrees: the same heading as -180."
+        )),
+        Section("Pose and motion", _motion(run)),
+        Section("Terrain", picture(
+            draw.terrain_picture(run), "What lies there and what the orbiter knows of it; triangle: start, dot: goal."
+        )),
+        Section("Link and tick", _link_and_tick(run)),
+        Section("Events", _events(run.events)),
+        Section("Certificate", _certificate(run.certificate)),
+        Section("What is not known", "".join(paragraph(text) for text in _UNKNOWN)),
+    )
+    return page(title, _head(run, title), sections)
+
+
+def _title(run: Run) -> str:
+    terrain, seed = run.facts.get("terrain"), run.facts.get("seed")
+    return run.folder.name if terrain is None else f"{_TERRAINS.get(terrain, terrain)}, seed {seed}"
+
+
+def _head(run: Run, title: str) -> str:
+    known, head = run.facts, f"<h1>{title}</h1>\n"
+    end = next((e for e in reversed(run.events) if e.name in ("ARRIVED", "FAILED")), None)
+    told = "the record ends before the mission does" if end is None else f"{end.name.lower()}: {end.text}"
+    if known:
+        reached = bool(known.get("goal_reached"))
+        words = [verdict(reached, "goal reached" if reached else "goal not reached")]
+        if "collisions" in known:
+            words.append(verdict(not known["collisions"], f"{known['collisions'] or 'no'} collisions"))
+        if "replay" in known:
+            words.append(verdict(known["replay"] == "identical", f"replay {known['replay']}"))
+        head += f'<p>{" ".join(words)}</p>'
+    else:
+        head += f'<p>{verdict(None if end is None else end.name == "ARRIVED", told)}</p>'
+    head += paragraph(f"The rover's own word, by its own estimate: {told}.", "soft")
+    boxes = (
+        ("true distance to the goal", "distance_to_goal_m", "{:.2f} m"), ("scans", "scans", "{}"),
+        ("replans", "replans", "{}"), ("driven", "way_m", "{:.1f} m"),
+        ("bench time", "bench_s", "{:.0f} s"), ("times real time", "rtf", "{:.1f}"),
+    )
+    return head + numbers([(name, shape.format(known[key])) for name, key, shape in boxes if key in known])
+
+
+def _facts(run: Run) -> list[tuple[str, str]]:
+    """Names and values of the facts table; what a run's files do not hold has no row."""
+    known, ground = run.facts, run.facts.get("field", {})
+    down, up = (known.get("link_by_direction", {}).get(name) for name in ("down", "up"))
+    rows: list[tuple[str, Any]] = [
+        ("terrain, seed", _filled("{terrain}, {seed}", known)),
+        ("ground", _filled("median slope {median_slope_deg:.1f}°, 95th percentile {p95_slope_deg:.1f}°", ground)),
+        ("rocks", _filled("{rocks:.0f}, on {percent:.1f} % of the ground",
+                          {**ground, "percent": 100 * ground.get("rock_area_ratio", 0)})),
+        ("seeds passed over", "; ".join(f"{row['seed']}: {row['reason']}" for row in known.get("passed_over", ()))),
+        ("soil", known.get("soil")),
+        ("sensor noise", known.get("sensor_noise")),
+        ("goal", "x {:.2f} m, y {:.2f} m".format(*known["goal_m"]) if "goal_m" in known else None),
+        ("true distance to the goal, from the bench", _filled("{distance_to_goal_m:.3f} m", known)),
+        ("the rover's own word, by its estimate", known.get("outcome")),
+        ("collisions", _contacts(known)),
+        ("strategy", known.get("strategy")),
+        ("scans, replans", _filled("{scans}, {replans}", known)),
+        ("driven way", _filled("{way_m:.1f} m", known)),
+        ("time", _filled("{bench_s:.0f} s of bench time in {wall_s:.0f} s: {rtf:.1f} times real time", known)),
+        ("replay of the record", _filled("{replay} over {replay_ticks} ticks", known)),
+        ("first difference", known.get("replay_difference")),
+        ("CAN frames, SCIP bytes", _filled("{can_frames}, {scip_bytes}", known)),
+        ("orbiter's map", known.get("gdem")),
+        ("wall time of a tick", _laps(known.get("tick_wall_ms", {}))),
+        ("link profile", _filled("{link_profile}: {link_note}", {"link_note": "see hil/link/profiles.toml", **known})),
+        ("datagrams, rover to ground", _filled("{sent} sent, {lost} lost", down or {})),
+        ("datagrams, ground to rover", _filled("{sent} sent, {lost} lost", up or {})),
+        ("onboard's largest memory", _filled("{onboard_peak_rss_mb} MB", known)),
+        ("injected faults", "; ".join(json.dumps(row) for row in known.get("faults", ()))),
+    ]
+    return [(name, str(text)) for name, text in rows if text not in (None, "")]
+
+
+def _filled(text: str, known: dict[str, Any]) -> str | None:
+    """The text with its numbers; None where one is missing."""
+    try:
+        return text.format(**known)
+    except KeyError:
+        return None
+
+
+def _contacts(known: dict[str, Any]) -> str | None:
+    """How many, and by what was touched: how often and when first."""
+    if "collisions" not in known:
+        return None
+    times: dict[str, list[float]] = {}
+    for row in known.get("contacts", ()):
+        times.setdefault(row["what"], []).append(row["t_s"])
+    what = "; ".join(f"{name}, {len(found)} times from {found[0]:.1f} s on" for name, found in times.items())
+    return f"{known['collisions']}{': ' if what else ''}{what}"
+
+
+def _decisions(run: Run) -> str:
+    rows = [
+        (str(number), f"{time_s:.1f} s", f"({plan.pose[0]:.2f}, {plan.pose[1]:.2f})", plan.kind, plan.rule, plan.reason)
+        for number, (time_s, plan) in enumerate(run.plans, 1)
+    ]
+    if not rows:
+        told = (event for event in run.events if event.name == "DECISION")
+        rows = [("", f"{event.time_s:.1f} s", "", "", event.text.split()[0], event.text) for event in told]
+    told = " ".join(" ".join(row[4:]) for row in rows)
+    occur = [rule for rule in RULES if rule in ALWAYS or re.search(rf"\b{rule}\b", told)]
+    rules = [(f"{rule} {RULES[rule][0]}", RULES[rule][1]) for rule in occur]
+    return table(("stop", "time", "at, m", "decision", "rule", "reason"), rows) + (facts(rules) if rows else "")
+
+
+def _maps(run: Run) -> str:
+    if not run.plans:
+        return ""
+    caption = (
+        "The local elevation map after the scans of each stop, in its four node sets; the star is where the rover goes "
+        "next, the wedge what it will look at from there."
+    )
+    chosen = [
+        picture(draw.choice_picture(run, plan), f"Stop {number}: where the strategy would scan next, and why there.")
+        for number, (_, plan) in enumerate(run.plans, 1)
+        if plan.scoring
+    ]
+    return picture(draw.ldem_picture(run), caption) + "".join(chosen)
+
+
+def _motion(run: Run) -> str:
+    body = ""
+    if run.truth:
+        body = picture(draw.error_picture(run), "Where the rover believed itself to be, against where it was.")
+    of = f"true speed, wheel rates and steering angles ({WHEELS})" if run.truth else "estimated speed"
+    return body + picture(draw.motion_picture(run), f"Over bench time: {of}.")
+
+
+def _link_and_tick(run: Run) -> str:
+    body = ""
+    if run.link:
+        body = picture(draw.link_picture(run), "Datagrams over the emulated space link, delivered and lost, by cause.")
+    histogram = run.facts.get("tick_wall_ms", {}).get("histogram", {})
+    if any(sum(counts) for name, counts in histogram.items() if name != "edges_ms"):
+        body += picture(draw.tick_picture(histogram), TICKS)
+    return body + _rhythm(run.rhythm)
+
+
+def _rhythm(rhythm: dict[str, Any]) -> str:
+    """Jobs against their ticks; on the wall clock, where a run measures itself, rate groups and slips as well."""
+    ticks, body = rhythm.get("ticks", {}), ""
+    if sum(ticks.get("lateness", ())):
+        below = ticks["late_below_us"]
+        body += paragraph(
+            f"Ticks began less than {below['p50']} µs late in half of the cases, {below['p999']} µs in all but one of "
+            f"1000, {ticks['late_worst_ms']:.2f} ms at worst; {ticks['slipped']} were left out."
+        )
+        body += table(("rate group", "rate", "budget", "worst", "runs over it", "slips"), [
+            (row["name"], f"{row['rate_hz']:g} Hz", f"{row['budget_us']:.0f} µs", f"{row['worst_us']:.0f} µs",
+             str(row["over_budget"]), str(row["slips"])) for row in rhythm["rate_groups"]
+        ])  # fmt: skip
+        if ticks["slips"]:
+            body += table(("left out because of", "beside the job", "ticks", "longest"), [
+                (row["cause"], row["job"], str(row["ticks"]), f"{row['worst_ms']:.1f} ms") for row in ticks["slips"]
+            ])  # fmt: skip
+    if jobs := rhythm.get("jobs", {}).get("kept"):
+        body += table(("job", "done", "late", "worst, in ticks"), [
+            (name, str(row["done"]), str(row["late"]), str(row["worst_late_ticks"])) for name, row in jobs.items()
+        ])  # fmt: skip
+    return body
+
+
+def _events(events: Sequence[Told]) -> str:
+    rows = [(f"{e.time_s:.2f} s", e.severity, e.name, e.text) for e in events if e.name not in _QUIET_EVENTS]
+    refused = any(e.name == "REGISTRATION_REFUSED" for e in events)
+    return table(("time", "severity", "event", "text"), rows) + (paragraph(EXPECTED_REFUSAL, "soft") if refused else "")
+
+
+def _certificate(known: dict[str, Any]) -> str:
+    if not known:
+        return ""
+    rows = [(name, str(row.get("pieces", row.get("datagrams", ""))), str(row.get("bytes", "")), row["sha256"])
+            for name, row in known.get("channels", {}).items()]
+    plant = known.get("plant", {})
+    if plant:
+        rows.append(("the plant's states", str(plant["states"]), "", plant["sha256"]))
+    text = paragraph("The same seed gives these hashes again, run after run; make the demo twice and compare.")
+    versions = ", ".join(f"{name} {version}" for name, version in known.get("versions", {}).items())
+    lines = [("scenario", str(known.get("scenario", ""))), ("its SHA-256", str(known.get("scenario_sha256", ""))),
+             ("machine", str(known.get("machine", ""))), ("versions", versions)]
+    return text + facts([line for line in lines if line[1]]) + table(
+        ("channel", "pieces", "bytes", "SHA-256"), rows, hashes=True
+    )
+
+
+def _laps(laps: dict[str, dict[str, Any]]) -> str:
+    """Wall time of a tick in words."""
+    return "; ".join(
+        f"{name.replace('_', ' ')}: " + ", ".join(f"{share.replace('_', '.')} {ms:.2f} ms" for share, ms in row.items())
+        for name, row in laps.items() if row and name != "histogram"
+    )

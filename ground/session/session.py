@@ -1,0 +1,350 @@
+"""One operator station's end of the link without I/O: datagrams and time in, datagrams and news out.
+
+    receive(datagram, now) -> news: items, events, reports, products, progress
+    request(name, arguments, now) -> request id, kept asking until its outcome is known
+    send(now) -> datagrams: requests, bitmaps of transfers, acknowledgements of events
+
+Nothing but what halts the rover is sent before it was heard: its boot id is part of every uplink datagram, and what it
+was built from has to be as here. Times are the station's clock; `FarClock` turns them into onboard time.
+
+Over 300 lines: what is heard decides what may be said, so both halves share all of this state.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from ground.session.far_clock import FarClock
+from ground.session.schedule import Schedule
+from ground.session.telemetry import TelemetryReceiver, Value
+from protocol import WireError, bulk, commands, transactions
+from protocol.contacts import Windows
+from protocol.link import DOWNLINK_KEY_ID, Kind, LinkKeys, Opener, Sealer, payload_limit
+from protocol.versions import OURS, Versions
+
+VIEWER = "this station has no command key (command_keys): it may watch, not command"
+_VERSION_ITEMS = tuple(f"{name}_version" for name in Versions._fields)
+_BULK_WAKE_NS = 100_000_000
+_BULK_TAIL_NS = 10_000_000_000
+_MOST_PRODUCT_BYTES = 4_000_000  # beside the newest of each name; the archive has them all
+
+
+class Item(NamedTuple):
+    """A telemetry value; the newest wins."""
+
+    at_ns: int
+    onboard_ns: int
+    name: str
+    value: float
+
+
+class EventHeard(NamedTuple):
+    """An event of the rover, once."""
+
+    at_ns: int
+    onboard_ns: int
+    serial: int
+    severity: str
+    name: str
+    text: str
+
+
+class ReportHeard(NamedTuple):
+    """News of one of this station's requests."""
+
+    at_ns: int
+    name: str
+    report: transactions.Report
+
+
+class ProductHeard(NamedTuple):
+    """A whole object, its SHA-256 checked."""
+
+    at_ns: int
+    product: bulk.Product
+
+
+class Progress(NamedTuple):
+    """How far a transfer is, in chunks."""
+
+    at_ns: int
+    name: str
+    have: int
+    total: int
+
+
+News = Item | EventHeard | ReportHeard | ProductHeard | Progress
+
+
+class Kept(NamedTuple):
+    """What a station still knows of the rover from before: newest boot id, epoch (-1: the first), newest counter of it.
+
+    heard: highest downlink counter of that boot, -1: none. rtt_ns: 0: not known.
+    """
+
+    boot_id: int = 0
+    epoch: int = -1
+    heard: int = -1
+    rtt_ns: int = 0
+
+
+NOTHING, ALWAYS = Kept(), Schedule()
+
+
+class Session:
+    """The station's state: what was asked, what is known of the rover, what is on its way."""
+
+    def __init__(
+        self, keys: LinkKeys, station: int, *, up_bps: float = 256e3, kept: Kept = NOTHING,
+        schedule: Schedule = ALWAYS, utc_ns: int = 0,
+    ) -> None:  # fmt: skip
+        """schedule: of contacts. utc_ns: at the zero of the station's clock."""
+        self.viewer = not keys.command.key_ids
+        if not self.viewer and keys.command.key(station) is None:
+            raise ValueError(f"no key of station {station}")
+        self.station = station
+        self._keys, self._schedule, self.utc_ns = keys, schedule, utc_ns
+        self._opener = Opener(keys.downlink, newest_boot_id=kept.boot_id, epoch=None if kept.epoch < 0 else kept.epoch)
+        if kept.heard >= 0:
+            self._opener.heard_before(DOWNLINK_KEY_ID, kept.heard)
+        epoch = self._opener.epoch
+        self.sealer = Sealer(keys.command.key(station, epoch) or b"", station, kept.boot_id, epoch=epoch)
+        self.requester = transactions.Requester(station)
+        self.far_clock = FarClock(kept.rtt_ns)
+        self.items: dict[str, Item] = {}
+        self.products: dict[int, bulk.Product] = {}
+        self.keeps = True  # False: what is heard cannot be kept, so events are not acknowledged
+        self.counts: dict[str, int] = {"ok": 0}
+        self.heard_ns: int | None = None
+        self.versions: Versions | None = None
+        self._bulk = bulk.Receiver(payload_limit(up_bps))
+        self._bulk_heard_ns: int | None = None
+        self._product_ns: dict[int, int] = {}
+        self._timed: set[int] = set()
+        self._unsaid: list[News] = []
+        self._telemetry = TelemetryReceiver()
+
+    @property
+    def boot_id(self) -> int:
+        """The newest heard of the rover; 0 until then."""
+        return self._opener.boot_id
+
+    @property
+    def kept(self) -> Kept:
+        """What should outlive this station."""
+        heard = self._opener.highest(DOWNLINK_KEY_ID)
+        return Kept(self.boot_id, self._opener.epoch, heard, self.far_clock.rtt_ns)
+
+    @property
+    def mismatch(self) -> str:
+        """What the rover was built from that is not as here, both named; '' where all is alike or nothing is known."""
+        return "" if self.versions is None else OURS.differences(self.versions)
+
+    @property
+    def commanding(self) -> bool:
+        """Whether ordinary commands go out: the rover was heard and is of our versions. What halts it always does."""
+        return bool(self.boot_id) and self.versions == OURS
+
+    def windows(self, now_ns: int) -> Windows | None:
+        """Of contact, on this station's clock; None while they are in onboard time and that is not known."""
+        return self._schedule.here(self.utc_ns, self.far_clock, now_ns)
+
+    def in_contact(self, now_ns: int) -> bool:
+        """Whether something may be sent now."""
+        windows = self.windows(now_ns)
+        return windows is not None and windows.is_open(now_ns)
+
+    def contact_since_ns(self, now_ns: int) -> int | None:
+        """When the present contact began, 0 where there are no windows; None outside."""
+        windows = self.windows(now_ns)
+        if windows is None or not windows.is_open(now_ns):
+            return None
+        return max((begin for begin, _ in windows.spans if begin <= now_ns), default=0)
+
+    def onboard_of_utc_ns(self, utc_ns: int, now_ns: int) -> int | None:
+        """Onboard time of a UTC instant; None until the rover was heard."""
+        onboard_ns = self.far_clock.onboard_ns(now_ns)
+        return None if onboard_ns is None else onboard_ns + (utc_ns - self.utc_ns - now_ns)
+
+    def windows_for_rover(self, now_ns: int) -> tuple[float, ...] | None:
+        """The next contact windows as `contacts_set` takes them; None until the rover was heard."""
+        return self._schedule.for_rover(self.utc_ns, self.far_clock, now_ns)
+
+    def request(self, name: str, arguments: commands.Arguments, now_ns: int, lifetime_s: float = 0.0,
+                start_s: float = 0.0) -> int:
+        """A new request, its id. It is not executed when it arrives later than its lifetime (0: any time).
+
+        start_s: onboard time before which it is not to begin (0: at once); the lifetime counts from then.
+
+        Raises ValueError as commands.check does, and at a viewer. Where the rover is known to be of other versions it
+        has FAILED at once, unless it halts the rover.
+        """
+        if self.viewer:
+            raise commands.RefusedError(VIEWER)
+        onboard_ns = self.far_clock.onboard_ns(now_ns)
+        issued_ns = max(0, onboard_ns or 0)
+        start_ns = round(start_s * 1e9)
+        known = lifetime_s and onboard_ns is not None
+        expiry_ns = max(issued_ns, start_ns) + round(lifetime_s * 1e9) if known else 0
+        request_id = self.requester.request(
+            name, arguments, now_ns, issued_ns=issued_ns, expiry_ns=expiry_ns, start_ns=start_ns
+        )
+        if self.mismatch:
+            self._unsaid += self._refuse(now_ns)
+        elif self.commanding and self.in_contact(now_ns):
+            self._timed.add(request_id)  # it goes out at once, so its answer tells the round trip
+        return request_id
+
+    def unsaid(self) -> list[News]:
+        """News that no datagram brought: what was refused here as it was asked. Each once."""
+        news, self._unsaid = self._unsaid, []
+        return news
+
+    def _refuse(self, now_ns: int) -> list[News]:
+        """Both ends do not speak of the same thing: no command but those that halt the rover."""
+        reports = self.requester.refuse(f"not sent: {self.mismatch}; only stop, safe, emergency-stop", now_ns)
+        named = self.requester.requests
+        return [ReportHeard(now_ns, named[report.request_id].telecommand.name, report) for report in reports]
+
+    def awaits_product(self, request_id: int) -> bool:
+        """Whether a request is completed and what it sends is to come, or has."""
+        request = self.requester.requests[request_id]
+        sends = request.telecommand.name == "get" or commands.command(request.telecommand.name).sends
+        return bool(sends) and request.state == transactions.State.COMPLETED
+
+    def product_of(self, request_id: int) -> bulk.Product | None:
+        """What a completed request brought: the object that its report names, else the newest announced since."""
+        request = self.requester.requests[request_id]
+        if request.report is not None and request.report.data:
+            return self.products.get(int(request.report.data[0]))
+        asked, since_ns = request.telecommand, request.made_ns
+        wanted = asked.arguments.get("product") or commands.command(asked.name).sends
+        return next((p for p in reversed(self.products.values())
+                     if p.name == wanted and self._product_ns[p.object_id] >= since_ns), None)
+
+    def receive(self, datagram: bytes, now_ns: int) -> tuple[str, list[News]]:
+        """One datagram of the link: the verdict ("ok" or the check that failed), and what is new by it."""
+        before = self.boot_id
+        try:
+            opened = self._opener.open(datagram)
+            if opened.station != DOWNLINK_KEY_ID:
+                raise WireError("sender", f"key {opened.station}")
+            if self.boot_id != before:
+                self._rover_booted(before, now_ns)
+            if self._opener.epoch != self.sealer.epoch and not self.viewer:
+                self.sealer.use(self._keys.command.key(self.station, self._opener.epoch) or b"", self._opener.epoch)
+            self.heard_ns = now_ns
+            news = self._dispatch(opened.kind, opened.payload, now_ns)
+        except WireError as error:
+            self.counts[error.kind] = self.counts.get(error.kind, 0) + 1
+            return error.kind, []
+        self.counts["ok"] += 1
+        return "ok", news
+
+    def _rover_booted(self, before: int, now_ns: int) -> None:
+        self.sealer.boot_id = self.boot_id
+        self.versions = None
+        if before:
+            self.requester.rover_booted(self.boot_id, now_ns)
+            self.far_clock.forget()
+            self._telemetry = TelemetryReceiver()
+
+    def _dispatch(self, kind: Kind, payload: bytes, now_ns: int) -> list[News]:
+        if kind == Kind.MAVLINK:
+            return self._take_telemetry(payload, now_ns)
+        if kind == Kind.REPORT:
+            return self._take_report(payload, now_ns)
+        if kind == Kind.BULK_CHUNK:
+            return self._take_chunk(payload, now_ns)
+        raise WireError("kind", f"{kind.name} does not come down")
+
+    def _take_telemetry(self, payload: bytes, now_ns: int) -> list[News]:
+        news: list[News] = []
+        heard = self._telemetry.receive(payload, now_ns)
+        for one in heard:
+            if isinstance(one, Value):
+                item = Item(now_ns, one.onboard_ns, one.name, one.value)
+                known = self.items.get(one.name)
+                if known is None or known.onboard_ns <= item.onboard_ns:
+                    self.items[one.name] = item
+                news.append(item)
+            else:
+                news.append(EventHeard(now_ns, *one))
+        if any(isinstance(one, Value) for one in heard):
+            self.far_clock.hear(self._telemetry.onboard_ns, now_ns)
+        return news + self._compare({one.name: int(one.value) for one in heard if isinstance(one, Value)
+                                     and one.name in _VERSION_ITEMS}, now_ns)
+
+    def _compare(self, told: dict[str, int], now_ns: int) -> list[News]:
+        """The rover's versions; news where what is asked is now refused for them."""
+        if len(told) < len(_VERSION_ITEMS):
+            return []
+        self.versions = Versions(*(told[name] for name in _VERSION_ITEMS))
+        return self._refuse(now_ns) if self.mismatch else []
+
+    def _take_report(self, payload: bytes, now_ns: int) -> list[News]:
+        report = self.requester.receive(payload, now_ns)
+        if report is None:
+            return []
+        request = self.requester.requests[report.request_id]
+        if report.request_id in self._timed:
+            self._timed.discard(report.request_id)
+            self.far_clock.measure(now_ns - request.made_ns)
+            self.requester.rtt_ns = self.far_clock.rtt_ns
+        return [ReportHeard(now_ns, request.telecommand.name, report)]
+
+    def _take_chunk(self, payload: bytes, now_ns: int) -> list[News]:
+        self._bulk_heard_ns = now_ns
+        product = self._bulk.receive(payload, now_ns)
+        object_id, announced = int.from_bytes(payload[:4], "little"), payload[8:10] == b"\xff\xff"
+        if announced and object_id in self.products:
+            self._product_ns[object_id] = now_ns  # offered again with the same content: nothing is sent twice
+        if product is not None:
+            self.products[product.object_id] = product
+            self._product_ns[product.object_id] = now_ns
+            self._forget_products()
+            return [ProductHeard(now_ns, product)]
+        return [Progress(now_ns, name, have, total) for name, (have, total) in self._bulk.progress().items()]
+
+    def _forget_products(self) -> None:
+        newest = {p.name: p.object_id for p in self.products.values()}
+        older = [p for p in self.products.values() if p.object_id not in newest.values()]
+        excess = sum(len(p.data) for p in older) - _MOST_PRODUCT_BYTES
+        for product in older:
+            if excess <= 0:
+                break
+            excess -= len(product.data)
+            del self.products[product.object_id], self._product_ns[product.object_id]
+
+    def send(self, now_ns: int) -> list[bytes]:
+        """Sealed datagrams that are due; none outside of contact.
+
+        What halts the rover goes to any boot; nothing else does before the rover was heard.
+        """
+        if self.viewer or not self.in_contact(now_ns):
+            return []
+        self.sealer.boot_id = self.boot_id
+        asked = self.requester.send(now_ns, halting_only=not self.commanding)
+        sealed = [self.sealer.seal_halt(p) if commands.halts(p) else self.sealer.seal(Kind.TELECOMMAND, p)
+                  for p in asked]
+        if not self.boot_id:
+            return sealed
+        payloads = [(Kind.REPORT, p) for p in self._telemetry.acknowledgements(now_ns)] if self.keeps else []
+        payloads += [(Kind.BULK_BITMAP, p) for p in self._bulk.send(now_ns)]
+        return sealed + [self.sealer.seal(kind, payload) for kind, payload in payloads]
+
+    def next_due_ns(self, now_ns: int) -> int | None:
+        """When `send` should be called again; None: not before something was heard."""
+        due = [self.requester.next_due_ns(halting_only=not self.commanding)]
+        if self.viewer:
+            return None
+        if not self.in_contact(now_ns):
+            windows = self.windows(now_ns)
+            return None if windows is None else windows.next_begin_ns(now_ns)
+        if self.boot_id and self.keeps:
+            due.append(self._telemetry.next_due_ns())
+        if self._bulk_heard_ns is not None and (
+            self._bulk.progress() or now_ns - self._bulk_heard_ns < _BULK_TAIL_NS
+        ):
+            due.append((now_ns // _BULK_WAKE_NS + 1) * _BULK_WAKE_NS)
+        return min((at for at in due if at is not None), default=None)

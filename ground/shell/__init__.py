@@ -1,0 +1,1 @@
+"""`ground shell`: many verbs on one open session."""

@@ -1,0 +1,163 @@
+"""The edge of `ground shell`: link, clock and archive in turns; lines from a terminal or a pipe."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import select
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
+from pathlib import Path
+from typing import Any
+
+from ground.archive.store import Archive
+from ground.operation import show
+from ground.operation.operate import CONNECT_S, Teller
+from ground.session.contact import Contact
+from ground.shell.shell import Shell, completions
+from ground.station.clock import Clock, WallClock
+from ground.station.settings import Settings
+from ground.station.station import Station, StationError
+
+Save = Callable[[Any, str, Path], None]
+_PAUSE_S = 0.01
+
+
+class Live:
+    """One session, turn by turn. contact_s: how long to wait for the first word of the rover; 0: for ever."""
+
+    def __init__(self, station: Any, clock: Clock, teller: Teller, shell: Shell, save: Save, contact_s: float) -> None:
+        self._station, self._clock, self._teller = station, clock, teller
+        self.shell, self._save, self._contact_s = shell, save, contact_s
+        self._contact, self.now_ns = Contact(), 0
+
+    @property
+    def session(self) -> Any:
+        """The station's session."""
+        return self._station.session
+
+    def turn(self) -> None:
+        """Hears, tells, sends. Raises StationError where link or rover are not there."""
+        turn = self._clock.turn(self._station.sent, None)
+        assert turn is not None, "the wall clock does not end"
+        self.now_ns = turn.now_ns
+        self._teller.news(self._station.turn(turn))
+        for name, path in self.shell.arrived(self.session):
+            self._save(self.session, name, path)
+        self._station.flush(self.now_ns)
+        self._teller.trouble(self._station.trouble, self.now_ns)
+        silent_s = self._contact.silent_s(self.session.heard_ns, self.now_ns)
+        if silent_s is not None:
+            self._teller.silence(silent_s, self.now_ns)
+        if self._contact.closed(self._station.linked, self.now_ns):
+            raise StationError("the link's carrier has closed; the rover carries on with what it was told")
+        if self._contact_s and self.session.heard_ns is None and self.now_ns > self._contact_s * 1e9:
+            raise StationError(f"nothing heard of the rover within {self._contact_s:g} s")
+
+    def line(self, text: str) -> list[str]:
+        """A line that was typed."""
+        return self.shell.line(text, self.session, self.now_ns)
+
+
+def run(settings: Settings, station: Path | None, contact_s: float, teller: Teller,
+        verbs: Callable[[list[str]], int], save: Save) -> int:  # fmt: skip
+    """Opens the link and takes lines until `quit`, the end of the pipe, or Ctrl-D; the exit code."""
+    began_s = time.monotonic()
+
+    def offline(words: list[str]) -> int:
+        named = ["--station", str(station)] if station is not None and "--station" not in words else []
+        if words == ["link"]:
+            words = ["link", "--since", f"{time.monotonic() - began_s + 1:.0f}s"]
+        return verbs([*words, *named])
+
+    with ExitStack() as stack:
+        stack.callback(teller.close)
+        archive = stack.enter_context(Archive(settings.archive or ":memory:", time.time_ns(), "shell"))
+        link = stack.enter_context(Station(settings, archive))
+        link.wait_open(*CONNECT_S)
+        live = Live(link, WallClock(), teller, Shell(offline), save, contact_s)
+        if not sys.stdin.isatty():
+            return from_pipe(live, piped(sys.stdin.fileno()))
+        history = Path(settings.state) / "shell-history" if settings.state else None
+        return asyncio.run(in_terminal(live, history))
+
+
+def from_pipe(live: Live, lines: Iterator[str | None]) -> int:
+    """Each line when all before it has its outcome. lines: None while there is none yet."""
+    for line in lines:
+        live.turn()
+        if line is not None:
+            sys.stdout.write(f"> {line}\n")
+            _print(live.line(line))
+            while not (live.shell.settled(live.session) or live.shell.ended):
+                live.turn()
+        if live.shell.ended:
+            break
+    return live.shell.code(live.session)
+
+
+def piped(descriptor: int) -> Iterator[str | None]:
+    """Lines of a file or pipe as they come, None while none does; ends with it."""
+    waiting = b""
+    while True:
+        if not select.select([descriptor], [], [], 0)[0]:
+            yield None
+            continue
+        data = os.read(descriptor, 65_536)
+        *lines, waiting = (waiting + data).split(b"\n")
+        for line in lines:
+            yield line.decode(errors="replace")
+        if not data:
+            if waiting:
+                yield waiting.decode(errors="replace")
+            return
+
+
+async def in_terminal(live: Live, history: Path | None, **terminal: Any) -> int:
+    """The prompt, and the link's turns beside it. terminal: input and output, for who is no terminal."""
+    from prompt_toolkit import PromptSession
+    from prompt_toolkit.auto_suggest import AutoSuggestFromHistory
+    from prompt_toolkit.completion import NestedCompleter
+    from prompt_toolkit.history import FileHistory, InMemoryHistory
+    from prompt_toolkit.patch_stdout import patch_stdout
+
+    if history is not None:
+        history.parent.mkdir(parents=True, exist_ok=True)
+        history.touch(mode=0o600)
+    prompt: PromptSession[str] = PromptSession(
+        "ground> ", history=InMemoryHistory() if history is None else FileHistory(str(history)),
+        completer=NestedCompleter.from_nested_dict(completions()), auto_suggest=AutoSuggestFromHistory(),
+        bottom_toolbar=lambda: show.status_line(live.session, live.now_ns), refresh_interval=1.0, **terminal,
+    )  # fmt: skip
+    with patch_stdout(raw=True):
+        turning = asyncio.create_task(_turning(live))
+        try:
+            while not live.shell.ended:
+                asked = asyncio.create_task(prompt.prompt_async())
+                done, _ = await asyncio.wait({asked, turning}, return_when=asyncio.FIRST_COMPLETED)
+                if turning in done:
+                    asked.cancel()
+                    await turning  # raises what ended it
+                try:
+                    _print(live.line(asked.result()))
+                except EOFError:
+                    _print(live.line("quit"))
+                except KeyboardInterrupt:
+                    _print(["Ctrl-D or `quit` ends; `stop` stops the rover"])
+        finally:
+            turning.cancel()
+    return 0
+
+
+async def _turning(live: Live) -> None:
+    while True:
+        live.turn()
+        await asyncio.sleep(_PAUSE_S)
+
+
+def _print(lines: list[str]) -> None:
+    for line in lines:
+        sys.stdout.write(line + "\n")
+    sys.stdout.flush()

@@ -1,0 +1,123 @@
+"""What a station must not forget: its next numbers, and what it last knew of the rover.
+
+The file always says more than was used: a block is reserved, written and synced before its first number is sealed,
+so after a crash no counter is used twice. Several processes of one station reserve blocks of their own (file lock); one
+whose numbers fall behind those of the others takes a new block, or the rover's replay window would pass over it. The
+counters of halting commands only rise on board, so they are taken one by one.
+"""
+
+from __future__ import annotations
+
+import fcntl
+import json
+import os
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import NamedTuple
+
+from ground.session.session import Kept
+from onboard.config import ConfigError
+from protocol.link import WINDOW
+
+COUNTERS, REQUESTS = 640, 256
+BEHIND = WINDOW - 2 * COUNTERS  # four processes at once stay nearer together than this
+_NEW = {"counter": 0, "request_id": 1, "boot_id": 0}
+_LATER = {"halt": 0, "epoch": -1, "heard": -1, "rtt_ns": 0}  # files of before have none of these
+
+
+class Block(NamedTuple):
+    """Numbers from the first to before the end belong to this process. kept: what is known of the rover."""
+
+    counter: int
+    counter_end: int
+    request_id: int
+    request_end: int
+    boot_id: int
+    kept: Kept = Kept()
+
+
+class Memory:
+    """One station's file in a state folder; without a folder numbers start from zero and nothing is kept (a bench)."""
+
+    def __init__(self, folder: str, station: int) -> None:
+        self._path = Path(folder) / f"station-{station}.json" if folder else None
+        self._bench = _NEW | _LATER
+        self._read_ns, self._reserved = -1, 0  # when the file was that was read last; the end of all blocks in it
+
+    def reserve(self, boot_id: int = 0) -> Block:
+        """The next block; also notes the newest boot id. Raises OSError or ConfigError where that fails."""
+        with self._changed() as tree:
+            counter, request_id = tree["counter"], tree["request_id"]
+            tree["counter"], tree["request_id"] = counter + COUNTERS, request_id + REQUESTS
+            _note_boot(tree, boot_id)
+            kept = Kept(tree["boot_id"], tree["epoch"], tree["heard"], tree["rtt_ns"])
+            return Block(counter, counter + COUNTERS, request_id, request_id + REQUESTS, kept.boot_id, kept)
+
+    def next_halt(self) -> int:
+        """The counter of one halting command, on the disk before it is used. Raises as `reserve` does."""
+        with self._changed() as tree:
+            tree["halt"] += 1
+            return tree["halt"] - 1
+
+    def note(self, kept: Kept) -> None:
+        """What is known of the rover now; an older boot or counter than is there changes nothing."""
+        with self._changed() as tree:
+            _note_boot(tree, kept.boot_id)
+            tree["epoch"] = max(tree["epoch"], kept.epoch)
+            if kept.boot_id == tree["boot_id"]:
+                tree["heard"] = max(tree["heard"], kept.heard)
+            tree["rtt_ns"] = kept.rtt_ns or tree["rtt_ns"]
+
+    def behind(self, counter: int) -> bool:
+        """Whether the blocks of other processes are so far on that this number is soon too old for the rover."""
+        if self._path is None:
+            return False
+        changed_ns = self._path.stat().st_mtime_ns
+        if changed_ns != self._read_ns:
+            self._read_ns, self._reserved = changed_ns, self._read()["counter"]
+        return self._reserved > counter + BEHIND
+
+    @contextmanager
+    def _changed(self) -> Iterator[dict[str, int]]:
+        """The file's content, changed within; nobody else does meanwhile."""
+        if self._path is None:
+            yield self._bench
+            return
+        self._path.parent.mkdir(parents=True, exist_ok=True)
+        with open(self._path.with_suffix(".lock"), "w") as lock:
+            fcntl.flock(lock, fcntl.LOCK_EX)
+            tree = self._read()
+            yield tree
+            self._write(tree)
+
+    def _read(self) -> dict[str, int]:
+        assert self._path is not None
+        try:
+            tree = json.loads(self._path.read_text())
+            return {name: int(tree[name]) for name in _NEW} | {
+                name: int(tree.get(name, least)) for name, least in _LATER.items()}
+        except FileNotFoundError:
+            return _NEW | _LATER
+        except (ValueError, KeyError, TypeError, AttributeError) as error:
+            raise ConfigError(f"{self._path}: damaged ({error}); make new keys (ground keys init)") from error
+
+    def _write(self, tree: dict[str, int]) -> None:
+        assert self._path is not None
+        write_safely(self._path, tree)
+
+
+def write_safely(path: Path, tree: Mapping[str, int]) -> None:
+    """Writes JSON, on the disk when it returns: whole, or what was there before. Raises OSError."""
+    fresh = path.with_suffix(".new")
+    with open(fresh, "w") as file:
+        json.dump(tree, file)
+        file.flush()
+        os.fsync(file.fileno())
+    os.replace(fresh, path)
+
+
+def _note_boot(tree: dict[str, int], boot_id: int) -> None:
+    """A newer boot counts its datagrams anew."""
+    if boot_id > tree["boot_id"]:
+        tree["boot_id"], tree["heard"] = boot_id, -1

@@ -1,0 +1,161 @@
+"""The station's shell: the link's session on zenoh, the memory of counters, the archive; the logic is in `session`."""
+
+from __future__ import annotations
+
+import json
+from contextlib import suppress
+from types import TracebackType
+from typing import Self
+
+from ground.archive.store import Archive
+from ground.session.session import EventHeard, Item, Kept, News, ProductHeard, ReportHeard, Session
+from ground.station.clock import Turn
+from ground.station.memory import Block, Memory
+from ground.station.settings import Settings, load_schedule, station_keys
+from onboard.config import ConfigError
+from onboard.drivers.link_end import LinkEnd, LinkEndError
+from protocol import carrier
+from protocol.link import KEY_DOWN, KEY_UP, OVERHEAD, numbers
+
+TO_HAVE_A_ROVER = "`make sim` starts a rover to talk to"
+_SPARE = 512  # more numbers than one turn can use
+_MOST_PER_TURN = 2000
+_NOTE_NS = 10_000_000_000
+_LIMIT_S = 30.0  # for what the bench has counted
+
+
+class StationError(RuntimeError):
+    """The link does not answer; the text is one line."""
+
+
+class Station:
+    """One station on the link. Use it inside `with`: an open zenoh session hangs the interpreter at its end."""
+
+    def __init__(self, settings: Settings, archive: Archive) -> None:
+        keys = station_keys(settings)
+        self._settings, self._archive = settings, archive
+        self._memory = Memory(settings.state, settings.station)
+        self._block = self._memory.reserve()
+        kept = self._block.kept if settings.downlink_key else Kept(self._block.boot_id)  # a bench may begin anew
+        self.session = Session(keys, settings.station, up_bps=settings.up_bps, kept=kept,
+                               schedule=load_schedule(settings))
+        self._use(self._block)
+        self._last_halt, self._noted_ns = -1, 0
+        self.session.sealer.next_halt = self._next_halt
+        self._archived: set[int] = set()
+        self.sent = 0
+
+    def _use(self, block: Block) -> None:
+        self._block = block
+        self.session.sealer.counter, self.session.requester.next_id = block.counter, block.request_id
+
+    def _next_halt(self) -> int:
+        """The counter of a halting command: a stop goes out though this station's own disk refuses."""
+        try:
+            self._last_halt = self._memory.next_halt()
+        except OSError:
+            self._last_halt += 1
+        return self._last_halt
+
+    def _note(self) -> None:
+        with suppress(OSError):  # it only narrows what could be replayed to the next start
+            self._memory.note(self.session.kept)
+
+    def __enter__(self) -> Self:
+        endpoint = self._settings.endpoint
+        try:
+            self._end = LinkEnd(carrier.GROUND, endpoint, hear=KEY_DOWN, say=KEY_UP, one_way_s=self._settings.one_way_s)
+        except ValueError as error:
+            like = "tcp/127.0.0.1:7448"
+            raise ConfigError(f"endpoint = {endpoint!r} should be a locator like {like}: {error}") from error
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
+        self._end.close()
+        self._note()
+
+    @property
+    def linked(self) -> bool:
+        """Whether anybody is at the other end of the session now."""
+        return self._end.linked
+
+    def wait_open(self, limit_s: float, alone_s: float) -> None:
+        """Knocks until the link's carrier answers; with no peer at all only for alone_s. Raises StationError."""
+        if not self._end.wait_open(limit_s, alone_s):
+            found = f"nobody answered within {limit_s:g} s" if self.linked else "nobody is there"
+            raise StationError(f"no link at {self._settings.endpoint}: {found}; {TO_HAVE_A_ROVER}")
+
+    def turn(self, turn: Turn) -> list[News]:
+        """Takes what the turn counts (or what is there), and hands it to the session. Commits nothing yet."""
+        news: list[News] = []
+        for datagram in self._take(turn.delivered):
+            verdict, heard = self.session.receive(datagram, turn.now_ns)
+            self._log(turn.now_ns, "down", verdict, datagram)
+            news += heard
+        for one in news:
+            self._keep(one)
+        return news
+
+    def _take(self, delivered: int | None) -> list[bytes]:
+        if delivered is None:
+            return self._end.take(_MOST_PER_TURN)
+        try:
+            return self._end.take_upto(delivered, _LIMIT_S)
+        except LinkEndError as error:
+            raise StationError(str(error)) from error
+
+    def flush(self, now_ns: int) -> list[News]:
+        """Makes the turn's rows safe, then puts what is due on the link; news of the station's own."""
+        self._renew_block()
+        requests = self.session.requester.requests
+        for request_id in sorted(requests.keys() - self._archived):
+            asked = requests[request_id].telecommand
+            self._archive.add("requests", requests[request_id].made_ns, request_id, self.session.station, asked.name,
+                              json.dumps(asked.arguments))
+            self._archived.add(request_id)
+        self._archived &= requests.keys()  # what the session has forgotten
+        news = self.session.unsaid()
+        for one in news:
+            self._keep(one)
+        datagrams = self.session.send(now_ns)
+        for datagram in datagrams:
+            self._log(now_ns, "up", "ok", datagram)
+        self._archive.commit()
+        self.session.keeps = not self._archive.trouble
+        for datagram in datagrams:
+            self._end.put(datagram)
+            self.sent += 1
+        if now_ns - self._noted_ns >= _NOTE_NS:
+            self._noted_ns = now_ns
+            self._note()
+        return news
+
+    @property
+    def trouble(self) -> str:
+        """Why what is heard cannot be archived now; "": it is."""
+        return self._archive.trouble
+
+    def _log(self, at_ns: int, direction: str, verdict: str, datagram: bytes) -> None:
+        short = len(datagram) < OVERHEAD
+        self._archive.add("datagrams", at_ns, direction, verdict, datagram,
+                          *((None, None) if short else numbers(datagram)))
+
+    def _renew_block(self) -> None:
+        session, block = self.session, self._block
+        used_up = session.sealer.counter + _SPARE > block.counter_end
+        used_up |= self._memory.behind(session.sealer.counter)
+        used_up |= session.requester.next_id + _SPARE // 8 > block.request_end
+        if used_up or (self._settings.state and session.boot_id > block.boot_id):
+            self._use(self._memory.reserve(session.boot_id))
+
+    def _keep(self, news: News) -> None:
+        match news:
+            case Item():
+                self._archive.add("items", *news, self.session.boot_id)
+            case EventHeard():
+                self._archive.add("events", *news, self.session.boot_id)
+            case ReportHeard(at_ns, _, r):
+                self._archive.add("reports", at_ns, r.request_id, r.station, r.serial, r.state.name, r.code, r.text,
+                                  json.dumps(r.data))
+            case ProductHeard(at_ns, p):
+                self._archive.add("products", at_ns, p.object_id, p.name, p.codec, p.data)
