@@ -127,16 +127,18 @@ def _errors(found: Estimate, built: Rover) -> tuple[float, ...]:
 
 
 def judge(rows: Sequence[Row]) -> list[str]:
-    """Every figure within LIMITS; odometry better by BETTER_RATIO, and as good as for one who knows the rover."""
-    short = []
+    """Every figure within LIMITS; odometry as good as for one who knows the rover, and better by BETTER_RATIO in all."""
+    short, flown = [], [row for row in rows if row.outcome == "calibrated"]
     for row in rows:
         if row.outcome != "calibrated":
             short.append(f"seed {row.seed}: {row.outcome}")
             continue
         short += [f"seed {row.seed}: {name} is {getattr(row, name)}, at most {limit}"
                   for name, limit in LIMITS.items() if getattr(row, name) > limit]  # fmt: skip
-        if row.way_after_mm > BETTER_RATIO * row.way_before_mm:
-            short.append(f"seed {row.seed}: odometry was {row.way_before_mm} mm off, then {row.way_after_mm}")
         if row.way_after_mm > row.way_built_mm + OVER_BUILT_MM:
             short.append(f"seed {row.seed}: odometry is {row.way_after_mm} mm off, at best {row.way_built_mm}")
+    before_mm, after_mm = (math.sqrt(sum(way * way for way in ways)) for ways in (
+        [row.way_before_mm for row in flown], [row.way_after_mm for row in flown]))
+    if flown and after_mm > BETTER_RATIO * before_mm:
+        short.append(f"odometry over all {len(flown)} is {after_mm / before_mm:.2f} of what it was off")
     return short

@@ -36,10 +36,11 @@ def test_nominal_falls_short_by_each_of_its_promises_alone(broken, told):
 @pytest.mark.parametrize(("broken", "told"), [
     ({"outcome": "WHEEL_2 went silent 210 ms ago"}, "seed 4: WHEEL_2 went silent 210 ms ago"),
     ({"steer_difference_deg": 0.6}, "seed 4: steer_difference_deg is 0.6, at most 0.5"),
-    ({"way_after_mm": 8.0}, "seed 4: odometry was 10.0 mm off, then 8.0"),
+    ({"way_built_mm": 2.5}, "seed 4: odometry is 5.0 mm off, at best 2.5"),
+    ({"way_before_mm": 6.25}, "odometry over all 1 is 0.80 of what it was off"),
 ])  # fmt: skip
 def test_calibrate_falls_short_by_each_of_its_promises_alone(broken, told):
-    row = calibrate.Row(4, "calibrated", way_before_mm=10.0, way_after_mm=5.0)
+    row = calibrate.Row(4, "calibrated", way_before_mm=10.0, way_after_mm=5.0, way_built_mm=4.5)
     assert calibrate.judge([row]) == []
     assert calibrate.judge([replace(row, **broken)]) == [told]
 
