@@ -127,7 +127,7 @@ def _errors(found: Estimate, built: Rover) -> tuple[float, ...]:
 
 
 def judge(rows: Sequence[Row]) -> list[str]:
-    """Every figure within LIMITS; odometry as good as for one who knows the rover, and better by BETTER_RATIO in all."""
+    """Every figure within LIMITS; odometry as good as for one who knows the rover; over all, better by BETTER_RATIO."""
     short, flown = [], [row for row in rows if row.outcome == "calibrated"]
     for row in rows:
         if row.outcome != "calibrated":
