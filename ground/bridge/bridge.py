@@ -10,7 +10,8 @@ from __future__ import annotations
 
 from collections import Counter
 
-from ground.session.session import EventHeard, Item, News, ReportHeard, Session
+from ground.session.news import EventHeard, Item, News, ReportHeard
+from ground.session.session import Session
 from protocol import WireError, packet_table, space_packets
 from protocol.commands import command
 from protocol.modes import SEVERITIES

@@ -15,7 +15,7 @@ from types import TracebackType
 from typing import NamedTuple, Self
 
 from ground.bridge.bridge import Bridge
-from ground.session.session import News
+from ground.session.news import News
 from ground.station.station import StationError
 from protocol import WireError, space_packets
 

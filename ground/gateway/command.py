@@ -100,7 +100,8 @@ class _Ways(NamedTuple):
 def _join(settings: Settings, ways: _Ways, place: tuple[float, float, float], home_first: bool) -> Join:
     """Opens the doors around a gateway on the operation's session."""
     # the common set of MAVLink takes 0.3 s to load: only this command pays it
-    from ground.gateway.gateway import Door, Gateway
+    from ground.gateway.clients import Door
+    from ground.gateway.gateway import Gateway
     from ground.gateway.origin import Origin
     from ground.gateway.shell import Marks, Shell, read_signing_key
     from ground.gateway.signing import Verifier
@@ -121,7 +122,7 @@ def _join(settings: Settings, ways: _Ways, place: tuple[float, float, float], ho
             if ways.unsigned is not None:
                 shell.open(door, ways.unsigned)
             for address in ways.told:
-                gateway.know(door, address)
+                gateway.clients.know(door, address)
             if ways.signed is not None and secret is not None:
                 shell.open(Door(SIGNED, Verifier(secret, kept), secret), ways.signed)
             yield shell

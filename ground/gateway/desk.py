@@ -18,7 +18,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from ground.gateway.frames import mavlink as m
-from ground.gateway.missions import Client, To
+from ground.gateway.missions import ClientKey, To
 from ground.gateway.orders import CANCELLED, GIVES_WAY, Answer, Asked, Known, Request, order
 from ground.session.session import Session
 from protocol import commands
@@ -38,7 +38,7 @@ Ack = Callable[[int], Any]  # a MAV_RESULT to the message that says it; None: no
 class _Job:
     """One request of a client, waiting or asked. same: what a repetition is told by."""
 
-    client: Client
+    client: ClientKey
     made: Request | Answer
     ack: Ack
     same: str
@@ -69,14 +69,14 @@ class Desk:
 
     def __init__(self, session: Session) -> None:
         self._session = session
-        self._lines: dict[tuple[Client, int], deque[_Job]] = {}
-        self._ended: dict[tuple[Client, int], tuple[str, int, int]] = {}  # same, result, when
+        self._lines: dict[tuple[ClientKey, int], deque[_Job]] = {}
+        self._ended: dict[tuple[ClientKey, int], tuple[str, int, int]] = {}  # same, result, when
         self._begun: dict[int, str] = {}
         self.enabled = False
         self.texts: list[tuple[str, str]] = []
-        self.wanted: list[tuple[Client, str]] = []
+        self.wanted: list[tuple[ClientKey, str]] = []
 
-    def command(self, client: Client, target: tuple[int, int], message: Any, known: Known, now_ns: int) -> list[To]:
+    def command(self, client: ClientKey, target: tuple[int, int], message: Any, known: Known, now_ns: int) -> list[To]:
         """COMMAND_LONG or COMMAND_INT."""
         asked = Asked.of(message)
         key, same = (client, asked.command), repr(asked)
@@ -87,7 +87,7 @@ class Desk:
                 return [To(client, ack(result))]
         return self.ask(client, asked, ack, known, now_ns)
 
-    def ask(self, client: Client, asked: Asked, ack: Ack, known: Known, now_ns: int) -> list[To]:
+    def ask(self, client: ClientKey, asked: Asked, ack: Ack, known: Known, now_ns: int) -> list[To]:
         """A command in whatever form it came; `ack` says what becomes of it."""
         key, same = (client, asked.command), repr(asked)
         line = self._lines.get(key, deque())
@@ -130,7 +130,7 @@ class Desk:
 
     # -- a line of one client's requests of one command -----------------------------------------------------
 
-    def _advance(self, key: tuple[Client, int], now_ns: int) -> list[To]:
+    def _advance(self, key: tuple[ClientKey, int], now_ns: int) -> list[To]:
         out: list[To] = []
         line = self._lines[key]
         while line:
@@ -175,7 +175,7 @@ class Desk:
         code = report.code if report is not None and state is State.FAILED else 0
         return _CODES.get(code, m.MAV_RESULT_FAILED)
 
-    def _end(self, key: tuple[Client, int], job: _Job, result: int, now_ns: int) -> list[To]:
+    def _end(self, key: tuple[ClientKey, int], job: _Job, result: int, now_ns: int) -> list[To]:
         if job.made.enables is not None and result == m.MAV_RESULT_ACCEPTED:
             self.enabled = job.made.enables
         if isinstance(job.made, Answer):
@@ -184,7 +184,7 @@ class Desk:
         self._ended[key] = (job.same, result, now_ns)
         return _said(job.client, job.ack(result))
 
-    def _make_way(self, urgent: tuple[Client, int], now_ns: int) -> list[To]:
+    def _make_way(self, urgent: tuple[ClientKey, int], now_ns: int) -> list[To]:
         """Cancels what lets the rover move and has not begun, of all clients, and the rest of the urgent one's line."""
         out: list[To] = []
         for key, line in list(self._lines.items()):
@@ -201,5 +201,5 @@ class Desk:
         return out
 
 
-def _said(client: Client, message: Any) -> list[To]:
+def _said(client: ClientKey, message: Any) -> list[To]:
     return [] if message is None else [To(client, message)]

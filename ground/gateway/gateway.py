@@ -1,132 +1,60 @@
 """The gateway without I/O: datagrams of local clients, news of the session and time in, datagrams out.
 
-    accept(door, address, datagram, stamp) -> messages whose checks have passed; nothing is done yet
-    marks()                                -> what is to be on disk before they are acted upon
-    act(heard, now), turn(news, now)       -> requests to the session, messages into the outbox
-    send(stamp)                            -> (door, address, datagram) for each client
+    clients.accept(door, address, datagram, stamp) -> messages whose checks have passed; nothing is done yet
+    clients.marks()                                -> what is to be on disk before they are acted upon
+    act(heard, now), turn(news, now)               -> requests to the session, messages into the outbox
+    send(stamp)                                    -> (door, address, datagram) for each client
 
-A client is an address at a door, known from its first frame that passed the door's checks until it is silent for 30 s;
-those that were named at the start are known always. What the rover tells goes to all, an answer to who asked.
+What the rover tells goes to all, an answer to who asked.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any
 
-from ground.gateway import frames
+from ground.gateway.clients import Address, Client, Clients, Heard
 from ground.gateway.desk import Desk, Outcome, acknowledgement
-from ground.gateway.frames import COMPONENT_ID, SYSTEM_ID, Writer
+from ground.gateway.frames import COMPONENT_ID, SYSTEM_ID
 from ground.gateway.frames import mavlink as m
 from ground.gateway.missions import Missions, RefusedItemError, To, goal_of
 from ground.gateway.orders import Asked, Known
 from ground.gateway.origin import Origin
 from ground.gateway.parameter_desk import ParameterDesk
-from ground.gateway.signing import Verifier
 from ground.gateway.vehicle import MESSAGES, Seen, Texts, heartbeat, told_by
 from ground.session.contact import SILENT_NS, Contact
-from ground.session.session import EventHeard, Item, News, Session
-from protocol import WireError
+from ground.session.news import EventHeard, Item, News
+from ground.session.session import Session
 from protocol.modes import Mode
 from protocol.transactions import State
 
-Address = tuple[str, int]
-Handler = Callable[["_Client", Any, int], Iterable[To]]
+Handler = Callable[[Client, Any, int], Iterable[To]]
 _HEARTBEAT_NS = 1_000_000_000
-_CLIENT_NS = 30_000_000_000
-_MOST_CLIENTS = 32
 _HELD = (Mode.SAFE, Mode.ESTOP, Mode.BOOT)
 
 
-class Door(NamedTuple):
-    """One way in. verifier: what frames must show there; None: nothing."""
-
-    name: str
-    verifier: Verifier | None = None
-    key: bytes | None = None
-
-
-class Heard(NamedTuple):
-    """A message that has passed the checks of its door."""
-
-    door: Door
-    address: Address
-    message: Any
-
-
-@dataclass(slots=True)
-class _Client:
-    """One ground program. heard_ns None: named at the start, known always."""
-
-    door: Door
-    address: Address
-    writer: Writer
-    heard_ns: int | None
-    target: tuple[int, int] = (0, 0)
-
-    @property
-    def key(self) -> tuple[str, Address]:
-        """What it is known by."""
-        return self.door.name, self.address
-
-
 class Gateway:
-    """All clients on one session. counts: frames that passed, and those refused, by kind."""
+    """All clients on one session."""
 
     def __init__(self, session: Session, origin: Origin, *, home_first: bool = False) -> None:
         self._session, self._origin, self._home_first = session, origin, home_first
+        self.clients = Clients()
         self.desk, self.parameters = Desk(session), ParameterDesk(session)
         self.missions = Missions(origin, home_first)
-        self.counts: dict[str, int] = {"ok": 0}
-        self._clients: dict[tuple[str, Address], _Client] = {}
-        self._doors: dict[str, Door] = {}
         self._outbox: list[To] = []
         self._texts, self._contact = Texts(), Contact()
         self._heartbeat_ns = 0
         self._mode: Mode | None = None
         self._handlers: Mapping[str, Handler] = self._table()
 
-    def know(self, door: Door, address: Address) -> None:
-        """A client that is told of the rover from the start, whether it says anything or not."""
-        client = _Client(door, address, Writer(door.key), None)
-        self._clients[client.key] = client
-
-    @property
-    def clients(self) -> tuple[tuple[str, Address], ...]:
-        """Door and address of each client."""
-        return tuple(self._clients)
-
     # -- in -------------------------------------------------------------------------------------------------
-
-    def accept(self, door: Door, address: Address, datagram: bytes, stamp: int) -> list[Heard]:
-        """The messages of a datagram that pass; what does not is counted, and changes nothing."""
-        self._doors[door.name] = door
-        heard = []
-        for frame in frames.cut(datagram):
-            try:
-                message = frames.decode(frame)
-                if door.verifier is not None:
-                    door.verifier.check(frame, stamp)
-            except WireError as error:
-                self.counts[error.kind] = self.counts.get(error.kind, 0) + 1
-                continue
-            self.counts["ok"] += 1
-            heard.append(Heard(door, address, message))
-        return heard
-
-    def marks(self) -> dict[str, int] | None:
-        """The newest signing times, where there are new ones: they are to be kept before `act`."""
-        news = [door.verifier.news() for door in self._doors.values() if door.verifier is not None]
-        known = [marks for marks in news if marks is not None]
-        return {stream: at for marks in known for stream, at in marks.items()} if known else None
 
     def act(self, heard: Heard, now_ns: int) -> None:
         """Does what an accepted message asks for, where it is meant for the rover."""
         message = heard.message
         source = (message.get_srcSystem(), message.get_srcComponent())
-        client = self._client(heard, now_ns)
+        client = self.clients.of(heard, now_ns)
         if client is None or source == (SYSTEM_ID, COMPONENT_ID):
             return
         client.target = source
@@ -144,7 +72,7 @@ class Gateway:
                 self.parameters.hear(one)
                 if one.severity != "debug":
                     self._tell(one.severity, f"{one.name}: {one.text}")
-        self._forget(now_ns)
+        self.clients.forget(now_ns)
         seen = self._seen()
         if fresh:
             self._outbox += [To(None, message) for message in told_by(seen, fresh)]
@@ -163,11 +91,7 @@ class Gateway:
     def send(self, stamp: int) -> list[tuple[str, Address, bytes]]:
         """Door, address and datagram of each message that waits, in order."""
         outbox, self._outbox = self._outbox, []
-        out = []
-        for key, message in outbox:
-            for client in self._clients.values() if key is None else filter(None, [self._clients.get(key)]):
-                out.append((*client.key, client.writer.write(message, stamp)))
-        return out
+        return self.clients.addressed(outbox, stamp)
 
     def next_due_ns(self) -> int:
         """When `turn` has something to do without news; 0: at once."""
@@ -176,31 +100,12 @@ class Gateway:
         dues = (self._heartbeat_ns, self.desk.next_due_ns(), self.missions.next_due_ns(), self._contact.next_due_ns())
         return min(due for due in dues if due is not None)
 
-    # -- clients --------------------------------------------------------------------------------------------
-
-    def _client(self, heard: Heard, now_ns: int) -> _Client | None:
-        key = (heard.door.name, heard.address)
-        client = self._clients.get(key)
-        if client is None:
-            if len(self._clients) >= _MOST_CLIENTS:
-                self.counts["clients"] = self.counts.get("clients", 0) + 1
-                return None
-            client = self._clients[key] = _Client(heard.door, heard.address, Writer(heard.door.key), now_ns)
-        elif client.heard_ns is not None:
-            client.heard_ns = now_ns
-        return client
-
-    def _forget(self, now_ns: int) -> None:
-        for key, client in list(self._clients.items()):
-            if client.heard_ns is not None and now_ns - client.heard_ns > _CLIENT_NS:
-                del self._clients[key]
-
     # -- what messages do -----------------------------------------------------------------------------------
 
     def _table(self) -> dict[str, Handler]:
         missions, parameters = self.missions, self.parameters
 
-        def parameter(client: _Client, message: Any, now_ns: int) -> Iterable[To]:
+        def parameter(client: Client, message: Any, now_ns: int) -> Iterable[To]:
             parameters.receive(client.key, client.target, message, now_ns)
             return ()
 
@@ -216,7 +121,7 @@ class Gateway:
             "MISSION_SET_CURRENT": lambda _c, message, _: missions.set_current(message),
         }
 
-    def _command(self, client: _Client, message: Any, now_ns: int) -> Iterable[To]:
+    def _command(self, client: Client, message: Any, now_ns: int) -> Iterable[To]:
         out = self.desk.command(client.key, client.target, message, self._known(), now_ns)
         return [*out, *self._wanted()]
 
@@ -227,13 +132,13 @@ class Gateway:
         self.desk.wanted.clear()
         return [to for to in made if to.message is not None]
 
-    def _set_mode(self, client: _Client, message: Any, now_ns: int) -> Iterable[To]:
+    def _set_mode(self, client: Client, message: Any, now_ns: int) -> Iterable[To]:
         params = (float(message.base_mode), float(message.custom_mode), 0.0, 0.0)
         asked = Asked(m.MAV_CMD_DO_SET_MODE, params)
         ack = acknowledgement(m.MAV_CMD_DO_SET_MODE, client.target)
         return self.desk.ask(client.key, asked, ack, self._known(), now_ns)
 
-    def _item(self, client: _Client, message: Any, now_ns: int) -> Iterable[To]:
+    def _item(self, client: Client, message: Any, now_ns: int) -> Iterable[To]:
         """An item of an upload, or the single goal that older programs send as one with current = 2."""
         if message.current != 2:
             return self.missions.item(client.key, client.target, message, now_ns)

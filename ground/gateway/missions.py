@@ -22,13 +22,13 @@ _MOST = next(a.most for a in command("mission").arguments if a.name == "goals_m"
 _FAR_M = next(a.high for a in command("mission").arguments if a.name == "goals_m")
 _AGAIN_NS, _TRIES = 500_000_000, 10
 _MISSION = m.MAV_MISSION_TYPE_MISSION
-Client = tuple[str, tuple[str, int]]  # door and address
+ClientKey = tuple[str, tuple[str, int]]  # door and address
 
 
 class To(NamedTuple):
     """A message for one client; None: for all."""
 
-    client: Client | None
+    client: ClientKey | None
     message: Any
 
 
@@ -44,7 +44,7 @@ class RefusedItemError(ValueError):
 class _Upload:
     """One that is under way."""
 
-    client: Client
+    client: ClientKey
     target: tuple[int, int]
     count: int
     goals_m: list[tuple[float, float]] = field(default_factory=list)
@@ -65,7 +65,7 @@ class Missions:
 
     # -- what clients send ----------------------------------------------------------------------------------
 
-    def count(self, client: Client, target: tuple[int, int], message: Any, now_ns: int) -> list[To]:
+    def count(self, client: ClientKey, target: tuple[int, int], message: Any, now_ns: int) -> list[To]:
         """MISSION_COUNT: an upload begins."""
         if message.mission_type != _MISSION:
             return [_ack(client, target, m.MAV_MISSION_UNSUPPORTED, message.mission_type)]
@@ -82,7 +82,7 @@ class Missions:
         self._upload = _Upload(client, target, message.count)
         return [*out, *self._ask(now_ns)]
 
-    def item(self, client: Client, target: tuple[int, int], message: Any, now_ns: int) -> list[To]:
+    def item(self, client: ClientKey, target: tuple[int, int], message: Any, now_ns: int) -> list[To]:
         """MISSION_ITEM or MISSION_ITEM_INT of an upload."""
         upload = self._upload
         if upload is None or upload.client != client:
@@ -103,19 +103,19 @@ class Missions:
         self._take(tuple(upload.goals_m[1:] if self._home_first else upload.goals_m))
         return [_ack(client, target, m.MAV_MISSION_ACCEPTED)]
 
-    def clear(self, client: Client, target: tuple[int, int], message: Any) -> list[To]:
+    def clear(self, client: ClientKey, target: tuple[int, int], message: Any) -> list[To]:
         """MISSION_CLEAR_ALL."""
         if message.mission_type in (_MISSION, m.MAV_MISSION_TYPE_ALL):
             self._upload = None
             self._take(())
         return [_ack(client, target, m.MAV_MISSION_ACCEPTED, message.mission_type)]
 
-    def listed(self, client: Client, target: tuple[int, int], message: Any) -> list[To]:
+    def listed(self, client: ClientKey, target: tuple[int, int], message: Any) -> list[To]:
         """MISSION_REQUEST_LIST: how many there are; of fences and rally points none."""
         count = self._items if message.mission_type == _MISSION else 0
         return [To(client, m.MAVLink_mission_count_message(*target, count, message.mission_type))]
 
-    def asked(self, client: Client, target: tuple[int, int], message: Any) -> list[To]:
+    def asked(self, client: ClientKey, target: tuple[int, int], message: Any) -> list[To]:
         """MISSION_REQUEST or MISSION_REQUEST_INT: the item, in whole numbers or not."""
         if message.mission_type != _MISSION or message.seq >= self._items:
             return [_ack(client, target, m.MAV_MISSION_INVALID_SEQUENCE, message.mission_type)]
@@ -211,5 +211,5 @@ def goal_of(message: Any, origin: Origin) -> tuple[float, float]:
     return x_m, y_m
 
 
-def _ack(client: Client, target: tuple[int, int], result: int, kind: int = _MISSION) -> To:
+def _ack(client: ClientKey, target: tuple[int, int], result: int, kind: int = _MISSION) -> To:
     return To(client, m.MAVLink_mission_ack_message(*target, result, kind))

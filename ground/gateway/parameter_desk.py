@@ -11,9 +11,10 @@ from typing import Any, NamedTuple
 
 from ground.gateway.frames import mavlink as m
 from ground.gateway.frames import text_of
-from ground.gateway.missions import Client, To
+from ground.gateway.missions import ClientKey, To
 from ground.gateway.parameters import Mirror, Parameter, same, word
-from ground.session.session import EventHeard, Session
+from ground.session.news import EventHeard
+from ground.session.session import Session
 from protocol.transactions import State
 
 _PER_TURN = 16  # values sent in one turn: a burst of all would overrun a client's socket
@@ -24,7 +25,7 @@ _MOST_WAITING = 256
 class _Wanted(NamedTuple):
     """What a client waits for. number: its place, _ALL, or -1 for the id; value: what it sets."""
 
-    client: Client
+    client: ClientKey
     target: tuple[int, int]
     id: str
     number: int
@@ -54,7 +55,7 @@ class ParameterDesk:
         self._values: deque[To] = deque()
         self.texts: list[tuple[str, str]] = []
 
-    def receive(self, client: Client, target: tuple[int, int], message: Any, now_ns: int) -> None:
+    def receive(self, client: ClientKey, target: tuple[int, int], message: Any, now_ns: int) -> None:
         """One of the three messages."""
         kind = message.get_type()
         if kind == "PARAM_REQUEST_LIST":

@@ -13,9 +13,10 @@ from pathlib import Path
 from types import TracebackType
 from typing import Self
 
-from ground.gateway.gateway import Address, Door, Gateway
+from ground.gateway.clients import Address, Door
+from ground.gateway.gateway import Gateway
 from ground.gateway.signing import stamp_of
-from ground.session.session import News
+from ground.session.news import News
 from ground.station.memory import write_safely
 from ground.station.station import StationError
 from onboard.config import ConfigError
@@ -111,8 +112,8 @@ class Shell:
                     datagram, address = at.recvfrom(_DATAGRAM)
                 except (BlockingIOError, ConnectionError):
                     break
-                heard += self._gateway.accept(door, address, datagram, self._stamp())
-        marks = self._gateway.marks()
+                heard += self._gateway.clients.accept(door, address, datagram, self._stamp())
+        marks = self._gateway.clients.marks()
         if marks is not None and self._marks is not None:
             self._marks.keep(marks)
         for one in heard:

@@ -8,8 +8,8 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeRemainingColumn
 
 from ground.operation.operate import Teller
-from ground.session.session import News, ProductHeard
-from ground.session.session import Progress as Moved
+from ground.session.news import News, ProductHeard
+from ground.session.news import Progress as Moved
 
 
 class Bars(Teller):

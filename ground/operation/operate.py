@@ -14,7 +14,8 @@ from ground.archive.store import Archive, ArchiveError
 from ground.operation import show
 from ground.operation.script import Runner, Step
 from ground.session.contact import NOT_HEARD_THERE, Contact, Uplink
-from ground.session.session import VIEWER, Item, News, Progress, Session
+from ground.session.news import Item, News, Progress
+from ground.session.session import VIEWER, Session
 from ground.station.clock import Clock, LockstepClock, WallClock
 from ground.station.settings import Settings
 from ground.station.station import TO_HAVE_A_ROVER, Station, StationError

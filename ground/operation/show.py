@@ -7,8 +7,9 @@ import math
 from enum import IntEnum
 from typing import Any
 
+from ground.session.news import EventHeard, News, ProductHeard, Progress, ReportHeard
 from ground.session.schedule import utc_words
-from ground.session.session import EventHeard, News, ProductHeard, Progress, ReportHeard, Session
+from ground.session.session import Session
 from protocol.modes import Mode, Phase
 from protocol.telemetry import out_of_limits
 

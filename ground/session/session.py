@@ -6,15 +6,13 @@
 
 Nothing but what halts the rover is sent before it was heard: its boot id is part of every uplink datagram, and what it
 was built from has to be as here. Times are the station's clock; `FarClock` turns them into onboard time.
-
-Over 300 lines: what is heard decides what may be said, so both halves share all of this state.
 """
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 from ground.session.far_clock import FarClock
+from ground.session.kept import NOTHING, Kept
+from ground.session.news import EventHeard, Item, News, ProductHeard, Progress, ReportHeard
 from ground.session.schedule import Schedule
 from ground.session.telemetry import TelemetryReceiver, Value
 from protocol import WireError, bulk, commands, transactions
@@ -27,68 +25,7 @@ _VERSION_ITEMS = tuple(f"{name}_version" for name in Versions._fields)
 _BULK_WAKE_NS = 100_000_000
 _BULK_TAIL_NS = 10_000_000_000
 _MOST_PRODUCT_BYTES = 4_000_000  # beside the newest of each name; the archive has them all
-
-
-class Item(NamedTuple):
-    """A telemetry value; the newest wins."""
-
-    at_ns: int
-    onboard_ns: int
-    name: str
-    value: float
-
-
-class EventHeard(NamedTuple):
-    """An event of the rover, once."""
-
-    at_ns: int
-    onboard_ns: int
-    serial: int
-    severity: str
-    name: str
-    text: str
-
-
-class ReportHeard(NamedTuple):
-    """News of one of this station's requests."""
-
-    at_ns: int
-    name: str
-    report: transactions.Report
-
-
-class ProductHeard(NamedTuple):
-    """A whole object, its SHA-256 checked."""
-
-    at_ns: int
-    product: bulk.Product
-
-
-class Progress(NamedTuple):
-    """How far a transfer is, in chunks."""
-
-    at_ns: int
-    name: str
-    have: int
-    total: int
-
-
-News = Item | EventHeard | ReportHeard | ProductHeard | Progress
-
-
-class Kept(NamedTuple):
-    """What a station still knows of the rover from before: newest boot id, epoch (-1: the first), newest counter of it.
-
-    heard: highest downlink counter of that boot, -1: none. rtt_ns: 0: not known.
-    """
-
-    boot_id: int = 0
-    epoch: int = -1
-    heard: int = -1
-    rtt_ns: int = 0
-
-
-NOTHING, ALWAYS = Kept(), Schedule()
+ALWAYS = Schedule()
 
 
 class Session:

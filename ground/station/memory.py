@@ -16,7 +16,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import NamedTuple
 
-from ground.session.session import Kept
+from ground.session.kept import Kept
 from onboard.config import ConfigError
 from protocol.link import WINDOW
 

@@ -8,7 +8,9 @@ from types import TracebackType
 from typing import Self
 
 from ground.archive.store import Archive
-from ground.session.session import EventHeard, Item, Kept, News, ProductHeard, ReportHeard, Session
+from ground.session.kept import Kept
+from ground.session.news import EventHeard, Item, News, ProductHeard, ReportHeard
+from ground.session.session import Session
 from ground.station.clock import Turn
 from ground.station.memory import Block, Memory
 from ground.station.settings import Settings, load_schedule, station_keys

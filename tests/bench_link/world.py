@@ -15,7 +15,9 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from ground.session.session import Kept, News, Session
+from ground.session.kept import Kept
+from ground.session.news import News
+from ground.session.session import Session
 from hil.link.impairment import Impairment, Profile, both_directions, load_profile
 from onboard.config import Link
 from onboard.core.downlink import Downlink

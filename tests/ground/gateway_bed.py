@@ -7,9 +7,10 @@ import math
 
 from toy_rover import TICK_NS, ToyRover
 
+from ground.gateway.clients import Door
 from ground.gateway.frames import cut, decode
 from ground.gateway.frames import mavlink as m
-from ground.gateway.gateway import Door, Gateway
+from ground.gateway.gateway import Gateway
 from ground.gateway.origin import Origin
 from ground.gateway.signing import EPOCH_S, stamp_of
 from ground.session.session import Session
@@ -162,8 +163,8 @@ class Bed:
 
     def receive(self, datagram: bytes, address=GUI, door: Door | None = None) -> int:
         """A datagram of a client; how many messages of it passed."""
-        heard = self.gateway.accept(door or self.door, address, datagram, self.stamp)
-        marks = self.gateway.marks()
+        heard = self.gateway.clients.accept(door or self.door, address, datagram, self.stamp)
+        marks = self.gateway.clients.marks()
         self.kept = marks or self.kept
         for one in heard:
             self.gateway.act(one, self.now_ns)

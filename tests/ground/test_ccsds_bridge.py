@@ -15,7 +15,8 @@ from xtce_reader import CommandWriter
 from ground.__main__ import run
 from ground.bridge.bridge import Bridge
 from ground.bridge.ports import BridgeShell, parse_address
-from ground.session.session import EventHeard, Item, ReportHeard, Session
+from ground.session.news import EventHeard, Item, ReportHeard
+from ground.session.session import Session
 from ground.session.telemetry import TelemetryReceiver, Value
 from ground.station.clock import Turn
 from ground.station.station import StationError

@@ -17,8 +17,8 @@ from pathlib import Path
 import pytest
 from gateway_bed import NOON, OPEN, ORIGIN, Bed
 
+from ground.gateway.clients import Door
 from ground.gateway.frames import mavlink as m
-from ground.gateway.gateway import Door
 from ground.gateway.origin import e7
 from ground.gateway.shell import Marks, Shell
 from ground.gateway.signing import Verifier
@@ -168,7 +168,7 @@ def test_pymavlink_flies_by_the_signed_door_and_an_unsigned_one_gets_no_answer(s
     bed.step(3.0)
     assert stranger.got == []
     assert bed.rover.executed == ["stop"]
-    assert bed.gateway.counts["unsigned"] >= 2
+    assert bed.gateway.clients.counts["unsigned"] >= 2
 
 
 def test_a_port_that_is_taken_is_one_clear_line(stack):
@@ -184,7 +184,7 @@ def test_a_client_named_at_the_start_is_told_of_the_rover_without_a_word(stack, 
     listening = mavutil.mavlink_connection("udpin:127.0.0.1:0", dialect="common")
     stack.callback(listening.close)
     bed = UdpBed(stack)
-    bed.gateway.know(bed.door, ("127.0.0.1", listening.port.getsockname()[1]))
+    bed.gateway.clients.know(bed.door, ("127.0.0.1", listening.port.getsockname()[1]))
     got = []
     bed.pumps.append(lambda: got.extend(filter(None, [listening.recv_msg()])))
     bed.until(lambda: any(message.get_type() == "HEARTBEAT" for message in got))

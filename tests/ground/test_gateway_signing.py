@@ -7,8 +7,8 @@ from gateway_bed import GUI, NOON, OPEN, Bed
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from ground.gateway.clients import Door
 from ground.gateway.frames import mavlink as m
-from ground.gateway.gateway import Door
 from ground.gateway.shell import Marks, read_signing_key
 from ground.gateway.signing import STAMPS_PER_S, Verifier
 from onboard.config import ConfigError
@@ -68,7 +68,7 @@ def test_what_is_not_genuine_does_nothing_and_makes_nobody_known(what):
     assert bed.receive(bytes(frame)) == 0
     bed.step(1.0)
     assert bed.rover.executed == []
-    assert bed.gateway.clients == ()
+    assert bed.gateway.clients.known == ()
     assert bed.kept is None
 
 
@@ -90,7 +90,7 @@ def test_a_captured_frame_is_refused_at_once_and_after_a_restart_and_the_genuine
     client = signer(stamp=bed.stamp)
     captured = STOP.pack(client)
     assert [bed.receive(captured), bed.receive(captured)] == [1, 0]
-    assert bed.gateway.counts["replay"] == 1
+    assert bed.gateway.clients.counts["replay"] == 1
     again = a_bed(kept=bed.kept)
     assert again.receive(captured) == 0
     again.step(1.0)
@@ -102,9 +102,9 @@ def test_a_captured_frame_is_refused_at_once_and_after_a_restart_and_the_genuine
 
 def test_marks_are_there_before_a_frame_is_acted_upon():
     bed = a_bed()
-    heard = bed.gateway.accept(bed.door, GUI, STOP.pack(signer(stamp=bed.stamp)), bed.stamp)
-    assert bed.gateway.marks() == {"3/255/190": bed.stamp}
-    assert bed.gateway.marks() is None  # told once
+    heard = bed.gateway.clients.accept(bed.door, GUI, STOP.pack(signer(stamp=bed.stamp)), bed.stamp)
+    assert bed.gateway.clients.marks() == {"3/255/190": bed.stamp}
+    assert bed.gateway.clients.marks() is None  # told once
     assert bed.session.requester.open == 0
     bed.gateway.act(heard[0], bed.now_ns)
     assert bed.session.requester.open == 1

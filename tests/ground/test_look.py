@@ -12,7 +12,7 @@ from ground.__main__ import run
 from ground.archive.link_figures import Row, figures
 from ground.archive.store import Archive
 from ground.operation.bars import Bars
-from ground.session.session import ProductHeard, Progress
+from ground.session.news import ProductHeard, Progress
 from ground.verbs import when
 from protocol.bulk import Product
 from protocol.link import Kind, Sealer

@@ -8,7 +8,8 @@ import pytest
 from toy_rover import TICK_NS, ToyRover, a_map
 
 from ground.operation.script import Runner, parse
-from ground.session.session import EventHeard, Item, ProductHeard, ReportHeard, Session
+from ground.session.news import EventHeard, Item, ProductHeard, ReportHeard
+from ground.session.session import Session
 from hil.link.impairment import Profile, both_directions, load_profile
 from protocol import commands
 from protocol.link import Opener, bench_keys

@@ -5,7 +5,7 @@ import json
 import pytest
 
 from ground.operation.show import item_line, news_json, news_line, way_words
-from ground.session.session import ProductHeard
+from ground.session.news import ProductHeard
 from protocol.bulk import Product
 from protocol.telemetry import TABLE
 

@@ -7,7 +7,8 @@ from contextlib import ExitStack
 import numpy as np
 import pytest
 
-from ground.session.session import EventHeard, Item, ProductHeard, Session
+from ground.session.news import EventHeard, Item, ProductHeard
+from ground.session.session import Session
 from hil.link.emulator import LinkEmulator
 from hil.link.impairment import Impairment, Profile
 from hil.link.udp_relay import UdpRelay

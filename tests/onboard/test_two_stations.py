@@ -15,8 +15,9 @@ from two_stations import DOWN, LEASE_S, SECRETS, S, World, keys_of
 from ground.archive.store import Archive
 from ground.operation import show
 from ground.session.far_clock import FarClock
+from ground.session.kept import Kept
 from ground.session.schedule import Schedule, parse, utc_ns
-from ground.session.session import Kept, Session
+from ground.session.session import Session
 from ground.station.memory import Memory
 from onboard import config
 from onboard.config import Link

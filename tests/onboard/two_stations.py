@@ -4,7 +4,8 @@ from dataclasses import replace
 
 from core_bench import QUICK, CoreBench
 
-from ground.session.session import EventHeard, ReportHeard, Session
+from ground.session.news import EventHeard, ReportHeard
+from ground.session.session import Session
 from onboard import config
 from onboard.drivers.link_memory import LinkMemory
 from onboard.drivers.link_port import Gate

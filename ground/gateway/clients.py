@@ -1,0 +1,121 @@
+"""Who talks to the gateway: ground programs at the addresses of its doors, each known from its first frame that passed.
+
+A client is known until it is silent for 30 s; those that were named at the start are known always. What a door asks of
+a frame is checked here, and what a client is told goes out through its own writer, numbered and signed for it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+from ground.gateway import frames
+from ground.gateway.frames import Writer
+from ground.gateway.missions import To
+from ground.gateway.signing import Verifier
+from protocol import WireError
+
+Address = tuple[str, int]
+_SILENT_NS = 30_000_000_000
+_MOST_CLIENTS = 32
+
+
+class Door(NamedTuple):
+    """One way in. verifier: what frames must show there; None: nothing."""
+
+    name: str
+    verifier: Verifier | None = None
+    key: bytes | None = None
+
+
+class Heard(NamedTuple):
+    """A message that has passed the checks of its door."""
+
+    door: Door
+    address: Address
+    message: Any
+
+
+@dataclass(slots=True)
+class Client:
+    """One ground program. heard_ns None: named at the start, known always. target: its system and component."""
+
+    door: Door
+    address: Address
+    writer: Writer
+    heard_ns: int | None
+    target: tuple[int, int] = (0, 0)
+
+    @property
+    def key(self) -> tuple[str, Address]:
+        """What it is known by."""
+        return self.door.name, self.address
+
+
+class Clients:
+    """All of them. counts: frames that passed, and those refused, by kind."""
+
+    def __init__(self) -> None:
+        self.counts: dict[str, int] = {"ok": 0}
+        self._clients: dict[tuple[str, Address], Client] = {}
+        self._doors: dict[str, Door] = {}
+
+    @property
+    def known(self) -> tuple[tuple[str, Address], ...]:
+        """Door and address of each."""
+        return tuple(self._clients)
+
+    def know(self, door: Door, address: Address) -> None:
+        """A client that is told of the rover from the start, whether it says anything or not."""
+        client = Client(door, address, Writer(door.key), None)
+        self._clients[client.key] = client
+
+    def accept(self, door: Door, address: Address, datagram: bytes, stamp: int) -> list[Heard]:
+        """The messages of a datagram that pass; what does not is counted, and changes nothing."""
+        self._doors[door.name] = door
+        heard = []
+        for frame in frames.cut(datagram):
+            try:
+                message = frames.decode(frame)
+                if door.verifier is not None:
+                    door.verifier.check(frame, stamp)
+            except WireError as error:
+                self.counts[error.kind] = self.counts.get(error.kind, 0) + 1
+                continue
+            self.counts["ok"] += 1
+            heard.append(Heard(door, address, message))
+        return heard
+
+    def marks(self) -> dict[str, int] | None:
+        """The newest signing times, where there are new ones: they are to be kept before what was heard is done."""
+        news = [door.verifier.news() for door in self._doors.values() if door.verifier is not None]
+        known = [marks for marks in news if marks is not None]
+        return {stream: at for marks in known for stream, at in marks.items()} if known else None
+
+    def of(self, heard: Heard, now_ns: int) -> Client | None:
+        """Who has sent a message, known from now on; None, counted, where there are too many."""
+        key = (heard.door.name, heard.address)
+        client = self._clients.get(key)
+        if client is None:
+            if len(self._clients) >= _MOST_CLIENTS:
+                self.counts["clients"] = self.counts.get("clients", 0) + 1
+                return None
+            client = self._clients[key] = Client(heard.door, heard.address, Writer(heard.door.key), now_ns)
+        elif client.heard_ns is not None:
+            client.heard_ns = now_ns
+        return client
+
+    def forget(self, now_ns: int) -> None:
+        """Those that have been silent for long are known no more."""
+        for key, client in list(self._clients.items()):
+            if client.heard_ns is not None and now_ns - client.heard_ns > _SILENT_NS:
+                del self._clients[key]
+
+    def addressed(self, messages: Iterable[To], stamp: int) -> list[tuple[str, Address, bytes]]:
+        """Door, address and datagram of each message, in order; none for who is known no more."""
+        out = []
+        for key, message in messages:
+            for client in self._clients.values() if key is None else filter(None, [self._clients.get(key)]):
+                out.append((*client.key, client.writer.write(message, stamp)))
+        return out

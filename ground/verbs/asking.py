@@ -1,0 +1,100 @@
+"""One verb as one operation: its words a plan, the link opened and closed, how it ended as exit code and last line."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Any, NoReturn
+
+import typer
+
+from ground.operation.operate import FAILED, TEMPORARY, Plan, Teller, operate
+from ground.operation.script import Step
+from ground.session.schedule import utc_ns
+from ground.session.session import Session
+from ground.station.settings import load_settings
+from protocol import commands
+from protocol.transactions import Code, State
+
+
+def line_out(line: str) -> None:
+    """One line for whoever reads, at once."""
+    sys.stdout.write(line + "\n")
+    sys.stdout.flush()
+
+
+def ask(station: Path | None, plan: Plan, as_json: bool) -> tuple[int, Session]:
+    """Carries out a plan by a station's file, and tells; the exit code, and the session as it was left."""
+    settings = load_settings(station)
+    return operate(settings, plan, _teller(as_json, plan.report_s or settings.report_s))
+
+
+def _teller(as_json: bool, report_s: float) -> Teller:
+    """Bars in a terminal, lines elsewhere."""
+    if as_json or not sys.stdout.isatty():
+        return Teller(line_out, as_json, report_s)
+    from ground.operation.bars import Bars
+
+    return Bars(line_out, report_s)
+
+
+def leave(code: int, session: Session) -> NoReturn:
+    """Ends the command; what did not succeed is told in one last line."""
+    if code == TEMPORARY:
+        last_words("not finished in time; the rover carries on")
+    elif code == FAILED:
+        last_words(_failure(session))
+    raise typer.Exit(code)
+
+
+def _failure(session: Session) -> str:
+    """What the rover said of what did not succeed: cancelled, where nothing worse happened."""
+    lost = [r for r in session.requester.requests.values() if r.state != State.COMPLETED]
+    own = [r.report.text for r in lost if r.report is not None and r.report.code == Code.VERSION]
+    if own:
+        return own[0]
+    if not lost or any(request.state != State.CANCELLED for request in lost):
+        return "the rover reported a failure"
+    report = lost[0].report
+    return "the command was cancelled" + (f": {report.text}" if report is not None and report.text else "")
+
+
+def last_words(text: str) -> None:
+    """The one line that says why."""
+    sys.stderr.write(f"ground: {text}\n")
+
+
+def _start(word: str) -> tuple[float, int]:
+    """Onboard time in s, or UTC in ns; the other one is 0."""
+    try:
+        if "T" in word:
+            return 0.0, utc_ns(word)
+        if (start_s := float(word)) >= 0.0:  # no NaN passes
+            return start_s, 0
+    except ValueError:
+        pass
+    raise typer.BadParameter(f"{word!r} should be seconds of onboard time or UTC like 2026-11-22T12:00:00Z",
+                             param_hint="--start")
+
+
+def plan_of(words: list[str], contact_s: float, timeout_s: float, lifetime_s: float = 60.0, start: str = "0") -> Plan:
+    """The plan of a single command."""
+    try:
+        name, arguments = commands.parse(words)
+    except ValueError as error:
+        raise typer.BadParameter(str(error)) from None
+    start_s, start_utc_ns = _start(start)
+    step = Step(1, " ".join(words), "command", name, arguments, None, 0.0, start_s, start_utc_ns)
+    return Plan((step,), contact_s=contact_s, limit_s=timeout_s, lifetime_s=lifetime_s)
+
+
+def carry_out(words: list[str], options: dict[str, Any]) -> None:
+    """Carries out a verb that is made from the table."""
+    plan = plan_of(words, options["contact"], options["timeout"], start=options["start"])
+    code, session = ask(options["station"], plan, options["as_json"])
+    sent = commands.command(plan.steps[0].name).sends
+    for product in reversed(session.products.values()):
+        if product.name == sent and code == 0:
+            line_out(product.data.decode().rstrip())
+            break
+    leave(code, session)
