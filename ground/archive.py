@@ -17,7 +17,7 @@ from typing import Any, Self
 
 from ground.archive_schema import TABLES as TABLES
 from ground.archive_schema import ArchiveError as ArchiveError
-from ground.archive_schema import open_checked, told
+from ground.archive_schema import open_checked, recent_chunks, told
 
 _TURN_MS, _CLOSE_MS = 100, 5000
 _RETRY = 50  # calls of `commit` between two tries: a quarter of a second
@@ -31,7 +31,7 @@ class Archive:
     """
 
     def __init__(self, path: Path | str, utc_ns: int = 0, note: str = "") -> None:
-        self._path, self._db = path, open_checked(path)
+        self._path, self._db, self._utc_ns = path, open_checked(path), utc_ns
         self._waiting: list[tuple[str, tuple[Any, ...]]] = []
         self._marks = {
             table: len(self._db.execute(f"pragma table_info({table})").fetchall()) for table in TABLES
@@ -103,6 +103,16 @@ class Archive:
         self.commit()
         found = self._db.execute(f"select * from {table} where run = ? order by rowid", (self.run,))
         return [row[1:] for row in found]
+
+    def chunks(self) -> list[bytes]:
+        """Datagrams with chunks of products heard in the day before this run, the newest first; none in lock-step.
+
+        Raises ArchiveError where the file cannot be read.
+        """
+        try:
+            return recent_chunks(self._db, self._utc_ns) if self._utc_ns else []
+        except sqlite3.Error as error:
+            raise told(self._path, error) from error
 
     def close(self) -> None:
         """Writes what waits and closes. Raises ArchiveError where that cannot be, with how many rows are lost."""

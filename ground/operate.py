@@ -178,6 +178,8 @@ def _turns(station: Station, clock: Clock, plan: Plan, teller: Teller, beside: B
             clock.finish(station.sent, code)
             return code
         teller.trouble(station.trouble, now_ns)
+        while session.texts:
+            teller.said(session.texts.pop(0), now_ns)
         if uplink.refused(session, now_ns):
             teller.said(NOT_HEARD_THERE, now_ns)
         _watch(contact, station, clock, teller, now_ns)

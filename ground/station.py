@@ -7,7 +7,7 @@ from contextlib import suppress
 from types import TracebackType
 from typing import Self
 
-from ground.archive import Archive
+from ground.archive import Archive, ArchiveError
 from ground.clock import Turn
 from ground.memory import Block, Memory
 from ground.session import EventHeard, Item, Kept, News, ProductHeard, ReportHeard, Session
@@ -42,6 +42,7 @@ class Station:
         self._use(self._block)
         self._last_halt, self._noted_ns = -1, 0
         self.session.sealer.next_halt = self._next_halt
+        self.session.kept_chunks = self._kept_chunks
         self._archived: set[int] = set()
         self.sent = 0
 
@@ -56,6 +57,13 @@ class Station:
         except OSError:
             self._last_halt += 1
         return self._last_halt
+
+    def _kept_chunks(self) -> list[bytes]:
+        try:
+            return self._archive.chunks()
+        except ArchiveError as error:
+            self.session.texts.append(f"{error}; products come from their start")
+            return []
 
     def _note(self) -> None:
         with suppress(OSError):  # it only narrows what could be replayed to the next start

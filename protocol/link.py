@@ -133,6 +133,23 @@ class Opened(NamedTuple):
     halt: bool = False
 
 
+def unsealed(keys: Keyring, datagram: bytes) -> bytes:
+    """The payload of a datagram that was opened once and kept: that it is whole and of one of these keys, no more.
+
+    Raises WireError of kind length or tag.
+    """
+    if not OVERHEAD <= len(datagram) <= MAX_DATAGRAM:
+        raise WireError("length", f"{len(datagram)} B")
+    _, key_id, epoch, *_ = _HEAD.unpack_from(datagram)
+    key = keys.key(key_id, epoch)
+    if key is None:
+        raise WireError("tag", f"no key {key_id}")
+    body = datagram[:-TAG_BYTES]
+    if not hmac.compare_digest(hmac.digest(key, body, "sha256")[:TAG_BYTES], datagram[-TAG_BYTES:]):
+        raise WireError("tag")
+    return body[_HEAD.size :]
+
+
 class _Window:
     """Counters seen of one sender in one boot; bit n of `seen` is counter highest - n."""
 
@@ -163,17 +180,10 @@ class Opener:
 
     def open(self, datagram: bytes) -> Opened:
         """The payload and who sent it. Raises WireError of kind length, tag, epoch, boot, replay, jump or kind."""
-        if not OVERHEAD <= len(datagram) <= MAX_DATAGRAM:
-            raise WireError("length", f"{len(datagram)} B")
+        payload = unsealed(self._keys, datagram)
         kind, key_id, epoch, flags, counter, boot_id = _HEAD.unpack_from(datagram)
-        key = self._keys.key(key_id, epoch)
-        if key is None:
-            raise WireError("tag", f"no key {key_id}")
-        body = datagram[:-TAG_BYTES]
-        if not hmac.compare_digest(hmac.digest(key, body, "sha256")[:TAG_BYTES], datagram[-TAG_BYTES:]):
-            raise WireError("tag")
         if flags == HALT and self._fixed:
-            return self._open_halt(Opened(Kind.TELECOMMAND, key_id, counter, boot_id, body[_HEAD.size :], True), epoch)
+            return self._open_halt(Opened(Kind.TELECOMMAND, key_id, counter, boot_id, payload, True), epoch)
         if epoch not in self._keys.epochs or epoch < self.epoch or (self._fixed and epoch != self.epoch):
             raise WireError("epoch", f"{epoch}, in force {self.epoch}, loaded {self._keys.epochs}")
         if boot_id < self.boot_id or (self._fixed and boot_id != self.boot_id):
@@ -185,7 +195,7 @@ class Opener:
         if fresh:
             self.boot_id, self._windows = boot_id, {key_id: _Window(counter, 1)}
         self.epoch = epoch
-        return Opened(Kind(kind), key_id, counter, boot_id, body[_HEAD.size :])
+        return Opened(Kind(kind), key_id, counter, boot_id, payload)
 
     def _open_halt(self, opened: Opened, epoch: int) -> Opened:
         if epoch not in self._keys.epochs:
