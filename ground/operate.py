@@ -211,6 +211,7 @@ REFUSED = {
     "epoch": "sealed in a key epoch that is not loaded here, or an older one",
     "boot": "the rover's boot id is older than one heard before: another rover, or it lost its state.folder",
     "replay": "all were heard before",
+    "copy": "all were heard before",
     "length": "these are no datagrams of this link",
 }
 
