@@ -18,10 +18,13 @@ from typing import Any, Self
 from ground.archive_schema import TABLES as TABLES
 from ground.archive_schema import ArchiveError as ArchiveError
 from ground.archive_schema import open_checked, recent_chunks, told
+from protocol import commands
 
 _TURN_MS, _CLOSE_MS = 100, 5000
 _RETRY = 50  # calls of `commit` between two tries: a quarter of a second
 _MOST_WAITING = 100_000
+_HALT_AFTER = f"""select name from requests where station = ? and run != ? and name in {commands.HALTING} and
+    rowid > (select rowid from requests where run = ? and request_id = ?) limit 1"""
 
 
 class Archive:
@@ -103,6 +106,17 @@ class Archive:
         self.commit()
         found = self._db.execute(f"select * from {table} where run = ? order by rowid", (self.run,))
         return [row[1:] for row in found]
+
+    def halt_after(self, request_id: int, station: int) -> str:
+        """What halts the rover and another process of the station asked for after this request; "": nothing.
+
+        Nothing too where the file cannot be read now, or has not yet this request.
+        """
+        try:
+            row = self._db.execute(_HALT_AFTER, (station, self.run, self.run, request_id)).fetchone()
+        except sqlite3.Error:
+            return ""
+        return "" if row is None else str(row[0])
 
     def chunks(self) -> list[bytes]:
         """Datagrams with chunks of products heard in the day before this run, the newest first; none in lock-step.

@@ -198,11 +198,20 @@ class Session:
         if name == "get" or commands.command(name).sends:
             self._recall(now_ns)
             self._bulk.hint(str(arguments.get("product") or commands.command(name).sends))
+        if name in commands.HALTING:
+            for moving in self.requester.unheard_moves:
+                self.halted(moving, name, now_ns)
         if self.mismatch:
             self._unsaid += self._refuse(now_ns)
         elif self.commanding and self.in_contact(now_ns):
             self._timed.add(request_id)  # it goes out at once, so its answer tells the round trip
         return request_id
+
+    def halted(self, request_id: int, by: str, now_ns: int) -> None:
+        """What halts the rover was asked for after this unheard request, which is sent no more."""
+        text = f"`{commands.command(by).typed}` was asked for after it; not sent again, nothing was heard of it"
+        report = self.requester.end(request_id, transactions.State.CANCELLED, transactions.Code.NONE, text, now_ns)
+        self._unsaid += self._own([report], now_ns)
 
     def unsaid(self) -> list[News]:
         """News that no datagram brought: what was refused here as it was asked. Each once."""

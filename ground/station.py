@@ -122,6 +122,9 @@ class Station:
                               json.dumps(asked.arguments))
             self._archived.add(request_id)
         self._archived &= requests.keys()  # what the session has forgotten
+        for request_id in self.session.requester.unheard_moves:
+            if by := self._archive.halt_after(request_id, self.session.station):
+                self.session.halted(request_id, by, now_ns)
         news = self.session.unsaid()
         for one in news:
             self._keep(one)

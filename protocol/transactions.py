@@ -137,6 +137,12 @@ class Requester:
             reports.append(self.end(request_id, state, code, text, now_ns))
         return reports
 
+    @property
+    def unheard_moves(self) -> list[int]:
+        """Requests that would move the rover and of which nothing was heard: they are sent again and again."""
+        return [request_id for request_id, request in self._open.items()
+                if request.state is State.REQUESTED and commands.command(request.telecommand.name).moves]
+
     def refuse(self, text: str, now_ns: int) -> list[Report]:
         """None of the open requests is sent any more, but those that halt the rover: the ground's own refusal."""
         reports = []
