@@ -13,42 +13,35 @@ Rule 3: without a bitmap for 10 s the sender only probes, every 2 s; the first b
         restart of either side, tells it what is missing. An object's id comes from its content and survives restarts.
         Serials start at the sender's milliseconds: what is said of an earlier transfer of the object is known as old.
 Rule 4: a newer object of the same name takes the place of an unfinished older one.
+Rule 5: what a receiver had before it was restarted it takes in again (`recall`), from where its shell kept the chunks.
+        It says so when the object is asked for (`hint`), so that a sender, though restarted too, sends only the rest. A
+        bitmap about an earlier transfer confirms; the first of this one takes back what was not so. Bytes are told by
+        SHA-256 and length, so they serve where the sender cuts or names them otherwise after its restart.
 
-Both ends are in one file, over the usual length: the rules bind both.
-
-A chunk's payload: object u32, serial u32, index u16, data. Index 0xFFFF is the announcement, 0xFFFE a repair symbol:
-base u16, span u8, data.
-A bitmap's payload: object u32, echo u32, flags u8, base u16, bits of base, base + 1 ... (all below base are there).
+Both ends are in one file, over the usual length: the rules bind both. The layouts are in `bulk_wire`.
 """
 
 from __future__ import annotations
 
 import hashlib
-import struct
 from collections import deque
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
-from protocol import WireError, repair
+from protocol import repair
+from protocol.bulk_wire import ANNOUNCE, ANNOUNCEMENT, BITMAP, CHUNK, COMPLETE, KNOWN, REPAIR, Announced
+from protocol.bulk_wire import MAX_OBJECT_BYTES as MAX_OBJECT_BYTES
+from protocol.bulk_wire import announced as _announced
+from protocol.bulk_wire import bits as _bits
+from protocol.bulk_wire import chunk_head as _chunk_head
 from protocol.link import line_bytes
 
-_CHUNK = struct.Struct("<IIH")
-_BITMAP = struct.Struct("<IIBH")
-_ANNOUNCE = struct.Struct("<IH32sBB")
-_ANNOUNCEMENT, _REPAIR = 0xFFFF, 0xFFFE
-_KNOWN, _COMPLETE = 1, 2
 _REPORT_NS, _SLOW_REPORT_NS, _FRESH_NS = 500_000_000, 5_000_000_000, 3_000_000_000
 _SILENCE_NS, _PROBE_NS, _GIVE_UP_NS = 10_000_000_000, 2_000_000_000, 3_600_000_000_000
 _REPEAT_NS = 300_000_000
 _REORDER = 3
 _TOMBSTONE_NS = 60_000_000_000
-MAX_OBJECT_BYTES = 1 << 26
-
-
-def _bits(payload: bytes) -> tuple[int, int, int, int, bytes]:
-    if len(payload) < _BITMAP.size:
-        raise WireError("bitmap", f"{len(payload)} B")
-    return (*_BITMAP.unpack_from(payload), payload[_BITMAP.size :])
+_MOST_HINTS, _HINT_COPIES, _HINTED, _MOST_RECALLED = 8, 3, 2, 32
 
 
 @dataclass(slots=True)
@@ -77,11 +70,11 @@ class _Transfer:
 
     def chunk(self, index: int, now_ns: int) -> bytes:
         self.serial += 1
-        if index == _ANNOUNCEMENT:
+        if index == ANNOUNCEMENT:
             self.announced_ns = now_ns
-            return _CHUNK.pack(self.object_id, self.serial, index) + self.announcement
+            return CHUNK.pack(self.object_id, self.serial, index) + self.announcement
         self.serial_of[index], self.sent_ns[index] = self.serial, now_ns
-        return _CHUNK.pack(self.object_id, self.serial, index) + self.chunks[index]
+        return CHUNK.pack(self.object_id, self.serial, index) + self.chunks[index]
 
     def next(self, now_ns: int) -> bytes | None:
         """What must be sent: announcement, lost chunks, new chunks; a probe while nothing is heard."""
@@ -89,16 +82,17 @@ class _Transfer:
             if now_ns - self.probed_ns < _PROBE_NS:
                 return None
             self.probed_ns = now_ns
-            return self.chunk(self._oldest() if self.known else _ANNOUNCEMENT, now_ns)
+            return self.chunk(self._oldest() if self.known else ANNOUNCEMENT, now_ns)
         if not self.known and now_ns - self.announced_ns >= max(_REPORT_NS, self.round_ns // 2):
-            return self.chunk(_ANNOUNCEMENT, now_ns)
+            return self.chunk(ANNOUNCEMENT, now_ns)
         while self.lost:
             index = self.lost.popleft()
             if not self.acked[index]:
                 return self.chunk(index, now_ns)
-        if self.next_new < len(self.chunks):
+        while self.next_new < len(self.chunks):
             self.next_new += 1
-            return self.chunk(self.next_new - 1, now_ns)
+            if not self.acked[self.next_new - 1]:
+                return self.chunk(self.next_new - 1, now_ns)
         return None
 
     def repeat(self, now_ns: int) -> bytes | None:
@@ -112,11 +106,11 @@ class _Transfer:
         self.repeat_ns = max(self.repeat_ns, now_ns - _REPEAT_NS) + _REPEAT_NS // len(waiting)
         self.serial += 1
         body = repair.encode(self.object_id, self.serial, base, span, self.chunks.__getitem__, len(self.chunks[0]))
-        return _CHUNK.pack(self.object_id, self.serial, _REPAIR) + body
+        return CHUNK.pack(self.object_id, self.serial, REPAIR) + body
 
     def _oldest(self) -> int:
         waiting = (i for i in range(len(self.chunks)) if not self.acked[i])
-        return min(waiting, key=self.serial_of.__getitem__, default=_ANNOUNCEMENT)
+        return min(waiting, key=self.serial_of.__getitem__, default=ANNOUNCEMENT)
 
     def confirm(self, echo: int, base: int, bits: bytes, now_ns: int) -> None:
         """Take a bitmap in: what is there, what was lost (rule 1)."""
@@ -132,8 +126,15 @@ class _Transfer:
                 self.acked[index] = True
             elif news:
                 self.acked[index] = False
-                if 0 < self.serial_of[index] < echo - _REORDER and index not in queued:
+                if index < self.next_new and self.serial_of[index] < echo - _REORDER and index not in queued:
                     self.lost.append(index)
+
+    def believe(self, flags: int, base: int, bits: bytes) -> None:
+        """Rule 5: what is there by a bitmap about an earlier transfer of these bytes."""
+        for index in range(len(self.chunks)):
+            at = index - base
+            if at < 0 or flags & COMPLETE or (at < 8 * len(bits) and bits[at >> 3] >> (at & 7) & 1):
+                self.acked[index] = True
 
 
 class Sender:
@@ -143,15 +144,16 @@ class Sender:
     """
 
     def __init__(self, payload_limit: int) -> None:
-        self._size = payload_limit - _CHUNK.size - repair.HEAD_BYTES
+        self._size = payload_limit - CHUNK.size - repair.HEAD_BYTES
         self._transfers: list[_Transfer] = []
+        self._hints: dict[int, tuple[int, int, bytes]] = {}  # of objects that are not on their way, the newest last
 
     def offer(self, name: str, data: bytes, codec: str, now_ns: int, priority: int = 0) -> int:
         """Queue an object; its id. Higher priorities go first; the same content again goes on where it is.
 
         Raises ValueError where it is empty or too long.
         """
-        if not 0 < len(data) <= min(MAX_OBJECT_BYTES, self._size * _REPAIR):
+        if not 0 < len(data) <= min(MAX_OBJECT_BYTES, self._size * REPAIR):
             raise ValueError(f"object `{name}` of {len(data)} B cannot be sent in chunks of {self._size} B")
         sha, names = hashlib.sha256(data).digest(), (name.encode()[:40], codec.encode()[:24])
         identity = hashlib.sha256(sha + names[0] + self._size.to_bytes(2, "little")).digest()
@@ -161,13 +163,15 @@ class Sender:
             known.known, known.announced_ns = False, -(1 << 62)  # who waits for it hears that it was asked for anew
             return object_id
         self._transfers = [t for t in self._transfers if t.name != name]
-        head = _ANNOUNCE.pack(len(data), self._size, sha, len(names[0]), len(names[1]))
+        head = ANNOUNCE.pack(len(data), self._size, sha, len(names[0]), len(names[1]))
         chunks = [data[at : at + self._size] for at in range(0, len(data), self._size)]
         none, serial = [0] * len(chunks), now_ns // 1_000_000 % (1 << 31)
         self._transfers.append(_Transfer(
             object_id, name, priority, head + names[0] + names[1], chunks, now_ns, serial, serial, serial,
             acked=[False] * len(chunks), serial_of=none, sent_ns=none.copy(),
         ))
+        if object_id in self._hints:
+            self._transfers[-1].believe(*self._hints.pop(object_id))
         self._transfers.sort(key=lambda t: -t.priority)
         return object_id
 
@@ -188,19 +192,26 @@ class Sender:
         """A bitmap. The name of the object where it is complete with this, else None. Raises WireError."""
         object_id, echo, flags, base, bits = _bits(payload)
         transfer = next((t for t in self._transfers if t.object_id == object_id), None)
-        if transfer is None or echo <= transfer.first:
+        if transfer is None:
+            self._hints.pop(object_id, None)
+            self._hints[object_id] = (flags, base, bits)
+            if len(self._hints) > _MOST_HINTS:
+                del self._hints[next(iter(self._hints))]
             return None
-        if flags & _COMPLETE:
+        if not transfer.first < echo <= transfer.serial:
+            transfer.believe(flags, base, bits)
+            return None
+        if flags & COMPLETE:
             self.cancel(object_id)
             return transfer.name
-        transfer.known = bool(flags & _KNOWN)
+        transfer.known = bool(flags & KNOWN)
         transfer.confirm(echo, base, bits, now_ns)
         return None
 
     def send(self, now_ns: int, budget_bytes: float) -> list[bytes]:
         """Chunk payloads whose bytes on the line fit the budget; lost and new ones first, then repeats."""
         out: list[bytes] = []
-        cost = line_bytes(self._size + _CHUNK.size + repair.HEAD_BYTES)
+        cost = line_bytes(self._size + CHUNK.size + repair.HEAD_BYTES)
         for step in (_Transfer.next, _Transfer.repeat):
             for transfer in self._transfers:
                 while cost <= budget_bytes:
@@ -223,7 +234,10 @@ class Product(NamedTuple):
 
 @dataclass(slots=True)
 class _Partial:
-    """One object on its way in; `size` 0 until its announcement came."""
+    """One object on its way in; `size` 0 until its announcement came. recalled: nothing of it was heard since.
+
+    hints: bitmaps that are to go out though nothing is heard.
+    """
 
     object_id: int
     heard_ns: int
@@ -238,6 +252,8 @@ class _Partial:
     name: str = ""
     codec: str = ""
     complete: bool = False
+    recalled: bool = False
+    hints: int = 0
 
     @property
     def count(self) -> int:
@@ -248,36 +264,84 @@ class Receiver:
     """Chunk payloads in, whole objects out; `send` gives the bitmaps. payload_limit: of the way back."""
 
     def __init__(self, payload_limit: int) -> None:
-        self._bitmap_bytes = payload_limit - _BITMAP.size
+        self._bitmap_bytes = payload_limit - BITMAP.size
         self._partials: dict[int, _Partial] = {}
         self._replaced: dict[int, int] = {}  # object id -> when a newer one of its name took its place
         self.damaged = 0
 
     def receive(self, payload: bytes, now_ns: int) -> Product | None:
         """A chunk. The object where it is whole with this one, else None. Raises WireError."""
-        if len(payload) < _CHUNK.size:
-            raise WireError("chunk", f"{len(payload)} B")
-        object_id, serial, index = _CHUNK.unpack_from(payload)
+        object_id, serial, index = _chunk_head(payload)
         if now_ns - self._replaced.get(object_id, -(1 << 62)) < _TOMBSTONE_NS:
             return None
-        body = payload[_CHUNK.size :]
-        announced = _announced(body) if index == _ANNOUNCEMENT else None
+        announced = _announced(payload[CHUNK.size :]) if index == ANNOUNCEMENT else None
         partial = self._partials.setdefault(object_id, _Partial(object_id, now_ns))
         partial.heard_ns, partial.fresh = now_ns, True
-        partial.echo = serial if serial + 4096 < partial.echo else max(partial.echo, serial)
+        anew = announced is not None or partial.recalled or serial + 4096 < partial.echo
+        partial.echo = serial if anew else max(partial.echo, serial)
+        partial.recalled = False
+        product = self._enter(partial, payload, announced)
+        if announced and not partial.complete:
+            self._replace(partial, now_ns)
+        return product
+
+    def recall(self, payload: bytes, now_ns: int) -> Product | None:
+        """A chunk that came before a restart of this side, in any order, the newest objects first (rule 5).
+
+        The object where it is whole with this one: nothing is to be done with it before it is announced again. Of more
+        than 32 objects no more are taken. Raises WireError.
+        """
+        object_id, _, index = _chunk_head(payload)
+        announced = _announced(payload[CHUNK.size :]) if index == ANNOUNCEMENT else None
+        if object_id not in self._partials and len(self._partials) >= _MOST_RECALLED:
+            return None
+        partial = self._partials.setdefault(object_id, _Partial(object_id, now_ns, fresh=False, recalled=True))
+        return self._enter(partial, payload, announced)
+
+    def hint(self, name: str) -> None:
+        """An object of this name is asked for: tell the sender what is there of the two newest of it."""
+        named = sorted((p for p in self._partials.values() if p.name == name), key=lambda p: -p.heard_ns)
+        for partial in named[:_HINTED]:
+            partial.hints, partial.reported_ns = _HINT_COPIES, -(1 << 62)
+
+    @property
+    def hinting(self) -> bool:
+        """Whether bitmaps are to go out though nothing is heard."""
+        return any(p.hints for p in self._partials.values())
+
+    def _enter(self, partial: _Partial, payload: bytes, announced: Announced | None) -> Product | None:
+        _, serial, index = CHUNK.unpack_from(payload)
+        body = payload[CHUNK.size :]
+        if announced and announced[:3] != (partial.length, partial.size, partial.sha):
+            if partial.size:  # another object under the same id: nothing of the two is mixed
+                partial.chunks, partial.solver, partial.complete = {}, repair.Solver(), False
+            partial.length, partial.size, partial.sha, partial.name, partial.codec = announced
+            self._adopt(partial)
         if partial.complete:
             return None
-        if announced:
-            partial.length, partial.size, partial.sha, partial.name, partial.codec = announced
-            self._replace(partial, now_ns)
-        elif index == _REPAIR:
+        if index == REPAIR:
             symbol = repair.decode(body)
-            mask = repair.members(object_id, serial, symbol.base, symbol.span)
+            mask = repair.members(partial.object_id, serial, symbol.base, symbol.span)
             partial.chunks |= partial.solver.add(mask, symbol, partial.chunks)
-        elif index not in partial.chunks:
+        elif index != ANNOUNCEMENT and index not in partial.chunks:
             partial.chunks[index] = body
             partial.chunks |= partial.solver.learn(index, body)
         return self._finish(partial)
+
+    def _adopt(self, partial: _Partial) -> None:
+        """What is there of the same bytes in other cuts or under another name."""
+        for other in self._partials.values():
+            if other is partial or (other.sha, other.length) != (partial.sha, partial.length):
+                continue
+            have = bytearray(other.length + other.size)
+            for index, body in other.chunks.items():
+                have[index * other.size : index * other.size + len(body)] = body
+            for index in range(partial.count):
+                begin, end = index * partial.size, min((index + 1) * partial.size, partial.length)
+                covers = range(begin // other.size, (end - 1) // other.size + 1)
+                if index not in partial.chunks and all(i in other.chunks for i in covers):
+                    partial.chunks[index] = bytes(have[begin:end])
+                    partial.chunks |= partial.solver.learn(index, partial.chunks[index])
 
     def _replace(self, newer: _Partial, now_ns: int) -> None:
         for old in list(self._partials.values()):
@@ -299,8 +363,9 @@ class Receiver:
         return Product(partial.object_id, partial.name, partial.codec, data)
 
     def progress(self) -> dict[str, tuple[int, int]]:
-        """Chunks there and chunks in all, of each unfinished announced object by name."""
-        return {p.name: (len(p.chunks), p.count) for p in self._partials.values() if p.size and not p.complete}
+        """Chunks there and chunks in all, of each announced object that is on its way, by name."""
+        moving = (p for p in self._partials.values() if p.size and not p.complete and not p.recalled)
+        return {p.name: (len(p.chunks), p.count) for p in moving}
 
     def send(self, now_ns: int) -> list[bytes]:
         """Bitmap payloads that are due: every 0.5 s while chunks come, every 5 s while they do not."""
@@ -309,6 +374,11 @@ class Receiver:
             silent_ns = now_ns - partial.heard_ns
             if silent_ns > _GIVE_UP_NS:
                 del self._partials[partial.object_id]
+                continue
+            if partial.hints and now_ns - partial.reported_ns >= _REPORT_NS:
+                partial.hints -= 1
+                partial.fresh = True
+            elif partial.recalled:
                 continue
             moving = partial.fresh or (silent_ns < _FRESH_NS and not partial.complete)
             wait_ns = _REPORT_NS if moving else _SLOW_REPORT_NS
@@ -319,7 +389,7 @@ class Receiver:
         return out
 
     def _bitmap(self, partial: _Partial) -> bytes:
-        flags = (_KNOWN if partial.size else 0) | (_COMPLETE if partial.complete else 0)
+        flags = (KNOWN if partial.size else 0) | (COMPLETE if partial.complete else 0)
         base, last = 0, max(partial.chunks, default=-1)
         while base in partial.chunks:
             base += 1
@@ -328,15 +398,4 @@ class Receiver:
         for index in partial.chunks:
             if 0 <= index - base < 8 * len(bits):
                 bits[index - base >> 3] |= 1 << (index - base & 7)
-        return _BITMAP.pack(partial.object_id, partial.echo, flags, base) + bytes(bits)
-
-
-def _announced(body: bytes) -> tuple[int, int, bytes, str, str]:
-    try:
-        length, size, sha, n_name, n_codec = _ANNOUNCE.unpack_from(body)
-        names = body[_ANNOUNCE.size :]
-        if not 0 < length <= MAX_OBJECT_BYTES or not size or len(names) != n_name + n_codec:
-            raise ValueError(f"length {length}, chunks of {size}")
-        return length, size, sha, names[:n_name].decode(), names[n_name:].decode()
-    except (struct.error, ValueError) as error:
-        raise WireError("chunk", f"announcement: {error}") from error
+        return BITMAP.pack(partial.object_id, partial.echo, flags, base) + bytes(bits)

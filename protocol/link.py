@@ -17,6 +17,8 @@ Rule 4: a telecommand that halts the rover (commands.halts) may carry the flag H
         disk before anything is done, so a stop sent while the rover reboots stops it, once.
 Rule 5: one epoch is in force, and the rover says which; the ground follows to any later one that is loaded, and never
         back. What is sealed in another epoch is refused.
+Rule 6: networks double datagrams. What is bit for bit one of the newest 256 that were accepted since the start is
+        refused as `copy`, three times: no alarm. More often, of longer ago, of before a restart: `replay`.
 """
 
 from __future__ import annotations
@@ -44,6 +46,8 @@ UDP_IP_BYTES = 28
 TAG_BYTES = 16
 MAX_JUMP = 1 << 20
 WINDOW = 4096  # counters of a key that may come late
+RECENT, COPIES = 256, 3  # accepted datagrams whose copies are told from replays, and how many of each
+COPY = "copy"
 HALT = 1  # the flag of rule 4; no other is used
 _HEAD = struct.Struct("<BBBBQI")
 OVERHEAD = _HEAD.size + TAG_BYTES
@@ -133,6 +137,23 @@ class Opened(NamedTuple):
     halt: bool = False
 
 
+def unsealed(keys: Keyring, datagram: bytes) -> bytes:
+    """The payload of a datagram that was opened once and kept: that it is whole and of one of these keys, no more.
+
+    Raises WireError of kind length or tag.
+    """
+    if not OVERHEAD <= len(datagram) <= MAX_DATAGRAM:
+        raise WireError("length", f"{len(datagram)} B")
+    _, key_id, epoch, *_ = _HEAD.unpack_from(datagram)
+    key = keys.key(key_id, epoch)
+    if key is None:
+        raise WireError("tag", f"no key {key_id}")
+    body = datagram[:-TAG_BYTES]
+    if not hmac.compare_digest(hmac.digest(key, body, "sha256")[:TAG_BYTES], datagram[-TAG_BYTES:]):
+        raise WireError("tag")
+    return body[_HEAD.size :]
+
+
 class _Window:
     """Counters seen of one sender in one boot; bit n of `seen` is counter highest - n."""
 
@@ -160,20 +181,28 @@ class Opener:
         self.epoch = keys.epochs[0] if epoch is None else epoch
         self.marks = dict(marks or {})
         self._windows: dict[int, _Window] = {}
+        self._recent: dict[bytes, int] = {}  # tag -> copies refused, the oldest first
 
     def open(self, datagram: bytes) -> Opened:
-        """The payload and who sent it. Raises WireError of kind length, tag, epoch, boot, replay, jump or kind."""
-        if not OVERHEAD <= len(datagram) <= MAX_DATAGRAM:
-            raise WireError("length", f"{len(datagram)} B")
+        """The payload and who sent it. Raises WireError: length, tag, epoch, boot, copy, replay, jump or kind."""
+        try:
+            opened = self._open(datagram)
+        except WireError as error:
+            copies = self._recent.get(datagram[-TAG_BYTES:], COPIES)
+            if error.kind != "replay" or copies >= COPIES:
+                raise
+            self._recent[datagram[-TAG_BYTES:]] = copies + 1
+            raise WireError(COPY, str(error)) from error
+        self._recent[datagram[-TAG_BYTES:]] = 0
+        if len(self._recent) > RECENT:
+            del self._recent[next(iter(self._recent))]
+        return opened
+
+    def _open(self, datagram: bytes) -> Opened:
+        payload = unsealed(self._keys, datagram)
         kind, key_id, epoch, flags, counter, boot_id = _HEAD.unpack_from(datagram)
-        key = self._keys.key(key_id, epoch)
-        if key is None:
-            raise WireError("tag", f"no key {key_id}")
-        body = datagram[:-TAG_BYTES]
-        if not hmac.compare_digest(hmac.digest(key, body, "sha256")[:TAG_BYTES], datagram[-TAG_BYTES:]):
-            raise WireError("tag")
         if flags == HALT and self._fixed:
-            return self._open_halt(Opened(Kind.TELECOMMAND, key_id, counter, boot_id, body[_HEAD.size :], True), epoch)
+            return self._open_halt(Opened(Kind.TELECOMMAND, key_id, counter, boot_id, payload, True), epoch)
         if epoch not in self._keys.epochs or epoch < self.epoch or (self._fixed and epoch != self.epoch):
             raise WireError("epoch", f"{epoch}, in force {self.epoch}, loaded {self._keys.epochs}")
         if boot_id < self.boot_id or (self._fixed and boot_id != self.boot_id):
@@ -185,7 +214,7 @@ class Opener:
         if fresh:
             self.boot_id, self._windows = boot_id, {key_id: _Window(counter, 1)}
         self.epoch = epoch
-        return Opened(Kind(kind), key_id, counter, boot_id, body[_HEAD.size :])
+        return Opened(Kind(kind), key_id, counter, boot_id, payload)
 
     def _open_halt(self, opened: Opened, epoch: int) -> Opened:
         if epoch not in self._keys.epochs:

@@ -15,7 +15,7 @@ from pathlib import Path
 
 from ground.gateway.frames import mavlink
 from ground.gateway.orders import ROWS
-from protocol import bulk, commands, events, link, reports
+from protocol import bulk_wire, commands, events, link, reports
 from protocol.arguments import Argument, Kind
 from tools.make_dialect import KEPT, made
 
@@ -35,9 +35,9 @@ _STRUCTS: Mapping[str, tuple[struct.Struct, tuple[str, ...]]] = {
     "header": (link._HEAD, ("kind", "key_id", "epoch", "flags", "counter", "boot_id")),
     "telecommand": (commands._HEAD, ("request_id", "issued_ns", "expiry_ns", "start_ns", "command")),
     "report": (reports._REPORT, ("request_id", "station", "serial", "state", "code", "values")),
-    "chunk": (bulk._CHUNK, ("object_id", "serial", "index")),
-    "announcement": (bulk._ANNOUNCE, ("length", "chunk_size", "sha256", "name_length", "codec_length")),
-    "bitmap": (bulk._BITMAP, ("object_id", "echo", "flags", "base")),
+    "chunk": (bulk_wire.CHUNK, ("object_id", "serial", "index")),
+    "announcement": (bulk_wire.ANNOUNCE, ("length", "chunk_size", "sha256", "name_length", "codec_length")),
+    "bitmap": (bulk_wire.BITMAP, ("object_id", "echo", "flags", "base")),
     "acknowledgement": (events._BASE, ("base",)),
 }
 _NAMES: Mapping[str, str] = {
@@ -62,7 +62,7 @@ def _link() -> str:
         _names("KINDS", {kind.value: kind.name for kind in link.Kind}),
         _names("COMMANDS", {row.id: row.name for row in commands.TABLE}),
         _names("STATES", _enum(reports.State)), _names("CODES", _enum(reports.Code)),
-        f"local TAG_BYTES, ANNOUNCEMENT = {link.TAG_BYTES}, {bulk._ANNOUNCEMENT}",
+        f"local TAG_BYTES, ANNOUNCEMENT = {link.TAG_BYTES}, {bulk_wire.ANNOUNCEMENT}",
         f"local DOWNLINK_KEY_ID = {link.DOWNLINK_KEY_ID}",
     ]
     return "\n".join(["-- The link's datagrams.", *tables, *fields, *read, *arguments, "", _TAIL.read_text()])

@@ -15,6 +15,7 @@ from protocol.link import numbers
 
 APPLICATION_ID = 0x454C4452  # "ELDR"
 _OPEN_S = 5.0
+_DAY_NS, _MOST_CHUNKS = 86_400_000_000_000, 8192  # a tenth of a second to take in again; 9 MB
 DATA, CANNOT_CREATE, LOCKED = 65, 73, 75
 
 _FIRST = """
@@ -48,7 +49,9 @@ update items set boot_id = (select max(d.boot_id) from datagrams d where d.run =
 update events set boot_id = (select max(d.boot_id) from datagrams d where d.run = events.run and d.direction = 'down'
     and d.verdict = 'ok');
 """  # a run hears one boot, but for a reboot within it: then the newest, which is what the rover was heard as last
-MIGRATIONS: tuple[str, ...] = (_FIRST, _SECOND)
+_CHUNKS = "direction = 'down' and verdict = 'ok' and substr(data, 1, 1) = x'02'"  # kind 2: a part of a product
+_THIRD = f"create index chunks_by_time on datagrams (run, at_ns) where {_CHUNKS}"
+MIGRATIONS: tuple[str, ...] = (_FIRST, _SECOND, _THIRD)
 VERSION = len(MIGRATIONS)
 TABLES = ("datagrams", "items", "requests", "reports", "events", "products")
 FOR_EVER = ("runs", "requests", "reports")  # every command's chain
@@ -72,6 +75,15 @@ def open_checked(path: Path | str, *, create: bool = True) -> sqlite3.Connection
             raise ArchiveError(f"{path}: no archive there; a station that has spoken to a rover makes one", 66)
         _folder(Path(path).parent)
     return guarded(path, lambda: _opened(path))
+
+
+def recent_chunks(db: sqlite3.Connection, utc_ns: int) -> list[bytes]:
+    """Datagrams with parts of products, the newest first: at most 8192, none older than a day before this UTC."""
+    newest = f"select run, at_ns, data from datagrams indexed by chunks_by_time where {_CHUNKS} " \
+             "order by run desc, at_ns desc limit ?"
+    found = db.execute(f"select d.data from ({newest}) d join runs r on r.run = d.run where r.utc_ns > 0 and "
+                       "r.utc_ns + d.at_ns > ? order by d.run desc, d.at_ns desc", (_MOST_CHUNKS, utc_ns - _DAY_NS))
+    return [row[0] for row in found]
 
 
 def guarded(path: Path | str, work: Callable[[], sqlite3.Connection]) -> sqlite3.Connection:

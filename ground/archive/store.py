@@ -17,11 +17,14 @@ from typing import Any, Self
 
 from ground.archive.schema import TABLES as TABLES
 from ground.archive.schema import ArchiveError as ArchiveError
-from ground.archive.schema import open_checked, told
+from ground.archive.schema import open_checked, recent_chunks, told
+from protocol import commands
 
 _TURN_MS, _CLOSE_MS = 100, 5000
 _RETRY = 50  # calls of `commit` between two tries: a quarter of a second
 _MOST_WAITING = 100_000
+_HALT_AFTER = f"""select name from requests where station = ? and run != ? and name in {commands.HALTING} and
+    rowid > (select rowid from requests where run = ? and request_id = ?) limit 1"""
 
 
 class Archive:
@@ -31,7 +34,7 @@ class Archive:
     """
 
     def __init__(self, path: Path | str, utc_ns: int = 0, note: str = "") -> None:
-        self._path, self._db = path, open_checked(path)
+        self._path, self._db, self._utc_ns = path, open_checked(path), utc_ns
         self._waiting: list[tuple[str, tuple[Any, ...]]] = []
         self._marks = {
             table: len(self._db.execute(f"pragma table_info({table})").fetchall()) for table in TABLES
@@ -103,6 +106,27 @@ class Archive:
         self.commit()
         found = self._db.execute(f"select * from {table} where run = ? order by rowid", (self.run,))
         return [row[1:] for row in found]
+
+    def halt_after(self, request_id: int, station: int) -> str:
+        """What halts the rover and another process of the station asked for after this request; "": nothing.
+
+        Nothing too where the file cannot be read now, or has not yet this request.
+        """
+        try:
+            row = self._db.execute(_HALT_AFTER, (station, self.run, self.run, request_id)).fetchone()
+        except sqlite3.Error:
+            return ""
+        return "" if row is None else str(row[0])
+
+    def chunks(self) -> list[bytes]:
+        """Datagrams with chunks of products heard in the day before this run, the newest first; none in lock-step.
+
+        Raises ArchiveError where the file cannot be read.
+        """
+        try:
+            return recent_chunks(self._db, self._utc_ns) if self._utc_ns else []
+        except sqlite3.Error as error:
+            raise told(self._path, error) from error
 
     def close(self) -> None:
         """Writes what waits and closes. Raises ArchiveError where that cannot be, with how many rows are lost."""

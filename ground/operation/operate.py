@@ -179,6 +179,8 @@ def _turns(station: Station, clock: Clock, plan: Plan, teller: Teller, beside: B
             clock.finish(station.sent, code)
             return code
         teller.trouble(station.trouble, now_ns)
+        while session.texts:
+            teller.said(session.texts.pop(0), now_ns)
         if uplink.refused(session, now_ns):
             teller.said(NOT_HEARD_THERE, now_ns)
         _watch(contact, station, clock, teller, now_ns)
@@ -210,6 +212,7 @@ REFUSED = {
     "epoch": "sealed in a key epoch that is not loaded here, or an older one",
     "boot": "the rover's boot id is older than one heard before: another rover, or it lost its state.folder",
     "replay": "all were heard before",
+    "copy": "all were heard before",
     "length": "these are no datagrams of this link",
 }
 

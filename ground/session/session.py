@@ -6,9 +6,13 @@
 
 Nothing but what halts the rover is sent before it was heard: its boot id is part of every uplink datagram, and what it
 was built from has to be as here. Times are the station's clock; `FarClock` turns them into onboard time.
+
+Over 300 lines: what is heard decides what may be said, so both halves share all of this state.
 """
 
 from __future__ import annotations
+
+from collections.abc import Callable, Iterable
 
 from ground.session.far_clock import FarClock
 from ground.session.kept import NOTHING, Kept
@@ -17,9 +21,10 @@ from ground.session.schedule import Schedule
 from ground.session.telemetry import TelemetryReceiver, Value
 from protocol import WireError, bulk, commands, transactions
 from protocol.contacts import Windows
-from protocol.link import DOWNLINK_KEY_ID, Kind, LinkKeys, Opener, Sealer, payload_limit
+from protocol.link import DOWNLINK_KEY_ID, Kind, LinkKeys, Opener, Sealer, payload_limit, unsealed
 from protocol.versions import OURS, Versions
 
+_LOST = "the rover restarted (boot {}) before {} had come whole; ask again: what came is kept"
 VIEWER = "this station has no command key (command_keys): it may watch, not command"
 _VERSION_ITEMS = tuple(f"{name}_version" for name in Versions._fields)
 _BULK_WAKE_NS = 100_000_000
@@ -50,6 +55,8 @@ class Session:
         self.far_clock = FarClock(kept.rtt_ns)
         self.items: dict[str, Item] = {}
         self.products: dict[int, bulk.Product] = {}
+        self.kept_chunks: Callable[[], Iterable[bytes]] | None = None  # what `recall` takes; asked once, when of use
+        self.texts: list[str] = []  # to be told to people; who tells them clears it
         self.keeps = True  # False: what is heard cannot be kept, so events are not acknowledged
         self.counts: dict[str, int] = {"ok": 0}
         self.heard_ns: int | None = None
@@ -57,7 +64,9 @@ class Session:
         self._bulk = bulk.Receiver(payload_limit(up_bps))
         self._bulk_heard_ns: int | None = None
         self._product_ns: dict[int, int] = {}
+        self._recalled: dict[int, bulk.Product] = {}  # whole by what was kept; they count once they are announced anew
         self._timed: set[int] = set()
+        self._awaited: set[int] = set()  # requests that are completed and whose product is to come
         self._unsaid: list[News] = []
         self._telemetry = TelemetryReceiver()
 
@@ -126,11 +135,23 @@ class Session:
         request_id = self.requester.request(
             name, arguments, now_ns, issued_ns=issued_ns, expiry_ns=expiry_ns, start_ns=start_ns
         )
+        if name == "get" or commands.command(name).sends:
+            self._recall(now_ns)
+            self._bulk.hint(str(arguments.get("product") or commands.command(name).sends))
+        if name in commands.HALTING:
+            for moving in self.requester.unheard_moves:
+                self.halted(moving, name, now_ns)
         if self.mismatch:
             self._unsaid += self._refuse(now_ns)
         elif self.commanding and self.in_contact(now_ns):
             self._timed.add(request_id)  # it goes out at once, so its answer tells the round trip
         return request_id
+
+    def halted(self, request_id: int, by: str, now_ns: int) -> None:
+        """What halts the rover was asked for after this unheard request, which is sent no more."""
+        text = f"`{commands.command(by).typed}` was asked for after it; not sent again, nothing was heard of it"
+        report = self.requester.end(request_id, transactions.State.CANCELLED, transactions.Code.NONE, text, now_ns)
+        self._unsaid += self._own([report], now_ns)
 
     def unsaid(self) -> list[News]:
         """News that no datagram brought: what was refused here as it was asked. Each once."""
@@ -140,8 +161,37 @@ class Session:
     def _refuse(self, now_ns: int) -> list[News]:
         """Both ends do not speak of the same thing: no command but those that halt the rover."""
         reports = self.requester.refuse(f"not sent: {self.mismatch}; only stop, safe, emergency-stop", now_ns)
+        return self._own(reports, now_ns)
+
+    def _own(self, reports: list[transactions.Report], now_ns: int) -> list[News]:
         named = self.requester.requests
         return [ReportHeard(now_ns, named[report.request_id].telecommand.name, report) for report in reports]
+
+    def _recall(self, now_ns: int) -> None:
+        """Takes in the bulk chunks that this station heard before it was restarted, the newest first, once.
+
+        What is damaged or of another rover is told in one line and dropped; of the rest a transfer goes on.
+        """
+        ask, self.kept_chunks = self.kept_chunks, None
+        if ask is None:
+            return
+        useless, damaged = 0, self._bulk.damaged
+        for datagram in ask():
+            try:
+                whole = self._bulk.recall(unsealed(self._keys.downlink, datagram), now_ns)
+            except WireError:
+                useless += 1
+                continue
+            if whole is not None:
+                self._recalled[whole.object_id] = whole
+        if useless or self._bulk.damaged > damaged:
+            self.texts.append(f"of the parts of products that were kept {useless} are damaged or of another rover, and "
+                              f"{self._bulk.damaged - damaged} products did not fit their SHA-256: these come anew")
+
+    @property
+    def transfers(self) -> dict[str, tuple[int, int]]:
+        """Chunks there and chunks in all of each product that is on its way."""
+        return self._bulk.progress()
 
     def awaits_product(self, request_id: int) -> bool:
         """Whether a request is completed and what it sends is to come, or has."""
@@ -155,7 +205,7 @@ class Session:
         if request.report is not None and request.report.data:
             return self.products.get(int(request.report.data[0]))
         asked, since_ns = request.telecommand, request.made_ns
-        wanted = asked.arguments.get("product") or commands.command(asked.name).sends
+        wanted = _product_name(asked)
         return next((p for p in reversed(self.products.values())
                      if p.name == wanted and self._product_ns[p.object_id] >= since_ns), None)
 
@@ -182,7 +232,14 @@ class Session:
         self.sealer.boot_id = self.boot_id
         self.versions = None
         if before:
-            self.requester.rover_booted(self.boot_id, now_ns)
+            reports = self.requester.rover_booted(self.boot_id, now_ns)
+            awaited = self._awaited & self.requester.requests.keys()
+            for request_id in sorted(i for i in awaited if not self.product_of(i)):
+                text = _LOST.format(self.boot_id, _product_name(self.requester.requests[request_id].telecommand))
+                ended = transactions.State.FAILED, transactions.Code.RESTARTED
+                reports.append(self.requester.end(request_id, *ended, text, now_ns))
+            self._awaited.clear()
+            self._unsaid += self._own(reports, now_ns)
             self.far_clock.forget()
             self._telemetry = TelemetryReceiver()
 
@@ -228,14 +285,19 @@ class Session:
             self._timed.discard(report.request_id)
             self.far_clock.measure(now_ns - request.made_ns)
             self.requester.rtt_ns = self.far_clock.rtt_ns
+        if self.awaits_product(report.request_id) and self.product_of(report.request_id) is None:
+            self._awaited.add(report.request_id)
         return [ReportHeard(now_ns, request.telecommand.name, report)]
 
     def _take_chunk(self, payload: bytes, now_ns: int) -> list[News]:
+        self._recall(now_ns)
         self._bulk_heard_ns = now_ns
         product = self._bulk.receive(payload, now_ns)
         object_id, announced = int.from_bytes(payload[:4], "little"), payload[8:10] == b"\xff\xff"
         if announced and object_id in self.products:
             self._product_ns[object_id] = now_ns  # offered again with the same content: nothing is sent twice
+        elif announced:
+            product = product or self._recalled.pop(object_id, None)
         if product is not None:
             self.products[product.object_id] = product
             self._product_ns[product.object_id] = now_ns
@@ -267,7 +329,7 @@ class Session:
         if not self.boot_id:
             return sealed
         payloads = [(Kind.REPORT, p) for p in self._telemetry.acknowledgements(now_ns)] if self.keeps else []
-        payloads += [(Kind.BULK_BITMAP, p) for p in self._bulk.send(now_ns)]
+        payloads += [(Kind.BULK_BITMAP, p) for p in self._bulk.send(now_ns)] if self.heard_ns is not None else []
         return sealed + [self.sealer.seal(kind, payload) for kind, payload in payloads]
 
     def next_due_ns(self, now_ns: int) -> int | None:
@@ -280,8 +342,11 @@ class Session:
             return None if windows is None else windows.next_begin_ns(now_ns)
         if self.boot_id and self.keeps:
             due.append(self._telemetry.next_due_ns())
-        if self._bulk_heard_ns is not None and (
-            self._bulk.progress() or now_ns - self._bulk_heard_ns < _BULK_TAIL_NS
-        ):
+        tail = self._bulk_heard_ns is not None and now_ns - self._bulk_heard_ns < _BULK_TAIL_NS
+        if self.heard_ns is not None and (self._bulk.progress() or self._bulk.hinting or tail):
             due.append((now_ns // _BULK_WAKE_NS + 1) * _BULK_WAKE_NS)
         return min((at for at in due if at is not None), default=None)
+
+
+def _product_name(asked: commands.Telecommand) -> str:
+    return str(asked.arguments.get("product") or commands.command(asked.name).sends)

@@ -7,7 +7,7 @@ from contextlib import suppress
 from types import TracebackType
 from typing import Self
 
-from ground.archive.store import Archive
+from ground.archive.store import Archive, ArchiveError
 from ground.session.kept import Kept
 from ground.session.news import EventHeard, Item, News, ProductHeard, ReportHeard
 from ground.session.session import Session
@@ -44,6 +44,7 @@ class Station:
         self._use(self._block)
         self._last_halt, self._noted_ns = -1, 0
         self.session.sealer.next_halt = self._next_halt
+        self.session.kept_chunks = self._kept_chunks
         self._archived: set[int] = set()
         self.sent = 0
 
@@ -58,6 +59,13 @@ class Station:
         except OSError:
             self._last_halt += 1
         return self._last_halt
+
+    def _kept_chunks(self) -> list[bytes]:
+        try:
+            return self._archive.chunks()
+        except ArchiveError as error:
+            self.session.texts.append(f"{error}; products come from their start")
+            return []
 
     def _note(self) -> None:
         with suppress(OSError):  # it only narrows what could be replayed to the next start
@@ -116,6 +124,9 @@ class Station:
                               json.dumps(asked.arguments))
             self._archived.add(request_id)
         self._archived &= requests.keys()  # what the session has forgotten
+        for request_id in self.session.requester.unheard_moves:
+            if by := self._archive.halt_after(request_id, self.session.station):
+                self.session.halted(request_id, by, now_ns)
         news = self.session.unsaid()
         for one in news:
             self._keep(one)

@@ -95,7 +95,7 @@ class Downlink:
         refused = self.refused_count if messages else self._told
         if refused > self._told and now_ns - self._told_ns >= _REFUSALS_NS:
             self._told_ns, self._told = now_ns, refused
-            text = ", ".join(f"{kind} {count}" for kind, count in sorted(self.refused.items()))
+            text = ", ".join(f"{kind} {count}" for kind, count in sorted(self.refused.items()) if kind != link.COPY)
             self.notices.append(Event(now_ns, "warning", "LINK_REFUSED", text))
         return orders
 
@@ -158,8 +158,8 @@ class Downlink:
 
     @property
     def refused_count(self) -> int:
-        """Uplink datagrams that failed a check since the start."""
-        return sum(self.refused.values())
+        """Uplink datagrams that failed a check since the start, but for copies that a network made."""
+        return sum(count for kind, count in self.refused.items() if kind != link.COPY)
 
     @property
     def events_waiting(self) -> int:

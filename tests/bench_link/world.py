@@ -79,6 +79,7 @@ class World:
     executed: list[Order] = field(default_factory=list)
     line_bytes: dict[int, int] = field(default_factory=dict)  # put on the downlink so far, by kind
     verdicts: dict[str, int] = field(default_factory=dict)  # of what reached the ground
+    kept: list[bytes] | None = None  # a list: chunks that the station's archive would have; it takes them in again
 
     def __post_init__(self) -> None:
         self.rover = RoverEnd(self.link.down_bps)
@@ -93,9 +94,10 @@ class World:
         return made
 
     def restart_ground(self) -> None:
-        """A new process of the station: its disk has counters, next request id and boot id, nothing else."""
+        """A new process of the station: its disk has counters, next request id, boot id, and `kept`; nothing else."""
         old = self.session
         self.session = self._new_session(old.sealer.counter + 640, old.requester.next_id, old.boot_id)
+        self.session.kept_chunks = lambda: reversed(self.kept or [])
 
     def restart_rover(self) -> None:
         """A new start of the flight program, under the next boot id; what it was doing is gone."""
@@ -112,6 +114,8 @@ class World:
         for datagram in arrived:
             verdict, news = self.session.receive(datagram, now_ns)
             self.verdicts[verdict] = self.verdicts.get(verdict, 0) + 1
+            if self.kept is not None and verdict == "ok" and datagram[0] == Kind.BULK_CHUNK:
+                self.kept.append(datagram)
             for one in news if self.hear else ():
                 self.hear(self, one)
         if arrived:

@@ -178,7 +178,7 @@ def test_a_station_killed_in_a_migration_leaves_the_old_version_whole(tmp_path, 
 
 
 @pytest.mark.parametrize(("spoil", "text", "code"), [
-    ("pragma user_version = 9", "of version 9, this program writes version 2", 65),
+    ("pragma user_version = 9", f"of version 9, this program writes version {VERSION}", 65),
     ("pragma application_id = 7", "a database of another program", 65),
     ("garbage", "damaged, or no archive", 65),
 ])

@@ -10,6 +10,7 @@ from rich.console import Console
 
 from ground.__main__ import run
 from ground.archive.link_figures import Row, figures
+from ground.archive.schema import VERSION
 from ground.archive.store import Archive
 from ground.operation.bars import Bars
 from ground.session.news import ProductHeard, Progress
@@ -91,7 +92,7 @@ def test_an_item_is_plotted_or_given_as_numbers(flown, capsys):
 
 def test_the_archives_own_verbs(flown, capsys):
     code, lines, _ = told(capsys, "archive", "info")
-    assert code == 0 and "version 2" in lines[0] and any(line.split()[:2] == ["items", "10"] for line in lines)
+    assert code == 0 and f"version {VERSION}" in lines[0] and any(line.split()[:2] == ["items", "10"] for line in lines)
     assert json.loads(told(capsys, "archive", "info", "--json")[1][0])["rows"]["events"] == 2
     assert len(told(capsys, "archive", "show", "items", "--name", "voltage_v", "--last", "3")[1]) == 3
     assert told(capsys, "archive", "show", "item")[0] == 64

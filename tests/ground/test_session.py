@@ -44,7 +44,7 @@ class World:
             self.down.offer(datagram, now_ns)
         for datagram in self.down.due(now_ns):
             verdict, news = self.session.receive(datagram, now_ns)
-            assert verdict == "ok" or (verdict == "replay" and self.down.counts.duplicated)
+            assert verdict == "ok" or (verdict == "copy" and self.down.counts.duplicated)
             self.news += news
         if runner is not None:
             runner.step(self.session, now_ns)

@@ -35,6 +35,7 @@ TARGETS = (
     Target("onboard.drivers.key_file", ("tests/onboard/test_link_port.py",)),
     Target("onboard.drivers.link_port", ("tests/onboard/test_link_port.py", "tests/protocol/test_security.py")),
     Target("onboard.drivers.link_memory", ("tests/protocol/test_security.py",)),
+    Target("onboard.core.lease", ("tests/onboard/test_lease.py",)),
     Target("protocol.modes", ("tests/protocol/test_transitions.py",)),
 )
 

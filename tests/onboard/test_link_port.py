@@ -89,7 +89,7 @@ def test_refused_datagrams_are_handed_on_without_payload_and_with_the_failed_che
         got = port.read_upto(5, (1, 2, 3, 4, 5))
         assert [(m.accepted, m.verdict, m.payload) for m in got] == [
             (False, "tag", b""), (False, "boot", b""), (False, "length", b""), (True, "ok", b"stop"),
-            (False, "replay", b"")]
+            (False, "copy", b"")]
 
 
 def test_missing_datagrams_end_the_wait_with_their_number():

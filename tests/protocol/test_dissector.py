@@ -9,7 +9,7 @@ import subprocess
 import pytest
 
 from ground.gateway.frames import mavlink as m
-from protocol import bulk, commands, events, transactions
+from protocol import bulk, bulk_wire, commands, events, transactions
 from protocol import eldorado_dialect as dialect
 from protocol.link import DOWNLINK_KEY_ID, Kind, Sealer
 from tools import make_dissector
@@ -81,7 +81,7 @@ def test_the_committed_dissector_is_what_the_tables_make():
 
 
 def test_a_struct_with_an_unnamed_field_stops_the_generator(monkeypatch):
-    rows = {**make_dissector._STRUCTS, "chunk": (bulk._CHUNK, ("object_id", "serial"))}
+    rows = {**make_dissector._STRUCTS, "chunk": (bulk_wire.CHUNK, ("object_id", "serial"))}
     monkeypatch.setattr(make_dissector, "_STRUCTS", rows)
     with pytest.raises(RuntimeError, match="chunk: <IIH has 3 fields, 2 are named"):
         make_dissector.generate()

@@ -90,7 +90,7 @@ def test_100000_forged_replayed_and_foreign_frames_are_refused_and_the_genuine_s
         for datagram in bad:
             kind = refusal(opener, datagram)
             refused[kind] = refused.get(kind, 0) + 1
-    assert refused == {"tag": 40_000, "replay": 20_000, "boot": 20_000, "epoch": 20_000}
+    assert refused == {"tag": 40_000, "copy": 6_000, "replay": 14_000, "boot": 20_000, "epoch": 20_000}
 
 
 def test_a_downlink_datagram_does_not_open_at_the_rover_even_where_both_directions_share_a_secret():
@@ -107,7 +107,7 @@ def test_any_order_within_the_window_opens_once_each(order):
     mine, opener = sealer(counter=1000), rover()
     datagrams = [mine.seal(1, bytes([n])) for n in range(60)]
     assert [opener.open(datagrams[n]).payload[0] for n in order] == order
-    assert {refusal(opener, d) for d in datagrams} == {"replay"}
+    assert {refusal(opener, d) for d in datagrams} == {"copy"}
 
 
 def test_the_window_holds_4096_counters():
@@ -116,7 +116,25 @@ def test_the_window_holds_4096_counters():
     opener.open(datagrams[4097])
     assert refusal(opener, datagrams[1]) == "replay"
     assert opener.open(datagrams[2]).counter == 2
-    assert refusal(opener, datagrams[2]) == "replay"
+    assert [refusal(opener, datagrams[2]) for _ in range(5)] == ["copy"] * 3 + ["replay"] * 2
+
+
+def test_a_copy_is_told_from_a_replay_by_the_newest_256_that_were_accepted():
+    mine, opener = sealer(), rover()
+    datagrams = [mine.seal(1, b"") for _ in range(257)]
+    for datagram in datagrams[:256]:
+        opener.open(datagram)
+    assert refusal(opener, datagrams[0]) == "copy"
+    opener.open(datagrams[256])
+    assert refusal(opener, datagrams[0]) == "replay"
+    assert refusal(opener, datagrams[1]) == "copy"
+
+
+def test_what_was_never_accepted_has_no_copies():
+    mine, opener = sealer(counter=10), rover()
+    late = sealer(counter=9).seal(1, b"")
+    opener.heard_before(1, 10)
+    assert [refusal(opener, d) for d in (late, late, mine.seal(1, b""))] == ["replay"] * 3
 
 
 def test_a_jump_over_two_to_the_20_is_refused_and_one_of_it_opens():

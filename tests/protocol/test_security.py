@@ -102,7 +102,18 @@ def test_forged_with_the_key_of_another_seed_or_station_is_refused(rover):
 def test_replayed_is_refused_and_not_done_again(rover):
     goto = Ground().goto()
     assert rover.does(goto) == ["goto"]
-    assert rover.refuses(goto) == "replay"
+    assert [rover.refuses(goto) for _ in range(5)] == ["copy"] * 3 + ["replay"] * 2
+
+
+def test_what_a_network_doubles_is_counted_and_alarms_nobody_but_a_replay_does(rover):
+    ground = Ground()
+    heard = [ground.goto() for _ in range(300)]
+    for datagram in heard:
+        assert rover.does(datagram) == ["goto"] and rover.does(datagram) == []
+    assert rover.core.refused == {"copy": 300} and rover.core.refused_count == 0
+    assert rover.core.notices == []
+    assert rover.does(heard[0]) == []
+    assert [notice.text for notice in rover.core.notices] == ["replay 1"]
 
 
 def test_replayed_after_a_restart_of_the_rover_is_refused_and_the_genuine_key_gets_through_at_once(rover):
@@ -207,7 +218,7 @@ def test_stop_sent_while_the_rover_reboots_stops_it_once(rover):
     stop = ground.stop()  # sealed for boot 5, and under way
     rover.restart()
     assert rover.does(stop) == ["stop"]
-    assert rover.refuses(stop) == "replay"
+    assert rover.refuses(stop) == "copy"
 
 
 @pytest.mark.parametrize("boot_id", [0, 5, 99])
