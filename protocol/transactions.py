@@ -123,8 +123,9 @@ class Requester:
             request.next_ns = now_ns + max(_ASK_NS, 2 * self.rtt_ns)
         return report
 
-    def rover_booted(self, boot_id: int, now_ns: int) -> None:
-        """The rover came up anew (rule 5). Whoever asked it to has the answer by that."""
+    def rover_booted(self, boot_id: int, now_ns: int) -> list[Report]:
+        """The rover came up anew (rule 5): what ends by that. Whoever asked it to has the answer by that."""
+        reports = []
         for request_id, request in list(self._open.items()):
             if not request.sent or request.telecommand.name in commands.HALTING:
                 continue
@@ -133,24 +134,25 @@ class Requester:
                 heard = request.state.name.lower()
                 state, code = State.FAILED, Code.RESTARTED
                 text = f"the rover restarted (boot {boot_id}) before its outcome was heard; until then: {heard}"
-            serial = request.report.serial + 1 if request.report else 0
-            report = Report(request_id, self.station, serial & 0xFF, state, code, text)
-            request.report, request.state = report, report.state
-            request.history.append((now_ns, report))
-            del self._open[request_id]
+            reports.append(self._end(request_id, state, code, text, now_ns))
+        return reports
 
     def refuse(self, text: str, now_ns: int) -> list[Report]:
         """None of the open requests is sent any more, but those that halt the rover: the ground's own refusal."""
         reports = []
         for request_id, request in list(self._open.items()):
             if not commands.halts(request.payload):
-                serial = request.report.serial + 1 if request.report else 0
-                report = Report(request_id, self.station, serial & 0xFF, State.FAILED, Code.VERSION, text)
-                request.report, request.state = report, report.state
-                request.history.append((now_ns, report))
-                del self._open[request_id]
-                reports.append(report)
+                reports.append(self._end(request_id, State.FAILED, Code.VERSION, text, now_ns))
         return reports
+
+    def _end(self, request_id: int, state: State, code: Code, text: str, now_ns: int) -> Report:
+        """The ground's own last word of an open request."""
+        request = self._open.pop(request_id)
+        serial = request.report.serial + 1 if request.report else 0
+        report = Report(request_id, self.station, serial & 0xFF, state, code, text)
+        request.report, request.state = report, state
+        request.history.append((now_ns, report))
+        return report
 
     def abandon(self, request_id: int) -> None:
         """Ask no longer. The rover may have executed it all the same: its state stays what was last heard."""

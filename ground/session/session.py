@@ -203,6 +203,9 @@ class Session:
     def _refuse(self, now_ns: int) -> list[News]:
         """Both ends do not speak of the same thing: no command but those that halt the rover."""
         reports = self.requester.refuse(f"not sent: {self.mismatch}; only stop, safe, emergency-stop", now_ns)
+        return self._heard(reports, now_ns)
+
+    def _heard(self, reports: list[transactions.Report], now_ns: int) -> list[News]:
         named = self.requester.requests
         return [ReportHeard(now_ns, named[report.request_id].telecommand.name, report) for report in reports]
 
@@ -224,30 +227,34 @@ class Session:
 
     def receive(self, datagram: bytes, now_ns: int) -> tuple[str, list[News]]:
         """One datagram of the link: the verdict ("ok" or the check that failed), and what is new by it."""
-        before = self.boot_id
+        before, news = self.boot_id, list[News]()
         try:
             opened = self._opener.open(datagram)
             if opened.station != DOWNLINK_KEY_ID:
                 raise WireError("sender", f"key {opened.station}")
             if self.boot_id != before:
-                self._rover_booted(before, now_ns)
+                news += self._rover_booted(before, now_ns)
             if self._opener.epoch != self.sealer.epoch and not self.viewer:
                 self.sealer.use(self._keys.command.key(self.station, self._opener.epoch) or b"", self._opener.epoch)
             self.heard_ns = now_ns
-            news = self._dispatch(opened.kind, opened.payload, now_ns)
+            news += self._dispatch(opened.kind, opened.payload, now_ns)
         except WireError as error:
             self.counts[error.kind] = self.counts.get(error.kind, 0) + 1
-            return error.kind, []
+            return error.kind, news
         self.counts["ok"] += 1
         return "ok", news
 
-    def _rover_booted(self, before: int, now_ns: int) -> None:
+    def _rover_booted(self, before: int, now_ns: int) -> list[News]:
+        """What was known of the boot before is known no more; news of the requests that end by it."""
         self.sealer.boot_id = self.boot_id
         self.versions = None
-        if before:
-            self.requester.rover_booted(self.boot_id, now_ns)
-            self.far_clock.forget()
-            self._telemetry = TelemetryReceiver()
+        if not before:
+            return []
+        self.far_clock.forget()
+        self._telemetry = TelemetryReceiver()
+        self.items.clear()  # newest by onboard time, which begins anew
+        self._timed.clear()
+        return self._heard(self.requester.rover_booted(self.boot_id, now_ns), now_ns)
 
     def _dispatch(self, kind: Kind, payload: bytes, now_ns: int) -> list[News]:
         if kind == Kind.MAVLINK:
