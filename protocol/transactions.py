@@ -146,13 +146,19 @@ class Requester:
         return reports
 
     def _end(self, request_id: int, state: State, code: Code, text: str, now_ns: int) -> Report:
-        """The ground's own last word of an open request."""
-        request = self._open.pop(request_id)
+        """The ground's own last word of a request."""
+        self._open.pop(request_id, None)
+        request = self.requests[request_id]
         serial = request.report.serial + 1 if request.report else 0
         report = Report(request_id, self.station, serial & 0xFF, state, code, text)
         request.report, request.state = report, state
         request.history.append((now_ns, report))
         return report
+
+    def close(self, text: str, now_ns: int) -> list[Report]:
+        """Nothing is sent any more: what never was is CANCELLED with that."""
+        unsent = [i for i, request in self.requests.items() if not request.sent and not request.state.final]
+        return [self._end(request_id, State.CANCELLED, Code.NONE, text, now_ns) for request_id in unsent]
 
     def abandon(self, request_id: int) -> None:
         """Ask no longer. The rover may have executed it all the same: its state stays what was last heard."""

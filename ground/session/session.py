@@ -23,6 +23,7 @@ from protocol.link import DOWNLINK_KEY_ID, Kind, LinkKeys, Opener, Sealer, paylo
 from protocol.versions import OURS, Versions
 
 VIEWER = "this station has no command key (command_keys): it may watch, not command"
+NOT_SENT = "never sent: its station ended before"
 _VERSION_ITEMS = tuple(f"{name}_version" for name in Versions._fields)
 _BULK_WAKE_NS = 100_000_000
 _BULK_TAIL_NS = 10_000_000_000
@@ -199,6 +200,10 @@ class Session:
         """News that no datagram brought: what was refused here as it was asked. Each once."""
         news, self._unsaid = self._unsaid, []
         return news
+
+    def close(self, now_ns: int) -> list[News]:
+        """The station ends: news of what it has never sent."""
+        return self._heard(self.requester.close(NOT_SENT, now_ns), now_ns)
 
     def _refuse(self, now_ns: int) -> list[News]:
         """Both ends do not speak of the same thing: no command but those that halt the rover."""

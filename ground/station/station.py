@@ -40,7 +40,7 @@ class Station:
         self.session = Session(keys, settings.station, up_bps=settings.up_bps, kept=kept,
                                schedule=load_schedule(settings))
         self._use(self._block)
-        self._last_halt, self._noted_ns = -1, 0
+        self._last_halt, self._noted_ns, self._now_ns = -1, 0, 0
         self.session.sealer.next_halt = self._next_halt
         self._archived: set[int] = set()
         self.sent = 0
@@ -72,6 +72,10 @@ class Station:
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
         self._end.close()
+        self._add_requests()
+        for one in self.session.close(self._now_ns):
+            self._keep(one)
+        self._archive.commit()
         self._note()
 
     @property
@@ -106,14 +110,9 @@ class Station:
 
     def flush(self, now_ns: int) -> list[News]:
         """Makes the turn's rows safe, then puts what is due on the link; news of the station's own."""
+        self._now_ns = now_ns
         self._renew_block()
-        requests = self.session.requester.requests
-        for request_id in sorted(requests.keys() - self._archived):
-            asked = requests[request_id].telecommand
-            self._archive.add("requests", requests[request_id].made_ns, request_id, self.session.station, asked.name,
-                              json.dumps(asked.arguments))
-            self._archived.add(request_id)
-        self._archived &= requests.keys()  # what the session has forgotten
+        self._add_requests()
         news = self.session.unsaid()
         for one in news:
             self._keep(one)
@@ -129,6 +128,15 @@ class Station:
             self._noted_ns = now_ns
             self._note()
         return news
+
+    def _add_requests(self) -> None:
+        requests = self.session.requester.requests
+        for request_id in sorted(requests.keys() - self._archived):
+            asked = requests[request_id].telecommand
+            self._archive.add("requests", requests[request_id].made_ns, request_id, self.session.station, asked.name,
+                              json.dumps(asked.arguments))
+            self._archived.add(request_id)
+        self._archived &= requests.keys()  # what the session has forgotten
 
     @property
     def trouble(self) -> str:
