@@ -50,6 +50,7 @@ class Request:
     history: list[tuple[int, Report]] = field(default_factory=list)
     sent: int = 0
     next_ns: int = 0
+    own: bool = True  # False: taken over from a process of this station that has ended
 
 
 class Requester:
@@ -154,6 +155,17 @@ class Requester:
         request.report, request.state = report, state
         request.history.append((now_ns, report))
         return report
+
+    def take_over(self, payload: bytes, known: Report | None, now_ns: int) -> None:
+        """A request of an earlier process of this station. It is asked for where this boot of the rover reported it.
+
+        Of one that it never did only a report is taken: sent again it might be done late. Raises WireError.
+        """
+        asked = commands.decode(payload)
+        state = State.REQUESTED if known is None else known.state
+        made = Request(asked, now_ns, payload, state, known, sent=1, next_ns=now_ns, own=False)
+        if self.requests.setdefault(asked.request_id, made) is made and known is not None:
+            self._open[asked.request_id] = made
 
     def close(self, text: str, now_ns: int) -> list[Report]:
         """Nothing is sent any more: what never was is CANCELLED with that."""

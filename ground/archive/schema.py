@@ -48,7 +48,11 @@ update items set boot_id = (select max(d.boot_id) from datagrams d where d.run =
 update events set boot_id = (select max(d.boot_id) from datagrams d where d.run = events.run and d.direction = 'down'
     and d.verdict = 'ok');
 """  # a run hears one boot, but for a reboot within it: then the newest, which is what the rover was heard as last
-MIGRATIONS: tuple[str, ...] = (_FIRST, _SECOND)
+_THIRD = """
+alter table requests add column payload blob;
+alter table reports add column boot_id integer;
+"""
+MIGRATIONS: tuple[str, ...] = (_FIRST, _SECOND, _THIRD)
 VERSION = len(MIGRATIONS)
 TABLES = ("datagrams", "items", "requests", "reports", "events", "products")
 FOR_EVER = ("runs", "requests", "reports")  # every command's chain

@@ -45,7 +45,7 @@ class Plan:
 
 def left_words(session: Session, plan: Plan | None = None) -> str:
     """What a station that is interrupted leaves behind: what it never sent, and what the rover may carry on with."""
-    requests = session.requester.requests.values()
+    requests = [request for request in session.requester.requests.values() if request.own]
     left = [request for request in requests if not request.state.final]
     unasked = plan.steps if plan is not None and not requests else ()
     unsent = [step.name for step in unasked if step.verb in ("command", "contacts")]

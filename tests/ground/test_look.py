@@ -91,7 +91,7 @@ def test_an_item_is_plotted_or_given_as_numbers(flown, capsys):
 
 def test_the_archives_own_verbs(flown, capsys):
     code, lines, _ = told(capsys, "archive", "info")
-    assert code == 0 and "version 2" in lines[0] and any(line.split()[:2] == ["items", "10"] for line in lines)
+    assert code == 0 and "version 3" in lines[0] and any(line.split()[:2] == ["items", "10"] for line in lines)
     assert json.loads(told(capsys, "archive", "info", "--json")[1][0])["rows"]["events"] == 2
     assert len(told(capsys, "archive", "show", "items", "--name", "voltage_v", "--last", "3")[1]) == 3
     assert told(capsys, "archive", "show", "item")[0] == 64
