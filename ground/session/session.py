@@ -12,6 +12,7 @@ Over 300 lines: what is heard decides what may be said, so both halves share all
 
 from __future__ import annotations
 
+from collections import deque
 from typing import NamedTuple
 
 from ground.session.far_clock import FarClock
@@ -25,6 +26,7 @@ from protocol.versions import OURS, Versions
 VIEWER = "this station has no command key (command_keys): it may watch, not command"
 NOT_SENT = "never sent: its station ended before"
 _VERSION_ITEMS = tuple(f"{name}_version" for name in Versions._fields)
+_STALE_NS = 30_000_000_000  # onboard time in which what was addressed to the boot before may still come
 _BULK_WAKE_NS = 100_000_000
 _BULK_TAIL_NS = 10_000_000_000
 _MOST_PRODUCT_BYTES = 4_000_000  # beside the newest of each name; the archive has them all
@@ -122,6 +124,8 @@ class Session:
         self._bulk_heard_ns: int | None = None
         self._product_ns: dict[int, int] = {}
         self._timed: set[int] = set()
+        self._said_ns: deque[int] = deque(maxlen=256)  # when datagrams went that only this boot takes
+        self._stale = 0  # of those, how many may have met the next boot
         self._unsaid: list[News] = []
         self._telemetry = TelemetryReceiver()
 
@@ -257,6 +261,9 @@ class Session:
             return []
         self.far_clock.forget()
         self._telemetry = TelemetryReceiver()
+        since_ns = now_ns if self.heard_ns is None else self.heard_ns - self.far_clock.rtt_ns
+        self._stale = sum(at_ns >= since_ns for at_ns in self._said_ns)
+        self._said_ns.clear()
         self.items.clear()  # newest by onboard time, which begins anew
         self._timed.clear()
         return self._heard(self.requester.rover_booted(self.boot_id, now_ns), now_ns)
@@ -281,11 +288,20 @@ class Session:
                     self.items[one.name] = item
                 news.append(item)
             else:
-                news.append(EventHeard(now_ns, *one))
+                news.append(self._expected(EventHeard(now_ns, *one)))
         if any(isinstance(one, Value) for one in heard):
             self.far_clock.hear(self._telemetry.onboard_ns, now_ns)
         return news + self._compare({one.name: int(one.value) for one in heard if isinstance(one, Value)
                                      and one.name in _VERSION_ITEMS}, now_ns)
+
+    def _expected(self, event: EventHeard) -> EventHeard:
+        """No warning where a rover that came up anew refused no more than was on its way from here to the old boot."""
+        kind, _, count = event.text.partition(" ")
+        if event.name != "LINK_REFUSED" or kind != "boot" or not count.isdecimal():
+            return event
+        if int(count) > self._stale or event.onboard_ns > _STALE_NS:
+            return event
+        return event._replace(severity="info", text=f"{event.text}: on their way from here as it restarted")
 
     def _compare(self, told: dict[str, int], now_ns: int) -> list[News]:
         """The rover's versions; news where what is asked is now refused for them."""
@@ -341,9 +357,12 @@ class Session:
                   for p in asked]
         if not self.boot_id:
             return sealed
+        before = self.sealer.counter - sum(not commands.halts(p) for p in asked)
         payloads = [(Kind.REPORT, p) for p in self._telemetry.acknowledgements(now_ns)] if self.keeps else []
         payloads += [(Kind.BULK_BITMAP, p) for p in self._bulk.send(now_ns)]
-        return sealed + [self.sealer.seal(kind, payload) for kind, payload in payloads]
+        sealed += [self.sealer.seal(kind, payload) for kind, payload in payloads]
+        self._said_ns.extend([now_ns] * (self.sealer.counter - before))
+        return sealed
 
     def next_due_ns(self, now_ns: int) -> int | None:
         """When `send` should be called again; None: not before something was heard."""
