@@ -19,7 +19,7 @@ import typer
 from ground.archive.schema import ArchiveError
 from ground.bridge.command import app as bridge_app
 from ground.gateway.command import gateway_command
-from ground.operation.operate import FAILED, Teller
+from ground.operation.operate import FAILED, ByHandError, Teller
 from ground.operation.script import ScriptError
 from ground.station.clock import ClockError
 from ground.station.settings import NoStationError, load_settings
@@ -36,7 +36,7 @@ USAGE, NO_INPUT, UNAVAILABLE, CANNOT_CREATE, CONFIG, INTERRUPTED = 64, 66, 69, 7
 _CODES: tuple[tuple[type[Exception], int], ...] = (
     (ScriptError, USAGE), (NoStationError, NO_INPUT), (StationError, UNAVAILABLE), (ClockError, UNAVAILABLE),
     (ConfigError, CONFIG), (WireError, FAILED), (OSError, CANNOT_CREATE), (sqlite3.Error, CANNOT_CREATE),
-    (ArchiveError, CANNOT_CREATE),
+    (ArchiveError, CANNOT_CREATE), (ByHandError, INTERRUPTED),
 )
 
 app = typer.Typer(
@@ -81,7 +81,7 @@ app.command("gateway", epilog="Examples: ground gateway | ground gateway --origi
             "Then: mavproxy.py --master=udpout:127.0.0.1:14551, or QGroundControl as it is.")(gateway_command)
 app.command("report", epilog="Example: ground report build/demo")(report_command)
 
-_INTERRUPTED = "interrupted; the rover carries on with what it was told, `ground stop` ends it"
+_INTERRUPTED = "interrupted"  # before anything was asked; `operate` says what it leaves behind
 
 
 def run(argv: list[str] | None = None) -> int:

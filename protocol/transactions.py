@@ -50,6 +50,7 @@ class Request:
     history: list[tuple[int, Report]] = field(default_factory=list)
     sent: int = 0
     next_ns: int = 0
+    own: bool = True  # False: taken over from a process of this station that has ended
 
 
 class Requester:
@@ -124,7 +125,7 @@ class Requester:
         return report
 
     def rover_booted(self, boot_id: int, now_ns: int) -> list[Report]:
-        """The rover came up anew (rule 5). Whoever asked it to has the answer by that."""
+        """The rover came up anew (rule 5): what ends by that. Whoever asked it to has the answer by that."""
         reports = []
         for request_id, request in list(self._open.items()):
             if not request.sent or request.telecommand.name in commands.HALTING:
@@ -160,6 +161,22 @@ class Requester:
         request.history.append((now_ns, report))
         self._open.pop(request_id, None)
         return report
+
+    def take_over(self, payload: bytes, known: Report | None, now_ns: int) -> None:
+        """A request of an earlier process of this station. It is asked for where this boot of the rover reported it.
+
+        Of one that it never did only a report is taken: sent again it might be done late. Raises WireError.
+        """
+        asked = commands.decode(payload)
+        state = State.REQUESTED if known is None else known.state
+        made = Request(asked, now_ns, payload, state, known, sent=1, next_ns=now_ns, own=False)
+        if self.requests.setdefault(asked.request_id, made) is made and known is not None:
+            self._open[asked.request_id] = made
+
+    def close(self, text: str, now_ns: int) -> list[Report]:
+        """Nothing is sent any more: what never was is CANCELLED with that."""
+        unsent = [i for i, request in self.requests.items() if not request.sent and not request.state.final]
+        return [self.end(request_id, State.CANCELLED, Code.NONE, text, now_ns) for request_id in unsent]
 
     def abandon(self, request_id: int) -> None:
         """Ask no longer. The rover may have executed it all the same: its state stays what was last heard."""

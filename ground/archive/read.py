@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from ground.archive.schema import TABLES, VERSION, open_checked, told
+from protocol.transactions import Code, State
 
 _SILENT_NS = 3_000_000_000  # housekeeping comes twice a second
 
@@ -136,15 +137,18 @@ where at_ns > before + {_SILENT_NS} and utc >= ? and utc < ? order by utc
 
 def chains(db: sqlite3.Connection, span: Span = ALL) -> list[Chain]:
     """Every request of every station that this archive knows, in the order asked."""
-    heard: dict[tuple[int, int], dict[int, tuple[int, str, str]]] = {}
-    for at_ns, request_id, station, serial, state, text in db.execute(
-            "select at_ns, request_id, station, serial, state, text from reports order by rowid"):
-        heard.setdefault((station, request_id), {}).setdefault(serial, (at_ns, state, text))
+    heard: dict[tuple[int, int], dict[tuple[int, bool], tuple[int, str, str]]] = {}
+    for at_ns, request_id, station, serial, state, text, code in db.execute(
+            "select at_ns, request_id, station, serial, state, text, code from reports order by rowid"):
+        own = code == Code.RESTARTED
+        heard.setdefault((station, request_id), {}).setdefault((serial, own), (at_ns, state, text))
     found = []
     for row in rows(db, "requests", span):
         reports = heard.get((row["station"], row["request_id"]), {})
+        if any(State[state].final for (_, own), (_, state, _) in reports.items() if not own):
+            reports = {key: report for key, report in reports.items() if not key[1]}  # the rover knows better
         found.append(Chain(row["request_id"], row["station"], row["name"], row["arguments"], row["utc_ns"],
-                           tuple(reports[serial] for serial in sorted(reports))))
+                           tuple(reports[key] for key in sorted(reports))))
     return found
 
 

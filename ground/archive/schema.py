@@ -51,7 +51,11 @@ update events set boot_id = (select max(d.boot_id) from datagrams d where d.run 
 """  # a run hears one boot, but for a reboot within it: then the newest, which is what the rover was heard as last
 _CHUNKS = "direction = 'down' and verdict = 'ok' and substr(data, 1, 1) = x'02'"  # kind 2: a part of a product
 _THIRD = f"create index chunks_by_time on datagrams (run, at_ns) where {_CHUNKS}"
-MIGRATIONS: tuple[str, ...] = (_FIRST, _SECOND, _THIRD)
+_FOURTH = """
+alter table requests add column payload blob;
+alter table reports add column boot_id integer;
+"""
+MIGRATIONS: tuple[str, ...] = (_FIRST, _SECOND, _THIRD, _FOURTH)
 VERSION = len(MIGRATIONS)
 TABLES = ("datagrams", "items", "requests", "reports", "events", "products")
 FOR_EVER = ("runs", "requests", "reports")  # every command's chain

@@ -15,6 +15,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
 
+from ground.archive.orphans import Living, Orphan, find
 from ground.archive.schema import TABLES as TABLES
 from ground.archive.schema import ArchiveError as ArchiveError
 from ground.archive.schema import open_checked, recent_chunks, told
@@ -45,7 +46,8 @@ class Archive:
         except sqlite3.Error as error:
             self._db.close()
             raise told(path, error) from error
-        self.run = made.lastrowid
+        self.run = int(made.lastrowid or 0)
+        self._living = Living(path, self.run)
         self._db.execute(f"pragma busy_timeout = {_TURN_MS}")
 
     def __enter__(self) -> Self:
@@ -128,6 +130,13 @@ class Archive:
         except sqlite3.Error as error:
             raise told(self._path, error) from error
 
+    def orphans(self, station: int) -> list[Orphan]:
+        """Requests of a station that nobody waits for any more; none where the file cannot be read now."""
+        try:
+            return find(self._db, station, self.run, self._living.lives)
+        except sqlite3.Error:
+            return []
+
     def close(self) -> None:
         """Writes what waits and closes. Raises ArchiveError where that cannot be, with how many rows are lost."""
         try:
@@ -136,6 +145,7 @@ class Archive:
                 self._write()
         finally:
             self._db.close()
+            self._living.close()
         if self._waiting or self.lost:
             why = self.trouble or f"{self._path}: could not be written for long"
             raise ArchiveError(f"{why}; {len(self._waiting) + self.lost} rows of this run are not in it")

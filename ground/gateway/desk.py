@@ -7,7 +7,8 @@ Rule 1: COMMAND_ACK names a command and nothing else, so a client's second reque
         first has its final acknowledgement. Each is confirmed by the report of its own request id, by nothing else.
 Rule 2: the same command with the same parameters while one is waited for is that one, sent again. After its end it is
         that one only where `confirmation` says so; then the acknowledgement is repeated, nothing is executed.
-Rule 3: what stops the rover waits for nothing. What was asked before and has not begun is cancelled, and asked no more.
+Rule 3: what stops the rover waits for nothing. What was asked before and has not begun is cancelled, and asked no more;
+        so is what waits while the rover comes up anew, which is to be armed again.
 """
 
 from __future__ import annotations
@@ -119,6 +120,11 @@ class Desk:
                 ended.append(Outcome(name, request.state, text))
         return out, ended
 
+    def rover_booted(self, now_ns: int) -> list[To]:
+        """Enabled no more; nothing that was allowed to move the boot before goes to the new one."""
+        self.enabled = False
+        return self._make_way(None, now_ns)
+
     @property
     def stopping(self) -> bool:
         """Whether something that stops the rover waits for its word."""
@@ -184,18 +190,24 @@ class Desk:
         self._ended[key] = (job.same, result, now_ns)
         return _said(job.client, job.ack(result))
 
-    def _make_way(self, urgent: tuple[ClientKey, int], now_ns: int) -> list[To]:
-        """Cancels what lets the rover move and has not begun, of all clients, and the rest of the urgent one's line."""
+    def _make_way(self, urgent: tuple[ClientKey, int] | None, now_ns: int) -> list[To]:
+        """Cancels what lets the rover move and has not begun, of all clients, and the rest of the urgent one's line.
+
+        What has ended already has its own word as its acknowledgement.
+        """
+        requests = self._session.requester.requests
         out: list[To] = []
         for key, line in list(self._lines.items()):
             for job in list(line):
                 moves = isinstance(job.made, Request) and job.made.name in GIVES_WAY
-                if not moves and key != urgent:
+                over = job.request_id is not None and requests[job.request_id].state.final
+                if not (over or moves or key == urgent):
                     continue
                 line.remove(job)
                 if job.request_id is not None and moves:
                     self._session.requester.abandon(job.request_id)
-                out += self._end(key, job, CANCELLED, now_ns)
+                result = self._result(job, now_ns) if over else None
+                out += self._end(key, job, CANCELLED if result is None else result, now_ns)
             if not line:
                 del self._lines[key]
         return out

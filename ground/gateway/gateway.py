@@ -46,6 +46,7 @@ class Gateway:
         self._texts, self._contact = Texts(), Contact()
         self._heartbeat_ns = 0
         self._mode: Mode | None = None
+        self._boot_id = session.boot_id
         self._handlers: Mapping[str, Handler] = self._table()
 
     # -- in -------------------------------------------------------------------------------------------------
@@ -58,6 +59,7 @@ class Gateway:
         if client is None or source == (SYSTEM_ID, COMPONENT_ID):
             return
         client.target = source
+        self._watch_boot(now_ns)
         handler = self._handlers.get(message.get_type())
         if handler is not None and _meant_for_the_rover(message):
             self._outbox += handler(client, message, now_ns)
@@ -73,6 +75,7 @@ class Gateway:
                 if one.severity != "debug":
                     self._tell(one.severity, f"{one.name}: {one.text}")
         self.clients.forget(now_ns)
+        self._watch_boot(now_ns)
         seen = self._seen()
         if fresh:
             self._outbox += [To(None, message) for message in told_by(seen, fresh)]
@@ -164,10 +167,16 @@ class Gateway:
                      missions.begin, int(self._home_first), tuple(MESSAGES))
 
     def _watch_mode(self, mode: Mode | None) -> None:
-        """A rover that was put into SAFE or ESTOP, or has booted, is to be enabled anew."""
+        """A rover that was put into SAFE or ESTOP is to be enabled anew."""
         if mode in _HELD and self._mode not in (mode, None):
             self.desk.enabled = False
         self._mode = mode
+
+    def _watch_boot(self, now_ns: int) -> None:
+        """So is one that came up anew; its mode before says nothing."""
+        if self._session.boot_id != self._boot_id:
+            self._boot_id, self._mode = self._session.boot_id, None
+            self._outbox += self.desk.rover_booted(now_ns)
 
     def _end(self, outcome: Outcome) -> None:
         good = outcome.state is State.COMPLETED

@@ -20,11 +20,16 @@ from ground.station.clock import Clock, LockstepClock, WallClock
 from ground.station.settings import Settings
 from ground.station.station import TO_HAVE_A_ROVER, Station, StationError
 from onboard.config import ConfigError
+from protocol import commands
 
 OK, FAILED, UNAVAILABLE, TEMPORARY = 0, 1, 69, 75
 STOPS = frozenset({"stop", "safe", "emergency_stop"})
 _LINK_LIMIT_S, _ALONE_LIMIT_S = 20.0, 3.0
 CONNECT_S = (_LINK_LIMIT_S, _ALONE_LIMIT_S)
+
+
+class ByHandError(Exception):
+    """Ended by Ctrl-C; the text says what that leaves with the rover."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,6 +42,21 @@ class Plan:
     limit_s: float = 0.0
     lifetime_s: float = 60.0
     report_s: float = 5.0
+
+
+def left_words(session: Session, plan: Plan | None = None) -> str:
+    """What a station that is interrupted leaves behind: what it never sent, and what the rover may carry on with."""
+    requests = [request for request in session.requester.requests.values() if request.own]
+    left = [request for request in requests if not request.state.final]
+    unasked = plan.steps if plan is not None and not requests else ()
+    unsent = [step.name for step in unasked if step.verb in ("command", "contacts")]
+    unsent += [request.telecommand.name for request in left if not request.sent]
+    halts = [request.telecommand.name for request in left if request.sent and commands.halts(request.payload)]
+    told = [request.telecommand.name for request in left if request.sent and not commands.halts(request.payload)]
+    words = [f"NOT sent: {', '.join(unsent)}"] if unsent else []
+    words += [f"sent and not confirmed yet: {', '.join(halts)}"] if halts else []
+    words += [f"the rover carries on with what it was told ({', '.join(told)}), `ground stop` ends it"] if told else []
+    return "; ".join(["interrupted", *words])
 
 
 class Teller:
@@ -121,7 +141,7 @@ Join = Callable[[Session], AbstractContextManager[Beside]]
 def operate(settings: Settings, plan: Plan, teller: Teller, join: Join | None = None) -> tuple[int, Session]:
     """Runs the plan to its end, `join` beside it; the exit code and what is known by then.
 
-    Raises StationError, ClockError or ConfigError where link, bench or settings are at fault.
+    Raises StationError, ClockError or ConfigError where link, bench or settings are at fault, ByHandError at Ctrl-C.
     """
     with ExitStack() as stack:
         lockstep = bool(plan.barrier)
@@ -131,14 +151,17 @@ def operate(settings: Settings, plan: Plan, teller: Teller, join: Join | None = 
         station = stack.enter_context(Station(settings, archive))
         if plan.steps and station.session.viewer:
             raise ConfigError(VIEWER)
-        # The emulator says HELLO only after our probe, the bench starts only after both: knock before the barrier.
-        limits_s = (6 * _LINK_LIMIT_S,) * 2 if lockstep else (_LINK_LIMIT_S, _ALONE_LIMIT_S)
-        station.wait_open(*limits_s)
-        clock: Clock = LockstepClock(plan.barrier) if lockstep else WallClock()
-        stack.enter_context(clock)
-        station.session.utc_ns = 0 if lockstep else time.time_ns()  # the clock's zero is now
-        beside = stack.enter_context(join(station.session)) if join is not None else None
-        return _turns(station, clock, plan, teller, beside), station.session
+        try:
+            # The emulator says HELLO only after our probe, the bench starts only after both: knock before the barrier.
+            limits_s = (6 * _LINK_LIMIT_S,) * 2 if lockstep else (_LINK_LIMIT_S, _ALONE_LIMIT_S)
+            station.wait_open(*limits_s)
+            clock: Clock = LockstepClock(plan.barrier) if lockstep else WallClock()
+            stack.enter_context(clock)
+            station.session.utc_ns = 0 if lockstep else time.time_ns()  # the clock's zero is now
+            beside = stack.enter_context(join(station.session)) if join is not None else None
+            return _turns(station, clock, plan, teller, beside), station.session
+        except KeyboardInterrupt:
+            raise ByHandError(left_words(station.session, plan)) from None
 
 
 def _archive(settings: Settings, plan: Plan, utc_ns: int, teller: Teller) -> Archive:

@@ -28,10 +28,11 @@ class Uplink:
         item = session.items.get("link_refused")
         if self._told or item is None:
             return False
+        own = [one for one in session.requester.requests.values() if one.own]
         self._first = item.value if self._first is None else self._first
         waits = any(one.state is State.REQUESTED and one.sent > 1 and now_ns - one.made_ns >= _UNANSWERED_NS
-                    for one in session.requester.requests.values())
-        answered = any(one.report is not None for one in session.requester.requests.values())
+                    for one in own)
+        answered = any(one.report is not None for one in own)
         self._told = waits and not answered and item.value > self._first
         return self._told
 

@@ -12,6 +12,7 @@ Over 300 lines: what is heard decides what may be said, so both halves share all
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable, Iterable
 
 from ground.session.far_clock import FarClock
@@ -26,7 +27,9 @@ from protocol.versions import OURS, Versions
 
 _LOST = "the rover restarted (boot {}) before {} had come whole; ask again: what came is kept"
 VIEWER = "this station has no command key (command_keys): it may watch, not command"
+NOT_SENT = "never sent: its station ended before"
 _VERSION_ITEMS = tuple(f"{name}_version" for name in Versions._fields)
+_STALE_NS = 30_000_000_000  # onboard time in which what was addressed to the boot before may still come
 _BULK_WAKE_NS = 100_000_000
 _BULK_TAIL_NS = 10_000_000_000
 _MOST_PRODUCT_BYTES = 4_000_000  # beside the newest of each name; the archive has them all
@@ -67,6 +70,8 @@ class Session:
         self._recalled: dict[int, bulk.Product] = {}  # whole by what was kept; they count once they are announced anew
         self._timed: set[int] = set()
         self._awaited: set[int] = set()  # requests that are completed and whose product is to come
+        self._said_ns: deque[int] = deque(maxlen=256)  # when datagrams went that only this boot takes
+        self._stale = 0  # of those, how many may have met the next boot
         self._unsaid: list[News] = []
         self._telemetry = TelemetryReceiver()
 
@@ -151,19 +156,23 @@ class Session:
         """What halts the rover was asked for after this unheard request, which is sent no more."""
         text = f"`{commands.command(by).typed}` was asked for after it; not sent again, nothing was heard of it"
         report = self.requester.end(request_id, transactions.State.CANCELLED, transactions.Code.NONE, text, now_ns)
-        self._unsaid += self._own([report], now_ns)
+        self._unsaid += self._heard([report], now_ns)
 
     def unsaid(self) -> list[News]:
         """News that no datagram brought: what was refused here as it was asked. Each once."""
         news, self._unsaid = self._unsaid, []
         return news
 
+    def close(self, now_ns: int) -> list[News]:
+        """The station ends: news of what it has never sent."""
+        return self._heard(self.requester.close(NOT_SENT, now_ns), now_ns)
+
     def _refuse(self, now_ns: int) -> list[News]:
         """Both ends do not speak of the same thing: no command but those that halt the rover."""
         reports = self.requester.refuse(f"not sent: {self.mismatch}; only stop, safe, emergency-stop", now_ns)
-        return self._own(reports, now_ns)
+        return self._heard(reports, now_ns)
 
-    def _own(self, reports: list[transactions.Report], now_ns: int) -> list[News]:
+    def _heard(self, reports: list[transactions.Report], now_ns: int) -> list[News]:
         named = self.requester.requests
         return [ReportHeard(now_ns, named[report.request_id].telecommand.name, report) for report in reports]
 
@@ -211,37 +220,44 @@ class Session:
 
     def receive(self, datagram: bytes, now_ns: int) -> tuple[str, list[News]]:
         """One datagram of the link: the verdict ("ok" or the check that failed), and what is new by it."""
-        before = self.boot_id
+        before, news = self.boot_id, list[News]()
         try:
             opened = self._opener.open(datagram)
             if opened.station != DOWNLINK_KEY_ID:
                 raise WireError("sender", f"key {opened.station}")
             if self.boot_id != before:
-                self._rover_booted(before, now_ns)
+                news += self._rover_booted(before, now_ns)
             if self._opener.epoch != self.sealer.epoch and not self.viewer:
                 self.sealer.use(self._keys.command.key(self.station, self._opener.epoch) or b"", self._opener.epoch)
             self.heard_ns = now_ns
-            news = self._dispatch(opened.kind, opened.payload, now_ns)
+            news += self._dispatch(opened.kind, opened.payload, now_ns)
         except WireError as error:
             self.counts[error.kind] = self.counts.get(error.kind, 0) + 1
-            return error.kind, []
+            return error.kind, news
         self.counts["ok"] += 1
         return "ok", news
 
-    def _rover_booted(self, before: int, now_ns: int) -> None:
+    def _rover_booted(self, before: int, now_ns: int) -> list[News]:
+        """What was known of the boot before is known no more; news of the requests that end by it."""
         self.sealer.boot_id = self.boot_id
         self.versions = None
-        if before:
-            reports = self.requester.rover_booted(self.boot_id, now_ns)
-            awaited = self._awaited & self.requester.requests.keys()
-            for request_id in sorted(i for i in awaited if not self.product_of(i)):
-                text = _LOST.format(self.boot_id, _product_name(self.requester.requests[request_id].telecommand))
-                ended = transactions.State.FAILED, transactions.Code.RESTARTED
-                reports.append(self.requester.end(request_id, *ended, text, now_ns))
-            self._awaited.clear()
-            self._unsaid += self._own(reports, now_ns)
-            self.far_clock.forget()
-            self._telemetry = TelemetryReceiver()
+        if not before:
+            return []
+        self.far_clock.forget()
+        self._telemetry = TelemetryReceiver()
+        since_ns = now_ns if self.heard_ns is None else self.heard_ns - self.far_clock.rtt_ns
+        self._stale = sum(at_ns >= since_ns for at_ns in self._said_ns)
+        self._said_ns.clear()
+        self.items.clear()  # newest by onboard time, which begins anew
+        self._timed.clear()
+        reports = self.requester.rover_booted(self.boot_id, now_ns)
+        awaited = self._awaited & self.requester.requests.keys()
+        for request_id in sorted(i for i in awaited if not self.product_of(i)):
+            text = _LOST.format(self.boot_id, _product_name(self.requester.requests[request_id].telecommand))
+            ended = transactions.State.FAILED, transactions.Code.RESTARTED
+            reports.append(self.requester.end(request_id, *ended, text, now_ns))
+        self._awaited.clear()
+        return self._heard(reports, now_ns)
 
     def _dispatch(self, kind: Kind, payload: bytes, now_ns: int) -> list[News]:
         if kind == Kind.MAVLINK:
@@ -263,11 +279,20 @@ class Session:
                     self.items[one.name] = item
                 news.append(item)
             else:
-                news.append(EventHeard(now_ns, *one))
+                news.append(self._expected(EventHeard(now_ns, *one)))
         if any(isinstance(one, Value) for one in heard):
             self.far_clock.hear(self._telemetry.onboard_ns, now_ns)
         return news + self._compare({one.name: int(one.value) for one in heard if isinstance(one, Value)
                                      and one.name in _VERSION_ITEMS}, now_ns)
+
+    def _expected(self, event: EventHeard) -> EventHeard:
+        """No warning where a rover that came up anew refused no more than was on its way from here to the old boot."""
+        kind, _, count = event.text.partition(" ")
+        if event.name != "LINK_REFUSED" or kind != "boot" or not count.isdecimal():
+            return event
+        if int(count) > self._stale or event.onboard_ns > _STALE_NS:
+            return event
+        return event._replace(severity="info", text=f"{event.text}: on their way from here as it restarted")
 
     def _compare(self, told: dict[str, int], now_ns: int) -> list[News]:
         """The rover's versions; news where what is asked is now refused for them."""
@@ -328,9 +353,12 @@ class Session:
                   for p in asked]
         if not self.boot_id:
             return sealed
+        before = self.sealer.counter - sum(not commands.halts(p) for p in asked)
         payloads = [(Kind.REPORT, p) for p in self._telemetry.acknowledgements(now_ns)] if self.keeps else []
         payloads += [(Kind.BULK_BITMAP, p) for p in self._bulk.send(now_ns)] if self.heard_ns is not None else []
-        return sealed + [self.sealer.seal(kind, payload) for kind, payload in payloads]
+        sealed += [self.sealer.seal(kind, payload) for kind, payload in payloads]
+        self._said_ns.extend([now_ns] * (self.sealer.counter - before))
+        return sealed
 
     def next_due_ns(self, now_ns: int) -> int | None:
         """When `send` should be called again; None: not before something was heard."""

@@ -14,7 +14,7 @@ from typing import Any
 
 from ground.archive.store import Archive
 from ground.operation import show
-from ground.operation.operate import CONNECT_S, Teller
+from ground.operation.operate import CONNECT_S, ByHandError, Teller, left_words
 from ground.session.contact import Contact
 from ground.shell.shell import Shell, completions
 from ground.station.clock import Clock, WallClock
@@ -46,7 +46,7 @@ class Live:
         self._teller.news(self._station.turn(turn))
         for name, path in self.shell.arrived(self.session):
             self._save(self.session, name, path)
-        self._station.flush(self.now_ns)
+        self._teller.news(self._station.flush(self.now_ns))
         self._teller.trouble(self._station.trouble, self.now_ns)
         silent_s = self._contact.silent_s(self.session.heard_ns, self.now_ns)
         if silent_s is not None:
@@ -78,10 +78,13 @@ def run(settings: Settings, station: Path | None, contact_s: float, teller: Tell
         link = stack.enter_context(Station(settings, archive))
         link.wait_open(*CONNECT_S)
         live = Live(link, WallClock(), teller, Shell(offline), save, contact_s)
-        if not sys.stdin.isatty():
-            return from_pipe(live, piped(sys.stdin.fileno()))
-        history = Path(settings.state) / "shell-history" if settings.state else None
-        return asyncio.run(in_terminal(live, history))
+        try:
+            if not sys.stdin.isatty():
+                return from_pipe(live, piped(sys.stdin.fileno()))
+            history = Path(settings.state) / "shell-history" if settings.state else None
+            return asyncio.run(in_terminal(live, history))
+        except KeyboardInterrupt:
+            raise ByHandError(left_words(link.session)) from None
 
 
 def from_pipe(live: Live, lines: Iterator[str | None]) -> int:

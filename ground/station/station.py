@@ -7,6 +7,7 @@ from contextlib import suppress
 from types import TracebackType
 from typing import Self
 
+from ground.archive.orphans import fate
 from ground.archive.store import Archive, ArchiveError
 from ground.session.kept import Kept
 from ground.session.news import EventHeard, Item, News, ProductHeard, ReportHeard
@@ -16,8 +17,9 @@ from ground.station.memory import Block, Memory
 from ground.station.settings import Settings, load_schedule, station_keys
 from onboard.config import ConfigError
 from onboard.drivers.link_end import LinkEnd, LinkEndError
-from protocol import carrier
+from protocol import WireError, carrier
 from protocol.link import KEY_DOWN, KEY_UP, OVERHEAD, numbers
+from protocol.transactions import Code, Report, State
 
 TO_HAVE_A_ROVER = "`make sim` starts a rover to talk to"
 _SPARE = 512  # more numbers than one turn can use
@@ -42,7 +44,8 @@ class Station:
         self.session = Session(keys, settings.station, up_bps=settings.up_bps, kept=kept,
                                schedule=load_schedule(settings))
         self._use(self._block)
-        self._last_halt, self._noted_ns = -1, 0
+        self._last_halt, self._noted_ns, self._now_ns = -1, 0, 0
+        self._took_over = False
         self.session.sealer.next_halt = self._next_halt
         self.session.kept_chunks = self._kept_chunks
         self._archived: set[int] = set()
@@ -82,6 +85,10 @@ class Station:
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
         self._end.close()
+        self._add_requests()
+        for one in self.session.close(self._now_ns):
+            self._keep(one)
+        self._archive.commit()
         self._note()
 
     @property
@@ -116,18 +123,13 @@ class Station:
 
     def flush(self, now_ns: int) -> list[News]:
         """Makes the turn's rows safe, then puts what is due on the link; news of the station's own."""
+        self._now_ns = now_ns
         self._renew_block()
-        requests = self.session.requester.requests
-        for request_id in sorted(requests.keys() - self._archived):
-            asked = requests[request_id].telecommand
-            self._archive.add("requests", requests[request_id].made_ns, request_id, self.session.station, asked.name,
-                              json.dumps(asked.arguments))
-            self._archived.add(request_id)
-        self._archived &= requests.keys()  # what the session has forgotten
+        self._add_requests()
         for request_id in self.session.requester.unheard_moves:
             if by := self._archive.halt_after(request_id, self.session.station):
                 self.session.halted(request_id, by, now_ns)
-        news = self.session.unsaid()
+        news = self.session.unsaid() + self._take_over(now_ns)
         for one in news:
             self._keep(one)
         datagrams = self.session.send(now_ns)
@@ -141,6 +143,36 @@ class Station:
         if now_ns - self._noted_ns >= _NOTE_NS:
             self._noted_ns = now_ns
             self._note()
+        return news
+
+    def _add_requests(self) -> None:
+        requests = self.session.requester.requests
+        for request_id in sorted(requests.keys() - self._archived):
+            asked = requests[request_id].telecommand
+            self._archive.add("requests", requests[request_id].made_ns, request_id, self.session.station, asked.name,
+                              json.dumps(asked.arguments), requests[request_id].payload)
+            self._archived.add(request_id)
+        self._archived &= requests.keys()  # what the session has forgotten
+
+    def _take_over(self, now_ns: int) -> list[News]:
+        """Once, as the rover is heard: what earlier processes of this station asked and did not see the end of."""
+        session, settings = self.session, self._settings
+        if self._took_over or session.heard_ns is None or session.viewer or not (settings.state and session.utc_ns):
+            return []
+        self._took_over = True
+        news: list[News] = []
+        for one in self._archive.orphans(session.station):
+            words = fate(one, session.boot_id, session.utc_ns + now_ns)
+            report = Report(one.request_id, session.station, one.serial & 0xFF, State[one.state], 0, one.text)
+            if words is not None:
+                ended = report._replace(serial=one.serial + 1 & 0xFF, state=State.FAILED, code=Code.RESTARTED,
+                                        text=words)
+                news.append(ReportHeard(now_ns, one.name, ended))
+                continue
+            with suppress(WireError):  # of an archive that had no payloads
+                here = one.serial >= 0 and one.boot_id == session.boot_id
+                session.requester.take_over(one.payload, report if here else None, now_ns)
+                self._archived.add(one.request_id)
         return news
 
     @property
@@ -169,6 +201,6 @@ class Station:
                 self._archive.add("events", *news, self.session.boot_id)
             case ReportHeard(at_ns, _, r):
                 self._archive.add("reports", at_ns, r.request_id, r.station, r.serial, r.state.name, r.code, r.text,
-                                  json.dumps(r.data))
+                                  json.dumps(r.data), self.session.boot_id)
             case ProductHeard(at_ns, p):
                 self._archive.add("products", at_ns, p.object_id, p.name, p.codec, p.data)

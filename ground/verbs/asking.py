@@ -49,7 +49,7 @@ def leave(code: int, session: Session) -> NoReturn:
 
 def _failure(session: Session) -> str:
     """What the rover said of what did not succeed: cancelled, where nothing worse happened."""
-    lost = [r for r in session.requester.requests.values() if r.state != State.COMPLETED]
+    lost = [r for r in session.requester.requests.values() if r.own and r.state != State.COMPLETED]
     own = [r.report.text for r in lost if r.report is not None and r.report.code == Code.VERSION]
     if own:
         return own[0]

@@ -28,7 +28,7 @@ def test_rows_come_back_as_they_went_in(tmp_path):
         archive.add("reports", 20, 1, 1, 3, "COMPLETED", 0, "there", "[]")
         assert archive.rows("datagrams") == [(10, "down", "ok", b"\x00\xff", None, None)]
         assert archive.rows("items") == [(10, 7, "mode", 2, None, None)]
-        assert archive.rows("reports") == [(20, 1, 1, 3, "COMPLETED", 0, "there", "[]")]
+        assert archive.rows("reports") == [(20, 1, 1, 3, "COMPLETED", 0, "there", "[]", None)]
 
 
 def test_each_opening_is_a_run_of_its_own(tmp_path):
@@ -255,9 +255,9 @@ def test_rows_are_found_by_name_time_and_number_and_what_two_stations_heard_come
 def test_a_chain_is_the_request_with_its_reports_in_the_order_of_their_serials():
     db = open_checked(":memory:")
     db.execute("insert into runs values (1, 0, '')")
-    db.execute("insert into requests values (1, 5, 9, 1, 'goto', '{\"x_m\": 1}')")
+    db.execute("insert into requests values (1, 5, 9, 1, 'goto', '{\"x_m\": 1}', null)")
     for serial, state in ((2, "STARTED"), (1, "ACCEPTED"), (1, "ACCEPTED"), (3, "COMPLETED")):
-        db.execute("insert into reports values (1, 6, 9, 1, ?, ?, 0, '', '[]')", (serial, state))
+        db.execute("insert into reports values (1, 6, 9, 1, ?, ?, 0, '', '[]', 1)", (serial, state))
     (chain,) = chains(db)
     assert [state for _, state, _ in chain.reports] == ["ACCEPTED", "STARTED", "COMPLETED"]
     assert chain.state == "COMPLETED"

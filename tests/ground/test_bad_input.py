@@ -127,6 +127,9 @@ class Wire:
     def put(self, datagram):
         self.rover.receive(datagram, self.now_ns)
 
+    def close(self):
+        pass
+
 
 def test_on_a_full_disk_a_goto_is_flown_events_stay_with_the_rover_and_no_row_is_lost(tmp_path):
     path, rover = tmp_path / "archive.db", ToyRover(KEYS, drive_s=5.0)
@@ -168,3 +171,50 @@ def test_old_rows_go_at_the_start_of_a_station_that_is_told_so(meet, tmp_path, m
     assert any("1 old rows removed, as the station file says" in line for line in lines)
     with reading(tmp_path / "archive.db") as db:
         assert len(list(rows(db, "items"))) == 0 and len(list(rows(db, "requests"))) == 1
+
+
+class CtrlC(VirtualClock):
+    """Somebody presses it after so many seconds."""
+
+    def __init__(self, after_s):
+        super().__init__()
+        self._after_ns = after_s * 1e9
+
+    def turn(self, sent, wake_ns):
+        turn = super().turn(sent, wake_ns)
+        if turn.now_ns >= self._after_ns:
+            raise KeyboardInterrupt
+        return turn
+
+
+@pytest.mark.parametrize(("argv", "silent", "after_s", "words"), [
+    (("watch",), (), 2.0, "interrupted\n"),
+    (("goto", "1", "1"), ((0.0, 1e9),), 2.0, "interrupted; NOT sent: goto\n"),
+    (("stop",), (), 0.0, "interrupted; NOT sent: stop\n"),
+    (("stop",), ((0.0, 1e9),), 2.0, "interrupted; sent and not confirmed yet: stop\n"),
+    (("goto", "1", "1"), (), 2.0,
+     "interrupted; the rover carries on with what it was told (goto), `ground stop` ends it\n"),
+])
+def test_ctrl_c_says_what_was_not_sent_and_what_the_rover_carries_on_with(meet, monkeypatch, argv, silent, after_s,
+                                                                          words):
+    monkeypatch.setattr(f"{__name__}.VirtualClock", lambda _: CtrlC(after_s))
+    code, _, err = meet(VirtualStation(silent=silent, drive_s=60.0), *argv)
+    assert (code, err) == (130, f"ground: {words}")
+
+
+def test_what_a_station_never_sent_is_cancelled_with_that_in_the_archive(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "ground.toml").write_text("bench_seed = 7\narchive = 'archive.db'\n")
+    with Archive("archive.db", 10**18) as archive:
+        station = Station(Settings(bench_seed=7), archive)
+        station._end = Wire(ToyRover(KEYS))
+        with pytest.raises(KeyboardInterrupt):
+            try:
+                station.session.request("goto", {"x_m": 1.0, "y_m": 1.0}, 0)
+                station.flush(0)
+                raise KeyboardInterrupt
+            finally:
+                station.__exit__(None, None, None)
+    assert run(["requests", "--open"]) == 0 and capsys.readouterr().out == "no request is open\n"
+    assert run(["requests"]) == 0
+    assert "goto 1 1  cancelled: never sent: its station ended before" in capsys.readouterr().out

@@ -1,10 +1,11 @@
 """What ground programs see of the rover through the gateway, and what their commands become."""
 
 import math
+from functools import partial
 
 import numpy as np
 import pytest
-from gateway_bed import ORIGIN, Bed, Client, S
+from gateway_bed import ORIGIN, Bed, Client, GatewayRover, S
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -13,7 +14,7 @@ from ground.gateway.orders import CANCELLED
 from ground.gateway.origin import Origin, e7
 from ground.session.news import Item
 from protocol.commands import TABLE
-from protocol.link import Kind
+from protocol.link import Kind, bench_keys
 from protocol.modes import Mode
 from protocol.telemetry import TABLE as ITEMS
 
@@ -196,6 +197,32 @@ def test_a_rover_that_somebody_else_made_safe_is_to_be_armed_anew(met):
     bed.step(1.0)
     assert client.finals(GOTO) == [REJECTED]
     assert "arm first" in client.texts()
+
+
+def test_a_rover_that_came_up_anew_is_to_be_armed_again_and_gets_nothing_that_waited():
+    bed = Bed()
+    client = Client(bed)
+    bed.step(30.0)
+    client.arm()
+    bed.silent = True
+    goto(client, 1.0, 1.0)
+    goto(client, 2.0, 2.0)
+    bed.step(1.0)
+    bed.rover, bed.silent = GatewayRover(bench_keys(7), boot_id=2), False
+    bed.rover.tick = partial(late, bed.rover.tick, bed.now_ns)
+    since = len(bed.said)
+    bed.step(3.0)
+    assert client.finals(GOTO) == [m.MAV_RESULT_FAILED, CANCELLED] and bed.rover.executed == []
+    assert not client.heard("HEARTBEAT", since)[-1].base_mode & m.MAV_MODE_FLAG_SAFETY_ARMED
+    assert all(one.time_boot_ms <= 3000 for one in client.heard("LOCAL_POSITION_NED", since))
+    goto(client, 3.0, 3.0)
+    bed.step(1.0)
+    assert "arm first" in client.texts() and bed.rover.executed == []
+
+
+def late(tick, zero_ns, now_ns):
+    """A rover whose clock began later."""
+    return tick(now_ns - zero_ns)
 
 
 @pytest.mark.parametrize(

@@ -157,6 +157,40 @@ def test_after_a_reboot_of_the_rover_requests_carry_its_new_boot_id():
     assert world.rover.executed == ["stop"]
 
 
+def test_after_a_reboot_nothing_of_the_boot_before_is_shown_and_what_was_under_way_has_its_last_word():
+    world = World(load_profile("lan"))
+    world.now_ns = 900 * S
+    for _ in range(100):
+        world.tick()
+    reboot = world.session.request("reboot", {}, world.now_ns)
+    goto = world.session.request("goto", {"x_m": 1.0, "y_m": 0.0}, world.now_ns)
+    world.session.send(world.now_ns)
+    onboard_ns = world.session.items["x_m"].onboard_ns
+    (first,) = ToyRover(KEYS, boot_id=2).tick(0)
+    verdict, news = world.session.receive(first, world.now_ns)
+    assert verdict == "ok" and onboard_ns >= 900 * S
+    assert {item.onboard_ns for item in world.session.items.values()} == {0}
+    told = [(one.report.request_id, one.name, one.report.state) for one in news if isinstance(one, ReportHeard)]
+    assert told == [(reboot, "reboot", State.COMPLETED), (goto, "goto", State.FAILED)]
+
+
+@pytest.mark.parametrize(("text", "onboard_s", "severity"), [
+    ("boot 1", 2, "info"), ("boot 2", 2, "warning"), ("boot 1", 40, "warning"), ("boot 1, tag 1", 2, "warning"),
+    ("tag 1", 2, "warning"),
+])
+def test_what_was_on_its_way_from_here_as_the_rover_restarted_is_no_warning_and_any_more_is(text, onboard_s, severity):
+    session, old, new = Session(KEYS, 1), ToyRover(KEYS), ToyRover(KEYS, boot_id=2)
+    for datagram in old.tick(0):
+        session.receive(datagram, 0)
+    session.request("goto", {"x_m": 1.0, "y_m": 0.0}, S)
+    assert len(session.send(S)) == 1
+    encode = new._mavlink.event_encode(onboard_s * 10**6, 1, 4, b"LINK_REFUSED", text.encode())
+    new._events.add(encode.pack(new._mavlink), 0)
+    news = [one for datagram in new.tick(0) for one in session.receive(datagram, 5 * S)[1]]
+    (event,) = (one for one in news if isinstance(one, EventHeard))
+    assert event.severity == severity and event.text.startswith(text)
+
+
 def test_the_far_clock_is_right_within_the_jitter():
     world = World(load_profile("moon"), 1)
     world.run("wait 3\nstatus\n", 30.0)

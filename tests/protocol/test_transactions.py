@@ -242,6 +242,7 @@ def test_a_reboot_is_known_to_be_done_by_the_new_boot_and_is_not_asked_again():
     ground.request("reboot", {}, 0)
     ground.request("stop", {}, 0)
     assert len(ground.send(0)) == 2
-    ground.rover_booted(7, 3 * S)
+    (told,) = ground.rover_booted(7, 3 * S)
+    assert (told.request_id, told.state, told.text) == (1, State.COMPLETED, "up anew, boot 7")
     assert ground.requests[1].state is State.COMPLETED and ground.requests[2].state is State.REQUESTED
     assert len(ground.send(60 * S)) == 1
