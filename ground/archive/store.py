@@ -27,11 +27,12 @@ _MOST_WAITING = 100_000
 class Archive:
     """One file, opened for one run. Use it inside `with`. `path` ":memory:" keeps nothing. Raises ArchiveError.
 
+    wait_s: for another program that holds the file, as it is opened; None: some seconds.
     trouble: why rows wait in memory; "": none do. lost: datagrams dropped because too many waited.
     """
 
-    def __init__(self, path: Path | str, utc_ns: int = 0, note: str = "") -> None:
-        self._path, self._db = path, open_checked(path)
+    def __init__(self, path: Path | str, utc_ns: int = 0, note: str = "", wait_s: float | None = None) -> None:
+        self._path, self._db = path, open_checked(path, wait_s=wait_s)
         self._waiting: list[tuple[str, tuple[Any, ...]]] = []
         self._marks = {
             table: len(self._db.execute(f"pragma table_info({table})").fetchall()) for table in TABLES
@@ -41,7 +42,7 @@ class Archive:
             made = self._db.execute("insert into runs (utc_ns, note) values (?, ?)", (utc_ns, note))
         except sqlite3.Error as error:
             self._db.close()
-            raise told(path, error) from error
+            raise told(path, error, wait_s) from error
         self.run = made.lastrowid
         self._db.execute(f"pragma busy_timeout = {_TURN_MS}")
 

@@ -22,6 +22,7 @@ from onboard.config import ConfigError
 
 OK, FAILED, UNAVAILABLE, TEMPORARY = 0, 1, 69, 75
 STOPS = frozenset({"stop", "safe", "emergency_stop"})
+_STOP_WAIT_S = 0.05  # for the archive: what another station takes to write a turn, no more
 _LINK_LIMIT_S, _ALONE_LIMIT_S = 20.0, 3.0
 CONNECT_S = (_LINK_LIMIT_S, _ALONE_LIMIT_S)
 
@@ -141,15 +142,17 @@ def operate(settings: Settings, plan: Plan, teller: Teller, join: Join | None = 
 
 
 def _archive(settings: Settings, plan: Plan, utc_ns: int, teller: Teller) -> Archive:
-    """The station's archive; what stops the rover is sent without one where it cannot be opened."""
+    """The station's archive; what stops the rover is sent without one, at once, where it cannot be opened."""
     path = settings.archive
+    stops = bool(plan.steps) and all(step.name in STOPS for step in plan.steps)
     try:
-        gone = keep_within(path, settings.archive_days, settings.archive_mb, utc_ns) if path and utc_ns else 0
+        tidied = path and utc_ns and not stops  # old rows can wait for the next station
+        gone = keep_within(path, settings.archive_days, settings.archive_mb, utc_ns) if tidied else 0
         if gone:
             teller.said(f"{path}: {gone} old rows removed, as the station file says", 0)
-        return Archive(path or ":memory:", utc_ns)
+        return Archive(path or ":memory:", utc_ns, wait_s=_STOP_WAIT_S if stops else None)
     except ArchiveError as error:
-        if not plan.steps or any(step.name not in STOPS for step in plan.steps):
+        if not stops:
             raise
         teller.said(f"{error}; sent without it", 0)
         return Archive(":memory:", utc_ns)
