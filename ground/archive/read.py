@@ -104,6 +104,17 @@ def rows(db: sqlite3.Connection, table: str, span: Span = ALL) -> Iterator[dict[
         yield dict(zip(names, (row[0], *row[-len(names) + 1 :])))
 
 
+def boots(db: sqlite3.Connection) -> dict[int, int]:
+    """UTC in ns at which each boot's onboard time was 0, as near as the quickest of its housekeeping tells.
+
+    Boots that were heard in lock-step only, and rows of a version that kept no boot, are not among them.
+    """
+    return {int(boot): int(zero) for boot, zero in db.execute(
+        "select i.boot_id, min(r.utc_ns + i.at_ns - i.onboard_ns) from items i join runs r on r.run = i.run "
+        "where i.name = 'mode' and i.boot_id is not null and i.filled is null and i.onboard_ns is not null "
+        "and r.utc_ns > 0 group by i.boot_id")}  # one item: the others come with it, and an archive has millions
+
+
 def gaps(db: sqlite3.Connection, span: Span = ALL) -> list[Gap]:
     """What is missing, in the order of time: downlink datagrams by counter, events by serial, silences over 3 s.
 

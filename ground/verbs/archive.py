@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -65,19 +65,21 @@ def show(
     asked = span(since, until, name or (), run, last)
     with read.reading(archive_path(file, station)) as db:
         try:
+            zeros = read.boots(db) if table == "events" and not as_json else {}
             for row in read.rows(db, table, asked):
                 row.pop("run") if not as_json else None
-                out(as_line(row) if as_json else _line(row))
+                out(as_line(row) if as_json else _line(row, zeros))
         except ValueError as error:
             raise typer.BadParameter(str(error)) from None
 
 
-def _line(row: dict[str, object]) -> str:
-    at = row.pop("utc_ns")
-    assert isinstance(at, int)
+def _line(row: dict[str, Any], zeros: dict[int, int]) -> str:
+    """zeros: of onboard time, by boot, where a row's own time is to be told."""
+    at, onboard_ns = row.pop("utc_ns"), row.get("onboard_ns")
+    onboard = when.onboard(onboard_ns, zeros.get(row.get("boot_id", 0)))
     words = (f"{len(value)} B" if isinstance(value, bytes) else str(value)
              for key, value in row.items() if value is not None and key not in ("at_ns", "onboard_ns"))
-    return f"{when.told(at)}  {'  '.join(words)}"
+    return f"{when.told(at)}  {'  '.join(words)}" + (f"  ({onboard})" if onboard else "")
 
 
 @app.command(epilog="Example: ground archive gaps --since 1d")

@@ -8,7 +8,7 @@ import time
 from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -65,10 +65,21 @@ def events(
     with read.reading(archive_path(file, station)) as db:
         found = [row for row in read.rows(db, "events", span(since, until, name or ()))
                  if SEVERITIES.index(row["severity"]) >= least]
+        zeros = read.boots(db)
     for row in found[-last:] if last else found:
-        mark = "  (filled in later)" if row["filled"] else ""
-        out(as_line(row) if as_json else
-            f"{when.told(row['utc_ns'])}  {row['severity']:8}  {row['name']}: {row['text']}{mark}")
+        out(_event_json(row, zeros) if as_json else _event_line(row, zeros))
+
+
+def _event_json(row: dict[str, Any], zeros: dict[int, int]) -> str:
+    zero_ns, onboard_ns = zeros.get(row["boot_id"]), row["onboard_ns"]
+    happened_ns = None if zero_ns is None or onboard_ns is None else zero_ns + onboard_ns
+    return as_line({**row, "happened_utc_ns": happened_ns})
+
+
+def _event_line(row: dict[str, Any], zeros: dict[int, int]) -> str:
+    mark = "; filled in later" if row["filled"] else ""
+    return (f"{when.told(row['utc_ns'])}  {row['severity']:8}  {row['name']}: {row['text']}  "
+            f"({when.onboard(row['onboard_ns'], zeros.get(row['boot_id']))}{mark})")
 
 
 def requests(

@@ -20,6 +20,13 @@ def utc_ns(text: str) -> int:
         raise ValueError(f"`{text}` is no time; write {ALLOWED}") from None
 
 
+def onboard(onboard_ns: int | None, zero_ns: int | None) -> str:
+    """Onboard time in s and the UTC of it, where that of the boot's zero is known; "" for no time."""
+    if onboard_ns is None:
+        return ""
+    return f"onboard {onboard_ns / 1e9:.2f} s" + (f", {told(zero_ns + onboard_ns)}" if zero_ns is not None else "")
+
+
 def told(at_ns: int) -> str:
     """UTC to the tenth of a second; of a run in lock-step the seconds of the run."""
     if at_ns < 10**15:  # the first eleven days of 1970: nobody flew then

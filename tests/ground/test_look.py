@@ -53,12 +53,28 @@ def told(capsys, *argv):
 def test_events_are_listed_by_severity_name_and_number(flown, capsys):
     code, lines, _ = told(capsys, "events")
     assert code == 0
-    assert lines == ["2001-09-09 01:46:41.0  info      MODE: STANDBY -> AUTONOMOUS",
-                     "2001-09-09 01:46:42.0  warning   FAULT: SLIP_HIGH"]
+    assert lines == [
+        "2001-09-09 01:46:41.0  info      MODE: STANDBY -> AUTONOMOUS  (onboard 1.00 s)",
+        "2001-09-09 01:46:42.0  warning   FAULT: SLIP_HIGH  (onboard 2.00 s)"]
     assert len(told(capsys, "events", "--severity", "warning")[1]) == 1
     (line,) = told(capsys, "events", "--last", "1", "--json")[1]
     assert json.loads(line)["name"] == "FAULT"
     assert told(capsys, "events", "--severity", "loud")[0] == 64
+
+
+def test_events_that_came_after_a_silence_tell_when_each_happened(flown, capsys):
+    with Archive(flown / "archive.db", utc_ns=UTC_NS + 500 * S) as archive:
+        archive.add("items", S, 502 * S, "mode", 1, 1)  # the quickest: zero of the boot is 1 s earlier
+        for n in range(3):
+            archive.add("events", 5 * S, (100 + n) * S, 10 + n, "info", "LOOK", "", 1)
+        archive.add("events", 5 * S, 7 * S, 1, "info", "MODE", "", 2)  # of a boot whose clock is not known
+    lines = told(capsys, "events", "--last", "4")[1]
+    assert all(line.startswith("2001-09-09 01:55:05.0") for line in lines)
+    assert lines[1].endswith("(onboard 101.00 s, 2001-09-09 01:48:20.0)") and lines[3].endswith("(onboard 7.00 s)")
+    trees = [json.loads(line) for line in told(capsys, "events", "--last", "4", "--json")[1]]
+    assert [tree["happened_utc_ns"] for tree in trees] == [UTC_NS + n * S for n in (99, 100, 101)] + [None]
+    shown = told(capsys, "archive", "show", "events", "--last", "2")[1]
+    assert shown[0].endswith("(onboard 102.00 s, 2001-09-09 01:48:21.0)")
 
 
 def test_requests_show_each_chain_and_what_still_waits(flown, capsys):
