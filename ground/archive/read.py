@@ -30,7 +30,10 @@ ALL = Span()
 
 
 class Gap(NamedTuple):
-    """Something that was sent and not heard, or nothing heard. first, last: counters, serials or seconds of the run."""
+    """Something that was sent and not heard, or nothing heard. first, last: counters, serials or seconds of the run.
+
+    station_open: a run of a station heard what came before and after; else none was open, and nothing was lost.
+    """
 
     kind: str
     boot_id: int
@@ -38,6 +41,7 @@ class Gap(NamedTuple):
     last: float
     missing: int
     utc_ns: int
+    station_open: bool = True
 
 
 class Chain(NamedTuple):
@@ -121,19 +125,22 @@ def gaps(db: sqlite3.Connection, span: Span = ALL) -> list[Gap]:
     What comes late, by the link or by `fill`, is not missing any more.
     """
     bounds = (span.since_ns, span.until_ns)
-    found = [Gap("datagrams", *row) for row in db.execute(_HOLES.format(
-        number="t.counter", source="datagrams", where="t.direction = 'down' and t.verdict = 'ok'"), bounds)]
-    found += [Gap("events", *row) for row in db.execute(_HOLES.format(
-        number="t.number", source="events", where="t.boot_id is not null"), bounds)]
+    found = [Gap(kind, *row[:-1], bool(row[-1])) for kind, number, where in _NUMBERED for row in db.execute(
+        _HOLES.format(number=number, source=kind, where=where), bounds)]
     found += [Gap("silence", boot, a / 1e9, b / 1e9, 0, utc) for boot, a, b, utc in db.execute(_SILENCE, bounds)]
     return sorted((gap for gap in found if not span.run or gap.kind != "silence"), key=lambda gap: gap.utc_ns)
 
 
+_NUMBERED = (("datagrams", "t.counter", "t.direction = 'down' and t.verdict = 'ok'"),
+             ("events", "t.number", "t.boot_id is not null"))
 _HOLES = """
-select boot_id, before + 1, number - 1, number - before - 1, utc from (
+with heard as (select t.run as run, t.boot_id as boot_id, min({number}) as low, max({number}) as high
+  from {source} t join runs r on r.run = t.run where {where} and coalesce(r.note, '') not like 'filled %' group by 1, 2)
+select boot_id, before + 1, number - 1, number - before - 1, utc,
+  exists (select 1 from heard h where h.boot_id = holes.boot_id and h.low <= before and h.high >= number) from (
   select t.boot_id as boot_id, {number} as number, r.utc_ns + t.at_ns as utc,
     lag({number}) over (partition by t.boot_id order by {number}) as before
-  from {source} t join runs r on r.run = t.run where {where} and {number} is not null)
+  from {source} t join runs r on r.run = t.run where {where} and {number} is not null) holes
 where number > before + 1 and utc >= ? and utc < ? order by utc
 """
 _SILENCE = f"""

@@ -86,7 +86,7 @@ def _line(row: dict[str, Any], zeros: dict[int, int]) -> str:
 def gaps(
     since: Since = "", until: Until = "", file: File = None, station: StationFile = None, as_json: Json = False
 ) -> None:
-    """What was sent and not heard: datagrams, events; and silences of more than 3 s. What came later is no gap."""
+    """What was sent and not heard: datagrams, events; silences of more than 3 s; when no station was open."""
     with read.reading(archive_path(file, station)) as db:
         found = read.gaps(db, span(since, until))
     for gap in found:
@@ -95,7 +95,8 @@ def gaps(
         elif gap.kind == "silence":
             out(f"{when.told(gap.utc_ns)}  silence    {gap.last - gap.first:.1f} s")
         else:
-            out(f"{when.told(gap.utc_ns)}  {gap.kind:9}  {gap.missing} missing, {gap.first:.0f} to {gap.last:.0f}, "
+            words = "missing" if gap.station_open else "not heard: no station was open"
+            out(f"{when.told(gap.utc_ns)}  {gap.kind:9}  {gap.missing} {words}, {gap.first:.0f} to {gap.last:.0f}, "
                 f"boot {gap.boot_id}")
     if not found and not as_json:
         out("nothing is missing")

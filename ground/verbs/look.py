@@ -146,7 +146,8 @@ def _rows(rows: Iterable[dict[str, object]]) -> Iterable[link_figures.Row]:
         data, at, counter, boot = row["data"], row["utc_ns"], row["counter"], row["boot_id"]
         assert isinstance(data, bytes) and isinstance(at, int)
         yield link_figures.Row(at, str(row["direction"]), str(row["verdict"]), len(data),
-                               counter if isinstance(counter, int) else None, boot if isinstance(boot, int) else None)
+                               counter if isinstance(counter, int) else None,
+                               boot if isinstance(boot, int) else None, int(str(row["run"])))
 
 
 def plot(

@@ -182,6 +182,29 @@ def test_lost_and_heard_make_up_the_span_of_counters_whatever_the_order(counters
         assert found.late <= found.heard - 1
 
 
+def test_what_went_by_while_no_station_was_open_is_no_loss():
+    runs = {1: range(0, 10), 2: range(1010, 1020), 3: range(1015, 1030, 2)}  # 2 and 3 are open together
+    rows = [Row(counter * S, "down", "ok", 100, counter, 1, run) for run, heard in runs.items() for counter in heard]
+    found = figures(sorted(rows))
+    assert (found.heard, found.lost, found.apart, found.apart_s) == (25, 5, 1000, 1001.0)
+    assert (found.span_s, found.silent_s) == (28.0, 2.0)
+    assert found.loss_ratio == 5 / 30 and found.down_bytes_ps == pytest.approx(25 * 128 / 28)
+
+
+def test_gaps_between_runs_of_a_station_are_named_so(flown, capsys):
+    with Archive(flown / "archive.db", utc_ns=UTC_NS + 500 * S) as archive:
+        for n in range(3):
+            archive.add("datagrams", n * S, "down", "ok", b"x", 500 + n, 1)
+            archive.add("events", n * S, 500 * S, 40 + 2 * n, "info", "LOOK", "", 1)
+    lines = told(capsys, "archive", "gaps")[1]
+    assert lines[0].endswith("datagrams  2 missing, 5 to 6, boot 1")
+    assert lines[1].endswith("datagrams  488 not heard: no station was open, 12 to 499, boot 1")
+    assert lines[2].endswith("events     37 not heard: no station was open, 3 to 39, boot 1")
+    assert lines[3].endswith("events     1 missing, 41 to 41, boot 1")
+    assert any(line.startswith("no station open  491.0 s, 488 datagrams") for line in
+               told(capsys, "link", "--since", "2001-09-09")[1])
+
+
 def test_no_datagrams_have_no_rates():
     assert figures([])[:6] == (0.0, 0, 0, None, 0, None)
 
