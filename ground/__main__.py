@@ -171,7 +171,7 @@ def status(
         for name, item in known["items"].items():
             _out(show.item_line(name, item))
         for name in ("rtt_s", "epoch", "versions", "contact", "clock"):
-            words = known["link"][name]
+            words = "unknown" if known["link"][name] is None else known["link"][name]
             _out(f"{name:24} {words if isinstance(words, str) else f'{words:g}'}")
     _leave(code, session)
 

@@ -98,10 +98,10 @@ def clock_words(session: Session, now_ns: int) -> str:
     found = session.far_clock.at(now_ns)
     if found is None:
         return "not known until the rover is heard"
-    off = "?" if found.error_ns is None else f"{found.error_ns / 1e9:.3f}"
+    off = "its error unknown" if found.error_ns is None else f"at most {found.error_ns / 1e9:.3f} s off"
     zero_ns = session.utc_ns + now_ns - found.onboard_ns
     zero = f", its zero at {utc_words(zero_ns)}" if session.utc_ns else ""
-    return f"{found.onboard_ns / 1e9:.2f} s{zero}, at most {off} s off"
+    return f"{found.onboard_ns / 1e9:.2f} s{zero}, {off}"
 
 
 def _plain(item: Any) -> Any:
@@ -111,10 +111,12 @@ def _plain(item: Any) -> Any:
 def status(session: Session, now_ns: int) -> dict[str, Any]:
     """What is known of the rover: every item's newest value, its age, and the link."""
     age_s = None if session.heard_ns is None else (now_ns - session.heard_ns) / 1e9
+    clock = session.far_clock.at(now_ns)
     refused = {kind: n for kind, n in session.counts.items() if kind != "ok"}
-    link = {"heard_s_ago": age_s, "boot_id": session.boot_id, "rtt_s": session.far_clock.rtt_ns / 1e9,
+    link = {"heard_s_ago": age_s, "boot_id": session.boot_id, "rtt_s": session.far_clock.rtt_ns / 1e9 or None,
             "datagrams": session.counts["ok"], "refused": refused, "epoch": session.kept.epoch,
             "contact": contact_words(session, now_ns), "clock": clock_words(session, now_ns),
+            "clock_error_s": None if clock is None or clock.error_ns is None else clock.error_ns / 1e9,
             "versions": session.mismatch or ("alike" if session.versions else "not known")}
     return {"items": {name: _plain(item.value) for name, item in session.items.items()}, "link": link}
 

@@ -4,9 +4,10 @@ import json
 
 import pytest
 
-from ground.operation.show import item_line, news_json, news_line, way_words
-from ground.session.session import ProductHeard
+from ground.operation.show import item_line, news_json, news_line, status, way_words
+from ground.session.session import ProductHeard, Session
 from protocol.bulk import Product
+from protocol.link import bench_keys
 from protocol.telemetry import TABLE
 
 
@@ -39,3 +40,14 @@ def test_the_answer_to_a_goto_is_one_line_and_one_json_object():
 
 def test_the_answer_to_a_goto_without_a_way_is_the_reason():
     assert way_words(json.dumps({**WAY, "kind": "unreachable", "length_m": None}).encode()) == "none: why"
+
+
+def test_a_round_trip_that_is_not_known_is_no_number():
+    session = Session(bench_keys(7), 1)
+    assert status(session, 0)["link"]["rtt_s"] is None and status(session, 0)["link"]["clock_error_s"] is None
+    session.far_clock.hear(5_000_000_000, 0)
+    link = status(session, 0)["link"]
+    assert link["clock"] == "5.00 s, its error unknown" and link["clock_error_s"] is None
+    session.far_clock.measure(20_000_000)
+    link = status(session, 0)["link"]
+    assert (link["rtt_s"], link["clock_error_s"]) == (0.02, 0.011) and link["clock"].endswith("at most 0.011 s off")
