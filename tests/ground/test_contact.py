@@ -200,6 +200,15 @@ def test_an_unknown_round_trip_is_unknown_in_the_text_of_status(meet, monkeypatc
     assert rows["rtt_s"] == "unknown" and rows["clock"].endswith("its error unknown")
 
 
+def test_who_has_no_more_time_for_a_lease_still_waits_in_line(meet):
+    station = VirtualStation()
+    station.rover.lease_of = 2
+    code, _, err = meet(station, "lease", "ask", "--timeout", "5")
+    assert code == 75 and err == "ground: still waiting behind station 2; it keeps its place\n"
+    code, _, err = meet(VirtualStation(drive_s=60.0), "goto", "1", "1", "--timeout", "5")
+    assert code == 75 and err == "ground: not finished in time; the rover carries on\n"
+
+
 def test_status_says_lease_versions_contact_and_clock(meet):
     code, lines, _ = meet(VirtualStation(), "status")
     rows = {line.split()[0]: " ".join(line.split()[1:]) for line in lines if line}
