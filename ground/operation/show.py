@@ -13,7 +13,7 @@ from protocol.modes import Mode, Phase
 from protocol.telemetry import out_of_limits
 
 WAY = "way"  # the product that answers a goto
-_NAMED: dict[str, type[IntEnum]] = {"mode": Mode, "phase": Phase}
+NAMED: dict[str, type[IntEnum]] = {"mode": Mode, "phase": Phase}
 
 
 def clock(now_ns: int) -> str:
@@ -148,7 +148,7 @@ def status_line(session: Session, now_ns: int) -> str:
 
 def item_words(name: str, value: float | None) -> str:
     """An item's value: the name of a mode or phase, else the number, ? where it is not known."""
-    kind = _NAMED.get(name)
+    kind = NAMED.get(name)
     if value is None:
         return "?"
     if name.endswith("_version"):
@@ -159,7 +159,7 @@ def item_words(name: str, value: float | None) -> str:
 
 
 def _names(session: Session) -> list[str]:
-    known = ((name, _number(session, name)) for name in _NAMED)
+    known = ((name, _number(session, name)) for name in NAMED)
     words = [item_words(name, number) for name, number in known if number is not None]
     return [word for word in words if word != "NONE"] or ["?"]
 

@@ -175,6 +175,7 @@ def plot(
 def _draw(names: Iterable[str], rows: list[tuple[str, int, float]], path: Path) -> None:
     import numpy as np
 
+    from ground.operation.show import NAMED
     from pictures.items import Series
     from pictures.items import items as drawn
     from pictures.style import png
@@ -186,9 +187,11 @@ def _draw(names: Iterable[str], rows: list[tuple[str, int, float]], path: Path) 
         times, values = np.array(mine, dtype=float).reshape(-1, 2).T
         holes = np.flatnonzero(np.diff(times) > _HOLE_S) + 1  # where nothing was heard no line is drawn
         times, values = np.insert(times, holes, np.nan), np.insert(values, holes, np.nan)
-        series.append(Series(name, BY_NAME[name].unit, times, values, BY_NAME[name].limits))
+        kind = NAMED.get(name)
+        names = None if kind is None else {one.value: one.name for one in kind}
+        series.append(Series(name, BY_NAME[name].unit, times, values, BY_NAME[name].limits, names))
     try:
-        path.write_bytes(png(drawn(series, when.told(zero_ns))))
+        path.write_bytes(png(drawn(series, zero_ns if zero_ns > when.FIRST_UTC_NS else 0)))
     except OSError as error:
         raise fail(CANNOT_CREATE, f"{path}: {error.strerror}") from None
     said(f"{path} written")

@@ -14,8 +14,10 @@ from ground.archive.store import Archive
 from ground.operation.bars import Bars
 from ground.session.session import ProductHeard, Progress
 from ground.verbs import when
+from pictures.items import items as items_picture
 from protocol.bulk import Product
 from protocol.link import Kind, Sealer
+from protocol.modes import Mode
 
 UTC_NS = 10**18  # 2001-09-09 01:46:40
 S = 10**9
@@ -103,6 +105,17 @@ def test_an_item_is_plotted_or_given_as_numbers(flown, capsys):
     assert code == 64 and "did you mean `voltage_v`" in err
     assert told(capsys, "plot", "x_m")[0] == 66
     assert told(capsys, "plot", "voltage_v", "--out", "none/v.png")[0] == 73
+
+
+def test_a_mode_is_plotted_with_its_names(flown, monkeypatch, capsys):
+    with Archive(flown / "archive.db", utc_ns=UTC_NS) as archive:
+        for n in range(60):
+            archive.add("items", n * S, n * S, "mode", 1 + (n > 20), 2)
+            archive.add("items", n * S, n * S, "phase", n // 12, 2)
+    made = []
+    monkeypatch.setattr("pictures.items.items", lambda *given: made.append(items_picture(*given)) or made[0])
+    assert told(capsys, "plot", "mode", "phase", "voltage_v", "--out", "m.png")[0] == 0
+    assert [tick.get_text() for tick in made[0].axes[0].get_yticklabels()] == [Mode(1).name, Mode(2).name]
 
 
 def test_the_archives_own_verbs(flown, capsys):

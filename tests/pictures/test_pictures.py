@@ -240,7 +240,17 @@ def test_a_predicted_way_shows_what_is_driven_what_is_hoped_for_and_the_sets():
 
 def test_items_have_a_panel_each_with_their_unit_and_limits():
     volts = Series("voltage_v", "V", TIMES, 21 + TIMES / 20, (22.0, 30.0))
-    made = items([volts, Series("mode", "", TIMES, TIMES * 0)], "0")
-    assert [axes.get_ylabel() for axes in made.axes] == ["voltage_v\nV", "mode"]
+    made = items([volts, Series("rtf", "s", TIMES, TIMES * 0)])
+    assert [axes.get_ylabel() for axes in made.axes] == ["voltage_v", "rtf\ns"]  # a unit is not said twice
+    assert made.axes[-1].get_xlabel() == "time of the run, s"
     assert 22.0 in [float(line.get_ydata()[0]) for line in made.axes[0].lines[1:]]
     assert len(made.axes[1].lines) == 1 and size(png(made))
+
+
+def test_an_enumeration_is_drawn_in_steps_with_its_names_over_utc():
+    mode = Series("mode", "", np.arange(4.0), np.array([1.0, 1.0, np.nan, 4.0]), None, {1: "STANDBY", 2: "AUTONOMOUS"})
+    made = items([mode], 10**18)
+    (axes,) = made.axes
+    assert [tick.get_text() for tick in axes.get_yticklabels()] == ["STANDBY", "4"]
+    assert axes.lines[0].get_drawstyle() == "steps-post" and axes.get_xlabel() == "UTC"
+    assert size(png(made))
