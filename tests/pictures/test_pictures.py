@@ -238,6 +238,13 @@ def test_a_predicted_way_shows_what_is_driven_what_is_hoped_for_and_the_sets():
     assert "hoped for, not seen yet" not in legend(way(Sets(GRID, HEIGHTS, sets), LINE, LINE[:0, :2], (10, 2), ""))
 
 
+def test_the_legend_of_a_predicted_way_keeps_clear_of_its_title():
+    made = way(Sets(GRID, HEIGHTS, np.full((40, 80), 3, np.uint8)), LINE, LINE[:0, :2], (10.0, 2.0), "predicted 10 m")
+    assert size(png(made))  # drawn: everything has its place
+    title, legend = made.axes[0].title.get_window_extent(), made.legends[0].get_window_extent()
+    assert not title.overlaps(legend) and legend.y1 < title.y0 - 10
+
+
 def test_items_have_a_panel_each_with_their_unit_and_limits():
     volts = Series("voltage_v", "V", TIMES, 21 + TIMES / 20, (22.0, 30.0))
     made = items([volts, Series("rtf", "s", TIMES, TIMES * 0)])
