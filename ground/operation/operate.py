@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, ExitStack
 from dataclasses import dataclass
+from math import isnan
 from typing import Protocol
 
 from ground.archive.keep import keep_within
@@ -14,7 +15,7 @@ from ground.archive.store import Archive, ArchiveError
 from ground.operation import show
 from ground.operation.script import Runner, Step
 from ground.session.contact import NOT_HEARD_THERE, Contact, Uplink
-from ground.session.session import VIEWER, Item, News, Progress, Session
+from ground.session.session import VIEWER, Item, News, ProductHeard, Progress, Session
 from ground.station.clock import Clock, LockstepClock, WallClock
 from ground.station.settings import Settings
 from ground.station.station import TO_HAVE_A_ROVER, Station, StationError
@@ -45,14 +46,17 @@ class Teller:
     def __init__(self, out: Callable[[str], None], as_json: bool, report_s: float) -> None:
         self._out, self._json, self._report_ns = out, as_json, round(report_s * 1e9)
         self._next_ns = 0
-        self._progress: dict[str, int] = {}
+        self._progress: dict[str, Progress] = {}
+        self._values: dict[str, float] = {}
         self._inside = True
         self._trouble = ""
 
     def news(self, news: list[News]) -> None:
-        """What was heard in one turn. Progress only each tenth part."""
-        for one in news:
+        """What was heard in one turn. Progress only each tenth part and at its end, an item only where it is new."""
+        for one in self._whole(news):
             if isinstance(one, Progress) and not self._moved(one):
+                continue
+            if isinstance(one, Item) and not self._changed(one):
                 continue
             if self._json:
                 self._out(show.news_json(one))
@@ -99,10 +103,25 @@ class Teller:
         """Nothing more is told."""
 
     def _moved(self, progress: Progress) -> bool:
-        tenth = 10 * progress.have // max(1, progress.total)
-        moved = self._progress.get(progress.name) != tenth
-        self._progress[progress.name] = tenth
-        return moved
+        before = self._progress.get(progress.name)
+        self._progress[progress.name] = progress
+        return before is None or _tenth(before) != _tenth(progress)
+
+    def _changed(self, item: Item) -> bool:
+        before, self._values[item.name] = self._values.get(item.name), item.value
+        return before != item.value and not (before is not None and isnan(before) and isnan(item.value))
+
+    def _whole(self, news: list[News]) -> Iterator[News]:
+        """The news, and before a product that its last chunk has come."""
+        for one in news:
+            if isinstance(one, ProductHeard) and (at := self._progress.pop(one.product.name, None)) is not None:
+                yield Progress(one.at_ns, at.name, at.total, at.total)
+                self._progress.pop(at.name, None)
+            yield one
+
+
+def _tenth(progress: Progress) -> int:
+    return 10 * progress.have // max(1, progress.total)
 
 
 class Beside(Protocol):
