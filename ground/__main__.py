@@ -92,8 +92,11 @@ def run(argv: list[str] | None = None) -> int:
         code = int(command.main(words or ["--help"], prog_name="ground", standalone_mode=False) or 0)
     except typer.TyperException as error:
         code, context = USAGE, getattr(error, "ctx", None)
+        message = getattr(error, "format_message", error.__str__)()
+        if not message:
+            return code  # a family of verbs alone: its help was shown
         path = context.command_path if context else "ground"
-        text = f"{getattr(error, 'format_message', error.__str__)()} (see `{path} --help`)"
+        text = f"{message} (see `{path} --help`)"
     except (KeyboardInterrupt, typer.Abort):
         code, text = INTERRUPTED, _INTERRUPTED
     except tuple(kind for kind, _ in _CODES) as error:

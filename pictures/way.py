@@ -35,5 +35,5 @@ def way(sets: Sets, path: F64, beyond: F64, goal_m: tuple[float, float], title: 
     map_axes(axes)
     axes.set_title(title, fontsize=10)
     patches = [Patch(facecolor=colour, label=SET_NAMES[one]) for one, colour in SET_COLOURS.items()]
-    made.legend(handles=[*axes.get_legend_handles_labels()[0], *patches], loc="outside upper center", ncols=4)
+    made.legend(handles=[*axes.get_legend_handles_labels()[0], *patches], loc="outside lower center", ncols=4)
     return made

@@ -14,9 +14,8 @@ Rule 3: without a bitmap for 10 s the sender only probes, every 2 s; the first b
         Serials start at the sender's milliseconds: what is said of an earlier transfer of the object is known as old.
 Rule 4: a newer object of the same name takes the place of an unfinished older one.
 Rule 5: what a receiver had before it was restarted it takes in again (`recall`), from where its shell kept the chunks.
-        It says so when the object is asked for (`hint`), so that a sender, though restarted too, sends only the rest. A
-        bitmap about an earlier transfer confirms; the first of this one takes back what was not so. Bytes are told by
-        SHA-256 and length, so they serve where the sender cuts or names them otherwise after its restart.
+        It says so when the object is asked for (`hint`), so a sender restarted too sends only the rest. A bitmap about
+        an earlier transfer confirms; the first of this one takes back what was not so. SHA-256 and length tell bytes.
 
 Both ends are in one file, over the usual length: the rules bind both. The layouts are in `bulk_wire`.
 """

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 
 class Row(NamedTuple):
-    """One datagram. utc_ns: when it was heard or sent; counter, boot_id: None where it had none."""
+    """One datagram. utc_ns: when it was heard or sent; counter, boot_id: None where it had none. run: of a station."""
 
     utc_ns: int
     direction: str
@@ -17,10 +17,12 @@ class Row(NamedTuple):
     size: int
     counter: int | None
     boot_id: int | None
+    run: int = 0
 
 
 class Figures(NamedTuple):
-    """span_s: from the first to the last datagram. lost: counters of the rover that never came, of those between.
+    """span_s: while a station was open, each from its first to its last datagram. lost: counters of the rover that
+    never came, of those between what one run of a station heard. apart_s, apart: time and counters between runs.
 
     rates: bytes a second with 28 for UDP and IP each. silent_s: longest time without a word of the rover. refused: by
     the check that failed.
@@ -36,6 +38,8 @@ class Figures(NamedTuple):
     sent: int
     silent_s: float | None
     refused: dict[str, int]
+    apart_s: float = 0.0
+    apart: int = 0
 
 
 _UDP_IP = 28
@@ -44,17 +48,19 @@ _UDP_IP = 28
 def figures(rows: Iterable[Row]) -> Figures:
     """The figures of datagrams in the order of their times; what two stations heard counts once."""
     seen: dict[int, set[int]] = {}
+    heard_by: dict[int, dict[int, Spread]] = {}
+    opened: dict[int, Spread] = {}
     refused: Counter[str] = Counter()
     times: list[int] = []
     heard = late = sent = down = up = 0
-    first = last = None
     for row in rows:
-        first, last = row.utc_ns if first is None else first, row.utc_ns
+        _widen(opened, row.run, row.utc_ns)
         if row.direction == "up":
             sent, up = sent + 1, up + row.size + _UDP_IP
         elif row.verdict != "ok":
             refused[row.verdict] += 1
         elif row.counter is not None and row.boot_id is not None:
+            _widen(heard_by.setdefault(row.boot_id, {}), row.run, row.counter)
             known = seen.setdefault(row.boot_id, set())
             if row.counter in known:
                 continue
@@ -62,12 +68,35 @@ def figures(rows: Iterable[Row]) -> Figures:
             known.add(row.counter)
             heard, down = heard + 1, down + row.size + _UDP_IP
             times.append(row.utc_ns)
-    span_s = 0.0 if first is None or last is None else (last - first) / 1e9
-    lost = sum(max(known) - min(known) + 1 - len(known) for known in seen.values())
+    spans = _merged(opened.values())
+    span_s, apart_s = sum(b - a for a, b in spans) / 1e9, sum(b[0] - a[1] for a, b in pairwise(spans)) / 1e9
+    listened = {boot: _merged(spreads.values()) for boot, spreads in heard_by.items()}
+    lost = sum(b - a + 1 for spreads in listened.values() for a, b in spreads) - heard
+    apart = sum(b[0] - a[1] - 1 for spreads in listened.values() for a, b in pairwise(spreads))
+    silences = (b - a for a, b in pairwise(times) if any(begin <= a and b <= end for begin, end in spans))
     return Figures(
         span_s, heard, lost, lost / (heard + lost) if heard else None, late, *(_rate(n, span_s) for n in (down, up)),
-        sent, max((b - a for a, b in pairwise(times)), default=0) / 1e9 if times else None, dict(refused),
+        sent, max(silences, default=0) / 1e9 if times else None, dict(refused), apart_s, apart,
     )  # fmt: skip
+
+
+Spread = tuple[int, int]
+
+
+def _widen(spreads: dict[int, Spread], key: int, value: int) -> None:
+    low, high = spreads.get(key, (value, value))
+    spreads[key] = (min(low, value), max(high, value))
+
+
+def _merged(spreads: Iterable[Spread]) -> list[Spread]:
+    """Those that overlap or touch as one, in order: what several stations had open at once counts once."""
+    found: list[Spread] = []
+    for low, high in sorted(spreads):
+        if found and low <= found[-1][1] + 1:
+            found[-1] = (found[-1][0], max(high, found[-1][1]))
+        else:
+            found.append((low, high))
+    return found
 
 
 def _rate(size: int, span_s: float) -> float | None:
@@ -85,6 +114,7 @@ def words(found: Figures) -> list[str]:
         f"{'heard':16} {found.heard} datagrams, {found.late} out of order",
         f"{'lost':16} {found.lost} datagrams, {told(found.loss_ratio and 100 * found.loss_ratio, '{:.1f} %')}"
         if found.loss_ratio else f"{'lost':16} {found.lost} datagrams",
+        *[f"{'no station open':16} {found.apart_s:.1f} s, {found.apart} datagrams unheard"] * bool(found.apart_s),
         f"{'refused':16} {refused}",
         f"{'down':16} {told(found.down_bytes_ps, '{:.0f} B/s')}",
         f"{'up':16} {told(found.up_bytes_ps, '{:.0f} B/s')}, {found.sent} datagrams",

@@ -31,7 +31,10 @@ ALL = Span()
 
 
 class Gap(NamedTuple):
-    """Something that was sent and not heard, or nothing heard. first, last: counters, serials or seconds of the run."""
+    """Something that was sent and not heard, or nothing heard. first, last: counters, serials or seconds of the run.
+
+    station_open: a run of a station heard what came before and after; else none was open, and nothing was lost.
+    """
 
     kind: str
     boot_id: int
@@ -39,6 +42,7 @@ class Gap(NamedTuple):
     last: float
     missing: int
     utc_ns: int
+    station_open: bool = True
 
 
 class Chain(NamedTuple):
@@ -105,25 +109,39 @@ def rows(db: sqlite3.Connection, table: str, span: Span = ALL) -> Iterator[dict[
         yield dict(zip(names, (row[0], *row[-len(names) + 1 :])))
 
 
+def boots(db: sqlite3.Connection) -> dict[int, int]:
+    """UTC in ns at which each boot's onboard time was 0, as near as the quickest of its housekeeping tells.
+
+    Boots that were heard in lock-step only, and rows of a version that kept no boot, are not among them.
+    """
+    return {int(boot): int(zero) for boot, zero in db.execute(
+        "select i.boot_id, min(r.utc_ns + i.at_ns - i.onboard_ns) from items i join runs r on r.run = i.run "
+        "where i.name = 'mode' and i.boot_id is not null and i.filled is null and i.onboard_ns is not null "
+        "and r.utc_ns > 0 group by i.boot_id")}  # one item: the others come with it, and an archive has millions
+
+
 def gaps(db: sqlite3.Connection, span: Span = ALL) -> list[Gap]:
     """What is missing, in the order of time: downlink datagrams by counter, events by serial, silences over 3 s.
 
     What comes late, by the link or by `fill`, is not missing any more.
     """
     bounds = (span.since_ns, span.until_ns)
-    found = [Gap("datagrams", *row) for row in db.execute(_HOLES.format(
-        number="t.counter", source="datagrams", where="t.direction = 'down' and t.verdict = 'ok'"), bounds)]
-    found += [Gap("events", *row) for row in db.execute(_HOLES.format(
-        number="t.number", source="events", where="t.boot_id is not null"), bounds)]
+    found = [Gap(kind, *row[:-1], bool(row[-1])) for kind, number, where in _NUMBERED for row in db.execute(
+        _HOLES.format(number=number, source=kind, where=where), bounds)]
     found += [Gap("silence", boot, a / 1e9, b / 1e9, 0, utc) for boot, a, b, utc in db.execute(_SILENCE, bounds)]
     return sorted((gap for gap in found if not span.run or gap.kind != "silence"), key=lambda gap: gap.utc_ns)
 
 
+_NUMBERED = (("datagrams", "t.counter", "t.direction = 'down' and t.verdict = 'ok'"),
+             ("events", "t.number", "t.boot_id is not null"))
 _HOLES = """
-select boot_id, before + 1, number - 1, number - before - 1, utc from (
+with heard as (select t.run as run, t.boot_id as boot_id, min({number}) as low, max({number}) as high
+  from {source} t join runs r on r.run = t.run where {where} and coalesce(r.note, '') not like 'filled %' group by 1, 2)
+select boot_id, before + 1, number - 1, number - before - 1, utc,
+  exists (select 1 from heard h where h.boot_id = holes.boot_id and h.low <= before and h.high >= number) from (
   select t.boot_id as boot_id, {number} as number, r.utc_ns + t.at_ns as utc,
     lag({number}) over (partition by t.boot_id order by {number}) as before
-  from {source} t join runs r on r.run = t.run where {where} and {number} is not null)
+  from {source} t join runs r on r.run = t.run where {where} and {number} is not null) holes
 where number > before + 1 and utc >= ? and utc < ? order by utc
 """
 _SILENCE = f"""

@@ -69,16 +69,16 @@ class ArchiveError(RuntimeError):
         self.code = code
 
 
-def open_checked(path: Path | str, *, create: bool = True) -> sqlite3.Connection:
+def open_checked(path: Path | str, *, create: bool = True, wait_s: float | None = None) -> sqlite3.Connection:
     """The file, of the present version. Raises ArchiveError. ":memory:" is a fresh one.
 
-    create False: a file that is not there is an error.
+    create False: a file that is not there is an error. wait_s: for another program that holds it; None: five seconds.
     """
     if str(path) != ":memory:":
         if not create and not Path(path).is_file():
             raise ArchiveError(f"{path}: no archive there; a station that has spoken to a rover makes one", 66)
         _folder(Path(path).parent)
-    return guarded(path, lambda: _opened(path))
+    return guarded(path, lambda: _opened(path, wait_s), wait_s)
 
 
 def recent_chunks(db: sqlite3.Connection, utc_ns: int) -> list[bytes]:
@@ -90,19 +90,20 @@ def recent_chunks(db: sqlite3.Connection, utc_ns: int) -> list[bytes]:
     return [row[0] for row in found]
 
 
-def guarded(path: Path | str, work: Callable[[], sqlite3.Connection]) -> sqlite3.Connection:
+def guarded(path: Path | str, work: Callable[[], sqlite3.Connection], waited_s: float | None) -> sqlite3.Connection:
     """Does the work. Raises ArchiveError with what is wrong with the file, for people."""
     try:
         return work()
     except sqlite3.Error as error:
-        raise told(path, error) from error
+        raise told(path, error, waited_s) from error
 
 
-def told(path: Path | str, error: sqlite3.Error) -> ArchiveError:
-    """What an error of the database means to who runs a station."""
+def told(path: Path | str, error: sqlite3.Error, waited_s: float | None = None) -> ArchiveError:
+    """What an error of the database means to who runs a station. waited_s: None: as long as `open_checked` does."""
     name = getattr(error, "sqlite_errorname", "")
     if name.startswith(("SQLITE_BUSY", "SQLITE_LOCKED")):
-        return ArchiveError(f"{path}: locked by another program for {_OPEN_S:g} s; try again when that is done", LOCKED)
+        held_s = _OPEN_S if waited_s is None else waited_s
+        return ArchiveError(f"{path}: locked by another program for {held_s:g} s; try again when that is done", LOCKED)
     if name.startswith(("SQLITE_NOTADB", "SQLITE_CORRUPT")):
         return ArchiveError(f"{path}: damaged, or no archive ({error}); move it away and a new one is begun; "
                             "`sqlite3 FILE .recover` saves what can be read", DATA)
@@ -118,8 +119,8 @@ def _folder(folder: Path) -> None:
         raise ArchiveError(f"{folder}: {error.strerror}") from error
 
 
-def _opened(path: Path | str) -> sqlite3.Connection:
-    db = sqlite3.connect(path, timeout=_OPEN_S, isolation_level=None)
+def _opened(path: Path | str, wait_s: float | None) -> sqlite3.Connection:
+    db = sqlite3.connect(path, timeout=_OPEN_S if wait_s is None else wait_s, isolation_level=None)
     try:
         _check(path, db)
         db.execute("pragma journal_mode = wal")

@@ -31,11 +31,12 @@ _HALT_AFTER = f"""select name from requests where station = ? and run != ? and n
 class Archive:
     """One file, opened for one run. Use it inside `with`. `path` ":memory:" keeps nothing. Raises ArchiveError.
 
+    wait_s: for another program that holds the file, as it is opened; None: some seconds.
     trouble: why rows wait in memory; "": none do. lost: datagrams dropped because too many waited.
     """
 
-    def __init__(self, path: Path | str, utc_ns: int = 0, note: str = "") -> None:
-        self._path, self._db, self._utc_ns = path, open_checked(path), utc_ns
+    def __init__(self, path: Path | str, utc_ns: int = 0, note: str = "", wait_s: float | None = None) -> None:
+        self._path, self._db, self._utc_ns = path, open_checked(path, wait_s=wait_s), utc_ns
         self._waiting: list[tuple[str, tuple[Any, ...]]] = []
         self._marks = {
             table: len(self._db.execute(f"pragma table_info({table})").fetchall()) for table in TABLES
@@ -45,7 +46,7 @@ class Archive:
             made = self._db.execute("insert into runs (utc_ns, note) values (?, ?)", (utc_ns, note))
         except sqlite3.Error as error:
             self._db.close()
-            raise told(path, error) from error
+            raise told(path, error, wait_s) from error
         self.run = int(made.lastrowid or 0)
         self._living = Living(path, self.run)
         self._db.execute(f"pragma busy_timeout = {_TURN_MS}")

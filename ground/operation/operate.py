@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, ExitStack
 from dataclasses import dataclass
+from math import isnan
 from typing import Protocol
 
 from ground.archive.keep import keep_within
@@ -14,7 +15,7 @@ from ground.archive.store import Archive, ArchiveError
 from ground.operation import show
 from ground.operation.script import Runner, Step
 from ground.session.contact import NOT_HEARD_THERE, Contact, Uplink
-from ground.session.news import Item, News, Progress
+from ground.session.news import Item, News, ProductHeard, Progress
 from ground.session.session import VIEWER, Session
 from ground.station.clock import Clock, LockstepClock, WallClock
 from ground.station.settings import Settings
@@ -24,6 +25,7 @@ from protocol import commands
 
 OK, FAILED, UNAVAILABLE, TEMPORARY = 0, 1, 69, 75
 STOPS = frozenset({"stop", "safe", "emergency_stop"})
+_STOP_WAIT_S = 0.05  # for the archive: what another station takes to write a turn, no more
 _LINK_LIMIT_S, _ALONE_LIMIT_S = 20.0, 3.0
 CONNECT_S = (_LINK_LIMIT_S, _ALONE_LIMIT_S)
 
@@ -65,14 +67,17 @@ class Teller:
     def __init__(self, out: Callable[[str], None], as_json: bool, report_s: float) -> None:
         self._out, self._json, self._report_ns = out, as_json, round(report_s * 1e9)
         self._next_ns = 0
-        self._progress: dict[str, int] = {}
+        self._progress: dict[str, Progress] = {}
+        self._values: dict[str, float] = {}
         self._inside = True
         self._trouble = ""
 
     def news(self, news: list[News]) -> None:
-        """What was heard in one turn. Progress only each tenth part."""
-        for one in news:
+        """What was heard in one turn. Progress only each tenth part and at its end, an item only where it is new."""
+        for one in self._whole(news):
             if isinstance(one, Progress) and not self._moved(one):
+                continue
+            if isinstance(one, Item) and not self._changed(one):
                 continue
             if self._json:
                 self._out(show.news_json(one))
@@ -119,10 +124,25 @@ class Teller:
         """Nothing more is told."""
 
     def _moved(self, progress: Progress) -> bool:
-        tenth = 10 * progress.have // max(1, progress.total)
-        moved = self._progress.get(progress.name) != tenth
-        self._progress[progress.name] = tenth
-        return moved
+        before = self._progress.get(progress.name)
+        self._progress[progress.name] = progress
+        return before is None or _tenth(before) != _tenth(progress)
+
+    def _changed(self, item: Item) -> bool:
+        before, self._values[item.name] = self._values.get(item.name), item.value
+        return before != item.value and not (before is not None and isnan(before) and isnan(item.value))
+
+    def _whole(self, news: list[News]) -> Iterator[News]:
+        """The news, and before a product that its last chunk has come."""
+        for one in news:
+            if isinstance(one, ProductHeard) and (at := self._progress.pop(one.product.name, None)) is not None:
+                yield Progress(one.at_ns, at.name, at.total, at.total)
+                self._progress.pop(at.name, None)
+            yield one
+
+
+def _tenth(progress: Progress) -> int:
+    return 10 * progress.have // max(1, progress.total)
 
 
 class Beside(Protocol):
@@ -165,15 +185,17 @@ def operate(settings: Settings, plan: Plan, teller: Teller, join: Join | None = 
 
 
 def _archive(settings: Settings, plan: Plan, utc_ns: int, teller: Teller) -> Archive:
-    """The station's archive; what stops the rover is sent without one where it cannot be opened."""
+    """The station's archive; what stops the rover is sent without one, at once, where it cannot be opened."""
     path = settings.archive
+    stops = bool(plan.steps) and all(step.name in STOPS for step in plan.steps)
     try:
-        gone = keep_within(path, settings.archive_days, settings.archive_mb, utc_ns) if path and utc_ns else 0
+        tidied = path and utc_ns and not stops  # old rows can wait for the next station
+        gone = keep_within(path, settings.archive_days, settings.archive_mb, utc_ns) if tidied else 0
         if gone:
             teller.said(f"{path}: {gone} old rows removed, as the station file says", 0)
-        return Archive(path or ":memory:", utc_ns)
+        return Archive(path or ":memory:", utc_ns, wait_s=_STOP_WAIT_S if stops else None)
     except ArchiveError as error:
-        if not plan.steps or any(step.name not in STOPS for step in plan.steps):
+        if not stops:
             raise
         teller.said(f"{error}; sent without it", 0)
         return Archive(":memory:", utc_ns)

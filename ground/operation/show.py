@@ -14,7 +14,7 @@ from protocol.modes import Mode, Phase
 from protocol.telemetry import out_of_limits
 
 WAY = "way"  # the product that answers a goto
-_NAMED: dict[str, type[IntEnum]] = {"mode": Mode, "phase": Phase}
+NAMED: dict[str, type[IntEnum]] = {"mode": Mode, "phase": Phase}
 
 
 def clock(now_ns: int) -> str:
@@ -99,10 +99,10 @@ def clock_words(session: Session, now_ns: int) -> str:
     found = session.far_clock.at(now_ns)
     if found is None:
         return "not known until the rover is heard"
-    off = "?" if found.error_ns is None else f"{found.error_ns / 1e9:.3f}"
+    off = "its error unknown" if found.error_ns is None else f"at most {found.error_ns / 1e9:.3f} s off"
     zero_ns = session.utc_ns + now_ns - found.onboard_ns
     zero = f", its zero at {utc_words(zero_ns)}" if session.utc_ns else ""
-    return f"{found.onboard_ns / 1e9:.2f} s{zero}, at most {off} s off"
+    return f"{found.onboard_ns / 1e9:.2f} s{zero}, {off}"
 
 
 def _plain(item: Any) -> Any:
@@ -112,10 +112,12 @@ def _plain(item: Any) -> Any:
 def status(session: Session, now_ns: int) -> dict[str, Any]:
     """What is known of the rover: every item's newest value, its age, and the link."""
     age_s = None if session.heard_ns is None else (now_ns - session.heard_ns) / 1e9
+    clock = session.far_clock.at(now_ns)
     refused = {kind: n for kind, n in session.counts.items() if kind != "ok"}
-    link = {"heard_s_ago": age_s, "boot_id": session.boot_id, "rtt_s": session.far_clock.rtt_ns / 1e9,
+    link = {"heard_s_ago": age_s, "boot_id": session.boot_id, "rtt_s": session.far_clock.rtt_ns / 1e9 or None,
             "datagrams": session.counts["ok"], "refused": refused, "epoch": session.kept.epoch,
             "contact": contact_words(session, now_ns), "clock": clock_words(session, now_ns),
+            "clock_error_s": None if clock is None or clock.error_ns is None else clock.error_ns / 1e9,
             "versions": session.mismatch or ("alike" if session.versions else "not known")}
     return {"items": {name: _plain(item.value) for name, item in session.items.items()}, "link": link}
 
@@ -147,7 +149,7 @@ def status_line(session: Session, now_ns: int) -> str:
 
 def item_words(name: str, value: float | None) -> str:
     """An item's value: the name of a mode or phase, else the number, ? where it is not known."""
-    kind = _NAMED.get(name)
+    kind = NAMED.get(name)
     if value is None:
         return "?"
     if name.endswith("_version"):
@@ -158,7 +160,7 @@ def item_words(name: str, value: float | None) -> str:
 
 
 def _names(session: Session) -> list[str]:
-    known = ((name, _number(session, name)) for name in _NAMED)
+    known = ((name, _number(session, name)) for name in NAMED)
     words = [item_words(name, number) for name, number in known if number is not None]
     return [word for word in words if word != "NONE"] or ["?"]
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -65,26 +65,28 @@ def show(
     asked = span(since, until, name or (), run, last)
     with read.reading(archive_path(file, station)) as db:
         try:
+            zeros = read.boots(db) if table == "events" and not as_json else {}
             for row in read.rows(db, table, asked):
                 row.pop("run") if not as_json else None
-                out(as_line(row) if as_json else _line(row))
+                out(as_line(row) if as_json else _line(row, zeros))
         except ValueError as error:
             raise typer.BadParameter(str(error)) from None
 
 
-def _line(row: dict[str, object]) -> str:
-    at = row.pop("utc_ns")
-    assert isinstance(at, int)
+def _line(row: dict[str, Any], zeros: dict[int, int]) -> str:
+    """zeros: of onboard time, by boot, where a row's own time is to be told."""
+    at, onboard_ns = row.pop("utc_ns"), row.get("onboard_ns")
+    onboard = when.onboard(onboard_ns, zeros.get(row.get("boot_id", 0)))
     words = (f"{len(value)} B" if isinstance(value, bytes) else str(value)
              for key, value in row.items() if value is not None and key not in ("at_ns", "onboard_ns"))
-    return f"{when.told(at)}  {'  '.join(words)}"
+    return f"{when.told(at)}  {'  '.join(words)}" + (f"  ({onboard})" if onboard else "")
 
 
 @app.command(epilog="Example: ground archive gaps --since 1d")
 def gaps(
     since: Since = "", until: Until = "", file: File = None, station: StationFile = None, as_json: Json = False
 ) -> None:
-    """What was sent and not heard: datagrams, events; and silences of more than 3 s. What came later is no gap."""
+    """What was sent and not heard: datagrams, events; silences of more than 3 s; when no station was open."""
     with read.reading(archive_path(file, station)) as db:
         found = read.gaps(db, span(since, until))
     for gap in found:
@@ -93,7 +95,8 @@ def gaps(
         elif gap.kind == "silence":
             out(f"{when.told(gap.utc_ns)}  silence    {gap.last - gap.first:.1f} s")
         else:
-            out(f"{when.told(gap.utc_ns)}  {gap.kind:9}  {gap.missing} missing, {gap.first:.0f} to {gap.last:.0f}, "
+            words = "missing" if gap.station_open else "not heard: no station was open"
+            out(f"{when.told(gap.utc_ns)}  {gap.kind:9}  {gap.missing} {words}, {gap.first:.0f} to {gap.last:.0f}, "
                 f"boot {gap.boot_id}")
     if not found and not as_json:
         out("nothing is missing")

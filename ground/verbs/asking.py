@@ -41,10 +41,20 @@ def _teller(as_json: bool, report_s: float) -> Teller:
 def leave(code: int, session: Session) -> NoReturn:
     """Ends the command; what did not succeed is told in one last line."""
     if code == TEMPORARY:
-        last_words("not finished in time; the rover carries on")
+        last_words(_unfinished(session))
     elif code == FAILED:
         last_words(_failure(session))
     raise typer.Exit(code)
+
+
+def _unfinished(session: Session) -> str:
+    """What goes on where the station has no more time for it."""
+    still = [r for r in session.requester.requests.values() if r.own and not r.state.final]
+    if len(still) != 1 or still[0].telecommand.name != "lease_ask" or still[0].state != State.STARTED:
+        return "not finished in time; the rover carries on"
+    holder = session.items.get("lease_station")
+    whom = f"station {holder.value:g}" if holder is not None and holder.value else "another station"
+    return f"still waiting behind {whom}; it keeps its place"
 
 
 def _failure(session: Session) -> str:

@@ -8,7 +8,7 @@ import time
 from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -65,10 +65,21 @@ def events(
     with read.reading(archive_path(file, station)) as db:
         found = [row for row in read.rows(db, "events", span(since, until, name or ()))
                  if SEVERITIES.index(row["severity"]) >= least]
+        zeros = read.boots(db)
     for row in found[-last:] if last else found:
-        mark = "  (filled in later)" if row["filled"] else ""
-        out(as_line(row) if as_json else
-            f"{when.told(row['utc_ns'])}  {row['severity']:8}  {row['name']}: {row['text']}{mark}")
+        out(_event_json(row, zeros) if as_json else _event_line(row, zeros))
+
+
+def _event_json(row: dict[str, Any], zeros: dict[int, int]) -> str:
+    zero_ns, onboard_ns = zeros.get(row["boot_id"]), row["onboard_ns"]
+    happened_ns = None if zero_ns is None or onboard_ns is None else zero_ns + onboard_ns
+    return as_line({**row, "happened_utc_ns": happened_ns})
+
+
+def _event_line(row: dict[str, Any], zeros: dict[int, int]) -> str:
+    mark = "; filled in later" if row["filled"] else ""
+    return (f"{when.told(row['utc_ns'])}  {row['severity']:8}  {row['name']}: {row['text']}  "
+            f"({when.onboard(row['onboard_ns'], zeros.get(row['boot_id']))}{mark})")
 
 
 def requests(
@@ -135,7 +146,8 @@ def _rows(rows: Iterable[dict[str, object]]) -> Iterable[link_figures.Row]:
         data, at, counter, boot = row["data"], row["utc_ns"], row["counter"], row["boot_id"]
         assert isinstance(data, bytes) and isinstance(at, int)
         yield link_figures.Row(at, str(row["direction"]), str(row["verdict"]), len(data),
-                               counter if isinstance(counter, int) else None, boot if isinstance(boot, int) else None)
+                               counter if isinstance(counter, int) else None,
+                               boot if isinstance(boot, int) else None, int(str(row["run"])))
 
 
 def plot(
@@ -163,6 +175,7 @@ def plot(
 def _draw(names: Iterable[str], rows: list[tuple[str, int, float]], path: Path) -> None:
     import numpy as np
 
+    from ground.operation.show import NAMED
     from pictures.items import Series
     from pictures.items import items as drawn
     from pictures.style import png
@@ -174,9 +187,11 @@ def _draw(names: Iterable[str], rows: list[tuple[str, int, float]], path: Path) 
         times, values = np.array(mine, dtype=float).reshape(-1, 2).T
         holes = np.flatnonzero(np.diff(times) > _HOLE_S) + 1  # where nothing was heard no line is drawn
         times, values = np.insert(times, holes, np.nan), np.insert(values, holes, np.nan)
-        series.append(Series(name, BY_NAME[name].unit, times, values, BY_NAME[name].limits))
+        kind = NAMED.get(name)
+        names = None if kind is None else {one.value: one.name for one in kind}
+        series.append(Series(name, BY_NAME[name].unit, times, values, BY_NAME[name].limits, names))
     try:
-        path.write_bytes(png(drawn(series, when.told(zero_ns))))
+        path.write_bytes(png(drawn(series, zero_ns if zero_ns > when.FIRST_UTC_NS else 0)))
     except OSError as error:
         raise fail(CANNOT_CREATE, f"{path}: {error.strerror}") from None
     said(f"{path} written")

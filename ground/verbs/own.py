@@ -50,7 +50,7 @@ def status(
         for name, item in known["items"].items():
             line_out(show.item_line(name, item))
         for name in ("rtt_s", "epoch", "versions", "contact", "clock"):
-            words = known["link"][name]
+            words = "unknown" if known["link"][name] is None else known["link"][name]
             line_out(f"{name:24} {words if isinstance(words, str) else f'{words:g}'}")
     leave(code, session)
 

@@ -34,6 +34,8 @@ def goto(
 ) -> None:  # fmt: skip
     """Path, length and time of a goto, by the rover's own planner on the map fetched last.
 
+    Beforehand `ground scan`, `ground get ldem`, and `ground param list` where the rover does not fly the defaults.
+
     Exit codes: 0 there is a way, 1 there is none, 65 a damaged map, 66 no map.
     """
     from ground.products import preview

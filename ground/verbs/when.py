@@ -6,6 +6,7 @@ import time
 from datetime import UTC, datetime
 
 _UNITS = {"s": 1, "m": 60, "h": 3600, "d": 86_400}
+FIRST_UTC_NS = 10**15  # the first eleven days of 1970: nobody flew then
 ALLOWED = "UTC like 2030-01-31T12:00, or so long ago like 90s, 10m, 2h, 3d"
 
 
@@ -20,8 +21,15 @@ def utc_ns(text: str) -> int:
         raise ValueError(f"`{text}` is no time; write {ALLOWED}") from None
 
 
+def onboard(onboard_ns: int | None, zero_ns: int | None) -> str:
+    """Onboard time in s and the UTC of it, where that of the boot's zero is known; "" for no time."""
+    if onboard_ns is None:
+        return ""
+    return f"onboard {onboard_ns / 1e9:.2f} s" + (f", {told(zero_ns + onboard_ns)}" if zero_ns is not None else "")
+
+
 def told(at_ns: int) -> str:
     """UTC to the tenth of a second; of a run in lock-step the seconds of the run."""
-    if at_ns < 10**15:  # the first eleven days of 1970: nobody flew then
+    if at_ns < FIRST_UTC_NS:
         return f"{at_ns / 1e9:.2f} s"
     return datetime.fromtimestamp(at_ns / 1e9, UTC).strftime("%Y-%m-%d %H:%M:%S.") + f"{at_ns // 100_000_000 % 10}"

@@ -51,6 +51,7 @@ class Bench(World):
         self._began_tick = self._onboard_epoch = 0  # of the flight program that runs: its clock counts from there
         self._can_client = self._can_count = 0  # the client's number is the epoch of the channel
         self._link_counts: dict[str, int] = {}
+        self._sent_before = 0  # down, by the flight programs before this one: its count began anew
 
     def lose(self, participant: str) -> None:
         """It was killed: the barrier waits for it no more."""
@@ -67,6 +68,7 @@ class Bench(World):
         self._can_client, self._can_count = self.hub.wait_client(self._can_client + 1, WIRE_LIMIT_S), 0
         self._began_tick, self._onboard_epoch = self.tick, self._onboard_epoch + 1
         lost = self._link_counts.get("up_out", 0)
+        self._sent_before += self._link_counts.get("down_in", 0)
         self._link_counts.update(onboard_lost=lost, onboard_knows=lost)
         self.unheard()
 
@@ -111,10 +113,14 @@ class Bench(World):
                 lost = error
         self._link_and_ground(now_ns)
         self.note(now_ns)
-        counts = self._link_counts
-        self.progress.link = {"sent": counts.get("down_in", 0), "received": counts.get("down_out", 0)}
+        self.progress.link = self._down()
         if lost:
             raise lost
+
+    def _down(self) -> dict[str, int]:
+        """Datagrams that the rover sent and the ground received since the bench began, over all flight programs."""
+        sent = self._sent_before + self._link_counts.get("down_in", 0)
+        return {"sent": sent, "received": self._link_counts.get("down_out", 0)}
 
     def _channels(self, now_ns: int) -> tuple[Channel, ...]:
         down = self._link_counts.get("up_out", 0)

@@ -111,6 +111,23 @@ def test_a_locked_archive_is_exit_code_75_and_says_so(meet, tmp_path, monkeypatc
     assert code == 75 and "locked by another program" in err and err.count("\n") == 1
 
 
+def test_what_stops_the_rover_does_not_wait_for_a_locked_archive(meet, tmp_path, monkeypatch):
+    waits_s, connect = [], sqlite3.connect
+    Archive(tmp_path / "archive.db").close()
+    other = connect(tmp_path / "archive.db", isolation_level=None)
+    other.execute("begin exclusive")
+    monkeypatch.setattr("ground.archive.schema.sqlite3.connect",
+                        lambda path, **more: (waits_s.append((path, more["timeout"])), connect(path, **more))[1])
+    for verb in ("stop", "safe", "emergency-stop"):
+        station = VirtualStation()
+        code, lines, _ = meet(station, verb)
+        assert code == 0 and station.rover.executed == [verb.replace("-", "_")]
+        assert any("locked by another program for 0.05 s" in line and "sent without it" in line for line in lines)
+    other.execute("rollback")
+    other.close()
+    assert [wait_s for path, wait_s in waits_s if path != ":memory:"] == [0.05] * 3
+
+
 class Wire:
     """A link without loss between a real Station and the toy rover."""
 

@@ -58,6 +58,13 @@ def test_help_of_a_verb_has_an_example(capsys, verb):
     assert "Example" in text
 
 
+@pytest.mark.parametrize("family", ["preview", "archive", "keys", "lease"])
+def test_a_family_alone_shows_its_help_and_no_empty_error(capsys, family):
+    assert run([family]) == 64
+    streams = capsys.readouterr()
+    assert "--help" in streams.out + streams.err and "ground:" not in streams.err
+
+
 def test_help_of_goto_says_that_it_replaces_one_that_runs(capsys):
     assert "A goto replaces one that runs" in ended(capsys, "goto", "--help")[1]
 

@@ -7,6 +7,7 @@ from toy_rover import ToyRover
 from virtual_station import S, VirtualClock, VirtualStation
 
 from ground.__main__ import run
+from ground.session.far_clock import FarClock
 from ground.session.schedule import parse, utc_ns
 from ground.session.session import Session
 from protocol.link import bench_keys
@@ -190,6 +191,22 @@ def test_contacts_show_lists_the_windows_without_asking_the_rover(meet, tmp_path
     (tmp_path / "w").write_text("600\n")
     code, _, err = meet(VirtualStation(), "contacts", "show")
     assert code == 78 and err.startswith("ground: contacts: w:1: `600` should be `BEGIN END`")
+
+
+def test_an_unknown_round_trip_is_unknown_in_the_text_of_status(meet, monkeypatch):
+    monkeypatch.setattr(FarClock, "measure", lambda self, answered_ns: None)
+    _, lines, _ = meet(VirtualStation(), "status")
+    rows = {line.split()[0]: " ".join(line.split()[1:]) for line in lines if line}
+    assert rows["rtt_s"] == "unknown" and rows["clock"].endswith("its error unknown")
+
+
+def test_who_has_no_more_time_for_a_lease_still_waits_in_line(meet):
+    station = VirtualStation()
+    station.rover.lease_of = 2
+    code, _, err = meet(station, "lease", "ask", "--timeout", "5")
+    assert code == 75 and err == "ground: still waiting behind station 2; it keeps its place\n"
+    code, _, err = meet(VirtualStation(drive_s=60.0), "goto", "1", "1", "--timeout", "5")
+    assert code == 75 and err == "ground: not finished in time; the rover carries on\n"
 
 
 def test_status_says_lease_versions_contact_and_clock(meet):

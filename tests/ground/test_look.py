@@ -15,8 +15,10 @@ from ground.archive.store import Archive
 from ground.operation.bars import Bars
 from ground.session.news import ProductHeard, Progress
 from ground.verbs import when
+from pictures.items import items as items_picture
 from protocol.bulk import Product
 from protocol.link import Kind, Sealer
+from protocol.modes import Mode
 
 UTC_NS = 10**18  # 2001-09-09 01:46:40
 S = 10**9
@@ -54,12 +56,28 @@ def told(capsys, *argv):
 def test_events_are_listed_by_severity_name_and_number(flown, capsys):
     code, lines, _ = told(capsys, "events")
     assert code == 0
-    assert lines == ["2001-09-09 01:46:41.0  info      MODE: STANDBY -> AUTONOMOUS",
-                     "2001-09-09 01:46:42.0  warning   FAULT: SLIP_HIGH"]
+    assert lines == [
+        "2001-09-09 01:46:41.0  info      MODE: STANDBY -> AUTONOMOUS  (onboard 1.00 s)",
+        "2001-09-09 01:46:42.0  warning   FAULT: SLIP_HIGH  (onboard 2.00 s)"]
     assert len(told(capsys, "events", "--severity", "warning")[1]) == 1
     (line,) = told(capsys, "events", "--last", "1", "--json")[1]
     assert json.loads(line)["name"] == "FAULT"
     assert told(capsys, "events", "--severity", "loud")[0] == 64
+
+
+def test_events_that_came_after_a_silence_tell_when_each_happened(flown, capsys):
+    with Archive(flown / "archive.db", utc_ns=UTC_NS + 500 * S) as archive:
+        archive.add("items", S, 502 * S, "mode", 1, 1)  # the quickest: zero of the boot is 1 s earlier
+        for n in range(3):
+            archive.add("events", 5 * S, (100 + n) * S, 10 + n, "info", "LOOK", "", 1)
+        archive.add("events", 5 * S, 7 * S, 1, "info", "MODE", "", 2)  # of a boot whose clock is not known
+    lines = told(capsys, "events", "--last", "4")[1]
+    assert all(line.startswith("2001-09-09 01:55:05.0") for line in lines)
+    assert lines[1].endswith("(onboard 101.00 s, 2001-09-09 01:48:20.0)") and lines[3].endswith("(onboard 7.00 s)")
+    trees = [json.loads(line) for line in told(capsys, "events", "--last", "4", "--json")[1]]
+    assert [tree["happened_utc_ns"] for tree in trees] == [UTC_NS + n * S for n in (99, 100, 101)] + [None]
+    shown = told(capsys, "archive", "show", "events", "--last", "2")[1]
+    assert shown[0].endswith("(onboard 102.00 s, 2001-09-09 01:48:21.0)")
 
 
 def test_requests_show_each_chain_and_what_still_waits(flown, capsys):
@@ -88,6 +106,17 @@ def test_an_item_is_plotted_or_given_as_numbers(flown, capsys):
     assert code == 64 and "did you mean `voltage_v`" in err
     assert told(capsys, "plot", "x_m")[0] == 66
     assert told(capsys, "plot", "voltage_v", "--out", "none/v.png")[0] == 73
+
+
+def test_a_mode_is_plotted_with_its_names(flown, monkeypatch, capsys):
+    with Archive(flown / "archive.db", utc_ns=UTC_NS) as archive:
+        for n in range(60):
+            archive.add("items", n * S, n * S, "mode", 1 + (n > 20), 2)
+            archive.add("items", n * S, n * S, "phase", n // 12, 2)
+    made = []
+    monkeypatch.setattr("pictures.items.items", lambda *given: made.append(items_picture(*given)) or made[0])
+    assert told(capsys, "plot", "mode", "phase", "voltage_v", "--out", "m.png")[0] == 0
+    assert [tick.get_text() for tick in made[0].axes[0].get_yticklabels()] == [Mode(1).name, Mode(2).name]
 
 
 def test_the_archives_own_verbs(flown, capsys):
@@ -165,6 +194,29 @@ def test_lost_and_heard_make_up_the_span_of_counters_whatever_the_order(counters
     if counters:
         assert found.heard + found.lost == max(counters) - min(counters) + 1
         assert found.late <= found.heard - 1
+
+
+def test_what_went_by_while_no_station_was_open_is_no_loss():
+    runs = {1: range(0, 10), 2: range(1010, 1020), 3: range(1015, 1030, 2)}  # 2 and 3 are open together
+    rows = [Row(counter * S, "down", "ok", 100, counter, 1, run) for run, heard in runs.items() for counter in heard]
+    found = figures(sorted(rows))
+    assert (found.heard, found.lost, found.apart, found.apart_s) == (25, 5, 1000, 1001.0)
+    assert (found.span_s, found.silent_s) == (28.0, 2.0)
+    assert found.loss_ratio == 5 / 30 and found.down_bytes_ps == pytest.approx(25 * 128 / 28)
+
+
+def test_gaps_between_runs_of_a_station_are_named_so(flown, capsys):
+    with Archive(flown / "archive.db", utc_ns=UTC_NS + 500 * S) as archive:
+        for n in range(3):
+            archive.add("datagrams", n * S, "down", "ok", b"x", 500 + n, 1)
+            archive.add("events", n * S, 500 * S, 40 + 2 * n, "info", "LOOK", "", 1)
+    lines = told(capsys, "archive", "gaps")[1]
+    assert lines[0].endswith("datagrams  2 missing, 5 to 6, boot 1")
+    assert lines[1].endswith("datagrams  488 not heard: no station was open, 12 to 499, boot 1")
+    assert lines[2].endswith("events     37 not heard: no station was open, 3 to 39, boot 1")
+    assert lines[3].endswith("events     1 missing, 41 to 41, boot 1")
+    assert any(line.startswith("no station open  491.0 s, 488 datagrams") for line in
+               told(capsys, "link", "--since", "2001-09-09")[1])
 
 
 def test_no_datagrams_have_no_rates():

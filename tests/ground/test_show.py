@@ -4,9 +4,12 @@ import json
 
 import pytest
 
-from ground.operation.show import item_line, news_json, news_line, way_words
-from ground.session.news import ProductHeard
+from ground.operation.operate import Teller
+from ground.operation.show import item_line, news_json, news_line, status, way_words
+from ground.session.news import Item, ProductHeard, Progress
+from ground.session.session import Session
 from protocol.bulk import Product
+from protocol.link import bench_keys
 from protocol.telemetry import TABLE
 
 
@@ -39,3 +42,34 @@ def test_the_answer_to_a_goto_is_one_line_and_one_json_object():
 
 def test_the_answer_to_a_goto_without_a_way_is_the_reason():
     assert way_words(json.dumps({**WAY, "kind": "unreachable", "length_m": None}).encode()) == "none: why"
+
+
+def test_a_round_trip_that_is_not_known_is_no_number():
+    session = Session(bench_keys(7), 1)
+    assert status(session, 0)["link"]["rtt_s"] is None and status(session, 0)["link"]["clock_error_s"] is None
+    session.far_clock.hear(5_000_000_000, 0)
+    link = status(session, 0)["link"]
+    assert link["clock"] == "5.00 s, its error unknown" and link["clock_error_s"] is None
+    session.far_clock.measure(20_000_000)
+    link = status(session, 0)["link"]
+    assert (link["rtt_s"], link["clock_error_s"]) == (0.02, 0.011) and link["clock"].endswith("at most 0.011 s off")
+
+
+def test_as_json_an_item_is_told_when_its_value_has_changed():
+    told = []
+    teller = Teller(told.append, True, 1.0)
+    for n, value in enumerate((1.0, 1.0, 2.0, float("nan"), float("nan"), 2.0)):
+        teller.news([Item(n, n, "mode", value), Item(n, n, "phase", 0.0)])
+    trees = [json.loads(line) for line in told]
+    assert [(tree["at_ns"], tree["value"]) for tree in trees if tree["name"] == "mode"] == [
+        (0, 1.0), (2, 2.0), (3, None), (5, 2.0)]
+    assert len(trees) == 5
+
+
+def test_a_transfer_ends_with_all_of_its_chunks():
+    told = []
+    teller = Teller(told.append, False, 1.0)
+    for again in range(2):
+        teller.news([Progress(0, "ldem", 7, 8)])
+        teller.news([ProductHeard(1, Product(again, "ldem", "ldem-2", b"x"))])
+    assert [line.split("ldem ")[1][:6] for line in told] == ["7 of 8", "8 of 8", "(ldem-"] * 2

@@ -39,6 +39,7 @@ class ToyRover:
         self.executed: list[str] = []
         self.refused = 0
         self.versions = OURS
+        self.lease_of = 0  # station that holds the lease
         self.fails, self.names_object, self.tells = False, True, True
 
     def receive(self, datagram: bytes, now_ns: int) -> None:
@@ -70,6 +71,9 @@ class ToyRover:
         if order.name == "goto":
             self.cancel(now_ns, "another goto came")
             self._busy[order.request_id] = now_ns + self._drive_ns
+            self._executor.report(order.request_id, transactions.State.STARTED, now_ns)
+            return
+        if order.name == "lease_ask" and self.lease_of:
             self._executor.report(order.request_id, transactions.State.STARTED, now_ns)
             return
         if order.name == "stop":
@@ -107,7 +111,7 @@ class ToyRover:
         mode = Mode.AUTONOMOUS if self._busy else Mode.STANDBY
         messages = (
             self._mavlink.rover_state_encode(ms, 0, nan, nan, nan, 0.0, 0.1, 0.01, 1, mode, 0),
-            self._mavlink.link_state_encode(ms, *self.versions, 0, 0),
+            self._mavlink.link_state_encode(ms, *self.versions, self.lease_of, 0),
             self._mavlink.local_position_ned_encode(ms, *ned_from_enu(ms / 1000, 2.0, 0.0), 0.0, 0.0, 0.0),
             self._mavlink.items_encode(ms, [float(self.refused)] + [nan] * 7, [BY_NAME["link_refused"].id] + [0] * 7),
         )

@@ -2,9 +2,11 @@
 
 import socket
 import threading
+from types import SimpleNamespace
 
 import pytest
 
+from hil.bench.bench import Bench
 from hil.bench.lockstep import Barrier, ParticipantLostError
 from protocol.barrier import Channel, Done, Hello, Receiver, Stop, Tick, encode
 
@@ -73,3 +75,18 @@ def test_waiting_for_participants_notices_that_a_process_died():
     with pytest.raises(ParticipantLostError, match="onboard: exit code 78"):
         barrier.gather({"onboard"}, dead)
     barrier.close()
+
+
+def test_the_links_counts_go_on_over_restarts_of_the_flight_program(monkeypatch):
+    bench = Bench.__new__(Bench)
+    bench.hub = SimpleNamespace(disconnect=lambda client: None, wait_client=lambda client, limit_s: client)
+    bench.lidar_server = SimpleNamespace(disconnect=lambda: None)
+    bench.lidar_open, bench.tick, bench._can_client, bench._onboard_epoch, bench._sent_before = False, 9, 0, 0, 0
+    monkeypatch.setattr(bench, "_gather", lambda names: None, raising=False)
+    monkeypatch.setattr(bench, "unheard", lambda: None, raising=False)
+    bench._link_counts = {"down_in": 4000, "down_out": 3990}
+    bench.regain("onboard")
+    bench._link_counts |= {"down_in": 26, "down_out": 4015}
+    bench.regain("onboard")
+    bench._link_counts |= {"down_in": 5, "down_out": 4020}
+    assert bench._down() == {"sent": 4031, "received": 4020}

@@ -238,9 +238,26 @@ def test_a_predicted_way_shows_what_is_driven_what_is_hoped_for_and_the_sets():
     assert "hoped for, not seen yet" not in legend(way(Sets(GRID, HEIGHTS, sets), LINE, LINE[:0, :2], (10, 2), ""))
 
 
+def test_the_legend_of_a_predicted_way_keeps_clear_of_its_title():
+    made = way(Sets(GRID, HEIGHTS, np.full((40, 80), 3, np.uint8)), LINE, LINE[:0, :2], (10.0, 2.0), "predicted 10 m")
+    assert size(png(made))  # drawn: everything has its place
+    title, legend = made.axes[0].title.get_window_extent(), made.legends[0].get_window_extent()
+    assert not title.overlaps(legend) and legend.y1 < title.y0 - 10
+
+
 def test_items_have_a_panel_each_with_their_unit_and_limits():
     volts = Series("voltage_v", "V", TIMES, 21 + TIMES / 20, (22.0, 30.0))
-    made = items([volts, Series("mode", "", TIMES, TIMES * 0)], "0")
-    assert [axes.get_ylabel() for axes in made.axes] == ["voltage_v\nV", "mode"]
+    made = items([volts, Series("rtf", "s", TIMES, TIMES * 0)])
+    assert [axes.get_ylabel() for axes in made.axes] == ["voltage_v", "rtf\ns"]  # a unit is not said twice
+    assert made.axes[-1].get_xlabel() == "time of the run, s"
     assert 22.0 in [float(line.get_ydata()[0]) for line in made.axes[0].lines[1:]]
     assert len(made.axes[1].lines) == 1 and size(png(made))
+
+
+def test_an_enumeration_is_drawn_in_steps_with_its_names_over_utc():
+    mode = Series("mode", "", np.arange(4.0), np.array([1.0, 1.0, np.nan, 4.0]), None, {1: "STANDBY", 2: "AUTONOMOUS"})
+    made = items([mode], 10**18)
+    (axes,) = made.axes
+    assert [tick.get_text() for tick in axes.get_yticklabels()] == ["STANDBY", "4"]
+    assert axes.lines[0].get_drawstyle() == "steps-post" and axes.get_xlabel() == "UTC"
+    assert size(png(made))
