@@ -5,7 +5,6 @@ Over 300 lines: the two kinds of ports differ in what a tick may wait for, and a
 
 from __future__ import annotations
 
-import ctypes
 import gc
 import signal
 from concurrent.futures import Future
@@ -28,6 +27,7 @@ from onboard.drivers.lidar_port import LidarPort, open_port
 from onboard.drivers.link_memory import LinkMemory
 from onboard.drivers.link_port import LinkPort, link_keys
 from onboard.drivers.machine import Probe, folders_written
+from onboard.drivers.memory import return_large
 from onboard.drivers.state_folder import StateFolder, count_boot, read_kept
 from onboard.drivers.stopwatch import Stopwatch, Unmeasured
 from onboard.drivers.workers import Workers
@@ -42,8 +42,6 @@ from protocol.barrier import Channel, Tick
 if TYPE_CHECKING:
     from onboard.perception.stop_map import StopMap
 
-MMAP_THRESHOLD = -3  # of mallopt(3)
-LARGE_BYTES = 1 << 18
 WAIT_S = 60.0  # wall-clock limit for bytes that the bench says are on their way
 EX_AGAIN = 75  # the operator had it end, to be started anew: what started the program does that
 DARK_TICKS = 50  # after the end, for the LIDAR to say that its laser is off
@@ -174,7 +172,7 @@ def run(config: Config, announce: Announce) -> int:
     announce: told in one line that all ports are open and the ticks begin, and what of a kept map cannot be used.
     Raises JobError where a job has failed: the rover stands and the record is closed by then.
     """
-    _return_large_memory()
+    return_large()
     config = _counted(config, announce)
     gdem = load_gdem(config.mission.gdem)
     kept = load_tiles(config)
@@ -345,10 +343,3 @@ def recall_map(config: Config, kept: Kept) -> StopMap | None:
 
 def _state(channel: Channel | None) -> PortState:
     return PortState(channel.state) if channel else PortState.OPEN
-
-
-def _return_large_memory() -> None:
-    """Arrays of a job go back to the system when freed: by default glibc soon keeps them, 20 MB in some pieces."""
-    libc = ctypes.CDLL(None)
-    if hasattr(libc, "mallopt"):
-        libc.mallopt(MMAP_THRESHOLD, LARGE_BYTES)

@@ -14,6 +14,7 @@ from onboard.core.tick import Rover
 from onboard.drivers.clock import LockStepClock, WallClock
 from onboard.drivers.disk import Keeper
 from onboard.drivers.lidar_port import LidarPort
+from onboard.drivers.memory import trim
 from onboard.drivers.realtime import Grant, RealTime, words
 from onboard.drivers.service import Service
 from onboard.drivers.status_port import StatusError, StatusPort, place_of
@@ -52,13 +53,17 @@ class Books:
 
 
 class Spare:
-    """The use of spare time: `onboard status`, the collector, the service's manager. It asks for real time, too."""
+    """The use of spare time: `onboard status`, the collector, the service's manager, memory given back after missions.
+
+    It asks for real time, too.
+    """
 
     def __init__(self, config: Config, rover: Rover, clock: Clock, recorder: Recorder, announce: Announce) -> None:
         self._config, self._rover, self._clock, self._recorder = config, rover, clock, recorder
         self._service = Service(os.environ)
         self._status = _status_port(config, announce)
         self._realtime: RealTime | None = None
+        self._in_mission = False
 
     def go(self, workers: Workers, announce: Announce) -> int:
         """Ask for what [realtime] names, in the thread that ticks, and tell; the alarm's descriptor, -1 without one."""
@@ -77,6 +82,9 @@ class Spare:
             self._status.serve(self._report, self._clock.now_ns())
         if self._realtime and self._realtime.collector and isinstance(self._clock, WallClock):
             self._realtime.collector.spend(self._clock.left_ns)
+        was, self._in_mission = self._in_mission, self._rover.executive.in_mission
+        if was and not self._in_mission:
+            trim()
 
     @property
     def grants(self) -> tuple[Grant, ...]:

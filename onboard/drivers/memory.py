@@ -1,0 +1,22 @@
+"""Memory that was freed goes back to the system; glibc keeps it by default, some MB more with every mission."""
+
+from __future__ import annotations
+
+import ctypes
+
+_MMAP_THRESHOLD = -3  # of mallopt(3)
+_LARGE_BYTES = 1 << 18
+
+
+def return_large() -> None:
+    """From now on large arrays go back as soon as they are freed: by default glibc soon keeps them, 20 MB in pieces."""
+    libc = ctypes.CDLL(None)
+    if hasattr(libc, "mallopt"):
+        libc.mallopt(_MMAP_THRESHOLD, _LARGE_BYTES)
+
+
+def trim() -> None:
+    """Give back what lies free between pieces in use. Takes some ms: for when the rover stands."""
+    libc = ctypes.CDLL(None)
+    if hasattr(libc, "malloc_trim"):
+        libc.malloc_trim(0)
