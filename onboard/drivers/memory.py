@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import gc
 
 _MMAP_THRESHOLD = -3  # of mallopt(3)
 _LARGE_BYTES = 1 << 18
@@ -16,7 +17,8 @@ def return_large() -> None:
 
 
 def trim() -> None:
-    """Give back what lies free between pieces in use. Takes some ms: for when the rover stands."""
+    """Give back what only cycles hold and what lies free between pieces in use. Some ms: for when the rover stands."""
+    gc.collect()
     libc = ctypes.CDLL(None)
     if hasattr(libc, "malloc_trim"):
         libc.malloc_trim(0)
