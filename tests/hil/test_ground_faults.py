@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from hil.bench.truth import Truth
 from hil.faults import ground_faults
 from hil.faults.ground_faults import KINDS, across
 from hil.plant.plant import Plant
@@ -80,7 +81,7 @@ def test_a_collapse_rolls_the_rover_to_its_left_however_it_is_turned():
     field = replace(flat_field(1).field, start=Pose(1.0, 0.0, yaw_rad=2.0))
     plant = Plant(field, step_ns=5_000_000)
     state = plant.reset(field.start)
-    ground_faults.collapse(SimpleNamespace(plant=plant, state=state), None, 0)
+    ground_faults.collapse(SimpleNamespace(plant=plant, state=state, truth=Truth()), None, 0)
     for _ in range(150):
         state = plant.step()
     plant.close()
