@@ -25,6 +25,7 @@ from onboard.records import Inputs, Outputs
 from onboard.status.report import Shell, report
 
 Clock = LockStepClock | WallClock
+TRIM_NS = 10_000_000_000  # between two times that memory is given back, while no mission runs
 
 
 @dataclass(slots=True)
@@ -53,7 +54,7 @@ class Books:
 
 
 class Spare:
-    """The use of spare time: `onboard status`, the collector, the service's manager, memory given back after missions.
+    """The use of spare time: `onboard status`, the collector, the service's manager, and memory given back.
 
     It asks for real time, too.
     """
@@ -63,7 +64,7 @@ class Spare:
         self._service = Service(os.environ)
         self._status = _status_port(config, announce)
         self._realtime: RealTime | None = None
-        self._in_mission = False
+        self._trim_ns = 0
 
     def go(self, workers: Workers, announce: Announce) -> int:
         """Ask for what [realtime] names, in the thread that ticks, and tell; the alarm's descriptor, -1 without one."""
@@ -82,8 +83,11 @@ class Spare:
             self._status.serve(self._report, self._clock.now_ns())
         if self._realtime and self._realtime.collector and isinstance(self._clock, WallClock):
             self._realtime.collector.spend(self._clock.left_ns)
-        was, self._in_mission = self._in_mission, self._rover.executive.in_mission
-        if was and not self._in_mission:
+        now_ns = self._clock.now_ns()
+        if self._rover.executive.in_mission:
+            self._trim_ns = now_ns + TRIM_NS
+        elif now_ns >= self._trim_ns:
+            self._trim_ns = now_ns + TRIM_NS
             trim()
 
     @property

@@ -1,4 +1,4 @@
-"""Memory of a mission goes back when the mission has ended (`make soak` has the figures)."""
+"""Memory of a mission goes back between missions (`make soak` has the figures)."""
 
 import gc
 import weakref
@@ -6,7 +6,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from onboard.beside import Spare
+from onboard.beside import TRIM_NS, Spare
 from onboard.config import load
 
 
@@ -21,15 +21,29 @@ def no_collector():
     gc.enable()
 
 
-def test_what_only_cycles_hold_is_freed_when_a_mission_has_ended_and_not_before(no_collector):
-    executive = SimpleNamespace(in_mission=True)
-    rover, clock = SimpleNamespace(executive=executive), SimpleNamespace(now_ns=lambda: 0)
+def test_what_only_cycles_hold_is_freed_between_missions_and_not_in_one(no_collector):
+    executive, clock = SimpleNamespace(in_mission=True), SimpleNamespace(ns=0)
+    clock.now_ns = lambda: clock.ns
+    rover = SimpleNamespace(executive=executive)
     spare = Spare(load(None, {"clock.mode": "lockstep"}), rover, clock, SimpleNamespace(), print)
-    held = Heavy()
-    held.itself, gone = held, weakref.ref(held)
-    del held
-    spare.use()
+
+    def garbage():
+        held = Heavy()
+        held.itself = held
+        return weakref.ref(held)
+
+    gone = garbage()
+    for _ in range(100):
+        clock.ns += TRIM_NS
+        spare.use()
     assert gone() is not None
     executive.in_mission = False
     spare.use()
+    assert gone() is not None, "what the mission's last jobs leave is not garbage yet"
+    clock.ns += TRIM_NS
+    spare.use()
     assert gone() is None
+    later = garbage()
+    clock.ns += TRIM_NS
+    spare.use()
+    assert later() is None
