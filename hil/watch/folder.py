@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 
 from hil.bench.truth import read_patch, read_turn
-from hil.watch.story import Ground, Moment, Story, Told, changed
+from hil.watch.story import Moment, Story, Told, TrueGround, changed
 from hil.watch.tail import NoRunError, Said, Tail
 from onboard.planning import archive
 from onboard.records import Grid
@@ -56,8 +56,9 @@ class Folder:
             self.story.turns.append((said.time_s, read_turn(said.data)))
             return
         if said.topic == "/ground":
-            self.story.patches.append((said.time_s, read_patch(said.data)))
-            changed(self.ground, [self.story.patches[-1][1]])
+            patch = read_patch(said.data)
+            changed(self.ground, [patch])  # raises where it does not lie on this ground
+            self.story.patches.append((said.time_s, patch))
             return
         row = json.loads(said.data)
         if said.topic == "/truth":
@@ -78,13 +79,13 @@ class Folder:
                 self.story.tell(Told(row["now_ns"] / 1e9, row["severity"], row["name"], row["text"]))
 
 
-def read_ground(path: Path) -> Ground:
+def read_ground(path: Path) -> TrueGround:
     """The true ground of a run. Raises NoRunError."""
     try:
         with np.load(io.BytesIO(path.read_bytes())) as file:
             heights_m = file["truth_heights_m"]
             grid = Grid(float(file["x0_m"]), float(file["y0_m"]), float(file["cell_m"]), *heights_m.shape)
             goal_x_m, goal_y_m = file["goal"].tolist()
-            return Ground(grid, heights_m, file["rocks"], (goal_x_m, goal_y_m))
+            return TrueGround(grid, heights_m, file["rocks"], (goal_x_m, goal_y_m))
     except (KeyError, ValueError, OSError, EOFError, zipfile.BadZipFile) as error:
         raise NoRunError(f"{path} is damaged: {error}") from error

@@ -20,7 +20,7 @@ from viser import SceneApi, SceneNodeHandle
 from hil.bench.truth import Patch
 from hil.watch import surfaces
 from hil.watch.model import Part, about, parts, turns_rad
-from hil.watch.story import Ground, Instant, changed
+from hil.watch.story import Instant, TrueGround, changed
 from hil.watch.surfaces import Surface, dashes, lifted, map_surface, on_ground, segments
 from onboard.config import Rover
 from onboard.records import F64
@@ -36,7 +36,7 @@ LAYERS = ("/map", "/paths", "/scan")  # can be hidden
 class Scene:
     """Nodes of a viser scene by their names. `show` sends only what has changed."""
 
-    def __init__(self, api: SceneApi, ground: Ground, rover: Rover) -> None:
+    def __init__(self, api: SceneApi, ground: TrueGround, rover: Rover) -> None:
         self._api, self.ground, self._first = api, ground, ground
         self.nodes: dict[str, SceneNodeHandle] = {}
         self._shown: dict[str, object] = {}

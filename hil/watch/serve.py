@@ -19,7 +19,7 @@ from hil.watch.panel import Panel
 from hil.watch.player import Player
 from hil.watch.port import HOST, PortInUseError, address, check_port
 from hil.watch.scene import Scene
-from hil.watch.story import Ground
+from hil.watch.story import TrueGround
 from onboard.config import Rover, load
 from onboard.records import F64
 
@@ -108,7 +108,7 @@ def flown_rtf(folder: Path) -> float:
         return 0.0
 
 
-def look_from(server: viser.ViserServer, ground: Ground, here: F64) -> None:
+def look_from(server: viser.ViserServer, ground: TrueGround, here: F64) -> None:
     """A browser's first view: from behind a place (3,) and above it, towards the goal."""
     goal = np.array([*ground.goal_m, here[2]])
     ahead = (goal - here) / max(float(np.linalg.norm(goal - here)), 1e-6)

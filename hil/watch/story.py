@@ -19,7 +19,7 @@ TOLD = 9  # events shown at once
 
 
 @dataclass(frozen=True, slots=True)
-class Ground:
+class TrueGround:
     """The true ground. heights_m: (rows, columns) float32. rocks: (n, 3) x, y, diameter."""
 
     grid: Grid
@@ -28,7 +28,7 @@ class Ground:
     goal_m: tuple[float, float]
 
 
-def changed(ground: Ground, patches: Sequence[Patch]) -> Ground:
+def changed(ground: TrueGround, patches: Sequence[Patch]) -> TrueGround:
     """The ground after these changes. Raises ValueError for one that does not lie on it."""
     heights_m = ground.heights_m.copy()
     for patch in patches:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hil.terrain.mesh import soil_height
-from hil.watch.story import Ground
+from hil.watch.story import TrueGround
 from onboard.planning.archive import PlanPicture
 from onboard.records import F32, F64, I32, U8, Bool, Grid, NodeSet
 
@@ -34,7 +34,7 @@ class Surface(NamedTuple):
     uv: F32
 
 
-def ground_surface(ground: Ground) -> Surface:
+def ground_surface(ground: TrueGround) -> Surface:
     """Soil lighter where it is higher, rocks brown."""
     step = 1
     while ground.heights_m[::step, ::step].size > LARGEST:
@@ -57,7 +57,7 @@ def map_surface(plan: PlanPicture) -> Surface:
     return _surface(*_axes(plan.grid), np.where(known, plan.heights_m + ABOVE_M, 0.0), known, colours)
 
 
-def on_ground(ground: Ground, way: F64) -> F64:
+def on_ground(ground: TrueGround, way: F64) -> F64:
     """A way (k, 2 or more) as points (k, 3) a little above the ground."""
     heights_m = soil_height(ground.grid, ground.heights_m, way[:, 0], way[:, 1])
     return np.column_stack((way[:, :2], heights_m + 2 * ABOVE_M))
@@ -86,7 +86,7 @@ def _axes(grid: Grid) -> tuple[F64, F64]:
     return grid.x0_m + grid.cell_m * np.arange(grid.columns), grid.y0_m + grid.cell_m * np.arange(grid.rows)
 
 
-def _under_rocks(ground: Ground, x_m: F64, y_m: F64) -> Bool:
+def _under_rocks(ground: TrueGround, x_m: F64, y_m: F64) -> Bool:
     """Which nodes lie in the disc of a rock, (rows, columns)."""
     under: NDArray[np.bool_] = np.zeros((len(y_m), len(x_m)), bool)
     for x, y, diameter in ground.rocks:

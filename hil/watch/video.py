@@ -15,8 +15,7 @@ from PIL import Image
 from hil.plant.turns import rotate
 from hil.watch.film_kind import KindError, check_kind
 from hil.watch.folder import Folder
-from hil.watch.story import Ground as TrueGround
-from hil.watch.story import Instant, changed
+from hil.watch.story import Instant, TrueGround, changed
 from hil.watch.tail import NoRunError
 from onboard.config import Rover, load
 from onboard.records import F64

@@ -6,7 +6,7 @@ import pytest
 from hil.terrain.field import truth_height
 from hil.terrain.mesh import soil_height
 from hil.watch import surfaces
-from hil.watch.story import Ground
+from hil.watch.story import TrueGround
 from hil.watch.surfaces import ABOVE_M, dashes, ground_surface, map_surface, on_ground, segments
 from onboard.planning import archive
 from onboard.records import NodeSet
@@ -17,7 +17,7 @@ from tests.ground.synthetic_run import field, plan_at
 def ground():
     made = field()
     rocks = np.array([(rock.x_m, rock.y_m, rock.diameter_m) for rock in made.rocks])
-    return Ground(made.grid, truth_height(made), rocks, made.goal_m)
+    return TrueGround(made.grid, truth_height(made), rocks, made.goal_m)
 
 
 @pytest.fixture(scope="module")
