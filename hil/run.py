@@ -170,6 +170,8 @@ def _loop(
             bench.lose("onboard")  # as a service manager does; the bench's time stands still until it is up
             processes.restart("onboard")
             bench.regain("onboard")
+        if bench.ground_code is not None:
+            processes.let_end("ground", bench.ground_code)
         now = time.monotonic()
         if pace:
             early_s = bench.tick * TICK_NS / 1e9 / pace - (now - started)

@@ -5,6 +5,7 @@ import select
 import signal
 import subprocess
 import sys
+import threading
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,7 +14,7 @@ from mcap.reader import make_reader
 
 from hil.processes import ProcessDiedError, Processes, free_ports
 from hil.run import run
-from hil.scenario.scenario import load_scenario
+from hil.scenario.scenario import Scenario, load_scenario
 
 SCENARIOS = Path(__file__).parents[2] / "hil" / "scenarios"
 
@@ -174,6 +175,22 @@ def test_a_link_killed_in_mid_run_ends_it_with_an_error_that_names_it(tmp_path, 
         assert result.error.startswith("link ended with signal SIGKILL"), result.error
     assert killed
     assert set(children()) <= before
+
+
+@pytest.mark.mission
+def test_a_script_that_has_ended_is_not_missed_while_the_rover_is_slow(tmp_path):
+    scenario = Scenario(terrain="flat", link="lan", script="at 1.0: stop\n", end_s=60.0)
+    before, halted = set(children()), []
+
+    def progress(now, wall_s):
+        own = {words.split()[1]: pid for pid, words in children().items() if pid not in before and "-m " in words}
+        if "ground" not in own and "onboard" in own and not halted:
+            halted.append(own["onboard"])
+            os.kill(halted[0], signal.SIGSTOP)
+            threading.Timer(2.0, os.kill, (halted[0], signal.SIGCONT)).start()  # longer than the bench waits unasking
+
+    result = run(scenario, tmp_path, progress)
+    assert halted and result.error == ""
 
 
 def test_free_ports_are_different_and_below_those_of_outgoing_connections():
