@@ -39,10 +39,10 @@ sim: .venv/.project ## bench, rover and link in real time until Ctrl-C; try `gro
 	@$(B)/hil sim --seed $(SEED) --terrain $(TERRAIN)
 
 test: .venv/.project ## the fast test suite (under 5 minutes on two cores)
-	@$(FIXED) $(B)/python -m pytest -n 2 --dist loadgroup -m "not campaign"
+	@$(FIXED) $(B)/python -m pytest -n 2 --dist loadfile -m "not campaign and not mission"
 
-test-missions: .venv/.project ## maps, guard and mission rule on seeded fields without physics, ways driven with a failed wheel (minutes)
-	@$(FIXED) $(B)/python -m pytest -n 2 --dist loadgroup -m campaign
+test-missions: .venv/.project ## runs of real processes, maps, guard and rule on seeded fields, ways with a failed wheel (minutes)
+	@$(FIXED) $(B)/python -m pytest -n 2 --dist loadgroup -m "campaign or mission"
 
 test-scenarios: .venv/.project ## whole missions with physics, each in one process; a few minutes, FULL=1 flies every seed
 	@$(B)/python -m tests.scenarios $(if $(FULL),,--short)

@@ -11,6 +11,8 @@ from onboard.perception.localisation import Localisation
 from tests.scenarios.localisation import Watch, ground_of
 from tests.scenarios.tapes import Player, Recorder, load
 
+pytestmark = [pytest.mark.mission, pytest.mark.xdist_group("tape")]  # flown once
+
 
 @pytest.fixture(scope="module")
 def tape(tmp_path_factory):
