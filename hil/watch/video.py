@@ -24,6 +24,7 @@ from pictures.terrain import Ground
 from protocol.conventions import WHEEL_SIGNS
 
 FRAMES_A_SECOND, SPEED = 10, 10.0  # of the film; bench seconds that pass in a second of it
+MOST_FRAMES = 600  # at most: a longer run goes by faster, in a minute; WebP's encoder holds 2 MB of each
 TOLD, WIDTH_OF_WORDS = 4, 105
 Frames = Iterator[NDArray[np.uint8]]
 
@@ -48,9 +49,11 @@ def drawn(ground: TrueGround) -> Ground:
 
 
 def shots(run: Folder, rover: Rover) -> Iterator[Shot]:
-    """One every SPEED / FRAMES_A_SECOND seconds of bench time, the end among them."""
+    """One every SPEED / FRAMES_A_SECOND seconds of bench time, more where that were over MOST_FRAMES; the end among them."""
     story, ground, changes = run.story, None, 0
-    times_s = np.append(np.arange(story.moments[0].time_s, story.end_s, SPEED / FRAMES_A_SECOND), story.end_s)
+    begin_s, end_s = story.moments[0].time_s, story.end_s
+    step_s = max(SPEED / FRAMES_A_SECOND, (end_s - begin_s) / (MOST_FRAMES - 1))
+    times_s = np.append(np.arange(begin_s, end_s, step_s), end_s)
     for time_s in times_s.tolist():
         instant = story.at(time_s)
         assert instant is not None, "a story with moments has one at any time"

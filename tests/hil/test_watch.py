@@ -214,6 +214,15 @@ def test_the_page_is_served_until_ctrl_c_which_leaves_nothing(run, number):
         probe.bind(("127.0.0.1", port))
 
 
+def test_a_film_of_a_long_run_has_no_more_pictures_than_are_allowed_and_still_its_end(run, monkeypatch):
+    monkeypatch.setattr(video, "MOST_FRAMES", 7)
+    folder = Folder(run)
+    folder.read()
+    times_s = [float(shot.title.split()[0]) for shot in video.shots(folder, Rover())]
+    assert len(times_s) == 7 and times_s[-1] == pytest.approx(folder.story.end_s, abs=0.05)
+    assert np.ptp(np.diff(times_s)) < 0.2  # as long one after the other, but for rounding
+
+
 @pytest.mark.parametrize("command", [["watch", "{run}"], ["run", "hil/scenarios/wheel_stuck.toml", "--watch"]])
 def test_a_port_in_use_is_one_line_that_says_what_to_do(run, tmp_path, command, monkeypatch):
     monkeypatch.chdir(tmp_path)
