@@ -49,7 +49,7 @@ def drawn(ground: TrueGround) -> Ground:
 
 
 def shots(run: Folder, rover: Rover) -> Iterator[Shot]:
-    """One every SPEED / FRAMES_A_SECOND seconds of bench time, more where that were over MOST_FRAMES; the end among them."""
+    """One every SPEED / FRAMES_A_SECOND seconds of bench time, or MOST_FRAMES over the run; the end among them."""
     story, ground, changes = run.story, None, 0
     begin_s, end_s = story.moments[0].time_s, story.end_s
     step_s = max(SPEED / FRAMES_A_SECOND, (end_s - begin_s) / (MOST_FRAMES - 1))
