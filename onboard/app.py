@@ -6,6 +6,7 @@ Over 300 lines: the two kinds of ports differ in what a tick may wait for, and a
 from __future__ import annotations
 
 import gc
+import json
 import signal
 from concurrent.futures import Future
 from contextlib import ExitStack
@@ -33,7 +34,7 @@ from onboard.drivers.stopwatch import Stopwatch, Unmeasured
 from onboard.drivers.workers import Workers
 from onboard.journal import Announce, Level, to_journal
 from onboard.maps.gdem_file import from_npz
-from onboard.ports import BUS_CLOSED, EPOCH
+from onboard.ports import BUS_CLOSED, EPOCH, HALTS
 from onboard.record.writer import Recorder
 from onboard.records import BusStatus, Chunk, Frame, Gdem, Health, Inputs, LinkMessage, Machine, Outputs, PortState
 from onboard.status.report import rhythm
@@ -193,7 +194,7 @@ def run(config: Config, announce: Announce) -> int:
         link = stack.enter_context(port)
         workers = Workers(wait=lockstep)
         stack.callback(workers.close)
-        state[EPOCH] = b"%d" % forgets_not.epoch
+        state[EPOCH], state[HALTS] = b"%d" % forgets_not.epoch, json.dumps(forgets_not.halted).encode()
         recorder = stack.enter_context(Recorder(config, gdem, kept.tiles, state))
         workers.own[JOBS["product_record"].function] = (recorder.paths,)
         keeper = Keeper(config.mapping.folder, memory, partial(announce, level=Level.WARNING), wait=lockstep)

@@ -57,6 +57,7 @@ BUS_WORDS = {  # what a controller's error frame means for people
 
 UNKEPT = "unkept"  # verdict of a command that was not to wait any longer for its mark (onboard.drivers.link_memory)
 EPOCH = "epoch"  # a Save of this name asks the link's port to put a key epoch in force, and to keep it
+HALTS = "halts"  # under this name the core is told, as JSON by station, the request ids that halted before a restart
 
 
 class Save(NamedTuple):

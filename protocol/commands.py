@@ -58,9 +58,16 @@ class Command:
         runs = {row.mode for row in MODES if row.wheels == "run"}
         return any(way.event == self.name and way.next in runs for way in TRANSITIONS)
 
+    @property
+    def frees(self) -> bool:
+        """Whether the rover moves by it, or may again: it `moves`, or leads out of a mode that holds the rover."""
+        return self.moves or any(
+            way.event == self.name and way.state in _HOLDS and way.next not in _HOLDS for way in TRANSITIONS)
+
 
 FAMILIES = ("map", "faults", "param", "fence", "sequence", "lease", "contacts", "keys")
 _ALL = tuple(Mode)
+_HOLDS = (Mode.SAFE, Mode.ESTOP)
 _STANDS = (Mode.STANDBY, Mode.SAFE)
 _READY = (Mode.STANDBY, Mode.AUTONOMOUS)
 _TELEOP = (Mode.STANDBY, Mode.TELEOP)

@@ -5024,7 +5024,7 @@ end
 local KINDS = {[1] = "MAVLINK", [2] = "BULK_CHUNK", [3] = "BULK_BITMAP", [4] = "TELECOMMAND", [5] = "REPORT"}
 local COMMANDS = {[1] = "goto", [2] = "stop", [3] = "safe", [4] = "resume", [5] = "status", [6] = "get", [7] = "emergency_stop", [8] = "reset", [9] = "scan", [10] = "turn", [11] = "drive", [12] = "mission", [13] = "map_clear", [14] = "faults_list", [15] = "faults_clear", [16] = "faults_mask", [17] = "time", [18] = "reboot", [19] = "param_list", [20] = "param_get", [21] = "param_set", [22] = "param_save", [23] = "fence_add", [24] = "fence_clear", [25] = "fence_list", [26] = "return", [27] = "sequence_upload", [28] = "sequence_clear", [29] = "sequence_check", [30] = "sequence_run", [31] = "sequence_abort", [40] = "lease_ask", [41] = "lease_release", [42] = "lease_show", [43] = "contacts_set", [44] = "contacts_clear", [45] = "keys_rotate"}
 local STATES = {[0] = "REQUESTED", [1] = "RECEIVED", [2] = "ACCEPTED", [3] = "STARTED", [4] = "PROGRESS", [5] = "COMPLETED", [6] = "FAILED", [7] = "EXPIRED", [8] = "CANCELLED"}
-local CODES = {[0] = "NONE", [1] = "UNKNOWN_COMMAND", [2] = "RANGE", [3] = "MODE", [4] = "REUSED_ID", [5] = "FORGOTTEN_ID", [6] = "TOO_MANY", [7] = "VERSION", [8] = "LEASE", [9] = "RESTARTED"}
+local CODES = {[0] = "NONE", [1] = "UNKNOWN_COMMAND", [2] = "RANGE", [3] = "MODE", [4] = "REUSED_ID", [5] = "FORGOTTEN_ID", [6] = "TOO_MANY", [7] = "VERSION", [8] = "LEASE", [9] = "RESTARTED", [10] = "OVERTAKEN"}
 local TAG_BYTES, ANNOUNCEMENT = 16, 65535
 local DOWNLINK_KEY_ID = 0
 local F = {}

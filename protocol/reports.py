@@ -34,7 +34,7 @@ class State(IntEnum):
 
 
 class Code(IntEnum):
-    """Why a request FAILED without having been tried, or 0."""
+    """Why a request ended without having been tried, or 0."""
 
     NONE = 0
     UNKNOWN_COMMAND = 1
@@ -46,6 +46,7 @@ class Code(IntEnum):
     VERSION = 7  # by the ground itself: the rover was built from something else
     LEASE = 8  # another station holds it
     RESTARTED = 9  # by the ground itself: nobody knows whether it was done
+    OVERTAKEN = 10  # CANCELLED: asked before what halted the rover, and arrived after it
 
 
 class Report(NamedTuple):

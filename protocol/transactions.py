@@ -6,22 +6,26 @@
       |  telecommand, every max(5 s, 2 RTT) ----------->  |  (asks for the outcome, which may have been lost)
       |  <------------------ report: COMPLETED ...        |
 
-Rule 1: a request id of a station names one request for ever. The ground keeps its next id on disk, as it keeps its
-        counter; an id with other content than before is refused, one older than all that is remembered is refused too.
+Rule 1: a request id of a station names one request for ever, and ids rise in the order of asking, also over several
+        processes of it. The ground keeps its next id on disk, as it keeps its counter; an id with other content than
+        before is refused, one older than all that is remembered is refused too.
 Rule 2: a request that arrives after its expiry is never executed, and reported EXPIRED.
 Rule 3: a request with a start time waits on board until then (at most 32 do); its mode and expiry are looked at then.
 Rule 4: each report carries a serial number per request, so that a late one never overwrites a newer.
 Rule 5: a rover that restarts has forgotten what it did. A request that was sent before is not sent to it again, but
         ends with that reason; only those that halt are, which do no harm twice.
+Rule 6: what was asked before a halt and arrives after it lets nothing move any more (protocol.halts).
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from types import MappingProxyType
 from typing import NamedTuple
 
 from protocol import WireError, commands
+from protocol.halts import Halts
 from protocol.link import line_bytes
 from protocol.modes import Mode
 from protocol.reports import Code as Code
@@ -56,13 +60,15 @@ class Request:
 class Requester:
     """The ground's end of one station. Times are the ground's; issue and expiry are given in onboard time.
 
-    first_id: kept on disk ahead of use (rule 1). rtt_ns may be set at any time. remembered: requests in `requests`, the
-    oldest of those whose outcome is known are forgotten.
+    first_id: kept on disk ahead of use (rule 1); take_id: gives the next one, where several processes share them.
+    rtt_ns may be set at any time. remembered: requests in `requests`, the oldest of those whose outcome is known are
+    forgotten.
     """
 
     def __init__(self, station: int, first_id: int = 1, rtt_ns: int = 0, remembered: int = 2048) -> None:
         self._remembered = remembered
         self.station, self.next_id, self.rtt_ns = station, first_id, rtt_ns
+        self.take_id: Callable[[], int] = self._count_id
         self.requests: dict[int, Request] = {}
         self._open: dict[int, Request] = {}
 
@@ -72,15 +78,18 @@ class Requester:
     ) -> int:
         """A new request; `send` gives its datagrams. Raises ValueError as commands.check does."""
         checked = commands.check(name, arguments)
-        telecommand = commands.Telecommand(self.next_id, issued_ns, expiry_ns, name, checked, start_ns)
+        telecommand = commands.Telecommand(self.take_id(), issued_ns, expiry_ns, name, checked, start_ns)
         made = Request(telecommand, now_ns, commands.encode(telecommand), next_ns=now_ns)
-        self.requests[self.next_id] = self._open[self.next_id] = made
-        self.next_id += 1
+        self.requests[telecommand.request_id] = self._open[telecommand.request_id] = made
         if len(self.requests) > self._remembered:
             oldest = next((i for i in self.requests if i not in self._open), None)
             if oldest is not None:
                 del self.requests[oldest]
         return telecommand.request_id
+
+    def _count_id(self) -> int:
+        self.next_id += 1
+        return self.next_id - 1
 
     def send(self, now_ns: int, halting_only: bool = False) -> list[bytes]:
         """Payloads of Kind.TELECOMMAND that are due now; or of them those that halt the rover, the others wait."""
@@ -140,9 +149,9 @@ class Requester:
 
     @property
     def unheard_moves(self) -> list[int]:
-        """Requests that would move the rover and of which nothing was heard: they are sent again and again."""
+        """Requests that would let the rover move and of which nothing was heard: they are sent again and again."""
         return [request_id for request_id, request in self._open.items()
-                if request.state is State.REQUESTED and commands.command(request.telecommand.name).moves]
+                if request.state is State.REQUESTED and commands.command(request.telecommand.name).frees]
 
     def refuse(self, text: str, now_ns: int) -> list[Report]:
         """None of the open requests is sent any more, but those that halt the rover: the ground's own refusal."""
@@ -218,11 +227,13 @@ class _Known:
 class Executor:
     """The rover's end for all stations: each request becomes an Order at most once.
 
-    capacity: requests remembered per station. permit: raises RefusedError where a station may not give a command.
+    capacity: requests remembered per station. halted: highest request id that halted, by station, of before a restart.
+    permit: raises RefusedError where a station may not give a command.
     """
 
-    def __init__(self, capacity: int = 4096) -> None:
+    def __init__(self, capacity: int = 4096, halted: Mapping[int, int] = MappingProxyType({})) -> None:
         self._capacity = capacity
+        self.halts = Halts(halted)
         self._known: dict[int, dict[int, _Known]] = {}
         self._forgotten: dict[int, int] = {}
         self._queue: list[tuple[int, int, bytes]] = []  # (due_ns, key, payload), in the order made
@@ -256,9 +267,14 @@ class Executor:
         return self._checked(key, asked, now_ns, mode)
 
     def _checked(self, key: int, asked: commands.Telecommand, now_ns: int, mode: Mode) -> Order | None:
+        if asked.name in commands.HALTING and asked.start_ns <= now_ns:
+            self.halts.note(key >> 32, asked, now_ns)
         if asked.expiry_ns and now_ns > asked.expiry_ns:
             late_s = (now_ns - asked.expiry_ns) / 1e9
             self.report(key, State.EXPIRED, now_ns, f"{asked.name} arrived {late_s:.1f} s after its expiry")
+            return None
+        if older := self.halts.older(key >> 32, asked):
+            self.report(key, State.CANCELLED, now_ns, older, code=Code.OVERTAKEN)
             return None
         try:
             code = Code.RANGE

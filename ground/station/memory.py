@@ -2,8 +2,9 @@
 
 The file always says more than was used: a block is reserved, written and synced before its first number is sealed,
 so after a crash no counter is used twice. Several processes of one station reserve blocks of their own (file lock); one
-whose numbers fall behind those of the others takes a new block, or the rover's replay window would pass over it. The
-counters of halting commands only rise on board, so they are taken one by one.
+whose numbers fall behind those of the others takes a new block, or the rover's replay window would pass over it.
+Request ids tell which of two requests was asked first, so none is taken of a block that is not the newest. The counters
+of halting commands only rise on board, so they are taken one by one.
 """
 
 from __future__ import annotations
@@ -53,6 +54,10 @@ class Memory:
             _note_boot(tree, boot_id)
             kept = Kept(tree["boot_id"], tree["epoch"], tree["heard"], tree["rtt_ns"])
             return Block(counter, counter + COUNTERS, request_id, request_id + REQUESTS, kept.boot_id, kept)
+
+    def overtaken(self, block: Block) -> bool:
+        """Whether another process of the station has reserved numbers since: what it asks for has higher ids."""
+        return self._path is not None and self._read()["request_id"] > block.request_end
 
     def next_halt(self) -> int:
         """The counter of one halting command, on the disk before it is used. Raises as `reserve` does."""

@@ -47,6 +47,7 @@ class Station:
         self._last_halt, self._noted_ns, self._now_ns = -1, 0, 0
         self._took_over = False
         self.session.sealer.next_halt = self._next_halt
+        self.session.requester.take_id = self._take_id
         self.session.kept_chunks = self._kept_chunks
         self._archived: set[int] = set()
         self.sent = 0
@@ -62,6 +63,17 @@ class Station:
         except OSError:
             self._last_halt += 1
         return self._last_halt
+
+    def _take_id(self) -> int:
+        """The id of a request: above all that processes of this station have asked for, where the disk lets us know."""
+        requester = self.session.requester
+        with suppress(OSError, ConfigError):
+            if self._memory.overtaken(self._block):
+                self._use(self._memory.reserve(self.session.boot_id))
+        if requester.next_id >= self._block.request_end:
+            self._use(self._memory.reserve(self.session.boot_id))
+        requester.next_id += 1
+        return requester.next_id - 1
 
     def _kept_chunks(self) -> list[bytes]:
         try:

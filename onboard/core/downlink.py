@@ -14,6 +14,7 @@ Rule 4: outside of the contact windows nothing is sent and what has to be sent w
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Iterable, Sequence
 
 from onboard.config import Link
@@ -46,15 +47,16 @@ class Downlink:
     last_contact_ns: when an authenticated datagram last came, the start before the first. mode: commands are checked
     against it; `sample` sets it, and it may be set in every tick. notices: what it has to tell; the caller takes them.
     shedding: housekeeping is made ten times more seldom, and no product is sent. heard_ns: likewise, by station.
-    windows: of contact. now_ns: of the tick.
+    windows: of contact. now_ns: of the tick. halted: what halted the rover before its restart, as HALTS has it.
     """
 
-    def __init__(self, config: Link) -> None:
+    def __init__(self, config: Link, halted: bytes = b"") -> None:
         limit = link.payload_limit(config.rate_bps)
         self._limit, self._rate_Bpns = limit, _SHARE * config.rate_bps / 8e9
         self._depth = 2.0 * link.line_bytes(limit)
         self._tokens, self._filled_ns = self._depth, 0
-        self._packer, self._executor, self._events = Packer(), Executor(), EventSender()
+        kept = {int(station): int(request_id) for station, request_id in json.loads(halted or b"{}").items()}
+        self._packer, self._executor, self._events = Packer(), Executor(halted=kept), EventSender()
         self._bulk = bulk.Sender(limit)
         self._frames: dict[tuple[str, int], bytes] = {}  # (message, part) -> newest frame, in the order first waited
         often_first = sorted(MESSAGES, key=rate_hz, reverse=True)  # on a slow line the last of a beat waits for all
@@ -256,4 +258,4 @@ class Downlink:
         """What of this state enters the digest of the core's state."""
         return (round(self._tokens * 1e6), self.received, self.refused_count, self.last_contact_ns,
                 len(self._events), self._events.serial, len(self._frames), self.sent_bytes,
-                self._executor.held)
+                self._executor.held, *self._executor.halts.digest_items())

@@ -40,7 +40,7 @@ from onboard.motion.kinematics import stopped, wheel_commands
 from onboard.motion.wheel_health import SOUND, Wheels
 from onboard.perception.localisation import Localisation
 from onboard.planning.fences import entered
-from onboard.ports import Save
+from onboard.ports import HALTS, Save
 from onboard.records import (
     Event,
     Gdem,
@@ -78,7 +78,7 @@ class Rover:
         self.lidar = LidarSession(config.lidar)
         self.nodes = Nodes(config.rover, config.can, config.link.boot_count)
         self.localisation = Localisation(config.rover, config.localisation)
-        self.downlink = Downlink(config.link)
+        self.downlink = Downlink(config.link, kept.get(HALTS, b""))
         self.parameters = ParameterOrders(config, kept.get(KEPT, b""), self.downlink)
         self.fences = FenceOrders(bool(config.state.folder), kept.get(fence_orders.KEPT, b""), self.downlink)
         self.keeping = Keeping(config, kept.get(KEPT_POSE, b""), self.localisation)

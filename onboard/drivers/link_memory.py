@@ -1,4 +1,5 @@
-"""What the rover's end of the link must not forget: the newest counter of each key's halts, and the epoch.
+"""What the rover's end of the link must not forget: of each key's halts the newest counter and the highest request id,
+and the epoch.
 
 Both lie in the state folder, whole or not at all. A mark belongs to a key, told by its fingerprint: with a new secret
 the count begins anew. A mark is written beside the tick and its command waits for that, but for HOLD_NS at most: a stop
@@ -22,13 +23,14 @@ from protocol.keyring import Keyring, LinkKeys
 T = TypeVar("T")
 MARKS = "halts.json"
 HOLD_NS = 200_000_000
+_ASKED = " asked"  # behind a key's name in the file: the highest request id that halted
 
 
 class LinkMemory:
     """Marks and epoch of these keys. Without a folder both end with the run (a bench).
 
-    marks: by key id, as they were kept. epoch: in force at the start. wait: lock-step, where a write is always awaited.
-    Raises ConfigError for a file that cannot be read: nothing is begun anew by itself.
+    marks, halted: counters and request ids by key id, as they were kept. epoch: in force at the start. wait: lock-step,
+    where a write is always awaited. Raises ConfigError for a file that cannot be read: nothing is begun anew by itself.
     """
 
     def __init__(self, folder: str, keys: LinkKeys, wait: bool = True) -> None:
@@ -38,15 +40,19 @@ class LinkMemory:
         self._pool = ThreadPoolExecutor(max_workers=1, thread_name_prefix="halts")
         self._kept = self._read_marks()
         self.marks = {key_id: self._kept[name] for key_id, name in self._names.items() if name in self._kept}
+        self.halted = {key_id: self._kept[name + _ASKED] for key_id, name in self._names.items()
+                       if name + _ASKED in self._kept}
         self.epoch = self._read_epoch(keys.command)
 
     def close(self) -> None:
         """Returns when all is written."""
         self._pool.shutdown(wait=True)
 
-    def mark(self, key_id: int, counter: int) -> Future[bool]:
-        """Begins to write this highest counter; the result says whether it is on the disk."""
-        self._kept[self._names[key_id]] = counter
+    def mark(self, key_id: int, counter: int, request_id: int) -> Future[bool]:
+        """Begins to write this highest counter, of that request; the result says whether it is on the disk."""
+        name = self._names[key_id]
+        self._kept[name] = counter
+        self._kept[name + _ASKED] = max(request_id, self._kept.get(name + _ASKED, 0))
         text = json.dumps(self._kept, sort_keys=True).encode()
         return self._submitted(lambda: self._write(MARKS, text))
 

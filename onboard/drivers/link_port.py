@@ -22,6 +22,7 @@ from onboard.drivers.link_memory import HOLD_NS, LinkMemory
 from onboard.ports import EPOCH, UNKEPT, Save, Saved
 from onboard.records import LinkMessage, PortState
 from protocol import WireError, carrier
+from protocol.commands import request_id_of
 from protocol.link import (
     DOWNLINK_KEY_ID,
     KEY_DOWN,
@@ -114,7 +115,8 @@ class Gate:
             return [LinkMessage(stamp_ns, False, error.kind, 0, 0, b"")]
         if not opened.halt:
             return [heard(opened, stamp_ns)]
-        self._held.append((stamp_ns, opened, self._memory.mark(opened.station, opened.counter)))
+        written = self._memory.mark(opened.station, opened.counter, request_id_of(opened.payload) or 0)
+        self._held.append((stamp_ns, opened, written))
         return self.release(stamp_ns)
 
     def release(self, now_ns: int) -> list[LinkMessage]:

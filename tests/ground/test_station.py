@@ -13,7 +13,10 @@ from pathlib import Path
 import pytest
 from toy_rover import TICK_NS, ToyRover
 
+from ground.archive.store import Archive
 from ground.station.memory import COUNTERS, Memory
+from ground.station.settings import Settings
+from ground.station.station import Station
 from hil.processes import free_ports
 from onboard.config import ConfigError
 from onboard.drivers.link_port import LinkPort
@@ -177,6 +180,25 @@ def test_processes_of_one_station_stay_within_the_rovers_window_however_they_tak
             Process().say()
     reserved = json.loads((tmp_path / "station-1.json").read_text())["counter"]
     assert reserved < 400 * COUNTERS  # none wastes its numbers on the other
+
+
+def test_request_ids_rise_in_the_order_of_asking_over_all_processes_of_a_station(tmp_path):
+    settings = Settings(bench_seed=7, state=str(tmp_path))
+    stations = [Station(settings, Archive(":memory:")) for _ in range(3)]
+    rng, asked = random.Random(3), []
+    for _ in range(400):
+        asked.append(stations[rng.randrange(3)].session.request("status", {}, 0))
+    assert asked == sorted(set(asked))
+    alone = [stations[0].session.request("status", {}, 0) for _ in range(300)]
+    assert alone == sorted(set(alone)) and alone[0] > asked[-1]
+    assert alone[-1] - alone[0] < 300 + 256  # a block is used up before the next is taken
+
+
+def test_a_stop_is_asked_though_the_stations_disk_has_gone(tmp_path):
+    station = Station(Settings(bench_seed=7, state=str(tmp_path / "state")), Archive(":memory:"))
+    first = station.session.request("status", {}, 0)
+    (tmp_path / "state" / "station-1.json").write_text("[]")
+    assert station.session.request("stop", {}, 0) == first + 1
 
 
 def test_a_damaged_memory_is_an_error_never_a_start_from_zero(tmp_path):

@@ -125,7 +125,7 @@ def test_the_lease_passes_over_a_goto_is_refused_by_name_stop_works_and_a_reboot
     assert world.outcome(world.ask(1, "stop")) == ("COMPLETED", "stopped")
     assert world.outcome(world.ask(2, "keys_rotate", epoch=1.0))[0] == "COMPLETED"
     marks = json.loads((tmp_path / "rover" / MARKS).read_bytes())
-    assert list(marks.values()) == [0]
+    assert [mark for name, mark in marks.items() if not name.endswith(" asked")] == [0]
     world.boot(2)
     assert world.outcome(world.ask(1, "safe")) == ("COMPLETED", "SAFE")
     assert world.bench.mode is Mode.SAFE

@@ -70,6 +70,19 @@ class Rough:
         return due
 
 
+def told_truly(request, done, rover_off):
+    """Whether a request's outcome is what became of it. done: boot, request id and name of each order."""
+    request_id, ids = request.telecommand.request_id, {row[1] for row in done}
+    if request.state == State.COMPLETED:
+        return request_id in ids and request.report.text == str(request_id)
+    if request.state == State.FAILED:
+        return request.report.code == Code.RESTARTED and rover_off
+    if request.state == State.CANCELLED:  # a stop that was asked for later was there before it
+        stops = [row[1] for row in done if row[2] == "stop"]
+        return request.report.code == Code.OVERTAKEN and max(stops) > request_id not in ids
+    return True
+
+
 @settings(max_examples=120, deadline=None, derandomize=True)
 @given(FATES, FATES, st.sets(st.integers(5, 150), max_size=2), st.sets(st.integers(5, 150), max_size=2))
 def test_every_request_is_executed_at_most_once_and_its_outcome_is_true(up_fates, down_fates, rover_off, ground_off):
@@ -103,14 +116,11 @@ def test_every_request_is_executed_at_most_once_and_its_outcome_is_true(up_fates
     assert len(moved) == len(set(moved))
     assert len(done) == len({row[:2] for row in done})
     for request in requests:
-        request_id = request.telecommand.request_id
-        if request.state == State.COMPLETED:
-            assert request_id in {row[1] for row in done} and request.report.text == str(request_id)
-        elif request.state == State.FAILED:
-            assert request.report.code == Code.RESTARTED and rover_off
+        assert told_truly(request, done, rover_off)
     assert not ground.open
     if not rover_off and not ground_off:
-        assert [request.state for request in requests] == [State.COMPLETED] * 15 and len(done) == 15
+        completed = [request.state for request in requests].count(State.COMPLETED)
+        assert completed == len(done) >= 3 and {r.state for r in requests} <= {State.COMPLETED, State.CANCELLED}
 
 
 def test_a_request_that_was_under_way_when_the_rover_restarted_ends_with_that_and_a_stop_is_asked_of_the_new_one():
