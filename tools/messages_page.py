@@ -9,6 +9,7 @@ from pathlib import Path
 from pymavlink import dialects
 
 from ground.gateway.frames import mavlink
+from ground.gateway.health import DEVICES
 from ground.gateway.orders import NEEDS_ENABLING, ROWS
 from ground.gateway.parameters import ids_of, read_listing
 from ground.gateway.vehicle import MESSAGES as SHOWN
@@ -85,6 +86,12 @@ def gateway(table: Table) -> list[str]:
         "## Messages",
         "Beside these: STATUSTEXT, COMMAND_ACK, PARAM_VALUE, PARAM_ERROR, and those of the mission protocol.",
         table(("message", "sent"), shown),
+        "## Sensors in SYS_STATUS",
+        "Present: as the table says, and the rover has told its faults. Enabled: so too, the motors not where a mode "
+        "has the wheels off. Healthy: none of the faults is active; one that is masked on board is not told.",
+        table(("MAV_SYS_STATUS_SENSOR", "there when", "faults"), [
+            (f"`{mavlink.enums['MAV_SYS_STATUS_SENSOR'][row.bit].name}`", row.means,
+             ", ".join(f"`{name}`" for name in row.faults)) for row in DEVICES]),
         "## Parameters",
         "MAVLink's names have 16 characters at most. All values are sent as REAL32; truth values are 0 and 1. Texts "
         "are not mirrored.",

@@ -14,6 +14,7 @@ from ground.gateway import frames
 from ground.gateway.frames import Writer
 from ground.gateway.missions import To
 from ground.gateway.signing import Verifier
+from ground.gateway.texts import Text
 from protocol import WireError
 
 Address = tuple[str, int]
@@ -30,22 +31,27 @@ class Door(NamedTuple):
 
 
 class Heard(NamedTuple):
-    """A message that has passed the checks of its door."""
+    """A message that has passed the checks of its door. first: it came as MAVLink 1."""
 
     door: Door
     address: Address
     message: Any
+    first: bool = False
 
 
 @dataclass(slots=True)
 class Client:
-    """One ground program. heard_ns None: named at the start, known always. target: its system and component."""
+    """One ground program. heard_ns None: named at the start, known always. target: its system and component.
+
+    joins: it speaks MAVLink 2, as its newest frame was or none has come, and joins the pieces of a text.
+    """
 
     door: Door
     address: Address
     writer: Writer
     heard_ns: int | None
     target: tuple[int, int] = (0, 0)
+    joins: bool = True
 
     @property
     def key(self) -> tuple[str, Address]:
@@ -84,7 +90,7 @@ class Clients:
                 self.counts[error.kind] = self.counts.get(error.kind, 0) + 1
                 continue
             self.counts["ok"] += 1
-            heard.append(Heard(door, address, message))
+            heard.append(Heard(door, address, message, frames.first(frame)))
         return heard
 
     def marks(self) -> dict[str, int] | None:
@@ -104,6 +110,7 @@ class Clients:
             client = self._clients[key] = Client(heard.door, heard.address, Writer(heard.door.key), now_ns)
         elif client.heard_ns is not None:
             client.heard_ns = now_ns
+        client.joins = not heard.first
         return client
 
     def forget(self, now_ns: int) -> None:
@@ -117,5 +124,9 @@ class Clients:
         out = []
         for key, message in messages:
             for client in self._clients.values() if key is None else filter(None, [self._clients.get(key)]):
-                out.append((*client.key, client.writer.write(message, stamp)))
+                out += [(*client.key, client.writer.write(one, stamp)) for one in _for(client, message)]
         return out
+
+
+def _for(client: Client, message: Any) -> list[Any]:
+    return message.messages(joins=client.joins) if isinstance(message, Text) else [message]

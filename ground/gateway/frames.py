@@ -38,6 +38,11 @@ def cut(datagram: bytes) -> list[bytes]:
     return frames
 
 
+def first(frame: bytes) -> bool:
+    """Whether a frame of `cut` is of MAVLink 1."""
+    return frame[0] == _V1
+
+
 def signed(frame: bytes) -> bool:
     """Whether a frame of `cut` carries a signature."""
     return frame[0] == _V2 and bool(frame[2] & SIGNED)

@@ -22,7 +22,8 @@ from ground.gateway.missions import Missions, RefusedItemError, To, goal_of
 from ground.gateway.orders import Asked, Known
 from ground.gateway.origin import Origin
 from ground.gateway.parameter_desk import ParameterDesk
-from ground.gateway.vehicle import MESSAGES, Seen, Texts, heartbeat, told_by
+from ground.gateway.texts import Texts
+from ground.gateway.vehicle import MESSAGES, Seen, heartbeat, told_by
 from ground.session.contact import SILENT_NS, Contact
 from ground.session.news import EventHeard, Item, News
 from ground.session.session import Session
@@ -206,7 +207,7 @@ class Gateway:
             self.missions.problem = ""
 
     def _tell(self, severity: str, text: str) -> None:
-        self._outbox += [To(None, message) for message in self._texts.say(severity, text)]
+        self._outbox.append(To(None, self._texts.say(severity, text)))
 
 
 def _meant_for_the_rover(message: Any) -> bool:

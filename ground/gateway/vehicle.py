@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import Any, NamedTuple
 
 from ground.gateway.frames import mavlink as m
+from ground.gateway.health import masks
 from ground.gateway.origin import Origin, e7
 from protocol.mavlink_frames import frd_from_flu, ned_angles, ned_from_enu
 from protocol.modes import Mode
@@ -21,9 +22,6 @@ _STATES = {
     Mode.TELEOP: m.MAV_STATE_ACTIVE, Mode.SEQUENCE: m.MAV_STATE_ACTIVE, Mode.SAFE: m.MAV_STATE_CRITICAL,
     Mode.ESTOP: m.MAV_STATE_EMERGENCY,
 }  # fmt: skip
-_SEVERITIES = {"debug": m.MAV_SEVERITY_DEBUG, "info": m.MAV_SEVERITY_INFO, "warning": m.MAV_SEVERITY_WARNING,
-               "error": m.MAV_SEVERITY_ERROR, "critical": m.MAV_SEVERITY_CRITICAL}
-_TEXT_BYTES, _MOST_CHUNKS = 50, 4
 _CAPABILITIES = (m.MAV_PROTOCOL_CAPABILITY_MISSION_INT | m.MAV_PROTOCOL_CAPABILITY_COMMAND_INT
                  | m.MAV_PROTOCOL_CAPABILITY_MAVLINK2 | m.MAV_PROTOCOL_CAPABILITY_PARAM_ENCODE_C_CAST
                  | m.MAV_PROTOCOL_CAPABILITY_FLIGHT_TERMINATION)
@@ -139,7 +137,7 @@ def _status(seen: Seen) -> Any:
     voltage_v, current_a, charge = (seen.number(n) for n in ("voltage_v", "current_a", "charge_ratio"))
     load = seen.number("cpu_ratio") or 0.0
     return m.MAVLink_sys_status_message(
-        0, 0, 0, _whole(load * 1000, 0, 1000),
+        *masks(seen), _whole(load * 1000, 0, 1000),
         _UNKNOWN_16 if voltage_v is None else _whole(voltage_v * 1000, 0, _UNKNOWN_16 - 1),
         -1 if current_a is None else _whole(current_a * 100, -32_768, 32_767),
         -1 if charge is None else _whole(charge * 100, 0, 100), 0, 0, 0, 0, 0, 0)
@@ -193,22 +191,3 @@ def told_by(seen: Seen, news: Iterable[str]) -> list[Any]:
     fresh = set(news)
     made = [shown.make(seen) for shown in MESSAGES.values() if fresh.intersection(shown.items)]
     return [message for message in made if message is not None]
-
-
-class Texts:
-    """Makes STATUSTEXT of lines: each in pieces of 50 bytes under one number, at most four of them."""
-
-    def __init__(self) -> None:
-        self._number = 0
-
-    def say(self, severity: str, text: str) -> list[Any]:
-        """The messages of one line. severity: as protocol.modes has it."""
-        raw = text.encode()[: _TEXT_BYTES * _MOST_CHUNKS].decode(errors="ignore").encode()
-        level = _SEVERITIES[severity]
-        pieces = [raw[i : i + _TEXT_BYTES] for i in range(0, len(raw), _TEXT_BYTES)] or [b""]
-        if len(pieces) == 1:
-            return [m.MAVLink_statustext_message(level, pieces[0])]
-        if len(pieces[-1]) == _TEXT_BYTES and len(pieces) < _MOST_CHUNKS:
-            pieces.append(b"")  # a whole last piece says that more follows
-        self._number = self._number % 65_535 + 1
-        return [m.MAVLink_statustext_message(level, piece, self._number, n) for n, piece in enumerate(pieces)]
