@@ -5,34 +5,29 @@
     send(now) -> datagrams: requests, bitmaps of transfers, acknowledgements of events
 
 Nothing but what halts the rover is sent before it was heard: its boot id is part of every uplink datagram, and what it
-was built from has to be as here. Times are the station's clock; `FarClock` turns them into onboard time.
-
-Over 300 lines: what is heard decides what may be said, so both halves share all of this state.
+was built from has to be as here. Times are the station's clock; `FarClock` turns them into onboard time, `Known` has
+what telemetry told, `Fetched` the products, `Crossing` what a restart of the rover meets.
 """
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Callable, Iterable
 
+from ground.session.crossing import Crossing
 from ground.session.far_clock import FarClock
+from ground.session.fetched import Fetched, product_name
 from ground.session.kept import NOTHING, Kept
-from ground.session.news import EventHeard, Item, News, ProductHeard, Progress, ReportHeard
+from ground.session.known import Known
+from ground.session.news import News, ReportHeard
 from ground.session.schedule import Schedule
-from ground.session.telemetry import TelemetryReceiver, Value
 from protocol import WireError, bulk, commands, transactions
 from protocol.contacts import Windows
-from protocol.link import DOWNLINK_KEY_ID, Kind, LinkKeys, Opener, Sealer, payload_limit, unsealed
+from protocol.link import DOWNLINK_KEY_ID, Kind, LinkKeys, Opener, Sealer, payload_limit
 from protocol.versions import OURS, Versions
 
 _LOST = "the rover restarted (boot {}) before {} had come whole; ask again: what came is kept"
 VIEWER = "this station has no command key (command_keys): it may watch, not command"
 NOT_SENT = "never sent: its station ended before"
-_VERSION_ITEMS = tuple(f"{name}_version" for name in Versions._fields)
-_STALE_NS = 30_000_000_000  # onboard time in which what was addressed to the boot before may still come
-_BULK_WAKE_NS = 100_000_000
-_BULK_TAIL_NS = 10_000_000_000
-_MOST_PRODUCT_BYTES = 4_000_000  # beside the newest of each name; the archive has them all
 ALWAYS = Schedule()
 
 
@@ -56,24 +51,23 @@ class Session:
         self.sealer = Sealer(keys.command.key(station, epoch) or b"", station, kept.boot_id, epoch=epoch)
         self.requester = transactions.Requester(station)
         self.far_clock = FarClock(kept.rtt_ns)
-        self.items: dict[str, Item] = {}
-        self.products: dict[int, bulk.Product] = {}
-        self.kept_chunks: Callable[[], Iterable[bytes]] | None = None  # what `recall` takes; asked once, when of use
+        self._crossing = Crossing()
+        self._known = Known(self.far_clock, self._crossing)
+        self.items = self._known.items
         self.texts: list[str] = []  # to be told to people; who tells them clears it
         self.keeps = True  # False: what is heard cannot be kept, so events are not acknowledged
         self.counts: dict[str, int] = {"ok": 0}
         self.heard_ns: int | None = None
-        self.versions: Versions | None = None
-        self._bulk = bulk.Receiver(payload_limit(up_bps))
-        self._bulk_heard_ns: int | None = None
-        self._product_ns: dict[int, int] = {}
-        self._recalled: dict[int, bulk.Product] = {}  # whole by what was kept; they count once they are announced anew
+        self._fetched = Fetched(payload_limit(up_bps), keys.downlink, self.texts)
+        self.products = self._fetched.products
         self._timed: set[int] = set()
         self._awaited: set[int] = set()  # requests that are completed and whose product is to come
-        self._said_ns: deque[int] = deque(maxlen=256)  # when datagrams went that only this boot takes
-        self._stale = 0  # of those, how many may have met the next boot
         self._unsaid: list[News] = []
-        self._telemetry = TelemetryReceiver()
+
+    @property
+    def versions(self) -> Versions | None:
+        """What the rover was built from; None until this boot has said it."""
+        return self._known.versions
 
     @property
     def boot_id(self) -> int:
@@ -140,9 +134,8 @@ class Session:
         request_id = self.requester.request(
             name, arguments, now_ns, issued_ns=issued_ns, expiry_ns=expiry_ns, start_ns=start_ns
         )
-        if name == "get" or commands.command(name).sends:
-            self._recall(now_ns)
-            self._bulk.hint(str(arguments.get("product") or commands.command(name).sends))
+        if product := product_name(self.requester.requests[request_id].telecommand):
+            self._fetched.asked(product, now_ns)
         if name in commands.HALTING:
             for moving in self.requester.unheard_moves:
                 self.halted(moving, name, now_ns)
@@ -176,37 +169,19 @@ class Session:
         named = self.requester.requests
         return [ReportHeard(now_ns, named[report.request_id].telecommand.name, report) for report in reports]
 
-    def _recall(self, now_ns: int) -> None:
-        """Takes in the bulk chunks that this station heard before it was restarted, the newest first, once.
-
-        What is damaged or of another rover is told in one line and dropped; of the rest a transfer goes on.
-        """
-        ask, self.kept_chunks = self.kept_chunks, None
-        if ask is None:
-            return
-        useless, damaged = 0, self._bulk.damaged
-        for datagram in ask():
-            try:
-                whole = self._bulk.recall(unsealed(self._keys.downlink, datagram), now_ns)
-            except WireError:
-                useless += 1
-                continue
-            if whole is not None:
-                self._recalled[whole.object_id] = whole
-        if useless or self._bulk.damaged > damaged:
-            self.texts.append(f"of the parts of products that were kept {useless} are damaged or of another rover, and "
-                              f"{self._bulk.damaged - damaged} products did not fit their SHA-256: these come anew")
-
     @property
     def transfers(self) -> dict[str, tuple[int, int]]:
         """Chunks there and chunks in all of each product that is on its way."""
-        return self._bulk.progress()
+        return self._fetched.transfers
+
+    def recall(self, kept_chunks: Callable[[], Iterable[bytes]]) -> None:
+        """Where the chunks are that were heard before a restart of the station; asked once, when of use."""
+        self._fetched.kept_chunks = kept_chunks
 
     def awaits_product(self, request_id: int) -> bool:
         """Whether a request is completed and what it sends is to come, or has."""
         request = self.requester.requests[request_id]
-        sends = request.telecommand.name == "get" or commands.command(request.telecommand.name).sends
-        return bool(sends) and request.state == transactions.State.COMPLETED
+        return bool(product_name(request.telecommand)) and request.state == transactions.State.COMPLETED
 
     def product_of(self, request_id: int) -> bulk.Product | None:
         """What a completed request brought: the object that its report names, else the newest announced since."""
@@ -214,9 +189,7 @@ class Session:
         if request.report is not None and request.report.data:
             return self.products.get(int(request.report.data[0]))
         asked, since_ns = request.telecommand, request.made_ns
-        wanted = _product_name(asked)
-        return next((p for p in reversed(self.products.values())
-                     if p.name == wanted and self._product_ns[p.object_id] >= since_ns), None)
+        return self._fetched.newest(product_name(asked), since_ns)
 
     def receive(self, datagram: bytes, now_ns: int) -> tuple[str, list[News]]:
         """One datagram of the link: the verdict ("ok" or the check that failed), and what is new by it."""
@@ -240,20 +213,15 @@ class Session:
     def _rover_booted(self, before: int, now_ns: int) -> list[News]:
         """What was known of the boot before is known no more; news of the requests that end by it."""
         self.sealer.boot_id = self.boot_id
-        self.versions = None
         if not before:
             return []
-        self.far_clock.forget()
-        self._telemetry = TelemetryReceiver()
-        since_ns = now_ns if self.heard_ns is None else self.heard_ns - self.far_clock.rtt_ns
-        self._stale = sum(at_ns >= since_ns for at_ns in self._said_ns)
-        self._said_ns.clear()
-        self.items.clear()  # newest by onboard time, which begins anew
+        self._known.forget()
+        self._crossing.booted(now_ns if self.heard_ns is None else self.heard_ns - self.far_clock.rtt_ns)
         self._timed.clear()
         reports = self.requester.rover_booted(self.boot_id, now_ns)
         awaited = self._awaited & self.requester.requests.keys()
         for request_id in sorted(i for i in awaited if not self.product_of(i)):
-            text = _LOST.format(self.boot_id, _product_name(self.requester.requests[request_id].telecommand))
+            text = _LOST.format(self.boot_id, product_name(self.requester.requests[request_id].telecommand))
             ended = transactions.State.FAILED, transactions.Code.RESTARTED
             reports.append(self.requester.end(request_id, *ended, text, now_ns))
         self._awaited.clear()
@@ -265,41 +233,12 @@ class Session:
         if kind == Kind.REPORT:
             return self._take_report(payload, now_ns)
         if kind == Kind.BULK_CHUNK:
-            return self._take_chunk(payload, now_ns)
+            return self._fetched.receive(payload, now_ns)
         raise WireError("kind", f"{kind.name} does not come down")
 
     def _take_telemetry(self, payload: bytes, now_ns: int) -> list[News]:
-        news: list[News] = []
-        heard = self._telemetry.receive(payload, now_ns)
-        for one in heard:
-            if isinstance(one, Value):
-                item = Item(now_ns, one.onboard_ns, one.name, one.value)
-                known = self.items.get(one.name)
-                if known is None or known.onboard_ns <= item.onboard_ns:
-                    self.items[one.name] = item
-                news.append(item)
-            else:
-                news.append(self._expected(EventHeard(now_ns, *one)))
-        if any(isinstance(one, Value) for one in heard):
-            self.far_clock.hear(self._telemetry.onboard_ns, now_ns)
-        return news + self._compare({one.name: int(one.value) for one in heard if isinstance(one, Value)
-                                     and one.name in _VERSION_ITEMS}, now_ns)
-
-    def _expected(self, event: EventHeard) -> EventHeard:
-        """No warning where a rover that came up anew refused no more than was on its way from here to the old boot."""
-        kind, _, count = event.text.partition(" ")
-        if event.name != "LINK_REFUSED" or kind != "boot" or not count.isdecimal():
-            return event
-        if int(count) > self._stale or event.onboard_ns > _STALE_NS:
-            return event
-        return event._replace(severity="info", text=f"{event.text}: on their way from here as it restarted")
-
-    def _compare(self, told: dict[str, int], now_ns: int) -> list[News]:
-        """The rover's versions; news where what is asked is now refused for them."""
-        if len(told) < len(_VERSION_ITEMS):
-            return []
-        self.versions = Versions(*(told[name] for name in _VERSION_ITEMS))
-        return self._refuse(now_ns) if self.mismatch else []
+        news = self._known.receive(payload, now_ns)
+        return news + (self._refuse(now_ns) if self.mismatch else [])
 
     def _take_report(self, payload: bytes, now_ns: int) -> list[News]:
         report = self.requester.receive(payload, now_ns)
@@ -313,32 +252,6 @@ class Session:
         if self.awaits_product(report.request_id) and self.product_of(report.request_id) is None:
             self._awaited.add(report.request_id)
         return [ReportHeard(now_ns, request.telecommand.name, report)]
-
-    def _take_chunk(self, payload: bytes, now_ns: int) -> list[News]:
-        self._recall(now_ns)
-        self._bulk_heard_ns = now_ns
-        product = self._bulk.receive(payload, now_ns)
-        object_id, announced = int.from_bytes(payload[:4], "little"), payload[8:10] == b"\xff\xff"
-        if announced and object_id in self.products:
-            self._product_ns[object_id] = now_ns  # offered again with the same content: nothing is sent twice
-        elif announced:
-            product = product or self._recalled.pop(object_id, None)
-        if product is not None:
-            self.products[product.object_id] = product
-            self._product_ns[product.object_id] = now_ns
-            self._forget_products()
-            return [ProductHeard(now_ns, product)]
-        return [Progress(now_ns, name, have, total) for name, (have, total) in self._bulk.progress().items()]
-
-    def _forget_products(self) -> None:
-        newest = {p.name: p.object_id for p in self.products.values()}
-        older = [p for p in self.products.values() if p.object_id not in newest.values()]
-        excess = sum(len(p.data) for p in older) - _MOST_PRODUCT_BYTES
-        for product in older:
-            if excess <= 0:
-                break
-            excess -= len(product.data)
-            del self.products[product.object_id], self._product_ns[product.object_id]
 
     def send(self, now_ns: int) -> list[bytes]:
         """Sealed datagrams that are due; none outside of contact.
@@ -354,10 +267,10 @@ class Session:
         if not self.boot_id:
             return sealed
         before = self.sealer.counter - sum(not commands.halts(p) for p in asked)
-        payloads = [(Kind.REPORT, p) for p in self._telemetry.acknowledgements(now_ns)] if self.keeps else []
-        payloads += [(Kind.BULK_BITMAP, p) for p in self._bulk.send(now_ns)] if self.heard_ns is not None else []
+        payloads = [(Kind.REPORT, p) for p in self._known.events.acknowledgements(now_ns)] if self.keeps else []
+        payloads += [(Kind.BULK_BITMAP, p) for p in self._fetched.send(now_ns)] if self.heard_ns is not None else []
         sealed += [self.sealer.seal(kind, payload) for kind, payload in payloads]
-        self._said_ns.extend([now_ns] * (self.sealer.counter - before))
+        self._crossing.said(self.sealer.counter - before, now_ns)
         return sealed
 
     def next_due_ns(self, now_ns: int) -> int | None:
@@ -369,12 +282,7 @@ class Session:
             windows = self.windows(now_ns)
             return None if windows is None else windows.next_begin_ns(now_ns)
         if self.boot_id and self.keeps:
-            due.append(self._telemetry.next_due_ns())
-        tail = self._bulk_heard_ns is not None and now_ns - self._bulk_heard_ns < _BULK_TAIL_NS
-        if self.heard_ns is not None and (self._bulk.progress() or self._bulk.hinting or tail):
-            due.append((now_ns // _BULK_WAKE_NS + 1) * _BULK_WAKE_NS)
+            due.append(self._known.events.next_due_ns())
+        if self.heard_ns is not None:
+            due.append(self._fetched.next_due_ns(now_ns))
         return min((at for at in due if at is not None), default=None)
-
-
-def _product_name(asked: commands.Telecommand) -> str:
-    return str(asked.arguments.get("product") or commands.command(asked.name).sends)

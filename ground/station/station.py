@@ -48,7 +48,7 @@ class Station:
         self._took_over = False
         self.session.sealer.next_halt = self._next_halt
         self.session.requester.take_id = self._take_id
-        self.session.kept_chunks = self._kept_chunks
+        self.session.recall(self._kept_chunks)
         self._archived: set[int] = set()
         self.sent = 0
 

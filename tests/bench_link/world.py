@@ -97,7 +97,7 @@ class World:
         """A new process of the station: its disk has counters, next request id, boot id, and `kept`; nothing else."""
         old = self.session
         self.session = self._new_session(old.sealer.counter + 640, old.requester.next_id, old.boot_id)
-        self.session.kept_chunks = lambda: reversed(self.kept or [])
+        self.session.recall(lambda: reversed(self.kept or []))
 
     def restart_rover(self) -> None:
         """A new start of the flight program, under the next boot id; what it was doing is gone."""

@@ -45,7 +45,7 @@ class Restarted(World):
         old, self.archive = self.session, archive
         self.session = Session(KEYS, 1, kept=Kept(old.boot_id))
         self.session.sealer.counter, self.session.requester.next_id = old.sealer.counter, old.requester.next_id
-        self.session.kept_chunks = archive.chunks
+        self.session.recall(archive.chunks)
         self._watch()
 
     def new_rover(self):
