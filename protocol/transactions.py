@@ -44,7 +44,7 @@ _MOST_WAITING = 32
 
 @dataclass(slots=True)
 class Request:
-    """One request as the ground knows it. history: (ground time ns, report) in the order heard."""
+    """One request as the ground knows it. history: (ground time ns, report) as heard. asked_by: for people."""
 
     telecommand: commands.Telecommand
     made_ns: int
@@ -55,6 +55,7 @@ class Request:
     sent: int = 0
     next_ns: int = 0
     own: bool = True  # False: taken over from a process of this station that has ended
+    asked_by: str = ""
 
 
 class Requester:

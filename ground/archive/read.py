@@ -46,7 +46,10 @@ class Gap(NamedTuple):
 
 
 class Chain(NamedTuple):
-    """A request and all that was heard of it. reports: (at_ns of the run, state, text) by their serials."""
+    """A request and all that was heard of it. reports: (at_ns of the run, state, text) by their serials.
+
+    asked_by: who, as the station knew it; "": not known, of an archive before version 5.
+    """
 
     request_id: int
     station: int
@@ -54,6 +57,7 @@ class Chain(NamedTuple):
     arguments: str
     utc_ns: int
     reports: tuple[tuple[int, str, str], ...]
+    asked_by: str = ""
 
     @property
     def state(self) -> str:
@@ -166,7 +170,7 @@ def chains(db: sqlite3.Connection, span: Span = ALL) -> list[Chain]:
         if any(State[state].final for (_, own), (_, state, _) in reports.items() if not own):
             reports = {key: report for key, report in reports.items() if not key[1]}  # the rover knows better
         found.append(Chain(row["request_id"], row["station"], row["name"], row["arguments"], row["utc_ns"],
-                           tuple(reports[key] for key in sorted(reports))))
+                           tuple(reports[key] for key in sorted(reports)), row["asked_by"] or ""))
     return found
 
 

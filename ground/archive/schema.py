@@ -55,7 +55,8 @@ _FOURTH = """
 alter table requests add column payload blob;
 alter table reports add column boot_id integer;
 """
-MIGRATIONS: tuple[str, ...] = (_FIRST, _SECOND, _THIRD, _FOURTH)
+_FIFTH = "alter table requests add column asked_by text"
+MIGRATIONS: tuple[str, ...] = (_FIRST, _SECOND, _THIRD, _FOURTH, _FIFTH)
 VERSION = len(MIGRATIONS)
 TABLES = ("datagrams", "items", "requests", "reports", "events", "products")
 FOR_EVER = ("runs", "requests", "reports")  # every command's chain

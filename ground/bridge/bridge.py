@@ -46,7 +46,8 @@ class Bridge:
             if not self._session.boot_id:
                 raise ValueError(f"{asked.name}: the rover was not heard yet")
             lifetime_s = LIFETIME_S if command(asked.name).moves else 0.0
-            request_id = self._session.request(asked.name, asked.arguments, now_ns, lifetime_s, asked.start_s)
+            request_id = self._session.request(asked.name, asked.arguments, now_ns, lifetime_s, asked.start_s,
+                                               asked_by=f"bridge packet {sequence}")
         except ValueError as error:  # WireError is one
             self.counts["refused"] += 1
             self._not_sent(sequence, str(error), now_ns)

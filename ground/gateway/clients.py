@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 from ground.gateway import frames
 from ground.gateway.frames import Writer
-from ground.gateway.missions import To
+from ground.gateway.missions import Asker, To
 from ground.gateway.signing import Verifier
 from ground.gateway.texts import Text
 from protocol import WireError
@@ -57,6 +57,11 @@ class Client:
     def key(self) -> tuple[str, Address]:
         """What it is known by."""
         return self.door.name, self.address
+
+    @property
+    def asker(self) -> Asker:
+        """Who it is as one that asks."""
+        return Asker(self.key, self.target)
 
 
 class Clients:

@@ -19,7 +19,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from ground.gateway.frames import mavlink as m
-from ground.gateway.missions import ClientKey, To
+from ground.gateway.missions import Asker, ClientKey, To
 from ground.gateway.orders import CANCELLED, GIVES_WAY, Answer, Asked, Known, Request, order
 from ground.session.session import Session
 from protocol import commands
@@ -37,12 +37,13 @@ Ack = Callable[[int], Any]  # a MAV_RESULT to the message that says it; None: no
 
 @dataclass(slots=True)
 class _Job:
-    """One request of a client, waiting or asked. same: what a repetition is told by."""
+    """One request of a client, waiting or asked. same: what a repetition is told by. asked_by: for the archive."""
 
     client: ClientKey
     made: Request | Answer
     ack: Ack
     same: str
+    asked_by: str = ""
     request_id: int | None = None
     told_ns: int = 0
 
@@ -77,34 +78,34 @@ class Desk:
         self.texts: list[tuple[str, str]] = []
         self.wanted: list[tuple[ClientKey, str]] = []
 
-    def command(self, client: ClientKey, target: tuple[int, int], message: Any, known: Known, now_ns: int) -> list[To]:
+    def command(self, client: Asker, message: Any, known: Known, now_ns: int) -> list[To]:
         """COMMAND_LONG or COMMAND_INT."""
         asked = Asked.of(message)
-        key, same = (client, asked.command), repr(asked)
-        ack = acknowledgement(asked.command, target)
+        key, same = (client.key, asked.command), repr(asked)
+        ack = acknowledgement(asked.command, client.target)
         if getattr(message, "confirmation", 0) and key not in self._lines:
             was, result, _ = self._ended.get(key, ("", 0, 0))
             if was == same:
-                return [To(client, ack(result))]
+                return [To(client.key, ack(result))]
         return self.ask(client, asked, ack, known, now_ns)
 
-    def ask(self, client: ClientKey, asked: Asked, ack: Ack, known: Known, now_ns: int) -> list[To]:
+    def ask(self, client: Asker, asked: Asked, ack: Ack, known: Known, now_ns: int) -> list[To]:
         """A command in whatever form it came; `ack` says what becomes of it."""
-        key, same = (client, asked.command), repr(asked)
+        key, same = (client.key, asked.command), repr(asked)
         line = self._lines.get(key, deque())
         if any(job.same == same for job in line):
-            return _said(client, ack(m.MAV_RESULT_IN_PROGRESS))
+            return _said(client.key, ack(m.MAV_RESULT_IN_PROGRESS))
         if len(line) >= _MOST_WAITING:
-            return _said(client, ack(m.MAV_RESULT_TEMPORARILY_REJECTED))
+            return _said(client.key, ack(m.MAV_RESULT_TEMPORARILY_REJECTED))
         made, out = order(asked, known), list[To]()
         if isinstance(made, Request) and made.urgent:
             out += self._make_way(key, now_ns)
             self.enabled = self.enabled and made.enables is not False
-        job = _Job(client, made, ack, same)
+        job = _Job(client.key, made, ack, same, client.words)
         self._lines.setdefault(key, deque()).append(job)
         if isinstance(made, Request):
             job.told_ns = now_ns
-            out += _said(client, ack(m.MAV_RESULT_IN_PROGRESS))
+            out += _said(client.key, ack(m.MAV_RESULT_IN_PROGRESS))
         return out + self._advance(key, now_ns)
 
     def poll(self, now_ns: int) -> tuple[list[To], list[Outcome]]:
@@ -159,7 +160,8 @@ class Desk:
         if job.request_id is None:
             lifetime_s = LIFETIME_S if commands.command(job.made.name).moves else 0.0
             try:
-                job.request_id = self._session.request(job.made.name, job.made.arguments, now_ns, lifetime_s)
+                job.request_id = self._session.request(job.made.name, job.made.arguments, now_ns, lifetime_s,
+                                                       asked_by=job.asked_by)
             except ValueError as error:
                 self.texts.append(("warning", str(error)))
                 return m.MAV_RESULT_DENIED

@@ -126,7 +126,7 @@ class Gateway:
         }
 
     def _command(self, client: Client, message: Any, now_ns: int) -> Iterable[To]:
-        out = self.desk.command(client.key, client.target, message, self._known(), now_ns)
+        out = self.desk.command(client.asker, message, self._known(), now_ns)
         return [*out, *self._wanted()]
 
     def _wanted(self) -> list[To]:
@@ -140,7 +140,7 @@ class Gateway:
         params = (float(message.base_mode), float(message.custom_mode), 0.0, 0.0)
         asked = Asked(m.MAV_CMD_DO_SET_MODE, params)
         ack = acknowledgement(m.MAV_CMD_DO_SET_MODE, client.target)
-        return self.desk.ask(client.key, asked, ack, self._known(), now_ns)
+        return self.desk.ask(client.asker, asked, ack, self._known(), now_ns)
 
     def _item(self, client: Client, message: Any, now_ns: int) -> Iterable[To]:
         """An item of an upload, or the single goal that older programs send as one with current = 2."""
@@ -152,7 +152,7 @@ class Gateway:
             self._tell("warning", str(error))
             return [To(client.key, m.MAVLink_mission_ack_message(*client.target, error.result))]
         asked = Asked(m.MAV_CMD_DO_REPOSITION, (-1.0, 0.0, 0.0, math.nan), x_m, y_m, 0.0, m.MAV_FRAME_LOCAL_ENU)
-        return self.desk.ask(client.key, asked, _mission_ack(client.target), self._known(), now_ns)
+        return self.desk.ask(client.asker, asked, _mission_ack(client.target), self._known(), now_ns)
 
     # -- what is known of the rover -------------------------------------------------------------------------
 

@@ -25,6 +25,19 @@ _MISSION = m.MAV_MISSION_TYPE_MISSION
 ClientKey = tuple[str, tuple[str, int]]  # door and address
 
 
+class Asker(NamedTuple):
+    """A client that asks for something. target: its system and component."""
+
+    key: ClientKey
+    target: tuple[int, int]
+
+    @property
+    def words(self) -> str:
+        """As the archive has it: `gateway 127.0.0.1:14555 system 255, unsigned`."""
+        door, (host, port) = self.key
+        return f"gateway {host}:{port} system {self.target[0]}, {door}"
+
+
 class To(NamedTuple):
     """A message for one client; None: for all."""
 

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 from ground.gateway.frames import mavlink as m
 from ground.gateway.frames import text_of
-from ground.gateway.missions import ClientKey, To
+from ground.gateway.missions import Asker, ClientKey, To
 from ground.gateway.parameters import Mirror, Parameter, same, word
 from ground.session.news import EventHeard
 from ground.session.session import Session
@@ -30,6 +30,11 @@ class _Wanted(NamedTuple):
     id: str
     number: int
     value: float | None = None
+
+    @property
+    def asked_by(self) -> str:
+        """Who it is for, as the archive has it."""
+        return Asker(self.client, self.target).words
 
 
 class _Setting(NamedTuple):
@@ -104,7 +109,7 @@ class ParameterDesk:
 
     def _serve(self, now_ns: int) -> None:
         if self._wanted and self._listing is None and self._must_list:
-            self._listing = self._session.request("param_list", {}, now_ns)
+            self._listing = self._session.request("param_list", {}, now_ns, asked_by=self._wanted[0].asked_by)
         if self._listing is not None:
             return
         wanted, self._wanted = self._wanted, []
@@ -139,7 +144,8 @@ class ParameterDesk:
             try:
                 asked = word(parameter, one.value)
                 arguments = {"parameter": parameter.name, "value": asked}
-                self._setting = _Setting(one, parameter, asked, self._session.request("param_set", arguments, now_ns))
+                request_id = self._session.request("param_set", arguments, now_ns, asked_by=one.asked_by)
+                self._setting = _Setting(one, parameter, asked, request_id)
             except ValueError as error:
                 self.texts.append(("warning", str(error)))
                 self._refuse(one, m.MAV_PARAM_ERROR_VALUE_OUT_OF_RANGE)

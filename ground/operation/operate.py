@@ -20,6 +20,7 @@ from ground.session.session import VIEWER, Session
 from ground.station.clock import Clock, LockstepClock, WallClock
 from ground.station.settings import Settings
 from ground.station.station import TO_HAVE_A_ROVER, Station, StationError
+from ground.station.user import by_hand
 from onboard.config import ConfigError
 from protocol import commands
 
@@ -36,7 +37,10 @@ class ByHandError(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Plan:
-    """What to do. steps empty: only listen. contact_s, limit_s: wall or bench seconds; 0: for ever."""
+    """What to do. steps empty: only listen. contact_s, limit_s: wall or bench seconds; 0: for ever.
+
+    asked_by: in what way, for the archive.
+    """
 
     steps: tuple[Step, ...] = ()
     barrier: str = ""
@@ -44,6 +48,7 @@ class Plan:
     limit_s: float = 0.0
     lifetime_s: float = 60.0
     report_s: float = 5.0
+    asked_by: str = "command line"
 
 
 def left_words(session: Session, plan: Plan | None = None) -> str:
@@ -169,6 +174,7 @@ def operate(settings: Settings, plan: Plan, teller: Teller, join: Join | None = 
         stack.callback(teller.close)
         archive = stack.enter_context(_archive(settings, plan, utc_ns, teller))
         station = stack.enter_context(Station(settings, archive))
+        station.session.asked_by = plan.asked_by if lockstep else by_hand(plan.asked_by)  # a repeated run: like rows
         if plan.steps and station.session.viewer:
             raise ConfigError(VIEWER)
         try:

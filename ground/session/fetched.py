@@ -97,8 +97,8 @@ class Fetched:
                 self._recalled[whole.object_id] = whole
         if useless or self._bulk.damaged > damaged:
             lost = self._bulk.damaged - damaged
-            self._texts.append(f"of the parts of products that were kept {useless} are damaged or of another rover, and "
-                               f"{lost} products did not fit their SHA-256: these come anew")
+            self._texts.append(f"of the parts of products that were kept {useless} are damaged or of another rover, "
+                               f"and {lost} products did not fit their SHA-256: these come anew")
 
     def _forget(self) -> None:
         newest = {p.name: p.object_id for p in self.products.values()}

@@ -55,6 +55,7 @@ class Session:
         self._known = Known(self.far_clock, self._crossing)
         self.items = self._known.items
         self.texts: list[str] = []  # to be told to people; who tells them clears it
+        self.asked_by = ""  # who asks, where a request does not say it
         self.keeps = True  # False: what is heard cannot be kept, so events are not acknowledged
         self.counts: dict[str, int] = {"ok": 0}
         self.heard_ns: int | None = None
@@ -116,10 +117,11 @@ class Session:
         return self._schedule.for_rover(self.utc_ns, self.far_clock, now_ns)
 
     def request(self, name: str, arguments: commands.Arguments, now_ns: int, lifetime_s: float = 0.0,
-                start_s: float = 0.0) -> int:
+                start_s: float = 0.0, *, asked_by: str = "") -> int:
         """A new request, its id. It is not executed when it arrives later than its lifetime (0: any time).
 
         start_s: onboard time before which it is not to begin (0: at once); the lifetime counts from then.
+        asked_by: for the archive; else `asked_by` of the session.
 
         Raises ValueError as commands.check does, and at a viewer. Where the rover is known to be of other versions it
         has FAILED at once, unless it halts the rover.
@@ -134,6 +136,7 @@ class Session:
         request_id = self.requester.request(
             name, arguments, now_ns, issued_ns=issued_ns, expiry_ns=expiry_ns, start_ns=start_ns
         )
+        self.requester.requests[request_id].asked_by = asked_by or self.asked_by
         if product := product_name(self.requester.requests[request_id].telecommand):
             self._fetched.asked(product, now_ns)
         if name in commands.HALTING:

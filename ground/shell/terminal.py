@@ -20,6 +20,7 @@ from ground.shell.shell import Shell, completions
 from ground.station.clock import Clock, WallClock
 from ground.station.settings import Settings
 from ground.station.station import Station, StationError
+from ground.station.user import by_hand
 
 Save = Callable[[Any, str, Path], None]
 _PAUSE_S = 0.01
@@ -76,6 +77,7 @@ def run(settings: Settings, station: Path | None, contact_s: float, teller: Tell
         stack.callback(teller.close)
         archive = stack.enter_context(Archive(settings.archive or ":memory:", time.time_ns(), "shell"))
         link = stack.enter_context(Station(settings, archive))
+        link.session.asked_by = by_hand("shell")
         link.wait_open(*CONNECT_S)
         live = Live(link, WallClock(), teller, Shell(offline), save, contact_s)
         try:

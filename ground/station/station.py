@@ -162,7 +162,7 @@ class Station:
         for request_id in sorted(requests.keys() - self._archived):
             asked = requests[request_id].telecommand
             self._archive.add("requests", requests[request_id].made_ns, request_id, self.session.station, asked.name,
-                              json.dumps(asked.arguments), requests[request_id].payload)
+                              json.dumps(asked.arguments), requests[request_id].payload, requests[request_id].asked_by)
             self._archived.add(request_id)
         self._archived &= requests.keys()  # what the session has forgotten
 

@@ -108,7 +108,8 @@ def _chain_line(chain: Chain) -> str:
                      for value in json.loads(chain.arguments).values())
     text = chain.reports[-1][2] if chain.reports else "nothing heard of it"
     ways = " > ".join(dict.fromkeys(state.lower() for _, state, _ in chain.reports)) or "requested"
-    return f"{when.told(chain.utc_ns)}  {chain.station}#{chain.request_id:<5} {chain.name} {words}  {ways}: {text}"
+    by = f"  (by {chain.asked_by})" if chain.asked_by else ""
+    return f"{when.told(chain.utc_ns)}  {chain.station}#{chain.request_id:<5} {chain.name} {words}  {ways}: {text}{by}"
 
 
 def link(

@@ -117,7 +117,8 @@ def script(
         text = sys.stdin.read() if file == "-" else Path(file).read_text()
     except OSError as error:
         raise NoStationError(f"{file}: {error.strerror}") from error
-    plan = Plan(tuple(parse(text, file)), barrier=barrier, limit_s=timeout, report_s=0.0)
+    plan = Plan(tuple(parse(text, file)), barrier=barrier, limit_s=timeout, report_s=0.0,
+                asked_by="script" if file == "-" else f"script {file}")
     code, session = ask(station, plan, as_json)
     for product in session.products.values():
         if out is not None:

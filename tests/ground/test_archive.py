@@ -15,7 +15,7 @@ from mcap.reader import make_reader
 from ground.archive.export import FORMATS
 from ground.archive.keep import fill, pack, prune
 from ground.archive.read import ALL, Span, chains, gaps, reading, rows, sizes
-from ground.archive.schema import MIGRATIONS, VERSION, open_checked
+from ground.archive.schema import APPLICATION_ID, MIGRATIONS, VERSION, open_checked
 from ground.archive.store import TABLES, Archive, ArchiveError
 from ground.session.telemetry import Event, Value
 from protocol.link import Kind, Sealer
@@ -154,10 +154,35 @@ def test_a_file_of_the_first_version_is_brought_up_to_date_with_its_rows(tmp_pat
     with reading(path) as db:
         assert [(r["counter"], r["boot_id"]) for r in rows(db, "datagrams")] == [(77, 5), (None, None)]
         assert [(r["name"], r["value"], r["boot_id"], r["utc_ns"]) for r in rows(db, "items")] == [("mode", 2, 5, 1010)]
-        assert [chain.name for chain in chains(db)] == ["stop"]
+        assert [(chain.name, chain.asked_by) for chain in chains(db)] == [("stop", "")]
     with Archive(path) as archive:
         archive.add("items", 1, 1, "mode", 3)
     with sqlite3.connect(path) as db:
+        assert db.execute("pragma user_version").fetchone() == (VERSION,)
+
+
+@pytest.mark.parametrize("version", range(1, VERSION + 1))
+def test_an_archive_of_every_version_comes_up_to_date_without_loss(tmp_path, version):
+    """As each version's own program left it: its statements, its number, a request with its reports."""
+    path = tmp_path / "old.db"
+    with sqlite3.connect(path) as db:
+        db.create_function("counter_of", 1, lambda _: None)
+        db.create_function("boot_of", 1, lambda _: None)
+        for statements in MIGRATIONS[:version]:
+            db.executescript(statements)
+        db.execute(f"pragma user_version = {version}")
+        db.execute(f"pragma application_id = {APPLICATION_ID}")
+        db.execute("insert into runs values (1, 1000, '')")
+        names = "run, at_ns, request_id, station, name, arguments"
+        db.execute(f"insert into requests ({names}) values (1, 5, 9, 1, 'goto', '{{}}')")
+        db.execute("insert into reports (run, at_ns, request_id, station, serial, state, code, text, data) "
+                   "values (1, 6, 9, 1, 1, 'COMPLETED', 0, 'there', '[]')")
+    db.close()
+    with Archive(path) as archive:
+        archive.add("requests", 7, 10, 1, "stop", "{}", b"", "shell alice@desk")
+    with reading(path) as db:
+        found = [(chain.name, chain.state, chain.asked_by) for chain in chains(db)]
+        assert found == [("stop", "REQUESTED", "shell alice@desk"), ("goto", "COMPLETED", "")]
         assert db.execute("pragma user_version").fetchone() == (VERSION,)
 
 
@@ -255,7 +280,7 @@ def test_rows_are_found_by_name_time_and_number_and_what_two_stations_heard_come
 def test_a_chain_is_the_request_with_its_reports_in_the_order_of_their_serials():
     db = open_checked(":memory:")
     db.execute("insert into runs values (1, 0, '')")
-    db.execute("insert into requests values (1, 5, 9, 1, 'goto', '{\"x_m\": 1}', null)")
+    db.execute("insert into requests values (1, 5, 9, 1, 'goto', '{\"x_m\": 1}', null, null)")
     for serial, state in ((2, "STARTED"), (1, "ACCEPTED"), (1, "ACCEPTED"), (3, "COMPLETED")):
         db.execute("insert into reports values (1, 6, 9, 1, ?, ?, 0, '', '[]', 1)", (serial, state))
     (chain,) = chains(db)

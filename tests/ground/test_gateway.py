@@ -128,6 +128,22 @@ def test_a_message_is_sent_on_request_and_an_unknown_one_is_unsupported(met):
 # -- commands ---------------------------------------------------------------------------------------------------
 
 
+def test_each_request_has_the_client_that_asked_it(met):
+    bed, client = met
+    other = Client(bed, ("127.0.0.1", 40_002), system=254)
+    goto(client, 20.0, -5.0)
+    bed.step(0.5)
+    other.command(ARM, 0)
+    other.say(m.MAVLink_param_request_list_message(1, 1))
+    bed.step(3.0)
+    other.say(m.MAVLink_param_set_message(1, 1, b"MOT_CRUISE_MPS", 0.09, m.MAV_PARAM_TYPE_REAL32))
+    bed.step(0.5)
+    asked = {r.telecommand.name: r.asked_by for r in bed.session.requester.requests.values()}
+    assert asked["goto"] == "gateway 127.0.0.1:40001 system 255, unsigned"
+    second = "gateway 127.0.0.1:40002 system 254, unsigned"
+    assert asked["stop"] == asked["param_list"] == asked["param_set"] == second
+
+
 def test_a_goto_is_in_progress_at_once_and_accepted_when_it_has_begun(met):
     bed, client = met
     goto(client, 20.0, -5.0, yaw_rad=0.0)

@@ -89,6 +89,18 @@ def test_requests_show_each_chain_and_what_still_waits(flown, capsys):
     assert (tree["state"], tree["reports"][0]["state"]) == ("ACCEPTED", "ACCEPTED")
 
 
+def test_requests_tell_who_asked_where_that_is_known(flown, capsys):
+    with Archive(flown / "archive.db", utc_ns=UTC_NS) as archive:
+        archive.add("requests", 6 * S, 3, 1, "stop", "{}", b"", "gateway 127.0.0.1:14555 system 255, unsigned")
+    lines = told(capsys, "requests")[1]
+    assert lines[2].endswith("(by gateway 127.0.0.1:14555 system 255, unsigned)") and "(by" not in lines[0]
+    trees = [json.loads(line) for line in told(capsys, "requests", "--json")[1]]
+    assert [tree["asked_by"] for tree in trees] == ["", "", "gateway 127.0.0.1:14555 system 255, unsigned"]
+    assert told(capsys, "archive", "export", "--table", "requests", "--out", "flown")[0] == 0
+    head, *_, last = (flown / "flown" / "requests.csv").read_text().splitlines()
+    assert head.endswith(",asked_by") and last.endswith('"gateway 127.0.0.1:14555 system 255, unsigned"')
+
+
 def test_figures_of_the_link_come_from_the_archive(flown, capsys):
     code, lines, _ = told(capsys, "link", "--since", "2001-09-09")
     assert code == 0 and any("lost             2 datagrams, 16.7 %" in line for line in lines)

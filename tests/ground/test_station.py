@@ -17,6 +17,7 @@ from ground.archive.store import Archive
 from ground.station.memory import COUNTERS, Memory
 from ground.station.settings import Settings
 from ground.station.station import Station
+from ground.station.user import by_hand
 from hil.processes import free_ports
 from onboard.config import ConfigError
 from onboard.drivers.link_port import LinkPort
@@ -192,6 +193,28 @@ def test_request_ids_rise_in_the_order_of_asking_over_all_processes_of_a_station
     alone = [stations[0].session.request("status", {}, 0) for _ in range(300)]
     assert alone == sorted(set(alone)) and alone[0] > asked[-1]
     assert alone[-1] - alone[0] < 300 + 256  # a block is used up before the next is taken
+
+
+def test_the_archive_has_who_asked(tmp_path, monkeypatch):
+    monkeypatch.setattr("getpass.getuser", lambda: "alice")
+    monkeypatch.setattr("socket.gethostname", lambda: "desk")
+    with Archive(":memory:") as archive:
+        station = Station(Settings(bench_seed=7), archive)
+        station.session.asked_by = by_hand("command line")
+        station.session.request("status", {}, 0)
+        station.session.request("stop", {}, 0, asked_by="gateway 127.0.0.1:14555 system 255, unsigned")
+        station._add_requests()
+        assert [row[-1] for row in archive.rows("requests")] == [
+            "command line alice@desk", "gateway 127.0.0.1:14555 system 255, unsigned"]
+
+
+def test_a_user_without_a_name_is_told_by_number(monkeypatch):
+    def nobody():
+        raise KeyError("getpwuid(): uid not found: 1234")
+
+    monkeypatch.setattr("getpass.getuser", nobody)
+    monkeypatch.setattr("os.getuid", lambda: 1234)
+    assert by_hand("shell").startswith("shell 1234@")
 
 
 def test_a_stop_is_asked_though_the_stations_disk_has_gone(tmp_path):
