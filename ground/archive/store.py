@@ -16,9 +16,9 @@ from types import TracebackType
 from typing import Any, Self
 
 from ground.archive.orphans import Living, Orphan, find
+from ground.archive.schema import LOCKED, open_checked, recent_chunks, told
 from ground.archive.schema import TABLES as TABLES
 from ground.archive.schema import ArchiveError as ArchiveError
-from ground.archive.schema import open_checked, recent_chunks, told
 from protocol import commands
 
 _TURN_MS, _CLOSE_MS = 100, 5000
@@ -31,25 +31,43 @@ _HALT_AFTER = f"""select name from requests where station = ? and run != ? and n
 class Archive:
     """One file, opened for one run. Use it inside `with`. `path` ":memory:" keeps nothing. Raises ArchiveError.
 
-    wait_s: for another program that holds the file, as it is opened; None: some seconds.
+    wait_s: for another program that holds the file, as it is opened; None: some seconds. later: one that is held longer
+    is opened when it can be; until then rows wait, and nothing can be asked of it.
     trouble: why rows wait in memory; "": none do. lost: datagrams dropped because too many waited.
     """
 
-    def __init__(self, path: Path | str, utc_ns: int = 0, note: str = "", wait_s: float | None = None) -> None:
-        self._path, self._db, self._utc_ns = path, open_checked(path, wait_s=wait_s), utc_ns
+    def __init__(
+        self, path: Path | str, utc_ns: int = 0, note: str = "", wait_s: float | None = None, *, later: bool = False
+    ) -> None:
+        self._path, self._utc_ns, self._note = path, utc_ns, note
         self._waiting: list[tuple[str, tuple[Any, ...]]] = []
+        self.trouble, self.lost, self._calls, self.run = "", 0, 0, 0
+        self._living: Living | None = None
+        try:
+            self._open(wait_s)
+        except ArchiveError as error:
+            if not later or error.code != LOCKED:
+                raise
+            self.trouble, self._db = str(error).partition(";")[0], open_checked(":memory:")
         self._marks = {
             table: len(self._db.execute(f"pragma table_info({table})").fetchall()) for table in TABLES
         }  # fmt: skip
-        self.trouble, self.lost, self._calls = "", 0, 0
+
+    def _open(self, wait_s: float | None) -> None:
+        db = open_checked(self._path, wait_s=wait_s)
         try:
-            made = self._db.execute("insert into runs (utc_ns, note) values (?, ?)", (utc_ns, note))
+            made = db.execute("insert into runs (utc_ns, note) values (?, ?)", (self._utc_ns, self._note))
         except sqlite3.Error as error:
-            self._db.close()
-            raise told(path, error, wait_s) from error
-        self.run = int(made.lastrowid or 0)
-        self._living = Living(path, self.run)
+            db.close()
+            raise told(self._path, error, wait_s) from error
+        self._db, self.run = db, int(made.lastrowid or 0)
+        self._living = Living(self._path, self.run)
         self._db.execute(f"pragma busy_timeout = {_TURN_MS}")
+
+    @property
+    def late(self) -> bool:
+        """Whether the file could not be opened yet."""
+        return self._living is None
 
     def __enter__(self) -> Self:
         return self
@@ -69,7 +87,7 @@ class Archive:
         rest = self._marks[table] - 1 - len(values)
         if rest < 0:
             raise ValueError(f"{table}: {len(values)} values for {self._marks[table] - 1} columns")
-        self._waiting.append((table, (self.run, *values, *(None,) * rest)))
+        self._waiting.append((table, (*values, *(None,) * rest)))
 
     def commit(self) -> None:
         """Makes the rows so far safe, where the file can be written; else they wait and `trouble` says why."""
@@ -77,14 +95,19 @@ class Archive:
             return
         self._calls += 1
         if not self.trouble or self._calls % _RETRY == 0:
-            self._write()
+            self._write(0.0)
 
-    def _write(self) -> None:
+    def _write(self, wait_s: float) -> None:
+        """wait_s: for a file that could not be opened yet."""
+        if self.late and not self._opened_now(wait_s):
+            self._bound()
+            return
         try:
             self._db.execute("begin immediate")
             for table, rows in groupby(self._waiting, lambda row: row[0]):
                 marks = ", ".join("?" * self._marks[table])
-                self._db.executemany(f"insert into {table} values ({marks})", [values for _, values in rows])
+                found = [(self.run, *values) for _, values in rows]
+                self._db.executemany(f"insert into {table} values ({marks})", found)
             self._db.execute("commit")
         except sqlite3.Error as error:
             if self._db.in_transaction:
@@ -94,6 +117,16 @@ class Archive:
         else:
             self._waiting.clear()
             self.trouble = ""
+
+    def _opened_now(self, wait_s: float) -> bool:
+        empty = self._db
+        try:
+            self._open(wait_s)
+        except ArchiveError as error:
+            self.trouble = str(error) if error.code != LOCKED else self.trouble
+            return False
+        empty.close()
+        return True
 
     def _bound(self) -> None:
         """Raw datagrams are the most and the first to go: what was in them waits decoded."""
@@ -126,6 +159,8 @@ class Archive:
 
         Raises ArchiveError where the file cannot be read.
         """
+        if self.late:
+            raise ArchiveError(self.trouble, LOCKED)
         try:
             return recent_chunks(self._db, self._utc_ns) if self._utc_ns else []
         except sqlite3.Error as error:
@@ -134,7 +169,7 @@ class Archive:
     def orphans(self, station: int) -> list[Orphan]:
         """Requests of a station that nobody waits for any more; none where the file cannot be read now."""
         try:
-            return find(self._db, station, self.run, self._living.lives)
+            return [] if self._living is None else find(self._db, station, self.run, self._living.lives)
         except sqlite3.Error:
             return []
 
@@ -143,10 +178,11 @@ class Archive:
         try:
             self._db.execute(f"pragma busy_timeout = {_CLOSE_MS}")
             if self._waiting:
-                self._write()
+                self._write(_CLOSE_MS / 1000)
         finally:
             self._db.close()
-            self._living.close()
+            if self._living is not None:
+                self._living.close()
         if self._waiting or self.lost:
             why = self.trouble or f"{self._path}: could not be written for long"
             raise ArchiveError(f"{why}; {len(self._waiting) + self.lost} rows of this run are not in it")

@@ -26,7 +26,7 @@ from protocol import commands
 
 OK, FAILED, UNAVAILABLE, TEMPORARY = 0, 1, 69, 75
 STOPS = frozenset({"stop", "safe", "emergency_stop"})
-_STOP_WAIT_S = 0.05  # for the archive: what another station takes to write a turn, no more
+SHORT_WAIT_S = 0.05  # for the archive: what another station takes to write a turn, no more
 _LINK_LIMIT_S, _ALONE_LIMIT_S = 20.0, 3.0
 CONNECT_S = (_LINK_LIMIT_S, _ALONE_LIMIT_S)
 
@@ -199,7 +199,7 @@ def _archive(settings: Settings, plan: Plan, utc_ns: int, teller: Teller) -> Arc
         gone = keep_within(path, settings.archive_days, settings.archive_mb, utc_ns) if tidied else 0
         if gone:
             teller.said(f"{path}: {gone} old rows removed, as the station file says", 0)
-        return Archive(path or ":memory:", utc_ns, wait_s=_STOP_WAIT_S if stops else None)
+        return Archive(path or ":memory:", utc_ns, wait_s=SHORT_WAIT_S if stops else None)
     except ArchiveError as error:
         if not stops:
             raise

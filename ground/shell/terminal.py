@@ -14,7 +14,7 @@ from typing import Any
 
 from ground.archive.store import Archive
 from ground.operation import show
-from ground.operation.operate import CONNECT_S, ByHandError, Teller, left_words
+from ground.operation.operate import CONNECT_S, SHORT_WAIT_S, ByHandError, Teller, left_words
 from ground.session.contact import Contact
 from ground.shell.shell import Shell, completions
 from ground.station.clock import Clock, WallClock
@@ -75,7 +75,7 @@ def run(settings: Settings, station: Path | None, contact_s: float, teller: Tell
 
     with ExitStack() as stack:
         stack.callback(teller.close)
-        archive = stack.enter_context(Archive(settings.archive or ":memory:", time.time_ns(), "shell"))
+        archive = stack.enter_context(opened(settings, time.time_ns()))
         link = stack.enter_context(Station(settings, archive))
         link.session.asked_by = by_hand("shell")
         link.wait_open(*CONNECT_S)
@@ -87,6 +87,11 @@ def run(settings: Settings, station: Path | None, contact_s: float, teller: Tell
             return asyncio.run(in_terminal(live, history))
         except KeyboardInterrupt:
             raise ByHandError(left_words(link.session)) from None
+
+
+def opened(settings: Settings, utc_ns: int) -> Archive:
+    """The station's archive; the shell waits for nobody who holds it: what is heard is written when it can be."""
+    return Archive(settings.archive or ":memory:", utc_ns, "shell", wait_s=SHORT_WAIT_S, later=True)
 
 
 def from_pipe(live: Live, lines: Iterator[str | None]) -> int:

@@ -171,6 +171,8 @@ class Station:
         session, settings = self.session, self._settings
         if self._took_over or session.heard_ns is None or session.viewer or not (settings.state and session.utc_ns):
             return []
+        if self._archive.late:
+            return []
         self._took_over = True
         news: list[News] = []
         for one in self._archive.orphans(session.station):

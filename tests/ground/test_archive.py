@@ -141,6 +141,70 @@ def test_while_another_program_holds_the_file_rows_wait(tmp_path):
         assert [row["value"] for row in rows(db, "items")] == [1]
 
 
+@pytest.fixture
+def held(tmp_path):
+    """An archive that another program holds; `execute("rollback")` lets it go."""
+    path = tmp_path / "a.db"
+    with Archive(path, 5):
+        pass
+    other = sqlite3.connect(path, isolation_level=None)
+    other.execute("begin immediate")
+    yield path, other
+    other.close()
+
+
+def test_who_does_not_want_to_wait_begins_at_once_and_what_is_heard_is_written_when_it_can_be(held):
+    path, other = held
+    with Archive(path, 10**18, "shell", wait_s=0.0, later=True) as archive:
+        assert archive.late and archive.trouble == f"{path}: locked by another program for 0 s"
+        archive.add("requests", 2, 7, 1, "goto", "{}", b"", "shell alice@desk")
+        for n in range(60):
+            archive.add("items", n, n, "mode", n)
+            archive.commit()
+        assert archive.late and archive.halt_after(7, 1) == "" and archive.orphans(1) == []
+        with pytest.raises(ArchiveError, match="locked"):
+            archive.chunks()
+        other.execute("rollback")
+        for n in range(60, 120):
+            archive.add("items", n, n, "mode", n)
+            archive.commit()
+        assert not archive.late and archive.trouble == "" and archive.chunks() == []
+        assert [row[3] for row in archive.rows("items")] == list(range(120))
+    with reading(path) as db:
+        assert [(row["run"], row["utc_ns"]) for row in rows(db, "requests")] == [(2, 10**18 + 2)]
+        assert db.execute("select note from runs where run = 2").fetchone() == ("shell",)
+
+
+def test_what_could_be_written_only_at_the_end_is(held):
+    path, other = held
+    with Archive(path, 10**18, wait_s=0.0, later=True) as archive:
+        archive.add("items", 1, 1, "mode", 4)
+        archive.commit()
+        other.execute("rollback")
+    with reading(path) as db:
+        assert [row["value"] for row in rows(db, "items")] == [4]
+
+
+def test_what_could_not_be_written_to_the_end_is_told_with_its_number(held, monkeypatch):
+    path, _ = held
+    monkeypatch.setattr("ground.archive.store._CLOSE_MS", 0)
+    with pytest.raises(ArchiveError, match="locked by another program for 0 s; 2 rows of this run are not in it"):  # noqa: SIM117
+        with Archive(path, 10**18, wait_s=0.0, later=True) as archive:
+            archive.add("items", 1, 1, "mode", 4)
+            archive.add("items", 2, 2, "mode", 4)
+
+
+@pytest.mark.parametrize("spoil", ["pragma user_version = 9", "pragma application_id = 7"])
+def test_a_file_that_is_no_archive_of_ours_is_refused_at_once_though_one_would_wait(tmp_path, spoil):
+    path = tmp_path / "a.db"
+    filled(path)
+    with sqlite3.connect(path) as db:
+        db.execute(spoil)
+    db.close()
+    with pytest.raises(ArchiveError, match=r"version 9|another program"):
+        Archive(path, wait_s=0.0, later=True)
+
+
 def test_a_file_of_the_first_version_is_brought_up_to_date_with_its_rows(tmp_path):
     path, datagram = tmp_path / "old.db", Sealer(b"k" * 32, 0, 5, counter=77).seal(Kind.MAVLINK, b"")
     with sqlite3.connect(path) as db:

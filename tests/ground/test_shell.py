@@ -2,6 +2,7 @@
 
 import asyncio
 import os
+import sqlite3
 import threading
 
 import pytest
@@ -9,9 +10,11 @@ from prompt_toolkit.input import create_pipe_input
 from prompt_toolkit.output import DummyOutput
 from virtual_station import VirtualClock, VirtualStation
 
+from ground.archive.store import Archive
 from ground.operation.operate import Teller
 from ground.shell.shell import Shell, completions
-from ground.shell.terminal import Live, from_pipe, in_terminal, piped
+from ground.shell.terminal import Live, from_pipe, in_terminal, opened, piped
+from ground.station.settings import Settings
 from ground.station.station import StationError
 from protocol import commands
 
@@ -97,6 +100,29 @@ def test_what_needs_no_link_goes_to_the_command_line():
     assert world.verbs == [["archive", "info"], ["events", "--last", "3"], ["preview", "goto", "1", "2"], ["link"],
                            ["goto", "--help"]]
     assert world.executed == []
+
+
+def test_a_locked_archive_delays_no_start_is_told_and_is_written_when_it_can_be(tmp_path):
+    path = tmp_path / "archive.db"
+    settings = Settings(bench_seed=7, archive=str(path))
+    with Archive(path, 1):
+        pass
+    other = sqlite3.connect(path, isolation_level=None)
+    other.execute("begin immediate")
+    with opened(settings, 10**18) as archive:
+        assert archive.trouble.startswith(f"{path}: locked by another program")
+        world = World()
+        world.station.trouble = archive.trouble
+        world.pipe("status")
+        assert sum("rows wait in memory, events stay with the rover" in line for line in world.said) == 1
+        other.execute("rollback")
+        archive.add("items", 1, 1, "mode", 4)
+        for _ in range(50):
+            archive.commit()
+        world.station.trouble = archive.trouble
+        world.pipe("status")
+        assert sum(line.endswith("archived again") for line in world.said) == 1
+    other.close()
 
 
 def test_quit_says_what_is_still_open(capsys):
