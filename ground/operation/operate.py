@@ -13,6 +13,7 @@ from typing import Protocol
 from ground.archive.keep import keep_within
 from ground.archive.store import Archive, ArchiveError
 from ground.operation import show
+from ground.operation.left import left
 from ground.operation.script import Runner, Step
 from ground.session.contact import NOT_HEARD_THERE, Contact, Uplink
 from ground.session.news import Item, News, ProductHeard, Progress
@@ -22,7 +23,6 @@ from ground.station.settings import Settings
 from ground.station.station import TO_HAVE_A_ROVER, Station, StationError
 from ground.station.user import by_hand
 from onboard.config import ConfigError
-from protocol import commands
 
 OK, FAILED, UNAVAILABLE, TEMPORARY = 0, 1, 69, 75
 STOPS = frozenset({"stop", "safe", "emergency_stop"})
@@ -51,19 +51,9 @@ class Plan:
     asked_by: str = "command line"
 
 
-def left_words(session: Session, plan: Plan | None = None) -> str:
-    """What a station that is interrupted leaves behind: what it never sent, and what the rover may carry on with."""
-    requests = [request for request in session.requester.requests.values() if request.own]
-    left = [request for request in requests if not request.state.final]
-    unasked = plan.steps if plan is not None and not requests else ()
-    unsent = [step.name for step in unasked if step.verb in ("command", "contacts")]
-    unsent += [request.telecommand.name for request in left if not request.sent]
-    halts = [request.telecommand.name for request in left if request.sent and commands.halts(request.payload)]
-    told = [request.telecommand.name for request in left if request.sent and not commands.halts(request.payload)]
-    words = [f"NOT sent: {', '.join(unsent)}"] if unsent else []
-    words += [f"sent and not confirmed yet: {', '.join(halts)}"] if halts else []
-    words += [f"the rover carries on with what it was told ({', '.join(told)}), `ground stop` ends it"] if told else []
-    return "; ".join(["interrupted", *words])
+def closed_words(session: Session) -> str:
+    """Why a station ends that has no carrier any more, and what that leaves."""
+    return "; ".join(["the link's carrier has closed", *left(session)])
 
 
 class Teller:
@@ -187,7 +177,7 @@ def operate(settings: Settings, plan: Plan, teller: Teller, join: Join | None = 
             beside = stack.enter_context(join(station.session)) if join is not None else None
             return _turns(station, clock, plan, teller, beside), station.session
         except KeyboardInterrupt:
-            raise ByHandError(left_words(station.session, plan)) from None
+            raise ByHandError("; ".join(["interrupted", *left(station.session, plan.steps)])) from None
 
 
 def _archive(settings: Settings, plan: Plan, utc_ns: int, teller: Teller) -> Archive:
@@ -245,7 +235,7 @@ def _watch(contact: Contact, station: Station, clock: Clock, teller: Teller, now
     if silent_s is not None and station.session.in_contact(now_ns):
         teller.silence(silent_s, now_ns)
     if not clock.repeatable and contact.closed(station.linked, now_ns):
-        raise StationError("the link's carrier has closed; the rover carries on with what it was told")
+        raise StationError(closed_words(station.session))
 
 
 def unheard(session: Session, waited_s: float) -> str:

@@ -14,6 +14,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from ground.operation import show
+from ground.operation.left import left
 from ground.session.session import Session
 from ground.verbs.table import ASKS
 from protocol import commands
@@ -54,7 +55,7 @@ class Shell:
         if verb in _ENDS:
             self.ended = True
             still = sum(not self._settled(session, one) for one in self.asked)
-            return [f"{still} requests are open; the rover carries on"] if still else []
+            return ["; ".join([f"{still} requests are open", *left(session)])] if still else []
         if verb in ("help", "?"):
             return list(_HELP)
         if verb in _ALONE:

@@ -14,7 +14,8 @@ from typing import Any
 
 from ground.archive.store import Archive
 from ground.operation import show
-from ground.operation.operate import CONNECT_S, SHORT_WAIT_S, ByHandError, Teller, left_words
+from ground.operation.left import left
+from ground.operation.operate import CONNECT_S, SHORT_WAIT_S, ByHandError, Teller, closed_words
 from ground.session.contact import Contact
 from ground.shell.shell import Shell, completions
 from ground.station.clock import Clock, WallClock
@@ -53,7 +54,7 @@ class Live:
         if silent_s is not None:
             self._teller.silence(silent_s, self.now_ns)
         if self._contact.closed(self._station.linked, self.now_ns):
-            raise StationError("the link's carrier has closed; the rover carries on with what it was told")
+            raise StationError(closed_words(self.session))
         if self._contact_s and self.session.heard_ns is None and self.now_ns > self._contact_s * 1e9:
             raise StationError(f"nothing heard of the rover within {self._contact_s:g} s")
 
@@ -86,7 +87,7 @@ def run(settings: Settings, station: Path | None, contact_s: float, teller: Tell
             history = Path(settings.state) / "shell-history" if settings.state else None
             return asyncio.run(in_terminal(live, history))
         except KeyboardInterrupt:
-            raise ByHandError(left_words(link.session)) from None
+            raise ByHandError("; ".join(["interrupted", *left(link.session)])) from None
 
 
 def opened(settings: Settings, utc_ns: int) -> Archive:

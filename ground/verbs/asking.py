@@ -8,6 +8,7 @@ from typing import Any, NoReturn
 
 import typer
 
+from ground.operation.left import left
 from ground.operation.operate import FAILED, TEMPORARY, Plan, Teller, operate
 from ground.operation.script import Step
 from ground.session.schedule import utc_ns
@@ -51,7 +52,7 @@ def _unfinished(session: Session) -> str:
     """What goes on where the station has no more time for it."""
     still = [r for r in session.requester.requests.values() if r.own and not r.state.final]
     if len(still) != 1 or still[0].telecommand.name != "lease_ask" or still[0].state != State.STARTED:
-        return "not finished in time; the rover carries on"
+        return "; ".join(["not finished in time", *(left(session) or ["nothing was sent"])])
     holder = session.items.get("lease_station")
     whom = f"station {holder.value:g}" if holder is not None and holder.value else "another station"
     return f"still waiting behind {whom}; it keeps its place"

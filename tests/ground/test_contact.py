@@ -7,6 +7,7 @@ from toy_rover import ToyRover
 from virtual_station import S, VirtualClock, VirtualStation
 
 from ground.__main__ import run
+from ground.operation.left import left
 from ground.session.far_clock import FarClock
 from ground.session.schedule import parse, utc_ns
 from ground.session.session import Session
@@ -14,6 +15,7 @@ from protocol.link import bench_keys
 from protocol.versions import OURS
 
 NEVER_S = 1e9
+CARRIES_ON = "the rover carries on with what it was told (goto), `ground stop` ends it"
 
 
 @pytest.fixture
@@ -76,7 +78,7 @@ def test_a_closed_carrier_ends_a_goto_with_69_after_5_s(meet):
     code, _, err = meet(VirtualStation(closed_s=10.0, drive_s=NEVER_S), "goto", "12", "3",
                         clock=VirtualClock(limit_s=15.1))
     assert code == 69
-    assert err == "ground: the link's carrier has closed; the rover carries on with what it was told\n"
+    assert err == f"ground: the link's carrier has closed; {CARRIES_ON}\n"
 
 
 @pytest.mark.parametrize("argv", [["status"], ["goto", "12", "3"], ["get", "ldem"], ["stop"]])
@@ -138,7 +140,30 @@ def test_a_goto_that_another_station_ends_is_cancelled_for_its_user(meet):
 
 def test_a_command_that_is_not_finished_in_time_is_exit_code_75(meet):
     code, _, err = meet(VirtualStation(drive_s=NEVER_S), "goto", "12", "3", "--timeout", "10")
-    assert (code, err) == (75, "ground: not finished in time; the rover carries on\n")
+    assert (code, err) == (75, f"ground: not finished in time; {CARRIES_ON}\n")
+
+
+@pytest.mark.parametrize(("argv", "silent", "words"), [
+    (["goto", "1", "1"], ((0.0, NEVER_S),), "NOT sent: goto"),
+    (["goto", "1", "1", "--start", "2030-01-01T00:00:00Z"], ((0.0, NEVER_S),), "nothing was sent"),
+    (["stop"], ((0.0, NEVER_S),), "sent and not confirmed yet: stop"),
+    (["status"], ((0.2, NEVER_S),), "sent and nothing heard of it: status"),
+    (["goto", "1", "1"], ((0.2, NEVER_S),),
+     "sent and nothing heard of it: goto; the rover may do it, `ground stop` ends it"),
+])
+def test_what_is_not_finished_in_time_says_what_is_so(meet, argv, silent, words):
+    station = VirtualStation(silent=silent, drive_s=NEVER_S)
+    station.rover.receive = lambda *_: None  # nothing reaches it
+    code, _, err = meet(station, *argv, "--timeout", "10")
+    assert (code, err) == (75, f"ground: not finished in time; {words}\n")
+
+
+def test_a_request_that_its_station_never_sent_is_told_so_after_its_end_too():
+    session = Session(bench_keys(7), 1)
+    session.request("goto", {"x_m": 1.0, "y_m": 1.0}, 0)
+    assert left(session) == ["NOT sent: goto"]
+    session.close(0)
+    assert left(session) == ["NOT sent: goto"]
 
 
 def test_a_rover_with_other_keys_is_told_as_what_it_is(meet):
@@ -206,7 +231,7 @@ def test_who_has_no_more_time_for_a_lease_still_waits_in_line(meet):
     code, _, err = meet(station, "lease", "ask", "--timeout", "5")
     assert code == 75 and err == "ground: still waiting behind station 2; it keeps its place\n"
     code, _, err = meet(VirtualStation(drive_s=60.0), "goto", "1", "1", "--timeout", "5")
-    assert code == 75 and err == "ground: not finished in time; the rover carries on\n"
+    assert code == 75 and err == f"ground: not finished in time; {CARRIES_ON}\n"
 
 
 def test_status_says_lease_versions_contact_and_clock(meet):

@@ -130,7 +130,7 @@ def test_quit_says_what_is_still_open(capsys):
     for _ in range(100):
         world.live.turn()
     world.live.line("goto 5 5")
-    assert world.live.line("quit") == ["1 requests are open; the rover carries on"]
+    assert world.live.line("quit") == ["1 requests are open; NOT sent: goto"]
     assert world.shell.ended
 
 

@@ -1,0 +1,46 @@
+"""What a station that ends leaves with the rover, in words: what was never sent, not heard of, or goes on."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from ground.operation.script import Step
+from ground.session.fetched import product_name
+from ground.session.session import NOT_SENT, Session
+from protocol import commands
+from protocol.transactions import Request, State
+
+_ENDS = "`ground stop` ends it"
+
+
+def left(session: Session, steps: Sequence[Step] = ()) -> list[str]:
+    """A part for each kind of what is open; none where nothing is. steps: of a plan, unsent while nothing was asked."""
+    own = [request for request in session.requester.requests.values() if request.own]
+    unsent = [step.name for step in steps if not own and step.verb in ("command", "contacts")]
+    unsent += [_name(request) for request in own if _never_sent(request)]
+    still = [request for request in own if request.sent and not request.state.final]
+    halts = [_name(request) for request in still if commands.halts(request.payload)]
+    others = [request for request in still if not commands.halts(request.payload)]
+    unheard = [request for request in others if request.state is State.REQUESTED]
+    told = [_name(request) for request in others if request.state is not State.REQUESTED]
+    coming = [product_name(request.telecommand) for request_id, request in session.requester.requests.items()
+              if request.own and session.awaits_product(request_id) and session.product_of(request_id) is None]
+    moves = any(commands.command(_name(request)).frees for request in unheard)
+    return [
+        *([f"NOT sent: {', '.join(unsent)}"] if unsent else []),
+        *([f"sent and not confirmed yet: {', '.join(halts)}"] if halts else []),
+        *([f"sent and nothing heard of it: {', '.join(map(_name, unheard))}" + (
+            f"; the rover may do it, {_ENDS}" if moves else "")] if unheard else []),
+        *([f"the rover carries on with what it was told ({', '.join(told)}), {_ENDS}"] if told else []),
+        *([f"not all of it has come: {', '.join(coming)}"] if coming else []),
+    ]
+
+
+def _name(request: Request) -> str:
+    return request.telecommand.name
+
+
+def _never_sent(request: Request) -> bool:
+    """Also where that was its end, as the station closed."""
+    closed = request.report is not None and request.report.text == NOT_SENT
+    return not request.sent and (closed or not request.state.final)
