@@ -19,6 +19,7 @@ from ground.archive.read import Span, newest_product, reading, rows
 from ground.archive.schema import ArchiveError
 from onboard.config import Config, ConfigError, load
 from onboard.maps.gdem_file import from_npz
+from onboard.parameters import TABLE as PARAMETERS
 from onboard.planning.prediction import Prediction, digest, predict
 from onboard.records import Gdem
 from protocol import WireError
@@ -26,6 +27,7 @@ from protocol.products import LdemProduct, MapGrid, decode_ldem, poses_of
 from protocol.products.pose_map import PoseMap
 
 _FAR_M = 0.3
+READ = ("rover", "mapping", "planning", "mission", "scanning", "drive_guard", "motion", "jobs")  # sections of `digest`
 
 
 class NoMapError(ValueError):
@@ -88,41 +90,63 @@ def _map(data: bytes, where: str) -> Map:
     return Map(product, poses, where)
 
 
-def settings_for(seen: Map, config: Path | None, archive: Path | None) -> tuple[Config, str]:
-    """The rover's settings: of the file, else of the parameters fetched last, else the defaults; and a warning or ''.
+class Flown(NamedTuple):
+    """Settings, whose they are, and whether the map's digest says that the rover flies them."""
+
+    config: Config
+    whose: str
+    same: bool
+
+    @property
+    def warning(self) -> str:
+        """What is said where the rover flies others; "" where it does not."""
+        return "" if self.same else (f"the rover flies other settings than {self.whose}: the real way may differ; "
+                                     "`ground param list` fetches them, or name its file with --config")
+
+
+def settings_for(seen: Map, config: Path | None, archive: Path | None) -> Flown:
+    """The rover's settings: of the file, else the defaults where the map was made with them, else as fetched last.
 
     Raises ConfigError or NoMapError.
     """
     if config is not None:
         try:
-            flown, whose = load(config), str(config)
+            return _flown(seen, load(config), str(config))
         except OSError as error:
             raise NoMapError(f"{config}: {error.strerror}") from error
-    else:
-        fetched, default = _fetched(archive), load()
-        flown, whose = default, "the default settings"
-        if fetched is not None and digest(default) != seen.poses.settings:
-            flown, whose = fetched, "the parameters that were fetched last"
-    if digest(flown) == seen.poses.settings:
-        return flown, ""
-    return flown, (f"the rover flies other settings than {whose}: the real way may differ; "
-                   "`ground param list` fetches them, or name its file with --config")
+    default = _flown(seen, load(), "the default settings")
+    listed = None if default.same or archive is None else _listed(archive)
+    return default if listed is None else fetched(seen, listed) or default
 
 
-def _fetched(archive: Path | None) -> Config | None:
-    if archive is None:
-        return None
-    with reading(archive) as db:
-        found = newest_product(db, "parameters")
-    if found is None:
-        return None
-    lines = (line[2:].partition("  # ")[0] for line in found[2].decode(errors="replace").splitlines()
+def fetched(seen: Map, listed: bytes) -> Flown | None:
+    """The settings in the rover's list of parameters; None where it cannot be read."""
+    lines = (line[2:].partition("  # ")[0] for line in listed.decode(errors="replace").splitlines()
              if line[:2] in ("* ", "  "))
     try:
-        return load(None, {name.strip(): tomllib.loads(f"v = {text}")["v"] for name, _, text in
-                           (line.partition(" = ") for line in lines)}, "the parameters that were fetched")
+        named = {name.strip(): tomllib.loads(f"v = {text}")["v"] for name, _, text in
+                 (line.partition(" = ") for line in lines)}
+        config = load(None, named, "the parameters that were fetched")
     except (ConfigError, tomllib.TOMLDecodeError):
         return None
+    assumed = [name for name in PARAMETERS if name not in named and name.partition(".")[0] in READ]
+    more = f" with defaults assumed for {', '.join(assumed)}" if assumed else ""
+    return _flown(seen, config, f"the parameters that were fetched last{more}")
+
+
+def assumed_words() -> str:
+    """What is assumed where the rover's parameters are not known."""
+    return f"assumed are the defaults of {', '.join(READ)}: `onboard --print-config` shows them"
+
+
+def _flown(seen: Map, config: Config, whose: str) -> Flown:
+    return Flown(config, whose, digest(config) == seen.poses.settings)
+
+
+def _listed(archive: Path) -> bytes | None:
+    with reading(archive) as db:
+        found = newest_product(db, "parameters")
+    return None if found is None else found[2]
 
 
 def gdem_file(path: Path | None) -> Gdem | None:

@@ -72,6 +72,8 @@ def run(settings: Settings, station: Path | None, contact_s: float, teller: Tell
         named = ["--station", str(station)] if station is not None and "--station" not in words else []
         if words == ["link"]:
             words = ["link", "--since", f"{time.monotonic() - began_s + 1:.0f}s"]
+        if words[0] == "preview":
+            words = [*words, "--no-fetch"]  # the session that could ask is this one: `param list`
         return verbs([*words, *named])
 
     with ExitStack() as stack:

@@ -4,19 +4,28 @@ from __future__ import annotations
 
 import json
 import math
+from dataclasses import replace
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from ground.archive.schema import ArchiveError
-from ground.station.settings import NoStationError
+from ground.operation.operate import Teller, operate
+from ground.station.settings import NoStationError, load_settings
+from ground.station.station import StationError
 from ground.verbs import when
+from ground.verbs.asking import plan_of
 from ground.verbs.options import CANNOT_CREATE, File, archive_path, fail, out, said
 from ground.verbs.table import Json, StationFile
+from onboard.config import ConfigError, load
+
+if TYPE_CHECKING:
+    from ground.products.preview import Flown, Map
 
 app = typer.Typer(help="What a command would do, without asking the rover.", no_args_is_help=True)
 _FAILED = 1
+_CONTACT_S, _FETCH_S = 5.0, 60.0
 
 
 @app.command(context_settings={"ignore_unknown_options": True},
@@ -30,11 +39,13 @@ def goto(
     config: Annotated[Path | None, typer.Option(metavar="FILE", help="The rover's settings (TOML); else the "
                                                 "parameters fetched last, else the defaults.")] = None,
     picture: Annotated[Path | None, typer.Option("--out", metavar="FILE", help="A picture of it, a PNG file.")] = None,
+    fetch: Annotated[bool, typer.Option("--fetch/--no-fetch", help="Ask the rover for its parameters where those "
+                                        "known here are not what it flies.")] = True,
     file: File = None, station: StationFile = None, as_json: Json = False,
 ) -> None:  # fmt: skip
     """Path, length and time of a goto, by the rover's own planner on the map fetched last.
 
-    Beforehand `ground scan`, `ground get ldem`, and `ground param list` where the rover does not fly the defaults.
+    Beforehand `ground scan`, `ground get ldem`. The rover's parameters are asked for where they are not known.
 
     Exit codes: 0 there is a way, 1 there is none, 65 a damaged map, 66 no map.
     """
@@ -48,12 +59,14 @@ def goto(
         else:
             assert archive is not None
             seen = preview.newest_map(archive)
-        flown, warning = preview.settings_for(seen, config, archive)
+        flown = preview.settings_for(seen, config, archive)
         orbit = preview.gdem_file(gdem)
     except preview.NoMapError as error:
         raise fail(error.code, str(error)) from None
-    found = preview.look_ahead(seen, goal_m, orbit, flown)
-    for line in [*preview.warnings(seen, goal_m, orbit, archive), *([warning] if warning else [])]:
+    if not flown.same and config is None and fetch:
+        flown = _asked(seen, flown, station)
+    found = preview.look_ahead(seen, goal_m, orbit, flown.config)
+    for line in [*preview.warnings(seen, goal_m, orbit, archive), *([flown.warning] if flown.warning else [])]:
         said(f"ground: {line}")
     if as_json:
         out(json.dumps({"news": "preview", "map": seen.where, **json.loads(found.to_json())}))
@@ -68,6 +81,27 @@ def goto(
     if picture is not None:
         _draw(picture, seen, found, goal_m)
     raise typer.Exit(0 if found.leads else _FAILED)
+
+
+def _asked(seen: Map, known: Flown, station: Path | None) -> Flown:
+    """The settings that the rover flies by its own word, where one answers; else those known. Says which."""
+    from ground.products import preview
+
+    plan = replace(plan_of(["param", "list"], _CONTACT_S, _FETCH_S), asked_by="preview")
+    try:
+        _, session = operate(load_settings(station), plan, Teller(lambda _: None, False, 0.0))
+        listed = next((p.data for p in reversed(session.products.values()) if p.name == "parameters"), None)
+        why = "the rover has not sent its parameters in time"
+    except (StationError, ConfigError, ArchiveError) as error:
+        listed, why = None, str(error)
+    flown = None if listed is None else preview.fetched(seen, listed)
+    if flown is not None:
+        said("ground: the rover's parameters were fetched from it just now")
+        return flown
+    said(f"ground: the rover's parameters were not fetched: {why}")
+    if known.config == load():
+        said(f"ground: {preview.assumed_words()}")
+    return known
 
 
 def _archive(file: Path | None, station: Path | None, has_map: bool) -> Path | None:

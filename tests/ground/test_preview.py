@@ -1,21 +1,27 @@
 """`ground preview goto`: the rover's own planner on the map that was fetched, and what is said of its limits."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
+from gateway_bed import GatewayRover
+from virtual_station import VirtualClock, VirtualStation
 
 from ground.__main__ import run
 from ground.archive.store import Archive
+from ground.products.preview import READ
+from ground.station.station import StationError
 from hil.bench.in_memory import CAMPAIGN_STEP_NS, InMemory
 from hil.bench.operator import Order
 from hil.scenario.scenario import Scenario, flight_settings
 from onboard.config import load
 from onboard.config_text import to_toml
+from onboard.parameters import TABLE as PARAMETERS
 from onboard.parameters import Settings, listing
 from onboard.planning.prediction import digest, predict
 from protocol import bulk
-from protocol.link import Kind, payload_limit
+from protocol.link import Kind, bench_keys, payload_limit
 from protocol.products import LDEM_CODEC, LdemProduct, MapGrid, encode_ldem
 from protocol.products.pose_map import PoseMap, encode_poses
 
@@ -35,11 +41,16 @@ def flat(blocked=np.s_[0:0, 0:0], known=True, settings=None, pose=(0.0, 0.0, 0.0
     return encode_ldem(LdemProduct(GRID, np.zeros((100, 100), np.float32), sets)) + encode_poses(poses)
 
 
+def no_link(*_):
+    raise StationError("no link at tcp/127.0.0.1:7448: nobody is there")
+
+
 @pytest.fixture
 def kept(tmp_path, monkeypatch):
     """Puts products into an archive of a station, which is where the command looks."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / "ground.toml").write_text("bench_seed = 7\narchive = 'archive.db'\n")
+    monkeypatch.setattr("ground.operation.operate.Station", no_link)
 
     def put(*data, name="ldem", codec=LDEM_CODEC, items=()):
         with Archive(tmp_path / "archive.db", utc_ns=10**18) as archive:
@@ -132,10 +143,69 @@ def test_other_settings_than_the_rovers_are_warned_of_until_they_were_fetched(ke
     kept(flat(settings=digest(flown)))
     _, out, err = told(capsys, "3", "0")
     assert "flies other settings than the default settings" in err and "`ground param list` fetches them" in err
+    assert "the rover's parameters were not fetched: no link at tcp/127.0.0.1:7448: nobody is there\n" in err
+    assert "assumed are the defaults of rover, mapping, planning, mission, scanning, drive_guard, motion, jobs" in err
     kept(listing(Settings(flown)).encode(), name="parameters", codec="text")
     _, later, err = told(capsys, "3", "0")
     assert err == ""
     assert float(later.split(" in ")[1].split(" s")[0]) > float(out.split(" in ")[1].split(" s")[0]) + 20
+
+
+@pytest.fixture
+def flying(kept, monkeypatch):
+    """A rover that answers, and flies other settings than the default; what it was asked for."""
+    flown = load(None, {"motion.cruise_mps": 0.05})
+    kept(flat(settings=digest(flown)))
+    station = VirtualStation()
+    station.rover = GatewayRover(bench_keys(7))
+    station.rover.settings = Settings(flown)
+    monkeypatch.setattr("ground.operation.operate.Station", lambda *_: station)
+    monkeypatch.setattr("ground.operation.operate.WallClock", VirtualClock)
+    return station.rover
+
+
+def test_a_rover_that_answers_is_asked_for_its_parameters_and_it_is_said(flying, kept, capsys):
+    _, out, err = told(capsys, "3", "0")
+    assert flying.executed == ["param_list"]
+    assert err == "ground: the rover's parameters were fetched from it just now\n"
+    kept(listing(flying.settings).encode(), name="parameters", codec="text")
+    assert told(capsys, "3", "0")[1:] == (out, "")  # known by now: not asked again
+    assert flying.executed == ["param_list"]
+
+
+def test_a_rover_whose_parameters_were_changed_since_they_were_fetched_is_asked_again(flying, kept, capsys):
+    kept(listing(Settings(load(None, {"motion.cruise_mps": 0.03}))).encode(), name="parameters", codec="text")
+    assert told(capsys, "3", "0")[2] == "ground: the rover's parameters were fetched from it just now\n"
+
+
+@pytest.mark.parametrize("argv", [["--no-fetch"], ["--config", "rover.toml"]])
+def test_the_rover_is_not_asked_where_that_is_not_wanted(flying, capsys, tmp_path, argv):
+    (tmp_path / "rover.toml").write_text(to_toml(load()))
+    assert "flies other settings than" in told(capsys, "3", "0", *argv)[2] and flying.executed == []
+
+
+def test_a_map_that_was_made_with_the_defaults_needs_no_parameters(flying, kept, capsys):
+    kept(flat())
+    assert told(capsys, "3", "0")[2] == "" and flying.executed == []
+
+
+def test_parameters_of_a_program_that_knows_fewer_say_which_are_assumed(kept, capsys):
+    kept(flat(settings=b"12345678"))
+    listed = listing(Settings(load())).splitlines()
+    fewer = "\n".join(line for line in listed if "motion.cruise_mps" not in line and "link.lease_s" not in line)
+    kept(fewer.encode(), name="parameters", codec="text")
+    err = told(capsys, "3", "0")[2]
+    assert "than the parameters that were fetched last with defaults assumed for motion.cruise_mps: the real" in err
+
+
+def test_the_sections_that_are_named_as_assumed_are_those_of_the_digest():
+    default = load()
+    for name in PARAMETERS:
+        section, _, key = name.partition(".")
+        part = getattr(default, section)
+        if isinstance(value := getattr(part, key), float):
+            changed = replace(default, **{section: replace(part, **{key: value + 1e-9})})
+            assert (digest(changed) != digest(default)) == (section in READ), name
 
 
 def test_a_file_of_get_ldem_gives_the_same_as_the_archive(kept, capsys):
