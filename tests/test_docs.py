@@ -58,3 +58,20 @@ def test_the_index_lists_every_page():
 def test_make_targets_named_in_the_readme_exist():
     targets = set(re.findall(r"^([a-z-]+):", Path(ROOT / "Makefile").read_text(), re.MULTILINE))
     assert set(re.findall(r"`make ([a-z-]+)", (ROOT / "README.md").read_text())) <= targets
+
+
+def prose(text: str) -> list[tuple[int, str]]:
+    """Number and text of each line that is no table, code, picture or heading."""
+    lines, fenced = [], False
+    for number, line in enumerate(text.splitlines(), 1):
+        fenced ^= line.lstrip().startswith("```")
+        if not fenced and not line.startswith(("|", "    ", "![", "#", "<", "```")):
+            lines.append((number, line))
+    return lines
+
+
+@pytest.mark.parametrize("page", sorted(DOCS.glob("*.md")), ids=lambda page: page.name)
+def test_prose_that_is_written_by_hand_is_at_most_120_columns_wide(page):
+    text = page.read_text(encoding="utf-8")
+    if not text.startswith("<!-- Made from"):
+        assert [f"{page.name}:{number}" for number, line in prose(text) if len(line) > 120] == []
