@@ -250,11 +250,12 @@ class Executor:
         if request_id is None:
             raise WireError("telecommand", f"{len(payload)} B")
         seen = self._known.setdefault(station, {}).get(request_id)
-        if seen is not None:
+        halts = commands.halts(payload)  # obeyed under any id: a station that lost its numbers may stop the rover
+        if seen is not None and not (halts and seen.payload != payload):
             self._again(seen, payload, now_ns)
             return None
         first = Report(request_id, station, 0, State.RECEIVED)
-        if request_id <= self._forgotten.get(station, -1):
+        if request_id <= self._forgotten.get(station, -1) and not halts:
             text = "the request id is older than all that are remembered"
             self._say(first._replace(state=State.FAILED, code=Code.FORGOTTEN_ID, text=text), now_ns)
             return None
@@ -331,7 +332,7 @@ class Executor:
 
     def _again(self, seen: _Known, payload: bytes, now_ns: int) -> None:
         if seen.payload != payload:
-            text = "the request id was used before for another request"
+            text = "the request id was used before for another request; a station whose numbers are lost needs new keys"
             self._say(seen.report._replace(state=State.FAILED, code=Code.REUSED_ID, text=text), now_ns)
         elif not any(row[1] == seen.report.station << 32 | seen.report.request_id for row in self._queue):
             self._say(seen.report, now_ns)

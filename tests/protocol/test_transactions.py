@@ -167,14 +167,28 @@ def test_a_fault_that_the_table_does_not_have_is_refused_by_the_rover_too():
 def test_an_id_used_again_for_something_else_is_refused_and_so_is_one_that_was_forgotten():
     rover = Executor(capacity=3)
     for n in range(1, 6):
-        payload = commands.encode(commands.Telecommand(n, 0, 0, "stop", {}))
+        payload = commands.encode(commands.Telecommand(n, 0, 0, "status", {}))
         assert isinstance(rover.receive(1, payload, 0, Mode.STANDBY), Order)
     rover.send(10 * S)
-    other = commands.encode(commands.Telecommand(5, 0, 0, "safe", {}))
+    other = commands.encode(commands.Telecommand(5, 0, 0, "scan", {}))
     assert rover.receive(1, other, 11 * S, Mode.STANDBY) is None
-    old = commands.encode(commands.Telecommand(1, 0, 0, "stop", {}))
+    old = commands.encode(commands.Telecommand(1, 0, 0, "status", {}))
     assert rover.receive(1, old, 11 * S, Mode.STANDBY) is None
     assert {decode_report(p).code for p in rover.send(12 * S)} == {Code.REUSED_ID, Code.FORGOTTEN_ID}
+
+
+@pytest.mark.parametrize("request_id", [1, 5])
+@pytest.mark.parametrize("name", commands.HALTING)
+def test_what_halts_is_obeyed_once_under_an_id_that_was_used_or_forgotten(name, request_id):
+    rover = Executor(capacity=3)
+    for n in range(1, 6):
+        rover.receive(1, commands.encode(commands.Telecommand(n, 0, 0, "status", {})), 0, Mode.STANDBY)
+    halt = commands.encode(commands.Telecommand(request_id, 0, 0, name, {}))
+    order = rover.receive(1, halt, 11 * S, Mode.AUTONOMOUS)
+    assert order is not None and order.name == name
+    rover.report(order.request_id, State.COMPLETED, 12 * S, "done")
+    assert rover.receive(1, halt, 13 * S, Mode.STANDBY) is None
+    assert decode_report(rover.send(14 * S)[-1]).state is State.COMPLETED
 
 
 def test_only_the_newest_report_of_a_request_waits_and_two_copies_of_it_are_sent():
