@@ -140,3 +140,8 @@ FAULTS = (
 )
 
 BY_NAME = {fault.name: fault for fault in FAULTS}
+
+
+def named(bits: int) -> tuple[str, ...]:
+    """The rows of a telemetry word that has one bit for each, bit = number; bits of no row are left out."""
+    return tuple(fault.name for fault in FAULTS if bits >> fault.number & 1)

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, NamedTuple
 
 from ground.gateway.frames import mavlink as m
-from protocol.faults import FAULTS
+from protocol.faults import named
 from protocol.modes import TABLE as MODES
 
 if TYPE_CHECKING:
@@ -64,7 +64,7 @@ def masks(seen: Seen) -> Masks:
     told = seen.number("faults")
     if told is None:
         return Masks()
-    active = {fault.name for fault in FAULTS if int(told) >> fault.number & 1}
+    active = set(named(int(told)))
     off = {row.mode for row in MODES if row.wheels == "off"}
     present = enabled = healthy = 0
     for device in DEVICES:

@@ -10,6 +10,7 @@ from typing import Any
 from ground.session.news import EventHeard, News, ProductHeard, Progress, ReportHeard
 from ground.session.schedule import utc_words
 from ground.session.session import Session
+from protocol.faults import named
 from protocol.modes import Mode, Phase
 from protocol.telemetry import out_of_limits
 
@@ -148,12 +149,14 @@ def status_line(session: Session, now_ns: int) -> str:
 
 
 def item_words(name: str, value: float | None) -> str:
-    """An item's value: the name of a mode or phase, else the number, ? where it is not known."""
+    """An item's value: the name of a mode or phase, names of faults, else the number, ? where it is not known."""
     kind = NAMED.get(name)
     if value is None:
         return "?"
     if name.endswith("_version"):
         return f"{int(value):08x}"
+    if name == "faults":
+        return " ".join(named(int(value))) or "none"
     if name == "lease_station":
         return f"{value:g}" if value else "nobody"
     return kind(int(value)).name if kind and int(value) in kind.__members__.values() else f"{value:g}"

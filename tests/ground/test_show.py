@@ -17,6 +17,8 @@ from protocol.telemetry import TABLE
     ("computer_temperature_c", 54.0, "computer_temperature_c   54"),
     ("computer_temperature_c", 97.0, "computer_temperature_c   97  out of limits"),
     ("free_disk_mb", 12.5, "free_disk_mb             12.5  out of limits"),
+    ("faults", 0.0, "faults                   none"),
+    ("faults", 2.0**32 + 2.0**33, "faults                   OPERATOR COMPUTER_STRAINED  out of limits"),
     ("mode", 2.0, "mode                     AUTONOMOUS"),
     ("x_m", 1e4, "x_m                      10000"), ("cpu_ratio", None, "cpu_ratio                ?"),
 ])  # fmt: skip
