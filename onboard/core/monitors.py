@@ -16,6 +16,7 @@ from onboard.devices.nodes import Nodes
 from onboard.planning.mission_rule import RECORD_STOPS
 from onboard.planning.plan_records import PlanResult
 from onboard.records import Pose, RecordStatus, RecordTrouble
+from protocol.events import TEXT_BYTES
 from protocol.faults import BY_NAME
 from protocol.transactions import Order
 
@@ -170,6 +171,10 @@ def over_limit(nodes: Nodes, used_up: Collection[str], active: tuple[str, ...]) 
 
 
 def words(nodes: Nodes, seen: str, name: str) -> str:
-    """What an active fault says of itself: its condition, and more where it or its watch, with `seen`, knows more."""
+    """What an active fault says of itself: its condition, and more where it or its watch, with `seen`, knows more.
+
+    Where both are longer than an event on the link may be it is the figures: the condition stands in the fault table.
+    """
     more = can_monitors.WORDS[name](nodes) if name in can_monitors.WORDS else seen
-    return f"{name}: {BY_NAME[name].condition}" + (f" ({more})" if more else "")
+    both = f"{name}: {BY_NAME[name].condition}" + (f" ({more})" if more else "")
+    return both if len(both.encode()) <= TEXT_BYTES else f"{name}: {more or BY_NAME[name].condition}"
