@@ -69,7 +69,7 @@ class Requester:
     def __init__(self, station: int, first_id: int = 1, rtt_ns: int = 0, remembered: int = 2048) -> None:
         self._remembered = remembered
         self.station, self.next_id, self.rtt_ns = station, first_id, rtt_ns
-        self.take_id: Callable[[], int] = self._count_id
+        self.take_id: Callable[[], int] = self.count_id
         self.requests: dict[int, Request] = {}
         self._open: dict[int, Request] = {}
 
@@ -88,7 +88,8 @@ class Requester:
                 del self.requests[oldest]
         return telecommand.request_id
 
-    def _count_id(self) -> int:
+    def count_id(self) -> int:
+        """The next of `next_id`, which nobody else counts."""
         self.next_id += 1
         return self.next_id - 1
 

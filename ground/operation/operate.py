@@ -23,9 +23,9 @@ from ground.station.settings import Settings
 from ground.station.station import TO_HAVE_A_ROVER, Station, StationError
 from ground.station.user import by_hand
 from onboard.config import ConfigError
+from protocol import commands
 
 OK, FAILED, UNAVAILABLE, TEMPORARY = 0, 1, 69, 75
-STOPS = frozenset({"stop", "safe", "emergency_stop"})
 SHORT_WAIT_S = 0.05  # for the archive: what another station takes to write a turn, no more
 _LINK_LIMIT_S, _ALONE_LIMIT_S = 20.0, 3.0
 CONNECT_S = (_LINK_LIMIT_S, _ALONE_LIMIT_S)
@@ -49,6 +49,12 @@ class Plan:
     lifetime_s: float = 60.0
     report_s: float = 5.0
     asked_by: str = "command line"
+
+    @property
+    def halts(self) -> bool:
+        """Whether all of it halts the rover, at once."""
+        return bool(self.steps) and all(
+            step.name in commands.HALTING and not (step.start_s or step.start_utc_ns) for step in self.steps)
 
 
 def closed_words(session: Session) -> str:
@@ -162,8 +168,10 @@ def operate(settings: Settings, plan: Plan, teller: Teller, join: Join | None = 
         lockstep = bool(plan.barrier)
         utc_ns = 0 if lockstep else time.time_ns()
         stack.callback(teller.close)
-        archive = stack.enter_context(_archive(settings, plan, utc_ns, teller))
-        station = stack.enter_context(Station(settings, archive))
+        without: list[str] = []
+        archive = stack.enter_context(_archive(settings, plan, utc_ns, teller, without))
+        station = stack.enter_context(Station(settings, archive, utc_ns if plan.halts else None))
+        station.without[:0] = without
         station.session.asked_by = plan.asked_by if lockstep else by_hand(plan.asked_by)  # a repeated run: like rows
         if plan.steps and station.session.viewer:
             raise ConfigError(VIEWER)
@@ -180,10 +188,10 @@ def operate(settings: Settings, plan: Plan, teller: Teller, join: Join | None = 
             raise ByHandError("; ".join(["interrupted", *left(station.session, plan.steps)])) from None
 
 
-def _archive(settings: Settings, plan: Plan, utc_ns: int, teller: Teller) -> Archive:
-    """The station's archive; what stops the rover is sent without one, at once, where it cannot be opened."""
+def _archive(settings: Settings, plan: Plan, utc_ns: int, teller: Teller, without: list[str]) -> Archive:
+    """The station's archive; what stops the rover needs none: why it could not be opened is added to `without`."""
     path = settings.archive
-    stops = bool(plan.steps) and all(step.name in STOPS for step in plan.steps)
+    stops = plan.halts
     try:
         tidied = path and utc_ns and not stops  # old rows can wait for the next station
         gone = keep_within(path, settings.archive_days, settings.archive_mb, utc_ns) if tidied else 0
@@ -193,7 +201,7 @@ def _archive(settings: Settings, plan: Plan, utc_ns: int, teller: Teller) -> Arc
     except ArchiveError as error:
         if not stops:
             raise
-        teller.said(f"{error}; sent without it", 0)
+        without.append(str(error))
         return Archive(":memory:", utc_ns)
 
 
@@ -213,6 +221,8 @@ def _turns(station: Station, clock: Clock, plan: Plan, teller: Teller, beside: B
         if plan.steps:
             teller.begun(runner.step(session, now_ns), now_ns)
         teller.news(station.flush(now_ns))
+        while station.sent and station.without:
+            teller.said(f"{station.without.pop(0)}; sent without it", now_ns)
         teller.contact(session, now_ns)
         teller.status(session, now_ns)
         code = _end(runner, session, plan, now_ns)

@@ -56,6 +56,7 @@ class Session:
         self.items = self._known.items
         self.texts: list[str] = []  # to be told to people; who tells them clears it
         self.asked_by = ""  # who asks, where a request does not say it
+        self.only_halts = False  # True: there are no counters for anything else
         self.keeps = True  # False: what is heard cannot be kept, so events are not acknowledged
         self.counts: dict[str, int] = {"ok": 0}
         self.heard_ns: int | None = None
@@ -264,10 +265,10 @@ class Session:
         if self.viewer or not self.in_contact(now_ns):
             return []
         self.sealer.boot_id = self.boot_id
-        asked = self.requester.send(now_ns, halting_only=not self.commanding)
+        asked = self.requester.send(now_ns, halting_only=not self.commanding or self.only_halts)
         sealed = [self.sealer.seal_halt(p) if commands.halts(p) else self.sealer.seal(Kind.TELECOMMAND, p)
                   for p in asked]
-        if not self.boot_id:
+        if not self.boot_id or self.only_halts:
             return sealed
         before = self.sealer.counter - sum(not commands.halts(p) for p in asked)
         payloads = [(Kind.REPORT, p) for p in self._known.events.acknowledgements(now_ns)] if self.keeps else []
@@ -278,12 +279,14 @@ class Session:
 
     def next_due_ns(self, now_ns: int) -> int | None:
         """When `send` should be called again; None: not before something was heard."""
-        due = [self.requester.next_due_ns(halting_only=not self.commanding)]
+        due = [self.requester.next_due_ns(halting_only=not self.commanding or self.only_halts)]
         if self.viewer:
             return None
         if not self.in_contact(now_ns):
             windows = self.windows(now_ns)
             return None if windows is None else windows.next_begin_ns(now_ns)
+        if self.only_halts:
+            return due[0]
         if self.boot_id and self.keeps:
             due.append(self._known.events.next_due_ns())
         if self.heard_ns is not None:

@@ -4,7 +4,10 @@ The file always says more than was used: a block is reserved, written and synced
 so after a crash no counter is used twice. Several processes of one station reserve blocks of their own (file lock); one
 whose numbers fall behind those of the others takes a new block, or the rover's replay window would pass over it.
 Request ids tell which of two requests was asked first, so none is taken of a block that is not the newest. The counters
-of halting commands only rise on board, so they are taken one by one.
+of halting commands only rise on board, so they are taken one by one (`halt_numbers`).
+
+A process that cannot write the file may still halt the rover (`unkept`). Its request ids lie in a gap before each
+block, which no other process uses: above all that was asked before, below all that is asked when the disk writes again.
 """
 
 from __future__ import annotations
@@ -18,13 +21,15 @@ from pathlib import Path
 from typing import NamedTuple
 
 from ground.session.kept import Kept
+from ground.station import halt_numbers
 from onboard.config import ConfigError
 from protocol.link import WINDOW
 
 COUNTERS, REQUESTS = 640, 256
+GAP = 4096  # request ids before a block, for processes that cannot write: by the second, they come again after an hour
 BEHIND = WINDOW - 2 * COUNTERS  # four processes at once stay nearer together than this
 _NEW = {"counter": 0, "request_id": 1, "boot_id": 0}
-_LATER = {"halt": 0, "epoch": -1, "heard": -1, "rtt_ns": 0}  # files of before have none of these
+_LATER = {"halt": 0, "told": -1, "epoch": -1, "heard": -1, "rtt_ns": 0}  # files of before have none of these
 
 
 class Block(NamedTuple):
@@ -49,21 +54,38 @@ class Memory:
     def reserve(self, boot_id: int = 0) -> Block:
         """The next block; also notes the newest boot id. Raises OSError or ConfigError where that fails."""
         with self._changed() as tree:
-            counter, request_id = tree["counter"], tree["request_id"]
+            counter, request_id = tree["counter"], tree["request_id"] + (GAP if self._path is not None else 0)
             tree["counter"], tree["request_id"] = counter + COUNTERS, request_id + REQUESTS
             _note_boot(tree, boot_id)
-            kept = Kept(tree["boot_id"], tree["epoch"], tree["heard"], tree["rtt_ns"])
+            kept = _kept(tree)
             return Block(counter, counter + COUNTERS, request_id, request_id + REQUESTS, kept.boot_id, kept)
+
+    def unkept(self, utc_s: int) -> Block:
+        """Numbers for halting the rover, where `reserve` has failed; as far as the file can be read, by that."""
+        tree = self._readable()
+        return Block(tree["counter"], tree["counter"], tree["request_id"] + utc_s % GAP, tree["request_id"] + GAP,
+                     tree["boot_id"], _kept(tree))
 
     def overtaken(self, block: Block) -> bool:
         """Whether another process of the station has reserved numbers since: what it asks for has higher ids."""
         return self._path is not None and self._read()["request_id"] > block.request_end
 
-    def next_halt(self) -> int:
+    def next_halt(self, unheard: int = 0) -> int:
         """The counter of one halting command, on the disk before it is used. Raises as `reserve` does."""
         with self._changed() as tree:
-            tree["halt"] += 1
+            tree["halt"] = halt_numbers.kept(tree["halt"], _told(tree), unheard) + 1
             return tree["halt"] - 1
+
+    def unkept_halt(self, unheard: int, utc_s: int) -> int:
+        """The same where `next_halt` has failed."""
+        tree = self._readable()
+        return halt_numbers.unkept(tree["halt"], _told(tree), unheard, utc_s)
+
+    def halt_told(self, counter: int) -> None:
+        """The rover has answered a halting command of up to this counter. Raises as `reserve` does."""
+        with self._changed() as tree:
+            tree["told"] = max(_told(tree), counter + 1)
+            tree["halt"] = max(tree["halt"], tree["told"])
 
     def note(self, kept: Kept) -> None:
         """What is known of the rover now; an older boot or counter than is there changes nothing."""
@@ -82,6 +104,12 @@ class Memory:
         if changed_ns != self._read_ns:
             self._read_ns, self._reserved = changed_ns, self._read()["counter"]
         return self._reserved > counter + BEHIND
+
+    def _readable(self) -> dict[str, int]:
+        try:
+            return self._bench if self._path is None else self._read()
+        except (OSError, ConfigError):
+            return _NEW | _LATER
 
     @contextmanager
     def _changed(self) -> Iterator[dict[str, int]]:
@@ -120,6 +148,15 @@ def write_safely(path: Path, tree: Mapping[str, int]) -> None:
         file.flush()
         os.fsync(file.fileno())
     os.replace(fresh, path)
+
+
+def _kept(tree: Mapping[str, int]) -> Kept:
+    return Kept(tree["boot_id"], tree["epoch"], tree["heard"], tree["rtt_ns"])
+
+
+def _told(tree: Mapping[str, int]) -> int:
+    """A file of before does not say it: then all were."""
+    return tree["told"] if tree["told"] >= 0 else tree["halt"]
 
 
 def _note_boot(tree: dict[str, int], boot_id: int) -> None:

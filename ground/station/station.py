@@ -11,17 +11,19 @@ from ground.archive.orphans import fate
 from ground.archive.store import Archive, ArchiveError
 from ground.session.kept import Kept
 from ground.session.news import EventHeard, Item, News, ProductHeard, ReportHeard
+from ground.session.schedule import Schedule
 from ground.session.session import Session
 from ground.station.clock import Turn
 from ground.station.memory import Block, Memory
 from ground.station.settings import Settings, load_schedule, station_keys
 from onboard.config import ConfigError
 from onboard.drivers.link_end import LinkEnd, LinkEndError
-from protocol import WireError, carrier
+from protocol import WireError, carrier, commands
 from protocol.link import KEY_DOWN, KEY_UP, OVERHEAD, numbers
 from protocol.transactions import Code, Report, State
 
 TO_HAVE_A_ROVER = "`make sim` starts a rover to talk to"
+_S = 1_000_000_000
 _SPARE = 512  # more numbers than one turn can use
 _MOST_PER_TURN = 2000
 _NOTE_NS = 10_000_000_000
@@ -35,22 +37,46 @@ class StationError(RuntimeError):
 class Station:
     """One station on the link. Use it inside `with`: an open zenoh session hangs the interpreter at its end."""
 
-    def __init__(self, settings: Settings, archive: Archive) -> None:
+    def __init__(self, settings: Settings, archive: Archive, halts_utc_ns: int | None = None) -> None:
+        """halts_utc_ns: where all that is to be asked halts the rover, the UTC now: then no file of its own stops it.
+
+        `without` has a line for each that could not be used.
+        """
         keys = station_keys(settings)
+        self.without: list[str] = []
         self._settings, self._archive = settings, archive
         self._memory = Memory(settings.state, settings.station)
-        self._block = self._memory.reserve()
+        self._block = self._reserved(halts_utc_ns)
         kept = self._block.kept if settings.downlink_key else Kept(self._block.boot_id)  # a bench may begin anew
         self.session = Session(keys, settings.station, up_bps=settings.up_bps, kept=kept,
-                               schedule=load_schedule(settings))
+                               schedule=self._schedule(halts_utc_ns is not None))
+        self.session.only_halts = self._block.counter == self._block.counter_end
         self._use(self._block)
-        self._last_halt, self._noted_ns, self._now_ns = -1, 0, 0
+        self._unheard, self._last_halt, self._noted_ns, self._now_ns = 0, -1, 0, 0
         self._took_over = False
         self.session.sealer.next_halt = self._next_halt
         self.session.requester.take_id = self._take_id
         self.session.recall(self._kept_chunks)
         self._archived: set[int] = set()
         self.sent = 0
+
+    def _reserved(self, halts_utc_ns: int | None) -> Block:
+        try:
+            return self._memory.reserve()
+        except (OSError, ConfigError) as error:
+            if halts_utc_ns is None:
+                raise
+            self.without.append(f"the numbers of this station cannot be kept: {error}")
+            return self._memory.unkept(halts_utc_ns // _S)
+
+    def _schedule(self, halts: bool) -> Schedule:
+        try:
+            return load_schedule(self._settings)
+        except ConfigError as error:
+            if not halts:
+                raise
+            self.without.append(str(error))
+            return Schedule()
 
     def _use(self, block: Block) -> None:
         self._block = block
@@ -59,21 +85,31 @@ class Station:
     def _next_halt(self) -> int:
         """The counter of a halting command: a stop goes out though this station's own disk refuses."""
         try:
-            self._last_halt = self._memory.next_halt()
-        except OSError:
-            self._last_halt += 1
+            self._last_halt = self._memory.next_halt(self._unheard)
+        except (OSError, ConfigError):
+            utc_s = (self.session.utc_ns + self._now_ns) // _S
+            self._last_halt = max(self._last_halt + 1, self._memory.unkept_halt(self._unheard, utc_s))
+        self._unheard += 1
         return self._last_halt
+
+    def _halt_answered(self, request_id: int) -> None:
+        request = self.session.requester.requests.get(request_id)
+        if self._unheard and request is not None and commands.halts(request.payload):
+            self._unheard = 0
+            with suppress(OSError, ConfigError):
+                self._memory.halt_told(self._last_halt)
 
     def _take_id(self) -> int:
         """The id of a request: above all that processes of this station have asked for, where the disk lets us know."""
         requester = self.session.requester
+        if self.session.only_halts:
+            return requester.count_id()
         with suppress(OSError, ConfigError):
             if self._memory.overtaken(self._block):
                 self._use(self._memory.reserve(self.session.boot_id))
         if requester.next_id >= self._block.request_end:
             self._use(self._memory.reserve(self.session.boot_id))
-        requester.next_id += 1
-        return requester.next_id - 1
+        return requester.count_id()
 
     def _kept_chunks(self) -> list[bytes]:
         try:
@@ -83,7 +119,7 @@ class Station:
             return []
 
     def _note(self) -> None:
-        with suppress(OSError):  # it only narrows what could be replayed to the next start
+        with suppress(OSError, ConfigError):  # it only narrows what could be replayed to the next start
             self._memory.note(self.session.kept)
 
     def __enter__(self) -> Self:
@@ -123,6 +159,8 @@ class Station:
             news += heard
         for one in news:
             self._keep(one)
+            if isinstance(one, ReportHeard):
+                self._halt_answered(one.report.request_id)
         return news
 
     def _take(self, delivered: int | None) -> list[bytes]:
@@ -171,7 +209,7 @@ class Station:
         session, settings = self.session, self._settings
         if self._took_over or session.heard_ns is None or session.viewer or not (settings.state and session.utc_ns):
             return []
-        if self._archive.late:
+        if self._archive.late or session.only_halts:
             return []
         self._took_over = True
         news: list[News] = []
@@ -201,11 +239,20 @@ class Station:
 
     def _renew_block(self) -> None:
         session, block = self.session, self._block
+        if session.only_halts:
+            return
         used_up = session.sealer.counter + _SPARE > block.counter_end
-        used_up |= self._memory.behind(session.sealer.counter)
         used_up |= session.requester.next_id + _SPARE // 8 > block.request_end
-        if used_up or (self._settings.state and session.boot_id > block.boot_id):
-            self._use(self._memory.reserve(session.boot_id))
+        try:
+            due = used_up or self._memory.behind(session.sealer.counter)
+            if due or (self._settings.state and session.boot_id > block.boot_id):
+                self._use(self._memory.reserve(session.boot_id))
+        except OSError as error:  # a newer boot is worth a try, no more
+            if used_up:
+                session.only_halts = True
+                self._use(self._memory.unkept((session.utc_ns + self._now_ns) // _S))
+                session.texts.append(f"the numbers of this station cannot be kept: {error}; from now on it sends only "
+                                     "what stops the rover")
 
     def _keep(self, news: News) -> None:
         match news:

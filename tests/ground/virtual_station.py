@@ -42,6 +42,7 @@ class VirtualStation:
         self.session, self.rover = Session(keys, 1), ToyRover(rover_keys or keys, **rover)
         self._silent, self._closed_s = silent, closed_s
         self._now_s, self.sent = 0.0, 0
+        self.without: list[str] = []
 
     def __enter__(self):
         return self
