@@ -15,7 +15,8 @@ Carrier B, endpoints udp/...: one zenoh session over the link itself. The rover 
 are best-effort, and no probe is needed: what is above repeats what it must. Measured with zenoh 1.10:
 
 Rule 1: a handshake takes four one-way trips and nothing of it is sent again, so a try may take 4.8 of them and 1 s, no
-        longer; the default of 10 s never opens at 2.6 s, and far too long a time waits for what was lost.
+        longer; the default of 10 s never opens at 2.6 s, and far too long a time waits for what was lost. Who waits
+        for a session waits three tries.
 Rule 2: a lease of 90 s with 12 keep-alives outlives a blackout of 60 s.
 Rule 3: a batch is a datagram: at most 1200 B, or UDP is cut up by IP. A put is never blocked and never queued for long.
 Rule 4: declarations are sent once, those of the numbers that stand for keys too. Where an end stays deaf or mute it
@@ -65,12 +66,23 @@ def settings(*, connect: str = "", listen: str = "") -> tuple[tuple[str, str], .
 
 DIRECT = "udp/"  # how the endpoints of carrier B begin
 _TRIES = 2
+_OPENINGS, _PAUSE_S = 3, 1.0
 _LEASE_MS, _KEEP_ALIVES, _BATCH_BYTES = 90_000, 12, 1200
+
+
+def handshake_s(one_way_s: float) -> float:
+    """How long one try to open carrier B's session may take (rule 1)."""
+    return 4.8 * one_way_s + 1.0
+
+
+def opening_s(one_way_s: float) -> float:
+    """How long to wait for carrier B's session before nobody is there: three tries with zenoh's pauses."""
+    return _OPENINGS * (handshake_s(one_way_s) + _PAUSE_S)
 
 
 def direct_settings(*, connect: str = "", listen: str = "", one_way_s: float) -> tuple[tuple[str, str], ...]:
     """zenoh configuration of carrier B's session, as (key, JSON5); one_way_s: the link's delay."""
-    open_ms = round(1000 * (4.8 * one_way_s + 1.0))
+    open_ms = round(1000 * handshake_s(one_way_s))
     rows: list[tuple[str, object]] = [
         ("transport/unicast/open_timeout", open_ms),
         ("transport/unicast/accept_timeout", open_ms),

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from itertools import cycle
 
 import zenoh
@@ -36,9 +36,11 @@ class LinkEnd:
         self._side, self._hear, self._say = side, hear, say
         self._probe = carrier.Probe()
         self._watchdog: carrier.Watchdog | None = None
+        self._opening_s = 0.0
         if endpoint.startswith(carrier.DIRECT):
             listens = side == carrier.ROVER
             self._watchdog = carrier.Watchdog(one_way_s, may_reopen=not listens)
+            self._opening_s = carrier.opening_s(one_way_s)
             where = {"listen": endpoint} if listens else {"connect": endpoint}
             self._settings = carrier.direct_settings(**where, one_way_s=one_way_s)
         else:
@@ -67,7 +69,11 @@ class LinkEnd:
     def close(self) -> None:
         """Ends the session; may be called again."""
         self.failed = True
-        self._stack.close()
+        self._leave()
+
+    def _leave(self) -> None:
+        with suppress(zenoh.ZError):  # zenoh waits 10 s for a handshake under way, which over a long link takes more
+            self._stack.close()
 
     @property
     def open(self) -> bool:
@@ -92,7 +98,11 @@ class LinkEnd:
                 self._send(self._ask, words)
 
     def wait_open(self, limit_s: float, alone_s: float = float("inf")) -> bool:
-        """Knocks until the carrier answers, at most limit_s, and with no peer at all at most alone_s."""
+        """Knocks until the carrier answers, at most limit_s, and with no peer at all at most alone_s.
+
+        A session over the link itself has no peer before its handshake, so it is given three of them at least.
+        """
+        limit_s, alone_s = max(limit_s, self._opening_s), max(alone_s, self._opening_s)
         start_s = time.monotonic()
         while not self.open:
             self.knock()
@@ -121,7 +131,7 @@ class LinkEnd:
             old, self._in = self._in, self._subscriber(next(self._spellings), carrier.QUEUE_SAMPLES)
             old.undeclare()  # type: ignore[no-untyped-call]
         elif cure is carrier.Cure.REOPEN:
-            self._stack.close()
+            self._leave()
             self._open()
 
     def take_upto(self, total: int, limit_s: float) -> list[bytes]:

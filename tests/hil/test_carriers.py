@@ -3,9 +3,12 @@
 import time
 from collections import Counter
 from contextlib import ExitStack
+from threading import Event as Flag
+from threading import Thread
 
 import numpy as np
 import pytest
+import zenoh
 
 from ground.session.news import EventHeard, Item, ProductHeard
 from ground.session.session import Session
@@ -155,6 +158,46 @@ def test_a_session_whose_declarations_were_lost_is_cured(number):
         ends.session.request("goto", {"x_m": 5.0, "y_m": 0.0}, ends.now_ns)
         ends.until(lambda: not ends.session.requester.open)
         assert ends.executed == {5.0: 1}
+
+
+@pytest.mark.parametrize("lost", [set(), {1}], ids=["nothing lost", "the first datagram lost"])
+def test_a_station_waits_for_the_handshake_that_its_settings_allow_however_short_its_own_patience(lost):
+    """Found over the Moon's delay: 3 s of patience, four trips of 1.35 s, `nobody is there` each time."""
+    rover_port, ground_port = free_ports(2)
+    rover, ground = f"udp/127.0.0.1:{rover_port}", f"udp/127.0.0.1:{ground_port}"
+    relay = UdpRelay(line(), 3, ("127.0.0.1", rover_port), ("127.0.0.1", ground_port), None)
+    with ExitStack() as stack:
+        stack.enter_context(relay)
+        lose(relay.up, lost)
+        stack.enter_context(LinkPort(rover, KEYS, 1, one_way_s=ONE_WAY_S))
+        turn_in_background(stack, relay)
+        end = LinkEnd(carrier.GROUND, ground, hear=KEY_DOWN, say=KEY_UP, one_way_s=ONE_WAY_S)
+        stack.callback(end.close)
+        assert end.wait_open(0.01, 0.01)
+
+
+def turn_in_background(stack: ExitStack, relay: UdpRelay) -> None:
+    over, start_ns = Flag(), time.monotonic_ns()
+
+    def turns() -> None:
+        while not over.wait(0.001):
+            relay.turn(time.monotonic_ns() - start_ns)
+
+    thread = Thread(target=turns)
+    thread.start()
+    stack.callback(lambda: (over.set(), thread.join()))
+
+
+def test_a_session_that_zenoh_cannot_close_in_time_ends_in_peace(monkeypatch):
+    """zenoh waits 10 s for a handshake under way; with one_way_s = 3 it may take 15.4 s."""
+    end = LinkEnd(carrier.GROUND, "udp/127.0.0.1:1", hear=KEY_DOWN, say=KEY_UP, one_way_s=3.0)
+
+    def too_late() -> None:
+        raise zenoh.ZError("close operation timed out!")
+
+    end._stack.callback(too_late)
+    end.close()
+    assert end.failed
 
 
 def cures(dog: carrier.Watchdog, seconds: range, **seen: bool) -> dict[int, carrier.Cure]:
