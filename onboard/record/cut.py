@@ -43,7 +43,7 @@ def seconds(first_s: float, last_s: float, replayable: bool = False) -> Slice:
 
 
 def cut(path: Path, out: Path, part: Slice) -> int:
-    """Write the slice in place of `out`; the number of its ticks. Nothing is written where there are none.
+    """Write the slice in place of `out`; the number of its ticks. Nothing is written where the record has none of them.
 
     Raises DamagedRecordError, FileNotFoundError, OSError.
     """
@@ -65,7 +65,7 @@ def _write(writer: Writer, record: Record, part: Slice) -> int:
         if not part.last or not name.startswith(_OF_THE_END):
             writer.add_attachment(0, 0, name, "application/octet-stream", data)
     channels = register(writer)
-    ticks = size = 0
+    ticks = size = number = 0
     for number, messages in record.ticks():
         now_ns = TICK.unpack_from(messages["/in/tick"])[1]
         for topic, data in messages.items():
@@ -77,7 +77,7 @@ def _write(writer: Writer, record: Record, part: Slice) -> int:
             writer.flush()  # type: ignore[no-untyped-call]
             size = 0
     writer.finish()  # type: ignore[no-untyped-call]
-    return ticks
+    return ticks if number >= part.first else 0  # else there is only what a replay would need before it
 
 
 def _origin(record: Record, part: Slice) -> dict[str, str]:

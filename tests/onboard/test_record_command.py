@@ -130,11 +130,19 @@ def test_a_replayable_slice_keeps_the_inputs_before_it_and_compares_its_own_tick
 
 
 @pytest.mark.parametrize("words", [["--ticks", "5"], ["--ticks", "9:3"], ["--ticks", "a:b"], ["--seconds", "-1:2"],
-                                   ["--ticks", "900:950"], ["--ticks", "1:2", "--seconds", "1:2"]])  # fmt: skip
+                                   ["--ticks", "900:950"], ["--ticks", "900:950", "--replayable"],
+                                   ["--seconds", "99999:", "--replayable"],
+                                   ["--ticks", "1:2", "--seconds", "1:2"]])  # fmt: skip
 def test_a_slice_that_is_none_ends_with_64_and_leaves_no_file(run, record, tmp_path, words):
     code, out, err = run("cut", record, *words, "--out", tmp_path / "slice.mcap")
     assert (code, out, err.count("\n")) == (64, "", 1)
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("more", [[], ["--replayable"]])
+def test_a_slice_that_ends_behind_the_record_ends_with_it(run, record, tmp_path, more):
+    assert run("cut", record, "--ticks", "190:9000", *more, "--out", tmp_path / "slice.mcap")[0] == 0
+    assert list(open_record(tmp_path / "slice.mcap").ticks())[-1][0] == TICKS
 
 
 def test_a_file_that_is_there_is_written_over_only_by_force_and_the_record_itself_never(run, record, tmp_path):
