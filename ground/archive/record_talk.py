@@ -7,38 +7,41 @@ import tomllib
 from collections.abc import Iterator
 from pathlib import Path
 
-from mcap.exceptions import McapError
-from mcap.reader import make_reader
-from zstandard import ZstdError
-
 from ground.session.telemetry import Event, TelemetryReceiver, Value
+from onboard.record.reader import UNREADABLE, open_record
+from onboard.record.schema import TICK
 from protocol import WireError
 from protocol.link import Kind
 
 _PAYLOAD = struct.Struct("<BH")  # of channel /out/link: kind, length, then the bytes (onboard/record/schema.py)
-_DAMAGE = (McapError, ZstdError, EOFError, ValueError, KeyError, struct.error)
 
 
 class NoTalkError(ValueError):
     """The file is no record of a rover, or damaged; one line that names it."""
 
 
+class NoRecordError(NoTalkError):
+    """There is no such file, or it cannot be opened; one line that names it."""
+
+
 def told_down(path: Path) -> tuple[int, list[Value | Event]]:
-    """Boot id, and every value and event that was put on the link, in order. Raises NoTalkError."""
+    """Boot id, and every value and event that was put on the link, in order; of a growing record, so far.
+
+    Raises NoTalkError, NoRecordError.
+    """
     try:
-        with path.open("rb") as file:
-            reader = make_reader(file)
-            attached = {a.name: a.data for a in reader.iter_attachments()}
-            config = tomllib.loads(attached["config.toml"].decode())
-            boot_id = int(config.get("link", {}).get("boot_count", 1))
-            receiver, heard = TelemetryReceiver(), list[Value | Event]()
-            for _, _, message in reader.iter_messages(topics=["/out/link"]):
-                for kind, payload in _payloads(message.data):
-                    if kind == Kind.MAVLINK:
-                        heard += _read(receiver, payload, message.log_time)
+        record = open_record(path)
+        config = tomllib.loads(record.attachments["config.toml"].decode())
+        boot_id = int(config.get("link", {}).get("boot_count", 1))
+        receiver, heard = TelemetryReceiver(), list[Value | Event]()
+        for _, messages in record.ticks():
+            now_ns = TICK.unpack_from(messages["/in/tick"])[1]
+            for kind, payload in _payloads(messages.get("/out/link", b"")):
+                if kind == Kind.MAVLINK:
+                    heard += _read(receiver, payload, now_ns)
     except OSError as error:
-        raise NoTalkError(f"{path}: {error.strerror}") from error
-    except _DAMAGE as error:
+        raise NoRecordError(f"{path}: {error.strerror}") from error
+    except UNREADABLE as error:
         raise NoTalkError(f"{path}: no record of a rover, or damaged: {error}") from error
     return boot_id, heard
 

@@ -13,6 +13,7 @@ from ground.verbs import when
 from ground.verbs.options import (
     CANNOT_CREATE,
     DATA,
+    NO_INPUT,
     File,
     Last,
     Run,
@@ -157,12 +158,12 @@ def fill(
     file: File = None, station: StationFile = None, as_json: Json = False,
 ) -> None:  # fmt: skip
     """Enter what a rover's record says it told and the link lost: values and events, marked as filled."""
-    from ground.archive.record_talk import NoTalkError, told_down
+    from ground.archive.record_talk import NoRecordError, NoTalkError, told_down
 
     try:
         boot_id, heard = told_down(record)
     except NoTalkError as error:
-        raise fail(DATA, str(error)) from None
+        raise fail(NO_INPUT if isinstance(error, NoRecordError) else DATA, str(error)) from None
     with read.reading(archive_path(file, station)) as db:
         values, events = keep.fill(db, boot_id, heard, f"filled from {record.name}")
     if as_json:

@@ -1,7 +1,8 @@
 """A record as it can be read: of one file or of several parts, closed or cut off, checked before anything is used.
 
 A file that was closed ends with MCAP's magic; whatever does not fit in it is damage. A file without that end was cut
-off, by a power loss or `kill -9`: it is good up to its last whole chunk, and what follows is left alone.
+off, by a power loss or `kill -9`: it is good up to its last whole chunk, and what follows is left alone. So is what is
+written while it is read.
 """
 
 from __future__ import annotations
@@ -121,8 +122,8 @@ def survey(path: Path) -> File:
         file.seek(max(0, size - len(MAGIC)))
         found = File(path, size, closed=size > 2 * len(MAGIC) and file.read() == MAGIC)
         file.seek(0)
-        broken = ""
-        reader = StreamReader(file, emit_chunks=True, validate_crcs=True, record_size_limit=size)
+        broken, head = "", _Head(file, size)
+        reader = StreamReader(head, emit_chunks=True, validate_crcs=True, record_size_limit=size)  # type: ignore[arg-type]
         try:
             for record in reader.records:
                 broken = _note(found, record, broken)

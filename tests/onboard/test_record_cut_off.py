@@ -14,6 +14,7 @@ from mcap.stream_reader import StreamReader
 from record_rig import TICKS, fly
 from test_wall_clock import alone, started
 
+from onboard.record import reader
 from onboard.record.cut import Slice, cut
 from onboard.record.info import info_of
 from onboard.record.parts import part_path
@@ -48,6 +49,20 @@ def shortened(record, path, size):
 
 def test_a_chunk_ends_at_least_twice_a_second_and_holds_whole_ticks(borders):
     assert [tick for _, tick in borders] == list(range(FLUSH_TICKS, TICKS + 1, FLUSH_TICKS))
+
+
+def test_a_record_that_grows_while_it_is_read_is_what_it_was_at_the_start(record, borders, tmp_path, monkeypatch):
+    """Found as `-67909 bytes behind it are no whole chunk`."""
+    end, tick = borders[1]
+    growing = shortened(record, tmp_path / "growing.mcap", end + 7)
+    note = reader._note
+
+    def note_and_grow(*words):
+        growing.write_bytes(record.read_bytes()[: borders[3][0]])
+        return note(*words)
+
+    monkeypatch.setattr(reader, "_note", note_and_grow)
+    assert open_record(growing).cut_off == f"cut off after tick {tick}, 7 bytes behind it are no whole chunk"
 
 
 @given(st.floats(0.0, 1.0, exclude_max=True))

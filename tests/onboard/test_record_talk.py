@@ -36,6 +36,26 @@ def test_the_archive_gets_what_it_had_not_once_and_keeps_what_it_had(record, tmp
     assert capsys.readouterr().out == '{"boot_id": 4, "values": 0, "events": 0}\n'
 
 
+def test_a_record_that_was_cut_off_or_still_grows_tells_what_its_whole_chunks_hold(record, tmp_path):
+    data = record.read_bytes()
+    (tmp_path / "growing.mcap").write_bytes(data[: len(data) * 2 // 3])
+    boot_id, told = told_down(tmp_path / "growing.mcap")
+    assert boot_id == 4 and repr(told) == repr(told_down(record)[1][: len(told)])  # NaN is not itself
+    assert told[-1].onboard_ns > 1_000_000_000
+
+
+def test_a_record_of_several_parts_tells_all_of_them(tmp_path):
+    first = fly(tmp_path / "parts.mcap", settings={"record.part_bytes": 100_000})[0]
+    assert (tmp_path / "parts.2.mcap").is_file()
+    assert repr(told_down(first)[1]) == repr(told_down(fly(tmp_path / "whole.mcap")[0])[1])
+
+
+def test_a_record_that_is_not_there_ends_with_66(tmp_path, capsys):
+    Archive(tmp_path / "a.db").close()
+    assert run(["archive", "fill", str(tmp_path / "none.mcap"), "--archive", str(tmp_path / "a.db")]) == 66
+    assert "none.mcap: No such file" in capsys.readouterr().err
+
+
 def test_what_is_no_record_is_one_line(tmp_path, capsys):
     with pytest.raises(NoTalkError, match="No such file"):
         told_down(tmp_path / "none.mcap")
