@@ -72,6 +72,8 @@ def run(
     accepted = ground_of(scenario)
     for part in ("ground", *KEPT):  # counters, state and map of an earlier run
         shutil.rmtree(folder / part, ignore_errors=True)
+    for old in folder.glob("onboard-boot*.mcap"):
+        old.unlink()
     (folder / "field.npz").write_bytes(field_file.to_npz(accepted.field))
     (folder / "gdem.npz").write_bytes(to_npz(accepted.field.gdem))
     (folder / "script.txt").write_text(scenario.script.format(**goal_words(accepted.field)))
@@ -87,7 +89,7 @@ def run(
             _start(scenario, folder, bench, processes)
             bench.gather(NAMES - {"ground"} if scenario.live else NAMES)
             started = time.monotonic()
-            _loop(scenario, bench, processes, injector, progress, pace)
+            _loop(scenario, bench, processes, injector, progress, pace, folder)
         except (ParticipantLostError, ProcessDiedError, PlantAbortError, TimeoutError, ConnectionError) as lost:
             error = _why(lost, processes)
         wall_s = time.monotonic() - started
@@ -157,7 +159,7 @@ def write_station(path: Path, endpoint: str, seed: int) -> None:
 
 def _loop(
     scenario: Scenario, bench: Bench, processes: Processes, injector: Injector,
-    progress: Callable[[Progress, float], None], pace: float,
+    progress: Callable[[Progress, float], None], pace: float, folder: Path,
 ) -> None:
     started = shown = time.monotonic()
     while not _ended(scenario, bench):
@@ -168,6 +170,7 @@ def _loop(
             if not (scenario.live and processes.has_ended("onboard", _END_S)):
                 raise
             bench.lose("onboard")  # as a service manager does; the bench's time stands still until it is up
+            keep_record(folder)
             processes.restart("onboard")
             bench.regain("onboard")
         if bench.ground_code is not None:
@@ -181,6 +184,16 @@ def _loop(
         if now - shown > 0.5:
             shown = now
             progress(bench.progress, now - started)
+
+
+def keep_record(folder: Path) -> None:
+    """The record of a start that has ended, all its parts, as onboard-bootN.mcap: the next one writes onboard.mcap."""
+    number = 1
+    while (folder / f"onboard-boot{number}.mcap").exists():
+        number += 1
+    for part in [folder / "onboard.mcap", *folder.glob("onboard.*.mcap")]:
+        if part.exists():
+            part.rename(folder / part.name.replace("onboard", f"onboard-boot{number}", 1))
 
 
 def _ended(scenario: Scenario, bench: Bench) -> bool:

@@ -8,6 +8,8 @@ from pathlib import Path
 
 import pytest
 
+from hil.run import keep_record
+
 ROOT = Path(__file__).parents[2]
 NOT_YET = (66, 69, 75)  # the station's exit codes while the simulation comes up: no file, no endpoint, no answer
 
@@ -26,11 +28,21 @@ def sim(tmp_path):
                 assert told.returncode == 0, told.stderr + process.communicate(timeout=30)[1]
                 return [json.loads(line) for line in told.stdout.splitlines()]
 
-    process.ask = ask
+    process.ask, process.folder = ask, tmp_path
     yield process
     process.send_signal(signal.SIGINT)
     _, said = process.communicate(timeout=60)
     assert process.returncode == 0, said
+
+
+def test_the_record_of_a_start_that_has_ended_is_kept_with_all_its_parts(tmp_path):
+    for text in ("first", "second"):
+        for name in ("onboard.mcap", "onboard.2.mcap"):
+            (tmp_path / name).write_text(text)
+        keep_record(tmp_path)
+    kept = {path.name: path.read_text() for path in tmp_path.iterdir()}
+    assert kept == {"onboard-boot1.mcap": "first", "onboard-boot1.2.mcap": "first",
+                    "onboard-boot2.mcap": "second", "onboard-boot2.2.mcap": "second"}
 
 
 @pytest.mark.mission
@@ -41,3 +53,4 @@ def test_a_rover_that_is_rebooted_comes_up_again_with_what_was_saved(sim):
     told = [str(row["text"]) for row in sim.ask("param", "get", "drive_guard.on") if "text" in row]
     assert any("drive_guard.on = true" in text for text in told), told
     assert sim.poll() is None
+    assert (sim.folder / "onboard-boot1.mcap").is_file() and (sim.folder / "onboard.mcap").is_file()
