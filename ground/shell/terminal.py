@@ -27,6 +27,10 @@ Save = Callable[[Any, str, Path], None]
 _PAUSE_S = 0.01
 
 
+class _ClearedError(Exception):
+    """Ctrl-C at the prompt. A KeyboardInterrupt in a task would end the loop of all tasks."""
+
+
 class Live:
     """One session, turn by turn. contact_s: how long to wait for the first word of the rover; 0: for ever."""
 
@@ -142,7 +146,8 @@ async def in_terminal(live: Live, history: Path | None, **terminal: Any) -> int:
     prompt: PromptSession[str] = PromptSession(
         "ground> ", history=InMemoryHistory() if history is None else FileHistory(str(history)),
         completer=NestedCompleter.from_nested_dict(completions()), auto_suggest=AutoSuggestFromHistory(),
-        bottom_toolbar=lambda: show.status_line(live.session, live.now_ns), refresh_interval=1.0, **terminal,
+        bottom_toolbar=lambda: show.status_line(live.session, live.now_ns), refresh_interval=1.0,
+        interrupt_exception=_ClearedError, **terminal,
     )  # fmt: skip
     with patch_stdout(raw=True):
         turning = asyncio.create_task(_turning(live))
@@ -157,7 +162,7 @@ async def in_terminal(live: Live, history: Path | None, **terminal: Any) -> int:
                     _print(live.line(asked.result()))
                 except EOFError:
                     _print(live.line("quit"))
-                except KeyboardInterrupt:
+                except _ClearedError:
                     _print(["Ctrl-D or `quit` ends; `stop` stops the rover"])
         finally:
             turning.cancel()

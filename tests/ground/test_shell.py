@@ -190,3 +190,25 @@ def test_completion_knows_every_command_its_choices_parameters_and_items():
         assert family in tree and (not verb or verb in tree[family])
     assert "ldem" in tree["get"] and "COMMAND_LOST" in tree["faults"]["mask"]
     assert "motion.cruise_mps" in tree["param"]["set"] and "voltage_v" in tree["plot"]
+
+
+@pytest.mark.parametrize("typed", ["goto 1", "para\t", ""])
+def test_in_a_terminal_ctrl_c_clears_the_line_and_ends_nothing(monkeypatch, typed):
+    world, told = World(), []
+    monkeypatch.setattr("ground.shell.terminal._print", told.extend)
+    world.live._clock = VirtualClock(limit_s=10_000.0)
+
+    async def type_it():
+        with create_pipe_input() as keys:
+            shell = asyncio.create_task(in_terminal(world.live, None, input=keys, output=DummyOutput()))
+            keys.send_text(typed + "\x03")
+            while not told:
+                await asyncio.sleep(0)
+            keys.send_text("stop\n")
+            while world.executed != ["stop"]:
+                await asyncio.sleep(0)
+            keys.send_text("quit\n")
+            return await shell
+
+    assert asyncio.run(asyncio.wait_for(type_it(), 20.0)) == 0
+    assert told[0] == "Ctrl-D or `quit` ends; `stop` stops the rover"
