@@ -38,7 +38,7 @@ demo: .venv/.project ## drive a rover across rocks to its goal; SEED=n, TERRAIN=
 sim: .venv/.project ## bench, rover and link in real time until Ctrl-C; try `ground` from another terminal
 	@$(B)/hil sim --seed $(SEED) --terrain $(TERRAIN)
 
-test: .venv/.project ## the fast test suite (under 5 minutes on two cores)
+test: .venv/.project ## the fast test suite (5 minutes on two fast cores)
 	@$(FIXED) $(B)/python -m pytest -n 2 --dist loadfile -m "not campaign and not mission"
 
 test-missions: .venv/.project ## runs of real processes, maps, guard and rule on seeded fields, ways with a failed wheel (minutes)

@@ -76,7 +76,7 @@ class Argument(NamedTuple):
             Kind.NUMBER: span,
             Kind.CHOICE: "one of " + ", ".join(self.choices),
             Kind.TEXT: f"a text of at most {self.most} bytes",
-            Kind.POINTS: f"{self.least} to {self.most} points x y, {span}",
+            Kind.POINTS: f"{self.least} to {self.most} pairs, {span}",
         }[self.kind]
 
 

@@ -1,7 +1,7 @@
 """Requests whose station process ended before their outcome: which they are, and what a later session makes of them.
 
 What this boot of the rover is known to have is asked for again, which does nothing twice; of what it never answered a
-late report is taken. The rest ends with words that say what is known: `fate`.
+late report is taken. The rest ends as FAILED, with words that say what is known: `fate`.
 """
 
 from __future__ import annotations
@@ -42,7 +42,8 @@ def fate(orphan: Orphan, boot_id: int, utc_ns: int) -> str | None:
         return _ENDED + told if boot_id > orphan.boot_id else None
     if utc_ns <= orphan.asked_utc_ns + _lifetime_ns(orphan.payload) + _GRACE_NS:
         return None
-    return f"{_ENDED}; nothing {'more ' if heard else ''}was heard of it"
+    more = "nothing more was heard of it" if heard else "nothing was heard of it, it may have been done"
+    return f"{_ENDED}; {more}"
 
 
 def _lifetime_ns(payload: bytes) -> int:

@@ -62,7 +62,7 @@ class Session:
         self.heard_ns: int | None = None
         self._fetched = Fetched(payload_limit(up_bps), keys.downlink, self.texts)
         self.products = self._fetched.products
-        self._timed: set[int] = set()
+        self._timed: dict[int, int] = {}  # when each first went to a rover that is heard: the round trip
         self._awaited: set[int] = set()  # requests that are completed and whose product is to come
         self._unsaid: list[News] = []
 
@@ -145,8 +145,6 @@ class Session:
                 self.halted(moving, name, now_ns)
         if self.mismatch:
             self._unsaid += self._refuse(now_ns)
-        elif self.commanding and self.in_contact(now_ns):
-            self._timed.add(request_id)  # it goes out at once, so its answer tells the round trip
         return request_id
 
     def halted(self, request_id: int, by: str, now_ns: int) -> None:
@@ -250,8 +248,7 @@ class Session:
             return []
         request = self.requester.requests[report.request_id]
         if report.request_id in self._timed:
-            self._timed.discard(report.request_id)
-            self.far_clock.measure(now_ns - request.made_ns)
+            self.far_clock.measure(now_ns - self._timed.pop(report.request_id))
             self.requester.rtt_ns = self.far_clock.rtt_ns
         if self.awaits_product(report.request_id) and self.product_of(report.request_id) is None:
             self._awaited.add(report.request_id)
@@ -266,6 +263,9 @@ class Session:
             return []
         self.sealer.boot_id = self.boot_id
         asked = self.requester.send(now_ns, halting_only=not self.commanding or self.only_halts)
+        if self.commanding and self.heard_ns is not None:
+            self._timed |= {i: now_ns for p in asked if (i := commands.request_id_of(p) or 0)
+                            and self.requester.requests[i].sent == 1}
         sealed = [self.sealer.seal_halt(p) if commands.halts(p) else self.sealer.seal(Kind.TELECOMMAND, p)
                   for p in asked]
         if not self.boot_id or self.only_halts:

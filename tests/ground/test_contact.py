@@ -240,3 +240,9 @@ def test_status_says_lease_versions_contact_and_clock(meet):
     assert code == 0 and rows["lease_station"] == "nobody" and rows["versions"] == "alike"
     assert rows["dbc_version"] == f"{OURS.dbc:08x}" and rows["contact"].startswith("no windows")
     assert "at most 0.0" in rows["clock"] and "its zero at 20" in rows["clock"]
+
+
+def test_a_single_command_tells_the_round_trip(meet):
+    station = VirtualStation()
+    assert meet(station, "goto", "1", "1")[0] == 0
+    assert station.session.kept.rtt_ns > 0

@@ -83,10 +83,10 @@ def test_what_a_person_types_is_read_by_the_row_angles_in_degrees():
 @pytest.mark.parametrize(("line", "words"), [
     ("faults", "unknown faults command ``; known: list, clear, mask"),
     ("faults musk X 60", "did you mean `mask`"),
-    ("mission 1 2 3", "1 to 16 points x y"),
+    ("mission 1 2 3", "1 to 16 pairs"),
     ("turn 200", "turn: `heading_rad` = 200 degrees should be -180 to 180 degrees"),
     ("faults clear ENCODER_BED", "unknown fault `ENCODER_BED`; did you mean `ENCODER_BAD`?"),
-    ("mission 4 0 8", "`goals_m` = 4 0 8, of which 8 is alone, should be 1 to 16 points x y"),
+    ("mission 4 0 8", "`goals_m` = 4 0 8, of which 8 is alone, should be 1 to 16 pairs"),
     ("stop now", "stop takes nothing, found now"),
 ])
 def test_what_is_typed_wrong_is_named(line, words):
