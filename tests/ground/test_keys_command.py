@@ -85,10 +85,11 @@ def test_rotate_to_an_epoch_that_is_not_loaded_here_is_refused_before_anything_i
 class Unreached:
     """A station that is never asked for anything: the refusal comes before the link is opened."""
 
-    def __init__(self, settings, _archive) -> None:
+    def __init__(self, settings, _archive, _halts_utc_ns=None) -> None:
         from ground.session.session import Session
 
         self.session = Session(station_keys(settings), settings.station)
+        self.without = []
 
     def __enter__(self):
         return self
