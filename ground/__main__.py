@@ -100,8 +100,9 @@ def run(argv: list[str] | None = None) -> int:
     except (KeyboardInterrupt, typer.Abort):
         code, text = INTERRUPTED, _INTERRUPTED
     except tuple(kind for kind, _ in _CODES) as error:
-        code, text = next(code for kind, code in _CODES if isinstance(error, kind)), str(error)
-        code = error.code if isinstance(error, ArchiveError) else code
+        unwritten = getattr(error, "__notes__", [])  # rows of the archive that are lost by it
+        code, text = next(code for kind, code in _CODES if isinstance(error, kind)), "; ".join([str(error), *unwritten])
+        code = error.code if isinstance(error, ArchiveError) else CANNOT_CREATE if unwritten else code
     else:
         if code != INTERRUPTED:
             return code

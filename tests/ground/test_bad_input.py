@@ -10,7 +10,7 @@ from virtual_station import VirtualClock, VirtualStation
 
 from ground.__main__ import run
 from ground.archive.read import reading, rows
-from ground.archive.store import Archive
+from ground.archive.store import Archive, ArchiveError
 from ground.session.session import Session
 from ground.station.clock import Turn
 from ground.station.settings import Settings
@@ -217,6 +217,17 @@ def test_ctrl_c_says_what_was_not_sent_and_what_the_rover_carries_on_with(meet, 
     monkeypatch.setattr(f"{__name__}.VirtualClock", lambda _: CtrlC(after_s))
     code, _, err = meet(VirtualStation(silent=silent, drive_s=60.0), *argv)
     assert (code, err) == (130, f"ground: {words}")
+
+
+def test_what_the_archive_could_not_write_is_told_at_ctrl_c_too(meet, monkeypatch):
+    def close(self):
+        raise ArchiveError("archive.db: the disk is full; 3 rows of this run are not in it")
+
+    monkeypatch.setattr(f"{__name__}.VirtualClock", lambda _: CtrlC(2.0))
+    monkeypatch.setattr(Archive, "close", close)
+    code, _, err = meet(VirtualStation(), "watch")
+    assert (code, err) == (
+        73, "ground: interrupted; archive.db: the disk is full; 3 rows of this run are not in it\n")
 
 
 def test_what_a_station_never_sent_is_cancelled_with_that_in_the_archive(tmp_path, monkeypatch, capsys):
