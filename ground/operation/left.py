@@ -22,22 +22,26 @@ def left(session: Session, steps: Sequence[Step] = ()) -> list[str]:
     halts = [_name(request) for request in still if commands.halts(request.payload)]
     others = [request for request in still if not commands.halts(request.payload)]
     unheard = [request for request in others if request.state is State.REQUESTED]
-    told = [_name(request) for request in others if request.state is not State.REQUESTED]
+    told = [request for request in others if request.state is not State.REQUESTED]
     coming = [product_name(request.telecommand) for request_id, request in session.requester.requests.items()
               if request.own and session.awaits_product(request_id) and session.product_of(request_id) is None]
-    moves = any(commands.command(_name(request)).frees for request in unheard)
     return [
         *([f"NOT sent: {', '.join(unsent)}"] if unsent else []),
         *([f"sent and not confirmed yet: {', '.join(halts)}"] if halts else []),
         *([f"sent and nothing heard of it: {', '.join(map(_name, unheard))}" + (
-            f"; the rover may do it, {_ENDS}" if moves else "")] if unheard else []),
-        *([f"the rover carries on with what it was told ({', '.join(told)}), {_ENDS}"] if told else []),
+            f"; the rover may do it, {_ENDS}" if _moves(unheard) else "")] if unheard else []),
+        *([f"the rover carries on with what it was told ({', '.join(map(_name, told))})" + (
+            f", {_ENDS}" if _moves(told) else "")] if told else []),
         *([f"not all of it has come: {', '.join(coming)}"] if coming else []),
     ]
 
 
 def _name(request: Request) -> str:
-    return request.telecommand.name
+    return commands.command(request.telecommand.name).typed
+
+
+def _moves(requests: Sequence[Request]) -> bool:
+    return any(commands.command(request.telecommand.name).frees for request in requests)
 
 
 def _never_sent(request: Request) -> bool:

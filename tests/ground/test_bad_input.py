@@ -11,11 +11,13 @@ from virtual_station import VirtualClock, VirtualStation
 from ground.__main__ import run
 from ground.archive.read import reading, rows
 from ground.archive.store import Archive, ArchiveError
+from ground.operation.left import left
 from ground.session.session import Session
 from ground.station.clock import Turn
 from ground.station.settings import Settings
 from ground.station.station import Station
 from protocol.link import LinkKeys, bench_keys
+from protocol.transactions import Report, State, encode_report
 
 KEYS, OTHERS = bench_keys(7), bench_keys(8)
 
@@ -217,6 +219,16 @@ def test_ctrl_c_says_what_was_not_sent_and_what_the_rover_carries_on_with(meet, 
     monkeypatch.setattr(f"{__name__}.VirtualClock", lambda _: CtrlC(after_s))
     code, _, err = meet(VirtualStation(silent=silent, drive_s=60.0), *argv)
     assert (code, err) == (130, f"ground: {words}")
+
+
+@pytest.mark.parametrize(("name", "typed", "end"), [
+    ("lease_ask", "lease ask", ""), ("return", "return", ", `ground stop` ends it")])  # fmt: skip
+def test_only_of_what_moves_the_rover_a_station_that_ends_says_that_a_stop_ends_it(name, typed, end):
+    session = Session(KEYS, 1)
+    request_id = session.request(name, {}, 0)
+    session.requester.send(0)
+    session.requester.receive(encode_report(Report(request_id, 1, 1, State.ACCEPTED)), 0)
+    assert left(session) == [f"the rover carries on with what it was told ({typed}){end}"]
 
 
 def test_what_the_archive_could_not_write_is_told_at_ctrl_c_too(meet, monkeypatch):
