@@ -173,8 +173,9 @@ def over_limit(nodes: Nodes, used_up: Collection[str], active: tuple[str, ...]) 
 def words(nodes: Nodes, seen: str, name: str) -> str:
     """What an active fault says of itself: its condition, and more where it or its watch, with `seen`, knows more.
 
-    Where both are longer than an event on the link may be it is the figures: the condition stands in the fault table.
+    Where both are longer than an event on the link may be the figures come first: the fault table has the condition.
     """
     more = can_monitors.WORDS[name](nodes) if name in can_monitors.WORDS else seen
-    both = f"{name}: {BY_NAME[name].condition}" + (f" ({more})" if more else "")
-    return both if len(both.encode()) <= TEXT_BYTES else f"{name}: {more or BY_NAME[name].condition}"
+    condition = BY_NAME[name].condition
+    both = f"{name}: {condition}" + (f" ({more})" if more else "")
+    return both if not more or len(both.encode()) <= TEXT_BYTES else f"{name}: {more} ({condition})"
