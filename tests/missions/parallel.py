@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import signal
 import sys
+import threading
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from multiprocessing import active_children
@@ -46,6 +47,7 @@ def _finish(pool: ProcessPoolExecutor) -> None:
         print("finishing the missions in flight; Ctrl-C again ends at once", file=sys.stderr, flush=True)
         pool.shutdown(wait=True, cancel_futures=True)
     except KeyboardInterrupt:
+        threading.excepthook = lambda _: None  # the pool's own thread may trip over children that are killed
         for child in active_children():
             child.kill()
 
