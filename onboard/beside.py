@@ -64,7 +64,7 @@ class Spare:
         self._service = Service(os.environ)
         self._status = _status_port(config, announce)
         self._realtime: RealTime | None = None
-        self._trim_ns = 0
+        self._trim_ns = TRIM_NS  # not as it starts: its modules are loading
 
     def go(self, workers: Workers, announce: Announce) -> int:
         """Ask for what [realtime] names, in the thread that ticks, and tell; the alarm's descriptor, -1 without one."""
