@@ -6,6 +6,7 @@ table, so one file, though of over 300 lines.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import replace
 from types import ModuleType
@@ -23,12 +24,14 @@ from onboard.native import (
     global_field,
     pose_field,
     poses,
+    range_filter,
     raster,
     scip,
     sight,
     visibility,
 )
 from onboard.perception import ldem as maps
+from onboard.perception.cell_classes import SPREAD
 from onboard.planning.visibility import beams
 from onboard.records import Cloud, Grid, Surface
 
@@ -164,7 +167,7 @@ def _soil(rows: int, columns: int, heights_m: Any, states: list[Any], dt_s: floa
 
 def _classes(layers: dict[str, Any], rules: tuple[Any, ...]) -> tuple[np.ndarray, ...]:
     ldem = replace(maps.empty(Grid(0.0, 0.0, 0.1, 1, 1)), **layers)
-    return tuple(cell_classes.classify(ldem, cell_classes.Rules(*rules)))
+    return tuple(cell_classes.classify(ldem, cell_classes.Rules(*rules), SPREAD))
 
 
 def _freedom(cell_m: float, layers: dict[str, Any], footprint: tuple[Any, Any], limits: tuple[Any, ...]) -> tuple:
@@ -311,6 +314,12 @@ _wheels = st.tuples(SIDES, SIDES).flatmap(
     )
 )
 
+_images = st.tuples(SIDES, SIDES).flatmap(
+    lambda n: together(
+        ranges_m=arrays(n, np.float32), seen=arrays(n, np.bool_), tolerance_m=st.sampled_from((0.0, 0.085, math.nan))
+    )
+)
+
 ROWS: dict[str, Row] = {
     "rasterise": Row((raster,), _beams, _rasterise),
     "live-points": Row(
@@ -327,6 +336,7 @@ ROWS: dict[str, Row] = {
     "sight": Row((sight,), _lines, _sight),
     "global-field": Row((global_field,), _maps, _global),
     "cell-classes": Row((cell_classes,), _statistics, _classes),
+    "range-filter": Row((range_filter,), _images, lambda **given: (range_filter.keep_witnessed(**given),)),
     "pose-freedom": Row((poses,), _surfaces, _freedom),
     "closeness": Row((poses,), _fields, lambda **given: (poses.closeness(**given),)),
     "reachable": Row((poses,), _floods, lambda **given: (poses.reachable(**given),)),

@@ -8,6 +8,7 @@ import numpy as np
 from scipy import sparse
 
 from onboard import config
+from onboard.perception.cell_classes import SPREAD
 from onboard.records import CellClass, Cloud, Grid, Ldem, Surface
 
 KNOWN = (CellClass.HIT, CellClass.FILLED, CellClass.HOLE, CellClass.ASSUMED)
@@ -66,7 +67,7 @@ def classify(ldem: Ldem, fill_cells: int) -> tuple[np.ndarray, np.ndarray, np.nd
     mean, top, bottom = (np.full((rows, columns), np.nan) for _ in range(3))
     for j, i in np.argwhere(ldem.n > 0):
         n = ldem.n[j, i]
-        bias = ldem.sum_sigma[j, i] / n * math.sqrt(2 * math.log(n + 1))
+        bias = ldem.sum_sigma[j, i] / n * SPREAD[n]
         classes[j, i], mean[j, i] = CellClass.HIT, ldem.sum_z[j, i] / n
         top[j, i] = max(mean[j, i], ldem.z_hi[j, i] - bias)
         bottom[j, i] = min(mean[j, i], min(ldem.z_lo[j, i], ldem.z_ray[j, i] + 0.02) + bias)

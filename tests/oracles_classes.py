@@ -20,6 +20,7 @@ from onboard.perception.cell_classes import (
     FILL_STEP_PER_CELL_M,
     HOLE_DEPTH_M,
     RAY_MARGIN_M,
+    SPREAD,
 )
 from onboard.planning.poses import CLOSE_M, LEAST_OF_PLANE, ORIENTATIONS, PLANE_M, Freedom, wheel_cells
 from onboard.records import F32, F64, U8, Bool, CellClass, Ldem, Surface
@@ -60,7 +61,7 @@ def _bounds(ldem: Ldem, hit: Bool) -> tuple[F64, F64, F64]:
     """Mean, z_top and z_bot of the hit cells, NaN elsewhere; the spread that noise makes of n hits is taken out."""
     n = np.where(hit, ldem.n, 1)
     mean = np.where(hit, ldem.sum_z / n, np.nan)
-    bias = ldem.sum_sigma / n * np.sqrt(2.0 * np.log(n + 1.0))
+    bias = ldem.sum_sigma / n * SPREAD[np.minimum(n, len(SPREAD) - 1)]
     low = np.minimum(ldem.z_lo, ldem.z_ray + np.float32(RAY_MARGIN_M))
     return mean, np.maximum(mean, ldem.z_hi - bias), np.minimum(mean, low + bias)
 

@@ -32,6 +32,7 @@ from onboard.records import CellClass, Grid, Surface
 
 PLAN_CELL_M = 0.1
 SEEDS_PER_INDEX = 1000
+STEP_M = 0.07  # the fields stay what they are, whatever the flight program allows itself
 NEAR_M = 0.1
 
 
@@ -114,7 +115,7 @@ def refusal(field: Field) -> str:
     median_deg, ratio = field.stats["median_slope_deg"], field.stats["rock_area_ratio"]
     if not (4.5 <= median_deg <= 7.5 and 0.025 <= ratio <= 0.05):
         return f"median slope {median_deg:.1f} deg, rocks on {100 * ratio:.1f} % of the area"
-    surface, rover, planning = true_surface(field), Rover(), Planning()
+    surface, rover, planning = true_surface(field), Rover(), Planning(step_m=STEP_M)
     free = poses.pose_freedom(surface, rover, planning) == poses.Freedom.FREE
     start = pose_of(surface.grid, field.start.x_m, field.start.y_m, field.start.yaw_rad)
     goal = goal_poses(surface.grid, field.goal_m)
@@ -132,7 +133,7 @@ def refusal(field: Field) -> str:
 
 def free_with_room(surface: Surface, rover: Rover, planning: Planning) -> NDArray[np.bool_]:
     """Poses free by the stricter limits whose four neighbour cells are so too, (8, rows, columns)."""
-    strict = replace(planning, step_m=0.07, under_belly_m=0.09, tilt_limit_rad=math.radians(22))
+    strict = replace(planning, under_belly_m=0.09, tilt_limit_rad=math.radians(22))
     free = poses.pose_freedom(surface, rover, strict) == poses.Freedom.FREE
     shrunk = free.copy()
     for axis in (1, 2):

@@ -24,9 +24,9 @@ def stands_on(memory: StopMap, pose: Pose, config: Config) -> bool:
 
 def plan_request(
     memory: StopMap, pose: Pose, goal_m: tuple[float, float], gdem: Gdem | None, config: Config,
-    fences: tuple[Fence, ...], *, state: MissionState | None = None, trail: F64 | None = None,
+    fences: tuple[Fence, ...], *, state: MissionState | None = None, trail: F64 | None = None, sigma_m: float = 0.0,
 ) -> PlanRequest:  # fmt: skip
-    """The request of a stop; without a trail the rover has driven nowhere yet."""
+    """The request of a stop; without a trail the rover has driven nowhere yet. sigma_m: 1 sigma of the place."""
     here = np.array([[pose.x_m, pose.y_m, pose.yaw_rad]])
     return PlanRequest(
         ldem=ldem.window(memory.cells, pose.x_m, pose.y_m, config.mapping.size_m),
@@ -40,4 +40,5 @@ def plan_request(
         blocked_m=memory.blocked_m,
         slippery_m=memory.slippery_m,
         fences=fences,
+        sigma_m=sigma_m,
     )

@@ -146,7 +146,8 @@ class Mission:
         self._foreseen = True
         if "predict" in ctx.jobs.running:  # late, of a goal before
             return
-        request = plan_request(self.memory, ctx.localisation.pose, self.goal, self.gdem, self._config, ctx.fences)
+        request = plan_request(self.memory, ctx.localisation.pose, self.goal, self.gdem, self._config, ctx.fences,
+                               sigma_m=ctx.localisation.sigma[0])
         ctx.jobs.submit("predict", (request, known, self._config), ctx.tick + self._config.jobs.plan_ticks)
 
     def _slips(self, pose: Pose) -> None:
@@ -253,7 +254,7 @@ class Mission:
     def _plan(self, ctx: Context) -> None:
         assert self.memory
         request = plan_request(self.memory, ctx.localisation.pose, self.goal, self.gdem, self._config, ctx.fences,
-                               state=self._rule, trail=self._way.trail)
+                               state=self._rule, trail=self._way.trail, sigma_m=ctx.localisation.sigma[0])
         ctx.jobs.submit("plan", (request,), ctx.tick + self._config.jobs.plan_ticks)
         if not self._foreseen:
             self._foresee(ctx, True)

@@ -5,6 +5,7 @@
 #include "bind_grid_search.hpp"
 #include "bind_pose_field.hpp"
 #include "bind_poses.hpp"
+#include "bind_range_filter.hpp"
 #include "bind_raster.hpp"
 #include "bind_scip_blocks.hpp"
 #include "bind_sight.hpp"
@@ -14,6 +15,7 @@
 NB_MODULE(KERNELS_MODULE, m) {
     m.def("simd_width", &eldorado::simd_width);
     eldorado::bind_raster(m);
+    eldorado::bind_range_filter(m);
     eldorado::bind_pose_field(m);
     eldorado::bind_visibility(m);
     eldorado::bind_global(m);

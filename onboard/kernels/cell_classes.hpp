@@ -14,6 +14,9 @@ enum CellClass : std::uint8_t { kOutside, kOccluded, kHit, kFilled, kHole, kAssu
 struct CellRules {
     std::int64_t fill_cells;
     double ray_margin_m, fill_above_m, hole_depth_m, fill_step_m, fill_step_per_cell_m;
+    // How far noise alone takes the bounds of n hits from their mean, in sigmas, n = 0 ... counts - 1; the last of more.
+    const double* spread;
+    std::int64_t counts;
 };
 
 // Layers of records.Ldem, (rows, columns).
@@ -39,9 +42,7 @@ T smaller_or_nan(T a, T b) { return a <= b || a != a ? a : b; }
 class CellClassifier {
    public:
     // `mean`: workspace of rows * columns.
-    CellClassifier(const CellStatistics& cells, const CellRules& rules, double* mean) : c_(cells), r_(rules), mean_(mean) {
-        for (int n = 0; n < kTabled; ++n) spread_[n] = spread_of(n);
-    }
+    CellClassifier(const CellStatistics& cells, const CellRules& rules, double* mean) : c_(cells), r_(rules), mean_(mean) {}
 
     void run(const CellSurface& out) {
         const std::int64_t count = c_.rows * c_.columns;
@@ -55,14 +56,9 @@ class CellClassifier {
     }
 
    private:
-    static constexpr int kTabled = 256;
-
-    // Largest of n deviates of a normal distribution, in sigmas.
-    static double spread_of(std::int32_t n) { return std::sqrt(2.0 * std::log(n + 1.0)); }
-
     void bound(std::int64_t at, const CellSurface& out) const {
         const std::int32_t n = c_.n[at];
-        const double bias = c_.sum_sigma[at] / static_cast<double>(n) * (n < kTabled ? spread_[n] : spread_of(n));
+        const double bias = c_.sum_sigma[at] / static_cast<double>(n) * r_.spread[std::min<std::int64_t>(n, r_.counts - 1)];
         const float low = smaller_or_nan(c_.z_lo[at], c_.z_ray[at] + static_cast<float>(r_.ray_margin_m));
         out.cell_class[at] = kHit;
         out.z_mean[at] = static_cast<float>(mean_[at]);
@@ -139,7 +135,6 @@ class CellClassifier {
     const CellStatistics c_;
     const CellRules r_;
     double* const mean_;
-    double spread_[kTabled];
 };
 
 }  // namespace eldorado

@@ -17,13 +17,15 @@ struct RasterGrid {
     std::int64_t rows, columns;
 };
 
-// All (rows, columns). On entry: 0 in n and the sums, NaN in z_hi and z_lo, +inf in z_ray and view_m.
+// All (rows, columns). On entry: 0 in n and the sums, NaN in the four heights, +inf in z_ray and view_m.
 struct RasterCells {
     std::int32_t* n;
     double* sum_z;
     double* sum_z2;
-    float* z_hi;
-    float* z_lo;
+    float* z_hi;   // highest hit
+    float* z_lo;   // lowest hit
+    float* z_hi2;  // highest but one, of a single hit itself
+    float* z_lo2;  // lowest but one
     float* sum_sigma;
     float* z_ray;
     float* view_m;
@@ -99,10 +101,18 @@ inline void count_hit(const RasterCells& c, std::int64_t at, double z, double si
     c.sum_z[at] += z;
     c.sum_z2[at] += z * z;
     c.sum_sigma[at] += static_cast<float>(sigma);
-    if (c.n[at]++ == 0) {
-        c.z_hi[at] = c.z_lo[at] = height;
+    const std::int32_t before = c.n[at]++;
+    if (before == 0) {
+        c.z_hi[at] = c.z_lo[at] = c.z_hi2[at] = c.z_lo2[at] = height;
         c.view_m[at] = view;
         return;
+    }
+    if (before == 1) {
+        c.z_hi2[at] = std::min(c.z_hi[at], height);
+        c.z_lo2[at] = std::max(c.z_lo[at], height);
+    } else {
+        c.z_hi2[at] = std::max(c.z_hi2[at], std::min(c.z_hi[at], height));
+        c.z_lo2[at] = std::min(c.z_lo2[at], std::max(c.z_lo[at], height));
     }
     c.z_hi[at] = std::max(c.z_hi[at], height);
     c.z_lo[at] = std::min(c.z_lo[at], height);

@@ -16,10 +16,13 @@ def rasterise_into(
     sum_z2: F64,
     z_hi: F32,
     z_lo: F32,
+    z_hi2: F32,
+    z_lo2: F32,
     sum_sigma: F32,
     z_ray: F32,
     view_m: F32,
 ) -> None: ...
+def keep_witnessed_into(ranges_m: F32, seen: U8, tolerance_m: float, kept: U8) -> None: ...
 def no_hits_into(cells: U8) -> None: ...
 def points_into(x0_m: float, y0_m: float, cell_m: float, points_m: F32, cells: U8) -> None: ...
 def turn_into(
@@ -129,6 +132,7 @@ def sight_price_m(
 def classify_into(
     fill_cells: int,
     rules_m: F64,
+    spread: F64,
     n: I32,
     sum_z: F64,
     z_hi: F32,

@@ -8,7 +8,7 @@ import numpy as np
 
 from onboard.native.checks import check_array
 from onboard.native.variant import kernels
-from onboard.records import F32, U8, Ldem
+from onboard.records import F32, F64, U8, Ldem
 
 _LAYERS = {"n": np.int32, "sum_z": np.float64, "z_hi": np.float32, "z_lo": np.float32, "sum_sigma": np.float32,
            "z_ray": np.float32, "assumed_z": np.float32}  # fmt: skip
@@ -34,20 +34,26 @@ class Classes(NamedTuple):
     z_bot: F32
 
 
-def classify(ldem: Ldem, rules: Rules) -> Classes:
+def classify(ldem: Ldem, rules: Rules, spread: F64) -> Classes:
     """Classes and heights of every cell of `ldem`; `10-navigation` section 3.
 
-    Raises ValueError for layers of wrong shape, dtype or layout and rules that are not finite or below 0.
+    spread: (counts,) float64, how far noise alone takes the bounds of n hits from their mean, in sigmas; the last holds
+    for more hits. Raises ValueError for layers of wrong shape, dtype or layout, rules that are not finite or
+    below 0, and spreads that are none or not finite.
     """
     shape = ldem.n.shape if isinstance(ldem.n, np.ndarray) and ldem.n.ndim == 2 else (None, None)
     for name, dtype in _LAYERS.items():
         check_array(name, getattr(ldem, name), shape, dtype)
     if not (np.isfinite(rules).all() and min(rules) >= 0):
         raise ValueError(f"rules: expected finite numbers >= 0, given {rules}")
+    check_array("spread", spread, (None,), np.float64)
+    if not (len(spread) and np.isfinite(spread).all()):
+        raise ValueError(f"spread: expected finite numbers, one at least, given {spread}")
     made = Classes(np.empty(shape, np.uint8), *(np.empty(shape, np.float32) for _ in range(3)))
     kernels.classify_into(
         min(rules.fill_cells, max(ldem.n.shape)),
         np.array(rules[1:], np.float64),
+        spread,
         ldem.n,
         ldem.sum_z,
         ldem.z_hi,

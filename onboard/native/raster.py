@@ -12,13 +12,18 @@ from onboard.records import F32, F64, I32, Cloud, Grid
 
 
 class Raster(NamedTuple):
-    """Statistics of one cloud's beams, all (rows, columns); the names and meanings are those of records.Ldem."""
+    """Statistics of one cloud's beams, all (rows, columns); the names and meanings are those of records.Ldem.
+
+    z_hi2, z_lo2: the highest and the lowest hit but one; of a single hit, itself.
+    """
 
     n: I32
     sum_z: F64
     sum_z2: F64
     z_hi: F32
     z_lo: F32
+    z_hi2: F32
+    z_lo2: F32
     sum_sigma: F32
     z_ray: F32
     view_m: F32
@@ -44,6 +49,8 @@ def rasterise(grid: Grid, cloud: Cloud) -> Raster:
         sum_z2=np.zeros(shape),
         z_hi=np.full(shape, np.nan, np.float32),
         z_lo=np.full(shape, np.nan, np.float32),
+        z_hi2=np.full(shape, np.nan, np.float32),
+        z_lo2=np.full(shape, np.nan, np.float32),
         sum_sigma=np.zeros(shape, np.float32),
         z_ray=np.full(shape, np.inf, np.float32),
         view_m=np.full(shape, np.inf, np.float32),

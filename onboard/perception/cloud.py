@@ -12,12 +12,15 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 from itertools import groupby
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from onboard.config import Rover, Scanning
 from onboard.mounting import lidar_place, lidar_rotation
 from onboard.perception.beam_tilt import tilt_at
+from onboard.perception.range_image import witnessed
 from onboard.records import F32, F64, BeamStatus, Bool, Cloud, Scan, TiltTrack
 from protocol.conventions import WHEEL_SIGNS
 
@@ -27,13 +30,18 @@ SCANS_AT_ONCE = 32  # a sweep has some 460: all at once would need 40 MB of temp
 
 
 def cloud(
-    scans: Sequence[Scan], tilt: TiltTrack, T_map_base: F64, rover: Rover, scanning: Scanning, range_noise_m: float
-) -> Cloud:
-    """The beams of one stop within scanning.sector_rad of straight ahead.
+    scans: Sequence[Scan], tilt: TiltTrack, T_map_base: F64, rover: Rover, scanning: Scanning, range_noise_m: float,
+    lost: bool = False,
+) -> Cloud:  # fmt: skip
+    """The beams of one stop within scanning.sector_rad of straight ahead that met something.
 
     Each beam takes the tilt interpolated at its own time, never extrapolated (`beam_tilt`). Returns farther than
-    scanning.range_m and beams without a return are kept as non-hits that end at that range. Dropped: beams whose tilt
-    was not sampled or not steady, too near, in error, and what hit the rover itself (its hull plus 3 cm).
+    scanning.range_m are kept as non-hits that end at that range: the beam passed. Dropped: beams without a return, for
+    nobody knows how far they went; returns without a witness (`range_image`); beams whose tilt was not sampled or not
+    steady, too near, in error, and what hit the rover itself (its hull plus 3 cm).
+
+    lost: keep the beams without a return or a witness too, as non-hits that end at scanning.range_m. Such a cloud tells
+    where nothing came back; it must not enter a map.
     """
     origin_base_m, mount = lidar_place(rover), lidar_rotation(rover)
     rotation, translation = T_map_base[:3, :3], T_map_base[:3, 3]
@@ -41,9 +49,9 @@ def cloud(
     ends: list[F32] = [np.empty((0, 3), np.float32)]
     hits: list[Bool] = [np.empty(0, np.bool_)]
     for _, alike in groupby(scans if len(tilt.times_ns) else (), key=_geometry):
-        together = list(alike)
-        for first in range(0, len(together), SCANS_AT_ONCE):
-            points_base_m, hit = _beams(together[first : first + SCANS_AT_ONCE], tilt, scanning)
+        image = _image(list(alike), scanning, range_noise_m, lost)
+        for first in range(0, len(image.starts_ns), SCANS_AT_ONCE):
+            points_base_m, hit = _beams(image.lines(first, first + SCANS_AT_ONCE), tilt, scanning.range_m)
             if mount is not None:
                 points_base_m = points_base_m @ mount.T
             points_base_m += origin_base_m
@@ -69,29 +77,56 @@ def _geometry(scan: Scan) -> tuple[int, float, float]:
     return len(scan.ranges_m), scan.first_angle_rad, scan.step_rad
 
 
-def _beams(scans: Sequence[Scan], tilt: TiltTrack, scanning: Scanning) -> tuple[F64, Bool]:
+class _Image(NamedTuple):
+    """Scans of one geometry as (lines, beams) arrays over the sector; phi_rad, beam: angle and number of each beam."""
+
+    phi_rad: F64
+    beam: NDArray[np.int64]
+    starts_ns: NDArray[np.int64]
+    beam_ns: F64
+    ranges_m: F32
+    seen: Bool
+    counts: Bool
+
+    def lines(self, first: int, last: int) -> _Image:
+        """Some of its lines."""
+        some = slice(first, last)
+        return self._replace(
+            starts_ns=self.starts_ns[some], beam_ns=self.beam_ns[some], ranges_m=self.ranges_m[some],
+            seen=self.seen[some], counts=self.counts[some],
+        )
+
+
+def _image(scans: Sequence[Scan], scanning: Scanning, range_noise_m: float, lost: bool) -> _Image:
+    """The range image of scans of one geometry. seen: a return with a witness; counts: goes into the cloud."""
+    count, first_rad, step_rad = _geometry(scans[0])
+    phi: F64 = first_rad + np.arange(count, dtype=np.float64) * step_rad
+    beam = np.flatnonzero(np.abs(phi) <= scanning.sector_rad)
+    part = slice(beam[0], beam[-1] + 1) if len(beam) else slice(0)
+    ranges_m = np.stack([scan.ranges_m[part] for scan in scans])
+    status = np.stack([scan.status[part] for scan in scans])
+    seen = witnessed(ranges_m, status == BeamStatus.OK, range_noise_m)
+    counts = (status == BeamStatus.OK) | (status == BeamStatus.NO_RETURN) if lost else seen
+    starts_ns = np.array([scan.start_ns for scan in scans], np.int64)
+    return _Image(phi[part], beam, starts_ns, np.array([scan.beam_ns for scan in scans]), ranges_m, seen, counts)
+
+
+def _beams(image: _Image, tilt: TiltTrack, range_m: float) -> tuple[F64, Bool]:
     """(vectors from the scanner to the beam's end in the tilt unit's axes (k, 3), whether it hit (k,)).
 
-    Of the beams that count. The scans have one geometry, so they go through as one (scans, beams) array.
+    Of the beams that count.
     """
-    count, first_rad, step_rad = _geometry(scans[0])
-    phi = first_rad + np.arange(count) * step_rad
-    beams = np.flatnonzero(np.abs(phi) <= scanning.sector_rad)
-    phi = phi[beams]
-    ranges_m = np.stack([scan.ranges_m for scan in scans])[:, beams]
-    status = np.stack([scan.status for scan in scans])[:, beams]
     origin_ns = int(tilt.times_ns[0])
-    starts_ns = np.array([scan.start_ns - origin_ns for scan in scans], np.float64)
-    times_ns = starts_ns[:, None] + beams * np.array([[scan.beam_ns] for scan in scans])
-    angles, _, steady = tilt_at(tilt, times_ns, origin_ns)
-    good = ((status == BeamStatus.OK) | (status == BeamStatus.NO_RETURN)) & steady
-    angle = angles[good]
-    hit = (status[good] == BeamStatus.OK) & (ranges_m[good] <= scanning.range_m)
-    length_m = np.where(hit, ranges_m[good], scanning.range_m).astype(np.float64)
-    ahead_m = length_m * np.broadcast_to(np.cos(phi), good.shape)[good]
+    starts_ns = (image.starts_ns - origin_ns).astype(np.float64)
+    angles, _, steady = tilt_at(tilt, starts_ns[:, None] + image.beam * image.beam_ns[:, None], origin_ns)
+    good = image.counts & steady
+    angle, ranges_m = angles[good], image.ranges_m[good]
+    hit = image.seen[good] & (ranges_m <= range_m)
+    length_m = np.where(hit, ranges_m, range_m).astype(np.float64)
+    ahead_m = length_m * np.broadcast_to(np.cos(image.phi_rad), good.shape)[good]
     vectors_m = np.empty((len(length_m), 3))
     vectors_m[:, 0] = ahead_m * np.cos(angle)
-    vectors_m[:, 1] = length_m * np.broadcast_to(np.sin(phi), good.shape)[good]
+    vectors_m[:, 1] = length_m * np.broadcast_to(np.sin(image.phi_rad), good.shape)[good]
     vectors_m[:, 2] = -ahead_m * np.sin(angle)
     return vectors_m, hit
 

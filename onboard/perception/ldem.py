@@ -18,6 +18,7 @@ from onboard.records import Bool, Cloud, Grid, Ldem, Pose
 BLOCK_M = 5.0  # the map grows by whole blocks of this side
 LEAST_KNOWN_RATIO = 0.25  # lines of a coarse sweep leave cells between them without a hit
 REPLACING_HITS = 3  # R3: with as many near hits the newest scan speaks alone
+ROBUST_HITS = 8  # of so many hits of one scan the highest and the lowest bound nothing: one wrong range moves nothing
 
 LAYERS: tuple[tuple[str, DTypeLike, float], ...] = (
     ("n", np.int32, 0),
@@ -51,10 +52,13 @@ def insert(ldem: Ldem, cloud: Cloud, stop: int, near_m: float) -> Ldem:
     """The map with the beams of one scan in it, merged by rule R3.
 
     A cell with at least 3 hits from nearer than `near_m` (horizontal, m) in this scan takes this scan's values alone,
-    z_ray too; elsewhere counts and sums add up and bounds widen. Beams are cut at the border of the grid: `grow` it
+    z_ray too; elsewhere counts and sums add up and bounds widen. A cell's bounds are the highest and the lowest hit of
+    a scan, with 8 hits or more the highest and the lowest but one. Beams are cut at the border of the grid: `grow` it
     first.
     """
     new = raster.rasterise(ldem.grid, cloud)
+    many = new.n >= ROBUST_HITS
+    z_hi, z_lo = np.where(many, new.z_hi2, new.z_hi), np.where(many, new.z_lo2, new.z_lo)
     alone: Bool = (new.n >= REPLACING_HITS) & (new.view_m < near_m)
     nearer: Bool = alone | (new.view_m < ldem.view_m)
     return Ldem(
@@ -62,8 +66,8 @@ def insert(ldem: Ldem, cloud: Cloud, stop: int, near_m: float) -> Ldem:
         n=np.where(alone, new.n, ldem.n + new.n),
         sum_z=np.where(alone, new.sum_z, ldem.sum_z + new.sum_z),
         sum_z2=np.where(alone, new.sum_z2, ldem.sum_z2 + new.sum_z2),
-        z_hi=np.where(alone, new.z_hi, np.fmax(ldem.z_hi, new.z_hi)),
-        z_lo=np.where(alone, new.z_lo, np.fmin(ldem.z_lo, new.z_lo)),
+        z_hi=np.where(alone, z_hi, np.fmax(ldem.z_hi, z_hi)),
+        z_lo=np.where(alone, z_lo, np.fmin(ldem.z_lo, z_lo)),
         sum_sigma=np.where(alone, new.sum_sigma, ldem.sum_sigma + new.sum_sigma),
         z_ray=np.where(alone, new.z_ray, np.minimum(ldem.z_ray, new.z_ray)),
         view_m=np.where(nearer, new.view_m, ldem.view_m),

@@ -271,7 +271,7 @@ def _fields(stop: _Stop, state: MissionState, confirm: bool = False) -> Fields:
         doubted = (freedom == Freedom.BLOCKED) & ~_near(grid, looked, CONFIRM_M)
         freedom[doubted] = Freedom.UNKNOWN
     freedom[(freedom == Freedom.UNKNOWN) & _near(grid, state.marked, BLOCK_M)] = Freedom.BLOCKED
-    near = closeness(freedom, planning, grid.cell_m)
+    near = closeness(freedom, planning, grid.cell_m, request.sigma_m)
     near[freedom == Freedom.UNKNOWN] += planning.unknown_ratio
     near[doubted] += np.float32(CONFIRM_RATIO)
     near[:, _near(grid, request.slippery_m, SLIPPERY_M)] += np.float32(planning.slippery_ratio)

@@ -94,9 +94,9 @@ def _reached(leg: Leg, pose: Pose) -> int:
 
 
 def _cloud(line: GuardLine, config: Config) -> Cloud:
-    """The line's beams; the axis is held, so one angle holds for the whole turn."""
+    """The line's beams, those without a return too; the axis is held, so one angle holds for the whole turn."""
     scan = line.scan
     end_ns = scan.start_ns + round(len(scan.ranges_m) * scan.beam_ns) + 1
     held = TiltTrack(np.array([scan.start_ns, end_ns]), np.array([line.tilt_rad, line.tilt_rad]))
     noise_m = config.lidar.range_noise_m
-    return cloud((scan,), held, line.pose.matrix(), config.rover, config.scanning, noise_m)
+    return cloud((scan,), held, line.pose.matrix(), config.rover, config.scanning, noise_m, lost=True)

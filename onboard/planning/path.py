@@ -27,6 +27,7 @@ STEP_RAD = math.pi / ORIENTATIONS
 SPACING_M = 0.05
 TURN_STEP_RAD = math.radians(11.25)
 RETREAT_M = 1.0
+BETWEEN = 0.4  # of a step of orientation: an axis farther than 0.1 of it from an orientation lies between two
 DETOUR = 1.02  # a line of sight may cost this much more than the chain it replaces
 HORIZON = 150  # poses of the chain that a line of sight may skip
 
@@ -40,11 +41,15 @@ class Leg(NamedTuple):
 
 
 class Ground(NamedTuple):
-    """Free poses on their grid. free: (8, rows, columns) bool; closeness: ratio, the same shape, or None."""
+    """Free poses on their grid.
+
+    free: (8, rows, columns) bool. The same shape, or None: closeness, a ratio; unblocked, poses that nothing blocks.
+    """
 
     free: Bool
     grid: Grid
     closeness: F32 | None = None
+    unblocked: Bool | None = None
 
     def allows(self, stations: F64) -> bool:
         """Whether the pose of every station (k, 3) is free: nearest cell, nearest orientation."""
@@ -55,8 +60,17 @@ class Ground(NamedTuple):
     def price_m(
         self, a: tuple[float, float], b: tuple[float, float], axis_rad: float, spacing_m: float = SPACING_M
     ) -> float:
-        """Price of the straight way from a to b with the axis held, inf where a pose of its stations is not free."""
-        line = (a, b, round(axis_rad / STEP_RAD) % ORIENTATIONS)
+        """Price of the straight way from a to b with the axis held, inf where a pose of its stations is not free.
+
+        An axis between two orientations has wheels where neither has them: the other one must not be blocked.
+        """
+        at, nearest = axis_rad / STEP_RAD, round(axis_rad / STEP_RAD)
+        for other in (round(at - BETWEEN), round(at + BETWEEN)):
+            if other != nearest and self.unblocked is not None:
+                line = (a, b, other % ORIENTATIONS)
+                if not math.isfinite(sight.price_m(self.unblocked, None, self.grid, line, spacing_m)):
+                    return math.inf
+        line = (a, b, nearest % ORIENTATIONS)
         return sight.price_m(self.free, self.closeness, self.grid, line, spacing_m)
 
     def _poses(self, stations: F64) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
@@ -68,7 +82,7 @@ class Ground(NamedTuple):
 
 def ground_of(freedom: U8, grid: Grid, closeness: F32 | None = None) -> Ground:
     """Ground from (8, rows, columns) uint8 of Freedom and, for prices, float32 closeness of the same shape."""
-    return Ground(freedom == Freedom.FREE, grid, closeness)
+    return Ground(freedom == int(Freedom.FREE), grid, closeness, freedom != int(Freedom.BLOCKED))
 
 
 def is_free(stations: F64, freedom: U8, grid: Grid) -> bool:

@@ -32,7 +32,7 @@ class PlanRequest:
 
     gdem None: nothing is known from orbit, the goal lies in a straight line. blocked_m: points whose cells no wheel may
     roll over, whatever the map says: the drive guard stopped at them. slippery_m: where the wheels slipped: dear
-    ground. fences: keep-outs are obstacles.
+    ground. fences: keep-outs are obstacles. sigma_m: 1 sigma of the pose's place in the plan.
     """
 
     ldem: Ldem
@@ -45,6 +45,7 @@ class PlanRequest:
     blocked_m: tuple[tuple[float, float], ...] = ()
     slippery_m: tuple[tuple[float, float], ...] = ()
     fences: tuple[Fence, ...] = ()
+    sigma_m: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)

@@ -26,6 +26,7 @@ ORIENTATIONS = 8
 PLANE_M = 0.9  # side of the window of the fitted plane
 LEAST_OF_PLANE = 20  # known cells that a plane needs, a quarter of its window: fewer at a rim make slopes of noise
 CLOSE_M = 0.5  # the soft cost of closeness fades out over this distance
+SIGMAS = 2.0  # of the rover's place: so much nearer to what is blocked it may be than it believes
 
 
 class Freedom(IntEnum):
@@ -78,17 +79,19 @@ def trail(freedom: U8, poses: NDArray[np.integer]) -> U8:
     return marked
 
 
-def closeness(freedom: U8, planning: config.Planning, cell_m: float) -> F32:
+def closeness(freedom: U8, planning: config.Planning, cell_m: float, sigma_m: float = 0.0) -> F32:
     """Soft cost ratio >= 0 near blocked poses, float32 (8, rows, columns): a move's price is multiplied by 1 + it.
 
     `closeness_weight` beside a blocked pose of the same orientation, falling linearly to 0 at 0.5 m; and
     `touching_ratio` more where a neighbour cell or the next orientation is blocked: a wheel that passes there may brush
-    the foot of a rock, so it is done only where there is no other way. Unknown poses draw no cost: an optimistic way
-    must not shun them.
+    the foot of a rock, so it is done only where there is no other way. So is a pose within two sigmas of the rover's
+    own place (sigma_m, m) of that. Unknown poses draw no cost: an optimistic way must not shun them.
     """
     cells = math.ceil(CLOSE_M / cell_m) + 2
     beyond_m = (np.sqrt(np.arange(cells * cells)) - 1.0) * cell_m  # by the square of the distance in cells
     falloff = planning.closeness_weight * np.clip(1.0 - beyond_m / CLOSE_M, 0.0, 1.0)
+    beside = np.arange(len(falloff)) <= 2  # squared cells: the kernel adds it there
+    falloff += planning.touching_ratio * (~beside & (beyond_m <= SIGMAS * sigma_m))
     return kernel.closeness(freedom, falloff.astype(np.float32), planning.touching_ratio)
 
 

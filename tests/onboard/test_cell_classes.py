@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import math
 
 import numpy as np
 import pytest
@@ -12,7 +11,7 @@ from hypothesis import strategies as st
 
 from onboard import config
 from onboard.perception import ldem as maps
-from onboard.perception.cell_classes import classify
+from onboard.perception.cell_classes import SPREAD, classify
 from onboard.planning.poses import Freedom, pose_freedom
 from onboard.records import CellClass, Cloud, Grid, Ldem, Pose
 from tests import oracles
@@ -99,11 +98,24 @@ def test_assumed_ground_stands_until_a_hit_replaces_it() -> None:
 def test_bounds_take_out_what_noise_makes_of_n_hits_but_keep_a_true_edge() -> None:
     ldem = strip([0.0], [None])
     ldem.n[0, 0], ldem.sum_z[0, 0], ldem.sum_sigma[0, 0] = 100, 0.0, 100 * 0.02
-    ldem.z_hi[0, 0], ldem.z_lo[0, 0] = 0.05, -0.25
-    bias = 0.02 * math.sqrt(2 * math.log(101))
+    ldem.z_hi[0, 0], ldem.z_lo[0, 0] = 0.03, -0.25
     surface = classify(ldem, MAPPING)
     assert surface.z_top[0, 0] == 0.0
-    assert surface.z_bot[0, 0] == pytest.approx(-0.25 + bias)
+    assert surface.z_bot[0, 0] == pytest.approx(-0.25 + 0.02 * SPREAD[100])
+
+
+@pytest.mark.parametrize("n", [2, 3, 5, 7, 8, 12, 30, 100, 400])
+def test_the_spread_is_that_of_the_bounds_of_n_normal_deviates_less_one_sigma_of_theirs(n: int) -> None:
+    drawn = np.sort(np.random.default_rng(n).standard_normal((20_000, n)), axis=1)
+    bound = drawn[:, -2 if n >= maps.ROBUST_HITS else -1]
+    assert SPREAD[n] == pytest.approx(bound.mean() - bound.std(), abs=0.06)
+
+
+def test_a_single_hit_may_stand_a_sigma_higher_than_it_reads() -> None:
+    ldem = strip([0.0], [None])
+    ldem.sum_sigma[0, 0] = 0.02
+    surface = classify(ldem, MAPPING)
+    assert (surface.z_top[0, 0], surface.z_bot[0, 0]) == pytest.approx((0.02, -0.02))
 
 
 def test_a_beam_deep_through_a_hit_cell_lowers_its_bottom() -> None:

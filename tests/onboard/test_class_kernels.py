@@ -15,7 +15,7 @@ from onboard.native import cell_classes as cell_door
 from onboard.native import poses as pose_door
 from onboard.native import variant
 from onboard.perception import ldem as maps
-from onboard.perception.cell_classes import classify
+from onboard.perception.cell_classes import SPREAD, classify
 from onboard.planning import poses
 from onboard.records import CellClass, Grid, Ldem, Surface
 from tests import oracles_classes as oracles
@@ -148,7 +148,7 @@ def flat(rows: int = 9, columns: int = 9) -> Surface:
 
 def test_the_door_of_the_classes_names_what_is_wrong() -> None:
     good, rules = scanned(1, 4, 5), cell_door.Rules(2, 0.02, 0.08, 0.06, 0.08, 0.036)
-    cell_door.classify(good, rules)
+    cell_door.classify(good, rules, SPREAD)
     for changed, words in (
         ({"n": good.n.astype(np.int64)}, r"n: expected int32 \(4, 5\), given int64"),
         ({"z_ray": good.z_ray[:3]}, r"z_ray: expected float32 \(4, 5\), given float32 \(3, 5\)"),
@@ -156,10 +156,13 @@ def test_the_door_of_the_classes_names_what_is_wrong() -> None:
         ({"n": [[1]]}, "n: expected an array"),
     ):
         with pytest.raises(ValueError, match=words):
-            cell_door.classify(dataclasses.replace(good, **changed), rules)
+            cell_door.classify(dataclasses.replace(good, **changed), rules, SPREAD)
     for wrong in (rules._replace(fill_cells=-1), rules._replace(hole_depth_m=math.nan)):
         with pytest.raises(ValueError, match="rules: expected finite numbers >= 0"):
-            cell_door.classify(good, wrong)
+            cell_door.classify(good, wrong, SPREAD)
+    for none in (np.empty(0), np.array([math.nan])):
+        with pytest.raises(ValueError, match="spread: expected finite numbers"):
+            cell_door.classify(good, rules, none)
 
 
 LIMITS = pose_door.Limits(0.07, 0.46, 0.36, 0.10, 4, 20)

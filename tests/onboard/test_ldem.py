@@ -122,3 +122,13 @@ def test_a_part_beyond_the_map_is_refused() -> None:
     small = maps.empty(maps.grid_around(0, 0, 4, 0.1))
     with pytest.raises(ValueError, match="not within the map"):
         maps.paste(small, maps.window(small, 3.0, 0.0, 4.0))
+
+
+def test_of_eight_hits_or_more_the_highest_and_the_lowest_bound_nothing() -> None:
+    heights = [0.0, 0.01, 0.02, 0.03, 0.0, 0.01, 0.02, 0.5]
+    for count, high in ((8, 0.03), (7, 0.5)):
+        ends = np.array([(0.05, 0.05, z) for z in heights[-count:]], np.float32)
+        seen = Cloud(np.array([-1.0, 0.0, 0.7]), ends, np.ones(count, bool), 0.02)
+        cells = maps.insert(maps.empty(Grid(-0.95, -0.95, 0.1, 20, 20)), seen, 0, 5.0)
+        j, i = cells.grid.cell(0.05, 0.05)
+        assert cells.n[j, i] == count and cells.z_hi[j, i] == np.float32(high)

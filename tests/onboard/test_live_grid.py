@@ -35,10 +35,11 @@ def points(seed: int, count: int) -> np.ndarray:
 
 
 def scan(seed: int = 0, start_ns: int = 0) -> Scan:
-    """Returns of all kinds from 0.1 m (the rover itself) to 12 m."""
+    """Returns of all kinds from 0.1 m (the rover itself) to 12 m, in threes: each has a witness."""
     rng = np.random.default_rng(seed)
-    status = rng.choice(4, 1081, p=(0.85, 0.07, 0.04, 0.04)).astype(np.uint8)
-    ranges_m = np.where(status == BeamStatus.OK, 0.1 * 120 ** rng.random(1081), np.nan).astype(np.float32)
+    status = np.repeat(rng.choice(4, 361, p=(0.85, 0.07, 0.04, 0.04)), 3)[:1081].astype(np.uint8)
+    ranges_m = np.repeat(0.1 * 120 ** rng.random(361), 3)[:1081]
+    ranges_m = np.where(status == BeamStatus.OK, ranges_m, np.nan).astype(np.float32)
     return Scan(start_ns, BEAM_NS, -0.75 * math.pi, math.pi / 720, ranges_m, status)
 
 

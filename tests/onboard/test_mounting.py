@@ -33,7 +33,7 @@ def test_a_mounting_without_rotation_is_left_out():
 
 
 def sweep():
-    ranges_m = np.random.default_rng(1).uniform(2.0, 7.0, 1081).astype(np.float32)
+    ranges_m = np.repeat(np.random.default_rng(1).uniform(2.0, 7.0, 361), 3)[:1081].astype(np.float32)
     track = np.arange(0, 60_000_000, 5_000_000, np.int64)
     scan = Scan(TICK_NS, 25e6 / 1440, -0.75 * math.pi, math.pi / 720, ranges_m, np.zeros(1081, np.uint8))
     return scan, TiltTrack(track, np.linspace(0.5, 0.45, len(track)))
