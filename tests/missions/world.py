@@ -12,7 +12,7 @@ What touches are the raster's nodes that lie under tyre and body: between nodes 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -37,7 +37,7 @@ CLEAR, SOFT, HARD = 0, 1, 2
 class World:
     """True heights (rows, columns) on `grid`; where the rover starts and wants to go; what is drawn into the ground.
 
-    holes: (n, 4) x, y, width, depth.
+    holes: (n, 4) x, y, width, depth. dark: (n, 3) x, y, radius of discs whose ground and rocks return no light.
     """
 
     grid: Grid
@@ -47,6 +47,7 @@ class World:
     seed: int
     kind: str
     holes: F64
+    dark: F64 = field(default_factory=lambda: np.empty((0, 3)))
 
     @cached_property
     def rays(self) -> HeightField:
@@ -56,6 +57,13 @@ class World:
     def height_m(self, x_m: F64, y_m: F64) -> F64:
         """True height at points."""
         return soil_height(self.grid, self.heights_m, x_m, y_m)
+
+    def is_dark(self, points_m: F64) -> Bool:
+        """Which points (n, 2) lie on a dark disc."""
+        found = np.zeros(len(points_m), np.bool_)
+        for x_m, y_m, radius_m in self.dark:
+            found |= np.hypot(points_m[:, 0] - x_m, points_m[:, 1] - y_m) <= radius_m
+        return found
 
     def sunk(self, holes: F64) -> World:
         """The same world with round holes (n, 4) of x, y, width, depth, their walls steep."""
@@ -127,11 +135,9 @@ def wheels(pose: Pose, rover: Rover) -> list[tuple[float, float]]:
     ]
 
 
-def of_field(field: Field, kind: str) -> World:
+def of_field(made: Field, kind: str) -> World:
     """The world of a field, without holes."""
-    return World(
-        field.grid, truth_height(field), field.start, field.goal_m, field.seed, kind, holes=np.empty((0, 4))
-    )
+    return World(made.grid, truth_height(made), made.start, made.goal_m, made.seed, kind, holes=np.empty((0, 4)))
 
 
 def true_surface(world: World, cell_m: float) -> Surface:

@@ -1,0 +1,183 @@
+"""The map of two scans at the start under lost beams, outliers, mixed pixels and dark ground, against the map without.
+
+    sweeps of an ideal scanner -> errors on their ranges and codes -> cloud, map, classes, pose freedom
+
+No physics and no drive. A share is of the poses (cell, one of 8 orientations) that are free, or can be reached from the
+rover's own pose, on the map of the same sweeps without errors. A pose that is free with errors and not without is
+counted apart: it does not make up for one that was lost.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from hil.terrain.fields import demo_field
+from onboard.config import Config
+from onboard.perception import ldem
+from onboard.perception.cell_classes import classify
+from onboard.perception.stop_map import StopMap, look, remember
+from onboard.planning.poses import Freedom, pose_freedom, pose_index, reachable
+from onboard.records import Bool, Pose, Scan
+from tests.missions.fields import main_field
+from tests.missions.scan_errors import CLUMP, DEFAULT, ScanErrors
+from tests.missions.scanner import Scanner, scanner
+from tests.missions.world import World, of_field
+
+SEEDS = tuple(range(1, 11))
+SALT = 79
+DARK_DISCS, DARK_RADIUS_M, DARK_AWAY_M = 8, (0.2, 0.8), (2.0, 7.0)
+HEADS = ("sweeps with", "free poses kept, mean (worst field)", "reachable poses kept, mean (worst field)",
+         "free that was not, of the free", "promise, reachable")  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Case:
+    """A row of the table. least_ratio: of the reachable poses that must be kept, mean over the fields; None: open."""
+
+    name: str
+    errors: ScanErrors = ScanErrors()
+    least_ratio: float | None = None
+    dark: bool = False
+
+
+def cases() -> tuple[Case, ...]:
+    """The table's rows, those of the promise first."""
+    lost = ((0.0001, 0.98), (0.001, 0.98), (0.01, 0.95), (0.05, 0.80))
+    return (
+        *(Case(f"{100 * ratio:g} % lost, single", ScanErrors(ratio), least) for ratio, least in lost),
+        *(Case(f"{100 * ratio:g} % lost, clumps", ScanErrors(ratio, CLUMP), least) for ratio, least in lost),
+        Case("0.1 % off by up to 0.5 m", ScanErrors(outlier_ratio=0.001), 0.95),
+        Case("10 % of edge beams mixed", ScanErrors(mixed_ratio=0.1), 0.95),
+        Case("dark discs", dark=True),
+        Case("default scanner's errors", DEFAULT),
+    )
+
+
+@dataclass(frozen=True)
+class MapRun:
+    """Fields of one kind. noise_m: 1 sigma of the ranges, None: as configured."""
+
+    fields: str
+    seeds: tuple[int, ...] = SEEDS
+    noise_m: float | None = None
+
+
+@dataclass(frozen=True)
+class MapRow:
+    """One field under one case, in poses. kept: free (reachable) with and without the errors; false: with alone."""
+
+    fields: str
+    seed: int
+    case: str
+    free: int
+    reachable: int
+    kept_free: int
+    kept_reachable: int
+    false_free: int
+
+
+def world_of(fields: str, seed: int) -> World:
+    """A field of the campaign ("campaign") or of the demo ("demo")."""
+    return main_field(seed) if fields == "campaign" else of_field(demo_field(seed).field, "demo")
+
+
+def fly(run: MapRun, seed: int) -> tuple[MapRow, ...]:
+    """Every case on one field."""
+    world = world_of(run.fields, seed)
+    made = replace(scanner(Config()), noise_m=run.noise_m)
+    clean = sweeps(made, world)
+    free, reach = poses_of(made, world, clean)
+    rows = []
+    for k, case in enumerate(cases()):
+        seen = sweeps(made, replace(world, dark=dark_discs(world, made.config))) if case.dark else clean
+        rng = np.random.default_rng([seed, SALT, k])
+        seen = tuple((pose, case.errors.apply(scans, rng)) for pose, scans in seen)
+        free_now, reach_now = poses_of(made, world, seen)
+        rows.append(MapRow(
+            run.fields, seed, case.name, int(free.sum()), int(reach.sum()), int((free & free_now).sum()),
+            int((reach & reach_now).sum()), int((free_now & ~free).sum()),
+        ))  # fmt: skip
+    return tuple(rows)
+
+
+Sweeps = Sequence[tuple[Pose, tuple[Scan, ...]]]
+
+
+def sweeps(made: Scanner, world: World) -> Sweeps:
+    """Two at the start, ahead and behind, each with the pose that it was taken from."""
+    rng, start = np.random.default_rng([world.seed, SALT]), world.start
+    stands = [world.stand(start.x_m, start.y_m, start.yaw_rad + turn, made.config.rover) for turn in (0.0, math.pi)]
+    return tuple((pose, made.sweep(world, pose, rng)) for pose in stands)
+
+
+def map_of(made: Scanner, seen: Sweeps) -> StopMap:
+    """The flight program's map of sweeps at poses that it knows."""
+    memory = None
+    for pose, scans in seen:
+        cloud = look(scans, made.tilt, pose.matrix(), None, made.config).cloud_base
+        memory = remember(memory, cloud, pose.matrix(), 0, made.config)
+    assert memory is not None
+    return memory
+
+
+def poses_of(made: Scanner, world: World, seen: Sweeps) -> tuple[Bool, Bool]:
+    """Which poses (8, rows, columns) are free, and which can be reached; the rover's own counts as free."""
+    config, start = made.config, world.start
+    near = ldem.window(map_of(made, seen).cells, start.x_m, start.y_m, config.mapping.size_m)
+    surface = classify(near, config.mapping)
+    freedom = pose_freedom(surface, config.rover, config.planning)
+    j, i, o = pose_index(surface.grid, start.x_m, start.y_m, start.yaw_rad)
+    freedom[o, j, i] = Freedom.FREE
+    return freedom == Freedom.FREE, reachable(freedom, j, i, o)
+
+
+def dark_discs(world: World, config: Config) -> np.ndarray:
+    """Discs (n, 3) of ground that returns nothing, 2 to 7 m from the start, none under the rover."""
+    rng = np.random.default_rng([world.seed, SALT, 99])
+    away, bearing = rng.uniform(*DARK_AWAY_M, DARK_DISCS), rng.uniform(-math.pi, math.pi, DARK_DISCS)
+    radius = rng.uniform(*DARK_RADIUS_M, DARK_DISCS)
+    x, y = world.start.x_m + away * np.cos(bearing), world.start.y_m + away * np.sin(bearing)
+    return np.column_stack([x, y, radius])
+
+
+@dataclass(frozen=True)
+class MapLine:
+    """A case over all fields, as ratios: (mean, least) of the fields. false_ratio: of the free poses of all."""
+
+    case: Case
+    free: tuple[float, float]
+    reachable: tuple[float, float]
+    false_ratio: float
+
+
+def summed(rows: Sequence[MapRow]) -> list[MapLine]:
+    """A line for each case, in the table's order."""
+    by_case: Mapping[str, list[MapRow]] = {case.name: [r for r in rows if r.case == case.name] for case in cases()}
+    return [_line(case, by_case[case.name]) for case in cases() if by_case[case.name]]
+
+
+def _line(case: Case, rows: Sequence[MapRow]) -> MapLine:
+    free = [row.kept_free / max(row.free, 1) for row in rows]
+    reach = [row.kept_reachable / max(row.reachable, 1) for row in rows]
+    false = sum(row.false_free for row in rows) / max(sum(row.free for row in rows), 1)
+    return MapLine(case, (float(np.mean(free)), min(free)), (float(np.mean(reach)), min(reach)), false)
+
+
+def shortfalls(lines: Sequence[MapLine]) -> list[str]:
+    """Each promise that a line breaks, in words."""
+    return [
+        f"{line.case.name}: {100 * line.reachable[0]:.1f} % of the reachable poses kept, "
+        f"{100 * line.case.least_ratio:g} % promised"
+        for line in lines if line.case.least_ratio is not None and line.reachable[0] < line.case.least_ratio
+    ]  # fmt: skip
+
+
+def cells(line: MapLine) -> tuple[str, ...]:
+    """A line as text, in the order of HEADS."""
+    free, reach = (f"{100 * mean:.1f} % ({100 * least:.1f} %)" for mean, least in (line.free, line.reachable))
+    least = "-" if line.case.least_ratio is None else f"{100 * line.case.least_ratio:g} %"
+    return line.case.name, free, reach, f"{100 * line.false_ratio:.2f} %", least
