@@ -3,6 +3,7 @@
     python -m tests.missions fly --run optimistic --seeds 1-10
     python -m tests.missions guard
     python -m tests.missions map --docs
+    python -m tests.missions rocks --docs
     python -m tests.missions draw --run U-traps --seed 3 --out build/missions/trap-3.png
     python -m tests.missions table
 """
@@ -22,7 +23,8 @@ from rich.table import Table
 
 from tests.missions import campaign, guard_runs, open_loop, proofs
 from tests.missions import draw as drawing
-from tests.missions.campaign import POSE_ERROR, UNGUARDED_STOPS, Row, Run, Summary, mission, summary
+from tests.missions.campaign import POSE_ERROR, REGISTERED, UNGUARDED_STOPS, Row, Run, Summary, mission, summary
+from tests.missions.drift import FLOWN_DRIFT
 from tests.missions.parallel import fly_all, numbers
 from tests.missions.promise import HEADS, cells, markdown, shortfalls
 
@@ -40,7 +42,7 @@ def runs(fresh: int | None = None) -> tuple[Run, ...]:
         made.append(Run("optimistic, fresh seeds", "main", tuple(range(fresh, fresh + 60))))
     made += [
         Run("pose error 5 cm + 1 deg", "main", FIXED, errors=POSE_ERROR),
-        Run("legs of 4 m, as flown", "main", FIXED, {"mission.leg_m": 4.0}),
+        Run("legs of 4 m, as flown", "main", FIXED, {"mission.leg_m": 4.0}, REGISTERED, drift=FLOWN_DRIFT),
         Run("U-traps", "trap", tuple(range(1, 9))),
         Run("ringed goals", "ring", tuple(range(1, 13))),
         Run("36 to 42 m", "far", tuple(range(1, 5))),
@@ -147,6 +149,7 @@ def draw(
 
 
 app.command("map")(proofs.map_command)
+app.command("rocks")(proofs.rocks_command)
 
 
 def _chosen(name: str | None, seeds: str, fresh_from: str | None) -> Sequence[Run]:

@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 from rich.table import Table
 
 from onboard.config import load
+from tests.missions.campaign import REGISTERED
 from tests.missions.fields import FIELDS
 from tests.missions.guarded import Guarded, GuardedFlight
-from tests.missions.mission import Errors
 from tests.missions.scanner import scanner
-
-REGISTERED = Errors(0.02, math.radians(0.3))  # what a registration leaves
 
 
 @dataclass(frozen=True)

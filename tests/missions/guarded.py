@@ -20,6 +20,7 @@ from onboard.planning.mission_rule import interrupted
 from onboard.planning.plan_records import PlanResult
 from onboard.records import F64, CellClass, Cloud, Decision, Pose, Surface
 from protocol.conventions import wrap_rad
+from tests.missions.drift import FLOWN_DRIFT, Drift
 from tests.missions.mission import Errors, Flight, Kinematic, unseen
 from tests.missions.scanner import STEP_RAD, Scanner, hull_way_m
 from tests.missions.world import World, wheels
@@ -28,34 +29,6 @@ LINE_M, LINE_RAD = 0.022, math.radians(1.5)
 FEEL_M, FEEL_RAD = 0.05, math.radians(11.25)  # contacts and tracks are looked at so often
 STOPPING_M, BACK_OFF_M = 0.10, 0.30
 PATCH_M, PATCH_DEPTH_M = 0.10, 0.08  # a wheel over such a patch of a hole is in it
-
-
-@dataclass(frozen=True)
-class Drift:
-    """1 sigma of the estimate inside a drive: half of the power a bias until the next scan, half noise."""
-
-    way_ratio: float = 0.015
-    height_ratio: float = 0.005
-    heading_rad: float = math.radians(0.7)
-    attitude_rad: float = math.radians(0.35)
-    correlation_s: float = 0.5
-
-    def draw(self, way_m: F64, cruise_mps: float, rng: np.random.Generator) -> F64:
-        """(k, 6) errors of x, y, z, roll, pitch, yaw at each way (k,) driven since the scan."""
-        noise = rng.normal(size=(len(way_m), 6))
-        keep = np.exp(-np.diff(way_m, prepend=way_m[0]) / cruise_mps / self.correlation_s)
-        for k in range(1, len(noise)):
-            noise[k] = keep[k] * noise[k - 1] + math.sqrt(1.0 - keep[k] ** 2) * noise[k]
-        unit = math.sqrt(0.5) * (rng.normal(size=6) + noise)
-        still = np.ones_like(way_m)
-        sigma = np.stack([
-            self.way_ratio * way_m / math.sqrt(2.0), self.way_ratio * way_m / math.sqrt(2.0),
-            self.height_ratio * way_m, self.attitude_rad * still, self.attitude_rad * still, self.heading_rad * still,
-        ], axis=1)  # fmt: skip
-        return sigma * unit
-
-
-NO_DRIFT = Drift(0.0, 0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True)
@@ -119,10 +92,10 @@ class Drive:
 class Guarded(Kinematic):
     """A mission whose drives drift; with `drive_guard.on` the guard rides along."""
 
-    def __init__(self, world: World, scanner: Scanner, errors: Errors, seed: int, drift: Drift = Drift()) -> None:
-        super().__init__(world, scanner, errors, seed)
+    def __init__(self, world: World, scanner: Scanner, errors: Errors, seed: int, drift: Drift = FLOWN_DRIFT) -> None:
+        super().__init__(world, scanner, errors, seed, drift=drift)
         self.flight: GuardedFlight = GuardedFlight()
-        self.drift, self.lines = drift, line_scanner(self.config)
+        self.lines = line_scanner(self.config)
         self.settings = guarded_leg.settings_of(self.config)
         self.before = self.rule
 

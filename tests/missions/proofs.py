@@ -16,9 +16,12 @@ from typing import Annotated, Any
 import typer
 from rich.console import Console
 
-from tests.missions import map_proof
+from tests.missions import dark_rock, map_proof, rocks_proof
+from tests.missions.dark_rock import DarkRow, DarkRun
 from tests.missions.map_proof import MapRow, MapRun
 from tests.missions.parallel import fly_all, numbers
+from tests.missions.rocks_proof import RockRow, RockRun
+from tests.missions.scan_errors import DEFAULT
 from tests.missions.tables import markdown, put, shown
 
 MAPS_PAGE = Path(__file__).parents[2] / "docs" / "maps.md"
@@ -54,6 +57,45 @@ def map_command(
     table = [map_proof.cells(line) for line in lines]
     _tell("map", rows, map_proof.HEADS, table, out, MAPS_PAGE if docs else None)
     end(map_proof.shortfalls(lines))
+
+
+LOSSES = {"default": DEFAULT, "none": None}
+
+
+def rocks_command(
+    seeds: Seeds = "",
+    losses: Annotated[str, typer.Option(help="Errors of the sweeps: `default` or `none`.")] = "default",
+    workers: Workers = CPUS,
+    out: Out = OUT,
+    docs: Docs = False,
+) -> None:
+    """Rocks of 0.07 to 0.15 m, 2 to 8 m away: do they block? Rocks seen by few beams, and dark ones in the way."""
+    if losses not in LOSSES:
+        raise typer.BadParameter(f"{losses!r}: expected {' or '.join(LOSSES)}", param_hint="--losses")
+    _whole(docs, not seeds and losses == "default")
+    chosen, errors = numbers(seeds) if seeds else rocks_proof.SEEDS, LOSSES[losses]
+    runs = [RockRun(away_m, chosen, errors) for away_m in rocks_proof.AWAYS_M]
+    runs += [RockRun(away_m, chosen, rocks_proof.OUTLIERS, few=True) for away_m in rocks_proof.AWAYS_M]
+    rows: list[RockRow] = []
+    total = sum(len(run.seeds) for run in runs)
+    for count, found in enumerate(fly_all(rocks_proof.fly, runs, workers), 1):
+        rows += found
+        typer.echo(f"{count} of {total} sweeps: seed {found[0].seed}, {found[0].away_m:g} m away: "
+                   f"{sum(row.blocks for row in found)} of {len(found)} rocks block", err=True)  # fmt: skip
+    rows.sort(key=lambda row: (row.few, row.away_m, row.seed, row.height_m))
+    dark: list[DarkRow] = []
+    for dark_row in fly_all(dark_rock.fly, [DarkRun(_within(dark_rock.SEEDS, seeds), errors)], workers):
+        dark.append(dark_row)
+        typer.echo(f"{len(dark)} dark rocks: {dark_row}", err=True)
+    dark.sort(key=lambda row: row.seed)
+    table = [*rocks_proof.cells(rows), dark_rock.cells(dark)]
+    _tell("rocks", [*rows, *dark], rocks_proof.HEADS, table, out, MAPS_PAGE if docs else None)
+    end(rocks_proof.shortfalls(rows) + dark_rock.shortfalls(dark))
+
+
+def _within(all_seeds: tuple[int, ...], asked: str) -> tuple[int, ...]:
+    """Those asked for, of all."""
+    return tuple(seed for seed in all_seeds if not asked or seed in numbers(asked))
 
 
 def _whole(docs: bool, whole: bool) -> None:

@@ -12,10 +12,11 @@ from tests.missions import __main__ as command
 from tests.missions import guard_runs, open_loop
 from tests.missions.__main__ import runs
 from tests.missions.campaign import Row, Run, config_of, summary
+from tests.missions.drift import Drift
 from tests.missions.mission import Errors
 from tests.missions.promise import PROMISES, markdown, shortfalls
 
-GOOD = Row("optimistic", 1, "main", True, 10.0, "arrived", "", 3, 4, 10.2, 1.02, 0.05, 0, 0, 0, "R5 R5 R4")
+GOOD = Row("optimistic", 1, "main", True, 10.0, "arrived", "", 3, 4, 10.2, 1.02, 0.05, 0, 0, 0, 0, "R5 R5 R4")
 
 
 def rows(**changes):
@@ -36,6 +37,7 @@ def test_a_good_run_breaks_no_promise():
         ("optimistic", {"outcome": "endless", "reachable": False}, "1 endless"),
         ("explore, guarded", {"outcome": "endless"}, "1 endless"),
         ("pose error 5 cm + 1 deg", {"outcome": "unreachable"}, "reached 4 of 5"),
+        ("legs of 4 m, as flown", {"on_rocks": 2}, "1 missions with a wheel on a rock"),
         ("U-traps", {"reachable": False}, "only 4 of 5 goals are reachable"),
         ("ringed goals", {}, "reported 0 of 5 goals unreachable"),
     ],
@@ -95,8 +97,8 @@ def test_a_row_comes_back_from_its_file():
 
 def test_the_table_has_a_row_for_each_run():
     lines = markdown([summary("optimistic", rows()), summary("ringed goals", [])]).splitlines()
-    assert lines[2] == "| optimistic | 5 | 5 / 5 | 0 | 0 | 0 | 3 / 3 / 3 | 1.02 / 1.02 / 1.02 | 0 | 0 | 0 |"
-    assert lines[3] == "| ringed goals | 0 | 0 / 0 | 0 | 0 | 0 | - | - | 0 | 0 | 0 |"
+    assert lines[2] == "| optimistic | 5 | 5 / 5 | 0 | 0 | 0 | 3 / 3 / 3 | 1.02 / 1.02 / 1.02 | 0 | 0 | 0 | 0 |"
+    assert lines[3] == "| ringed goals | 0 | 0 / 0 | 0 | 0 | 0 | - | - | 0 | 0 | 0 | 0 |"
 
 
 def flown(run: Run, seed: int) -> Row:
@@ -133,4 +135,6 @@ def test_the_campaign_flies_what_was_promised():
         assert mission.strategy == (first if first in STRATEGIES else "optimistic")
         assert mission.guard == ("unguarded" not in name)
     assert flown["pose error 5 cm + 1 deg"].errors == Errors(0.05, math.radians(1.0))
+    as_flown = flown["legs of 4 m, as flown"]
+    assert (as_flown.errors, as_flown.drift) == (Errors(0.02, math.radians(0.3)), Drift(way_ratio=0.015))
     assert flown["36 to 42 m, map from orbit"].orbit_cell_m == 2.0
