@@ -4,6 +4,7 @@
     python -m tests.scenarios --short             all, as CI flies them
     python -m tests.scenarios library --rest 2    a third of what CI does not fly always
     python -m tests.scenarios nominal --seeds 1-3 --workers 1
+    python -m tests.scenarios losses --seeds 801-830
 
 How to add one: tests/scenarios/registry.py.
 """
@@ -14,7 +15,7 @@ import json
 import os
 import sys
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, fields
 from pathlib import Path
 from typing import Annotated, Any, Optional
 
@@ -24,24 +25,11 @@ from rich.table import Table
 
 from hil.processes import FIXED_ENVIRONMENT
 from tests.missions.parallel import fly_all, numbers
-from tests.scenarios.registry import CAMPAIGNS, Campaign
+from tests.scenarios.registry import CAMPAIGNS, RENEWED, Asked, Campaign, fly_one
 
 OUT = Path("build/scenarios")
 EX_SHORT, EX_INTERRUPTED = 1, 130
 app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
-
-
-@dataclass(frozen=True, slots=True)
-class Asked:
-    """A campaign and its seeds."""
-
-    name: str
-    seeds: tuple[int, ...]
-
-
-def fly_one(asked: Asked, seed: int) -> tuple[str, Any]:
-    """In a worker: the campaign's name and the seed's row."""
-    return asked.name, CAMPAIGNS[asked.name].fly(seed)
 
 
 @app.command()
@@ -64,7 +52,7 @@ def main(
     total = sum(len(asked.seeds) for asked in chosen)
     out.mkdir(parents=True, exist_ok=True)
     try:
-        for count, (of, row) in enumerate(fly_all(fly_one, chosen, workers), 1):
+        for count, (of, row) in enumerate(fly_all(fly_one, chosen, workers, RENEWED), 1):
             rows[of] = sorted([*rows[of], row], key=lambda r: r.seed)
             (out / f"{of}.json").write_text(json.dumps([asdict(r) for r in rows[of]], indent=1) + "\n")
             typer.echo(f"{count} of {total}: {of}: {row}", err=True)
@@ -101,6 +89,8 @@ def _show(rows: Mapping[str, Sequence[Any]], as_json: bool) -> None:
     for name, found in rows.items():
         console.print(f"{name}: {(CAMPAIGNS[name].__doc__ or '').splitlines()[0]}", highlight=False)
         console.print(table(found))
+        for line in getattr(CAMPAIGNS[name], "summary", lambda _: ())(found):
+            console.print(line, highlight=False)
 
 
 def table(rows: Sequence[Any]) -> Table:
