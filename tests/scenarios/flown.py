@@ -21,6 +21,9 @@ from protocol.transactions import State
 GOAL_M = 0.3
 SAW_TOO_LITTLE = ("saw too little", "LIDAR_DIRTY")  # in a reason or among the faults: the scanner is the cause
 NO_WAY = "no way is left"
+HEADS = ("missions", "flown", "at the goal", "stopped with the true reason", "else", "contacts",
+         "worst m from the goal, of those at it", "worst pose error, m", "at a goal, m", "registrations taken, refused",
+         "faults", "way, m", "time, s")  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)
@@ -130,3 +133,18 @@ def broken(row: Row) -> list[str]:
     if row.contacts:
         short.append(f"seed {row.seed} touched {len(row.contacts)} times, first {row.contacts[0]}")
     return short
+
+
+def line(name: str, rows: Sequence[Row]) -> tuple[str, ...]:
+    """A line of the documents' table, in the order of HEADS."""
+    at_goal = [row for row in rows if row.arrived and row.to_goal_m <= GOAL_M]
+    stopped = sum(true_reason(row) for row in rows)
+    errors_m = [error for row in rows for error in row.goal_errors_m]
+    return (
+        name, str(len(rows)), str(len(at_goal)), str(stopped), str(len(rows) - len(at_goal) - stopped),
+        str(sum(len(row.contacts) for row in rows)), f"{max((row.to_goal_m for row in at_goal), default=math.nan):.2f}",
+        f"{max((row.max_error_m for row in rows), default=math.nan):.2f}", f"{max(errors_m, default=math.nan):.2f}",
+        f"{sum(row.registered for row in rows)}, {sum(row.refused for row in rows)}",
+        str(sum(len(row.faults) for row in rows)), f"{sum(row.way_m for row in rows):.0f}",
+        f"{sum(row.mission_s for row in rows):.0f}",
+    )  # fmt: skip

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 
 from hil.bench.in_memory import CAMPAIGN_STEP_NS, InMemory
 from hil.scenario.scenario import Scenario
-from tests.scenarios.flown import Row, Watch, broken, ended, outcome_of, with_losses
+from tests.scenarios.flown import Row, Watch, broken, ended, line, outcome_of, with_losses
 
 PERCENTS, FIELDS = (1, 3, 8), range(1, 31)
 SEEDS = tuple(100 * percent + field for percent in PERCENTS for field in FIELDS)
@@ -37,12 +37,7 @@ def judge(rows: Sequence[Row]) -> list[str]:
     return [text for row in rows for text in broken(row)]
 
 
-def summary(rows: Sequence[Row]) -> list[str]:
-    """How many arrived, by share of lost beams."""
-    ratios = sorted({row.lost_ratio for row in rows})
-    of = {ratio: [row for row in rows if row.lost_ratio == ratio] for ratio in ratios}
-    return [
-        f"{100 * ratio:g} % lost: {sum(row.arrived for row in found)} of {len(found)} arrived, "
-        f"{sum(len(row.contacts) for row in found)} contacts"
-        for ratio, found in of.items()
-    ]
+def summary(rows: Sequence[Row]) -> list[tuple[str, ...]]:
+    """A line for each share of lost beams."""
+    percents = sorted({row.seed // 100 for row in rows})
+    return [line(f"{percent} % lost", [row for row in rows if row.seed // 100 == percent]) for percent in percents]

@@ -14,7 +14,8 @@ into a flight, tick by tick:
 
     InMemory(Scenario(seed=seed), step_ns=CAMPAIGN_STEP_NS).run(observe)
 
-A module may say more than its rows do: `summary(rows)` gives lines that stand under the table.
+Where docs/campaigns.md includes a campaign's figures, its module has `summary(rows)`: lines in the order of
+flown.HEADS. They stand under the rows, and `--docs` writes them into the page.
 
 Faults are a scenario's (`faults=(Injection("wheel_silent", when="drive", after_s=5.0, target=2),)`); what has no
 injection is set on the bench before the run (`bench.plant.set_soil(1, "soft")`), or between two steps of a loop of the

@@ -8,8 +8,10 @@ import pytest
 
 from hil.terrain.fields import demo_field
 from onboard.config import Rover
+from tests.scenarios import __main__ as command
 from tests.scenarios import fresh, losses, three_goals
-from tests.scenarios.flown import Row, broken, true_reason
+from tests.scenarios.flown import HEADS, Row, broken, true_reason
+from tests.scenarios.registry import CAMPAIGNS
 from tests.scenarios.three_goals import GOALS, clear_m, goals_of, turning_m
 
 ARRIVED = Row(101, 1, 0.01, "arrived", 0.02, 0.05, (), 1, (0.03,), 6, 4, 1, 17.0, 300.0, ())
@@ -47,9 +49,28 @@ def test_losses_has_30_fields_at_each_of_three_shares_and_fresh_the_30_from_101_
     assert tuple(range(101, 131)) == fresh.SEEDS and tuple(range(1, 21)) == three_goals.SEEDS
 
 
-def test_arrivals_are_stated_by_share_of_lost_beams():
-    rows = [ARRIVED, replace(ARRIVED, outcome=STOPPED), replace(ARRIVED, lost_ratio=0.08)]
-    assert losses.summary(rows) == ["1 % lost: 1 of 2 arrived, 0 contacts", "8 % lost: 1 of 1 arrived, 0 contacts"]
+def test_a_summary_states_arrivals_true_stops_and_contacts_for_each_share_of_lost_beams():
+    stopped = replace(ARRIVED, seed=102, outcome=STOPPED, to_goal_m=9.0, max_error_m=0.07)
+    wrong = replace(ARRIVED, seed=803, outcome=NO_WAY, contacts=("7.0 s: body",), lost_ratio=0.08)
+    one, eight = (dict(zip(HEADS, line, strict=True)) for line in losses.summary([ARRIVED, stopped, wrong]))
+    assert (one["missions"], one["flown"], one["at the goal"], one["stopped with the true reason"]) == (
+        "1 % lost", "2", "1", "1")  # fmt: skip
+    assert (one["else"], one["contacts"], one["worst pose error, m"]) == ("0", "0", "0.07")
+    assert (eight["missions"], eight["at the goal"], eight["else"], eight["contacts"]) == ("8 % lost", "0", "1", "1")
+
+
+@pytest.mark.parametrize("name", ["losses", "three-goals", "fresh"])
+def test_the_page_has_a_place_for_each_summary_and_takes_it_from_a_whole_campaign_only(name, tmp_path, monkeypatch):
+    page = tmp_path / "campaigns.md"
+    page.write_text(command.PAGE.read_text())
+    monkeypatch.setattr(command, "PAGE", page)
+    rows = [replace(ARRIVED, seed=seed) for seed in CAMPAIGNS[name].SEEDS]
+    before = page.read_text()
+    command._put({name: rows[1:]})
+    assert page.read_text() == before
+    command._put({name: rows})
+    after = page.read_text()
+    assert CAMPAIGNS[name].summary(rows)[0][0] in after[after.index(f"<!-- begin {name}") :]
 
 
 @pytest.mark.parametrize("seed", [1, 7])

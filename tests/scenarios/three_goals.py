@@ -12,7 +12,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from hil.bench.in_memory import CAMPAIGN_STEP_NS, InMemory
+from hil.bench.in_memory import CAMPAIGN_STEP_NS, GOTO_S, InMemory
 from hil.bench.operator import Order
 from hil.plant.plant import PlantAbortError
 from hil.scenario.scenario import Scenario
@@ -22,7 +22,7 @@ from onboard.config import Planning, Rover
 from onboard.planning import poses
 from onboard.records import F64, Bool
 from protocol.conventions import wrap_rad
-from tests.scenarios.flown import Row, Watch, broken, ended, outcome_of
+from tests.scenarios.flown import Row, Watch, broken, ended, line, outcome_of
 
 SEEDS = tuple(range(1, 21))
 SHORT = (1,)
@@ -55,8 +55,8 @@ def fly(seed: int) -> Row:
 
 
 def goto(goal_m: tuple[float, float]) -> Order:
-    """The order to a goal, at once."""
-    return Order(0.0, "goto", {"x_m": goal_m[0], "y_m": goal_m[1]})
+    """The order to a goal: at once, the first one when the rover has started."""
+    return Order(GOTO_S, "goto", {"x_m": goal_m[0], "y_m": goal_m[1]})
 
 
 def turn(bench: InMemory) -> Order:
@@ -124,3 +124,8 @@ def judge(rows: Sequence[Row]) -> list[str]:
         f"seed {row.seed}: the pose is {error} m off at goal {goal}, {ERROR_M} promised"
         for row in rows for goal, error in enumerate(row.goal_errors_m, 1) if error > ERROR_M
     ]  # fmt: skip
+
+
+def summary(rows: Sequence[Row]) -> list[tuple[str, ...]]:
+    """One line."""
+    return [line("three goals, a turn at each", rows)]
