@@ -18,10 +18,11 @@ from onboard.planning import guarded_leg
 from onboard.planning.drive_guard import Bad
 from onboard.planning.mission_rule import interrupted
 from onboard.planning.plan_records import PlanResult
-from onboard.records import F64, CellClass, Cloud, Decision, Pose, Surface
+from onboard.records import F64, BeamStatus, Bool, CellClass, Cloud, Decision, Pose, Scan, Surface
 from protocol.conventions import wrap_rad
 from tests.missions.drift import FLOWN_DRIFT, Drift
 from tests.missions.mission import Errors, Flight, Kinematic, unseen
+from tests.missions.scan_errors import ScanErrors
 from tests.missions.scanner import STEP_RAD, Scanner, hull_way_m
 from tests.missions.world import World, wheels
 
@@ -38,6 +39,7 @@ class LineScanner:
     config: Config
     directions: F64
     hull_m: F64
+    errors: ScanErrors | None = None
 
     def line(self, world: World, true: Pose, believed: Pose, rng: np.random.Generator) -> Cloud:
         """One line from the true pose, entered where the rover believes to be."""
@@ -48,9 +50,22 @@ class LineScanner:
         own = self.hull_m < found
         hit = np.isfinite(found)
         length = np.where(hit, found + rng.normal(0.0, sigma_m, len(found)), range_m)
+        gone = np.zeros_like(own)
+        if self.errors:
+            length, gone = self._with_errors(length, hit, rng)
         origin = T_map_base[:3, :3] @ mount + T_map_base[:3, 3]
         ends = origin + length[:, None] * (self.directions @ T_map_base[:3, :3].T)
-        return Cloud(origin, ends[~own].astype(np.float32), hit[~own], sigma_m)
+        kept = ~own & ~gone
+        return Cloud(origin, ends[kept].astype(np.float32), hit[kept], sigma_m)
+
+    def _with_errors(self, length_m: F64, hit: Bool, rng: np.random.Generator) -> tuple[F64, Bool]:
+        """The line's ranges with the errors, and which beams are lost: they say nothing and are left out."""
+        assert self.errors
+        status = np.where(hit, BeamStatus.OK, BeamStatus.NO_RETURN).astype(np.uint8)
+        ranges_m = np.where(hit, length_m, np.nan).astype(np.float32)
+        scan, = self.errors.apply((Scan(0, 0.0, 0.0, STEP_RAD, ranges_m, status),), rng)
+        lost = hit & (scan.status != BeamStatus.OK)
+        return np.where(hit & ~lost, scan.ranges_m, length_m).astype(np.float64), lost
 
 
 def line_scanner(config: Config) -> LineScanner:
@@ -95,7 +110,7 @@ class Guarded(Kinematic):
     def __init__(self, world: World, scanner: Scanner, errors: Errors, seed: int, drift: Drift = FLOWN_DRIFT) -> None:
         super().__init__(world, scanner, errors, seed, drift=drift)
         self.flight: GuardedFlight = GuardedFlight()
-        self.lines = line_scanner(self.config)
+        self.lines = replace(line_scanner(self.config), errors=scanner.errors)
         self.settings = guarded_leg.settings_of(self.config)
         self.before = self.rule
 

@@ -49,10 +49,11 @@ def test_each_promise_broken_is_named(name, changes, text):
 GUARDED = guard_runs.GuardRow(guard_runs.GUARD.name, 1, "arrived", 3, 4, 10.0, 0, 0, 0, 1, 0)
 TRUSTED = replace(GUARDED, run=guard_runs.TRUST.name, scans=9, guard_stops=0)
 SMOOTH = replace(GUARDED, run=guard_runs.SMOOTH.name)
+WRONG = replace(GUARDED, run=guard_runs.WRONG.name)
 
 
 def test_guarded_missions_without_a_wheel_in_a_hole_and_with_fewer_scans_break_no_promise():
-    assert guard_runs.shortfalls([GUARDED, TRUSTED, replace(TRUSTED, in_hole=1), SMOOTH]) == []
+    assert guard_runs.shortfalls([GUARDED, TRUSTED, replace(TRUSTED, in_hole=1), SMOOTH, WRONG]) == []
 
 
 @pytest.mark.parametrize(
@@ -61,6 +62,8 @@ def test_guarded_missions_without_a_wheel_in_a_hole_and_with_fewer_scans_break_n
         ([replace(GUARDED, in_hole=1)], "a wheel entered a hole"),
         ([replace(GUARDED, unseen=1)], "ground that nobody had seen"),
         ([replace(SMOOTH, outcome="endless")], "endless"),
+        ([GUARDED, replace(WRONG, hard=1)], "a hard contact with wrong ranges"),
+        ([GUARDED, replace(WRONG, outcome="unreachable")], "0 arrived with wrong ranges, 1 without"),
         ([GUARDED, replace(TRUSTED, scans=3)], "4 scans with the guard, 3 with the trust range alone"),
         ([replace(SMOOTH, guard_stops=3)], "too many guard stops on smooth fields"),
     ],

@@ -1,10 +1,15 @@
 """Errors put on an ideal sweep: as many as asked, of the kind asked, the same for the same seed."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from onboard.config import load
 from onboard.records import BeamStatus, Scan
+from tests.missions.guarded import line_scanner
 from tests.missions.scan_errors import CLUMP, EDGE_M, ScanErrors, lost, mixed, outliers
+from tests.missions.small import world
 
 LINES, BEAMS = 200, 500
 
@@ -69,3 +74,14 @@ def test_the_same_seed_gives_the_same_sweep():
     first, again, other = (errors.apply(ideal, np.random.default_rng(seed)) for seed in (6, 6, 7))
     assert all(np.array_equal(a.ranges_m, b.ranges_m, equal_nan=True) for a, b in zip(first, again))
     assert any(not np.array_equal(a.status, b.status) for a, b in zip(first, other))
+
+
+def test_a_line_of_the_held_scanner_loses_beams_and_has_wrong_ranges_as_asked():
+    config, ground = load(None, {}), world(half_m=12.0)
+    pose = ground.stand(0.0, 0.0, 0.0, config.rover)
+    ideal = line_scanner(config)
+    lossy, wrong = (replace(ideal, errors=ScanErrors(**of)) for of in ({"lost_ratio": 0.2}, {"outlier_ratio": 0.2}))
+    whole, few, off = (made.line(ground, pose, pose, np.random.default_rng(8)) for made in (ideal, lossy, wrong))
+    assert len(few.ends_m) == pytest.approx(0.8 * len(whole.ends_m), abs=2) and few.hit.all()
+    moved_m = np.linalg.norm(off.ends_m - whole.ends_m, axis=1)
+    assert (moved_m > 0.01).sum() == pytest.approx(0.2 * len(moved_m), rel=0.25) and moved_m.max() <= 0.5 + 1e-3
