@@ -6,11 +6,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from hil.bench.in_memory import CAMPAIGN_STEP_NS, InMemory
+from hil.scenario.scenario import Scenario
 from hil.terrain.fields import demo_field
 from onboard.config import Rover
 from tests.scenarios import __main__ as command
 from tests.scenarios import fresh, losses, three_goals
-from tests.scenarios.flown import HEADS, Row, broken, true_reason
+from tests.scenarios.flown import HEADS, Row, Watch, broken, ended, outcome_of, true_reason, with_losses
 from tests.scenarios.registry import CAMPAIGNS
 from tests.scenarios.three_goals import GOALS, clear_m, goals_of, turning_m
 
@@ -93,3 +95,15 @@ def test_a_turning_rover_reaches_half_a_metre_by_its_tyres():
     assert turning_m(Rover()) == pytest.approx(0.500, abs=0.005)
 
 
+def test_a_row_is_of_the_bench_that_flew_with_its_losses_and_contacts():
+    bench = with_losses(InMemory(Scenario(terrain="flat", seed=5), step_ns=CAMPAIGN_STEP_NS), 0.03)
+    watch = Watch()
+    for _ in range(5):
+        bench.step(watch)
+    bench.truth.contacts.append((0.04, "wheel 1 on a rock of 0.12 m"))
+    row = ended(bench, watch, 305, bench.field.goal_m, outcome_of(bench))
+    bench.free()
+    assert (row.seed, row.field, row.lost_ratio, row.mission_s) == (305, 5, 0.03, 0.05)
+    assert row.to_goal_m == pytest.approx(math.dist((5.0, 0.5), (0.0, 0.0)), abs=0.01)
+    assert row.contacts == ("0.0 s: wheel 1 on a rock of 0.12 m",)
+    assert watch.error_m < 0.01
