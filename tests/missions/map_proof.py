@@ -4,7 +4,8 @@
 
 No physics and no drive. A share is of the poses (cell, one of 8 orientations) that are free, or can be reached from the
 rover's own pose, on the map of the same sweeps without errors. A pose that is free with errors and not without is
-counted apart: it does not make up for one that was lost.
+counted apart: it does not make up for one that was lost. Up to LOOKED of these are looked at on the true ground: a
+rover that stands there is in hard contact (belly, a wheel's step, tilt) or not.
 """
 
 from __future__ import annotations
@@ -12,26 +13,30 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hil.terrain.fields import demo_field
 from onboard.config import Config
 from onboard.perception import ldem
 from onboard.perception.cell_classes import classify
 from onboard.perception.stop_map import StopMap, look, remember
-from onboard.planning.poses import Freedom, pose_freedom, pose_index, reachable
-from onboard.records import Bool, Pose, Scan
+from onboard.planning.poses import ORIENTATIONS, Freedom, pose_freedom, pose_index, reachable
+from onboard.records import F64, Bool, Grid, Pose, Scan
 from tests.missions.fields import main_field
 from tests.missions.scan_errors import CLUMP, DEFAULT, ScanErrors
 from tests.missions.scanner import Scanner, scanner
-from tests.missions.world import World, of_field
+from tests.missions.world import HARD, World, of_field
+
+I64 = NDArray[np.int64]
 
 SEEDS = tuple(range(1, 11))
-SALT = 79
+SALT, LOOKED = 79, 400
 DARK_DISCS, DARK_RADIUS_M, DARK_AWAY_M = 8, (0.2, 0.8), (2.0, 7.0)
 HEADS = ("sweeps with", "free poses kept, mean (worst field)", "reachable poses kept, mean (worst field)",
-         "free that was not, of the free", "promise, reachable")  # fmt: skip
+         "free that was not, of the free", "of these in hard contact", "promise, reachable")  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -68,7 +73,10 @@ class MapRun:
 
 @dataclass(frozen=True)
 class MapRow:
-    """One field under one case, in poses. kept: free (reachable) with and without the errors; false: with alone."""
+    """One field under one case, in poses. kept: free (reachable) with and without the errors; false: with alone.
+
+    looked, hard: of the false ones, how many were looked at on the true ground, and are in hard contact there.
+    """
 
     fields: str
     seed: int
@@ -78,6 +86,16 @@ class MapRow:
     kept_free: int
     kept_reachable: int
     false_free: int
+    looked: int
+    hard: int
+
+
+class Poses(NamedTuple):
+    """Which poses (8, rows, columns) are free, and which the rover reaches."""
+
+    grid: Grid
+    free: Bool
+    reachable: Bool
 
 
 def world_of(fields: str, seed: int) -> World:
@@ -90,16 +108,19 @@ def fly(run: MapRun, seed: int) -> tuple[MapRow, ...]:
     world = world_of(run.fields, seed)
     made = replace(scanner(Config()), noise_m=run.noise_m)
     clean = sweeps(made, world)
-    free, reach = poses_of(made, world, clean)
+    before = poses_of(made, world, clean)
     rows = []
     for k, case in enumerate(cases()):
         seen = sweeps(made, replace(world, dark=dark_discs(world, made.config))) if case.dark else clean
         rng = np.random.default_rng([seed, SALT, k])
         seen = tuple((pose, case.errors.apply(scans, rng)) for pose, scans in seen)
-        free_now, reach_now = poses_of(made, world, seen)
+        after = poses_of(made, world, seen)
+        false = np.argwhere(after.free & ~before.free)
+        looked = false[np.sort(rng.choice(len(false), min(LOOKED, len(false)), replace=False))]
         rows.append(MapRow(
-            run.fields, seed, case.name, int(free.sum()), int(reach.sum()), int((free & free_now).sum()),
-            int((reach & reach_now).sum()), int((free_now & ~free).sum()),
+            run.fields, seed, case.name, int(before.free.sum()), int(before.reachable.sum()),
+            int((before.free & after.free).sum()), int((before.reachable & after.reachable).sum()), len(false),
+            len(looked), sum(in_hard_contact(world, before.grid, pose, made.config) for pose in looked),
         ))  # fmt: skip
     return tuple(rows)
 
@@ -124,18 +145,25 @@ def map_of(made: Scanner, seen: Sweeps) -> StopMap:
     return memory
 
 
-def poses_of(made: Scanner, world: World, seen: Sweeps) -> tuple[Bool, Bool]:
-    """Which poses (8, rows, columns) are free, and which can be reached; the rover's own counts as free."""
+def in_hard_contact(world: World, grid: Grid, pose: I64, config: Config) -> bool:
+    """Whether a rover that stands at a pose o, j, i of a map is in hard contact with the true ground."""
+    o, j, i = (int(part) for part in pose)
+    stood = world.stand(*grid.centre(j, i), o * math.pi / ORIENTATIONS, config.rover)
+    return world.contact(stood, config.rover) == HARD
+
+
+def poses_of(made: Scanner, world: World, seen: Sweeps) -> Poses:
+    """What the map of these sweeps says of the poses; the rover's own counts as free."""
     config, start = made.config, world.start
     near = ldem.window(map_of(made, seen).cells, start.x_m, start.y_m, config.mapping.size_m)
     surface = classify(near, config.mapping)
     freedom = pose_freedom(surface, config.rover, config.planning)
     j, i, o = pose_index(surface.grid, start.x_m, start.y_m, start.yaw_rad)
     freedom[o, j, i] = Freedom.FREE
-    return freedom == Freedom.FREE, reachable(freedom, j, i, o)
+    return Poses(surface.grid, freedom == Freedom.FREE, reachable(freedom, j, i, o))
 
 
-def dark_discs(world: World, config: Config) -> np.ndarray:
+def dark_discs(world: World, config: Config) -> F64:
     """Discs (n, 3) of ground that returns nothing, 2 to 7 m from the start, none under the rover."""
     rng = np.random.default_rng([world.seed, SALT, 99])
     away, bearing = rng.uniform(*DARK_AWAY_M, DARK_DISCS), rng.uniform(-math.pi, math.pi, DARK_DISCS)
@@ -146,12 +174,16 @@ def dark_discs(world: World, config: Config) -> np.ndarray:
 
 @dataclass(frozen=True)
 class MapLine:
-    """A case over all fields, as ratios: (mean, least) of the fields. false_ratio: of the free poses of all."""
+    """A case over all fields, as ratios: (mean, least) of the fields. false_ratio: of the free poses of all.
+
+    hard_ratio: of the false ones that were looked at, nan where there are none.
+    """
 
     case: Case
     free: tuple[float, float]
     reachable: tuple[float, float]
     false_ratio: float
+    hard_ratio: float
 
 
 def summed(rows: Sequence[MapRow]) -> list[MapLine]:
@@ -164,7 +196,9 @@ def _line(case: Case, rows: Sequence[MapRow]) -> MapLine:
     free = [row.kept_free / max(row.free, 1) for row in rows]
     reach = [row.kept_reachable / max(row.reachable, 1) for row in rows]
     false = sum(row.false_free for row in rows) / max(sum(row.free for row in rows), 1)
-    return MapLine(case, (float(np.mean(free)), min(free)), (float(np.mean(reach)), min(reach)), false)
+    looked = sum(row.looked for row in rows)
+    hard = sum(row.hard for row in rows) / looked if looked else math.nan
+    return MapLine(case, (float(np.mean(free)), min(free)), (float(np.mean(reach)), min(reach)), false, hard)
 
 
 def shortfalls(lines: Sequence[MapLine]) -> list[str]:
@@ -180,4 +214,5 @@ def cells(line: MapLine) -> tuple[str, ...]:
     """A line as text, in the order of HEADS."""
     free, reach = (f"{100 * mean:.1f} % ({100 * least:.1f} %)" for mean, least in (line.free, line.reachable))
     least = "-" if line.case.least_ratio is None else f"{100 * line.case.least_ratio:g} %"
-    return line.case.name, free, reach, f"{100 * line.false_ratio:.2f} %", least
+    hard = "-" if math.isnan(line.hard_ratio) else f"{100 * line.hard_ratio:.1f} %"
+    return line.case.name, free, reach, f"{100 * line.false_ratio:.2f} %", hard, least

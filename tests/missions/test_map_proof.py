@@ -8,19 +8,19 @@ from typer.testing import CliRunner
 
 from tests.missions import __main__ as command
 from tests.missions import map_proof, proofs
-from tests.missions.map_proof import MapRow, cases, poses_of, shortfalls, summed, sweeps
+from tests.missions.map_proof import MapRow, cases, in_hard_contact, poses_of, shortfalls, summed, sweeps
 from tests.missions.scanner import scanner
 from tests.missions.small import quick, world
 from tests.missions.tables import put
 
 SMALL = scanner(quick())
-ROW = MapRow("campaign", 1, "1 % lost, single", 1000, 900, 990, 890, 3)
+ROW = MapRow("campaign", 1, "1 % lost, single", 1000, 900, 990, 890, 3, 3, 0)
 
 
 def test_dark_ground_returns_nothing_and_is_not_free():
     clear = world()
     dark = replace(clear, dark=np.array([(0.5, 0.0, 0.7)]))
-    free, dark_free = (poses_of(SMALL, ground, sweeps(SMALL, ground))[0] for ground in (clear, dark))
+    free, dark_free = (poses_of(SMALL, ground, sweeps(SMALL, ground)).free for ground in (clear, dark))
     middle = np.s_[:, 60:61, 85:86]  # 0.5 m ahead of the origin, the map's centre is the start at (-2, 0)
     assert free[middle].all()
     assert not dark_free[middle].any()
@@ -30,17 +30,25 @@ def test_dark_ground_returns_nothing_and_is_not_free():
 def test_a_sweep_without_errors_keeps_every_pose():
     ground = world()
     seen = sweeps(SMALL, ground)
-    free, reach = poses_of(SMALL, ground, seen)
+    grid, free, reach = poses_of(SMALL, ground, seen)
     again = poses_of(SMALL, ground, sweeps(SMALL, ground))
     assert free.sum() > 10_000 and reach.sum() > 10_000
-    assert np.array_equal(free, again[0]) and np.array_equal(reach, again[1])
+    assert grid == again.grid and np.array_equal(free, again.free) and np.array_equal(reach, again.reachable)
+
+
+def test_a_pose_that_stands_over_a_wall_is_in_hard_contact_and_one_beside_it_is_not():
+    ground = world(boxes=[(0.9, -0.1, 1.1, 0.1)])
+    grid = poses_of(SMALL, ground, sweeps(SMALL, ground)).grid
+    for x_m, hard in ((1.0, True), (-1.0, False)):
+        assert in_hard_contact(ground, grid, np.array([0, *grid.cell(x_m, 0.0)]), SMALL.config) == hard
 
 
 def test_a_line_is_the_mean_and_the_worst_field_and_false_poses_do_not_make_up_for_lost_ones():
-    line, = summed([ROW, replace(ROW, seed=2, kept_free=500, kept_reachable=450, false_free=900)])
+    line, = summed([ROW, replace(ROW, seed=2, kept_free=500, kept_reachable=450, false_free=900, looked=400, hard=100)])
     assert line.free == pytest.approx((0.745, 0.5))
     assert line.reachable == pytest.approx(((890 / 900 + 0.5) / 2, 0.5))
     assert line.false_ratio == pytest.approx(903 / 2000)
+    assert line.hard_ratio == pytest.approx(100 / 403)
 
 
 def test_a_case_under_its_promise_falls_short_and_one_without_a_promise_never():
