@@ -43,6 +43,8 @@ def runs(fresh: int | None = None) -> tuple[Run, ...]:
     made += [
         Run("pose error 5 cm + 1 deg", "main", FIXED, errors=POSE_ERROR),
         Run("legs of 4 m, as flown", "main", FIXED, {"mission.leg_m": 4.0}, REGISTERED, drift=FLOWN_DRIFT),
+        Run("demo fields 101 to 130, as flown", "demo", tuple(range(101, 131)), {"mission.leg_m": 4.0}, REGISTERED,
+            ORBIT_CELL_M, FLOWN_DRIFT),
         Run("U-traps", "trap", tuple(range(1, 9))),
         Run("ringed goals", "ring", tuple(range(1, 13))),
         Run("36 to 42 m", "far", tuple(range(1, 5))),

@@ -18,17 +18,16 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hil.terrain.fields import demo_field
 from onboard.config import Config
 from onboard.perception import ldem
 from onboard.perception.cell_classes import classify
 from onboard.perception.stop_map import StopMap, look, remember
 from onboard.planning.poses import ORIENTATIONS, Freedom, pose_freedom, pose_index, reachable
 from onboard.records import F64, Bool, Grid, Pose, Scan
-from tests.missions.fields import main_field
+from tests.missions.fields import FIELDS
 from tests.missions.scan_errors import CLUMP, DEFAULT, ScanErrors
 from tests.missions.scanner import Scanner, scanner
-from tests.missions.world import HARD, World, of_field
+from tests.missions.world import HARD, World
 
 I64 = NDArray[np.int64]
 
@@ -64,7 +63,7 @@ def cases() -> tuple[Case, ...]:
 
 @dataclass(frozen=True)
 class MapRun:
-    """Fields of one kind. noise_m: 1 sigma of the ranges, None: as configured."""
+    """Fields of one kind, "campaign" or "demo". noise_m: 1 sigma of the ranges, None: as configured."""
 
     fields: str
     seeds: tuple[int, ...] = SEEDS
@@ -98,14 +97,9 @@ class Poses(NamedTuple):
     reachable: Bool
 
 
-def world_of(fields: str, seed: int) -> World:
-    """A field of the campaign ("campaign") or of the demo ("demo")."""
-    return main_field(seed) if fields == "campaign" else of_field(demo_field(seed).field, "demo")
-
-
 def fly(run: MapRun, seed: int) -> tuple[MapRow, ...]:
     """Every case on one field."""
-    world = world_of(run.fields, seed)
+    world = FIELDS["main" if run.fields == "campaign" else run.fields](seed)
     made = replace(scanner(Config()), noise_m=run.noise_m)
     clean = sweeps(made, world)
     before = poses_of(made, world, clean)

@@ -130,7 +130,8 @@ def test_the_campaign_flies_what_was_promised():
     assert flown["optimistic, fresh seeds"].seeds == tuple(range(1000, 1060))
     others = {name: (run.fields, len(run.seeds)) for name, run in flown.items() if run.fields != "main"}
     assert others == {"U-traps": ("trap", 8), "ringed goals": ("ring", 12), "36 to 42 m": ("far", 4),
-                      "36 to 42 m, map from orbit": ("far", 4)}  # fmt: skip
+                      "36 to 42 m, map from orbit": ("far", 4),
+                      "demo fields 101 to 130, as flown": ("demo", 30)}  # fmt: skip
     assert set(flown) == sixty | set(others) | {"optimistic, fresh seeds"}
     for name, run in flown.items():
         mission = config_of(run).mission

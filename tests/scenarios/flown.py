@@ -7,7 +7,7 @@ mission that did not arrive stopped for what was really so.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -142,9 +142,13 @@ def line(name: str, rows: Sequence[Row]) -> tuple[str, ...]:
     errors_m = [error for row in rows for error in row.goal_errors_m]
     return (
         name, str(len(rows)), str(len(at_goal)), str(stopped), str(len(rows) - len(at_goal) - stopped),
-        str(sum(len(row.contacts) for row in rows)), f"{max((row.to_goal_m for row in at_goal), default=math.nan):.2f}",
-        f"{max((row.max_error_m for row in rows), default=math.nan):.2f}", f"{max(errors_m, default=math.nan):.2f}",
+        str(sum(len(row.contacts) for row in rows)), _most(row.to_goal_m for row in at_goal),
+        _most(row.max_error_m for row in rows), _most(errors_m),
         f"{sum(row.registered for row in rows)}, {sum(row.refused for row in rows)}",
         str(sum(len(row.faults) for row in rows)), f"{sum(row.way_m for row in rows):.0f}",
         f"{sum(row.mission_s for row in rows):.0f}",
     )  # fmt: skip
+
+
+def _most(values: Iterable[float]) -> str:
+    return max((f"{value:.2f}" for value in values), key=float, default="-")
