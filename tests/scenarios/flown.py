@@ -97,8 +97,8 @@ def ended(
 
 
 def contact_words(contact: Any) -> str:
-    """A contact of the truth: when and what."""
-    at_s, what = contact
+    """A contact of the truth, when and what: a pair of both, or a record with `begin_s` and `what`."""
+    at_s, what = contact if isinstance(contact, tuple) else (contact.begin_s, contact.what)
     return f"{at_s:.1f} s: {what}"
 
 

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,7 +13,7 @@ from hil.terrain.fields import demo_field
 from onboard.config import Rover
 from tests.scenarios import __main__ as command
 from tests.scenarios import fresh, losses, three_goals
-from tests.scenarios.flown import HEADS, Row, Watch, broken, ended, outcome_of, true_reason, with_losses
+from tests.scenarios.flown import HEADS, Row, Watch, broken, contact_words, ended, outcome_of, true_reason, with_losses
 from tests.scenarios.registry import CAMPAIGNS
 from tests.scenarios.three_goals import GOALS, clear_m, goals_of, turning_m
 
@@ -93,6 +94,11 @@ def test_goals_are_the_same_each_time_apart_inside_and_with_room_to_turn(seed):
 
 def test_a_turning_rover_reaches_half_a_metre_by_its_tyres():
     assert turning_m(Rover()) == pytest.approx(0.500, abs=0.005)
+
+
+@pytest.mark.parametrize("contact", [(7.04, "body"), SimpleNamespace(begin_s=7.04, what="body")])
+def test_a_contact_is_told_by_when_and_what(contact):
+    assert contact_words(contact) == "7.0 s: body"
 
 
 def test_a_row_is_of_the_bench_that_flew_with_its_losses_and_contacts():
