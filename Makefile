@@ -82,9 +82,11 @@ bench-link: .venv/.project ## the link's promises in virtual time, many seeds; Q
 soak: .venv/.project ## ten missions in a row and an hour in lock-step, a minute on the wall clock: memory, descriptors, threads, ticks
 	@$(FIXED) $(B)/python -m tests.soak
 
-missions: .venv/.project ## mission rule and guard on seeded fields without physics; FRESH=commit: 60 more seeds
+missions: .venv/.project ## mission rule, guard, map and small rocks without physics; FRESH=commit: 60 more seeds
 	@$(FIXED) $(B)/python -m tests.missions fly $(if $(FRESH),--fresh-from $(FRESH))
 	@$(FIXED) $(B)/python -m tests.missions guard
+	@$(FIXED) $(B)/python -m tests.missions map
+	@$(FIXED) $(B)/python -m tests.missions rocks
 
 nightly: lint test test-missions test-vcan test-sanitize bench bench-link missions test-mutation ## all that tests or measures, with ten demo seeds, real ground, craters
 	@for seed in 1 2 3 4 5 6 7 8 9 10; do $(B)/hil demo --seed $$seed --out build/nightly/seed-$$seed || echo "seed $$seed failed" >> build/nightly/failed; done

@@ -67,6 +67,13 @@ def scatter_rocks(
     return tuple(_rock(x, y, float(z), diameter, rng) for (x, y, diameter), z in zip(placed, ground))
 
 
+def rock_of(x_m: float, y_m: float, z_m: float, width_m: float, height_m: float, rng: np.random.Generator) -> Rock:
+    """An irregular rock on soil of height z_m at its centre, so wide at its widest and so high above the soil."""
+    rock = _rock(0.0, 0.0, 0.0, width_m, rng)
+    shape = rock.vertices_m * (1.0, 1.0, height_m / rock.height_m) + (x_m, y_m, z_m)
+    return Rock(x_m, y_m, width_m, height_m, shape.astype(np.float32).astype(np.float64), rock.triangles)
+
+
 def _rock(x_m: float, y_m: float, z_m: float, diameter_m: float, rng: np.random.Generator) -> Rock:
     """A sphere of 80 triangles, cut by random planes and squeezed, its centre near the soil."""
     sphere, triangles = _sphere()

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from onboard.config import Config, load
+from tests.missions.drift import NO_DRIFT, Drift
 from tests.missions.fields import FIELDS, from_orbit
 from tests.missions.mission import Errors, Flight, Kinematic
 from tests.missions.scanner import Scanner, scanner
@@ -18,6 +19,7 @@ from tests.missions.truth import Truth, truth
 from tests.missions.world import World
 
 POSE_ERROR = Errors(0.05, math.radians(1.0))
+REGISTERED = Errors(0.02, math.radians(0.3))  # what a registration leaves
 UNGUARDED_STOPS = 25
 
 
@@ -25,7 +27,7 @@ UNGUARDED_STOPS = 25
 class Run:
     """One set of fields under one rule. name: as in the table. settings: over the defaults of the configuration.
 
-    orbit_cell_m: cell of the orbiter's map that the rover is given, 0: it has none.
+    orbit_cell_m: cell of the orbiter's map that the rover is given, 0: it has none. drift: of the estimate on the way.
     """
 
     name: str
@@ -34,6 +36,7 @@ class Run:
     settings: dict[str, object] = field(default_factory=dict)
     errors: Errors = Errors()
     orbit_cell_m: float = 0.0
+    drift: Drift = NO_DRIFT
 
 
 @dataclass(frozen=True)
@@ -55,6 +58,7 @@ class Row:
     hard: int
     soft: int
     unseen: int
+    on_rocks: int
     rules: str
 
     def as_json(self) -> dict[str, object]:
@@ -82,7 +86,7 @@ def mission(run: Run, seed: int) -> tuple[World, Truth, Flight]:
     config = config_of(run)
     world = FIELDS[run.fields](seed)
     gdem = from_orbit(world, run.orbit_cell_m) if run.orbit_cell_m else None
-    flight = Kinematic(world, _scanner(config), run.errors, seed, gdem).fly()
+    flight = Kinematic(world, _scanner(config), run.errors, seed, gdem, run.drift).fly()
     return world, truth(world, config), flight
 
 
@@ -94,7 +98,8 @@ def fly(run: Run, seed: int) -> Row:
     rules = " ".join(stop.result.decision.rule for stop in flight.stops)
     return Row(
         run.name, seed, world.kind, perfect.reachable, perfect.way_m, flight.kind, flight.reason, len(flight.stops),
-        flight.scans, flight.way_m, ratio, flight.miss_m, flight.hard, flight.soft, flight.unseen, rules,
+        flight.scans, flight.way_m, ratio, flight.miss_m, flight.hard, flight.soft, flight.unseen,
+        len(flight.on_rocks), rules,
     )
 
 
@@ -114,6 +119,7 @@ class Summary:
     hard: int
     soft: int
     unseen: int
+    on_rocks: int
 
 
 def summary(name: str, rows: Sequence[Row]) -> Summary:
@@ -125,7 +131,7 @@ def summary(name: str, rows: Sequence[Row]) -> Summary:
         sum(row.outcome == "unreachable" for row in rows), sum(row.outcome == "endless" for row in rows),
         _spread([row.stops for row in good]), _spread([row.ratio for row in good]),
         sum(row.hard > 0 for row in rows), sum(row.soft > 0 for row in rows),
-        sum(row.unseen > 0 for row in rows),
+        sum(row.unseen > 0 for row in rows), sum(row.on_rocks > 0 for row in rows),
     )  # fmt: skip
 
 

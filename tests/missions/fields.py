@@ -5,6 +5,7 @@
     trap   a U of walls, 0.5 to 0.9 m high, 3 to 6 m deep, 4 to 8 m wide, open towards the start, before the goal
     ring   a closed wall round the goal, whole in the field with room to drive round it
     far    50 m x 50 m, goal 36 to 42 m away
+    demo   those of `make demo`
     pits   main with Golombek rocks and 60 holes of 0.2 to 0.7 m x 0.12 to 0.30 m on 400 m2
 """
 
@@ -17,12 +18,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from hil.terrain.field import Field
+from hil.terrain.fields import demo_field
 from hil.terrain.fractal import fractal_heights
 from hil.terrain.mesh import block_mean, slopes_deg
 from hil.terrain.rock_sizes import Golombek, PowerLaw, RockLaw
 from hil.terrain.rocks import scatter_rocks
 from onboard.records import F32, F64, Gdem, Grid, Pose
-from tests.missions.world import World, of_field
+from tests.missions.world import Triangles, World, of_field
 
 CELL_M, SIDE_M, FAR_SIDE_M = 0.05, 20.0, 50.0
 EDGE_M = 1.5  # of start and goal from the border
@@ -87,8 +89,14 @@ def pits(seed: int) -> World:
     return with_holes(world, round(HOLES_PER_M2 * SIDE_M**2), rng)
 
 
+def demo(seed: int) -> World:
+    """The field of the demo; its rocks meet the beams as they do there, by their own triangles."""
+    field = demo_field(seed).field
+    return replace(of_field(field, "demo"), caster=Triangles(field))
+
+
 FIELDS: Mapping[str, Callable[[int], World]] = {
-    "main": main_field, "trap": trap, "ring": ring, "far": far, "pits": pits,
+    "main": main_field, "trap": trap, "ring": ring, "far": far, "pits": pits, "demo": demo,
 }  # fmt: skip
 
 

@@ -12,7 +12,8 @@ from onboard.planning import guarded_leg
 from onboard.records import Grid, Pose
 from pictures.drive_guard import Stopped, guard_figure
 from pictures.style import png
-from tests.missions.guarded import LINE_M, NO_DRIFT, Guarded
+from tests.missions.drift import NO_DRIFT
+from tests.missions.guarded import LINE_M, Guarded
 from tests.missions.mission import Errors
 from tests.missions.scanner import scanner
 from tests.missions.world import World

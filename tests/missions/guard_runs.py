@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 from rich.table import Table
 
 from onboard.config import load
+from tests.missions.campaign import REGISTERED
 from tests.missions.fields import FIELDS
 from tests.missions.guarded import Guarded, GuardedFlight
-from tests.missions.mission import Errors
+from tests.missions.scan_errors import ScanErrors
 from tests.missions.scanner import scanner
-
-REGISTERED = Errors(0.02, math.radians(0.3))  # what a registration leaves
 
 
 @dataclass(frozen=True)
@@ -25,6 +23,7 @@ class GuardRun:
     fields: str
     seeds: tuple[int, ...]
     settings: dict[str, object] = field(default_factory=dict)
+    errors: ScanErrors | None = None
 
     def only(self, wanted: set[int] | None) -> GuardRun:
         """The run with these of its seeds; None: with all."""
@@ -53,14 +52,17 @@ GUARDED = {**PITTED, "drive_guard.on": True, "mapping.trust_m": 1.5}
 TRUST = GuardRun("pits, trust range 2.0 m alone", "pits", tuple(range(1, 25)), {**PITTED, "mapping.trust_m": 2.0})
 GUARD = GuardRun("pits, guard and trust range 1.5 m", "pits", tuple(range(1, 25)), GUARDED)
 SMOOTH = GuardRun("smooth fields, guard and trust range 1.5 m", "main", tuple(range(1, 17)), GUARDED)
-RUNS = (TRUST, GUARD, SMOOTH)
+WRONG_RANGES = ScanErrors(outlier_ratio=0.001, mixed_ratio=0.1)
+WRONG = GuardRun("the same, 0.1 % outliers, 10 % of edge beams mixed", "pits", GUARD.seeds, GUARDED, WRONG_RANGES)
+RUNS = (TRUST, GUARD, WRONG, SMOOTH)
+LEAST_ARRIVALS = 0.9  # with wrong ranges, of those without
 MOST_STOPS_PER_10_M = 2.0  # of the guard, on smooth fields
 
 
 def fly(run: GuardRun, seed: int) -> GuardRow:
     """One mission of a run, with drift inside the drives and what a registration leaves at each stop."""
     config = load(None, run.settings)
-    flight = Guarded(FIELDS[run.fields](seed), scanner(config), REGISTERED, seed).fly()
+    flight = Guarded(FIELDS[run.fields](seed), replace(scanner(config), errors=run.errors), REGISTERED, seed).fly()
     assert isinstance(flight, GuardedFlight)
     return GuardRow(
         run.name, seed, flight.kind, len(flight.stops), flight.scans, flight.way_m, flight.hard, flight.in_hole,
@@ -73,7 +75,12 @@ def shortfalls(rows: Sequence[GuardRow]) -> list[str]:
     guarded, trusted = _of(GUARD, rows), _of(TRUST, rows)
     both = {row.seed for row in guarded} & {row.seed for row in trusted}
     scans = [sum(row.scans for row in part if row.seed in both) for part in (guarded, trusted)]
+    wrong = _of(WRONG, rows)
+    same = [row for row in guarded if row.seed in {other.seed for other in wrong}]
+    arrived, of = (sum(row.outcome == "arrived" for row in part) for part in (wrong, same))
     said = [
+        (any(row.hard for row in wrong), "a hard contact with wrong ranges in the sweeps"),
+        (bool(wrong and same) and arrived < LEAST_ARRIVALS * of, f"{arrived} arrived with wrong ranges, {of} without"),
         (any(row.in_hole for row in guarded), "a wheel entered a hole"),
         (any(row.unseen for row in guarded), "a wheel rolled over ground that nobody had seen"),
         (any(row.outcome == "endless" for row in rows), "a mission was endless"),

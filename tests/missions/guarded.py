@@ -18,9 +18,11 @@ from onboard.planning import guarded_leg
 from onboard.planning.drive_guard import Bad
 from onboard.planning.mission_rule import interrupted
 from onboard.planning.plan_records import PlanResult
-from onboard.records import F64, CellClass, Cloud, Decision, Pose, Surface
+from onboard.records import F64, BeamStatus, Bool, CellClass, Cloud, Decision, Pose, Scan, Surface
 from protocol.conventions import wrap_rad
+from tests.missions.drift import FLOWN_DRIFT, Drift
 from tests.missions.mission import Errors, Flight, Kinematic, unseen
+from tests.missions.scan_errors import ScanErrors
 from tests.missions.scanner import STEP_RAD, Scanner, hull_way_m
 from tests.missions.world import World, wheels
 
@@ -31,40 +33,13 @@ PATCH_M, PATCH_DEPTH_M = 0.10, 0.08  # a wheel over such a patch of a hole is in
 
 
 @dataclass(frozen=True)
-class Drift:
-    """1 sigma of the estimate inside a drive: half of the power a bias until the next scan, half noise."""
-
-    way_ratio: float = 0.015
-    height_ratio: float = 0.005
-    heading_rad: float = math.radians(0.7)
-    attitude_rad: float = math.radians(0.35)
-    correlation_s: float = 0.5
-
-    def draw(self, way_m: F64, cruise_mps: float, rng: np.random.Generator) -> F64:
-        """(k, 6) errors of x, y, z, roll, pitch, yaw at each way (k,) driven since the scan."""
-        noise = rng.normal(size=(len(way_m), 6))
-        keep = np.exp(-np.diff(way_m, prepend=way_m[0]) / cruise_mps / self.correlation_s)
-        for k in range(1, len(noise)):
-            noise[k] = keep[k] * noise[k - 1] + math.sqrt(1.0 - keep[k] ** 2) * noise[k]
-        unit = math.sqrt(0.5) * (rng.normal(size=6) + noise)
-        still = np.ones_like(way_m)
-        sigma = np.stack([
-            self.way_ratio * way_m / math.sqrt(2.0), self.way_ratio * way_m / math.sqrt(2.0),
-            self.height_ratio * way_m, self.attitude_rad * still, self.attitude_rad * still, self.heading_rad * still,
-        ], axis=1)  # fmt: skip
-        return sigma * unit
-
-
-NO_DRIFT = Drift(0.0, 0.0, 0.0, 0.0)
-
-
-@dataclass(frozen=True)
 class LineScanner:
     """The scanner held at the guard's tilt: directions (beams, 3) in base axes, way to the rover's own hull."""
 
     config: Config
     directions: F64
     hull_m: F64
+    errors: ScanErrors | None = None
 
     def line(self, world: World, true: Pose, believed: Pose, rng: np.random.Generator) -> Cloud:
         """One line from the true pose, entered where the rover believes to be."""
@@ -75,9 +50,22 @@ class LineScanner:
         own = self.hull_m < found
         hit = np.isfinite(found)
         length = np.where(hit, found + rng.normal(0.0, sigma_m, len(found)), range_m)
+        gone = np.zeros_like(own)
+        if self.errors:
+            length, gone = self._with_errors(length, hit, rng)
         origin = T_map_base[:3, :3] @ mount + T_map_base[:3, 3]
         ends = origin + length[:, None] * (self.directions @ T_map_base[:3, :3].T)
-        return Cloud(origin, ends[~own].astype(np.float32), hit[~own], sigma_m)
+        kept = ~own & ~gone
+        return Cloud(origin, ends[kept].astype(np.float32), hit[kept], sigma_m)
+
+    def _with_errors(self, length_m: F64, hit: Bool, rng: np.random.Generator) -> tuple[F64, Bool]:
+        """The line's ranges with the errors, and which beams are lost: they say nothing and are left out."""
+        assert self.errors
+        status = np.where(hit, BeamStatus.OK, BeamStatus.NO_RETURN).astype(np.uint8)
+        ranges_m = np.where(hit, length_m, np.nan).astype(np.float32)
+        scan, = self.errors.apply((Scan(0, 0.0, 0.0, STEP_RAD, ranges_m, status),), rng)
+        lost = hit & (scan.status != BeamStatus.OK)
+        return np.where(hit & ~lost, scan.ranges_m, length_m).astype(np.float64), lost
 
 
 def line_scanner(config: Config) -> LineScanner:
@@ -119,10 +107,10 @@ class Drive:
 class Guarded(Kinematic):
     """A mission whose drives drift; with `drive_guard.on` the guard rides along."""
 
-    def __init__(self, world: World, scanner: Scanner, errors: Errors, seed: int, drift: Drift = Drift()) -> None:
-        super().__init__(world, scanner, errors, seed)
+    def __init__(self, world: World, scanner: Scanner, errors: Errors, seed: int, drift: Drift = FLOWN_DRIFT) -> None:
+        super().__init__(world, scanner, errors, seed, drift=drift)
         self.flight: GuardedFlight = GuardedFlight()
-        self.drift, self.lines = drift, line_scanner(self.config)
+        self.lines = replace(line_scanner(self.config), errors=scanner.errors)
         self.settings = guarded_leg.settings_of(self.config)
         self.before = self.rule
 

@@ -2,8 +2,10 @@
 
     scan (true beams, range noise) -> cloud -> map at the estimated pose -> plan -> drive -> turn -> scan ...
 
-The estimate is off by an error drawn anew at each stop (registration would leave it); a path is planned in the
-estimate's frame and driven in the true one. Contacts are looked for at every station of the path and on turns.
+The estimate is off by an error drawn anew at each stop (registration would leave it), and on the way by a drift (the
+odometry's); a path is planned in the estimate's frame and driven in the true one. Contacts are looked for at every
+station of the path and on turns; tyres on rocks in small steps between them as well, so at headings between the
+orientations that the planner knows.
 """
 
 from __future__ import annotations
@@ -23,7 +25,9 @@ from onboard.planning.plan_records import PlanRequest, PlanResult, Settings
 from onboard.planning.tracks import lattice
 from onboard.records import F64, Bool, CellClass, Decision, Gdem, Grid, Pose
 from protocol.conventions import wrap_rad
+from tests.missions.drift import NO_DRIFT, Drift
 from tests.missions.scanner import Scanner
+from tests.missions.touch import between, touches
 from tests.missions.world import HARD, SOFT, World, wheels
 
 TRAIL_POSES = 400
@@ -52,7 +56,8 @@ class Flight:
     """What came of a mission. kind: 'arrived', 'unreachable' or 'endless': given up at the stop limit alone.
 
     miss_m: true distance from the goal at the end. hard, soft: poses in contact. contacts: (k, 3) x, y, severity.
-    unseen: wheels on cells of the map that nobody had seen, nor assumed at the start.
+    unseen: wheels on cells of the map that nobody had seen, nor assumed at the start. on_rocks: each rock over the
+    plant's limit with the wheel that touched it.
     """
 
     kind: str = ""
@@ -64,6 +69,7 @@ class Flight:
     contacts: list[tuple[float, float, int]] = field(default_factory=list)
     unseen: int = 0
     memory: StopMap | None = None
+    on_rocks: set[tuple[int, int]] = field(default_factory=set)
 
     @property
     def hard(self) -> int:
@@ -79,12 +85,16 @@ class Flight:
 class Kinematic:
     """State of one mission; `fly` runs it to its end."""
 
-    def __init__(self, world: World, scanner: Scanner, errors: Errors, seed: int, gdem: Gdem | None = None) -> None:
+    def __init__(
+        self, world: World, scanner: Scanner, errors: Errors, seed: int, gdem: Gdem | None = None,
+        drift: Drift = NO_DRIFT,
+    ) -> None:  # fmt: skip
+        self.drift = drift
         self.world, self.scanner, self.config, self.errors, self.gdem = world, scanner, scanner.config, errors, gdem
         self.rng = np.random.default_rng([seed, 77])
         self.flight = Flight()
         self.true = self._stand(world.start.x_m, world.start.y_m, world.start.yaw_rad)
-        self.estimate = self.true
+        self.estimate = self.felt = self.true
         self.rule = MissionState()
         self.trail: list[tuple[float, float, float]] = []
 
@@ -155,7 +165,7 @@ class Kinematic:
     def _drive(self, decision: Decision) -> bool:
         """Along the path, station by station, in the true frame; whether it came to its end."""
         stations = decision.path.stations
-        true = self._in_truth(stations)
+        true = self._in_truth(stations) + self._drifted(stations)
         self.trail += [tuple(station) for station in stations]  # type: ignore[misc]
         self.flight.stops[-1] = replace(self.flight.stops[-1], driven=true)
         self.flight.way_m += decision.path.length_m
@@ -165,6 +175,14 @@ class Kinematic:
         self.true = self._stand(*true[-1])
         self.estimate = self._believed(*stations[-1])
         return True
+
+    def _drifted(self, stations: F64) -> F64:
+        """(k, 3) how far the rover truly is from where it follows the path, x, y, yaw: what the odometry gets wrong."""
+        if self.drift == NO_DRIFT:
+            return np.zeros((len(stations), 3))
+        way_m = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(stations[:, :2], axis=0).T))])
+        errors = self.drift.draw(way_m, self.config.motion.cruise_mps, self.rng)[:, [0, 1, 5]]
+        return np.asarray(errors - errors[0])  # it starts where the last stop left it
 
     def _look_under(self, stations: F64) -> None:
         """Counts wheels at believed stations (k, 3) on what the map does not know, the lattice pose it stands in apart.
@@ -211,9 +229,14 @@ class Kinematic:
         return self.world.stand(float(x_m), float(y_m), float(yaw_rad), self.config.rover)
 
     def _feel(self, pose: Pose) -> None:
+        """Contacts at a true pose, and of the tyres with rocks on the way there from the last one."""
         severity = self.world.contact(pose, self.config.rover)
         if severity:
             self.flight.contacts.append((pose.x_m, pose.y_m, severity))
+        for x_m, y_m, yaw_rad, on_spot in between(self.felt, pose) if self.world.rocks else ():
+            there = Pose(x_m, y_m, yaw_rad=yaw_rad)
+            self.flight.on_rocks.update(touches(self.world, there, self.config.rover, on_spot))
+        self.felt = pose
 
 
 def unseen(station: F64, known: Bool, grid: Grid, rover: Rover) -> int:

@@ -7,7 +7,7 @@ import sys
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
-from multiprocessing import active_children
+from multiprocessing import active_children, get_context
 from typing import Protocol, TypeVar
 
 import typer
@@ -26,12 +26,20 @@ class Seeded(Protocol):
 RunT = TypeVar("RunT", bound=Seeded)
 
 
-def fly_all(fly: Callable[[RunT, int], Row], runs: Sequence[RunT], workers: int) -> Iterator[Row]:
+def fly_all(
+    fly: Callable[[RunT, int], Row], runs: Sequence[RunT], workers: int, renewed: int = 0
+) -> Iterator[Row]:  # fmt: skip
     """Every mission of every run, as they end.
+
+    renewed: after so many missions another process takes a worker's place, for missions that leave memory behind; 0:
+    never. Workers that are renewed import this program anew: `fly` and `runs` are those of its modules.
 
     Ctrl-C reaches the caller alone: a mission begun is flown out, unless a second one kills it.
     """
-    with ProcessPoolExecutor(workers, initializer=signal.signal, initargs=(signal.SIGINT, signal.SIG_IGN)) as pool:
+    with ProcessPoolExecutor(
+        workers, get_context("spawn") if renewed else None, signal.signal, (signal.SIGINT, signal.SIG_IGN),
+        max_tasks_per_child=renewed or None,
+    ) as pool:  # fmt: skip
         try:
             for job in as_completed([pool.submit(fly, run, seed) for run in runs for seed in run.seeds]):
                 yield job.result()

@@ -15,15 +15,20 @@ from onboard.config import Config
 from onboard.perception.cloud import hull_boxes
 from onboard.perception.sweep import LINE_S, segments
 from onboard.records import F32, F64, BeamStatus, Pose, Scan, TiltTrack
+from tests.missions.scan_errors import ScanErrors
 from tests.missions.world import World
 
 STEP_RAD, BEAM_NS, LINE_NS = math.radians(0.25), 25e6 / 1440, round(LINE_S * 1e9)
 TRACK_NS = 10_000_000
+FAR_M = 30.0  # a return from beyond the mapping range is a return
 
 
 @dataclass(frozen=True)
 class Scanner:
-    """Beams of one sweep in base_link axes: directions (lines * beams, 3), way to the rover's own hull (inf: none)."""
+    """Beams of one sweep in base_link axes: directions (lines * beams, 3), way to the rover's own hull (inf: none).
+
+    noise_m: 1 sigma of a range as it really is; None: as the configuration believes. errors: on top of an ideal sweep.
+    """
 
     config: Config
     tilt: TiltTrack
@@ -31,22 +36,28 @@ class Scanner:
     beams: int
     directions: F64
     hull_m: F64
+    noise_m: float | None = None
+    errors: ScanErrors | None = None
 
     def sweep(self, world: World, pose: Pose, rng: np.random.Generator) -> tuple[Scan, ...]:
         """The scans of a stop, taken from the true pose, with range noise."""
         T_map_base = pose.matrix()
         rover = self.config.rover
         origin = T_map_base[:3, :3] @ (rover.lidar_x_m, 0.0, rover.lidar_z_m) + T_map_base[:3, 3]
-        range_m = self.config.scanning.range_m
-        found = np.minimum(world.rays.cast(origin, self.directions @ T_map_base[:3, :3].T, range_m), self.hull_m)
-        found += rng.normal(0.0, self.config.lidar.range_noise_m, len(found))
-        hit = np.isfinite(found) & (found <= range_m)
+        ways = self.directions @ T_map_base[:3, :3].T
+        found = world.rays.cast(origin, ways, FAR_M)
+        found[world.is_dark(origin[:2] + np.minimum(found, FAR_M)[:, None] * ways[:, :2])] = np.inf
+        found = np.minimum(found, self.hull_m)
+        noise_m = self.config.lidar.range_noise_m if self.noise_m is None else self.noise_m
+        found += rng.normal(0.0, noise_m, len(found))
+        hit = np.isfinite(found) & (found <= FAR_M)
         ranges_m: F32 = np.where(hit, found, np.nan).astype(np.float32).reshape(self.lines, self.beams)
         status = np.where(hit, BeamStatus.OK, BeamStatus.NO_RETURN).astype(np.uint8).reshape(ranges_m.shape)
         first_rad = -(self.beams - 1) / 2 * STEP_RAD
-        return tuple(
+        scans = tuple(
             Scan(k * LINE_NS, BEAM_NS, first_rad, STEP_RAD, ranges_m[k], status[k]) for k in range(self.lines)
         )
+        return self.errors.apply(scans, rng) if self.errors else scans
 
 
 def scanner(config: Config) -> Scanner:

@@ -7,9 +7,10 @@ import pytest
 
 from onboard.config import load
 from onboard.records import Grid, Pose
+from tests.missions.drift import Drift
 from tests.missions.fields import pits
 from tests.missions.guard_runs import GUARDED, REGISTERED
-from tests.missions.guarded import Drift, Guarded, in_hole, really_bad
+from tests.missions.guarded import Guarded, in_hole, really_bad
 from tests.missions.open_loop import Put, outcomes
 from tests.missions.scanner import scanner
 from tests.missions.world import World

@@ -1,9 +1,13 @@
 """Ctrl-C ends a campaign in order, a second one at once."""
 
+import os
 import signal
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
+
+from tests.missions.parallel import fly_all
 
 ENDLESS = """
 import signal, sys
@@ -37,3 +41,13 @@ def test_a_second_ctrl_c_ends_a_mission_that_would_never_end():
         finally:
             campaign.kill()
     assert (campaign.returncode, rest, said) == (130, "", "")
+
+
+def process(run, seed):
+    return os.getpid(), seed
+
+
+def test_a_worker_is_renewed_after_as_many_missions_as_asked():
+    found = list(fly_all(process, [SimpleNamespace(seeds=(1, 2, 3))], 1, 1))
+    assert sorted(seed for _, seed in found) == [1, 2, 3]
+    assert len({pid for pid, _ in found}) == 3 and os.getpid() not in {pid for pid, _ in found}

@@ -12,10 +12,11 @@ from tests.missions import __main__ as command
 from tests.missions import guard_runs, open_loop
 from tests.missions.__main__ import runs
 from tests.missions.campaign import Row, Run, config_of, summary
+from tests.missions.drift import Drift
 from tests.missions.mission import Errors
 from tests.missions.promise import PROMISES, markdown, shortfalls
 
-GOOD = Row("optimistic", 1, "main", True, 10.0, "arrived", "", 3, 4, 10.2, 1.02, 0.05, 0, 0, 0, "R5 R5 R4")
+GOOD = Row("optimistic", 1, "main", True, 10.0, "arrived", "", 3, 4, 10.2, 1.02, 0.05, 0, 0, 0, 0, "R5 R5 R4")
 
 
 def rows(**changes):
@@ -36,6 +37,7 @@ def test_a_good_run_breaks_no_promise():
         ("optimistic", {"outcome": "endless", "reachable": False}, "1 endless"),
         ("explore, guarded", {"outcome": "endless"}, "1 endless"),
         ("pose error 5 cm + 1 deg", {"outcome": "unreachable"}, "reached 4 of 5"),
+        ("legs of 4 m, as flown", {"on_rocks": 2}, "1 missions with a wheel on a rock"),
         ("U-traps", {"reachable": False}, "only 4 of 5 goals are reachable"),
         ("ringed goals", {}, "reported 0 of 5 goals unreachable"),
     ],
@@ -47,10 +49,11 @@ def test_each_promise_broken_is_named(name, changes, text):
 GUARDED = guard_runs.GuardRow(guard_runs.GUARD.name, 1, "arrived", 3, 4, 10.0, 0, 0, 0, 1, 0)
 TRUSTED = replace(GUARDED, run=guard_runs.TRUST.name, scans=9, guard_stops=0)
 SMOOTH = replace(GUARDED, run=guard_runs.SMOOTH.name)
+WRONG = replace(GUARDED, run=guard_runs.WRONG.name)
 
 
 def test_guarded_missions_without_a_wheel_in_a_hole_and_with_fewer_scans_break_no_promise():
-    assert guard_runs.shortfalls([GUARDED, TRUSTED, replace(TRUSTED, in_hole=1), SMOOTH]) == []
+    assert guard_runs.shortfalls([GUARDED, TRUSTED, replace(TRUSTED, in_hole=1), SMOOTH, WRONG]) == []
 
 
 @pytest.mark.parametrize(
@@ -59,6 +62,8 @@ def test_guarded_missions_without_a_wheel_in_a_hole_and_with_fewer_scans_break_n
         ([replace(GUARDED, in_hole=1)], "a wheel entered a hole"),
         ([replace(GUARDED, unseen=1)], "ground that nobody had seen"),
         ([replace(SMOOTH, outcome="endless")], "endless"),
+        ([GUARDED, replace(WRONG, hard=1)], "a hard contact with wrong ranges"),
+        ([GUARDED, replace(WRONG, outcome="unreachable")], "0 arrived with wrong ranges, 1 without"),
         ([GUARDED, replace(TRUSTED, scans=3)], "4 scans with the guard, 3 with the trust range alone"),
         ([replace(SMOOTH, guard_stops=3)], "too many guard stops on smooth fields"),
     ],
@@ -95,8 +100,8 @@ def test_a_row_comes_back_from_its_file():
 
 def test_the_table_has_a_row_for_each_run():
     lines = markdown([summary("optimistic", rows()), summary("ringed goals", [])]).splitlines()
-    assert lines[2] == "| optimistic | 5 | 5 / 5 | 0 | 0 | 0 | 3 / 3 / 3 | 1.02 / 1.02 / 1.02 | 0 | 0 | 0 |"
-    assert lines[3] == "| ringed goals | 0 | 0 / 0 | 0 | 0 | 0 | - | - | 0 | 0 | 0 |"
+    assert lines[2] == "| optimistic | 5 | 5 / 5 | 0 | 0 | 0 | 3 / 3 / 3 | 1.02 / 1.02 / 1.02 | 0 | 0 | 0 | 0 |"
+    assert lines[3] == "| ringed goals | 0 | 0 / 0 | 0 | 0 | 0 | - | - | 0 | 0 | 0 | 0 |"
 
 
 def flown(run: Run, seed: int) -> Row:
@@ -125,7 +130,8 @@ def test_the_campaign_flies_what_was_promised():
     assert flown["optimistic, fresh seeds"].seeds == tuple(range(1000, 1060))
     others = {name: (run.fields, len(run.seeds)) for name, run in flown.items() if run.fields != "main"}
     assert others == {"U-traps": ("trap", 8), "ringed goals": ("ring", 12), "36 to 42 m": ("far", 4),
-                      "36 to 42 m, map from orbit": ("far", 4)}  # fmt: skip
+                      "36 to 42 m, map from orbit": ("far", 4),
+                      "demo fields 101 to 130, as flown": ("demo", 30)}  # fmt: skip
     assert set(flown) == sixty | set(others) | {"optimistic, fresh seeds"}
     for name, run in flown.items():
         mission = config_of(run).mission
@@ -133,4 +139,6 @@ def test_the_campaign_flies_what_was_promised():
         assert mission.strategy == (first if first in STRATEGIES else "optimistic")
         assert mission.guard == ("unguarded" not in name)
     assert flown["pose error 5 cm + 1 deg"].errors == Errors(0.05, math.radians(1.0))
+    as_flown = flown["legs of 4 m, as flown"]
+    assert (as_flown.errors, as_flown.drift) == (Errors(0.02, math.radians(0.3)), Drift(way_ratio=0.015))
     assert flown["36 to 42 m, map from orbit"].orbit_cell_m == 2.0

@@ -12,15 +12,18 @@ What touches are the raster's nodes that lie under tyre and body: between nodes 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Protocol
 
 import numpy as np
 
+from hil.rays.ground_rays import GroundRays
 from hil.terrain.field import Field, truth_height
 from hil.terrain.fields import surface_of
 from hil.terrain.heightfield import HeightField
 from hil.terrain.mesh import soil_height
+from hil.terrain.rocks import Rock
 from onboard.config import Rover
 from onboard.records import F32, F64, Bool, Grid, Pose, Surface
 from protocol.conventions import WHEEL_SIGNS
@@ -33,11 +36,32 @@ HARD_TILT_RAD, SOFT_TILT_RAD = math.radians(30), math.radians(27)
 CLEAR, SOFT, HARD = 0, 1, 2
 
 
+class Caster(Protocol):
+    """What beams from one point meet: see HeightField.cast."""
+
+    def cast(self, origin_m: F64, directions: F64, range_m: float) -> F64:
+        """Ranges (n,) along unit directions (n, 3), inf where nothing is met in range."""
+        ...
+
+
+class Triangles:
+    """The true soil and the rocks' own triangles: a rock narrower than a few nodes of the raster keeps its shape."""
+
+    def __init__(self, made: Field) -> None:
+        self._rays = GroundRays(made)
+
+    def cast(self, origin_m: F64, directions: F64, range_m: float) -> F64:
+        """See Caster."""
+        return self._rays.cast(np.broadcast_to(np.asarray(origin_m, np.float64), directions.shape), directions, range_m)
+
+
 @dataclass(frozen=True)
 class World:
     """True heights (rows, columns) on `grid`; where the rover starts and wants to go; what is drawn into the ground.
 
-    holes: (n, 4) x, y, width, depth.
+    holes: (n, 4) x, y, width, depth. dark: (n, 3) x, y, radius of discs whose ground and rocks return no light.
+    caster: what beams meet in place of the raster; None: the raster. rocks: as bodies; the raster has them as well.
+    soil_m: heights without the rocks, (rows, columns); None: as heights_m.
     """
 
     grid: Grid
@@ -47,23 +71,41 @@ class World:
     seed: int
     kind: str
     holes: F64
+    dark: F64 = field(default_factory=lambda: np.empty((0, 3)))
+    caster: Caster | None = None
+    rocks: tuple[Rock, ...] = ()
+    soil_m: F32 | None = None
 
     @cached_property
-    def rays(self) -> HeightField:
+    def rays(self) -> Caster:
         """What beams meet."""
-        return HeightField(self.grid, self.heights_m)
+        return self.caster or HeightField(self.grid, self.heights_m)
 
     def height_m(self, x_m: F64, y_m: F64) -> F64:
         """True height at points."""
         return soil_height(self.grid, self.heights_m, x_m, y_m)
 
+    def soil_height_m(self, x_m: F64, y_m: F64) -> F64:
+        """True height of the soil alone at points."""
+        return soil_height(self.grid, self.heights_m if self.soil_m is None else self.soil_m, x_m, y_m)
+
+    def is_dark(self, points_m: F64) -> Bool:
+        """Which points (n, 2) lie on a dark disc."""
+        found = np.zeros(len(points_m), np.bool_)
+        for x_m, y_m, radius_m in self.dark:
+            found |= np.hypot(points_m[:, 0] - x_m, points_m[:, 1] - y_m) <= radius_m
+        return found
+
     def sunk(self, holes: F64) -> World:
         """The same world with round holes (n, 4) of x, y, width, depth, their walls steep."""
-        grid, heights = self.grid, self.heights_m.copy()
+        grid, deep = self.grid, np.zeros_like(self.heights_m)
         x, y = grid.x0_m + np.arange(grid.columns) * grid.cell_m, grid.y0_m + np.arange(grid.rows) * grid.cell_m
         for at_x, at_y, width_m, depth_m in holes:
-            heights[np.hypot(x[None, :] - at_x, y[:, None] - at_y) <= width_m / 2] -= np.float32(depth_m)
-        return replace(self, heights_m=heights, holes=np.concatenate([self.holes, holes]))
+            deep[np.hypot(x[None, :] - at_x, y[:, None] - at_y) <= width_m / 2] += np.float32(depth_m)
+        soil = None if self.soil_m is None else self.soil_m - deep
+        return replace(
+            self, heights_m=self.heights_m - deep, soil_m=soil, holes=np.concatenate([self.holes, holes])
+        )
 
     def stand(self, x_m: float, y_m: float, yaw_rad: float, rover: Rover) -> Pose:
         """The pose of the rover set down there, from the heights under its wheels."""
@@ -127,11 +169,12 @@ def wheels(pose: Pose, rover: Rover) -> list[tuple[float, float]]:
     ]
 
 
-def of_field(field: Field, kind: str) -> World:
+def of_field(made: Field, kind: str) -> World:
     """The world of a field, without holes."""
     return World(
-        field.grid, truth_height(field), field.start, field.goal_m, field.seed, kind, holes=np.empty((0, 4))
-    )
+        made.grid, truth_height(made), made.start, made.goal_m, made.seed, kind, holes=np.empty((0, 4)),
+        rocks=made.rocks, soil_m=made.soil_z,
+    )  # fmt: skip
 
 
 def true_surface(world: World, cell_m: float) -> Surface:

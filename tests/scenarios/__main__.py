@@ -4,6 +4,8 @@
     python -m tests.scenarios --short             all, as CI flies them
     python -m tests.scenarios library --rest 2    a third of what CI does not fly always
     python -m tests.scenarios nominal --seeds 1-3 --workers 1
+    python -m tests.scenarios losses --seeds 801-830
+    python -m tests.scenarios fresh --docs          whole, its summary into docs/campaigns.md
 
 How to add one: tests/scenarios/registry.py.
 """
@@ -14,7 +16,7 @@ import json
 import os
 import sys
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, fields
 from pathlib import Path
 from typing import Annotated, Any, Optional
 
@@ -24,24 +26,13 @@ from rich.table import Table
 
 from hil.processes import FIXED_ENVIRONMENT
 from tests.missions.parallel import fly_all, numbers
-from tests.scenarios.registry import CAMPAIGNS, Campaign
+from tests.missions.tables import markdown, put, shown
+from tests.scenarios.flown import HEADS
+from tests.scenarios.registry import CAMPAIGNS, RENEWED, Asked, Campaign, fly_one
 
-OUT = Path("build/scenarios")
+OUT, PAGE = Path("build/scenarios"), Path(__file__).parents[2] / "docs" / "campaigns.md"
 EX_SHORT, EX_INTERRUPTED = 1, 130
 app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
-
-
-@dataclass(frozen=True, slots=True)
-class Asked:
-    """A campaign and its seeds."""
-
-    name: str
-    seeds: tuple[int, ...]
-
-
-def fly_one(asked: Asked, seed: int) -> tuple[str, Any]:
-    """In a worker: the campaign's name and the seed's row."""
-    return asked.name, CAMPAIGNS[asked.name].fly(seed)
 
 
 @app.command()
@@ -52,6 +43,7 @@ def main(
     rest: Annotated[int, typer.Option(min=-1, max=2, help="This third, 0 to 2, of those that CI does not fly.")] = -1,
     workers: Annotated[int, typer.Option(min=1, help="Processes.")] = os.cpu_count() or 1,
     out: Annotated[Path, typer.Option(help="Folder for NAME.json, written anew after each flight.")] = OUT,
+    docs: Annotated[bool, typer.Option("--docs", help="Write the summaries into docs/, of whole campaigns.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Rows as JSON in place of the tables.")] = False,
 ) -> None:
     """Fly campaigns, write a row a flight, show the tables.
@@ -64,7 +56,7 @@ def main(
     total = sum(len(asked.seeds) for asked in chosen)
     out.mkdir(parents=True, exist_ok=True)
     try:
-        for count, (of, row) in enumerate(fly_all(fly_one, chosen, workers), 1):
+        for count, (of, row) in enumerate(fly_all(fly_one, chosen, workers, RENEWED), 1):
             rows[of] = sorted([*rows[of], row], key=lambda r: r.seed)
             (out / f"{of}.json").write_text(json.dumps([asdict(r) for r in rows[of]], indent=1) + "\n")
             typer.echo(f"{count} of {total}: {of}: {row}", err=True)
@@ -72,6 +64,8 @@ def main(
         typer.echo(f"stopped after {sum(map(len, rows.values()))} of {total} flights, written to {out}", err=True)
         raise typer.Exit(EX_INTERRUPTED) from None
     _show(rows, as_json)
+    if docs:
+        _put(rows)
     broken = [f"{of}: {text}" for of in rows for text in CAMPAIGNS[of].judge(rows[of])]
     for text in broken:
         typer.echo(f"falls short: {text}", err=True)
@@ -101,6 +95,22 @@ def _show(rows: Mapping[str, Sequence[Any]], as_json: bool) -> None:
     for name, found in rows.items():
         console.print(f"{name}: {(CAMPAIGNS[name].__doc__ or '').splitlines()[0]}", highlight=False)
         console.print(table(found))
+        if lines := _summary(name, found):
+            console.print(shown(HEADS, lines))
+
+
+def _summary(name: str, rows: Sequence[Any]) -> list[tuple[str, ...]]:
+    """The lines that the page includes, none where it includes nothing of this campaign."""
+    made: list[tuple[str, ...]] = getattr(CAMPAIGNS[name], "summary", lambda _: [])(rows) if rows else []
+    return made
+
+
+def _put(rows: Mapping[str, Sequence[Any]]) -> None:
+    """The summaries of campaigns that were flown whole, into the page."""
+    for name, found in rows.items():
+        lines = _summary(name, found)
+        if lines and {row.seed for row in found} == set(CAMPAIGNS[name].SEEDS):
+            put(PAGE, name, markdown(HEADS, lines))
 
 
 def table(rows: Sequence[Any]) -> Table:

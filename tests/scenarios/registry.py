@@ -14,6 +14,9 @@ into a flight, tick by tick:
 
     InMemory(Scenario(seed=seed), step_ns=CAMPAIGN_STEP_NS).run(observe)
 
+Where docs/campaigns.md includes a campaign's figures, its module has `summary(rows)`: lines in the order of
+flown.HEADS. They stand under the rows, and `--docs` writes them into the page.
+
 Faults are a scenario's (`faults=(Injection("wheel_silent", when="drive", after_s=5.0, target=2),)`); what has no
 injection is set on the bench before the run (`bench.plant.set_soil(1, "soft")`), or between two steps of a loop of the
 campaign's own (`while not bench.ended: bench.step(observe)`, then `bench.free()`).
@@ -22,9 +25,10 @@ campaign's own (`while not bench.ended: bench.step(observe)`, then `bench.free()
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any, Protocol
 
-from tests.scenarios import calibrate, guard, library, localisation, nominal, wheels
+from tests.scenarios import calibrate, fresh, guard, library, localisation, losses, nominal, three_goals, wheels
 
 
 class Campaign(Protocol):
@@ -43,6 +47,7 @@ class Campaign(Protocol):
         """Where these rows fall short of the promise, one sentence each."""
 
 
+RENEWED = 4  # flights of a worker before another takes its place: each flight leaves memory behind
 CAMPAIGNS: Mapping[str, Campaign] = {
     "library": library,
     "guard": guard,
@@ -50,4 +55,20 @@ CAMPAIGNS: Mapping[str, Campaign] = {
     "localisation": localisation,
     "wheels": wheels,
     "calibrate": calibrate,
+    "losses": losses,
+    "three-goals": three_goals,
+    "fresh": fresh,
 }
+
+
+@dataclass(frozen=True, slots=True)
+class Asked:
+    """A campaign and its seeds."""
+
+    name: str
+    seeds: tuple[int, ...]
+
+
+def fly_one(asked: Asked, seed: int) -> tuple[str, Any]:
+    """In a worker: the campaign's name and the seed's row."""
+    return asked.name, CAMPAIGNS[asked.name].fly(seed)

@@ -8,7 +8,7 @@ import pytest
 from typer.testing import CliRunner
 
 from tests.scenarios import __main__ as command
-from tests.scenarios import calibrate, nominal
+from tests.scenarios import calibrate, nominal, registry
 from tests.scenarios.registry import CAMPAIGNS
 
 ARRIVED = nominal.Row(4, "arrived", 0.02, 16.9, 5, (), (), 312.4)
@@ -59,7 +59,9 @@ def squares(monkeypatch):
         __doc__="Squares stay small.\n\nMore.", SEEDS=(1, 2, 3), SHORT=(2,), fly=lambda seed: Square(seed, seed * seed),
         judge=lambda rows: [f"seed {row.seed}: {row.square}" for row in rows if row.square > 9],
     )  # fmt: skip
-    monkeypatch.setattr(command, "CAMPAIGNS", {"squares": made})
+    for module in (command, registry):
+        monkeypatch.setattr(module, "CAMPAIGNS", {"squares": made})
+    monkeypatch.setattr(command, "RENEWED", 0)  # a worker that imports the registry anew would not know it
 
 
 def asked(folder, *words):
@@ -93,7 +95,7 @@ def test_json_is_all_that_stands_on_standard_output(squares, tmp_path):
 
 
 def test_what_was_flown_before_ctrl_c_is_written(squares, tmp_path, monkeypatch):
-    def interrupted(fly, runs, workers):
+    def interrupted(fly, runs, workers, renewed):
         yield fly(runs[0], 2)
         raise KeyboardInterrupt
 

@@ -1,0 +1,118 @@
+"""A rock that returns no light, across the straight way of a whole kinematic mission: is it ever free, is it touched?
+
+Gently rough ground, goal 9 m ahead, a rock 0.2 m high and wide on the straight line 2 to 7 m from the start. No beam
+that meets it returns. What the beams beside it say of its cells must not make a pose free that rolls over its top.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from hil.terrain.recipe import Course, Recipe, compose
+from hil.terrain.rocks import Rock
+from onboard.config import Config
+from onboard.perception import ldem
+from onboard.perception.cell_classes import classify
+from onboard.perception.stop_map import StopMap
+from onboard.planning.poses import pose_freedom
+from tests.missions.campaign import REGISTERED
+from tests.missions.drift import FLOWN_DRIFT
+from tests.missions.mission import Kinematic
+from tests.missions.rocks_proof import MEDIAN_SLOPE_DEG, SALT, free_of, rolling_over, standing, top_of
+from tests.missions.scan_errors import DEFAULT, ScanErrors
+from tests.missions.scanner import scanner
+from tests.missions.world import Triangles, World, of_field
+
+SEEDS = tuple(range(1, 11))
+SIDE_M, AWAY_M, GOAL_M = 0.2, (2.0, 7.0), 9.0
+RIM_M = 0.01  # what is dark reaches so far around it
+
+
+@dataclass(frozen=True)
+class DarkRun:
+    """Places of a dark rock, one a seed."""
+
+    seeds: tuple[int, ...] = SEEDS
+    errors: ScanErrors | None = DEFAULT
+
+
+@dataclass(frozen=True)
+class DarkRow:
+    """One mission. free: poses over the rock's top that were free after a scan, the most of all its stops.
+
+    touched: wheels that came onto the rock. hard: poses in hard contact. at_m: way from the start to the rock.
+    """
+
+    seed: int
+    at_m: float
+    free: int
+    touched: int
+    hard: int
+    outcome: str
+    reason: str
+    scans: int
+    way_m: float
+
+
+class Watched(Kinematic):
+    """A mission that looks, after each scan, whether a pose over the rock is free."""
+
+    rock: Rock
+    free = 0
+
+    def _scan(self) -> None:
+        super()._scan()
+        assert self.flight.memory
+        self.free = max(self.free, self.over(self.flight.memory))
+
+    def over(self, memory: StopMap) -> int:
+        """Free poses that roll over the rock's top, by the map so far."""
+        config = self.config
+        near = ldem.window(memory.cells, self.rock.x_m, self.rock.y_m, 4.0)
+        surface = classify(near, config.mapping)
+        freedom = pose_freedom(surface, config.rover, config.planning)
+        return free_of(freedom, rolling_over(top_of(self.rock), surface.grid, config.rover))
+
+
+def fly(run: DarkRun, seed: int) -> DarkRow:
+    """The mission of a seed."""
+    world = ground(seed)
+    made = replace(scanner(Config()), errors=run.errors)
+    mission = Watched(world, made, REGISTERED, seed, drift=FLOWN_DRIFT)
+    mission.rock = world.rocks[0]
+    flight = mission.fly()
+    return DarkRow(seed, round(math.hypot(mission.rock.x_m, mission.rock.y_m), 2), mission.free, len(flight.on_rocks),
+                   flight.hard, flight.kind, flight.reason, flight.scans, round(flight.way_m, 2))  # fmt: skip
+
+
+def ground(seed: int) -> World:
+    """The field of a seed with the dark rock as its only one."""
+    rng = np.random.default_rng([seed, SALT, 2])
+    field = compose(Recipe(0.8, median_slope_deg=MEDIAN_SLOPE_DEG), Course(away_m=GOAL_M), rng, seed)
+    away_m = rng.uniform(*AWAY_M)
+    rock = standing(field, field.start.x_m + away_m, field.start.y_m + rng.uniform(-0.1, 0.1), SIDE_M, SIDE_M, rng)
+    field = replace(field, rocks=(rock,))
+    dark = np.array([(rock.x_m, rock.y_m, SIDE_M / 2 + RIM_M)])
+    return replace(of_field(field, "dark rock"), caster=Triangles(field), dark=dark)
+
+
+def shortfalls(rows: Sequence[DarkRow]) -> list[str]:
+    """Each mission with a free pose over the rock, or in touch with anything."""
+    return [
+        f"dark rock, seed {row.seed}: {row.free} poses over it were free, {row.touched} wheels on it, {row.hard} hard "
+        "contacts"
+        for row in rows if row.free or row.touched or row.hard
+    ]  # fmt: skip
+
+
+def cells(rows: Sequence[DarkRow]) -> tuple[str, ...]:
+    """A line for the table of rocks: name, free, touched, arrived."""
+    never = sum(row.free == 0 and row.touched == 0 and row.hard == 0 for row in rows)
+    arrived = sum(row.outcome == "arrived" for row in rows)
+    touched = sum(row.touched + row.hard > 0 for row in rows)
+    return (f"{SIDE_M:g} m high, dark, in the way of a mission", f"never free nor touched: {never} of {len(rows)}",
+            f"touched: {touched}", f"arrived: {arrived}", "")  # fmt: skip

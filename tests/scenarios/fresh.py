@@ -1,0 +1,27 @@
+"""The demo's fields 101 to 130, on which nothing was ever tuned: at the goal by truth, or stopped with the true reason.
+
+The scanner is the scenarios' default. No contact of a wheel with a rock over 0.08 m, none of the body.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from hil.bench.in_memory import CAMPAIGN_STEP_NS, InMemory
+from hil.scenario.scenario import Scenario
+from tests.scenarios import losses
+from tests.scenarios.flown import Row, line
+
+SEEDS = tuple(range(101, 131))
+SHORT = (101, 103)
+judge = losses.judge
+
+
+def fly(seed: int) -> Row:
+    """The mission on the seed's field."""
+    return losses.flown(InMemory(Scenario(name="fresh", terrain="fbm", seed=seed), step_ns=CAMPAIGN_STEP_NS), seed)
+
+
+def summary(rows: Sequence[Row]) -> list[tuple[str, ...]]:
+    """One line."""
+    return [line("fresh fields", rows)]

@@ -1,0 +1,43 @@
+"""Missions with a scanner that loses 1, 3 or 8 % of its beams: at the goal, or stopped with the true reason.
+
+The demo's fields 1 to 30; seed 101 is field 1 at 1 %, 330 is field 30 at 3 %, 801 is field 1 at 8 %. No mission touches
+anything, and none ends with "no way is left": each field has a way.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from hil.bench.in_memory import CAMPAIGN_STEP_NS, InMemory
+from hil.scenario.scenario import Scenario
+from tests.scenarios.flown import Row, Watch, broken, ended, line, outcome_of, with_losses
+
+PERCENTS, FIELDS = (1, 3, 8), range(1, 31)
+SEEDS = tuple(100 * percent + field for percent in PERCENTS for field in FIELDS)
+SHORT = (101, 801)
+
+
+def fly(seed: int) -> Row:
+    """The mission of a seed."""
+    percent, field = divmod(seed, 100)
+    bench = InMemory(Scenario(name="losses", terrain="fbm", seed=field), step_ns=CAMPAIGN_STEP_NS)
+    return flown(with_losses(bench, percent / 100), seed)
+
+
+def flown(bench: InMemory, seed: int) -> Row:
+    """To the end of the mission."""
+    watch, goal_m = Watch(), bench.field.goal_m
+    flight = bench.run(watch)
+    outcome = outcome_of(bench, flight.error)
+    return ended(bench, watch, seed, goal_m, outcome, (watch.error_m,) if outcome == "arrived" else ())
+
+
+def judge(rows: Sequence[Row]) -> list[str]:
+    """Each flight by itself."""
+    return [text for row in rows for text in broken(row)]
+
+
+def summary(rows: Sequence[Row]) -> list[tuple[str, ...]]:
+    """A line for each share of lost beams."""
+    percents = sorted({row.seed // 100 for row in rows})
+    return [line(f"{percent} % lost", [row for row in rows if row.seed // 100 == percent]) for percent in percents]
