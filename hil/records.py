@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+
+from onboard.records import Pose
 
 
 class WheelTruth(NamedTuple):
@@ -59,3 +62,12 @@ class PlantState:
     wheels: tuple[WheelTruth, ...]
     contact: str = ""
     rockers_rad: tuple[float, float] = (0.0, 0.0)
+
+    @property
+    def pose(self) -> Pose:
+        """base_link in the map frame; angles intrinsic z-y-x."""
+        x, y, z, w = self.quaternion_xyzw.tolist()
+        roll_rad = math.atan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y))
+        pitch_rad = math.asin(max(-1.0, min(1.0, 2.0 * (w * y - z * x))))
+        yaw_rad = math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+        return Pose(*self.position_m.tolist(), roll_rad, pitch_rad, yaw_rad)

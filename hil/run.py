@@ -134,7 +134,7 @@ def _settings(scenario: Scenario, folder: Path, bench: Bench, rover_side: str) -
         "clock.mode": "lockstep", "clock.barrier": bench.barrier.address, "can.uri": bench.hub.uri,
         "lidar.address": bench.lidar_server.address, "link.endpoint": rover_side,
         "mission.gdem": str(folder / "gdem.npz"), "record.path": str(folder / "onboard.mcap"),
-        **flight_settings(scenario, bench.field.start),
+        **flight_settings(scenario, bench.start),
     }
     if scenario.live or any(fault.fault == "onboard_restarted" for fault in scenario.faults):
         settings |= {f"{part}.folder": str(folder / part) for part in KEPT}

@@ -83,8 +83,9 @@ class InMemory(World):
         record: Path | None = None,
     ) -> None:  # fmt: skip
         ground = ground or ground_of(scenario).field
-        config = load(None, flight_settings(scenario, ground.start))
-        super().__init__(ground, scenario.seed, built or config.rover, Truth(), step_ns)
+        believed = load(None, flight_settings(scenario, ground.start)).rover
+        super().__init__(ground, scenario.seed, built or believed, Truth(), step_ns)
+        config = load(None, flight_settings(scenario, self.start))
         self.fit(scenario.rays, sensor_errors(scenario.sensors))
         self.scenario = scenario
         self.rover: Rover | None = Rover(config, ground.gdem)

@@ -103,6 +103,7 @@ class World:
         self.progress = Progress()
         self.tick = 0
         self.state: PlantState = self.plant.reset(ground.start)
+        self.start = self.state.pose  # where it stands once it has settled: what the flight program is told
         self._stamps_crc = self._controller_crc = 0
         self._frames: list[Frame] = []
         self._lidar_out: list[tuple[int, bytes]] = []
