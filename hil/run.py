@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from hil.bench.bench import Bench, Joined
+from hil.bench.contacts import Contact
 from hil.bench.lockstep import ParticipantLostError
 from hil.bench.truth import Truth
 from hil.bench.world import Progress
@@ -46,7 +47,7 @@ class RunResult:
     wall_s: float
     distance_to_goal_m: float
     speed_mps: float
-    contacts: tuple[tuple[float, str], ...]
+    contacts: tuple[Contact, ...]
     sweeps: int
     streams: dict[str, Any]
     states: int

@@ -20,6 +20,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from hil.bench.contacts import Contact
 from hil.bench.operator import Operator, Order, orders_of
 from hil.bench.truth import Truth
 from hil.bench.world import NS, World
@@ -53,7 +54,7 @@ class Flight:
     distance_to_goal_m: float
     way_m: float
     sweeps: int
-    contacts: tuple[tuple[float, str], ...]
+    contacts: tuple[Contact, ...]
     events: tuple[Event, ...]
     requests: tuple[Request, ...]
     faults: tuple[dict[str, object], ...]

@@ -24,7 +24,7 @@ from hil.plant.rover_model import CENTRE_OF_MASS_M, urdf
 from hil.plant.soil import SoilContacts
 from hil.plant.stance import stance
 from hil.plant.turns import inverse, middle, rotate
-from hil.records import PlantState, WheelDrive, WheelTruth
+from hil.records import PlantState, Touch, WheelDrive, WheelTruth
 from hil.terrain.field import Field
 from onboard.config import Rover
 from onboard.records import F32, Pose
@@ -37,7 +37,7 @@ GRAVITY_MPS2 = 1.62
 DRIVE_NM, DRIVE_SLEW_RADPS2 = 8.0, 1.0
 STEER_NM, STEER_GAIN = 20.0, 0.2
 FENCE_M, TIP_RAD, JUMP_M = 0.5, math.radians(35), 0.05
-ROCK_LIMIT_M = 0.08  # a wheel on a higher rock is a collision
+ROCK_LIMIT_M = 0.08  # a wheel on a rock of this height or more is a contact
 HISTORY = 11  # poses of the last 100 ms, one a tick
 SETTLE_TICKS = 150
 STEP_NS = 2_000_000  # of the physics; 5 ms is for campaigns
@@ -236,7 +236,7 @@ class Plant:
                 WheelTruth(*joints[k + 4][:1], *joints[k][:2], self._torque_nm(k, joints[k][3]), contacts[k][2])
                 for k in range(4)
             ),
-            contact=self._touch(),
+            touches=self._touches(),
             rockers_rad=(joints[8][0], joints[9][0]),
         )
 
@@ -244,18 +244,19 @@ class Plant:
         """The engine repeats the last torque of a motor that has none left."""
         return max(-self._limits_nm[k], min(self._limits_nm[k], told_nm))
 
-    def _touch(self) -> str:
-        """'' or the worst that the rover touches now."""
-        found = ""
+    def _touches(self) -> tuple[Touch, ...]:
+        """Wheels on rocks of ROCK_LIMIT_M or more, body on anything; each pair once."""
+        found: dict[tuple[object, ...], Touch] = {}
         for contact in pybullet.getContactPoints(bodyA=self._body, physicsClientId=self._client):
             if contact[8] > 0:  # still apart
                 continue
-            if contact[3] not in self._wheels:
-                return "body"
-            rock = self.ground.rock_at(contact[2], contact[6])
-            if rock is not None and rock.height_m > ROCK_LIMIT_M:
-                found = f"wheel {self._wheels.index(contact[3]) + 1} on a rock of {rock.height_m:.2f} m"
-        return found
+            rock, (x_m, y_m, _) = self.ground.rock_at(contact[2], contact[6]), contact[6]
+            wheel = self._wheels.index(contact[3]) + 1 if contact[3] in self._wheels else 0
+            if wheel and (rock is None or rock.height_m < ROCK_LIMIT_M):
+                continue
+            height_m, rock_m = (rock.height_m, (rock.x_m, rock.y_m)) if rock else (0.0, None)
+            found.setdefault((wheel, rock_m), Touch(wheel, height_m, rock_m, (x_m, y_m)))
+        return tuple(sorted(found.values(), key=lambda touch: (touch.wheel, touch.rock_m or ())))
 
     def _fence(self, position: tuple[float, ...], q: tuple[float, ...]) -> None:
         x, y, z = position

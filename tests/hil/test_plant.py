@@ -126,7 +126,7 @@ def octahedron(x_m, y_m, height_m):
 def test_body_and_wheel_contacts_are_told(plant_on):
     soil_z = plane().soil_z
     ahead, on_the_track = octahedron(0.6, 0.0, 0.2), octahedron(0.75, 0.23, 0.14)
-    for rock, contact in ((ahead, "body"), (on_the_track, "wheel 1 on a rock of 0.14 m")):
+    for rock, contact in ((ahead, "body on a rock of 0.20 m"), (on_the_track, "wheel 1 on a rock of 0.14 m")):
         plant = plant_on(field_of(soil_z, rocks=[octahedron(-2.0, 0.0, 0.3), rock]))
         assert contact in {state.contact for state in run(plant, (WheelDrive(0.0, 1.1),) * 4, 5)}
 
