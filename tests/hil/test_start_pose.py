@@ -7,9 +7,11 @@ import numpy as np
 import pytest
 
 from hil.bench.in_memory import CAMPAIGN_STEP_NS, InMemory
+from hil.bench.truth import Truth
+from hil.bench.world import World
 from hil.plant.plant import Plant
 from hil.plant.stance import stance, wheel_centres
-from hil.scenario.scenario import Scenario
+from hil.scenario.scenario import Scenario, flight_settings, ground_of, set_words
 from hil.terrain.mesh import soil_height
 from onboard.config import Rover
 from onboard.records import Pose
@@ -77,6 +79,19 @@ def test_the_told_start_is_the_true_one(seed):
 def test_the_told_start_is_the_true_one_on_fifty_fields():
     offs = [off(told, true) for told, true, _ in map(told_and_true, FIFTY)]
     assert [seed for seed, (off_m, off_deg) in zip(FIFTY, offs) if off_m >= TOLD_M or off_deg >= TOLD_DEG] == []
+
+
+def test_over_sockets_and_in_one_process_the_same_start_is_told():
+    """To the bit, on the field where the rockers turn most."""
+    scenario = Scenario(terrain="fbm", seed=119)
+    world = World(ground_of(scenario).field, scenario.seed, Rover(), Truth())
+    bench = InMemory(scenario, ())
+    told = flight_settings(scenario, world.start)
+    words = dict(word.split("=") for word in set_words(told) if "=" in word)
+    for name in ("start_x_m", "start_y_m", "start_yaw_rad"):
+        assert float(words[f"localisation.{name}"]) == getattr(bench.rover.config.localisation, name) != 0.0
+    world.free()
+    bench.free()
 
 
 def test_a_scenario_may_tell_another_start():
