@@ -90,7 +90,7 @@ def demo(
             raise fail(EX_SOFTWARE, f"after {result.bench_s:.1f} s of bench time: {result.error}")
         facts = conclude(scenario, result)
         problem = after.report(out)
-        show(facts)
+        show(facts, result.contacts)
         if problem:
             raise fail(EX_SOFTWARE, f"the report failed:\n{problem}")
         print(f"report: {out / 'report.html'}")

@@ -93,7 +93,7 @@ def summary(scenario: Scenario, result: RunResult, replay: dict[str, Any]) -> di
         "distance_to_goal_m": round(result.distance_to_goal_m, 4),
         "outcome": word.outcome,
         "collisions": len(result.contacts),
-        "contacts": [{"t_s": t, "what": what} for t, what in result.contacts],
+        "contacts": [contact.row() for contact in result.contacts],
         "scans": word.scans,
         "replans": word.replans,
         "strategy": word.strategy,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import fcntl
 import json
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -16,6 +16,7 @@ from rich.table import Table
 from rich.text import Text
 
 from hil import demo as after
+from hil.bench.contacts import Contact, lines
 from hil.can.socket import NoInterfaceError
 from hil.scenario.scenario import Scenario
 from hil.status import status
@@ -41,13 +42,38 @@ def fail(code: int, text: str) -> typer.Exit:
 
 def line(progress: Progress, wall_s: float, live: bool = False) -> Text:
     """The live progress line; with a live operator the bench does not know the goal."""
-    doing = "scanning" if progress.sweeping else "driving" if progress.driving else "thinking"
+    doing = "scanning" if progress.sweeping else "driving" if progress.driving else "standing"
+    if doing == "standing" and progress.turning:
+        doing = "turning"
     rtf = progress.now_s / wall_s if wall_s > 0 else 0.0
     link = f"link {progress.link.get('received', 0)}/{progress.link.get('sent', 0)}" if progress.link else ""
+    contacts = f"  contacts {len(progress.contacts)}" if progress.contacts else ""
     return Text(
         f"{progress.now_s:6.1f} s  x{rtf:4.1f}  {doing:8}  scan {progress.sweeps:2d}  driven {progress.way_m:4.1f} m  "
-        + ("" if live else f"to go {progress.distance_to_goal_m:5.2f} m  ") + link
+        + ("" if live else f"to go {progress.distance_to_goal_m:5.2f} m  ") + link + contacts
     )
+
+
+class Watch:
+    """Shows a run's progress, and each contact once when it begins. `contacts`: of the run, as far as it has come."""
+
+    def __init__(self, live: bool) -> None:
+        self._live, self._console, self._shown = live, Console(stderr=True), 0
+        self.contacts: Sequence[Contact] = ()
+
+    @contextmanager
+    def showing(self, first: str) -> Iterator[Callable[[Progress, float], None]]:
+        """The function that a run calls with its progress and the wall time since its begin."""
+        with status(self._console, Text(first)) as tell:
+            def show(progress: Progress, wall_s: float) -> None:
+                self.contacts = progress.contacts
+                for contact in self.contacts[self._shown :]:
+                    text = f"contact at {contact.begin_s:.1f} s: {contact.what} at {contact.place}"
+                    self._console.print(Text(text), soft_wrap=True)
+                self._shown = len(self.contacts)
+                tell(line(progress, wall_s, self._live), wall_s)
+
+            yield show
 
 
 @contextmanager
@@ -64,25 +90,33 @@ def _alone(folder: Path) -> Iterator[None]:
 
 
 @contextmanager
-def _told(folder: Path) -> Iterator[None]:
-    """The folder for this run alone; what a user can mend, and Ctrl-C, as one line and an exit code."""
+def _told(folder: Path, watch: Watch) -> Iterator[None]:
+    """The folder for this run alone; what a user can mend, and Ctrl-C, in words and an exit code."""
     try:
         with _alone(folder):
             yield
     except KeyboardInterrupt:
-        raise fail(EX_INTERRUPTED, "ended by Ctrl-C; all processes are gone") from None
+        words = ["ended by Ctrl-C; all processes are gone", *lines(watch.contacts), *_left(folder)]
+        raise fail(EX_INTERRUPTED, "\n".join(words)) from None
     except ConfigError as error:
         raise fail(EX_CONFIG, str(error)) from None
     except NoInterfaceError as error:
         raise fail(EX_UNAVAILABLE, str(error)) from None
 
 
+def _left(folder: Path) -> list[str]:
+    """What a run that was ended leaves, and the command that makes its report."""
+    record = folder / "onboard.mcap"
+    return [f"record: {record}", f"report: .venv/bin/ground report {folder}"] if record.is_file() else []
+
+
 def fly(scenario: Scenario, out: Path, pace: float = 0.0) -> RunResult:
     """Run with its status on standard error; exit 130 on Ctrl-C, nothing left behind."""
     from hil.run import run as run_scenario  # the engine is heavy: not for --help and `hil link`
 
-    with _told(out), status(Console(stderr=True), Text("starting bench, onboard, link and ground ...")) as tell:
-        return run_scenario(scenario, out, lambda p, wall_s: tell(line(p, wall_s, scenario.live), wall_s), pace=pace)
+    watch = Watch(scenario.live)
+    with _told(out, watch), watch.showing("starting bench, onboard, link and ground ...") as show:
+        return run_scenario(scenario, out, show, pace=pace)
 
 
 def fly_mixed(scenario: Scenario, out: Path, lidar: str, can: str) -> None:
@@ -91,9 +125,10 @@ def fly_mixed(scenario: Scenario, out: Path, lidar: str, can: str) -> None:
     from hil.bench.mixed import fly as fly_beside
     from hil.processes import ProcessDiedError
 
+    watch = Watch(live=True)
     try:
-        with _told(out), status(Console(stderr=True), Text("starting bench, onboard and link ...")) as tell:
-            fly_beside(scenario, out, Real(lidar, can), lambda p, wall_s: tell(line(p, wall_s, live=True), wall_s))
+        with _told(out, watch), watch.showing("starting bench, onboard and link ...") as show:
+            fly_beside(scenario, out, Real(lidar, can), show)
     except typer.Exit as ended:
         if ended.exit_code != EX_INTERRUPTED:
             raise
@@ -112,9 +147,10 @@ def conclude(scenario: Scenario, result: RunResult) -> dict[str, object]:
     return facts
 
 
-def show(facts: dict[str, object]) -> None:
-    """The summary's main figures."""
+def show(facts: dict[str, object], contacts: Sequence[Contact]) -> None:
+    """The summary's main figures, and each contact."""
     table = Table(show_header=False, box=None)
     for key in SHOWN:
         table.add_row(key, str(facts[key]))
     Console().print(table)
+    print("\n".join(lines(contacts)))

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from hil.bench.bench import Bench, Joined
+from hil.bench.contacts import Contact
 from hil.bench.lockstep import ParticipantLostError
 from hil.bench.truth import Truth
 from hil.bench.world import Progress
@@ -46,7 +47,7 @@ class RunResult:
     wall_s: float
     distance_to_goal_m: float
     speed_mps: float
-    contacts: tuple[tuple[float, str], ...]
+    contacts: tuple[Contact, ...]
     sweeps: int
     streams: dict[str, Any]
     states: int
@@ -134,7 +135,7 @@ def _settings(scenario: Scenario, folder: Path, bench: Bench, rover_side: str) -
         "clock.mode": "lockstep", "clock.barrier": bench.barrier.address, "can.uri": bench.hub.uri,
         "lidar.address": bench.lidar_server.address, "link.endpoint": rover_side,
         "mission.gdem": str(folder / "gdem.npz"), "record.path": str(folder / "onboard.mcap"),
-        **flight_settings(scenario, bench.field.start),
+        **flight_settings(scenario, bench.start),
     }
     if scenario.live or any(fault.fault == "onboard_restarted" for fault in scenario.faults):
         settings |= {f"{part}.folder": str(folder / part) for part in KEPT}

@@ -13,8 +13,8 @@ from typing import Any
 
 from ground.report import pictures as draw
 from ground.report.page import Section, facts, numbers, page, paragraph, picture, table, verdict
-from ground.report.run_files import Run, Told, read_run
-from ground.report.words import ALWAYS, EXPECTED_REFUSAL, RULES, TICKS, WHEELS
+from ground.report.run_files import Contact, Run, Told, read_run
+from ground.report.words import ALWAYS, CONTACTS, EXPECTED_REFUSAL, RULES, TICKS, WHEELS
 
 _TERRAINS = {"fbm": "fractal ground", "craters": "cratered ground", "real": "measured land", "flat": "flat ground"}
 _QUIET_EVENTS = ("PHASE", "DECISION")
@@ -51,6 +51,7 @@ def html(run: Run) -> str:
     )
     sections = (
         Section("Paths", picture(draw.paths_picture(run), ways)),
+        Section("Contacts", _contacts(run.contacts)),
         Section("The run", facts(_facts(run))),
         Section("Decisions, stop by stop", _decisions(run)),
         Section("What the rover knew at each stop", _maps(run)),
@@ -82,13 +83,13 @@ def _head(run: Run, title: str) -> str:
     if known:
         reached = bool(known.get("goal_reached"))
         words = [verdict(reached, "goal reached" if reached else "goal not reached")]
-        if "collisions" in known:
-            words.append(verdict(not known["collisions"], f"{known['collisions'] or 'no'} collisions"))
         if "replay" in known:
             words.append(verdict(known["replay"] == "identical", f"replay {known['replay']}"))
-        head += f'<p>{" ".join(words)}</p>'
     else:
-        head += f'<p>{verdict(None if end is None else end.name == "ARRIVED", told)}</p>'
+        words = [verdict(None if end is None else end.name == "ARRIVED", told)]
+    if run.contacts is not None:
+        words.insert(1, verdict(not run.contacts, _count(run.contacts)))
+    head += f'<p>{" ".join(words)}</p>'
     head += paragraph(f"The rover's own word, by its own estimate: {told}.", "soft")
     boxes = (
         ("true distance to the goal", "distance_to_goal_m", "{:.2f} m"), ("scans", "scans", "{}"),
@@ -113,7 +114,6 @@ def _facts(run: Run) -> list[tuple[str, str]]:
         ("goal", "x {:.2f} m, y {:.2f} m".format(*known["goal_m"]) if "goal_m" in known else None),
         ("true distance to the goal, from the bench", _filled("{distance_to_goal_m:.3f} m", known)),
         ("the rover's own word, by its estimate", known.get("outcome")),
-        ("collisions", _contacts(known)),
         ("strategy", known.get("strategy")),
         ("scans, replans", _filled("{scans}, {replans}", known)),
         ("driven way", _filled("{way_m:.1f} m", known)),
@@ -140,15 +140,18 @@ def _filled(text: str, known: dict[str, Any]) -> str | None:
         return None
 
 
-def _contacts(known: dict[str, Any]) -> str | None:
-    """How many, and by what was touched: how often and when first."""
-    if "collisions" not in known:
-        return None
-    times: dict[str, list[float]] = {}
-    for row in known.get("contacts", ()):
-        times.setdefault(row["what"], []).append(row["t_s"])
-    what = "; ".join(f"{name}, {len(found)} times from {found[0]:.1f} s on" for name, found in times.items())
-    return f"{known['collisions']}{': ' if what else ''}{what}"
+def _count(contacts: Sequence[Contact]) -> str:
+    return "1 contact" if len(contacts) == 1 else f"{len(contacts) or 'no'} contacts"
+
+
+def _contacts(contacts: Sequence[Contact] | None) -> str:
+    """Each with its time and place; that there were none is said as well."""
+    if contacts is None:
+        return ""
+    if not contacts:
+        return paragraph("None. " + CONTACTS)
+    rows = [(f"{c.begin_s:.1f} s", f"{c.end_s:.1f} s", c.what, f"({c.x_m:.2f}, {c.y_m:.2f})") for c in contacts]
+    return paragraph(CONTACTS) + table(("begin", "end", "what", "at, m"), rows)
 
 
 def _decisions(run: Run) -> str:

@@ -44,13 +44,27 @@ class Told(NamedTuple):
     text: str
 
 
+class Contact(NamedTuple):
+    """Wheel or body on what it must not touch, by the bench. x_m, y_m: its first touch, map frame."""
+
+    begin_s: float
+    end_s: float
+    what: str
+    x_m: float
+    y_m: float
+
+
 @dataclass(frozen=True, slots=True)
 class Truth:
-    """The bench's truth, ten times a second. wheel_rates_radps, steer_rad: (k, 4)."""
+    """The bench's truth, ten times a second. wheel_rates_radps, steer_rad: (k, 4).
+
+    contacts: None where the file is of a bench that did not write them.
+    """
 
     track: Track
     wheel_rates_radps: F64
     steer_rad: F64
+    contacts: tuple[Contact, ...] | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,6 +84,14 @@ class Run:
     certificate: dict[str, Any] = field(default_factory=dict)
     link: dict[str, Any] = field(default_factory=dict)
     rhythm: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def contacts(self) -> tuple[Contact, ...] | None:
+        """By the truth, else by the summary; None where neither says."""
+        if self.truth and self.truth.contacts is not None:
+            return self.truth.contacts
+        rows = self.facts.get("contacts")
+        return None if rows is None or any("x_m" not in row for row in rows) else tuple(map(_contact, rows))
 
     def spans(self) -> tuple[Span, ...]:
         """The phases with their times."""
@@ -144,7 +166,9 @@ def _truth(path: Path) -> Truth | None:
         return None
     try:
         with path.open("rb") as file:
-            rows = [(m.log_time / 1e9, json.loads(m.data)) for _, _, m in make_reader(file).iter_messages(["/truth"])]
+            reader = make_reader(file)
+            rows = [(m.log_time / 1e9, json.loads(m.data)) for _, _, m in reader.iter_messages(["/truth"])]
+            contacts = _contacts(reader)
     except _DAMAGE as error:
         raise NoRunError(f"{path} is damaged: {error}; --no-truth leaves it out") from error
     def column(name: str, width: int) -> F64:
@@ -152,7 +176,20 @@ def _truth(path: Path) -> Truth | None:
 
     angles = angles_rad(column("quaternion_xyzw", 4))
     track = Track(np.array([time_s for time_s, _ in rows]), column("position_m", 3), angles)
-    return Truth(track, column("wheel_rate_radps", 4), column("steer_rad", 4))
+    return Truth(track, column("wheel_rate_radps", 4), column("steer_rad", 4), contacts)
+
+
+def _contacts(reader: McapReader) -> tuple[Contact, ...] | None:
+    """Of each number the last message: it was written when the contact began, and when it was over."""
+    summary = reader.get_summary()
+    if summary and "/contact" not in {channel.topic for channel in summary.channels.values()}:
+        return None
+    rows = [json.loads(message.data) for _, _, message in reader.iter_messages(["/contact"])]
+    return tuple(map(_contact, {row["number"]: row for row in rows}.values()))
+
+
+def _contact(row: dict[str, Any]) -> Contact:
+    return Contact(*(row[name] for name in Contact._fields))
 
 
 def _ground(path: Path) -> Ground | None:

@@ -27,3 +27,7 @@ TICKS = (
     "well; both run at once. It depends on the machine, and no decision depends on it."
 )
 WHEELS = "wheel 1 front left, 2 rear left, 3 rear right, 4 front right"
+CONTACTS = (
+    "Counted is each contact of a wheel with a rock of 0.08 m or more, and each of the body with anything, by the "
+    "bench; the rover is not told."
+)

@@ -20,6 +20,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from hil.bench.contacts import Contact
 from hil.bench.operator import Operator, Order, orders_of
 from hil.bench.truth import Truth
 from hil.bench.world import NS, World
@@ -53,7 +54,7 @@ class Flight:
     distance_to_goal_m: float
     way_m: float
     sweeps: int
-    contacts: tuple[tuple[float, str], ...]
+    contacts: tuple[Contact, ...]
     events: tuple[Event, ...]
     requests: tuple[Request, ...]
     faults: tuple[dict[str, object], ...]
@@ -83,8 +84,9 @@ class InMemory(World):
         record: Path | None = None,
     ) -> None:  # fmt: skip
         ground = ground or ground_of(scenario).field
-        config = load(None, flight_settings(scenario, ground.start))
-        super().__init__(ground, scenario.seed, built or config.rover, Truth(), step_ns)
+        believed = load(None, flight_settings(scenario, ground.start)).rover
+        super().__init__(ground, scenario.seed, built or believed, Truth(), step_ns)
+        config = load(None, flight_settings(scenario, self.start))
         self.fit(scenario.rays, sensor_errors(scenario.sensors))
         self.scenario = scenario
         self.rover: Rover | None = Rover(config, ground.gdem)

@@ -146,7 +146,7 @@ def fly(scenario: Scenario, folder: Path, real: Real, tell: Callable[[Progress, 
             "--ground", ground_side,
         ])
         settings = {
-            **flight_settings(scenario, ground.start), "link.bench_seed": -1, "link.endpoint": rover_side,
+            **flight_settings(scenario, bench.start), "link.bench_seed": -1, "link.endpoint": rover_side,
             "link.command_keys": str(up), "link.downlink_key": str(down), "state.folder": str(state),
             "mission.gdem": str(folder / "gdem.npz"), "record.path": str(folder / "onboard.mcap"), **bench.addresses,
         }

@@ -1,11 +1,13 @@
 """What really happened: hashed, counted, and in a file of the bench's own (`truth.mcap`) that onboard never opens.
 
-The file's channels, ten times a second of bench time but for faults:
+The file's channels, ten times a second of bench time but for faults and contacts:
 
     /truth   JSON: position_m, quaternion_xyzw, wheel_rate_radps, wheel_rad, steer_rad, rockers_rad, contact
     /turn    a turn of the scanner: sweep u32 (0 outside one), then (1 + n, 3) float32, m, map frame: where its middle
              ray began, and what every fourth ray met
     /fault   JSON: t_s, fault, target, what ("begin", "heal")
+    /contact JSON, when a contact begins and again when it is over: number from 0, t_s, what, begin_s, end_s, wheel (0:
+             the body), rock_height_m (0: the ground), x_m, y_m; the last message of a number counts
     /ground  other ground from now on: row, column u32 of the field's grid, rows, columns u32, then the new heights
              there, float32, m
 
@@ -17,7 +19,7 @@ from __future__ import annotations
 import hashlib
 import json
 import struct
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 from zlib import crc32
@@ -25,6 +27,7 @@ from zlib import crc32
 import numpy as np
 from mcap.writer import CompressionType, Writer
 
+from hil.bench.contacts import Contact, Contacts
 from hil.records import PlantState, Turn
 from hil.terrain.field import Field, truth_height
 from onboard.records import F32
@@ -50,6 +53,7 @@ class TruthFile:
         self._truth = self._writer.register_channel("/truth", "json", schema)
         self._turn = self._writer.register_channel("/turn", "", 0)
         self._fault = self._writer.register_channel("/fault", "json", 0)
+        self._contact = self._writer.register_channel("/contact", "json", 0)
         self._ground = self._writer.register_channel("/ground", "", 0)
         self._turned_ns = -_PERIOD_NS
 
@@ -68,6 +72,10 @@ class TruthFile:
     def add_fault(self, now_ns: int, row: Mapping[str, object]) -> None:
         """A fault begins or is healed."""
         self._add(self._fault, now_ns, json.dumps(row).encode())
+
+    def add_contact(self, now_ns: int, number: int, contact: Contact) -> None:
+        """A contact begins or is over."""
+        self._add(self._contact, now_ns, json.dumps({"number": number, **contact.row()}).encode())
 
     def add_ground(self, now_ns: int, patch: Patch) -> None:
         """The ground is another now."""
@@ -90,8 +98,7 @@ class Truth:
         self._file = TruthFile(path) if path else None
         self._sum = hashlib.sha256()
         self.states = self.crc = 0
-        self.contacts: list[tuple[float, str]] = []
-        self._touching = ""
+        self._contacts, self._now_ns = Contacts(), 0
 
     def add(self, state: PlantState) -> None:
         """One state a tick."""
@@ -100,11 +107,21 @@ class Truth:
         data = state.position_m.tobytes() + state.quaternion_xyzw.tobytes() + struct.pack(f"<{len(wheels)}d", *wheels)
         self.crc = crc32(data, self.crc)
         self._sum.update(data)
-        if state.contact and state.contact != self._touching:
-            self.contacts.append((state.now_ns / 1e9, state.contact))
-        self._touching = state.contact
+        self._now_ns = state.now_ns
+        told = self._contacts.add(state.now_ns, state.touches)
         if self._file:
             self._file.add(state)
+            self._tell(told)
+
+    @property
+    def contacts(self) -> Sequence[Contact]:
+        """All since the begin; the same list each time, it grows and its entries that go on are replaced."""
+        return self._contacts.found
+
+    def _tell(self, numbers: Iterable[int]) -> None:
+        if self._file:
+            for number in numbers:
+                self._file.add_contact(self._now_ns, number, self.contacts[number])
 
     def add_turn(self, turn: Turn) -> None:
         """One turn of the scanner; for the file alone."""
@@ -127,9 +144,11 @@ class Truth:
         return self._sum.hexdigest()
 
     def close(self) -> None:
-        """Finish the file."""
+        """Finish the file; what still touches is told up to now."""
         if self._file:
+            self._tell(self._contacts.going_on)
             self._file.close()
+            self._file = None
 
 
 class Met(NamedTuple):

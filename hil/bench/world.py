@@ -13,7 +13,7 @@ import hashlib
 import math
 import struct
 from array import array
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from zlib import crc32
 
@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hil.bench.computer import Computer
+from hil.bench.contacts import Contact
 from hil.bench.disk import Disk
 from hil.bench.trace import Trace
 from hil.bench.truth import Truth
@@ -41,6 +42,7 @@ NS = 1_000_000_000
 STREAMS = ("can_to_onboard", "can_to_nodes", "lidar_to_onboard", "lidar_to_sensor")
 _HEAD = struct.Struct("<HB")
 DRIVING_MPS = 0.05  # base_link moves: not a turn on the spot
+TURNING_RADPS = 0.02  # a quarter of the slowest turn that the flight program orders
 
 
 class Stream:
@@ -80,7 +82,9 @@ class Progress:
     sweeping: bool = False
     driving: bool = False
     sweeps: int = 0
+    turning: bool = False
     overruns: int = 0
+    contacts: Sequence[Contact] = ()
     link: dict[str, int] = field(default_factory=dict)
 
 
@@ -103,6 +107,7 @@ class World:
         self.progress = Progress()
         self.tick = 0
         self.state: PlantState = self.plant.reset(ground.start)
+        self.start = self.state.pose  # where it stands once it has settled: what the flight program is told
         self._stamps_crc = self._controller_crc = 0
         self._frames: list[Frame] = []
         self._lidar_out: list[tuple[int, bytes]] = []
@@ -213,6 +218,8 @@ class World:
         p.distance_to_goal_m = math.hypot(goal[0] - x_m, goal[1] - y_m)
         p.way_m += speed_mps * TICK_NS / NS
         p.driving = speed_mps > DRIVING_MPS
+        p.turning = abs(float(self.state.angular_radps[2])) > TURNING_RADPS
+        p.contacts = self.truth.contacts
         sweeping = self.nodes.tilt.state in (TiltState.SWEEPING, TiltState.GAP)
         p.sweeps += sweeping and not p.sweeping
         p.sweeping = sweeping

@@ -22,13 +22,13 @@ from hil.plant.ground_bodies import Ground
 from hil.plant.patches import Patches
 from hil.plant.rover_model import CENTRE_OF_MASS_M, urdf
 from hil.plant.soil import SoilContacts
+from hil.plant.stance import stance
 from hil.plant.turns import inverse, middle, rotate
-from hil.records import PlantState, WheelDrive, WheelTruth
+from hil.records import PlantState, Touch, WheelDrive, WheelTruth
 from hil.terrain.field import Field
-from hil.terrain.mesh import soil_height
 from onboard.config import Rover
 from onboard.records import F32, Pose
-from protocol.conventions import TICK_NS, WHEEL_SIGNS, WHEELS
+from protocol.conventions import TICK_NS, WHEELS
 
 F64 = NDArray[np.float64]
 I64 = NDArray[np.int64]
@@ -37,7 +37,7 @@ GRAVITY_MPS2 = 1.62
 DRIVE_NM, DRIVE_SLEW_RADPS2 = 8.0, 1.0
 STEER_NM, STEER_GAIN = 20.0, 0.2
 FENCE_M, TIP_RAD, JUMP_M = 0.5, math.radians(35), 0.05
-ROCK_LIMIT_M = 0.08  # a wheel on a higher rock is a collision
+ROCK_LIMIT_M = 0.08  # a wheel on a rock of this height or more is a contact
 HISTORY = 11  # poses of the last 100 ms, one a tick
 SETTLE_TICKS = 150
 STEP_NS = 2_000_000  # of the physics; 5 ms is for campaigns
@@ -120,14 +120,16 @@ class Plant:
 
         Raises PlantAbortError if the rover does not stand there on its four wheels.
         """
-        z, roll, pitch = self._rest(pose.x_m, pose.y_m, pose.yaw_rad)
-        quaternion = pybullet.getQuaternionFromEuler([roll, pitch, pose.yaw_rad])
+        at = stance(self.field, self.rover, pose)
+        quaternion = pybullet.getQuaternionFromEuler([at.roll_rad, at.pitch_rad, pose.yaw_rad])
         up = rotate(quaternion, (0.0, 0.0, CENTRE_OF_MASS_M))
-        place = [pose.x_m + up[0], pose.y_m + up[1], z + up[2]]
+        place = [pose.x_m + up[0], pose.y_m + up[1], at.z_m + up[2]]
         pybullet.resetBasePositionAndOrientation(self._body, place, quaternion, physicsClientId=self._client)
         pybullet.resetBaseVelocity(self._body, [0, 0, 0], [0, 0, 0], physicsClientId=self._client)
-        for joint in (*self._wheels, *self._steers, *self._rockers):
+        for joint in (*self._wheels, *self._steers):
             pybullet.resetJointState(self._body, joint, 0, 0, physicsClientId=self._client)
+        for joint, rocker_rad in zip(self._rockers, (at.rocker_rad, -at.rocker_rad)):
+            pybullet.resetJointState(self._body, joint, rocker_rad, 0, physicsClientId=self._client)
         self._soil.reset()
         self._drives = (WheelDrive(0.0, 0.0),) * len(WHEELS)
         self._rates, self._angles = [0.0] * len(WHEELS), [0.0] * len(WHEELS)
@@ -139,18 +141,6 @@ class Plant:
             where = f"({pose.x_m:.2f}, {pose.y_m:.2f})"
             raise PlantAbortError(f"a wheel is in the air at {where}: does the rover stand in a rock?")
         return state
-
-    def _rest(self, x_m: float, y_m: float, yaw_rad: float) -> tuple[float, float, float]:
-        """Height, roll and pitch that lie on the ground under the four wheels (first guess; settling does the rest)."""
-        axle, track = self.rover.half_wheelbase_m, self.rover.half_track_m
-        cosine, sine = math.cos(yaw_rad), math.sin(yaw_rad)
-        corners = [(a * axle, b * track) for a, b in WHEEL_SIGNS]
-        points = [(a * cosine - b * sine, a * sine + b * cosine) for a, b in corners]
-        x, y = np.array([x_m + p[0] for p in points]), np.array([y_m + p[1] for p in points])
-        front_left, rear_left, rear_right, front_right = soil_height(self.field.grid, self.field.soil_z, x, y).tolist()
-        pitch = -math.atan2((front_left + front_right - rear_left - rear_right) / 2, 2 * axle)
-        roll = math.atan2((front_left + rear_left - front_right - rear_right) / 2, 2 * track)
-        return (front_left + rear_left + rear_right + front_right) / 4, roll, pitch
 
     def apply(self, drives: tuple[WheelDrive, ...]) -> None:
         """Targets of the four motor pairs from the next step on; the drivers' slew limits are in the plant."""
@@ -246,7 +236,7 @@ class Plant:
                 WheelTruth(*joints[k + 4][:1], *joints[k][:2], self._torque_nm(k, joints[k][3]), contacts[k][2])
                 for k in range(4)
             ),
-            contact=self._touch(),
+            touches=self._touches(),
             rockers_rad=(joints[8][0], joints[9][0]),
         )
 
@@ -254,18 +244,19 @@ class Plant:
         """The engine repeats the last torque of a motor that has none left."""
         return max(-self._limits_nm[k], min(self._limits_nm[k], told_nm))
 
-    def _touch(self) -> str:
-        """'' or the worst that the rover touches now."""
-        found = ""
+    def _touches(self) -> tuple[Touch, ...]:
+        """Wheels on rocks of ROCK_LIMIT_M or more, body on anything; each pair once."""
+        found: dict[tuple[object, ...], Touch] = {}
         for contact in pybullet.getContactPoints(bodyA=self._body, physicsClientId=self._client):
             if contact[8] > 0:  # still apart
                 continue
-            if contact[3] not in self._wheels:
-                return "body"
-            rock = self.ground.rock_at(contact[2], contact[6])
-            if rock is not None and rock.height_m > ROCK_LIMIT_M:
-                found = f"wheel {self._wheels.index(contact[3]) + 1} on a rock of {rock.height_m:.2f} m"
-        return found
+            rock, (x_m, y_m, _) = self.ground.rock_at(contact[2], contact[6]), contact[6]
+            wheel = self._wheels.index(contact[3]) + 1 if contact[3] in self._wheels else 0
+            if wheel and (rock is None or rock.height_m < ROCK_LIMIT_M):
+                continue
+            height_m, rock_m = (rock.height_m, (rock.x_m, rock.y_m)) if rock else (0.0, None)
+            found.setdefault((wheel, rock_m), Touch(wheel, height_m, rock_m, (x_m, y_m)))
+        return tuple(sorted(found.values(), key=lambda touch: (touch.wheel, touch.rock_m or ())))
 
     def _fence(self, position: tuple[float, ...], q: tuple[float, ...]) -> None:
         x, y, z = position

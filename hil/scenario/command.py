@@ -11,6 +11,7 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
+from hil.bench.contacts import lines
 from hil.flying import EX_CONFIG, EX_FAILED, EX_NOINPUT, EX_OK, EX_SOFTWARE, conclude, fail, fly, show
 from hil.rays.casters import CASTERS
 from hil.scenario.scenario import Scenario, load_scenario
@@ -55,7 +56,7 @@ def run(
         if result.error:
             raise fail(EX_SOFTWARE, f"after {result.bench_s:.1f} s of bench time: {result.error}")
         facts = conclude(read, result)
-        show(facts)
+        show(facts, result.contacts)
         verdicts: Any = facts["verdicts"]
         _tell(verdicts)
         print(f"files of the run: {folder}")
@@ -85,6 +86,7 @@ def _quick(scenario: Scenario) -> None:
         flown = fly_quickly(scenario, twins)
     twins.free()
     _tell([verdict._asdict() for verdict in flown.verdicts])
+    print("\n".join(lines(flown.facts.contacts)))
     raise typer.Exit(EX_OK if all(verdict.holds for verdict in flown.verdicts) else EX_FAILED)
 
 

@@ -111,8 +111,7 @@ class Sight:
     @property
     def pose(self) -> Pose:
         """Where it truly is."""
-        x, y, z = self.state.position_m.tolist()
-        return Pose(x, y, z, *true_angles(self.state))
+        return self.state.pose
 
 
 def _messages(payload: bytes) -> Iterator[int]:
@@ -168,7 +167,7 @@ AT_ONCE = frozenset({Step.STOP, Step.SLOW, Step.SAFE, Step.ESTOP, Step.RESTART_B
 
 def _over_tilt(sight: Sight) -> int | None:
     limit_rad = sight.rover.config.safety.tilt_limit_rad
-    return sight.now_ns if max(map(abs, true_angles(sight.state)[:2])) > limit_rad else None
+    return sight.now_ns if max(abs(sight.pose.roll_rad), abs(sight.pose.pitch_rad)) > limit_rad else None
 
 
 def _lost(sight: Sight) -> int | None:
@@ -208,11 +207,3 @@ the fault grows out of the ground, the way driven or an order."""
 
 COUNTS_WHEN: Mapping[str, Callable[[Sight], bool]] = MappingProxyType({"IMU_BIAS": _rests})
 """A row that can be found in a state alone: its time counts from the first tick of that state after the injection."""
-
-
-def true_angles(state: PlantState) -> tuple[float, float, float]:
-    """Roll, pitch and yaw, intrinsic z-y-x, of the body."""
-    x, y, z, w = state.quaternion_xyzw.tolist()
-    roll = math.atan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y))
-    pitch = math.asin(max(-1.0, min(1.0, 2.0 * (w * y - z * x))))
-    return roll, pitch, math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))

@@ -156,7 +156,10 @@ def sensor_errors(tree: Mapping[str, Any], where: str = "sensors") -> SensorErro
 
 
 def flight_settings(scenario: Scenario, start: Pose) -> dict[str, Any]:
-    """The flight program's values by dotted name, the same on sockets and in one process; `set` has the last word."""
+    """The flight program's values by dotted name, the same on sockets and in one process; `set` has the last word.
+
+    start: where the rover truly stands once it has settled (`World.start`), not where it was put down.
+    """
     return {
         "localisation.start_x_m": start.x_m, "localisation.start_y_m": start.y_m,
         "localisation.start_yaw_rad": start.yaw_rad, "link.bench_seed": scenario.seed,

@@ -15,6 +15,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
+from hil.bench.contacts import Contact, line
 from onboard.config import ConfigError, from_tree, value
 from onboard.records import Event
 from protocol.faults import BY_NAME, Step
@@ -76,7 +77,7 @@ class Facts:
     to_goal_m: float
     speed_mps: float
     events: Sequence[Event]
-    contacts: Sequence[tuple[float, str]]
+    contacts: Sequence[Contact]
     error: str = ""
     seen: Sequence[Seen] | None = None
     answers: Sequence[Answer] | None = None
@@ -134,7 +135,7 @@ def _rows(names: Any, what: str) -> tuple[str, ...]:
 def judge(expect: Expect, facts: Facts) -> tuple[Verdict, ...]:
     """Each promise in turn."""
     verdicts = [Verdict("no process dies unasked", not facts.error, facts.error or "none did"), _ends(expect, facts)]
-    touched = f"{len(facts.contacts)} times" + (f", first {facts.contacts[0][1]}" if facts.contacts else "")
+    touched = f"{len(facts.contacts)} times" + (f", first {line(facts.contacts[0])}" if facts.contacts else "")
     gentle = len(facts.contacts) <= expect.contacts
     verdicts.append(Verdict(f"touches {expect.contacts} times at most", gentle, touched))
     verdicts += [Verdict(f"raises {name}", name in facts.raised, _list(facts.raised)) for name in expect.raises]

@@ -35,6 +35,7 @@ class Folder:
             if not (path / name).is_file():
                 raise NoRunError(f"no {path / name}: `hil run` and `hil demo` write it; --out FOLDER says where")
         self.path, self.ground, self.story = path, read_ground(path / "field.npz"), Story()
+        self._contacts = 0
         self._truth, self._record = Tail(path / "truth.mcap"), Tail(path / "onboard.mcap")
 
     @property
@@ -68,6 +69,10 @@ class Folder:
             name = f"{row['fault']} {row['target']}" if row["target"] else row["fault"]
             self.story.faults.append((said.time_s, name, row["what"] == "begin"))
             self.story.tell(Told(said.time_s, "fault", row["what"], name))
+        elif said.topic == "/contact" and row["number"] == self._contacts:  # it begins; a second message tells its end
+            self._contacts += 1
+            place = f"({row['x_m']:.2f}, {row['y_m']:.2f})"
+            self.story.tell(Told(said.time_s, "fault", "contact", f"{row['what']} at {place}"))
 
     def _add_record(self, said: Said) -> None:
         if said.topic == "/plan":

@@ -141,10 +141,10 @@ def write_run(folder, ground=True, bench=True, step=10):
         write_bench(folder, made)
 
 
-def write_truth(path, dug=None):
+def write_truth(path, dug=None, touches=()):
     """As the bench writes it: a sweep before each leg, of turns that meet two points; a fault on the second leg.
 
-    dug: (seconds, field): the ground becomes this one.
+    dug: (seconds, field): the ground becomes this one. touches: (begin, end in s, Touch).
     """
     truth, zero = Truth(path), np.zeros(3)
     for k in range(round(END_S * 10)):
@@ -153,8 +153,9 @@ def write_truth(path, dug=None):
         driving = any(start <= time_s < end for start, end in LEGS)
         steer_rad = 0.1 * driving
         wheels = tuple(WheelTruth(sign * steer_rad, 0.15 * k, 1.5 * driving, 0.0) for sign in (1, -1, -1, 1))
+        touching = tuple(touch for begin_s, end_s, touch in touches if begin_s <= time_s < end_s)
         turned = np.array([0, 0, math.sin(yaw / 2), math.cos(yaw / 2)])
-        truth.add(PlantState(now_ns, np.array([x, y, 0.0]), turned, zero, zero, zero, wheels, "", (0.02, -0.02)))
+        truth.add(PlantState(now_ns, np.array([x, y, 0.0]), turned, zero, zero, zero, wheels, touching, (0.02, -0.02)))
         sweep = next((n for n, (start, _) in enumerate(LEGS, 1) if start - SCAN_S <= time_s < start), 0)
         truth.add_turn(Turn(now_ns, sweep, np.full((12, 3), (x, y, 0.7)), np.full((12, 3), (0.0, 0.0, -1.0)),
                             np.where(np.arange(12) == 8, np.inf, 0.7)))

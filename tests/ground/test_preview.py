@@ -80,7 +80,7 @@ def test_the_previewed_path_is_the_one_that_the_rover_then_reports(kept, capsys)
         bench.step(lambda tick, inputs, outputs, *_: [
             got.update({product.name: product}) for kind, payload in outputs.link_payloads if kind == Kind.BULK_CHUNK
             and (product := receiver.receive(payload, inputs.now_ns)) is not None])  # fmt: skip
-    start, orbit = bench.field.start, bench.field.gdem
+    start, orbit = bench.start, bench.field.gdem
     bench.free()
     folder = kept(got["ldem"].data)
     (folder / "rover.toml").write_text(to_toml(load(None, flight_settings(scenario, start))))

@@ -8,13 +8,14 @@ from html import escape
 import numpy as np
 import pytest
 import typer
-from synthetic_run import GOAL, write_run
+from synthetic_run import GOAL, write_run, write_truth
 from typer.testing import CliRunner
 
 from ground.report.report import html, report
 from ground.report.run_files import NoRunError, Told, angles_rad, read_run, spans_of
 from ground.report.words import EXPECTED_REFUSAL, RULES
 from ground.verbs.report import report_command
+from hil.records import Touch
 from onboard.planning import mission_rule
 from onboard.records import Pose
 
@@ -53,7 +54,8 @@ def test_every_picture_is_inside_the_page_and_has_words(page):
 
 
 @pytest.mark.parametrize("fact", [
-    "fractal ground, seed 3", "goal reached", "no collisions", "replay identical", "median slope 5.0°",
+    "fractal ground, seed 3", "goal reached", "no contacts", "<p>None. Counted is each contact",
+    "replay identical", "median slope 5.0°",
     "3000: the straight line is free", "6.0 times real time", "900 sent, 45 lost", "x 15.00 m, y 2.00 m", "ab" * 32,
     "cd" * 32, "ef" * 32, "Nothing here has met real hardware", "arrived: 0.12 m from the goal",
     "ets8-b: 256 kbit/s both ways", "p99.9 9.00 ms", "wall time of a tick",
@@ -88,6 +90,32 @@ def test_a_refused_registration_is_explained_where_there_is_one(folder, name, to
 def test_words_of_the_record_cannot_become_markup(page):
     assert "look at &lt;the rest&gt;" in page
     assert "<the rest>" not in page
+
+
+WHEEL = Touch(2, 0.09, (7.0, 3.0), (7.05, 3.1))
+
+
+def test_contacts_stand_on_the_page_with_time_what_and_place(tmp_path):
+    """By the file of the truth alone: a simulation that was ended has no summary."""
+    write_run(tmp_path, ground=False, bench=False, step=50)
+    write_truth(tmp_path / "truth.mcap", touches=[(20.0, 22.0, WHEEL), (21.0, 21.5, Touch(0, 0.0, None, (7.3, 3.0)))])
+    page = report(tmp_path).read_text()
+    rows = re.findall(r"<tr>" + r"<td[^>]*>([^<]*)</td>" * 4 + "</tr>", page)
+    assert ("20.0 s", "21.9 s", "wheel 2 on a rock of 0.09 m", "(7.05, 3.10)") in rows
+    assert ("21.0 s", "21.4 s", "body on the ground", "(7.30, 3.00)") in rows
+    assert '<span class="verdict bad">2 contacts</span>' in page
+
+
+def test_a_summary_tells_contacts_where_the_truth_is_left_out(folder):
+    row = {"begin_s": 3.0, "end_s": 4.0, "what": "wheel 1 on a rock of 0.10 m", "x_m": 1.0, "y_m": 2.0}
+    run = read_run(folder, with_truth=False)
+    assert "wheel 1 on a rock of 0.10 m" in html(replace(run, facts={**run.facts, "contacts": [row]}))
+
+
+def test_a_record_without_the_bench_claims_nothing_of_contacts(tmp_path):
+    write_run(tmp_path, ground=False, bench=False, step=50)
+    assert read_run(tmp_path).contacts is None
+    assert "contact" not in report(tmp_path).read_text()
 
 
 def test_without_truth_the_page_shows_only_what_the_rover_knew(tmp_path):

@@ -6,7 +6,8 @@ import math
 import numpy as np
 import pytest
 
-from hil.plant.plant import Plant, PlantAbortError
+from hil.bench.contacts import Contacts
+from hil.plant.plant import ROCK_LIMIT_M, Plant, PlantAbortError
 from hil.plant.soil import CLASSES, mixed
 from hil.records import WheelDrive
 from hil.terrain.rocks import Rock
@@ -126,9 +127,21 @@ def octahedron(x_m, y_m, height_m):
 def test_body_and_wheel_contacts_are_told(plant_on):
     soil_z = plane().soil_z
     ahead, on_the_track = octahedron(0.6, 0.0, 0.2), octahedron(0.75, 0.23, 0.14)
-    for rock, contact in ((ahead, "body"), (on_the_track, "wheel 1 on a rock of 0.14 m")):
+    for rock, contact in ((ahead, "body on a rock of 0.20 m"), (on_the_track, "wheel 1 on a rock of 0.14 m")):
         plant = plant_on(field_of(soil_z, rocks=[octahedron(-2.0, 0.0, 0.3), rock]))
         assert contact in {state.contact for state in run(plant, (WheelDrive(0.0, 1.1),) * 4, 5)}
+
+
+def test_a_wheel_that_climbs_a_rock_is_one_contact_of_that_wheel_at_its_place(plant_on):
+    """Of 8 cm: the least height that counts."""
+    plant = plant_on(field_of(plane().soil_z, rocks=[octahedron(0.75, 0.23, ROCK_LIMIT_M)]))
+    contacts = Contacts()
+    for state in run(plant, (WheelDrive(0.0, 1.1),) * 4, 6):
+        contacts.add(state.now_ns, state.touches)
+    (found,) = contacts.found
+    assert (found.wheel, found.rock_height_m) == (1, ROCK_LIMIT_M)
+    assert math.dist((found.x_m, found.y_m), (0.75, 0.23)) < 0.2
+    assert 0.5 < found.end_s - found.begin_s < 4.0
 
 
 def test_a_start_in_a_rock_is_refused(plant_on):

@@ -33,6 +33,10 @@ def sim(tmp_path):
     process.send_signal(signal.SIGINT)
     _, said = process.communicate(timeout=60)
     assert process.returncode == 0, said
+    assert said.splitlines()[-4:] == [
+        "hil: ended by Ctrl-C; all processes are gone", "contacts: none", f"record: {tmp_path / 'onboard.mcap'}",
+        f"report: .venv/bin/ground report {tmp_path}",
+    ]  # fmt: skip
 
 
 def test_the_record_of_a_start_that_has_ended_is_kept_with_all_its_parts(tmp_path):

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import pytest
 
+from hil.bench.contacts import Contact
 from hil.scenario.verdicts import Expect, Facts, Seen, expect_of, judge
 from onboard.config import ConfigError
 from onboard.records import Event
@@ -27,7 +28,7 @@ def test_a_rover_that_stands_at_its_goal_and_says_so_keeps_the_plain_promise():
         ({"to_goal_m": 0.31}, "ends at the goal"),
         ({"speed_mps": 0.02}, "ends at the goal"),
         ({"events": ()}, "ends at the goal"),
-        ({"contacts": ((3.0, "wheel 1, rock"),)}, "touches 0 times at most"),
+        ({"contacts": (Contact(3.0, 4.0, 1, 0.1, 0.5, 0.0),)}, "touches 0 times at most"),
         ({"error": "onboard ended with 70"}, "no process dies unasked"),
         ({"events": (STUCK, ARRIVED)}, "raises nothing else"),
     ],

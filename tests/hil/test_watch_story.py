@@ -11,12 +11,12 @@ from hypothesis import strategies as st
 from mcap.reader import make_reader
 
 from hil.bench.truth import Truth, read_turn
-from hil.records import Turn
+from hil.records import Touch, Turn
 from hil.watch.folder import Folder
 from hil.watch.player import Player
 from hil.watch.story import STEP_M, Moment, Story, Way
 from hil.watch.tail import NoRunError, Tail
-from tests.ground.synthetic_run import END_S, LEGS, SCAN_S, share_at, way, write_run
+from tests.ground.synthetic_run import END_S, LEGS, SCAN_S, share_at, way, write_run, write_truth
 
 
 @pytest.fixture(scope="module")
@@ -47,6 +47,13 @@ def test_a_record_that_grows_by_any_pieces_gives_each_message_once_and_in_order(
         heard += [(said.topic, said.time_s, said.data) for said in tail.read()]
     assert heard == messages
     assert tail.finished
+
+
+def test_a_contact_is_told_once_when_it_begins(tmp_path):
+    write_run(tmp_path, step=50, bench=False)
+    write_truth(tmp_path / "truth.mcap", touches=[(20.0, 22.0, Touch(2, 0.09, (7.0, 3.0), (7.05, 3.1)))])
+    told = [told for told in story_of(tmp_path).told if told.name == "contact"]
+    assert told == [(20.0, "fault", "contact", "wheel 2 on a rock of 0.09 m at (7.05, 3.10)")]
 
 
 def test_a_record_begun_anew_is_told(run, tmp_path):

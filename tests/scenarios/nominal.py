@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from hil.bench.contacts import line
 from hil.bench.in_memory import CAMPAIGN_STEP_NS, InMemory
 from hil.scenario.scenario import Scenario
 
@@ -40,7 +41,7 @@ def fly(seed: int) -> Row:
         to_goal_m=round(flight.distance_to_goal_m, 3),
         way_m=round(flight.way_m, 2),
         scans=flight.sweeps,
-        contacts=tuple(f"{t_s:.1f} s: {what}" for t_s, what in flight.contacts),
+        contacts=tuple(line(contact) for contact in flight.contacts),
         faults=tuple(event.text for event in flight.events if event.name == "FAULT"),
         mission_s=flight.bench_s,
     )
