@@ -27,7 +27,7 @@ from hil.faults.disk_faults import DISK_FAULTS
 from hil.faults.injection import Injector
 from hil.plant.plant import STEP_NS, PlantAbortError
 from hil.records import PlantState
-from hil.scenario.scenario import Scenario, flight_settings, goal_words, ground_of, sensor_errors
+from hil.scenario.scenario import Scenario, fitting_of, flight_settings, goal_words, ground_of
 from hil.terrain.field import Field
 from onboard.config import Config, load
 from onboard.config import Rover as BuiltRover
@@ -84,8 +84,8 @@ class InMemory(World):
     ) -> None:  # fmt: skip
         ground = ground or ground_of(scenario).field
         config = load(None, flight_settings(scenario, ground.start))
-        super().__init__(ground, scenario.seed, built or config.rover, Truth(), step_ns)
-        self.fit(scenario.rays, sensor_errors(scenario.sensors))
+        super().__init__(ground, scenario.seed, built or config.rover, Truth(), step_ns, scenario.soil)
+        self.fit(fitting_of(scenario, config.scanning.sector_rad))
         self.scenario = scenario
         self.rover: Rover | None = Rover(config, ground.gdem)
         orders = scripted(scenario, ground) if orders is None else orders
