@@ -20,6 +20,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from hil.bench.equipment import equipment
 from hil.bench.operator import Operator, Order, orders_of
 from hil.bench.truth import Truth
 from hil.bench.world import NS, World
@@ -47,7 +48,10 @@ CAMPAIGN_STEP_NS = 5_000_000  # of the physics: half the work, see docs/campaign
 
 @dataclass(frozen=True, slots=True)
 class Flight:
-    """What came of it. error: '' or why the plant ended the run; requests: the orders and their outcomes."""
+    """What came of it. error: '' or why the plant ended the run; requests: the orders and their outcomes.
+
+    equipment: as hil.bench.equipment tells it.
+    """
 
     bench_s: float
     distance_to_goal_m: float
@@ -60,6 +64,7 @@ class Flight:
     streams: dict[str, Any]
     states_sha256: str
     error: str
+    equipment: dict[str, Any]
 
     @property
     def arrived(self) -> bool:
@@ -198,6 +203,7 @@ class InMemory(World):
             self.tick * TICK_NS / 1e9, p.distance_to_goal_m, p.way_m, p.sweeps, tuple(self.truth.contacts),
             tuple(self.events), self.operator.requests, tuple(self._injector.log),
             {name: stream.report() for name, stream in self.streams.items()}, self.truth.sha256(), error,
+            equipment(self),
         )
 
     def free(self) -> None:

@@ -20,7 +20,7 @@ from hil.devices.lidar_errors import LidarErrors
 from hil.devices.lidar_light import Surface
 from hil.terrain.field import Field
 from hil.terrain.mesh import soil_height
-from onboard.records import F64, Grid
+from onboard.records import F32, F64, Grid
 
 ROCK_STREAM = 4  # of the scenario's seed
 ABOVE_M = 0.002  # a hit so far over the soil, in a rock's disc, is on the rock
@@ -33,9 +33,8 @@ class Surfaces:
     def __init__(self, field: Field, errors: LidarErrors, seed: int) -> None:
         self.field, self._errors = field, errors
         self._far_m = errors.applied().far_m
-        z = field.soil_z.astype(np.float64)
-        slope_y, slope_x = np.gradient(z, field.grid.cell_m)
-        self._slope_x, self._slope_y = slope_x.astype(np.float32), slope_y.astype(np.float32)
+        self._soil_z = field.soil_z.astype(np.float64)
+        self._normals = _normals(self._soil_z, field.grid.cell_m)
         rocks = field.rocks
         self._rocks = np.array([(*rock.vertices_m.mean(axis=0), rock.diameter_m / 2) for rock in rocks], np.float64)
         self._rocks = self._rocks.reshape(-1, 4)  # centre x, y, z and radius
@@ -46,33 +45,34 @@ class Surfaces:
     def met(self, origins_m: F64, directions: F64, ranges_m: F64) -> Surface:
         """By rays (n, 3) in the map frame and their ranges (n,), inf where nothing is met (there it means nothing)."""
         errors, grid = self._errors, self.field.grid
-        points = origins_m + np.where(np.isfinite(ranges_m), ranges_m, 0.0)[:, None] * directions
-        x, y = points[:, 0], points[:, 1]
-        i = np.clip(np.rint((x - grid.x0_m) / grid.cell_m).astype(np.intp), 0, grid.columns - 1)
-        j = np.clip(np.rint((y - grid.y0_m) / grid.cell_m).astype(np.intp), 0, grid.rows - 1)
-        along, across = self._slope_x[j, i].astype(np.float64), self._slope_y[j, i].astype(np.float64)
-        into = directions[:, 0] * along + directions[:, 1] * across - directions[:, 2]
-        sine = into / np.sqrt(1.0 + along * along + across * across)
-        reach_m = np.full(len(x), self._far_m * math.sqrt(errors.ground_albedo))
-        self._meet_rocks(self._rock_at[j, i], points, directions, sine, reach_m)
-        for px, py, radius in errors.dark_patches_m:
-            dark = (x - px) ** 2 + (y - py) ** 2 <= radius * radius
-            reach_m[dark] = self._far_m * math.sqrt(errors.dark_albedo)
+        sine, reach_m = np.ones(len(ranges_m)), np.full(len(ranges_m), np.inf)
+        hit = np.flatnonzero(ranges_m < np.inf)
+        ways = directions[hit]
+        points = origins_m[hit] + ranges_m[hit, None] * ways
+        i, j = (_nearest(points[:, k], first_m, grid.cell_m, count)
+                for k, first_m, count in ((0, grid.x0_m, grid.columns), (1, grid.y0_m, grid.rows)))  # fmt: skip
+        met_sine = -np.einsum("nk,nk->n", ways, self._normals[j, i])
+        met_reach_m = np.full(len(hit), self._far_m * math.sqrt(errors.ground_albedo))
+        self._meet_rocks(self._rock_at[j, i], points, ways, met_sine, met_reach_m)
+        for x_m, y_m, radius_m in errors.dark_patches_m:
+            dark = (points[:, 0] - x_m) ** 2 + (points[:, 1] - y_m) ** 2 <= radius_m * radius_m
+            met_reach_m[dark] = self._far_m * math.sqrt(errors.dark_albedo)
+        sine[hit], reach_m[hit] = met_sine, met_reach_m
         azimuth_rad = np.arctan2(directions[:, 1], directions[:, 0]) if errors.sun_ratio else None
-        return Surface(np.arcsin(np.clip(sine, 0.0, 1.0)), reach_m, azimuth_rad)
+        return Surface(sine, reach_m, azimuth_rad)
 
-    def _meet_rocks(self, rock: I32, points: F64, directions: F64, sine: F64, reach_m: F64) -> None:
-        """Sine and reach of the beams that meet a rock, where they stand."""
+    def _meet_rocks(self, rock: I32, points: F64, ways: F64, sine: F64, reach_m: F64) -> None:
+        """Changes sine and reach of the hits that are on a rock."""
         near = np.flatnonzero(rock >= 0)
         if not len(near):
             return
-        rows = self._rocks[rock[near]]
-        out = points[near] - rows[:, :3]
-        soil_m = soil_height(self.field.grid, self.field.soil_z, points[near, 0], points[near, 1])
+        rows, places = self._rocks[rock[near]], points[near]
+        out = places - rows[:, :3]
+        soil_m = soil_height(self.field.grid, self._soil_z, places[:, 0], places[:, 1])
         inside = out[:, 0] ** 2 + out[:, 1] ** 2 <= rows[:, 3] ** 2
-        on = inside & (points[near, 2] > soil_m + ABOVE_M)
+        on = np.flatnonzero(inside & (places[:, 2] > soil_m + ABOVE_M))
         at, out = near[on], out[on]
-        sine[at] = -(directions[at] * out).sum(axis=1) / np.maximum(np.sqrt((out * out).sum(axis=1)), 1e-9)
+        sine[at] = -np.einsum("nk,nk->n", ways[at], out) / np.maximum(np.sqrt(np.einsum("nk,nk->n", out, out)), 1e-9)
         reach_m[at] = self._rock_reach_m[rock[at]]
 
 
@@ -80,6 +80,18 @@ def asked(errors: LidarErrors) -> bool:
     """Whether these errors depend on what the beams meet."""
     dark = min(errors.ground_albedo, errors.rock_albedo) < 1 or errors.dark_rocks_ratio or errors.dark_patches_m
     return bool(errors.grazing_rad or errors.sun_ratio or dark)
+
+
+def _normals(soil_z: F64, cell_m: float) -> F32:
+    """Unit normals of the slopes over two cells, (rows, columns, 3)."""
+    slope_y, slope_x = np.gradient(soil_z, cell_m)
+    length = np.sqrt(1.0 + slope_x**2 + slope_y**2)
+    return np.dstack((-slope_x / length, -slope_y / length, 1.0 / length)).astype(np.float32)
+
+
+def _nearest(at_m: F64, first_m: float, cell_m: float, count: int) -> NDArray[np.intp]:
+    """Number of the node nearest to each coordinate; the last for what overhangs the rim."""
+    return np.minimum(np.maximum(np.rint((at_m - first_m) / cell_m), 0.0), count - 1.0).astype(np.intp)
 
 
 def _rock_raster(grid: Grid, rocks: F64) -> I32:

@@ -25,6 +25,7 @@ from onboard.config import ConfigError, from_tree, value
 
 Patch = tuple[float, float, float]  # centre x, y and radius, m, map frame
 PATCHES = "dark_patches_m"
+NEEDS_A_FIELD = frozenset({"ground_albedo", "rock_albedo", "dark_albedo", "dark_rocks_ratio", PATCHES})
 
 
 @dataclass(frozen=True, slots=True)

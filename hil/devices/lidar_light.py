@@ -1,12 +1,13 @@
-"""Beams that return nothing, or a false range: loss at random and in clumps, grazing, dark and sunlit; outliers, specks.
+"""Beams that return nothing, or a false range: at random, in clumps, grazing, dark, sunlit; outliers, specks.
 
     true ranges --mixed--> --lost: dark, grazing, sun, at random--> --outliers, specks--> lidar_optics: noise and codes
 
 The random numbers are a stream of the sensor's own, apart from that of its noise: a sensor without these effects sends
 the same bytes as before. Nothing here was measured on a real sensor; the ratios are those of a scenario's [lidar].
 
-Grazing: from `grazing_rad` down to half of it the share of lost beams rises evenly from 0 to 1, as the light that
-comes back fades. Level ground under a scanner 0.7 m high is met at 5 degrees at 8 m, and at 2.5 degrees at 16 m.
+Grazing: the light that comes back goes with the sine of the angle between beam and surface. From `grazing_rad` on the
+share of lost beams rises evenly with the sine, to all at half of it. Level ground under a scanner 0.7 m high is met at
+5 degrees at 8 m and at 2.5 degrees at 16 m.
 """
 
 from __future__ import annotations
@@ -30,10 +31,13 @@ BEAM_RAD = (np.arange(BEAMS) - FRONT_STEP) * (math.tau / STEPS_A_TURN)  # azimut
 
 
 class Surface(NamedTuple):
-    """What the beams of a turn meet. angle_rad (n,): between beam and surface, pi / 2 upright; reach_m (n,): range up
-    to which it returns light; azimuth_rad (n,): of the beam, in the map. None: this turn needs it not."""
+    """What the beams of a turn meet.
 
-    angle_rad: F64
+    sine (n,): of the angle between beam and surface, 1 upright, 0 or less along it. reach_m (n,): range up to which the
+    surface returns light. azimuth_rad (n,): of the beam in the map; None where nothing asks for it.
+    """
+
+    sine: F64
     reach_m: F64
     azimuth_rad: F64 | None = None
 
@@ -85,8 +89,9 @@ class Light:
         if not self._profile.mixed_ratio:
             return ranges_m
         with np.errstate(invalid="ignore"):
-            steps = np.diff(ranges_m)
-        behind = np.flatnonzero(np.isfinite(steps) & (np.abs(steps) > EDGE_M))
+            steps = ranges_m[1:] - ranges_m[:-1]
+            behind = np.flatnonzero(np.abs(steps) > EDGE_M)
+        behind = behind[np.isfinite(steps[behind])]
         behind = behind[self._rng.random(len(behind)) < self._profile.mixed_ratio]
         if not len(behind):
             return ranges_m
@@ -123,7 +128,7 @@ class Light:
         least_rad = self._profile.grazing_rad
         if surface is None:
             return grazing(ranges_m, least_rad)
-        share = 2.0 * (1.0 - surface.angle_rad / least_rad)
+        share = 2.0 * (1.0 - surface.sine / math.sin(least_rad))
         return np.asarray(self._rng.random(len(ranges_m)) < share)
 
     def _sunlit(self, surface: Surface | None) -> Bool:
@@ -153,7 +158,10 @@ class Light:
         profile, rng = self._profile, self._rng
         if not profile.outlier_ratio:
             return ranges_m
-        at = rng.integers(0, BEAMS, rng.binomial(BEAMS, profile.outlier_ratio))
+        count = rng.binomial(BEAMS, profile.outlier_ratio)
+        if not count:
+            return ranges_m
+        at = rng.integers(0, BEAMS, count)
         off_m = rng.uniform(-profile.outlier_m, profile.outlier_m, len(at))
         seen = ranges_m[at] <= profile.far_m
         at, off_m = at[seen], off_m[seen]
@@ -167,7 +175,10 @@ class Light:
     def specks(self) -> tuple[NDArray[np.int64], F64]:
         """Beams that meet a speck of dust, and how far it is."""
         profile, rng = self._profile, self._rng
-        at = rng.integers(0, BEAMS, rng.binomial(BEAMS, profile.speck_ratio) if profile.speck_ratio else 0)
+        count = rng.binomial(BEAMS, profile.speck_ratio) if profile.speck_ratio else 0
+        if not count:
+            return np.empty(0, np.int64), np.empty(0)
+        at = rng.integers(0, BEAMS, count)
         self.count.specks += self._counted(at)
         return at, rng.uniform(profile.near_m, profile.speck_m, len(at))
 
