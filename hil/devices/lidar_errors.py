@@ -67,15 +67,19 @@ class LidarErrors:
     def applied(self) -> Profile:
         """The sensor that this makes of its profile."""
         return replace(
-            PROFILES[self.profile], rate_error=self.rate_error_ppm * 1e-6, motor_jitter_ns=self.motor_jitter_s * 1e9,
-            latency_ns=round(self.latency_s * 1e9), jitter_ns=self.jitter_s * 1e9,
-            spike_ratio=self.spike_ratio, spike_ns=self.spike_s * 1e9,
+            PROFILES[self.profile], rate_error=self.rate_error_ppm * 1e-6, motor_jitter_ns=_ns(self.motor_jitter_s),
+            latency_ns=round(self.latency_s * 1e9), jitter_ns=_ns(self.jitter_s),
+            spike_ratio=self.spike_ratio, spike_ns=_ns(self.spike_s),
             dropout_ratio=self.lost_ratio, clump_ratio=self.clump_ratio,
             clump_least=self.clump_least_beams, clump_most=self.clump_most_beams, grazing_rad=self.grazing_rad,
             mixed_ratio=self.mixed_ratio, outlier_ratio=self.outlier_ratio, outlier_m=self.outlier_m,
             speck_ratio=self.speck_ratio, speck_m=self.speck_m,
             sun_ratio=self.sun_ratio, sun_from_rad=self.sun_from_rad, sun_to_rad=self.sun_to_rad,
         )  # fmt: skip
+
+
+def _ns(seconds: float) -> float:
+    return round(seconds * 1e9, 3)
 
 
 def plain(profile: str) -> LidarErrors:

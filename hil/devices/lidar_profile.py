@@ -124,7 +124,7 @@ class Profile:
     latency_ns: int = 1_000_000
     jitter_ns: float = 0.0
     spike_ratio: float = 0.0
-    spike_ns: float = 0.0
+    spike_ns: float = 20e6
     bursts: Bursts = ((1.0, 0),)
     turn_bytes: int = 0
     dark_ns: int = 0

@@ -124,10 +124,9 @@ def scenario_of(tree: Mapping[str, Any]) -> Scenario:
     Certificates from before there was [lidar] flew the ideal scanner.
     """
     parts = {
-        "lidar": tree.get("lidar", {"profile": "ideal"}),
         "faults": tuple(Injection(**row) for row in tree["faults"]), "set": dict(tree["set"]),
         "expect": Expect(**{k: tuple(v) if isinstance(v, list) else v for k, v in tree["expect"].items()}),
-        **{key: tuple(tree[key]) for key, *_ in _NUMBERS},
+        **{key: tuple(tree[key]) for key, *_ in _NUMBERS}, "lidar": tree.get("lidar", {"profile": "ideal"}),
     }  # fmt: skip
     scenario = Scenario(**{**tree, **parts})
     load(None, scenario.set, "certificate: [set]")

@@ -33,6 +33,14 @@ link = "lan"
 script = "at 1.0: goto 2.0 0.3\\nwait goto\\n"
 end_s = 60.0
 
+[lidar]
+profile = "utm-30lx"
+lost_ratio = 0.0
+outlier_ratio = 0.0
+sun_ratio = 0.02  # beside the sector that is mapped
+sun_from_rad = 1.4
+sun_to_rad = 2.2
+
 [set.scanning]
 start_rad = 1.05
 end_rad = -0.1
