@@ -67,7 +67,7 @@ class LidarErrors:
     def applied(self) -> Profile:
         """The sensor that this makes of its profile."""
         return replace(
-            PROFILES[self.profile], rate_error=self.rate_error_ppm * 1e-6, motor_jitter_ns=_ns(self.motor_jitter_s),
+            PROFILES[self.profile], rate_error=self.rate_error_ppm / 1e6, motor_jitter_ns=_ns(self.motor_jitter_s),
             latency_ns=round(self.latency_s * 1e9), jitter_ns=_ns(self.jitter_s),
             spike_ratio=self.spike_ratio, spike_ns=_ns(self.spike_s),
             dropout_ratio=self.lost_ratio, clump_ratio=self.clump_ratio,

@@ -14,6 +14,7 @@ from hil.bench.in_memory import InMemory
 from hil.devices import lidar_errors
 from hil.devices.lidar_errors import IDEAL, REAL, SETS, LidarErrors, lidar_table, plain
 from hil.devices.lidar_profile import PROFILES
+from hil.lidar.command import _profile as sensor_of
 from hil.scenario.library import explain
 from hil.scenario.scenario import Scenario, load_scenario, scanner_of, scenario_of
 from onboard.config import ConfigError
@@ -73,6 +74,15 @@ def test_the_command_line_s_words_come_over_the_scenario_s_table_and_a_profile_r
     }  # fmt: skip
     with pytest.raises(ConfigError, match=r"--lidar.*did you mean 'ideal'"):
         lidar_table(["idea"], {})
+
+
+def test_the_emulator_on_a_cable_takes_the_keys_over_its_profile_alone():
+    made = sensor_of("utm-30lx", ["lost_ratio=0.02", "latency_s=0.003"], -1.0, 40.0)
+    usual = PROFILES["utm-30lx"]
+    assert made == replace(usual, dropout_ratio=0.02, latency_ns=3_000_000, rate_error=40e-6, start_ms=2**24 - 1)
+    for words in (["dark_rocks_ratio=0.1"], ["ideal"]):
+        refused = CliRunner().invoke(app, ["lidar", "--tcp", "0", *(f"--lidar={word}" for word in words)])
+        assert refused.exit_code == 64 and "not here" in refused.stderr
 
 
 def test_sim_tells_a_real_scanner_from_keys_of_the_emulated_one():
