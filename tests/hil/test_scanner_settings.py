@@ -4,6 +4,7 @@ import json
 from dataclasses import asdict, replace
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 from typer.testing import CliRunner
 
@@ -121,6 +122,19 @@ def test_the_scanner_flies_as_told_and_the_run_tells_what_it_lost():
     assert told["scanner"]["outlier_ratio"] == pytest.approx(0.01, abs=0.003)
     assert told["scanner"]["turns"] > 20 and told["scanner"]["motor_jitter_s"] == 3e-5
     assert "LIDAR 20 mm to 10 m, 30 mm beyond; steering pots 0.0005 rad" in told["sensor_noise"]
+
+
+def test_the_beams_meet_the_ground_as_it_is_after_it_has_changed():
+    bench = InMemory(replace(FLAT, lidar={"profile": "utm-30lx"}), ())
+    times_ns = np.zeros(1081, np.int64)
+    bench._cast(times_ns)
+    level = bench._look().sine[540]
+    x_m = (np.arange(bench.field.grid.columns) * bench.field.grid.cell_m + bench.field.grid.x0_m).clip(min=2.0) - 2.0
+    bench.plant.reshape((bench.field.soil_z + 0.3 * x_m).astype(np.float32))
+    ranges_m = bench._cast(times_ns)
+    tilted = bench._look().sine[540]
+    bench.free()
+    assert np.isfinite(ranges_m[540]) and tilted > 0.2 and level in (1.0, pytest.approx(0.0, abs=0.1))
 
 
 def test_noise_and_soil_are_told_from_what_flew_and_the_ideal_scanner_loses_nothing():
