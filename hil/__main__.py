@@ -64,6 +64,9 @@ app.command("watch", epilog=WATCH_EPILOG)(watch_command)
 
 SeedOption = Annotated[int, typer.Option(min=1, help="The n-th accepted field.")]
 StrategyOption = Annotated[str, typer.Option(help="Next stop by optimistic, explore, visibility or hill-climb.")]
+LidarOption = Annotated[list[str] | None, typer.Option(
+    metavar="KEY=VALUE", help="Of the scanner, as in [lidar] (docs/sensors.md); or a profile: ideal. May be repeated.",
+)]
 TerrainOption = Annotated[str, typer.Option(help="fbm: 20 m fractal field, craters: with them, real: DEM, flat.")]
 
 
@@ -73,6 +76,7 @@ def demo(
     terrain: TerrainOption = "fbm",
     out: Annotated[Path, typer.Option(help="Folder of the run.")] = Path("build/demo"),
     strategy: StrategyOption = "optimistic",
+    lidar: LidarOption = None,
     watch: WatchOption = False,
     port: PortOption = PORT,
     video: AfterOption = None,
@@ -80,9 +84,12 @@ def demo(
     """Drive a rover across rocks to its goal; ends with the path of the report.
 
     Exit codes: 0 goal reached, 1 not reached (and why), 64 no such kind of film, 69 port in use,
-    70 a process of the run failed.
+    70 a process of the run failed, 78 something wrong in --lidar.
+
+    Examples: hil demo --seed 3 | hil demo --lidar ideal | hil demo --lidar lost_ratio=0.03 --lidar rock_albedo=0.05
     """
-    scenario = Scenario(terrain=_terrain(terrain), seed=seed, set={"mission.strategy": strategy})
+    told = {"mission.strategy": strategy}
+    scenario = Scenario(terrain=_terrain(terrain), seed=seed, set=told, lidar=scenario_command.scanner(lidar, {}))
     check_film(video)
     with shown(out, watch, port):
         result = fly(scenario, out)
@@ -110,24 +117,31 @@ def sim(
     seed: SeedOption = 1,
     terrain: TerrainOption = "fbm",
     out: Annotated[Path, typer.Option(help="Folder of the run.")] = Path("build/sim"),
-    lidar: Annotated[str, typer.Option(help="A real scanner: tty:/dev/ttyACM0, tcp:HOST:PORT.")] = "",
+    lidar: Annotated[list[str] | None, typer.Option(
+        metavar="ADDRESS or KEY=VALUE",
+        help="A real scanner, tty:/dev/ttyACM0 or tcp:HOST:PORT; or of the emulated one, as for `hil demo`.",
+    )] = None,
     can: Annotated[str, typer.Option(help="The real nodes: socketcan:can0.")] = "",
     watch: WatchOption = False,
     port: PortOption = PORT,
 ) -> None:
     """Bench, onboard and link in real time until Ctrl-C, for `ground` commands from another terminal.
 
-    With --lidar or --can that device is the real one and the rest is emulated; nothing is lock-step then.
+    With --lidar ADDRESS or --can that device is the real one and the rest is emulated; nothing is lock-step then.
+
+    Exit codes: 0 ended by Ctrl-C, 69 port in use, no such interface, 70 a process failed, 78 a wrong --lidar.
     """
-    scenario = Scenario(name="sim", terrain=_terrain(terrain), seed=seed, limit_s=1e6, live=True)
+    real, words = _real(lidar or [])
+    scanner = scenario_command.scanner(words, {})
+    scenario = Scenario(name="sim", terrain=_terrain(terrain), seed=seed, limit_s=1e6, live=True, lidar=scanner)
     station = f" --station {out / 'ground.toml'}" if out != Path("build/sim") else ""
     print("ready in a few seconds; from another terminal, in this folder:\n"
           f"  .venv/bin/ground status{station}\n  .venv/bin/ground goto 8 3{station}\n"
           f"  .venv/bin/ground stop{station}\n"
           "Ctrl-C ends it.")
-    if lidar or can:
+    if real or can:
         with shown(out, watch, port):
-            fly_mixed(scenario, out, lidar, can)
+            fly_mixed(scenario, out, real, can)
         return
     try:
         with shown(out, watch, port):
@@ -136,6 +150,15 @@ def sim(
         raise typer.Exit(EX_OK if ended.exit_code == EX_INTERRUPTED else ended.exit_code) from None
     if result.error:
         raise fail(EX_SOFTWARE, f"after {result.bench_s:.1f} s of bench time: {result.error}")
+
+
+def _real(words: list[str]) -> tuple[str, list[str]]:
+    """The address of a real scanner, and the words that are none."""
+    addresses = [word for word in words if word.startswith(("tty:", "tcp:"))]
+    others = [word for word in words if word not in addresses]
+    if len(addresses) > 1 or (addresses and others):
+        raise fail(64, f"--lidar {' '.join(words)}: one real scanner, or keys of the emulated one")
+    return "".join(addresses), others
 
 
 @app.command()
@@ -163,9 +186,9 @@ def tally(
 ) -> None:
     """A table of many runs; exit 1 when too few reached their goal or any rover touched something."""
     rows = [json.loads(path.read_text()) for path in sorted(folder.glob("*/summary.json"))]
-    table = Table("terrain", "seed", "goal", "distance", "collisions", "scans", "way", "rtf", "replay")
+    table = Table("terrain", "seed", "goal", "distance", "collisions", "scans", "way", "rtf", "replay", "scanner")
     for r in rows:
-        table.add_row(*(str(r[key]) for key in TALLIED))
+        table.add_row(*(str(r[key]) for key in TALLIED), after.scanner_line(r.get("scanner", {})))
     Console().print(table)
     for r in rows:
         if not r["goal_reached"] or r["collisions"]:

@@ -19,10 +19,9 @@ import numpy as np
 from mcap.reader import make_reader
 from numpy.typing import NDArray
 
-from hil.devices.lidar_profile import IDEAL
 from hil.link.impairment import Profile, load_profile
 from hil.processes import FIXED_ENVIRONMENT
-from hil.scenario.scenario import Scenario
+from hil.scenario.scenario import Scenario, scanner_of
 from hil.scenario.verdicts import Facts, Verdict, judge
 from onboard.planning.archive import from_npz
 from onboard.records import Event
@@ -117,9 +116,7 @@ def summary(scenario: Scenario, result: RunResult, replay: dict[str, Any]) -> di
         "terrain": scenario.terrain,
         "link_profile": scenario.link,
         "link_note": link_note(load_profile(scenario.link)),
-        "soil": "nominal",
-        "sensor_noise": f"LIDAR {1e3 * IDEAL.noise_near_m:.0f} mm to 10 m, {1e3 * IDEAL.noise_far_m:.0f} mm beyond; "
-        "encoders, pots, gyro and accelerometer with noise, bias and walk",
+        **result.equipment,
         "field": result.accepted.field.stats,
         "goal_m": list(result.accepted.field.goal_m),
         "passed_over": [{"seed": seed, "reason": reason} for seed, reason in result.accepted.passed_over],
@@ -185,7 +182,8 @@ def _direction(row: dict[str, Any]) -> dict[str, int]:
 
 def certificate(scenario: Scenario, result: RunResult) -> dict[str, Any]:
     """Hashes of every channel and of the plant's states: the same for the same seed, on any machine of the set."""
-    flight = json.loads(json.dumps(asdict(scenario), default=dict))
+    flown = {**asdict(scenario), "lidar": asdict(scanner_of(scenario.lidar))}  # whatever the default will be one day
+    flight = json.loads(json.dumps(flown, default=dict))
     link = {f"link_{d}_{end}": result.link[d][end] for d in ("down", "up") for end in ("in", "out") if d in result.link}
     config = json.dumps(flight, sort_keys=True).encode()
     return {
@@ -205,6 +203,11 @@ def differences(old: Any, new: Any, where: str = "") -> Iterator[tuple[str, Any,
             yield from differences(old.get(key), new.get(key), f"{where}.{key}" if where else key)
     elif old != new:
         yield where, old, new
+
+
+def scanner_line(scanner: dict[str, Any]) -> str:
+    """A summary's scanner in a few words; '' for a summary from before it was told."""
+    return f"{scanner['profile']}, {100 * scanner['lost_ratio']:.2f} % lost" if scanner else ""
 
 
 def replay(folder: Path) -> dict[str, Any]:

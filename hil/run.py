@@ -14,6 +14,7 @@ from typing import Any
 
 from hil.bench.bench import Bench, Joined
 from hil.bench.contacts import Contact
+from hil.bench.equipment import equipment
 from hil.bench.lockstep import ParticipantLostError
 from hil.bench.truth import Truth
 from hil.bench.world import Progress
@@ -23,7 +24,7 @@ from hil.faults.injection import Injector
 from hil.link.impairment import PROFILES
 from hil.plant.plant import PlantAbortError
 from hil.processes import ProcessDiedError, Processes, free_ports
-from hil.scenario.scenario import Scenario, flight_settings, goal_words, ground_of, sensor_errors, set_words
+from hil.scenario.scenario import Scenario, fitting_of, flight_settings, goal_words, ground_of, set_words
 from hil.terrain import field_file
 from hil.terrain.fields import Accepted
 from onboard.config import load
@@ -59,6 +60,7 @@ class RunResult:
     onboard_rss_bytes: int
     overruns: int
     laps_ms: tuple[tuple[float, float], ...]
+    equipment: dict[str, Any]
     error: str = ""
 
 
@@ -81,9 +83,10 @@ def run(
     truth = Truth(folder / "truth.mcap")
     with Processes(folder) as processes, ExitStack() as interrupted:
         joined = Joined(CanHub() if scenario.can == "hub" else CanSocket(scenario.can), processes.check)
-        bench = Bench(accepted.field, scenario.seed, load().rover, truth, joined)
+        config = load(None, flight_settings(scenario, accepted.field.start))
+        bench = Bench(accepted.field, scenario.seed, load().rover, truth, joined, scenario.soil)
         interrupted.callback(bench.close, "the run was interrupted")
-        bench.fit(scenario.rays, sensor_errors(scenario.sensors))
+        bench.fit(fitting_of(scenario, config.scanning.sector_rad))
         injector, error = Injector(scenario.faults), ""
         started = time.monotonic()
         try:
@@ -106,7 +109,7 @@ def run(
         bench.progress.sweeps,
         {name: stream.report() for name, stream in bench.streams.items()}, truth.states, truth.sha256(),
         json.loads(report.read_text()) if report.exists() else {}, bench.ground_code, tuple(injector.log),
-        bench.progress.way_m, rss_bytes, bench.progress.overruns, tuple(bench.laps_ms), error,
+        bench.progress.way_m, rss_bytes, bench.progress.overruns, tuple(bench.laps_ms), equipment(bench), error,
     )
 
 

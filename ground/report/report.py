@@ -109,6 +109,7 @@ def _facts(run: Run) -> list[tuple[str, str]]:
         ("rocks", _filled("{rocks:.0f}, on {percent:.1f} % of the ground",
                           {**ground, "percent": 100 * ground.get("rock_area_ratio", 0)})),
         ("seeds passed over", "; ".join(f"{row['seed']}: {row['reason']}" for row in known.get("passed_over", ()))),
+        ("scanner", _scanner(known.get("scanner", {}))),
         ("soil", known.get("soil")),
         ("sensor noise", known.get("sensor_noise")),
         ("goal", "x {:.2f} m, y {:.2f} m".format(*known["goal_m"]) if "goal_m" in known else None),
@@ -130,6 +131,17 @@ def _facts(run: Run) -> list[tuple[str, str]]:
         ("injected faults", "; ".join(json.dumps(row) for row in known.get("faults", ()))),
     ]
     return [(name, str(text)) for name, text in rows if text not in (None, "")]
+
+
+def _scanner(known: dict[str, Any]) -> str | None:
+    """What the rover's scanner was and what it lost in this run."""
+    if not known:
+        return None
+    lost = ", ".join(f"{100 * ratio:.2f} % {name}" for name, ratio in known["lost_by"].items() if ratio)
+    words = [f"{known['profile']}, {100 * known['lost_ratio']:.2f} % of the beams lost{f' ({lost})' if lost else ''}"]
+    words.append(f"{100 * known['outlier_ratio']:.3f} % outliers, {100 * known['mixed_ratio']:.2f} % mixed")
+    words.append(f"clock off by {known['rate_error_ppm']:g} ppm, motor jitter {1e6 * known['motor_jitter_s']:.0f} µs")
+    return "; ".join(words)
 
 
 def _filled(text: str, known: dict[str, Any]) -> str | None:

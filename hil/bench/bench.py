@@ -41,8 +41,10 @@ class Joined:
 class Bench(World):
     """A world behind real sockets. `open` the ports, start the processes, `run`."""
 
-    def __init__(self, ground: Field, seed: int, rover: Rover, truth: Truth, joined: Joined) -> None:
-        super().__init__(ground, seed, rover, truth)
+    def __init__(
+        self, ground: Field, seed: int, rover: Rover, truth: Truth, joined: Joined, soil: str = "nominal"
+    ) -> None:
+        super().__init__(ground, seed, rover, truth, soil=soil)
         self._alive = joined.alive
         self.hub, self.lidar_server, self.barrier = joined.hub, LidarServer("127.0.0.1"), Barrier()
         self.laps_ms: list[tuple[float, float]] = []  # wall time of a tick: plant, devices; and onboard

@@ -21,6 +21,7 @@ from pathlib import Path
 from typing import Any
 
 from hil.bench.contacts import Contact
+from hil.bench.equipment import equipment
 from hil.bench.operator import Operator, Order, orders_of
 from hil.bench.truth import Truth
 from hil.bench.world import NS, World
@@ -28,7 +29,7 @@ from hil.faults.disk_faults import DISK_FAULTS
 from hil.faults.injection import Injector
 from hil.plant.plant import STEP_NS, PlantAbortError
 from hil.records import PlantState
-from hil.scenario.scenario import Scenario, flight_settings, goal_words, ground_of, sensor_errors
+from hil.scenario.scenario import Scenario, fitting_of, flight_settings, goal_words, ground_of
 from hil.terrain.field import Field
 from onboard.config import Config, load
 from onboard.config import Rover as BuiltRover
@@ -48,7 +49,10 @@ CAMPAIGN_STEP_NS = 5_000_000  # of the physics: half the work, see docs/campaign
 
 @dataclass(frozen=True, slots=True)
 class Flight:
-    """What came of it. error: '' or why the plant ended the run; requests: the orders and their outcomes."""
+    """What came of it. error: '' or why the plant ended the run; requests: the orders and their outcomes.
+
+    equipment: as hil.bench.equipment tells it.
+    """
 
     bench_s: float
     distance_to_goal_m: float
@@ -61,6 +65,7 @@ class Flight:
     streams: dict[str, Any]
     states_sha256: str
     error: str
+    equipment: dict[str, Any]
 
     @property
     def arrived(self) -> bool:
@@ -85,9 +90,9 @@ class InMemory(World):
     ) -> None:  # fmt: skip
         ground = ground or ground_of(scenario).field
         believed = load(None, flight_settings(scenario, ground.start)).rover
-        super().__init__(ground, scenario.seed, built or believed, Truth(), step_ns)
+        super().__init__(ground, scenario.seed, built or believed, Truth(), step_ns, scenario.soil)
         config = load(None, flight_settings(scenario, self.start))
-        self.fit(scenario.rays, sensor_errors(scenario.sensors))
+        self.fit(fitting_of(scenario, config.scanning.sector_rad))
         self.scenario = scenario
         self.rover: Rover | None = Rover(config, ground.gdem)
         orders = scripted(scenario, ground) if orders is None else orders
@@ -200,6 +205,7 @@ class InMemory(World):
             self.tick * TICK_NS / 1e9, p.distance_to_goal_m, p.way_m, p.sweeps, tuple(self.truth.contacts),
             tuple(self.events), self.operator.requests, tuple(self._injector.log),
             {name: stream.report() for name, stream in self.streams.items()}, self.truth.sha256(), error,
+            equipment(self),
         )
 
     def free(self) -> None:

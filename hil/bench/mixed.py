@@ -20,13 +20,14 @@ from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 
+from hil.bench.fitting import Fitting
 from hil.bench.truth import Truth
 from hil.bench.world import NS, Progress, World
 from hil.can.hub import CanHub
 from hil.can.socket import CanSocket
 from hil.lidar.server import LidarServer
 from hil.processes import Processes, free_ports
-from hil.scenario.scenario import Scenario, flight_settings, ground_of, set_words
+from hil.scenario.scenario import Scenario, fitting_of, flight_settings, ground_of, set_words
 from hil.terrain import field_file
 from hil.terrain.field import Field
 from onboard.config import Rover, load
@@ -49,8 +50,12 @@ class Real:
 class MixedBench(World):
     """A world in real time. Raises NoInterfaceError where the named CAN interface cannot be opened."""
 
-    def __init__(self, ground: Field, seed: int, rover: Rover, truth: Truth, real: Real) -> None:
-        super().__init__(ground, seed, rover, truth)
+    def __init__(
+        self, ground: Field, seed: int, rover: Rover, truth: Truth, real: Real, fitting: Fitting = Fitting(),  # noqa: B008
+        soil: str = "nominal",
+    ) -> None:  # fmt: skip
+        super().__init__(ground, seed, rover, truth, soil=soil)
+        self.fit(fitting)
         self._real = real
         self.bus = CanSocket(real.can) if real.can else CanHub()
         self.lidar_server = None if real.lidar else LidarServer("127.0.0.1")
@@ -137,7 +142,9 @@ def fly(scenario: Scenario, folder: Path, real: Real, tell: Callable[[Progress, 
     up, down = write_keys(folder)
     state = folder / "state"
     shutil.rmtree(state, ignore_errors=True)  # of the keys before
-    bench = MixedBench(ground, scenario.seed, load().rover, Truth(folder / "truth.mcap"), real)
+    sector_rad = load(None, flight_settings(scenario, ground.start)).scanning.sector_rad
+    truth, fitting = Truth(folder / "truth.mcap"), fitting_of(scenario, sector_rad)
+    bench = MixedBench(ground, scenario.seed, load().rover, truth, real, fitting, scenario.soil)
     with ExitStack() as stack:
         stack.callback(bench.close)
         processes = stack.enter_context(Processes(folder))

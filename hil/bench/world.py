@@ -23,11 +23,13 @@ from numpy.typing import NDArray
 from hil.bench.computer import Computer
 from hil.bench.contacts import Contact
 from hil.bench.disk import Disk
+from hil.bench.fitting import Fitting
+from hil.bench.surfaces import Surfaces, asked
 from hil.bench.trace import Trace
 from hil.bench.truth import Truth
 from hil.can.wire import CanWire
-from hil.devices.errors import SensorErrors
 from hil.devices.lidar import Lidar
+from hil.devices.lidar_light import Surface, sector
 from hil.devices.nodes import Nodes, build_nodes
 from hil.plant.plant import STEP_NS, Plant
 from hil.records import PlantState, Turn
@@ -91,14 +93,19 @@ class Progress:
 class World:
     """Plant and devices on one field, their time, and what passed between them and the flight program.
 
-    rover: as it was built (`hil.faults.build_errors`), whatever the flight program believes.
+    rover: as it was built (`hil.faults.build_errors`), whatever the flight program believes. soil: a row of
+    hil.plant.soil.CLASSES.
     """
 
-    def __init__(self, ground: Field, seed: int, rover: Rover, truth: Truth, step_ns: int = STEP_NS) -> None:
+    def __init__(
+        self, ground: Field, seed: int, rover: Rover, truth: Truth, step_ns: int = STEP_NS, soil: str = "nominal"
+    ) -> None:
         self.field, self._rover, self.truth = ground, rover, truth
-        self.plant = Plant(ground, seed, step_ns, rover)
+        self.plant = Plant(ground, seed, step_ns, rover, soil)
+        self.fitting = Fitting()
         self.nodes: Nodes = build_nodes(seed, rover)
         self.lidar = Lidar(seed, self._cast)
+        self._surfaces: Surfaces | None = None
         self.wires, self.computer, self.disk = Wires(), Computer(), Disk()
         self.can = CanWire(seed)
         self.lidar_open = False
@@ -113,10 +120,14 @@ class World:
         self._lidar_out: list[tuple[int, bytes]] = []
         self._directions = beam_directions()
 
-    def fit(self, rays: str, errors: SensorErrors) -> None:
-        """Another ray caster and nodes with other errors, before the first tick."""
-        self.plant.ground.cast_by(rays)
-        self.nodes = build_nodes(self.plant.seed, self._rover, errors)
+    def fit(self, fitting: Fitting) -> None:
+        """Another ray caster, nodes and scanner, before the first tick."""
+        self.fitting = fitting
+        self.plant.ground.cast_by(fitting.rays)
+        self.nodes = build_nodes(self.plant.seed, self._rover, fitting.sensors)
+        profile = fitting.lidar.applied()
+        self.lidar = Lidar(self.plant.seed, self._cast, profile, look=self._look if asked(fitting.lidar) else _blind)
+        self.lidar.optics.light.counted = sector(fitting.sector_rad)
 
     def lose(self, participant: str) -> None:
         """A process of the run was killed: from now on nothing comes from it. Each kind of bench says how."""
@@ -141,8 +152,16 @@ class World:
         origins, directions = np.ascontiguousarray(origins), rotate(quaternions, in_base)
         ranges = self.plant.cast(origins, directions, 30.0)
         sweep = self.progress.sweeps if self.progress.sweeping else 0
-        self.truth.add_turn(Turn(int(times_ns[-1]), sweep, origins, directions, ranges))
+        self._turn = Turn(int(times_ns[-1]), sweep, origins, directions, ranges)
+        self.truth.add_turn(self._turn)
         return ranges
+
+    def _look(self) -> Surface:
+        """What the beams of the turn just cast met."""
+        if self._surfaces is None or self._surfaces.field is not self.plant.field:
+            self._surfaces = Surfaces(self.plant.field, self.fitting.lidar, self.plant.seed)
+        turn = self._turn
+        return self._surfaces.met(turn.origins_m, turn.directions, turn.ranges_m)
 
     # -- one tick ----------------------------------------------------------------------------------------------------
 
@@ -228,6 +247,10 @@ class World:
         """The engine and the truth's file."""
         self.plant.close()
         self.truth.close()
+
+
+def _blind() -> None:
+    """For a scanner to which it is all the same what its beams meet."""
 
 
 def pack_frame(frame: Frame) -> bytes:

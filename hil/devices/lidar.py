@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from hil.devices.lidar_commands import REQUEST_LIMIT, answer
 from hil.devices.lidar_faults import Fault, Faults
+from hil.devices.lidar_light import LIGHT_STREAM, Surface
 from hil.devices.lidar_optics import Optics
 from hil.devices.lidar_profile import IDEAL, Profile
 from hil.devices.lidar_states import Machine, State, Task
@@ -27,6 +28,7 @@ from protocol import scip
 
 QUEUE_LIMIT = 1 << 20  # bytes on their way; beyond it requests are not heard and scans not sent
 Cast = Callable[[NDArray[np.int64]], NDArray[np.float64]]
+Look = Callable[[], Surface | None]
 
 
 class Piece(NamedTuple):
@@ -39,7 +41,8 @@ class Piece(NamedTuple):
 
 
 class Lidar:
-    """One sensor. `cast(times_ns)` gives the 1081 ranges (m, inf = nothing there) of beams fired at these times.
+    """One sensor. `cast(times_ns)` gives the 1081 ranges (m, inf = nothing there) of beams fired at these times, and
+    `look()` what the beams of the newest cast met, where the owner knows it.
 
     The owner calls receive, step and send (or pieces) in this order. `scans` counts the turns that were cast.
     For injections, at any time: `faults`; and without them, `garble_ratio` of the scans leave with one byte changed,
@@ -47,7 +50,10 @@ class Lidar:
     dropout_ratio, reboot() and jump_clock().
     """
 
-    def __init__(self, seed: int, cast: Cast, profile: Profile = IDEAL, schedule: tuple[Fault, ...] = ()) -> None:
+    def __init__(
+        self, seed: int, cast: Cast, profile: Profile = IDEAL, schedule: tuple[Fault, ...] = (),
+        look: Look = lambda: None,
+    ) -> None:  # fmt: skip
         self.profile = profile
         self.connected = False
         self.unplugged = False
@@ -59,9 +65,9 @@ class Lidar:
         self.faults = Faults(seed, schedule)
         self.turns = Turns(seed, profile)
         self.machine = Machine(profile, self.turns)
-        self._cast = cast
+        self._cast, self._look = cast, look
         self._rng = np.random.default_rng(seed)
-        self.optics = Optics(profile, self._rng)
+        self.optics = Optics(profile, self._rng, np.random.default_rng((seed, LIGHT_STREAM)))
         self._turn = 0  # the next turn whose sweep is not over
         self._input = bytearray()
         self._output: deque[Piece] = deque()
@@ -272,7 +278,7 @@ class Lidar:
         if self._sweep[0] != turn:
             self.scans += 1
             times_ns = (self.turns.start_ns(turn) + self.turns.beam_offsets_ns).astype(np.int64)
-            self._sweep = (turn, self.optics.measure(self._cast(times_ns)))
+            self._sweep = (turn, self.optics.measure(self._cast(times_ns), self._look()))
         return self._sweep[1]
 
     def _turns_of(self, frame: bytes) -> int:
@@ -295,4 +301,4 @@ class Lidar:
             at = end
 
 
-__all__ = ["BEAMS", "Cast", "Lidar", "Piece"]
+__all__ = ["BEAMS", "Cast", "Lidar", "Look", "Piece"]

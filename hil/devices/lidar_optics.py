@@ -5,32 +5,59 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from hil.devices.lidar_light import EDGE_M, Light, Surface
 from hil.devices.lidar_profile import Profile
-from hil.devices.lidar_turns import BEAMS, STEPS_A_TURN
+from hil.devices.lidar_turns import BEAMS
 from protocol import scip
 
 F64 = NDArray[np.float64]
 I32 = NDArray[np.int32]
 NO_RETURN, TOO_NEAR, INTERFERENCE, LAST_CODE = 1, 2, 3, 22
-EDGE_M = 0.2  # neighbours that differ by more have an edge between them; the beam behind it meets both sides
 SHORT_LIMIT = 4095  # of two characters
 
 
 class Optics:
-    """Ranges (1081,) m, inf = nothing there, to values in mm or codes. The random numbers are the sensor's own."""
+    """Ranges (1081,) m, inf = nothing there, to values in mm or codes. The random numbers are the sensor's own.
 
-    def __init__(self, profile: Profile, rng: np.random.Generator) -> None:
+    light_rng: of what makes beams fail; rng: of the noise.
+    """
+
+    def __init__(self, profile: Profile, rng: np.random.Generator, light_rng: np.random.Generator) -> None:
         self._profile, self._rng = profile, rng
-        self.dropout_ratio = profile.dropout_ratio
+        self.light = Light(profile, light_rng)
         self.clash_ratio = 0.0  # of the beams meet another sensor's light
 
-    def measure(self, ranges_m: F64) -> I32:
-        """What one turn gives, (1081, echoes): nearest echo first, scip.MISSING where there is none."""
-        if self._profile.grazing_rad:
-            ranges_m = np.where(grazing(ranges_m, self._profile.grazing_rad), np.inf, ranges_m)
+    @property
+    def dropout_ratio(self) -> float:
+        """Share of the beams that return nothing."""
+        return self.light.dropout_ratio
+
+    @dropout_ratio.setter
+    def dropout_ratio(self, ratio: float) -> None:
+        self.light.dropout_ratio = ratio
+
+    def measure(self, ranges_m: F64, surface: Surface | None = None) -> I32:
+        """What one turn gives, (1081, echoes): nearest echo first, scip.MISSING where there is none.
+
+        surface: what the beams met, where the owner of the rays knows it.
+        """
+        light = self.light
+        lost = light.lost(ranges_m, surface)
+        ranges_m = light.mixed(ranges_m)
         if self._profile.echoes == 1:
-            return self._measured(ranges_m)[:, None]
-        return _ranges_first(np.sort(self._measured(echoes(ranges_m).ravel()).reshape(BEAMS, 3), axis=1))
+            seen_m = light.outliers(ranges_m if lost is None else np.where(lost, np.inf, ranges_m))
+            at, speck_m = light.specks()
+            if len(at):
+                seen_m = seen_m.copy()
+                seen_m[at] = np.minimum(seen_m[at], speck_m)
+            return self._measured(seen_m)[:, None]
+        found = echoes(ranges_m)
+        if lost is not None:
+            found[lost] = (np.inf, np.nan, np.nan)
+        found[:, 0] = light.outliers(found[:, 0])
+        at, speck_m = light.specks()
+        found[at, 2] = speck_m
+        return _ranges_first(np.sort(self._measured(found.ravel()).reshape(BEAMS, 3), axis=1))
 
     def values(self, asked: scip.ScanRequest, measured: I32) -> I32:
         """What is sent of it: (beams, channels), for a request of several echoes (beams, echoes, channels)."""
@@ -47,8 +74,6 @@ class Optics:
         sigma_m = np.where(ranges_m > 10.0, profile.noise_far_m, profile.noise_near_m)
         noisy_m = ranges_m + self._rng.standard_normal(count) * sigma_m
         seen = ranges_m <= profile.far_m
-        if self.dropout_ratio:
-            seen &= self._rng.random(count) >= self.dropout_ratio
         values = np.full(count, NO_RETURN, np.int32)
         values[seen] = np.rint(noisy_m[seen] * 1e3).astype(np.int32)
         values[ranges_m < profile.near_m] = TOO_NEAR
@@ -87,15 +112,6 @@ def echoes(ranges_m: F64) -> F64:
         found[nearer, column] = beside[nearer]
     found[np.isinf(ranges_m) & ~np.isnan(found[:, 1:]).all(axis=1), 0] = np.nan  # light that came back once
     return found
-
-
-def grazing(ranges_m: F64, least_rad: float) -> NDArray[np.bool_]:
-    """Beams whose surface, by both neighbours, is met flatter than `least_rad`."""
-    with np.errstate(invalid="ignore"):
-        steps = np.abs(np.diff(ranges_m)) / (np.minimum(ranges_m[1:], ranges_m[:-1]) * 2 * np.pi / STEPS_A_TURN)
-    flat = np.nan_to_num(steps, nan=0.0) > 1.0 / np.tan(least_rad)
-    both: NDArray[np.bool_] = np.concatenate((flat[:1], flat)) & np.concatenate((flat, flat[-1:]))
-    return both
 
 
 def _ranges_first(values: I32) -> I32:

@@ -104,7 +104,11 @@ class Profile:
     speeds, sensitivities, drills: CR, HS, DB are known. echoes: up to so many a beam, for ND, NE, HD, HE.
 
     Light: near_m and far_m bound what is seen, with noise_near_m (sigma) to 10 m and noise_far_m beyond; a surface seen
-    flatter than grazing_rad returns nothing; dropout_ratio of the beams return nothing.
+    flatter than grazing_rad returns nothing (lidar_optics.py says how); dropout_ratio of the beams return nothing, of
+    these clump_ratio in clumps of clump_least to clump_most neighbours; of the beams into the sector of azimuth from
+    sun_from_rad to sun_to_rad, to the left, sun_ratio return nothing. mixed_ratio of the beams behind an edge tell a
+    range between both sides; outlier_ratio of the returns are off by up to outlier_m; speck_ratio of the beams meet a
+    speck of dust within speck_m. A scenario's [lidar] sets these (lidar_errors.py).
     """
 
     name: str = "ideal"
@@ -120,7 +124,7 @@ class Profile:
     latency_ns: int = 1_000_000
     jitter_ns: float = 0.0
     spike_ratio: float = 0.0
-    spike_ns: float = 0.0
+    spike_ns: float = 20e6
     bursts: Bursts = ((1.0, 0),)
     turn_bytes: int = 0
     dark_ns: int = 0
@@ -139,6 +143,17 @@ class Profile:
     noise_far_m: float = 0.030
     grazing_rad: float = 0.0
     dropout_ratio: float = 0.0
+    clump_ratio: float = 0.0
+    clump_least: int = 3
+    clump_most: int = 30
+    mixed_ratio: float = 0.0
+    outlier_ratio: float = 0.0
+    outlier_m: float = 0.5
+    speck_ratio: float = 0.0
+    speck_m: float = 2.0
+    sun_ratio: float = 0.0
+    sun_from_rad: float = 0.0
+    sun_to_rad: float = 0.0
 
 
 IDEAL = Profile()

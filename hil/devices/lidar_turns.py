@@ -15,6 +15,7 @@ from hil.devices.lidar_profile import Profile
 from protocol import scip
 
 BEAMS, STEPS_A_TURN, FRONT_STEP = 1081, 1440, 540
+BLOCK_TURNS, JITTER_STREAM = 1024, 2  # the seed's stream 1 is that of the faults, 3 that of the light
 
 
 class Turns:
@@ -24,6 +25,7 @@ class Turns:
         self._seed, self._jitter_ns = seed, profile.motor_jitter_ns
         self._standard_ns = profile.turn_ns / (1.0 + profile.rate_error)  # of bench time
         self._first, self._first_ns = 0, 0.0
+        self._block, self._jitters_ns = -1, np.empty(0)  # jitter of the turns of one block, drawn together
         self.turn_ns = self._standard_ns
         self._measure()
 
@@ -32,11 +34,16 @@ class Turns:
         self.sweep_ns = float(self.beam_offsets_ns[-1])
 
     def start_ns(self, turn: int) -> float:
-        """When beam 0 of a turn is fired."""
+        """When beam 0 of a turn is fired. Before turn 0 the motor did not turn: such a number has no jitter."""
         even_ns = self._first_ns + (turn - self._first) * self.turn_ns
-        if not self._jitter_ns:
-            return even_ns
-        return even_ns + float(np.random.default_rng((self._seed, turn)).standard_normal()) * self._jitter_ns
+        return even_ns + self._jitter_of(turn) if self._jitter_ns and turn >= 0 else even_ns
+
+    def _jitter_of(self, turn: int) -> float:
+        block, place = divmod(turn, BLOCK_TURNS)
+        if block != self._block:
+            drawn = np.random.default_rng((self._seed, JITTER_STREAM, block)).standard_normal(BLOCK_TURNS)
+            self._block, self._jitters_ns = block, drawn * self._jitter_ns
+        return float(self._jitters_ns[place])
 
     def ended(self, now_ns: int) -> int:
         """The last turn whose sweep is over; may be one less with motor jitter."""

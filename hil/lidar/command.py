@@ -17,6 +17,7 @@ from rich.live import Live
 from rich.text import Text
 
 from hil.devices.lidar import Cast, Lidar
+from hil.devices.lidar_errors import NEEDS_A_FIELD, lidar_errors, lidar_table, plain
 from hil.devices.lidar_faults import KINDS, load_faults, parse_fault
 from hil.devices.lidar_profile import PROFILES, Profile
 from hil.lidar.cable import Cable
@@ -34,6 +35,7 @@ EPILOG = (
     "Examples:\n\n  hil lidar                                        an EW on 127.0.0.1:10940, in a room\n\n"
     "  hil lidar --profile utm-30lx --pty               USB; prints the device's path\n\n"
     "  hil lidar --clock-start -5000                    the counter wraps after 5 s\n\n"
+    "  hil lidar --lidar lost_ratio=0.02 --lidar mixed_ratio=0.1\n\n"
     "  hil lidar --fault flip=0.001@10+5 --fault cable@30+2\n\nFaults, as KIND[=VALUE]@BEGIN[+SECONDS]:\n\n"
     + "\n\n".join(f"  {name}={kind.value}: {kind.means}" for name, kind in KINDS.items())
 )
@@ -46,6 +48,9 @@ def main(
     link: Annotated[Path | None, typer.Option(help="A link of this name to the pseudo terminal.")] = None,
     scene: Annotated[str, typer.Option(help=f"What it sees: {', '.join(SCENES)}.")] = "room",
     tilt: Annotated[float, typer.Option(help="Degrees that its front looks down.", min=-90, max=90)] = 0.0,
+    lidar: Annotated[list[str] | None, typer.Option(
+        metavar="KEY=VALUE", help="As in a scenario's [lidar] (docs/sensors.md), over the profile; may be repeated.",
+    )] = None,
     fault: Annotated[list[str] | None, typer.Option(help="A fault, see below; may be repeated.")] = None,
     faults: Annotated[Path | None, typer.Option(help="TOML file of `fault` tables: kind, at_s, for_s, value.")] = None,
     clock_start: Annotated[float, typer.Option(help="First count of its clock, ms; below 0: before the wrap.")] = 0.0,
@@ -60,7 +65,7 @@ def main(
     wrong, 66 no such file, 69 the port cannot be had.
     """
     try:
-        made = _profile(profile, clock_start, rate_error)
+        made = _profile(profile, lidar or [], clock_start, rate_error)
         schedule = tuple(parse_fault(text) for text in fault or ()) + (load_faults(faults) if faults else ())
         cast = _scene(scene, tilt)
         with ExitStack() as stack:
@@ -80,10 +85,15 @@ def _fail(code: int, text: str) -> typer.Exit:
     return typer.Exit(code)
 
 
-def _profile(name: str, clock_start_ms: float, rate_error_ppm: float) -> Profile:
+def _profile(name: str, words: list[str], clock_start_ms: float, rate_error_ppm: float) -> Profile:
+    """The sensor of --profile alone, with the keys of --lidar over it."""
     if name not in PROFILES:
         raise ConfigError(f"--profile {name!r} should be one of {', '.join(PROFILES)}")
-    return replace(PROFILES[name], start_ms=clock_start_ms % scip.STAMP_MODULUS, rate_error=rate_error_ppm * 1e-6)
+    table = lidar_table(words, {})
+    if missing := {"profile", *NEEDS_A_FIELD} & set(table):
+        raise ConfigError(f"--lidar {min(missing)}: not here; a sensor without a field has --profile and no albedo")
+    made = lidar_errors({"rate_error_ppm": rate_error_ppm, **table}, "--lidar", plain(name)).applied()
+    return replace(made, start_ms=clock_start_ms % scip.STAMP_MODULUS)
 
 
 def _scene(name: str, tilt_deg: float) -> Cast:

@@ -64,6 +64,7 @@ class Plant:
         self._soil = SoilContacts(
             field.grid, field.soil_z, self.rover.wheel_radius_m, self.rover.wheel_width_m, (soil,) * len(WHEELS)
         )
+        self.soil = soil  # at the start; wheels and patches may have another
         self._limits_nm = [DRIVE_NM] * len(WHEELS)
         self._soils = [soil] * len(WHEELS)
         self.patches, self._shapes = Patches(), 0

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Annotated, Any
@@ -12,6 +13,7 @@ from rich.console import Console
 from rich.table import Table
 
 from hil.bench.contacts import lines
+from hil.devices.lidar_errors import lidar_table
 from hil.flying import EX_CONFIG, EX_FAILED, EX_NOINPUT, EX_OK, EX_SOFTWARE, conclude, fail, fly, show
 from hil.rays.casters import CASTERS
 from hil.scenario.scenario import Scenario, load_scenario
@@ -19,6 +21,9 @@ from hil.watch.command import PORT, AfterOption, PortOption, WatchOption, check_
 from onboard.config import ConfigError
 
 Name = Annotated[str, typer.Argument(metavar="SCENARIO", help="A name of `hil list`, or a TOML file.")]
+LidarOption = Annotated[list[str] | None, typer.Option(
+    metavar="KEY=VALUE", help="Of the scanner, over the scenario's [lidar] (docs/sensors.md); or a profile: ideal.",
+)]
 AsJson = Annotated[bool, typer.Option("--json", help="As JSON.")]
 
 
@@ -27,6 +32,7 @@ def run(
     out: Annotated[Path | None, typer.Option(help="Folder of the run; default build/runs/NAME.")] = None,
     can: Annotated[str, typer.Option(help="CAN bus in place of the scenario's: hub, socketcan:INTERFACE.")] = "",
     rays: Annotated[str, typer.Option(help="Who casts the scanner's rays: kernel, engine, embree.")] = "",
+    lidar: LidarOption = None,
     quick: Annotated[bool, typer.Option("--quick", help="In one process, beside a twin without each fault.")] = False,
     watch: WatchOption = False,
     port: PortOption = PORT,
@@ -42,7 +48,8 @@ def run(
     read = _read(scenario)
     if rays and rays not in CASTERS:
         raise fail(64, f"--rays {rays!r} should be one of {', '.join(CASTERS)}")
-    read = replace(read, can=can or read.can, rays=rays or read.rays)
+    scanned = scanner(lidar, read.lidar)
+    read = replace(read, can=can or read.can, rays=rays or read.rays, lidar=scanned)
     _refuse_what_cannot_be(read, quick)
     if quick:
         if watch or video:
@@ -88,6 +95,14 @@ def _quick(scenario: Scenario) -> None:
     _tell([verdict._asdict() for verdict in flown.verdicts])
     print("\n".join(lines(flown.facts.contacts)))
     raise typer.Exit(EX_OK if all(verdict.holds for verdict in flown.verdicts) else EX_FAILED)
+
+
+def scanner(words: list[str] | None, table: Mapping[str, Any]) -> Mapping[str, Any]:
+    """A scenario's table [lidar] with the words of --lidar over it; exit 78 for a wrong one."""
+    try:
+        return lidar_table(words or (), table)
+    except ConfigError as error:
+        raise fail(EX_CONFIG, str(error)) from None
 
 
 def list_scenarios(as_json: AsJson = False) -> None:

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from hil.faults.injection import INJECTIONS
-from hil.scenario.scenario import Injection, Scenario, load_scenario
+from hil.scenario.scenario import Injection, Scenario, load_scenario, scanner_of
 from protocol.faults import BY_NAME
 
 FOLDER = Path(__file__).parents[1] / "scenarios"
@@ -39,6 +39,11 @@ def explain(scenario: Scenario) -> Iterator[str]:
     yield f"link       {scenario.link}{blackouts}"
     yield f"operator   {'; '.join(scenario.script.strip().splitlines())}"
     yield f"ends       {f'at {scenario.end_s:g} s' if scenario.end_s else 'with the script'}"
+    if scenario.soil != "nominal":
+        yield f"soil       {scenario.soil}"
+    scanner = scanner_of(scenario.lidar)
+    own = ", ".join(f"{key} = {item!r}" for key, item in scenario.lidar.items() if key != "profile")
+    yield f"scanner    {scanner.profile}{': ' + own if own else ''}"
     for key, item in scenario.set.items():
         yield f"setting    {key} = {item!r}"
     for fault in scenario.faults:

@@ -11,8 +11,11 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+from hil.bench.fitting import Fitting
 from hil.devices.errors import SensorErrors
+from hil.devices.lidar_errors import LidarErrors, lidar_errors
 from hil.link.impairment import load_profile
+from hil.plant.soil import CLASSES
 from hil.rays.casters import CASTERS, DEFAULT
 from hil.scenario.verdicts import Expect, expect_of
 from hil.terrain import field_file
@@ -45,7 +48,7 @@ class Scenario:
     """What a run is; `script` may use {goal_x} and {goal_y}. `set`: onboard's values by dotted name.
 
     start (x, y, yaw in degrees) and goal (x, y) in place of the ground's own, in its frame.
-    sensors: what the nodes get wrong, a table of hil.devices.errors.
+    sensors: what the nodes get wrong, a table of hil.devices.errors; lidar: the scanner, of hil.devices.lidar_errors.
     """
 
     name: str = value("demo", "name in reports")
@@ -62,7 +65,9 @@ class Scenario:
     live: bool = value(False, "no scripted operator: a live ground station may join; the run does not repeat")
     can: str = value("hub", "the CAN bus: the bench's hub, or socketcan:INTERFACE of this machine")
     rays: str = value(DEFAULT, "who casts the scanner's rays: a row of hil.rays.casters.CASTERS", one_of=tuple(CASTERS))
+    soil: str = value("nominal", "all over the ground: a row of hil.plant.soil.CLASSES", one_of=tuple(CLASSES))
     sensors: Mapping[str, Any] = field(default_factory=dict)
+    lidar: Mapping[str, Any] = field(default_factory=dict)
     faults: tuple[Injection, ...] = ()
     set: Mapping[str, Any] = field(default_factory=dict)
     expect: Expect = Expect()
@@ -79,6 +84,8 @@ def load_scenario(path: Path) -> Scenario:
     parts: dict[str, Any] = {"faults": faults, "set": _settings(tree.pop("set", {}), path)}
     parts["sensors"] = tree.pop("sensors", {})
     sensor_errors(parts["sensors"], where)
+    parts["lidar"] = tree.pop("lidar", {})
+    scanner_of(parts["lidar"], where)
     parts["expect"] = expect_of(tree.pop("expect", {}), where)
     for key, counts, of in _NUMBERS:
         parts[key] = _numbers(tree.pop(key, []), counts, f"{where}: `{key}` should be {of}")
@@ -112,15 +119,19 @@ def _terrain(name: str, path: Path) -> str:
 
 
 def scenario_of(tree: Mapping[str, Any]) -> Scenario:
-    """A scenario from its fields as a certificate keeps them. Raises KeyError, TypeError, ValueError, ConfigError."""
+    """A scenario from its fields as a certificate keeps them. Raises KeyError, TypeError, ValueError, ConfigError.
+
+    Certificates from before there was [lidar] flew the ideal scanner.
+    """
     parts = {
         "faults": tuple(Injection(**row) for row in tree["faults"]), "set": dict(tree["set"]),
         "expect": Expect(**{k: tuple(v) if isinstance(v, list) else v for k, v in tree["expect"].items()}),
-        **{key: tuple(tree[key]) for key, *_ in _NUMBERS},
+        **{key: tuple(tree[key]) for key, *_ in _NUMBERS}, "lidar": tree.get("lidar", {"profile": "ideal"}),
     }  # fmt: skip
     scenario = Scenario(**{**tree, **parts})
     load(None, scenario.set, "certificate: [set]")
     sensor_errors(scenario.sensors, "certificate: [sensors]")
+    scanner_of(scenario.lidar, "certificate: [lidar]")
     return scenario
 
 
@@ -153,6 +164,18 @@ def goal_words(ground: Field) -> dict[str, str]:
 def sensor_errors(tree: Mapping[str, Any], where: str = "sensors") -> SensorErrors:
     """What the nodes get wrong, from a scenario's table [sensors]. Raises ConfigError."""
     return from_tree(SensorErrors, tree, where, "sensors.")
+
+
+def scanner_of(tree: Mapping[str, Any], where: str = "lidar") -> LidarErrors:
+    """The scanner that flies, from a scenario's table [lidar]. Raises ConfigError."""
+    if not isinstance(tree, Mapping):
+        raise ConfigError(f"{where}: `lidar` should be a table, found {tree!r}")
+    return lidar_errors(tree, where)
+
+
+def fitting_of(scenario: Scenario, sector_rad: float) -> Fitting:
+    """What a scenario's world is fitted with. sector_rad: half sector that the flight program maps."""
+    return Fitting(scenario.rays, sensor_errors(scenario.sensors), scanner_of(scenario.lidar), sector_rad)
 
 
 def flight_settings(scenario: Scenario, start: Pose) -> dict[str, Any]:

@@ -177,6 +177,9 @@ def write_bench(folder, made):
                               "delivered": 285}}, "onboard_peak_rss_mb": 190.1, "seed": 3, "terrain": "fbm",
         "link_profile": "ets8-b", "link_note": "256 kbit/s both ways", "tick_wall_ms": TICK_WALL_MS,
         "field": made.stats, "goal_m": list(GOAL), "faults": [],
+        "soil": "firm", "sensor_noise": "LIDAR 20 mm to 10 m", "scanner": {
+            "profile": "utm-30lx", "lost_ratio": 0.0312, "lost_by": {"dark": 0.0, "grazing": 0.021, "random": 0.0102},
+            "outlier_ratio": 0.0002, "mixed_ratio": 0.001, "rate_error_ppm": 80.0, "motor_jitter_s": 3e-5},
         "passed_over": [{"seed": 3000, "reason": "the straight line is free"}], "replay_difference": "",
     }
     (folder / "summary.json").write_text(json.dumps(summary))

@@ -60,6 +60,8 @@ def test_every_picture_is_inside_the_page_and_has_words(page):
     "cd" * 32, "ef" * 32, "Nothing here has met real hardware", "arrived: 0.12 m from the goal",
     "ets8-b: 256 kbit/s both ways", "p99.9 9.00 ms", "wall time of a tick",
     "2345 µs", "3.21 ms at worst", "23.4 ms", ">29<",
+    "utm-30lx, 3.12 % of the beams lost (2.10 % grazing, 1.02 % random); 0.020 % outliers, 0.10 % mixed; "
+    "clock off by 80 ppm, motor jitter 30 µs",
     "true distance to the goal, from the bench", "the rover&#x27;s own word, by its estimate",
 ])
 def test_the_facts_are_on_the_page(page, fact):

@@ -20,7 +20,7 @@ from protocol.modes import Mode
 from protocol.transactions import State
 
 ROOT = Path(__file__).parents[2]
-FLAT = Scenario(terrain="flat", link="lan")
+FLAT = Scenario(terrain="flat", link="lan", lidar={"profile": "ideal"})
 QUICK = {  # a scan in 15 s, a short way
     "scanning.start_rad": 1.05, "scanning.end_rad": -0.1, "scanning.spacing_m": 0.15, "scanning.floor_rad": 0.006,
     "scanning.cap_rad": 0.03, "scanning.range_m": 6.0, "mapping.size_m": 14.0, "mapping.near_m": 3.0,
@@ -32,6 +32,14 @@ seed = 3
 link = "lan"
 script = "at 1.0: goto 2.0 0.3\\nwait goto\\n"
 end_s = 60.0
+
+[lidar]
+profile = "utm-30lx"
+lost_ratio = 0.0
+outlier_ratio = 0.0
+sun_ratio = 0.02  # beside the sector that is mapped
+sun_from_rad = 1.4
+sun_to_rad = 2.2
 
 [set.scanning]
 start_rad = 1.05

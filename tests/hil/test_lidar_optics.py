@@ -5,7 +5,8 @@ import dataclasses
 import numpy as np
 import pytest
 
-from hil.devices.lidar_optics import Optics, echoes, grazing
+from hil.devices.lidar_light import grazing
+from hil.devices.lidar_optics import Optics, echoes
 from hil.devices.lidar_profile import IDEAL, UTM30LX_EW
 from hil.lidar.scenes import SCENES, Boxes, still
 from protocol import scip
@@ -32,7 +33,7 @@ def test_the_beam_behind_an_edge_meets_both_sides():
 
 
 def test_scans_of_several_echoes_decode_to_what_was_met_nearest_first():
-    optics = Optics(NOISELESS, np.random.default_rng(1))
+    optics = Optics(NOISELESS, np.random.default_rng(1), np.random.default_rng(2))
     measured = optics.measure(step_scene())
     for code in ("HD", "HE"):
         asked = scip.ScanRequest(code, 0, 1080)
@@ -48,7 +49,7 @@ def test_scans_of_several_echoes_decode_to_what_was_met_nearest_first():
 
 
 def test_two_characters_clip_at_4095():
-    optics = Optics(NOISELESS, np.random.default_rng(1))
+    optics = Optics(NOISELESS, np.random.default_rng(1), np.random.default_rng(2))
     values = optics.values(scip.ScanRequest("MS", 0, 1080), optics.measure(step_scene()))
     assert values[0, 0] == 2000 and values[500, 0] == 4095
 
@@ -56,7 +57,7 @@ def test_two_characters_clip_at_4095():
 def test_a_cluster_is_its_nearest_range_and_a_code_only_if_all_are_codes():
     ranges_m = np.full(1081, np.inf)
     ranges_m[1], ranges_m[2], ranges_m[3] = 4.0, 3.0, 7.0
-    optics = Optics(dataclasses.replace(IDEAL, noise_near_m=0.0), np.random.default_rng(1))
+    optics = Optics(dataclasses.replace(IDEAL, noise_near_m=0.0), np.random.default_rng(1), np.random.default_rng(2))
     values = optics.values(scip.ScanRequest("GE", 0, 8, 3), optics.measure(ranges_m))
     assert values[:, 0].tolist() == [3000, 7000, 1] and values[:, 1].tolist() == [5000, 2500, 0]
 

@@ -321,3 +321,15 @@ def test_second_client_waits_and_slow_reader_loses_whole_writes():
 def test_bad_address_names_the_two_forms(address):
     with pytest.raises(ConfigError, match=r"tcp:HOST:PORT.*or tty:PATH"):
         open_port(address)
+
+
+def test_a_motor_with_jitter_runs_from_time_0_and_each_turn_starts_within_its_jitter():
+    profile = dataclasses.replace(profiles.IDEAL, motor_jitter_ns=30_000.0)
+    turns = sensor.Turns(7, profile)
+    assert [turns.ended(now_ns) for now_ns in (0, 10_000_000, 18_000_000)] == [-1, -1, -1]
+    late_ns = np.array([turns.start_ns(turn) - turn * 25e6 for turn in range(4000)])
+    assert late_ns.std() == pytest.approx(30_000.0, rel=0.05) and abs(late_ns.mean()) < 1_500.0
+    assert [turns.start_ns(turn) - turn * 25e6 for turn in (3000, 0)] == late_ns[[3000, 0]].tolist()  # in any order
+    device = twin(profile)
+    assert ask(device, b"MD0000108001000\n") == b"MD0000108001000\n00P\n\n"
+    assert len(scans_of(device, 500_000_000)) == 20

@@ -1,0 +1,114 @@
+"""What the scanner's beams meet on a field: the angle to the surface, and how far it returns light. For lidar_light.py.
+
+    hit point -> over a rock's disc and above the soil?  rock: albedo, normal of the sphere it was cut from
+                 else soil: albedo, normal of the slope over two cells
+                 within a dark patch: the dark albedo, whatever stands there
+
+The slope over two cells (0.1 to 0.2 m) is that of a beam's footprint, which is longer than a triangle of the mesh; a
+rock's facets are not told apart. A surface of albedo a is seen up to far_m * sqrt(a): light that comes back falls with
+the square of the range. The angle does not change that reach; `grazing_rad` stands for its part.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hil.devices.lidar_errors import LidarErrors
+from hil.devices.lidar_light import Surface
+from hil.terrain.field import Field
+from hil.terrain.mesh import soil_height
+from onboard.records import F32, F64, Grid
+
+ROCK_STREAM = 4  # of the scenario's seed
+ABOVE_M = 0.002  # a hit so far over the soil, in a rock's disc, is on the rock
+I32 = NDArray[np.int32]
+
+
+class Surfaces:
+    """A field as light meets it. dark: which of its rocks are; the same for a seed whatever becomes of the soil."""
+
+    def __init__(self, field: Field, errors: LidarErrors, seed: int) -> None:
+        self.field, self._errors = field, errors
+        self._far_m = errors.applied().far_m
+        self._soil_z = field.soil_z.astype(np.float64)
+        self._normals = _normals(self._soil_z, field.grid.cell_m)
+        rocks = field.rocks
+        self._rocks = np.array([(*rock.vertices_m.mean(axis=0), rock.diameter_m / 2) for rock in rocks], np.float64)
+        self._rocks = self._rocks.reshape(-1, 4)  # centre x, y, z and radius
+        self._rock_at = _rock_raster(field.grid, self._rocks)
+        self.dark = np.random.default_rng((seed, ROCK_STREAM)).random(len(rocks)) < errors.dark_rocks_ratio
+        self._rock_reach_m = self._far_m * np.sqrt(np.where(self.dark, errors.dark_albedo, errors.rock_albedo))
+
+    def met(self, origins_m: F64, directions: F64, ranges_m: F64) -> Surface:
+        """By rays (n, 3) in the map frame and their ranges (n,), inf where nothing is met (there it means nothing)."""
+        errors, grid = self._errors, self.field.grid
+        sine, reach_m = np.ones(len(ranges_m)), np.full(len(ranges_m), np.inf)
+        hit = np.flatnonzero(ranges_m < np.inf)
+        ways = directions[hit]
+        points = origins_m[hit] + ranges_m[hit, None] * ways
+        i, j = (_nearest(points[:, k], first_m, grid.cell_m, count)
+                for k, first_m, count in ((0, grid.x0_m, grid.columns), (1, grid.y0_m, grid.rows)))  # fmt: skip
+        met_sine = -np.einsum("nk,nk->n", ways, self._normals[j, i])
+        met_reach_m = np.full(len(hit), self._far_m * math.sqrt(errors.ground_albedo))
+        self._meet_rocks(self._rock_at[j, i], points, ways, met_sine, met_reach_m)
+        for x_m, y_m, radius_m in errors.dark_patches_m:
+            dark = (points[:, 0] - x_m) ** 2 + (points[:, 1] - y_m) ** 2 <= radius_m * radius_m
+            met_reach_m[dark] = self._far_m * math.sqrt(errors.dark_albedo)
+        sine[hit], reach_m[hit] = met_sine, met_reach_m
+        azimuth_rad = np.arctan2(directions[:, 1], directions[:, 0]) if errors.sun_ratio else None
+        return Surface(sine, reach_m, azimuth_rad)
+
+    def _meet_rocks(self, rock: I32, points: F64, ways: F64, sine: F64, reach_m: F64) -> None:
+        """Changes sine and reach of the hits that are on a rock."""
+        near = np.flatnonzero(rock >= 0)
+        if not len(near):
+            return
+        rows, places = self._rocks[rock[near]], points[near]
+        out = places - rows[:, :3]
+        soil_m = soil_height(self.field.grid, self._soil_z, places[:, 0], places[:, 1])
+        inside = out[:, 0] ** 2 + out[:, 1] ** 2 <= rows[:, 3] ** 2
+        on = np.flatnonzero(inside & (places[:, 2] > soil_m + ABOVE_M))
+        at, out = near[on], out[on]
+        sine[at] = -np.einsum("nk,nk->n", ways[at], out) / np.maximum(np.sqrt(np.einsum("nk,nk->n", out, out)), 1e-9)
+        reach_m[at] = self._rock_reach_m[rock[at]]
+
+
+def asked(errors: LidarErrors) -> bool:
+    """Whether these errors depend on what the beams meet."""
+    dark = min(errors.ground_albedo, errors.rock_albedo) < 1 or errors.dark_rocks_ratio or errors.dark_patches_m
+    return bool(errors.grazing_rad or errors.sun_ratio or dark)
+
+
+def _normals(soil_z: F64, cell_m: float) -> F32:
+    """Unit normals of the slopes over two cells, (rows, columns, 3)."""
+    slope_y, slope_x = np.gradient(soil_z, cell_m)
+    length = np.sqrt(1.0 + slope_x**2 + slope_y**2)
+    return np.dstack((-slope_x / length, -slope_y / length, 1.0 / length)).astype(np.float32)
+
+
+def _nearest(at_m: F64, first_m: float, cell_m: float, count: int) -> NDArray[np.intp]:
+    """Number of the node nearest to each coordinate; the last for what overhangs the rim."""
+    return np.minimum(np.maximum(np.rint((at_m - first_m) / cell_m), 0.0), count - 1.0).astype(np.intp)
+
+
+def _rock_raster(grid: Grid, rocks: F64) -> I32:
+    """The rock whose disc may cover a point nearest to each node, (rows, columns); -1: none. The nearest by centre."""
+    raster, best = np.full((grid.rows, grid.columns), -1, np.int32), np.full((grid.rows, grid.columns), np.inf)
+    for number, (x, y, _, radius) in enumerate(rocks.tolist()):
+        reach = radius + grid.cell_m
+        i0, i1 = ((v - grid.x0_m) / grid.cell_m for v in (x - reach, x + reach))
+        j0, j1 = ((v - grid.y0_m) / grid.cell_m for v in (y - reach, y + reach))
+        columns = slice(max(0, math.floor(i0)), max(0, math.ceil(i1) + 1))
+        rows = slice(max(0, math.floor(j0)), max(0, math.ceil(j1) + 1))
+        near, part = best[rows, columns], raster[rows, columns]
+        if not near.size:
+            continue
+        xs = grid.x0_m + np.arange(columns.start, columns.start + near.shape[1]) * grid.cell_m - x
+        ys = grid.y0_m + np.arange(rows.start, rows.start + near.shape[0]) * grid.cell_m - y
+        away = np.hypot(xs[None, :], ys[:, None]) - radius
+        closer = (away <= grid.cell_m) & (away < near)
+        near[closer], part[closer] = away[closer], number
+    return raster
