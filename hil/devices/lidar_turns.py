@@ -36,7 +36,8 @@ class Turns:
         even_ns = self._first_ns + (turn - self._first) * self.turn_ns
         if not self._jitter_ns:
             return even_ns
-        return even_ns + float(np.random.default_rng((self._seed, turn)).standard_normal()) * self._jitter_ns
+        rng = np.random.default_rng((self._seed, turn % (1 << 32)))  # at time 0 the turn before the first is asked for
+        return even_ns + float(rng.standard_normal()) * self._jitter_ns
 
     def ended(self, now_ns: int) -> int:
         """The last turn whose sweep is over; may be one less with motor jitter."""
