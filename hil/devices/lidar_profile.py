@@ -174,3 +174,9 @@ UTM30LX_EW = replace(
     quirks=Quirks(state_command=True, timing_answers=frozenset(("VV", "II")), time_anywhere=True, time_twice=True),
 )  # fmt: skip
 PROFILES = {profile.name: profile for profile in (IDEAL, UTM30LX, UTM30LX_EW)}
+
+
+def stamp_to_first_byte_ns(profile: Profile) -> int:
+    """From the instant that a scan's stamp names to its first byte, without jitter: lidar.latency_ns of that sensor."""
+    steps = 1080 - profile.stamp_step
+    return round(profile.turn_ns / (1.0 + profile.rate_error) * steps / 1440) + profile.latency_ns

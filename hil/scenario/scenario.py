@@ -14,6 +14,7 @@ from typing import Any
 from hil.bench.fitting import Fitting
 from hil.devices.errors import SensorErrors
 from hil.devices.lidar_errors import LidarErrors, lidar_errors
+from hil.devices.lidar_profile import Profile, stamp_to_first_byte_ns
 from hil.link.impairment import load_profile
 from hil.plant.soil import CLASSES
 from hil.rays.casters import CASTERS, DEFAULT
@@ -22,10 +23,11 @@ from hil.terrain import field_file
 from hil.terrain.field import Field, inside
 from hil.terrain.fields import Accepted
 from hil.terrain.grounds import GROUNDS
-from onboard.config import ConfigError, from_tree, load, value
+from onboard.config import ConfigError, Lidar, from_tree, load, value
 from onboard.records import Pose
 
 WHEN = ("time", "sweep", "drive")
+LAG_GOAL_NS = 200_000  # `onboard lidar lag` is as good
 _NUMBERS = (
     ("blackout_s", (), "pairs of start and end"), ("start", (0, 3), "x, y in metres and yaw in degrees"),
     ("goal", (0, 2), "x, y in metres"),
@@ -186,8 +188,16 @@ def flight_settings(scenario: Scenario, start: Pose) -> dict[str, Any]:
     return {
         "localisation.start_x_m": start.x_m, "localisation.start_y_m": start.y_m,
         "localisation.start_yaw_rad": start.yaw_rad, "link.bench_seed": scenario.seed,
-        "link.rate_bps": load_profile(scenario.link).down_bps, **scenario.set,
+        "link.rate_bps": load_profile(scenario.link).down_bps, **measured_latency(scanner_of(scenario.lidar).applied()), **scenario.set,
     }
+
+
+def measured_latency(profile: Profile) -> dict[str, Any]:
+    """lidar.latency_ns of this scanner, as a team sets it after `onboard lidar lag`; empty where the default is right
+    to what that measures.
+    """
+    own_ns = stamp_to_first_byte_ns(profile)
+    return {} if abs(own_ns - Lidar().latency_ns) <= LAG_GOAL_NS else {"lidar.latency_ns": own_ns}
 
 
 def set_words(settings: Mapping[str, Any]) -> list[str]:

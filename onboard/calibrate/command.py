@@ -5,8 +5,7 @@ from __future__ import annotations
 import json
 import signal
 import sys
-from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -16,10 +15,8 @@ import click
 from onboard.can_tool.command import URI_HELP, json_option
 from onboard.command_line import (
     EX_CANTCREAT,
-    EX_CONFIG,
     EX_DATAERR,
     EX_INTERRUPTED,
-    EX_IOERR,
     EX_NOINPUT,
     EX_UNAVAILABLE,
     EX_UNHEALTHY,
@@ -31,8 +28,6 @@ from onboard.command_line import (
 
 if TYPE_CHECKING:
     from onboard.calibrate.drive import Drive
-    from onboard.calibrate.estimate import Estimate
-    from onboard.calibrate.shell import Shell
     from onboard.config import Config
 
 THOUGHT_TICKS, HUSH_TICKS = 20, 50
@@ -61,8 +56,8 @@ def calibrate(
 ) -> None:  # fmt: skip
     """Find wheel radius, steering offsets, mounting of scanner and inertial sensor. THE ROVER DRIVES A SQUARE.
 
-    It needs level, firm ground, free as far as it says before it starts, with rocks or boxes around it. It stops at
-    Ctrl-C, at any fault, and where a step takes too long.
+    Before it, the scanner sweeps down and up, which shows its lag. It needs level, firm ground, free as far as it says
+    before it starts, with rocks or boxes around it. It stops at Ctrl-C, at any fault, and where a step takes too long.
 
     Exit codes: 0 done, 1 the drive ended early (its record can still be tried), 64 an option is wrong, 65 the record
     does not hold what is needed, 66 no such file, 69 refused or no port, 73 a file cannot be written, 78 something
@@ -71,16 +66,19 @@ def calibrate(
     from onboard.calibrate import report
     from onboard.calibrate.estimate import estimate
     from onboard.calibrate.evidence import EvidenceError, evidence
+    from onboard.lidar_tool.lag_report import LagReport
 
     drive = _again(source) if source else _driven(read_config(path, settings), uri, side, yes, record)
     print(f"weighing {source or record} ...", file=sys.stderr)
     try:
-        found = estimate(evidence(drive.log, drive.rover), drive.rover)
+        log = drive.log
+        found = estimate(evidence(log, drive.rover), drive.rover)
     except EvidenceError as error:
         raise fail(EX_DATAERR, f"{source or record}: {error}") from None
-    print(json.dumps(report.as_dict(found)) if as_json else "\n".join(report.lines(found)))
+    lag = log.lag if isinstance(log.lag, str) else LagReport(log.lag, drive.latency_ns)
+    print(json.dumps(report.as_dict(found, lag)) if as_json else "\n".join(report.lines(found, lag)))
     if out:
-        _write(out, found, str(source or record))
+        _write(out, report.toml(found, lag, str(source or record)))
 
 
 def _again(source: Path) -> Drive:
@@ -123,12 +121,13 @@ def _driven(config: Config, uri: str | None, side_m: float, yes: bool, record: P
 def _drive(drive: Drive, config: Config, side_m: float, yes: bool) -> None:
     """From listening to wheels off."""
     from onboard.calibrate.plan import room_m
+    from onboard.calibrate.ports import ports
     from onboard.can_tool.jog import Phase
 
     minutes = sum(step.seconds for step in drive.steps) / 60
     question = (f"The rover will drive a square of {side_m:g} m to its left, {minutes:.0f} minutes. Is all within "
                 f"{room_m(side_m):.1f} m free, and a hand on the stop button?")  # fmt: skip
-    with _ports(config) as shell:
+    with ports(config) as shell:
         ready = shell.until(drive, Phase.READY, lambda _: None)
         if ready and not (yes or agreed(question)):
             ready = False
@@ -145,41 +144,6 @@ def _drive(drive: Drive, config: Config, side_m: float, yes: bool) -> None:
         shell.linger(drive, HUSH_TICKS)
 
 
-@contextmanager
-def _ports(config: Config) -> Iterator[Shell]:
-    """Bus, scanner and record, open while it lasts. One line and an exit code for what is wrong with one of them."""
-    from onboard.calibrate.shell import Shell
-    from onboard.config import ConfigError
-    from onboard.drivers.can_bus import CanPort
-    from onboard.drivers.clock import WallClock
-    from onboard.drivers.lidar_port import open_port
-    from onboard.record.unwritten import unwritten
-    from onboard.record.writer import Recorder
-
-    clock = WallClock()
-    for number in (signal.SIGTERM, signal.SIGINT):
-        signal.signal(number, lambda *_: setattr(clock, "stopping", True))
-    with ExitStack() as stack:
-        try:
-            can = CanPort(config.can.uri)
-            stack.callback(can.close)
-            lidar = open_port(config.lidar.address)
-            stack.callback(lidar.close)
-        except ConfigError as error:
-            raise fail(EX_CONFIG, str(error)) from None
-        except OSError as error:
-            raise fail(EX_UNAVAILABLE, str(error)) from None
-        if can.status.error:
-            raise fail(EX_UNAVAILABLE, f"{config.can.uri}: {can.status.error}")
-        recorder = stack.enter_context(Recorder(config, None))
-        if problem := unwritten(recorder):
-            raise fail(EX_CANTCREAT, f"{config.record.path} cannot be written: {problem}")
-        clock.start()
-        yield Shell(can, lidar, clock, recorder)
-    if problem := unwritten(recorder):  # not known before it is closed
-        raise fail(EX_IOERR, f"{config.record.path} is not whole: {problem}; the wheels are off")
-
-
 def _teller() -> Callable[[Drive], None]:
     told = [-1]
 
@@ -192,11 +156,9 @@ def _teller() -> Callable[[Drive], None]:
     return tell
 
 
-def _write(out: Path, found: Estimate, source: str) -> None:
-    from onboard.calibrate.report import toml
-
+def _write(out: Path, toml: str) -> None:
     try:
-        out.write_text(toml(found, source))
+        out.write_text(toml)
     except OSError as error:
         raise fail(EX_CANTCREAT, f"{out} cannot be written: {error.strerror}") from None
     print(f"keys for the rover's configuration: {out}", file=sys.stderr)

@@ -17,7 +17,7 @@ from dataclasses import replace
 from itertools import chain
 
 from onboard.calibrate.log import Log, Logger
-from onboard.calibrate.plan import nod, square
+from onboard.calibrate.plan import lag_steps, nod, square
 from onboard.calibrate.roll import Roll
 from onboard.can_tool.jog import LISTEN_NS, OFF_NS, REST_LIMIT_NS, REST_RADPS, SETTLE_NS, Phase
 from onboard.can_tool.permit import Permit
@@ -27,6 +27,7 @@ from onboard.core.wheel_watch.seen import Seen
 from onboard.core.wheel_watch.watch import WheelWatch
 from onboard.devices.lidar import LidarSession
 from onboard.devices.nodes import NODES, Nodes
+from onboard.lidar_tool.lag_sweeps import CLOCK_NS, begun
 from onboard.motion.odometry import Odometry
 from onboard.motion.odometry import Step as Moved
 from onboard.perception.sweep import segments
@@ -39,16 +40,17 @@ MOST_TRIES = 2  # of a scan
 SLOPE_LIMIT_RAD = math.radians(12)
 MEAN_TICKS = 100  # of gyro and accelerometer
 EXPECTED = {"STEER_OFFSET", "SLIP_HIGH"}  # an offset is what is looked for, and soft ground is no fault here
-DRIVEN = "CALIBRATE"  # the event by which a record keeps the side of the square
+DRIVEN, WITH_LAG = "CALIBRATE", "lag"  # the event by which a record keeps the side of the square, a word of its text
 IMU_SILENT_NS = 100_000_000
 
 
 class Drive:
     """`tick` by tick. `problem`: one line why it was refused or ended early; `log` is the record as far as it came."""
 
-    def __init__(self, config: Config, side_m: float) -> None:
+    def __init__(self, config: Config, side_m: float, with_lag: bool = True) -> None:
         self._config = replace(config, scanning=nod(config))
-        self.steps, self.at, self._side_m = square(side_m), 0, side_m
+        self.steps = (*(lag_steps(config) if with_lag else ()), *square(side_m))
+        self.at, self._about = 0, f"{side_m} {WITH_LAG}" if with_lag else str(side_m)
         self.nodes, self.lidar = Nodes(config.rover, config.can), LidarSession(config.lidar)
         self.nodes.enabled = False
         self.phase, self.problem, self.stopped = Phase.LISTENING, "", False
@@ -79,6 +81,11 @@ class Drive:
     def rover(self) -> Rover:
         """As it was believed."""
         return self._config.rover
+
+    @property
+    def latency_ns(self) -> int:
+        """Of the scanner, as it was believed."""
+        return self._config.lidar.latency_ns
 
     @property
     def log(self) -> Log:
@@ -115,7 +122,7 @@ class Drive:
             case Phase.STOPPING:
                 self._rest(now_ns)
         if self.phase not in (Phase.MOVING, Phase.STOPPING):
-            events = (Event(now_ns, "info", DRIVEN, str(self._side_m)),) if first else ()
+            events = (Event(now_ns, "info", DRIVEN, self._about),) if first else ()
             return Outputs(lidar_bytes=self._farewell(now_ns), events=events, state_digest=self._digest())
         self.nodes.set_wheels(self._orders)
         return Outputs(
@@ -187,6 +194,8 @@ class Drive:
 
     def _begun(self) -> Roll | Sensing:
         step, config = self.steps[self.at], self._config
+        if step.nod is not None:
+            return begun(config, step.nod)
         if step.scans:
             return Sensing(config, segments(config.scanning, config.rover.lidar_z_m))
         return Roll(step, config, self._orders)
@@ -197,10 +206,19 @@ class Drive:
             self._doing.tick(self.nodes.wheels, moved, turn_radps)
             self._orders = self._doing.orders
             return self._doing.done
+        if self.at == 0 and self.steps[0].nod is not None and now_ns - self._step_ns < CLOCK_NS:
+            self.lidar.stream(True)
+            return False
         sweep = self._doing.step(self.lidar, self.nodes, scans, now_ns)
         if sweep is not None:
             self._logger.scan(self.at, sweep)
+            self.lidar.stream(self._sweeps_next())
         return sweep is not None
+
+    def _sweeps_next(self) -> bool:
+        """Whether the next step sweeps as well: the stream goes on, and with it the estimate of the scanner's clock."""
+        following = self.steps[self.at + 1 : self.at + 2]
+        return any(step.scans or step.nod is not None for step in following)
 
     def _mean(self, standing: bool) -> None:
         if self._imu and standing:

@@ -14,9 +14,11 @@ from onboard.core.sensing import Sweep
 from onboard.devices.nodes import WheelStatus
 from onboard.mounting import imu_rotation, steer_offsets_rad
 from onboard.perception.scan3d import gather, points
+from onboard.perception.tilt_lag import Lag, lag
 from onboard.records import F64, ImuSample, WheelState
 
 FIELDS = 4 + 4 + 3 + 3 + 4  # of a row behind step, time, standing
+MOST_SIGMA_S = 0.001  # of a lag that is used
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,7 +28,7 @@ class Log:
     step: index into `steps`. standing: neither driving nor steering. position_rad, steer_rad (n, 4): encoders unwrapped
     and angles as the units say them. gyro_radps, accel_mps2 (n, 3): in the sensor's own axes. current_a (n, 4): of the
     drives, newest. clouds: (k, 3) points for each step that scans, in the tilt unit's axes from the scanner's centre;
-    None for other steps.
+    None for other steps. The scanner's lag is taken out of them where it was seen. lag: a Lag, or why there is none.
     """
 
     steps: tuple[Step, ...]
@@ -39,6 +41,7 @@ class Log:
     accel_mps2: F64
     current_a: F64
     clouds: tuple[F64 | None, ...]
+    lag: Lag | str
 
 
 class Logger:
@@ -65,25 +68,41 @@ class Logger:
         """The sweep of a step; it becomes points when the drive is over and no tick waits."""
         self._sweeps[step] = sweep
 
-    def _cloud(self, step: int) -> F64 | None:
-        if step not in self._sweeps:
+    def _lag(self) -> Lag | str:
+        nods = [sweep for step, sweep in self._sweeps.items() if self._steps[step].nod is not None]
+        if not nods:
+            return "the drive has no sweeps down and up"
+        try:
+            found = lag([gather(sweep.scans, sweep.tilt) for sweep in nods], self._config.rover)
+        except ValueError as error:
+            return str(error)
+        if found.sigma_s > MOST_SIGMA_S:
+            return f"{found.late_s * 1e3:+.1f} ms with a sigma of {found.sigma_s * 1e3:.1f} ms says too little"
+        return found
+
+    def _cloud(self, step: int, late_ns: int) -> F64 | None:
+        if step not in self._sweeps or not self._steps[step].scans:
             return None
         sweep = self._sweeps[step]
+        scans = [replace(scan, start_ns=scan.start_ns - late_ns) for scan in sweep.scans]
         bare = replace(self._config.rover, lidar_x_m=0.0, lidar_y_m=0.0, lidar_z_m=0.0, lidar_roll_rad=0.0,
                        lidar_pitch_rad=0.0, lidar_yaw_rad=0.0)  # fmt: skip
-        seen = points(gather(sweep.scans, sweep.tilt), bare).xyz_m
+        seen = points(gather(scans, sweep.tilt), bare).xyz_m
         near: F64 = seen[np.linalg.norm(seen, axis=1) <= self._config.scanning.range_m]
         return near
 
     def log(self) -> Log:
         """All of it; what the configuration in use had put right is taken out again."""
+        found = self._lag()
+        late_ns = round(found.late_s * 1e9) if isinstance(found, Lag) else 0
+        clouds = tuple(self._cloud(step, late_ns) for step in range(len(self._steps)))
         table = np.array(self._rows, np.float64).reshape(-1, 3 + FIELDS)
         turn = imu_rotation(self._config.rover)
         back = np.eye(3) if turn is None else np.array(turn)  # v_unit = R^T v_base, and rows are v^T
         return Log(
             self._steps, table[:, 0].astype(np.int64), table[:, 1], table[:, 2] > 0, table[:, 3:7],
             table[:, 7:11] - np.array(steer_offsets_rad(self._config.rover)), table[:, 11:14] @ back,
-            table[:, 14:17] @ back, table[:, 17:21], tuple(map(self._cloud, range(len(self._steps)))),
+            table[:, 14:17] @ back, table[:, 17:21], clouds, found,
         )
 
 

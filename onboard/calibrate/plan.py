@@ -1,4 +1,6 @@
-"""What is driven: a square with turns on the spot, two crabs, a scan wherever the rover stands, as a list of steps.
+"""What is driven, as a list of steps: sweeps that show the scanner's lag, a square with turns on the spot, two crabs.
+
+A scan wherever the rover stands.
 
         3 <------ 2         each side: forward, scan, turn left by 90 degrees, scan. The turns part the scanner's place
         |         ^         from its direction, and the inertial sensor's tilt from its bias and the ground's slope.
@@ -14,25 +16,28 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from onboard.config import Config, Scanning
+from onboard.perception.sweep import TiltSegment
+from onboard.perception.tilt_lag import nods
 from onboard.records import Twist
 
 SPEED_MPS, TURN_RADPS = 0.1, 0.2
 MOST_SIDE_M, LEAST_SIDE_M = 5.0, 0.5
-SCAN_S, STEER_S = 15.0, 6.0  # about, for people
+SCAN_S, STEER_S, NOD_S = 15.0, 6.0, 5.0  # about, for people; of a nod beside its sweep
 
 
 @dataclass(frozen=True, slots=True)
 class Step:
-    """`amount` of a motion, m or rad; no twist: a scan of the standing rover."""
+    """`amount` of a motion, m or rad; no twist: a scan of the standing rover, or with `nod` one sweep for the lag."""
 
     name: str
     twist: Twist = Twist()
     amount: float = 0.0
+    nod: TiltSegment | None = None
 
     @property
     def scans(self) -> bool:
-        """Whether the rover stands and looks."""
-        return self.twist == Twist()
+        """Whether the rover stands and looks at what is around it."""
+        return self.twist == Twist() and self.nod is None
 
     @property
     def speed(self) -> float:
@@ -47,6 +52,8 @@ class Step:
     @property
     def seconds(self) -> float:
         """About how long it takes."""
+        if self.nod is not None:
+            return NOD_S + self.nod.duration_ns * 1e-9
         return SCAN_S if self.scans else self.amount / self.speed + STEER_S
 
 
@@ -69,6 +76,11 @@ def _steps(side_m: float) -> Iterator[Step]:
     yield scan
     yield Step("crab right", Twist(vy_mps=-SPEED_MPS), side_m)
     yield scan
+
+
+def lag_steps(config: Config) -> tuple[Step, ...]:
+    """The sweeps before the square. Raises ValueError where the axis has too little way."""
+    return tuple(Step("sweep down" if nod.rate_radps > 0 else "sweep up", nod=nod) for nod in nods(config.scanning))
 
 
 def room_m(side_m: float) -> float:

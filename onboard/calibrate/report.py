@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 
 from onboard.calibrate.estimate import Estimate, Value
+from onboard.lidar_tool.lag_report import LagReport
 
 
-def lines(found: Estimate) -> list[str]:
-    """Each value before, after and its sigma, in mm or degrees; then what could not be seen."""
+def lines(found: Estimate, lag: LagReport | str) -> list[str]:
+    """Each value before, after and its sigma, in mm or degrees; then the scanner's lag, and what could not be seen."""
     width = max(len(value.key) for value in found.values)
     made = [f"{'rover.':{width}}  {'before':>9}  {'after':>9}  {'1 sigma':>8}"]
     for value in found.values:
@@ -16,25 +17,28 @@ def lines(found: Estimate) -> list[str]:
         note = "" if value.observed else "  not seen by this drive alone"
         made.append(f"{value.key:{width}}  {before:9.3f}  {after:9.3f}  {sigma:8.3f} {unit}{note}")
     made.append(f"{found.pairs} alignments of scans, {found.odd_pairs} left out as odd; misfit {found.misfit:.2f}")
+    made += [f"scanner's lag not seen: {lag}"] if isinstance(lag, str) else lag.lines()
     if found.unobserved:
         made.append("not seen: the drive fits any value of these alike, what the drawing says is kept:")
         made += [f"  {words}" for words in found.unobserved]
     return made
 
 
-def as_dict(found: Estimate) -> dict[str, object]:
-    """All of it, SI units."""
+def as_dict(found: Estimate, lag: LagReport | str) -> dict[str, object]:
+    """All of it, SI units. lag: null where it was not seen."""
     return {
         "values": {value.key: value._asdict() for value in found.values}, "unobserved": list(found.unobserved),
         "misfit": found.misfit, "grip": found.grip, "pairs": found.pairs, "odd_pairs": found.odd_pairs,
+        "lag": None if isinstance(lag, str) else lag.as_dict(),
     }
 
 
-def toml(found: Estimate, source: str) -> str:
-    """The table [rover] with the calibrated keys."""
+def toml(found: Estimate, lag: LagReport | str, source: str) -> str:
+    """The tables [rover] with the calibrated keys and, where the lag was seen, [lidar]."""
     rows = [f"{value.key} = {value.after:.6f}  # 1 sigma {value.sigma:.6f}, before {value.before:.6f}"
             + ("" if value.observed else "; not seen by the drive alone") for value in found.values]  # fmt: skip
-    return "\n".join([f"# onboard calibrate: {source}", "[rover]", *rows]) + "\n"
+    seen = "" if isinstance(lag, str) else "\n" + lag.toml()
+    return "\n".join([f"# onboard calibrate: {source}", "[rover]", *rows]) + "\n" + seen
 
 
 def _for_people(value: Value) -> tuple[float, float, float, str]:

@@ -1,12 +1,13 @@
-"""Both ports and the clock around a drive, and the drive again from its record."""
+"""Both ports and the clock around a machine that commands the hardware, and the drive again from its record."""
 
 from __future__ import annotations
 
 import json
 from collections.abc import Callable
 from pathlib import Path
+from typing import Protocol, TypeVar
 
-from onboard.calibrate.drive import DRIVEN, Drive
+from onboard.calibrate.drive import DRIVEN, WITH_LAG, Drive
 from onboard.can_tool.jog import Phase
 from onboard.drivers.can_bus import CanPort
 from onboard.drivers.clock import WallClock
@@ -18,7 +19,17 @@ from onboard.record.writer import Recorder
 from onboard.records import Inputs, Outputs
 from protocol.barrier import Tick
 
-Tell = Callable[[Drive], None]
+
+class Machine(Protocol):
+    """What a shell runs: the drive, or the sweeps of `onboard lidar lag`."""
+
+    phase: Phase
+
+    def tick(self, inputs: Inputs) -> Outputs:
+        """10 ms."""
+
+
+M = TypeVar("M", bound=Machine)
 
 
 class Shell:
@@ -29,26 +40,26 @@ class Shell:
         self._ear = LidarEar(lidar, clock.now_ns)
         clock.idle = self._ear.listen
 
-    def until(self, drive: Drive, phase: Phase, tell: Tell) -> bool:
-        """Tick by tick until the drive is in a phase, or done; whether it is in that phase."""
+    def until(self, machine: M, phase: Phase, tell: Callable[[M], None]) -> bool:
+        """Tick by tick until the machine is in a phase, or done; whether it is in that phase."""
         while (now := self.clock.wait()) is not None:
-            self._tick(drive, now)
-            tell(drive)
-            if drive.phase in (phase, Phase.DONE):
-                return drive.phase is phase
+            self._tick(machine, now)
+            tell(machine)
+            if machine.phase in (phase, Phase.DONE):
+                return machine.phase is phase
         return False
 
-    def linger(self, drive: Drive, ticks: int) -> None:
+    def linger(self, machine: Machine, ticks: int) -> None:
         """So many ticks more: what came while the operator thought, or what is to be said after the end."""
         for now in self.clock.overtime(ticks):
-            self._tick(drive, now)
+            self._tick(machine, now)
 
-    def _tick(self, drive: Drive, now: Tick) -> None:
+    def _tick(self, machine: Machine, now: Tick) -> None:
         inputs = Inputs(
             now.number, now.now_ns, can_frames=tuple(self.can.read(self.clock.now_ns())), can=self.can.status,
             lidar_chunks=self._ear.take(), lidar_state=self.lidar.state,
         )  # fmt: skip
-        outputs = drive.tick(inputs)
+        outputs = machine.tick(inputs)
         self._write(outputs)
         self._recorder.write(inputs, outputs)
 
@@ -68,7 +79,8 @@ def again(path: Path) -> Drive:
     told = json.loads(recorded.get("/out/event", b"[]"))
     if not told or told[0]["name"] != DRIVEN:
         raise DamagedRecordError("`onboard calibrate` did not make it")
-    drive = Drive(config_of(path), float(told[0]["text"]))
+    side_m, _, words = told[0]["text"].partition(" ")
+    drive = Drive(config_of(path), float(side_m), WITH_LAG in words)
     drive.tick(inputs)
     for _, inputs, recorded in rows:
         if drive.phase is Phase.READY and "/out/can" in recorded:

@@ -25,6 +25,7 @@ from onboard.command_line import (
     EX_USAGE,
     fail,
 )
+from onboard.lidar_tool.lag_command import lag_command
 
 if TYPE_CHECKING:
     from onboard.config import Config
@@ -41,7 +42,8 @@ Examples:
   onboard lidar record tty:/dev/ttyACM0 --out room.mcap --seconds 30
   onboard lidar replay room.mcap
   onboard lidar check room.mcap
-  onboard lidar scan build/demo/onboard.mcap --out stop1.ply"""
+  onboard lidar scan build/demo/onboard.mcap --out stop1.ply
+  onboard lidar lag tty:/dev/ttyACM0 --bus socketcan:can0"""
 
 settings_option = click.option("--set", "-s", "settings", multiple=True, help="lidar.key=value; repeatable.")
 json_option = click.option("--json", "as_json", is_flag=True, help="For programs.")
@@ -252,6 +254,9 @@ def scan_command(record: Path, out: Path, sweep: int, as_json: bool) -> None:
         print(f"{out}: " + "; ".join(f"{lines} lines of {beams} beams, {count} points" for lines, beams, count in rows))
 
 
+app.add_command(lag_command)
+
+
 def _from_file(path: Path) -> Report:
     from onboard.config import Lidar
     from onboard.lidar_tool.listener import Listener, chunks_of
@@ -292,12 +297,12 @@ def _config(address: str, settings: tuple[str, ...]) -> Config:
     from onboard.config import ConfigError, load, parse_override
 
     try:
-        return load(None, {**dict(parse_override(text) for text in settings), "lidar.address": _address(address)})
+        return load(None, {**dict(parse_override(text) for text in settings), "lidar.address": address_of(address)})
     except ConfigError as error:
         raise fail(EX_CONFIG, str(error)) from None
 
 
-def _address(text: str) -> str:
+def address_of(text: str) -> str:
     """As the ports take it: a path alone is a tty, and paths are absolute."""
     kind, mark, path = text.partition(":")
     if mark and kind != "tty":

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
+from typing import NamedTuple
 
 from onboard.config import Config
 from onboard.devices.nodes import Nodes
@@ -14,10 +15,25 @@ from onboard.records import Scan
 from protocol.can_codec import TiltState
 
 BEFORE_NS, AFTER_NS = 100_000_000, 150_000_000  # the axis at rest, and a turn and its transfer
+ROLLED_RAD = 0.02  # of a wheel between two sweeps: less is standing, 2 mm
+
+
+class RecordedSweep(NamedTuple):
+    """rises: the axis went up. wheels_rad: encoders of the four wheels, NaN of one that is not heard."""
+
+    scan: Scan3d
+    rises: bool
+    wheels_rad: tuple[float, ...]
 
 
 def sweeps_of(path: Path, config: Config) -> Iterator[Scan3d]:
     """One Scan3d for each sweep of the axis that brought scans, in time order. Raises DamagedRecordError."""
+    for sweep in recorded_sweeps(path, config):
+        yield sweep.scan
+
+
+def recorded_sweeps(path: Path, config: Config) -> Iterator[RecordedSweep]:
+    """As `sweeps_of`, with what the wheels and the axis said at its end. Raises DamagedRecordError."""
     listener, nodes = Listener(config.lidar), Nodes(config.rover, config.can)
     scans: list[Scan] = []
     began_ns = ended_ns = 0
@@ -30,7 +46,39 @@ def sweeps_of(path: Path, config: Config) -> Iterator[Scan3d]:
         elif began_ns and inputs.now_ns > ended_ns + AFTER_NS:
             taken = [scan for scan in scans if began_ns - BEFORE_NS <= scan.start_ns <= ended_ns]
             if taken:
-                yield gather(taken, nodes.tilt_track(began_ns - 2 * BEFORE_NS))
+                yield _recorded(taken, nodes, began_ns, ended_ns)
             scans, began_ns = [], 0
         elif not began_ns:
             scans = [scan for scan in scans if scan.start_ns > inputs.now_ns - 2 * BEFORE_NS]
+
+
+def standing(sweeps: Iterator[RecordedSweep]) -> list[Scan3d]:
+    """The first sweeps that were taken from one place in both directions; else those of the first place.
+
+    A record of sweeps that all run one way gives the first place's, so that what is missing can be said of it.
+    """
+    first: list[RecordedSweep] = []
+    place: list[RecordedSweep] = []
+    for sweep in sweeps:
+        if place and _rolled(place[-1], sweep):
+            if _both_ways(place):
+                break
+            first, place = first or place, []
+        place.append(sweep)
+    return [sweep.scan for sweep in (place if _both_ways(place) else first or place)]
+
+
+def _both_ways(place: list[RecordedSweep]) -> bool:
+    return len({sweep.rises for sweep in place}) == 2
+
+
+def _rolled(before: RecordedSweep, after: RecordedSweep) -> bool:
+    return any(abs(b - a) > ROLLED_RAD for a, b in zip(before.wheels_rad, after.wheels_rad))  # NaN: not known to
+
+
+def _recorded(taken: list[Scan], nodes: Nodes, began_ns: int, ended_ns: int) -> RecordedSweep:
+    track = nodes.tilt_track(began_ns - 2 * BEFORE_NS)
+    within = (track.times_ns >= began_ns) & (track.times_ns <= ended_ns)
+    angles = track.angles_rad[within]
+    wheels = tuple(wheel.position_rad if wheel else float("nan") for wheel in nodes.wheels)
+    return RecordedSweep(gather(taken, track), len(angles) > 1 and bool(angles[-1] < angles[0]), wheels)

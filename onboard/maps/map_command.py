@@ -57,7 +57,7 @@ def info_command(folder: Path, as_json: bool) -> None:
 @click.option("--format", "-f", "form", default="", help="geotiff, npy, npz, ply or png; else by the ending of --out.")
 @click.option("--json", "as_json", is_flag=True, help="The summary as JSON.")
 def export_command(source: Path, out: Path, form: str, as_json: bool) -> None:
-    """Write heights and classes for another tool.
+    """Write heights, their spread in each cell, and classes for another tool.
 
     SOURCE: a folder of tiles (mapping.folder), or the record of a run for the map that it left.
 
@@ -66,6 +66,7 @@ def export_command(source: Path, out: Path, form: str, as_json: bool) -> None:
     from onboard.config import Mapping_
     from onboard.maps.map_export import ENDINGS, FORMATS, trimmed
     from onboard.perception.cell_classes import classify
+    from onboard.perception.height_spread import height_std_m
     from onboard.perception.tiles import join
 
     name = form or ENDINGS.get(out.suffix.lower(), "")
@@ -77,11 +78,12 @@ def export_command(source: Path, out: Path, form: str, as_json: bool) -> None:
         print(f"onboard: dropped: {line}", file=sys.stderr)
     try:
         cells, _ = join(tiles)
-        surface = trimmed(classify(cells, replace(Mapping_(), cell_m=cells.grid.cell_m)))
+        surface = classify(cells, replace(Mapping_(), cell_m=cells.grid.cell_m))
+        surface, height_std = trimmed(surface, height_std_m(cells))
     except ValueError as error:
         raise fail(EX_DATAERR, f"{source} holds no map to export: {error}") from None
     try:
-        FORMATS[name](surface, out)
+        FORMATS[name](surface, height_std, out)
     except OSError as error:
         raise fail(EX_CANTCREAT, f"{out} cannot be written: {error.strerror or error}") from None
     grid = surface.grid

@@ -1,4 +1,4 @@
-"""A map for other tools: heights and classes as GeoTIFF, .npy, .npz, PLY or a shaded PNG.
+"""A map for other tools: heights, their spread and classes as GeoTIFF, .npy, .npz, PLY or a shaded PNG.
 
 Rows run along +y as everywhere here (GeoTIFF and PNG, which begin in the north, are turned round); NaN is unknown.
 """
@@ -15,63 +15,66 @@ import numpy as np
 from onboard.records import F32, F64, U8, CellClass, Grid, Surface
 
 SUN_AZIMUTH_RAD, SUN_ELEVATION_RAD = math.radians(135.0), math.radians(40.0)  # from the north-west, as maps have it
-_VERTEX = np.dtype([("x", "<f8"), ("y", "<f8"), ("z", "<f4"), ("cell_class", "u1")])
+_VERTEX = np.dtype([("x", "<f8"), ("y", "<f8"), ("z", "<f4"), ("cell_class", "u1"), ("height_std", "<f4")])
 
 
-def trimmed(surface: Surface) -> Surface:
-    """The smallest rectangle that holds every cell with a height. Raises ValueError where there is none."""
+def trimmed(surface: Surface, height_std_m: F32) -> tuple[Surface, F32]:
+    """The smallest rectangle that holds every cell with a height, of both. Raises ValueError where there is none."""
     known = np.isfinite(surface.z_mean)
     if not known.any():
         raise ValueError("no cell has a height")
     (low_j, high_j), (low_i, high_i) = ((int(k.min()), int(k.max()) + 1) for k in np.nonzero(known))
     part = (slice(low_j, high_j), slice(low_i, high_i))
     grid = Grid(*surface.grid.centre(low_j, low_i), surface.grid.cell_m, high_j - low_j, high_i - low_i)
-    return Surface(
+    cut = Surface(
         grid, surface.cell_class[part], surface.z_mean[part], surface.z_top[part], surface.z_bot[part],
         surface.z_ray[part],
     )  # fmt: skip
+    return cut, height_std_m[part]
 
 
-def write_geotiff(surface: Surface, path: Path) -> None:
-    """Bands height (m) and class, float32, nodata NaN, in plain metres of the map frame."""
+def write_geotiff(surface: Surface, height_std_m: F32, path: Path) -> None:
+    """Bands height (m), class and height_std (m), float32, nodata NaN, in plain metres of the map frame."""
     from onboard.drivers.dem_file import write_raster  # rasterio is heavy, and the other forms do without
 
     known = np.where(surface.cell_class == CellClass.OUTSIDE, np.nan, surface.cell_class)
-    bands = np.stack([surface.z_mean, known.astype(np.float32)])
-    write_raster(path, "GTiff", bands, surface.grid, ("height", "class"))
+    bands = np.stack([surface.z_mean, known.astype(np.float32), height_std_m])
+    write_raster(path, "GTiff", bands, surface.grid, ("height", "class", "height_std"))
 
 
-def write_npy(surface: Surface, path: Path) -> None:
+def write_npy(surface: Surface, _height_std_m: F32, path: Path) -> None:
     """The heights alone, float32 (rows, columns)."""
     with path.open("wb") as file:
         np.save(file, surface.z_mean)
 
 
-def write_npz(surface: Surface, path: Path) -> None:
-    """The keys of an orbiter's map (heights_m, x0_m, y0_m, cell_m, note), and cell_class beside them."""
+def write_npz(surface: Surface, height_std_m: F32, path: Path) -> None:
+    """The keys of an orbiter's map (heights_m, x0_m, y0_m, cell_m, note), and beside them cell_class, height_std_m."""
     grid = surface.grid
     with path.open("wb") as file:
         np.savez_compressed(
             file, heights_m=surface.z_mean, x0_m=grid.x0_m, y0_m=grid.y0_m, cell_m=grid.cell_m,
             note="seen by the rover", cell_class=surface.cell_class,
+            height_std_m=height_std_m,
         )  # fmt: skip
 
 
-def write_ply(surface: Surface, path: Path) -> None:
-    """The centres of the cells with a height as a cloud: x, y double, z float, cell_class uchar; binary."""
+def write_ply(surface: Surface, height_std_m: F32, path: Path) -> None:
+    """The centres of the cells with a height as a cloud: x, y double, z float, cell_class uchar, height_std float."""
     j, i = np.nonzero(np.isfinite(surface.z_mean))
     vertices = np.empty(len(j), _VERTEX)
     vertices["x"], vertices["y"] = surface.grid.centre(j, i)  # type: ignore[arg-type]
     vertices["z"], vertices["cell_class"] = surface.z_mean[j, i], surface.cell_class[j, i]
+    vertices["height_std"] = height_std_m[j, i]
     head = (
         "ply\nformat binary_little_endian 1.0\ncomment cells of a rover's map, metres, z up\n"
         f"element vertex {len(vertices)}\nproperty double x\nproperty double y\nproperty float z\n"
-        "property uchar cell_class\nend_header\n"
+        "property uchar cell_class\nproperty float height_std\nend_header\n"
     )
     path.write_bytes(head.encode("ascii") + vertices.tobytes())
 
 
-def write_png(surface: Surface, path: Path) -> None:
+def write_png(surface: Surface, _height_std_m: F32, path: Path) -> None:
     """The heights shaded by a sun in the north-west, north up, a pixel for each cell; clear where nothing is known."""
     from onboard.drivers.dem_file import write_raster
 
@@ -100,7 +103,7 @@ def _slope(heights: F64, axis: int) -> F64:
     return slope
 
 
-FORMATS: Mapping[str, Callable[[Surface, Path], None]] = MappingProxyType(
+FORMATS: Mapping[str, Callable[[Surface, F32, Path], None]] = MappingProxyType(
     {"geotiff": write_geotiff, "npy": write_npy, "npz": write_npz, "ply": write_ply, "png": write_png}
 )
 ENDINGS: Mapping[str, str] = MappingProxyType(

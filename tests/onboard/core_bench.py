@@ -14,6 +14,7 @@ import numpy as np
 
 from hil.can.wire import CanWire
 from hil.devices.lidar import Lidar
+from hil.devices.lidar_profile import IDEAL, stamp_to_first_byte_ns
 from hil.devices.nodes import build_nodes
 from hil.records import PlantState, WheelTruth
 from onboard import config
@@ -42,7 +43,7 @@ QUICK = config.Config(
     scanning=config.Scanning(
         start_rad=1.05, end_rad=-0.1, spacing_m=0.15, floor_rad=0.006, cap_rad=0.03, range_m=6.0
     ),
-    mapping=config.Mapping_(size_m=14.0, near_m=3.0),
+    mapping=config.Mapping_(size_m=14.0, near_m=3.0), lidar=config.Lidar(latency_ns=stamp_to_first_byte_ns(IDEAL)),
     jobs=config.Jobs(map_ticks=5, plan_ticks=5),
 )
 

@@ -14,6 +14,7 @@ from tests.protocol import wire
 from tests.protocol.test_scip import PP, VV
 
 TICK_NS = 10_000_000
+IDEAL_NS = profiles.stamp_to_first_byte_ns(profiles.IDEAL)
 II = b"II\n00P\n" + b"".join(scip.text_line(*row) for row in (
     ("MODL", "UTM-30LX(Hokuyo Automatic Co.,Ltd.)"), ("LASR", "OFF"), ("SCSP", "Initial(2400[rpm])"), ("MESM", "IDLE"),
     ("SBPS", "USB Full Speed"), ("TIME", "4991D0"), ("STAT", "Sensor works well."),
@@ -31,7 +32,7 @@ class Rig:
     """Sensor and session joined by a wire, one tick at a time."""
 
     def __init__(self, profile=profiles.IDEAL, cut=wire.whole, **config):
-        self.session = LidarSession(LidarConfig(**config))
+        self.session = LidarSession(LidarConfig(**{"latency_ns": IDEAL_NS, **config}))
         self.twin = sensor.Lidar(1, room, profile)
         self.cut, self.tick, self.refusing = cut, 0, False
         self.spoil = lambda data: data
@@ -85,7 +86,7 @@ class Script:
 
     def __init__(self, replies=(), **config):
         self.replies = {b"QT": b"QT\n00P\n\n", b"VV": VV, b"PP": PP, b"II": II, **dict(replies)}
-        self.session = LidarSession(LidarConfig(**config))
+        self.session = LidarSession(LidarConfig(**{"latency_ns": IDEAL_NS, **config}))
         self.tick, self.asked, self.scans, self.down = 0, [], [], b""
 
     def run(self, ticks, until=lambda: False):

@@ -1,5 +1,6 @@
 """`onboard calibrate`: what a drive shows is found, what it cannot show is named, and nothing moves unasked."""
 
+import json
 import math
 from dataclasses import replace
 from pathlib import Path
@@ -10,17 +11,20 @@ from click.testing import CliRunner
 
 from hil.can.command import faulty
 from hil.can.stand import Stand
+from hil.devices.lidar_profile import IDEAL, stamp_to_first_byte_ns
 from hil.faults.build_errors import BuildErrors, drawn
 from onboard.__main__ import app
 from onboard.calibrate.drive import Drive
 from onboard.calibrate.estimate import estimate
 from onboard.calibrate.model import CALIBRATED, believed
-from onboard.calibrate.plan import room_m, square
+from onboard.calibrate.plan import lag_steps, room_m, square
 from onboard.calibrate.report import toml
 from onboard.calibrate.shell import again
 from onboard.can_tool.jog import Phase
 from onboard.config import Can, Config, Record, Rover, load
 from onboard.devices.nodes import Nodes
+from onboard.lidar_tool.lag_report import LagReport
+from onboard.perception.tilt_lag import Lag
 from onboard.record.writer import Recorder
 from onboard.records import WheelCommand, WheelMode
 from protocol.can_codec import TABLE
@@ -28,6 +32,7 @@ from tests.onboard.calibrate_rig import Yard
 from tests.onboard.calibrate_twin import SQUARE, drive
 from tests.onboard.stand_clock import StandClock, VirtualEnd, handlers_kept
 
+LAST = len(lag_steps(Config())) + 3  # the step in which the drive below is stopped: a turn
 DIAGONAL = "steer_1 - steer_2 + steer_3 - steer_4"
 ERRORS = BuildErrors(1.02, (0.03, -0.01, -0.03, 0.01), (0.01, 0.0, -0.01), (0.02, -0.03, 0.01), (0.015, -0.01, 0.0))
 
@@ -82,7 +87,8 @@ def test_the_toml_it_writes_is_a_configuration_that_knows_the_rover(tmp_path):
     built = ERRORS.built(Rover())
     found = estimate(drive(built, SQUARE), Rover())
     path = tmp_path / "calibrated.toml"
-    path.write_text(toml(found, "a test"))
+    path.write_text(toml(found, LagReport(Lag(0.003, 1e-4, 9000, 0.0, 1e-5), 20_700_000), "a test"))
+    assert load(path).lidar.latency_ns == 23_700_000
     assert believed(load(path).rover) == pytest.approx([value.after for value in found.values], abs=1e-6)
 
 
@@ -140,7 +146,7 @@ def begun(tmp_path_factory):
     sent = []
 
     def observe(world, machine):
-        if machine.at == 3 and abs(world.state.angular_radps[2]) > 0.15:
+        if machine.at == LAST and abs(world.state.angular_radps[2]) > 0.15:
             machine.stop()
 
     class Tapped(Yard):
@@ -159,7 +165,7 @@ def begun(tmp_path_factory):
 
 def test_a_drive_that_is_stopped_ends_at_rest_with_wheels_off_and_the_drives_disabled(begun):
     machine, yard, _, sent, _ = begun
-    assert machine.problem == "" and machine.stopped and not machine.complete and machine.at == 3
+    assert machine.problem == "" and machine.stopped and not machine.complete and machine.at == LAST
     assert all(abs(wheel.rate_radps) < 0.01 for wheel in yard.state.wheels)
     orders = [TABLE[frame.can_id].decode(frame.data) for frame in sent if 0x101 <= frame.can_id <= 0x104][-4:]
     enables = [TABLE[frame.can_id].decode(frame.data) for frame in sent if frame.can_id == 0x100]
@@ -197,6 +203,37 @@ def test_one_side_of_the_square_is_enough_for_the_scanners_tilt(begun):
     for key in ("lidar_roll_rad", "lidar_pitch_rad"):
         assert getattr(rover, key) == pytest.approx(getattr(built, key), abs=0.003)
     assert "lidar_yaw" in result.output.split("not seen:")[1]  # nothing turned: base and scanner share one heading
+
+
+def test_the_drive_finds_that_the_latency_is_not_this_scanners_and_writes_what_is(begun):
+    machine, _, path, _, _ = begun
+    out = path.with_name("lag.toml")
+    result = CliRunner().invoke(app, ["calibrate", "--from", str(path), "--json", "--out", str(out)])
+    assert result.exit_code == 0, result.output
+    own_ns = stamp_to_first_byte_ns(IDEAL)  # 3.95 ms less than the default
+    assert load(out).lidar.latency_ns == pytest.approx(own_ns, abs=200_000)
+    told = json.loads(result.stdout)["lag"]
+    assert told["latency_before_ns"] == machine.latency_ns == 23_700_000
+    assert told["late_s"] == pytest.approx(-3.95e-3, abs=2e-4)
+
+
+def test_the_lag_is_taken_out_of_the_scans_before_they_are_weighed(begun):
+    machine, _, _, _, _ = begun
+    scan = len(lag_steps(Config()))
+    log = machine.log
+    raw, moved = machine._logger._cloud(scan, 0), log.clouds[scan]
+    _, first, second = np.intersect1d(raw[:, 1], moved[:, 1], return_indices=True)  # a tilt leaves y as it is
+    tilts = [np.arctan2(-cloud[:, 2], cloud[:, 0]) for cloud in (raw[first], moved[second])]
+    rate_radps = np.median(tilts[1] - tilts[0]) / -log.lag.late_s
+    assert len(first) > 0.9 * len(raw)
+    assert math.radians(-20) < rate_radps < math.radians(-1)  # upwards, as a sweep goes
+    assert all(log.clouds[step] is None for step in range(scan))
+
+
+def test_a_record_of_a_drive_from_before_the_sweeps_is_taken_as_it_was_driven():
+    drive = Drive(Config(), 1.0, with_lag=False)
+    assert drive.steps == square(1.0)
+    assert drive.log.lag == "the drive has no sweeps down and up"
 
 
 @pytest.fixture

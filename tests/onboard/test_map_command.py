@@ -20,11 +20,13 @@ from onboard.maps.map_export import FORMATS, shade
 from onboard.perception import ldem as maps
 from onboard.perception import tiles
 from onboard.perception.cell_classes import classify
+from onboard.perception.height_spread import height_std_m
 from onboard.records import CellClass
 
 ROWS, COLUMNS = 30, 40
 WEST_M, SOUTH_M = -1.0, 2.0  # corner of the part that was seen
-POINT = np.dtype([("x", "<f8"), ("y", "<f8"), ("z", "<f4"), ("cell_class", "u1")])
+POINT = np.dtype([("x", "<f8"), ("y", "<f8"), ("z", "<f4"), ("cell_class", "u1"), ("height_std", "<f4")])
+SPREAD_M = 0.02  # of the four hits of each cell
 
 
 def onboard(*arguments):
@@ -37,6 +39,7 @@ def hill():
     made.n[...] = 4
     made.n[10:20, 10:20] = 0
     made.sum_z[...] = np.where(made.n, 4 * 0.05 * np.arange(COLUMNS), 0.0)
+    made.sum_z2[...] = np.where(made.n, made.sum_z**2 / 4 + 4 * SPREAD_M**2, 0.0)
     heights = np.where(made.n, made.sum_z / 4, np.nan).astype(np.float32)
     made.z_hi[...], made.z_lo[...] = heights, heights
     made.view_m[...] = 1.0
@@ -73,12 +76,15 @@ def exported(folder, out, *options):
 def test_a_geotiff_has_heights_and_classes_in_their_places(folder, surface, tmp_path):
     exported(folder, tmp_path / "map.tif")
     with rasterio.open(tmp_path / "map.tif") as file:
-        assert (file.width, file.height, file.dtypes) == (COLUMNS, ROWS, ("float32", "float32"))
-        assert file.descriptions == ("height", "class") and np.isnan(file.nodata)
+        assert (file.width, file.height, file.dtypes) == (COLUMNS, ROWS, ("float32",) * 3)
+        assert file.descriptions == ("height", "class", "height_std") and np.isnan(file.nodata)
         assert tuple(file.bounds) == pytest.approx((WEST_M, SOUTH_M, WEST_M + 4.0, SOUTH_M + 3.0))
         assert file.crs.to_wkt().startswith("LOCAL_CS[") and 'UNIT["metre",1' in file.crs.to_wkt()
         np.testing.assert_array_equal(file.read(1)[::-1], surface.z_mean)
         np.testing.assert_array_equal(np.nan_to_num(file.read(2)[::-1]), surface.cell_class)
+        hit = hill().n > 0
+        np.testing.assert_allclose(file.read(3)[::-1][hit], SPREAD_M, rtol=1e-5)
+        assert np.isnan(file.read(3)[::-1][~hit]).all()
         (height,) = next(file.sample([(2.95, 2.05)], indexes=1))
         assert height == np.float32(0.05 * 39)
 
@@ -105,6 +111,7 @@ def test_an_npz_is_an_orbiters_map_with_classes_beside(folder, surface, tmp_path
     assert (gdem.grid.x0_m, gdem.grid.y0_m) == pytest.approx((surface.grid.x0_m, surface.grid.y0_m))
     np.testing.assert_array_equal(gdem.heights_m, surface.z_mean)
     np.testing.assert_array_equal(np.load(tmp_path / "map.npz")["cell_class"], surface.cell_class)
+    np.testing.assert_array_equal(np.load(tmp_path / "map.npz")["height_std_m"], height_std_m(hill()))
 
 
 def test_a_ply_is_the_cloud_of_the_centres_of_known_cells(folder, surface, tmp_path):
@@ -113,7 +120,7 @@ def test_a_ply_is_the_cloud_of_the_centres_of_known_cells(folder, surface, tmp_p
     words = head.decode("ascii").split("\n")
     assert words[:2] == ["ply", "format binary_little_endian 1.0"]
     assert [line.split()[1:] for line in words if line.startswith("property")] == [
-        ["double", "x"], ["double", "y"], ["float", "z"], ["uchar", "cell_class"]
+        ["double", "x"], ["double", "y"], ["float", "z"], ["uchar", "cell_class"], ["float", "height_std"]
     ]  # fmt: skip
     known = int(np.isfinite(surface.z_mean).sum())
     assert f"element vertex {known}" in words and len(body) == known * POINT.itemsize

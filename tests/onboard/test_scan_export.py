@@ -14,7 +14,7 @@ from onboard import config
 from onboard.__main__ import app
 from onboard.perception.scan3d import points
 from onboard.record.writer import Recorder
-from tests.onboard.nodding import EXACT, ROVER, Nodding
+from tests.onboard.nodding import EXACT, ROVER, Nodding, latency_ns
 
 
 @pytest.fixture(scope="module")
@@ -22,7 +22,8 @@ def nod(tmp_path_factory):
     """(record of a sweep down and one up, the two scans as the rig made them)"""
     path = tmp_path_factory.mktemp("run") / "onboard.mcap"
     bench = Nodding(EXACT)
-    with Recorder(config.Config(record=config.Record(path=str(path))), None) as bench.recorder:
+    flown = config.Config(record=config.Record(path=str(path)), lidar=config.Lidar(latency_ns=latency_ns(EXACT)))
+    with Recorder(flown, None) as bench.recorder:
         bench.settle(3)
         scans = bench.sweep(0, 40, 30), bench.sweep(40, 0, 30)
     return path, scans

@@ -102,7 +102,8 @@ def drive(built: Rover, believes: Rover, seed: int) -> tuple[str, Driven | None]
         yard.free()
     if not machine.complete:
         return machine.problem, None
-    return "", Driven(evidence(machine.log, believes), poses[::2])
+    stops = [pose for pose, step in zip(poses, machine.steps) if step.scans]
+    return "", Driven(evidence(machine.log, believes), stops)
 
 
 def _in_base(first: tuple[np.ndarray, np.ndarray], then: tuple[np.ndarray, np.ndarray]) -> np.ndarray:

@@ -1,0 +1,49 @@
+"""A lag as lines for people, as an object for programs, and as the setting that takes it away."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from onboard.perception.tilt_lag import Lag
+
+
+class LagReport(NamedTuple):
+    """before_ns: lidar.latency_ns while the sweeps were taken."""
+
+    lag: Lag
+    before_ns: int
+
+    @property
+    def latency_ns(self) -> int:
+        """The value of lidar.latency_ns to set, to the microsecond. It may be out of the range that the key takes."""
+        return round((self.before_ns + self.lag.late_s * 1e9) / 1000) * 1000
+
+    @property
+    def latency_sigma_ns(self) -> int:
+        """1 sigma of it."""
+        return round(self.lag.sigma_s * 1e9)
+
+    def lines(self) -> list[str]:
+        """In ms and degrees."""
+        late_ms, sigma_ms = self.lag.late_s * 1e3, self.lag.sigma_s * 1e3
+        play = "play      not told apart from the lag: the sweeps have one rate"
+        if math.isfinite(self.lag.play_rad):
+            play = (f"play      {math.degrees(self.lag.play_rad):+.3f} degrees between axis and scanner, 1 sigma "
+                    f"{math.degrees(self.lag.play_sigma_rad):.3f}")  # fmt: skip
+        return [
+            f"lag       {late_ms:+.3f} ms, 1 sigma {sigma_ms:.3f} ms, from {self.lag.points} points of the ground",
+            play,
+            f"set       lidar.latency_ns = {self.latency_ns}    (was {self.before_ns})",
+        ]  # fmt: skip
+
+    def as_dict(self) -> dict[str, object]:
+        """SI units; null for what is not known."""
+        known = {key: item if math.isfinite(item) else None for key, item in self.lag._asdict().items()}
+        return {**known, "latency_before_ns": self.before_ns, "latency_ns": self.latency_ns,
+                "latency_sigma_ns": self.latency_sigma_ns}  # fmt: skip
+
+    def toml(self) -> str:
+        """The table [lidar] with the key."""
+        return (f"[lidar]\nlatency_ns = {self.latency_ns}  # 1 sigma {self.latency_sigma_ns}, "
+                f"before {self.before_ns}\n")  # fmt: skip

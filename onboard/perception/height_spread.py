@@ -1,0 +1,21 @@
+"""How far the heights of a map's cell lie apart: noise of the ranges, slope and roughness within the cell, together."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from onboard.records import F32, Ldem
+
+LEAST_HITS = 2
+
+
+def height_std_m(ldem: Ldem) -> F32:
+    """(rows, columns) float32, 1 sigma of the heights of each cell's hits, m; NaN with fewer than 2 hits.
+
+    Sums of squares cancel: where all hits of a cell have one height z, up to 3e-8 |z| comes out in place of 0.
+    """
+    hits = np.maximum(ldem.n, 1).astype(np.float64)
+    mean_m = ldem.sum_z / hits
+    variance_m2 = np.maximum((ldem.sum_z2 - ldem.sum_z * mean_m) / hits, 0.0)
+    std: F32 = np.where(ldem.n >= LEAST_HITS, np.sqrt(variance_m2), np.nan).astype(np.float32)
+    return std
