@@ -95,6 +95,18 @@ def test_lines_to_the_sky_or_of_an_unknown_tilt_tear_nothing():
         assert not watch.dirty and watch.torn_ratio == 0.0
 
 
+def test_dust_over_a_field_that_ends_is_dirt_and_the_field_s_end_is_not():
+    """Ground straight ahead only, as at the edge of a field; dust tears what there is of it."""
+    rng = np.random.default_rng(13)
+    for dusty in (False, True):
+        watch = ReturnWatch(Rover(), SECTOR_RAD)
+        for _ in range(SCANS):
+            gone = np.abs(np.arange(1081) - 540) > 100
+            gone |= dusty & (rng.random(1081) < 0.5)
+            watch.update([scan(np.where(gone, BeamStatus.NO_RETURN, BeamStatus.OK))], DOWN_RAD)
+        assert watch.dirty is dusty
+
+
 def test_what_the_scanner_sees_beside_the_sector_is_not_its_dirt():
     rng, watch = np.random.default_rng(9), ReturnWatch(Rover(), SECTOR_RAD)
     for _ in range(SCANS):
