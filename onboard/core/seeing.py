@@ -36,6 +36,7 @@ Point = tuple[float, float]
 VIEWS = 8  # newest sweeps that are remembered
 HERE_M = 1.0  # a goal far off is judged by the sweeps from here
 SLOWER = 2  # times the lines
+LOOK_LEVEL = 2  # at least, for a look again before the end
 ITS_OWN = frozenset({Cause.BLIND, Cause.WINDOW})  # causes that go where the scanner goes
 
 
@@ -74,6 +75,7 @@ class Seeing:
         self.looks = 0
         self._views: tuple[View, ...] = ()
         self._taken = 0  # sweeps from this place
+        self._least = 0  # level, while it looks again
         self._nods: dict[bool, tuple[TiltSegment, ...]] = {}
 
     @property
@@ -104,7 +106,7 @@ class Seeing:
         """A sweep that is in the map. What to tell of it, '' where the level stays."""
         self._views = (*self._views[1 - VIEWS :], View(lost, pose))
         self._taken += 1
-        before, self.level = self.level, next_level(self.level, lost.ratio, self._limits)
+        before, self.level = self.level, max(self._least, next_level(self.level, lost.ratio, self._limits))
         if self.level == before:
             return ""
         return f"level {self.level}: {self._loss()}"
@@ -112,7 +114,8 @@ class Seeing:
     def sweep_again(self) -> bool:
         """After a sweep: whether this place needs another; where it does not, the count begins anew."""
         again = self._taken < self.row.sweeps
-        self._taken = self._taken if again else 0
+        if not again:
+            self._taken = self._least = 0
         return again
 
     def ended(self) -> str:
@@ -140,7 +143,8 @@ class Seeing:
                  f"{math.degrees(bearing_rad):+.0f} degrees ({self._why().value})")
         if self.looks < self._limits.looks and state.number <= self._config.mission.stop_limit:
             self.looks += 1
-            self.level = max(self.level, 2)
+            self._least = LOOK_LEVEL
+            self.level = max(self.level, LOOK_LEVEL)
             stay = Path(np.array([[pose.x_m, pose.y_m, pose.yaw_rad]]))
             look = Decision("drive", "R11", f"{words}; look {self.looks} of {self._limits.looks} again", stay,
                             bearing_rad)
@@ -153,7 +157,8 @@ class Seeing:
 
     def digest_items(self) -> tuple[float, ...]:
         """Plain values for the state digest."""
-        return self.level, self.looks, self._taken, len(self._views), self._views[-1].lost.ratio if self._views else 0.0
+        newest = self._views[-1].lost.ratio if self._views else 0.0
+        return self.level, self.looks, self._taken, self._least, bool(self.dirty), len(self._views), newest
 
     def _unseen(self, points: Sequence[Point], pose: Pose) -> tuple[float, float] | None:
         """(bearing in the map from here, share lost) of the point that was seen worst; None: all were seen.

@@ -7,12 +7,14 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from core_bench import CoreBench, quick
+from core_bench import CoreBench, first_map, quick
 from loss_rig import CONFIG, at_random, clumps, counted, dark, nothing, window
 
 from onboard import config
 from onboard.core.seeing import LEVELS, Seeing, next_level, slower
 from onboard.perception.sweep import line_angles, segments
+from onboard.planning import cycle
+from onboard.planning.cycle import plan
 from onboard.planning.mission_rule import MissionState
 from onboard.planning.plan_records import PlanResult
 from onboard.records import Decision, Path, Pose
@@ -237,6 +239,29 @@ def test_a_window_dirty_on_a_third_of_the_view_ends_the_mission_at_its_first_sto
     rover.until_phase(Phase.MAPPING, 12.0)  # of a sweep that the row did not discard
     assert "LIDAR_DIRTY" in {text for _, text in rover.told("FAULT_CLEARED")}
     assert rover.rover.executive.mission.seeing.level == 0
+
+
+def test_a_rule_that_gives_up_on_a_side_not_seen_turns_to_it_and_sweeps_twice_before_the_mission_ends(monkeypatch):
+    """The rule is made to give up. All ground within 7 degrees of the goal's direction returns nothing."""
+    def give_up(request):
+        result = plan(request)
+        decision = replace(result.decision, kind="unreachable", rule="R9", reason=NO_WAY)
+        return replace(result, decision=decision)
+
+    monkeypatch.setattr(cycle, "plan", give_up)
+    bearing = math.atan2(3.0, 4.0)
+    rover = PoorSight(lambda x, y, *_: np.abs(np.arctan2(y, x) - bearing) < 0.12, settings=replace(
+        BRISK, lost_beams=config.LostBeams(looks=1)), memory=first_map())
+    rover.settle()
+    request = rover.goto(4.0, 3.0)
+    assert rover.until_final(request, 120.0) is State.FAILED
+    rover.run(0.05)
+    (_, look), (_, end) = rover.told("DECISION")
+    assert look.startswith("R11 drive") and end.startswith("R9 unreachable: the scanner saw too little")
+    assert "+37 degrees" in rover.text(request) and "no way is left" not in rover.text(request)
+    assert rover.pose[2] == pytest.approx(bearing, abs=0.1)
+    assert rover.rover.executive.mission.scans_taken == 3
+    assert told_rows(rover) == {"LIDAR_DIRTY"} and rover.mode is Mode.STANDBY
 
 
 def test_one_lost_beam_in_a_hundred_changes_no_sweep_and_tells_nothing():
