@@ -126,6 +126,24 @@ class Scanning:
 
 
 @dataclass(frozen=True, slots=True)
+class LostBeams:
+    """The answer to beams that should meet ground within 4 m and return nothing (docs, lost-beams).
+
+    A UTM-30LX loses about 1 % over ground it likes (grey soil, steep light); half of the beams lost was the old limit.
+    """
+
+    slow_ratio: float = value(0.07, "share lost from which a sweep is made at half the rate", low=0.005, high=1)
+    second_ratio: float = value(0.14, "and a second one is made at each stop", low=0.005, high=1)
+    short_ratio: float = value(0.20, "and legs and the trusted range are short", low=0.005, high=1)
+    stop_ratio: float = value(0.30, "in the last sweep of a stop: LIDAR_DIRTY, the mission ends", low=0.005, high=1)
+    side_ratio: float = value(0.25, "share lost towards the goal that makes `no way is left` doubtful", low=0.005,
+                              high=1)
+    looks: int = value(2, "times in a mission that it looks again before it gives up so", low=0, high=20)
+    short_leg_m: float = value(2.0, "longest way between two scans then", low=0.5, high=100)
+    short_range_m: float = value(5.0, "trusted range then", low=1, high=30)
+
+
+@dataclass(frozen=True, slots=True)
 class Mapping_:
     """The LDEM and what is read from it."""
 
@@ -313,6 +331,7 @@ class Config:
     link: Link = section(Link)
     clock: Clock = section(Clock)
     scanning: Scanning = section(Scanning, NEXT_MISSION)
+    lost_beams: LostBeams = section(LostBeams, NEXT_MISSION)
     mapping: Mapping_ = section(Mapping_, NEXT_MISSION)
     planning: Planning = section(Planning, NEXT_MISSION)
     mission: Mission = section(Mission, NEXT_MISSION)

@@ -132,6 +132,7 @@ EVENTS = (
     EventRow("REGISTERED", "info", "the pose was corrected by the map"),
     EventRow("REGISTRATION_REFUSED", "warning", "a registration was outside the gate"),
     EventRow("DECISION", "info", "the mission rule chose, with its reason"),
+    EventRow("SIGHT", "warning", "the scanner sees less, or more again: the level of the answer, and what was lost"),
     EventRow("HAZARD", "warning", "what the drive guard has seen, and where"),
     EventRow("ARRIVED", "info", "the goal is reached"),
     EventRow("RETURNED", "info", "the rover is back at the start of the run"),

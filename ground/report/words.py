@@ -16,6 +16,8 @@ RULES = {  # `onboard/planning/mission_rule.py`
     "R8": ("again", "still no way, so targets marked as obstacles are unmarked, once in a mission."),
     "R9": ("give up", "no way is left over free or unknown ground; the nearest reachable pose is told."),
     "R10": ("choice", "the strategy's own stop, as long as the way left keeps shrinking."),
+    "R11": ("look again", "the rule would give up on a side of which the scanner saw too little, so the rover turns to "
+            "it and sweeps it again, slowly and twice."),
 }
 ALWAYS = ("R1", "R2")  # they decide nothing that a record tells, and hold at each stop
 EXPECTED_REFUSAL = (

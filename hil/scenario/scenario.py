@@ -188,7 +188,8 @@ def flight_settings(scenario: Scenario, start: Pose) -> dict[str, Any]:
     return {
         "localisation.start_x_m": start.x_m, "localisation.start_y_m": start.y_m,
         "localisation.start_yaw_rad": start.yaw_rad, "link.bench_seed": scenario.seed,
-        "link.rate_bps": load_profile(scenario.link).down_bps, **measured_latency(scanner_of(scenario.lidar).applied()), **scenario.set,
+        "link.rate_bps": load_profile(scenario.link).down_bps,
+        **measured_latency(scanner_of(scenario.lidar).applied()), **scenario.set,
     }
 
 

@@ -21,7 +21,7 @@ Point = tuple[float, float]
 class Survey(Mission):
     """One scan at this place, registered and entered in the map; nothing is driven."""
 
-    done = "scanned"
+    done, plans = "scanned", False
 
     def _begin(self, ctx: Context) -> None:
         pose = ctx.localisation.pose

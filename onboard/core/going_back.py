@@ -27,7 +27,7 @@ _SEARCH_M = 1.5  # how far along the way back the rover may be already: a leg th
 class GoBack(Mission):
     """way: (k, 3) poses to the start, the nearest first."""
 
-    done = "returned"
+    done, plans = "returned", False
 
     def __init__(self, config: Config, gdem: Gdem | None, way: F64, memory: StopMap | None) -> None:
         start = (float(way[-1, 0]), float(way[-1, 1]))

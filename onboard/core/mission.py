@@ -16,10 +16,10 @@ from onboard.config import Config
 from onboard.core.asking import plan_request, stands_on
 from onboard.core.context import Context
 from onboard.core.guarding import GUARD_JOBS, Guarding
+from onboard.core.seeing import Seeing
 from onboard.core.sensing import Sensing, Sweep
 from onboard.core.way import Way
 from onboard.motion.follower import Follower
-from onboard.perception.sweep import segments
 from onboard.planning.mission_rule import MissionState, interrupted
 from onboard.planning.plan_records import PlanResult
 from onboard.records import Decision, Entry, Gdem, Path, Pose, Twist
@@ -59,14 +59,18 @@ class Swept:
     stop: int
 
 
+FirstLook = tuple[Entry, tuple[float, float]]  # and the force bias by then
+
+
 class Mission:
     """State of one goto. `step` each tick; `outcome` is set when it has ended; `notes` are events not yet told.
 
     done: the event of a good end. progress: what to tell who asked, not yet told. phase_told: the last one the ground
-    was told of.
+    was told of. seeing: how well the scanner sees, and what that asks for.
     """
 
     done = "arrived"
+    plans = True  # on the map: it ends where the scanner sees too little of the ground
 
     def __init__(self, config: Config, gdem: Gdem | None, goal: tuple[float, float], memory: StopMap | None) -> None:
         self._config, self.gdem, self.goal, self.memory = config, gdem, goal, memory
@@ -83,11 +87,11 @@ class Mission:
         self.predicted: Prediction | None = None  # what asked for it is to hear, not yet told
         self._foreseen = False
         self._behind_wanted = True
-        self._nod = segments(config.scanning, config.rover.lidar_z_m)  # half a tick's time: once a mission
+        self.seeing = Seeing(config)
         self._sensing: Sensing | None = None
         self._follower = Follower(config.rover, config.motion)
         self._turn_to_rad = 0.0
-        self._first: tuple[StopMap | None, Entry, tuple[float, float]] | None = None  # map before, look, force bias
+        self._first: tuple[StopMap | None, tuple[FirstLook, ...]] | None = None  # map before, the looks until it turns
         self._way = Way(0.0 if memory is None else math.inf)  # a kept map says nothing of the way since
         self._retreat: Path | None = None  # before the rover stands
         self._retreat_m = 0.0
@@ -185,7 +189,7 @@ class Mission:
 
     def _scan(self) -> None:
         self._way.begin()
-        self._sensing, self.phase = Sensing(self._config, self._nod), Phase.SCANNING
+        self._sensing, self.phase = Sensing(self._config, self.seeing.nod), Phase.SCANNING
 
     def _end(self, phase: Phase, completed: bool, reason: str, broken: bool = False) -> None:
         self.phase, self.outcome = phase, Outcome(completed, reason, broken)
@@ -216,9 +220,13 @@ class Mission:
             self._remember(ctx, ctx.taken["look"])
         elif "remember" in ctx.taken:
             self.memory = ctx.taken["remember"]
-            if self._behind_wanted:
+            if self.seeing.sweep_again():
+                self._scan()
+            elif self._behind_wanted:
                 self._behind_wanted = False
                 self._turn_to(wrap_rad(ctx.localisation.pose.yaw_rad + math.pi))
+            elif self.plans and (why := self.seeing.ended()):
+                self._end(Phase.FAILED, False, why, broken=True)
             else:
                 self._plan(ctx)
         return Twist()
@@ -233,27 +241,29 @@ class Mission:
             why = found.reason or "the filter finds it incredible"
             self.notes.append(("REGISTRATION_REFUSED", f"{why} ({found.moved_m:.3f} m, {found.moved_rad:.4f} rad)"))
         entry = Entry(seen.cloud_base, localisation.anchor(taken), self.stop)
+        if told := self.seeing.note(seen.lost, localisation.pose):
+            self.notes.append(("SIGHT", told))
         self._enter(ctx, entry)
 
     def _enter(self, ctx: Context, entry: Entry) -> None:
-        """Into the map; and at the second look of the first stop, the first one's cloud anew.
+        """Into the map; and at the look behind of the first stop, the clouds of the looks before anew.
 
         By then the turn has told the accelerometer's bias, and the first look's level is known to a milliradian. Left
         as it was the map would have a fold between its halves, to which later scans do not fit.
         """
         if self._sweep is not None:
             self.swept, self._sweep = Swept(self._sweep, entry.pose, entry.stop), None
-        bias, memory, entries = ctx.localisation.force_bias_mps2, self.memory, [entry]
-        if self._first is not None:
-            memory, first, bias_then = self._first
-            pose = ctx.localisation.known_now(first.pose, bias_then)
-            entries.insert(0, replace(first, pose=pose))
-        self._first = (memory, entry, bias) if self._behind_wanted else None
-        ctx.jobs.submit("remember", (memory, entries, self._config), ctx.tick + self._config.jobs.map_ticks)
+        localisation = ctx.localisation
+        memory, looks = self._first or (self.memory, ())
+        before = [replace(look, pose=localisation.known_now(look.pose, bias)) for look, bias in looks]
+        looks = (*looks, (entry, localisation.force_bias_mps2))
+        self._first = (memory, looks) if self._behind_wanted else None
+        arguments = (memory, [*before, entry], self.seeing.config)
+        ctx.jobs.submit("remember", arguments, ctx.tick + self._config.jobs.map_ticks)
 
     def _plan(self, ctx: Context) -> None:
         assert self.memory
-        request = plan_request(self.memory, ctx.localisation.pose, self.goal, self.gdem, self._config, ctx.fences,
+        request = plan_request(self.memory, ctx.localisation.pose, self.goal, self.gdem, self.seeing.config, ctx.fences,
                                state=self._rule, trail=self._way.trail, sigma_m=ctx.localisation.sigma[0])
         ctx.jobs.submit("plan", (request,), ctx.tick + self._config.jobs.plan_ticks)
         if not self._foreseen:
@@ -263,8 +273,7 @@ class Mission:
     def _planning(self, ctx: Context) -> Twist:
         if "plan" not in ctx.taken:
             return Twist()
-        self.result = ctx.taken["plan"]
-        assert self.result
+        self.result = self.seeing.judged(ctx.taken["plan"], ctx.localisation.pose)
         self._rule_before, self._rule, decision = self._rule, self.result.state, self.result.decision
         self.gdem = self.result.gdem
         self.notes.append(("DECISION", f"{decision.rule} {decision.kind}: {decision.reason}"))

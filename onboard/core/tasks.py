@@ -95,6 +95,10 @@ class Tasks:
             if ctx.nodes.tilt_angle_rad is not None:
                 ctx.nodes.park_tilt(ctx.nodes.tilt_angle_rad)
 
+    def digest_items(self) -> tuple[float, ...]:
+        """Plain values for the state digest."""
+        return self.mission.seeing.digest_items() if self.mission else ()
+
     def _follow_move(self, move: Move, ctx: Context) -> None:
         self._report(move.progress)
         if move.ended:

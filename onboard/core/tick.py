@@ -88,7 +88,7 @@ class Rover:
         self.orders: tuple[WheelCommand, ...] = (WheelCommand(WheelMode.HOLD, 0.0, 0.0),) * 4
         self.watch = WheelWatch(config.rover)
         self.power, self.computer = PowerWatch(), ComputerWatch()
-        self.devices = DeviceWatch(config.scanning.sector_rad)
+        self.devices = DeviceWatch(config)
         self.wheels: Wheels = SOUND
         self.twist = Twist()
         self.steering_held = False
@@ -204,8 +204,10 @@ def _saves(rover: Rover) -> tuple[Save, ...]:
 
 
 def _found(rover: Rover) -> dict[str, str]:
-    """Rows that the watches of devices, power and computer found, with what they saw."""
-    return {**rover.devices.faults, **rover.power.found, **rover.computer.found}
+    """Rows that the watches of devices, power and computer found, and the last mission, with what they saw."""
+    mission = rover.executive.mission
+    dirty = {"LIDAR_DIRTY": mission.seeing.dirty} if mission and mission.seeing.dirty else {}
+    return {**dirty, **rover.devices.faults, **rover.power.found, **rover.computer.found}
 
 
 def _watched(rover: Rover, inputs: Inputs, orders: Sequence[Order]) -> Watched:
@@ -290,6 +292,6 @@ def _digest(rover: Rover) -> bytes:
         *rover.power.digest_items(), *rover.computer.digest_items(),
         *rover.executive.masks.digest_items(), *rover.parameters.digest_items(), *rover.fences.digest_items(),
         *rover.executive.sequencer.digest_items(), len(rover.executive.tasks.track), *rover.keeping.digest_items(),
-        *rover.executive.lease.digest_items(), *rover.link.digest_items(),
+        *rover.executive.lease.digest_items(), *rover.link.digest_items(), *rover.executive.tasks.digest_items(),
     )
     return hashlib.blake2b(struct.pack(f"{len(items)}d", *items), digest_size=8).digest()

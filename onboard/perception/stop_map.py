@@ -16,6 +16,7 @@ import numpy as np
 from onboard.config import Config
 from onboard.perception import ldem
 from onboard.perception.cloud import cloud
+from onboard.perception.lost_beams import LostBeams, lost_beams
 from onboard.perception.registration import RegistrationResult, merge_target, register
 from onboard.perception.tiles import Tile, join
 from onboard.records import F64, Cloud, Entry, Ldem, Pose, Scan, TiltTrack
@@ -26,10 +27,11 @@ POINTS_AT_ONCE = 1 << 14  # temporaries stay small beside the 240,000 points of 
 
 @dataclass(frozen=True, slots=True)
 class Look:
-    """Cloud of one sweep in base_link axes, and its registration (None at the first scan)."""
+    """Cloud of one sweep in base_link axes, its registration (None at the first scan), what the sweep lost."""
 
     cloud_base: Cloud
     registration: RegistrationResult | None
+    lost: LostBeams
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,9 +52,10 @@ def look(scans: Sequence[Scan], tilt: TiltTrack, guess: F64, memory: StopMap | N
     """Cloud of a sweep, registered to the points of `memory`, if any, from `guess` (4, 4) T_map_base."""
     far = replace(config.scanning, range_m=max(config.scanning.range_m, config.localisation.registration_range_m))
     seen = cloud(scans, tilt, np.eye(4), config.rover, far, config.lidar.range_noise_m)
+    lost = lost_beams(scans, tilt, config.rover, config.scanning)
     if memory is None or not len(memory.target_points):
-        return Look(seen, None)
-    return Look(seen, register(seen.ends_m[seen.hit], memory.target_points, guess, config.localisation))
+        return Look(seen, None, lost)
+    return Look(seen, register(seen.ends_m[seen.hit], memory.target_points, guess, config.localisation), lost)
 
 
 def remember_all(memory: StopMap | None, entries: Sequence[Entry], config: Config) -> StopMap | None:

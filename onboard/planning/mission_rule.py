@@ -12,6 +12,8 @@
     R7 confirm   no way is left: R5 once more, with what is blocked farther than 3 m from every stop taken as unknown
     R8 again     still none: the marks and tries are cleared, once in a mission
     R9 give up   else unreachable, with the nearest reachable pose
+    R11 unseen   where the scanner saw too little of that side it looks there again first, `lost_beams.looks` times in a
+                 mission at most; done by the caller (`core.seeing`), like R2
 
 Every stop is new, or uses up a look or a try of a block of targets, or lowers the record; marks grow but for R8, which
 comes once; `stop_limit` bounds what is left, twice that the legs of a way that is free to the goal.

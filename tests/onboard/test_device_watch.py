@@ -9,7 +9,7 @@ from core_bench import CoreBench, quick
 from hypothesis import given
 from hypothesis import strategies as st
 
-from onboard.config import Scanning
+from onboard.config import Rover, Scanning
 from onboard.core.device_watch.bias import LIMIT_RADPS, BiasWatch
 from onboard.core.device_watch.clocks import HOLD_NS, UTC_JUMP_NS, Jumps, UtcWatch
 from onboard.core.device_watch.returns import SCANS, WINDOW_TICKS, FrameWatch, ReturnWatch
@@ -24,6 +24,7 @@ from protocol.transactions import State
 
 TICK_NS, S_NS = 10_000_000, 1_000_000_000
 SECTOR_RAD = math.radians(65)
+DOWN_RAD = math.radians(20)
 
 
 # -- frames and returns ----------------------------------------------------------------------------------------------
@@ -59,10 +60,10 @@ def torn(rng, ratio):
 
 
 def test_a_skyline_is_clean_and_a_window_with_dust_is_dirty_after_40_scans_and_clean_40_after_it_was_wiped():
-    rng, watch, dirty = np.random.default_rng(7), ReturnWatch(SECTOR_RAD), []
+    rng, watch, dirty = np.random.default_rng(7), ReturnWatch(Rover(), SECTOR_RAD), []
     for kind in (skyline, lambda: torn(rng, 0.5), skyline):
         for _ in range(2 * SCANS):
-            watch.update([kind()])
+            watch.update([kind()], DOWN_RAD)
             dirty.append(watch.dirty)
     assert not any(dirty[: 2 * SCANS]) and all(dirty[3 * SCANS : 4 * SCANS]) and not any(dirty[5 * SCANS :])
 
@@ -70,16 +71,47 @@ def test_a_skyline_is_clean_and_a_window_with_dust_is_dirty_after_40_scans_and_c
 @pytest.mark.parametrize("word", [BeamStatus.TOO_NEAR, BeamStatus.ERROR, BeamStatus.INTERFERENCE])
 @pytest.mark.parametrize(("ratio", "dirty"), [(0.05, False), (0.2, True)])
 def test_beams_that_say_too_near_error_or_interference_are_counted(word, ratio, dirty):
-    rng, watch = np.random.default_rng(8), ReturnWatch(SECTOR_RAD)
+    rng, watch = np.random.default_rng(8), ReturnWatch(Rover(), SECTOR_RAD)
     for _ in range(SCANS):
-        watch.update([scan(np.where(rng.random(1081) < ratio, word, BeamStatus.OK))])
+        watch.update([scan(np.where(rng.random(1081) < ratio, word, BeamStatus.OK))], None)
     assert watch.dirty is dirty
 
 
-def test_what_the_scanner_sees_beside_the_sector_is_not_its_dirt():
-    rng, watch = np.random.default_rng(9), ReturnWatch(SECTOR_RAD)
+@pytest.mark.parametrize(("ratio", "dirty"), [(0.01, False), (0.08, False), (0.2, False), (0.35, True)])
+def test_torn_lines_are_dirt_from_the_share_on_that_ends_a_mission(ratio, dirty):
+    rng, watch = np.random.default_rng(11), ReturnWatch(Rover(), SECTOR_RAD)
     for _ in range(SCANS):
-        watch.update([scan(np.where(np.abs(np.arange(1081) - 540) > 262, rng.integers(0, 4, 1081), BeamStatus.OK))])
+        watch.update([torn(rng, ratio)], DOWN_RAD)
+    assert watch.dirty is dirty
+    assert watch.torn_ratio == pytest.approx(2 * ratio * (1 - ratio), abs=0.02)
+
+
+def test_lines_to_the_sky_or_of_an_unknown_tilt_tear_nothing():
+    rng = np.random.default_rng(12)
+    for tilt_rad in (math.radians(-10), math.radians(1), None):
+        watch = ReturnWatch(Rover(), SECTOR_RAD)
+        for _ in range(SCANS):
+            watch.update([torn(rng, 0.5)], tilt_rad)
+        assert not watch.dirty and watch.torn_ratio == 0.0
+
+
+def test_dust_over_a_field_that_ends_is_dirt_and_the_field_s_end_is_not():
+    """Ground straight ahead only, as at the edge of a field; dust tears what there is of it."""
+    rng = np.random.default_rng(13)
+    for dusty in (False, True):
+        watch = ReturnWatch(Rover(), SECTOR_RAD)
+        for _ in range(SCANS):
+            gone = np.abs(np.arange(1081) - 540) > 100
+            gone |= dusty & (rng.random(1081) < 0.5)
+            watch.update([scan(np.where(gone, BeamStatus.NO_RETURN, BeamStatus.OK))], DOWN_RAD)
+        assert watch.dirty is dusty
+
+
+def test_what_the_scanner_sees_beside_the_sector_is_not_its_dirt():
+    rng, watch = np.random.default_rng(9), ReturnWatch(Rover(), SECTOR_RAD)
+    for _ in range(SCANS):
+        watch.update([scan(np.where(np.abs(np.arange(1081) - 540) > 262, rng.integers(0, 4, 1081), BeamStatus.OK))],
+                     DOWN_RAD)
     assert not watch.dirty and watch.torn_ratio == 0.0
 
 

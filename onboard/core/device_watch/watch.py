@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+from onboard.config import Config
 from onboard.core.device_watch.bias import BiasWatch
 from onboard.core.device_watch.clocks import Jumps, UtcWatch
 from onboard.core.device_watch.returns import FrameWatch, ReturnWatch
@@ -17,18 +18,18 @@ DEVICE_ROWS = ("LIDAR_GARBLED", "LIDAR_DIRTY", "LIDAR_CLOCK", "CLOCK_JUMP", "TIL
 
 
 class DeviceWatch:
-    """`update` each tick. faults: row -> what is known of it, in words. sector_rad: half of what the scanner uses."""
+    """`update` each tick. faults: row -> what is known of it, in words."""
 
-    def __init__(self, sector_rad: float) -> None:
+    def __init__(self, config: Config) -> None:
         self.faults: dict[str, str] = {}
-        self._frames, self._returns = FrameWatch(), ReturnWatch(sector_rad)
+        self._frames, self._returns = FrameWatch(), ReturnWatch(config.rover, config.scanning.sector_rad)
         self._stall, self._bias, self._utc = StallWatch(), BiasWatch(), UtcWatch()
         self._lidar_clock, self._clocks, self._biases = Jumps(), Jumps(), Jumps()
 
     def update(self, lidar: LidarSession, nodes: Nodes, scans: Sequence[Scan], now_ns: int) -> None:
         """The scanner and the axis."""
         self._frames.update(lidar.counts["scans"], lidar.bad)
-        self._returns.update(scans)
+        self._returns.update(scans, nodes.tilt_angle_rad)
         self._stall.update(nodes.tilt, now_ns)
         quality = lidar.clock.quality
         broken = self._lidar_clock.update(quality.jumps + quality.reboots, now_ns)

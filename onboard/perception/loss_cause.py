@@ -1,0 +1,160 @@
+"""Cause of lost beams, from the sweeps of a mission: what can be told apart, and UNKNOWN where it cannot.
+
+    BLIND      in nearly all directions, or more with each of the last sweeps: the scanner itself
+    WINDOW     the same directions of the scanner's own frame at all distances, after the rover turned as before
+    SUN        the same directions of the map at all distances, after the rover turned
+    GROUND     one place: distances before or behind it are seen, and from elsewhere the same place is lost again
+    END        nothing from some distance on, up to the horizon: the ground ends, falls away, or is dark from there on
+
+One sweep alone tells only CLEAR, BLIND and END: dirt and sunlight look alike in it, and so do dark ground and dirt low
+on the window. The sky tells nothing: a beam that meets nothing there is no loss.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import Enum
+from itertools import pairwise
+
+import numpy as np
+
+from onboard.perception.lost_beams import BANDS_M, SECTORS, SURE_BANDS, LostBeams
+from onboard.records import Bool, Pose
+from protocol.conventions import wrap_rad
+
+BAD_RATIO = 0.2  # of a sector's beams: it is bad
+NEARLY_ALL = 0.75  # of the sectors
+GROWTH_RATIO = 0.05  # from sweep to sweep, twice
+ALIKE_RATIO = 0.5  # of the bad sectors of both sweeps are the same
+APART_RAD, APART_M = math.radians(20.0), 0.8  # a sweep from elsewhere
+
+
+class Cause(Enum):
+    """What takes the beams."""
+
+    CLEAR = "nothing"
+    BLIND = "the scanner goes blind"
+    WINDOW = "dirt on the window"
+    SUN = "sunlight"
+    GROUND = "dark ground"
+    END = "ground that ends or is dark"
+    UNKNOWN = "an unknown cause"
+
+
+@dataclass(frozen=True, slots=True)
+class View:
+    """What one sweep lost, and the pose it was taken from in the map."""
+
+    lost: LostBeams
+    pose: Pose
+
+
+def cause(views: Sequence[View], clear_ratio: float) -> Cause:
+    """Of the newest view's losses. clear_ratio: an overall share up to it, with no bad sector, is no loss."""
+    if not views:
+        return Cause.CLEAR
+    newest = views[-1].lost
+    sectors = newest.sectors
+    bad = _bad(newest)
+    earlier = [view for view in views[:-1] if _elsewhere(view.pose, views[-1].pose)]
+    if _blind(views, bad, int(np.isfinite(sectors).sum())):
+        known = any(_bounded(view.lost) and _same_place(views[-1], view) for view in earlier)
+        return Cause.GROUND if known else Cause.BLIND
+    if not _lost_cells(newest).any():
+        if int(newest.open.sum()) > BAD_RATIO * int(newest.due.sum() + newest.open.sum()):
+            return Cause.END
+        return Cause.CLEAR if newest.ratio <= clear_ratio else Cause.UNKNOWN
+    if bad.any() and _at_all_distances(newest, bad):
+        window, sun = _turned(views[-1], bad, earlier)
+        if window or sun:
+            return Cause.UNKNOWN if window and sun else Cause.WINDOW if window else Cause.SUN
+    return Cause.GROUND if any(_same_place(views[-1], view) for view in earlier) else Cause.UNKNOWN
+
+
+def _blind(views: Sequence[View], bad: Bool, judged: int) -> bool:
+    if judged and bad.sum() >= NEARLY_ALL * judged:
+        return True
+    ratios = [view.lost.ratio for view in views[-3:]]
+    return len(ratios) == 3 and ratios[-1] > BAD_RATIO and all(b - a > GROWTH_RATIO for a, b in pairwise(ratios))
+
+
+def _bad(lost: LostBeams) -> Bool:
+    bad: Bool = np.nan_to_num(lost.sectors) > BAD_RATIO
+    return bad
+
+
+def _lost_cells(lost: LostBeams) -> Bool:
+    bad: Bool = np.nan_to_num(lost.cells) > BAD_RATIO
+    return bad
+
+
+def _at_all_distances(lost: LostBeams, bad: Bool) -> bool:
+    """Whether most of the bad sectors' near bands that were looked at are lost; farther ones have few witnesses."""
+    judged = np.isfinite(lost.cells[bad, :SURE_BANDS])
+    return float(_lost_cells(lost)[bad, :SURE_BANDS].sum()) > 0.7 * float(judged.sum())
+
+
+def _bounded(lost: LostBeams) -> bool:
+    """Whether most of what was looked at was seen."""
+    return 2 * int(_lost_cells(lost).sum()) < int(np.isfinite(lost.cells).sum())
+
+
+def _elsewhere(a: Pose, b: Pose) -> bool:
+    return abs(wrap_rad(a.yaw_rad - b.yaw_rad)) > APART_RAD or math.dist((a.x_m, a.y_m), (b.x_m, b.y_m)) > APART_M
+
+
+def _turned(newest: View, bad: Bool, earlier: Sequence[View]) -> tuple[bool, bool]:
+    """Whether in a sweep of another heading the same sectors, and those of the same bearings in the map, are bad."""
+    window = sun = False
+    for view in earlier:
+        turned_rad = wrap_rad(view.pose.yaw_rad - newest.pose.yaw_rad)
+        if abs(turned_rad) <= APART_RAD:
+            continue
+        before = _bad(view.lost)
+        window = window or _alike(bad, before)
+        sun = sun or _alike(_shifted(bad, round(turned_rad / view.lost.width_rad)), before)
+    return window, sun
+
+
+def _shifted(sectors: Bool, turned: int) -> Bool:
+    """The same directions of the map as sectors of a rover that is turned left by so many."""
+    moved = np.zeros_like(sectors)
+    for k in np.flatnonzero(sectors) - turned:
+        if 0 <= k < SECTORS:
+            moved[k] = True
+    return moved
+
+
+def _alike(a: Bool, b: Bool) -> bool:
+    either = int((a | b).sum())
+    return either > 0 and int((a & b).sum()) >= ALIKE_RATIO * either
+
+
+def _same_place(newest: View, other: View) -> bool:
+    """Whether what is lost in the newest view lies where the other one lost as well, and nowhere else."""
+    met = same = 0
+    lost = _lost_cells(other.lost)
+    for sector, band in np.argwhere(_lost_cells(newest.lost)).tolist():
+        x_m, y_m = place(newest, sector, 0.5 * (BANDS_M[band] + BANDS_M[band + 1]))
+        azimuth_rad, range_m = direction(other.pose, x_m, y_m)
+        at = other.lost.sector(azimuth_rad)
+        if at is None or not BANDS_M[0] < range_m < BANDS_M[-1]:
+            continue
+        row = int(np.searchsorted(BANDS_M, range_m)) - 1
+        near = lost[max(0, at - 1) : at + 2, max(0, row - 1) : row + 2]
+        met, same = met + 1, same + bool(near.any())
+    return met > 0 and same >= ALIKE_RATIO * met
+
+
+def place(view: View, sector: int, range_m: float) -> tuple[float, float]:
+    """Where in the map the middle of a sector lies at a distance."""
+    bearing_rad = view.pose.yaw_rad + view.lost.azimuth_rad(sector)
+    return view.pose.x_m + range_m * math.cos(bearing_rad), view.pose.y_m + range_m * math.sin(bearing_rad)
+
+
+def direction(pose: Pose, x_m: float, y_m: float) -> tuple[float, float]:
+    """(azimuth from straight ahead, distance) of a point of the map."""
+    dx, dy = x_m - pose.x_m, y_m - pose.y_m
+    return wrap_rad(math.atan2(dy, dx) - pose.yaw_rad), math.hypot(dx, dy)
