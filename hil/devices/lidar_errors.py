@@ -99,7 +99,7 @@ def _real(profile: str) -> LidarErrors:
 
 IDEAL, REAL = plain("ideal"), _real("utm-30lx")
 SETS: Mapping[str, LidarErrors] = {"ideal": IDEAL, "utm-30lx": REAL, "utm-30lx-ew": _real("utm-30lx-ew")}
-DEFAULT = IDEAL
+DEFAULT = REAL
 """What flies where neither scenario nor command line say otherwise."""
 
 
