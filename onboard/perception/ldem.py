@@ -52,14 +52,14 @@ def insert(ldem: Ldem, cloud: Cloud, stop: int, near_m: float) -> Ldem:
     """The map with the beams of one scan in it, merged by rule R3.
 
     A cell with at least 3 hits from nearer than `near_m` (horizontal, m) in this scan takes this scan's values alone,
-    z_ray too; elsewhere counts and sums add up and bounds widen. A cell's bounds are the highest and the lowest hit of
-    a scan, with 8 hits or more the highest and the lowest but one. Beams are cut at the border of the grid: `grow` it
-    first.
+    z_ray too; elsewhere, and where the nearest view is from this very stop, counts and sums add up and bounds widen. A
+    cell's bounds are the highest and the lowest hit of a scan, with 8 hits or more the highest and the lowest but one.
+    Beams are cut at the border of the grid: `grow` it first.
     """
     new = raster.rasterise(ldem.grid, cloud)
     many = new.n >= ROBUST_HITS
     z_hi, z_lo = np.where(many, new.z_hi2, new.z_hi), np.where(many, new.z_lo2, new.z_lo)
-    alone: Bool = (new.n >= REPLACING_HITS) & (new.view_m < near_m)
+    alone: Bool = (new.n >= REPLACING_HITS) & (new.view_m < near_m) & (ldem.stop != stop)
     nearer: Bool = alone | (new.view_m < ldem.view_m)
     return Ldem(
         grid=ldem.grid,

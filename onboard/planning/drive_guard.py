@@ -4,7 +4,7 @@
                                 -> strip map -> step, depth, height      -> bad cells, each with its reason
 
 `10-navigation` section 3. Only cells under the wheels of poses still to come are judged, each twice before it counts:
-in two lines running against the map, in two evaluations 5 cm apart in the strip. Poses driven over never trigger, else
+in two lines running against the map (three where nothing came back), in two evaluations 5 cm apart in the strip. Poses driven over never trigger, else
 one hole beside the trail stops the rover for ever. All grids are the map window of the leg's stop.
 """
 
@@ -27,11 +27,14 @@ from onboard.records import F64, Bool, Cloud, Grid, Ldem, Pose, Surface
 EVALUATE_M = 0.05  # of the line's own way between two evaluations of the strip
 WINDOW_M = 5.0  # of the strip that is judged, around the rover
 BEAMS = 3  # neighbouring beams that must agree
+TIMES = 2  # lines or evaluations in turn that must agree
+SILENT_LINES = 3  # likewise of beams without a return: a scanner loses 3 to 30 neighbours at a time by itself
 PLANE_CELLS = 3  # the plane's window reaches so many cells to each side: 0.7 m
 LEAST_OF_PLANE = 15  # known cells that a plane needs
 BELOW_M = 0.02  # what lies deeper below the first plane is not in the second
 NEWS_M = 0.02  # of step, depth or height beyond the map's own: a pose inside a drive is not better
 LEAST_HITS = 20  # of a judged cell, one line's worth 1 m ahead: the rim of the strip is one line, and that may be off
+I8 = NDArray[np.int8]
 Cells = Sequence[tuple[int, int]]  # (dj, di)
 CROSS: Cells = ((0, 0), (0, 1), (0, -1), (1, 0), (-1, 0))  # a cell and its 4 neighbours
 SQUARE: Cells = tuple(product((-1, 0, 1), (-1, 0, 1)))
@@ -60,21 +63,22 @@ class Settings:
 
 @dataclass(frozen=True, slots=True)
 class Watch:
-    """The guard within one leg. suspects: {reason: cells (rows, columns)} of the last line or evaluation.
+    """The guard within one leg.
 
+    suspects: {reason: how many lines or evaluations in turn up to the last found each cell, (rows, columns) int8}.
     surface: the map at the leg's start; strip on the same grid. line_m: where the line lay at the last evaluation.
     """
 
     surface: Surface
     strip: Ldem
     stop: int
-    suspects: dict[str, Bool]
+    suspects: dict[str, I8]
     line_m: tuple[float, float]
 
 
 def begin(surface: Surface, stop: int) -> Watch:
     """The guard at the start of a leg, before its first line."""
-    nothing = np.zeros(surface.z_mean.shape, np.bool_)
+    nothing = np.zeros(surface.z_mean.shape, np.int8)
     return Watch(surface, ldem.empty(surface.grid), stop, dict.fromkeys(REASONS, nothing), (math.inf, math.inf))
 
 
@@ -107,11 +111,13 @@ def hear(watch: Watch, line: Cloud, pose: Pose, tracks: Bool, settings: Settings
 
 
 def _confirmed(watch: Watch, found: dict[str, Bool]) -> tuple[Watch, tuple[Bad, ...]]:
-    """Cells found now that were suspect before; what was found is suspect next time."""
-    grid, bad = watch.surface.grid, []
+    """Cells found as often in turn as it takes; what was found is suspect next time."""
+    grid, bad, suspects = watch.surface.grid, [], dict(watch.suspects)
     for why, cells in found.items():
-        bad += [Bad(*grid.centre(int(j), int(i)), why) for j, i in np.argwhere(cells & watch.suspects[why])]
-    return replace(watch, suspects={**watch.suspects, **found}), tuple(bad)
+        most = SILENT_LINES if why == "no return" else TIMES
+        suspects[why] = np.where(cells, np.minimum(suspects[why] + 1, most), 0).astype(np.int8)
+        bad += [Bad(*grid.centre(int(j), int(i)), why) for j, i in np.argwhere(suspects[why] == most)]
+    return replace(watch, suspects=suspects), tuple(bad)
 
 
 def _changed(line: strip_map.Line, tracks: Bool, grid: Grid, limit_m: float) -> Bool:
