@@ -209,7 +209,9 @@ def test_an_axis_without_a_scanner_ends_with_the_reason(on_stand):
 
 def test_the_default_latency_is_that_of_the_logged_utm_30lx_and_the_bench_sets_that_of_another():
     assert Lidar().latency_ns == stamp_to_first_byte_ns(UTM30LX) == 23_700_000
-    assert flight_settings(Scenario(), Pose(0.0, 0.0))["lidar.latency_ns"] == stamp_to_first_byte_ns(IDEAL)
+    ideal = flight_settings(Scenario(lidar={"profile": "ideal"}), Pose(0.0, 0.0))
+    assert ideal["lidar.latency_ns"] == stamp_to_first_byte_ns(IDEAL)
+    assert "lidar.latency_ns" not in flight_settings(Scenario(), Pose(0.0, 0.0))
     assert measured_latency(REAL) == {}
     assert measured_latency(replace(IDEAL, turn_ns=25.05e6)) == {"lidar.latency_ns": 19_787_500}
 
