@@ -6,7 +6,8 @@ import signal
 import sys
 import threading
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor, as_completed
+from contextlib import ExitStack
 from multiprocessing import active_children, get_context
 from typing import Protocol, TypeVar
 
@@ -36,12 +37,14 @@ def fly_all(
 
     Ctrl-C reaches the caller alone: a mission begun is flown out, unless a second one kills it.
     """
-    with ProcessPoolExecutor(
-        workers, get_context("spawn") if renewed else None, signal.signal, (signal.SIGINT, signal.SIG_IGN),
-        max_tasks_per_child=renewed or None,
-    ) as pool:  # fmt: skip
+    workshop = _Workshop(renewed) if renewed else None
+    with ExitStack() as ended, ThreadPoolExecutor(workers) if workshop else _processes(workers) as pool:
+        if workshop:
+            ended.callback(workshop.close)
         try:
-            for job in as_completed([pool.submit(fly, run, seed) for run in runs for seed in run.seeds]):
+            jobs = [(run, seed) for run in runs for seed in run.seeds]
+            asked = [pool.submit(workshop.fly, fly, *job) if workshop else pool.submit(fly, *job) for job in jobs]
+            for job in as_completed(asked):
                 yield job.result()
         except (KeyboardInterrupt, GeneratorExit):  # the second where the caller had a row in hand
             _finish(pool)
@@ -50,7 +53,38 @@ def fly_all(
             pool.shutdown(wait=True, cancel_futures=True)
 
 
-def _finish(pool: ProcessPoolExecutor) -> None:
+class _Workshop:
+    """A process for each thread that asks, another after `renewed` missions.
+
+    ProcessPoolExecutor's own max_tasks_per_child stands still for ever in Python 3.11 (cpython issue 115634).
+    """
+
+    def __init__(self, renewed: int) -> None:
+        self._renewed, self._own, self._all = renewed, threading.local(), list[ProcessPoolExecutor]()
+
+    def fly(self, fly: Callable[[RunT, int], Row], run: RunT, seed: int) -> Row:
+        """One mission in this thread's process."""
+        own = self._own
+        if getattr(own, "left", 0) == 0:
+            if hasattr(own, "process"):
+                own.process.shutdown()
+            own.process, own.left = _processes(1, "spawn"), self._renewed
+            self._all.append(own.process)
+        own.left -= 1
+        return own.process.submit(fly, run, seed).result()
+
+    def close(self) -> None:
+        """No process is left."""
+        for process in self._all:
+            process.shutdown()
+
+
+def _processes(count: int, start: str | None = None) -> ProcessPoolExecutor:
+    ignore = (signal.SIGINT, signal.SIG_IGN)
+    return ProcessPoolExecutor(count, get_context(start) if start else None, signal.signal, ignore)
+
+
+def _finish(pool: Executor) -> None:
     try:
         print("finishing the missions in flight; Ctrl-C again ends at once", file=sys.stderr, flush=True)
         pool.shutdown(wait=True, cancel_futures=True)
