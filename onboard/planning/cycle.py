@@ -19,6 +19,7 @@ from scipy import ndimage
 
 from onboard import config
 from onboard.perception.cell_classes import classify
+from onboard.perception.unseen_cells import without_unseen
 from onboard.planning import gdem_refresh, global_path, mission_rule, options, trust
 from onboard.planning.fenced import closed, fenced
 from onboard.planning.gain import Eyes
@@ -82,7 +83,7 @@ def plan(request: PlanRequest) -> PlanResult:
     its reason, never an error and never a straight line.
     """
     settings = request.settings
-    surface = classify(request.ldem, settings.mapping)
+    surface = surface_of(request)
     found = decide(request, surface, freedom_of(request, surface))
     outcome, state = found.decision, found.state
     leg = first_leg(outcome, settings.mission.leg_m)
@@ -177,6 +178,11 @@ def _situation(stop: _Stop, fields: Fields, state: MissionState) -> tuple[Situat
 
 def _eyes(settings: Settings) -> Eyes:
     return Eyes(settings.rover.lidar_z_m, settings.scanning.range_m, settings.scanning.sector_rad)
+
+
+def surface_of(request: PlanRequest) -> Surface:
+    """The ground of a request: its map's, the cells that no beam told of as occluded."""
+    return without_unseen(classify(request.ldem, request.settings.mapping), request.unseen_m)
 
 
 def freedom_of(request: PlanRequest, surface: Surface) -> U8:
