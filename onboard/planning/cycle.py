@@ -277,7 +277,9 @@ def _fields(stop: _Stop, state: MissionState, confirm: bool = False) -> Fields:
         doubted = (freedom == Freedom.BLOCKED) & ~_near(grid, looked, CONFIRM_M)
         freedom[doubted] = Freedom.UNKNOWN
     freedom[(freedom == Freedom.UNKNOWN) & _near(grid, state.marked, BLOCK_M)] = Freedom.BLOCKED
-    near = closeness(freedom, planning, grid.cell_m, request.sigma_m)
+    # What no beam told of may be a rock: a way shuns its cells as it does what is blocked.
+    shunned = barred(freedom, request.unseen_m, grid, request.settings.rover) if request.unseen_m else freedom
+    near = closeness(shunned, planning, grid.cell_m, request.sigma_m)
     near[freedom == Freedom.UNKNOWN] += planning.unknown_ratio
     near[doubted] += np.float32(CONFIRM_RATIO)
     near[:, _near(grid, request.slippery_m, SLIPPERY_M)] += np.float32(planning.slippery_ratio)
