@@ -31,11 +31,15 @@ class Cloud:
 
 @dataclass(frozen=True, slots=True)
 class Entry:
-    """A cloud in base_link axes, the pose at which it enters the map, and the number of its stop."""
+    """A cloud in base_link axes, the pose at which it enters the map, and the number of its stop.
+
+    dark_base_m: (k, 3) float32 points of ground that the same sweep did not see, likewise (`perception.dark_regions`).
+    """
 
     cloud_base: Cloud
     pose: Pose
     stop: int
+    dark_base_m: F32
 
 
 @dataclass(frozen=True, slots=True)

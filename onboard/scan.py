@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import IntEnum
 
@@ -32,6 +34,11 @@ class Scan:
     intensity: NDArray[np.int32] | None = None
     further_m: F32 | None = None
 
+    @property
+    def geometry(self) -> tuple[int, float, float]:
+        """Number of beams, first angle, step: scans that share it can be one image."""
+        return len(self.ranges_m), self.first_angle_rad, self.step_rad
+
 
 class BeamStatus(IntEnum):
     """What a beam said (protocol.scip.value_codes)."""
@@ -41,3 +48,9 @@ class BeamStatus(IntEnum):
     TOO_NEAR = 2
     ERROR = 3
     INTERFERENCE = 4
+
+
+def of_one_geometry(scans: Sequence[Scan]) -> list[Scan]:
+    """The scans of the geometry that most of them have, in their order; at least one is asked for."""
+    geometry = Counter(scan.geometry for scan in scans).most_common(1)[0][0]
+    return [scan for scan in scans if scan.geometry == geometry]

@@ -39,6 +39,7 @@ def plan_request(
         trail=here if trail is None else trail,
         blocked_m=memory.blocked_m,
         slippery_m=memory.slippery_m,
+        unseen_m=memory.unseen_m,
         fences=fences,
         sigma_m=sigma_m,
     )

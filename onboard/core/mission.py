@@ -240,7 +240,7 @@ class Mission:
         elif found is not None:
             why = found.reason or "the filter finds it incredible"
             self.notes.append(("REGISTRATION_REFUSED", f"{why} ({found.moved_m:.3f} m, {found.moved_rad:.4f} rad)"))
-        entry = Entry(seen.cloud_base, localisation.anchor(taken), self.stop)
+        entry = Entry(seen.cloud_base, localisation.anchor(taken), self.stop, seen.dark_base_m)
         if told := self.seeing.note(seen.lost, localisation.pose):
             self.notes.append(("SIGHT", told))
         self._enter(ctx, entry)

@@ -12,6 +12,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 from itertools import groupby
+from operator import attrgetter
 from typing import NamedTuple
 
 import numpy as np
@@ -48,7 +49,7 @@ def cloud(
     boxes = hull_boxes(rover)
     ends: list[F32] = [np.empty((0, 3), np.float32)]
     hits: list[Bool] = [np.empty(0, np.bool_)]
-    for _, alike in groupby(scans if len(tilt.times_ns) else (), key=_geometry):
+    for _, alike in groupby(scans if len(tilt.times_ns) else (), key=attrgetter("geometry")):
         image = _image(list(alike), scanning, range_noise_m, lost)
         for first in range(0, len(image.starts_ns), SCANS_AT_ONCE):
             points_base_m, hit = _beams(image.lines(first, first + SCANS_AT_ONCE), tilt, scanning.range_m)
@@ -64,17 +65,13 @@ def cloud(
 
 def ahead(scan: Scan, sector_rad: float) -> Scan:
     """The scan's beams within sector_rad of straight ahead, copied: about half of the memory."""
-    count, first_rad, step_rad = _geometry(scan)
+    count, first_rad, step_rad = scan.geometry
     low = max(0, math.ceil((-sector_rad - first_rad) / step_rad - 1e-9))
     high = min(count, math.floor((sector_rad - first_rad) / step_rad + 1e-9) + 1)
     return replace(
         scan, start_ns=scan.start_ns + round(low * scan.beam_ns), first_angle_rad=first_rad + low * step_rad,
         ranges_m=scan.ranges_m[low:high].copy(), status=scan.status[low:high].copy(),
     )
-
-
-def _geometry(scan: Scan) -> tuple[int, float, float]:
-    return len(scan.ranges_m), scan.first_angle_rad, scan.step_rad
 
 
 class _Image(NamedTuple):
@@ -99,7 +96,7 @@ class _Image(NamedTuple):
 
 def _image(scans: Sequence[Scan], scanning: Scanning, range_noise_m: float, lost: bool) -> _Image:
     """The range image of scans of one geometry. seen: a return with a witness; counts: goes into the cloud."""
-    count, first_rad, step_rad = _geometry(scans[0])
+    count, first_rad, step_rad = scans[0].geometry
     phi: F64 = first_rad + np.arange(count, dtype=np.float64) * step_rad
     beam = np.flatnonzero(np.abs(phi) <= scanning.sector_rad)
     part = slice(beam[0], beam[-1] + 1) if len(beam) else slice(0)

@@ -20,7 +20,6 @@ simulation 7 to 19 % between 4 and 8 m, 0.2 % within 4 m). So what is judged is 
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -31,6 +30,7 @@ from onboard.config import Rover, Scanning
 from onboard.mounting import lidar_rotation
 from onboard.perception.beam_tilt import tilt_at
 from onboard.records import F64, BeamStatus, Bool, Scan, TiltTrack
+from onboard.scan import of_one_geometry
 
 SECTORS = 13  # of 10 degrees each, with the 65 degrees to both sides of the default
 BANDS_M = (0.0, 2.0, 4.0, 6.0, 8.0)  # of the range at which a beam meets the plane
@@ -108,9 +108,8 @@ def lost_beams(scans: Sequence[Scan], tilt: TiltTrack, rover: Rover, scanning: S
     if not scans or len(tilt.times_ns) < 2:
         none_due = np.zeros(shape, np.int64)
         return LostBeams(none_due, none_due, none_due, scanning.sector_rad)
-    geometry = Counter(map(_geometry, scans)).most_common(1)[0][0]
-    alike = [scan for scan in scans if _geometry(scan) == geometry]
-    count, first_rad, step_rad = geometry
+    alike = of_one_geometry(scans)
+    count, first_rad, step_rad = alike[0].geometry
     phi: F64 = first_rad + np.arange(count, dtype=np.float64) * step_rad
     beams = np.flatnonzero(np.abs(phi) <= scanning.sector_rad)
     phi = phi[beams]
@@ -144,10 +143,6 @@ def plane_range_m(azimuth_rad: F64, tilt_rad: F64 | float, rover: Rover) -> F64:
     with np.errstate(divide="ignore"):
         way: F64 = np.where(up < 0.0, rover.lidar_z_m / np.maximum(-up, 0.0), np.inf)
     return way
-
-
-def _geometry(scan: Scan) -> tuple[int, float, float]:
-    return len(scan.ranges_m), scan.first_angle_rad, scan.step_rad
 
 
 def _angles(scans: Sequence[Scan], beams: NDArray[np.intp], tilt: TiltTrack) -> tuple[F64, Bool]:

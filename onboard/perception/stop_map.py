@@ -16,22 +16,29 @@ import numpy as np
 from onboard.config import Config
 from onboard.perception import ldem
 from onboard.perception.cloud import cloud
+from onboard.perception.dark_regions import dark_regions
 from onboard.perception.lost_beams import LostBeams, lost_beams
 from onboard.perception.registration import RegistrationResult, merge_target, register
 from onboard.perception.tiles import Tile, join
-from onboard.records import F64, Cloud, Entry, Ldem, Pose, Scan, TiltTrack
+from onboard.perception.unseen_cells import updated
+from onboard.records import F32, F64, Cloud, Entry, Ldem, Pose, Scan, TiltTrack
 
 NO_POINTS: F64 = np.empty((0, 3))
+NOTHING_DARK: F32 = np.empty((0, 3), np.float32)
 POINTS_AT_ONCE = 1 << 14  # temporaries stay small beside the 240,000 points of a sweep
 
 
 @dataclass(frozen=True, slots=True)
 class Look:
-    """Cloud of one sweep in base_link axes, its registration (None at the first scan), what the sweep lost."""
+    """Cloud of one sweep in base_link axes, its registration (None at the first scan), what the sweep lost.
+
+    dark_base_m: (k, 3) points of ground that it did not see, in base_link axes (`dark_regions`).
+    """
 
     cloud_base: Cloud
     registration: RegistrationResult | None
     lost: LostBeams
+    dark_base_m: F32
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,13 +46,15 @@ class StopMap:
     """What the rover remembers: the persistent map, and (m, 3) points in the map frame to register to.
 
     blocked_m: points whose cells no wheel may roll over, whatever the map says: the drive guard stopped at them.
-    slippery_m: where the rover was while SLIP_HIGH held; ground that costs more. Neither is kept on disk.
+    slippery_m: where the rover was while SLIP_HIGH held; ground that costs more. unseen_m: centres of cells that the
+    beams should have told of and did not (`unseen_cells`), sorted. None of these is kept on disk.
     """
 
     cells: Ldem
     target_points: F64
     blocked_m: tuple[tuple[float, float], ...] = ()
     slippery_m: tuple[tuple[float, float], ...] = ()
+    unseen_m: tuple[tuple[float, float], ...] = ()
 
 
 def look(scans: Sequence[Scan], tilt: TiltTrack, guess: F64, memory: StopMap | None, config: Config) -> Look:
@@ -53,20 +62,24 @@ def look(scans: Sequence[Scan], tilt: TiltTrack, guess: F64, memory: StopMap | N
     far = replace(config.scanning, range_m=max(config.scanning.range_m, config.localisation.registration_range_m))
     seen = cloud(scans, tilt, np.eye(4), config.rover, far, config.lidar.range_noise_m)
     lost = lost_beams(scans, tilt, config.rover, config.scanning)
+    dark = dark_regions(scans, tilt, config.rover, config.scanning)
     if memory is None or not len(memory.target_points):
-        return Look(seen, None, lost)
-    return Look(seen, register(seen.ends_m[seen.hit], memory.target_points, guess, config.localisation), lost)
+        return Look(seen, None, lost, dark)
+    found = register(seen.ends_m[seen.hit], memory.target_points, guess, config.localisation)
+    return Look(seen, found, lost, dark)
 
 
 def remember_all(memory: StopMap | None, entries: Sequence[Entry], config: Config) -> StopMap | None:
     """`remember` of each in turn."""
     for entry in entries:
-        memory = remember(memory, entry.cloud_base, entry.pose.matrix(), entry.stop, config)
+        memory = remember(memory, entry.cloud_base, entry.pose.matrix(), entry.stop, config, entry.dark_base_m)
     return memory
 
 
-def remember(memory: StopMap | None, seen: Cloud, T_map_base: F64, stop: int, config: Config) -> StopMap:
-    """The map with one more cloud, entered at T_map_base; the first one starts it.
+def remember(
+    memory: StopMap | None, seen: Cloud, T_map_base: F64, stop: int, config: Config, dark_base_m: F32 = NOTHING_DARK
+) -> StopMap:
+    """The map with one more cloud, entered at T_map_base; the first one starts it. dark_base_m: as of a Look.
 
     Where the map says nothing of the ground under the rover (the first stop, a kept map of elsewhere), it is assumed
     to be the disc that the wheels stand on (R1).
@@ -82,7 +95,9 @@ def remember(memory: StopMap | None, seen: Cloud, T_map_base: F64, stop: int, co
     near = ldem.window(cells, x_m, y_m, mapping.size_m)  # a scan reaches no farther: the map may be large
     cells = ldem.paste(cells, ldem.insert(near, within(here, config.scanning.range_m), stop, mapping.near_m))
     target = merge_target(memory.target_points, here.ends_m[here.hit], (x_m, y_m))
-    return replace(memory, cells=cells, target_points=target)
+    dark_m = dark_base_m @ T_map_base[:3, :3].T + T_map_base[:3, 3]
+    unseen_m = updated(memory.unseen_m, dark_m, here, mapping.cell_m, mapping.near_m)
+    return replace(memory, cells=cells, target_points=target, unseen_m=unseen_m)
 
 
 def recall(tiles: Sequence[Tile]) -> StopMap | None:

@@ -19,6 +19,7 @@ from scipy import ndimage
 
 from onboard import config
 from onboard.perception.cell_classes import classify
+from onboard.perception.unseen_cells import without_unseen
 from onboard.planning import gdem_refresh, global_path, mission_rule, options, trust
 from onboard.planning.fenced import closed, fenced
 from onboard.planning.gain import Eyes
@@ -82,7 +83,7 @@ def plan(request: PlanRequest) -> PlanResult:
     its reason, never an error and never a straight line.
     """
     settings = request.settings
-    surface = classify(request.ldem, settings.mapping)
+    surface = surface_of(request)
     found = decide(request, surface, freedom_of(request, surface))
     outcome, state = found.decision, found.state
     leg = first_leg(outcome, settings.mission.leg_m)
@@ -179,6 +180,11 @@ def _eyes(settings: Settings) -> Eyes:
     return Eyes(settings.rover.lidar_z_m, settings.scanning.range_m, settings.scanning.sector_rad)
 
 
+def surface_of(request: PlanRequest) -> Surface:
+    """The ground of a request: its map's, the cells that no beam told of as occluded."""
+    return without_unseen(classify(request.ldem, request.settings.mapping), request.unseen_m)
+
+
 def freedom_of(request: PlanRequest, surface: Surface) -> U8:
     """Freedom of every pose with the trail and the rover's own place free (R2), keep-outs blocked, before any mark."""
     grid, settings = surface.grid, request.settings
@@ -271,7 +277,9 @@ def _fields(stop: _Stop, state: MissionState, confirm: bool = False) -> Fields:
         doubted = (freedom == Freedom.BLOCKED) & ~_near(grid, looked, CONFIRM_M)
         freedom[doubted] = Freedom.UNKNOWN
     freedom[(freedom == Freedom.UNKNOWN) & _near(grid, state.marked, BLOCK_M)] = Freedom.BLOCKED
-    near = closeness(freedom, planning, grid.cell_m, request.sigma_m)
+    # What no beam told of may be a rock: a way shuns its cells as it does what is blocked.
+    shunned = barred(freedom, request.unseen_m, grid, request.settings.rover) if request.unseen_m else freedom
+    near = closeness(shunned, planning, grid.cell_m, request.sigma_m)
     near[freedom == Freedom.UNKNOWN] += planning.unknown_ratio
     near[doubted] += np.float32(CONFIRM_RATIO)
     near[:, _near(grid, request.slippery_m, SLIPPERY_M)] += np.float32(planning.slippery_ratio)

@@ -32,7 +32,8 @@ class PlanRequest:
 
     gdem None: nothing is known from orbit, the goal lies in a straight line. blocked_m: points whose cells no wheel may
     roll over, whatever the map says: the drive guard stopped at them. slippery_m: where the wheels slipped: dear
-    ground. fences: keep-outs are obstacles. sigma_m: 1 sigma of the pose's place in the plan.
+    ground. unseen_m: centres of cells that are unknown whatever the map says: beams should have told of them and did
+    not. fences: keep-outs are obstacles. sigma_m: 1 sigma of the pose's place in the plan.
     """
 
     ldem: Ldem
@@ -46,6 +47,7 @@ class PlanRequest:
     slippery_m: tuple[tuple[float, float], ...] = ()
     fences: tuple[Fence, ...] = ()
     sigma_m: float = 0.0
+    unseen_m: tuple[tuple[float, float], ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

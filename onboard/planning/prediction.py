@@ -19,7 +19,6 @@ import numpy as np
 
 from onboard.config import Config
 from onboard.perception import ldem
-from onboard.perception.cell_classes import classify
 from onboard.perception.sweep import segments
 from onboard.planning import cycle, global_path
 from onboard.planning.fenced import closed
@@ -90,7 +89,7 @@ def digest(config: Config) -> bytes:
 
 def shown(request: PlanRequest, known: bool, settings: bytes = bytes(8)) -> tuple[LdemProduct, PoseMap]:
     """The map of a request as the ground gets it: heights as they come back from the product, poses and sets."""
-    surface = classify(request.ldem, request.settings.mapping)
+    surface = cycle.surface_of(request)
     freedom = cycle.freedom_of(request, surface)
     pose, at = request.pose, surface.grid
     reach = reachable(freedom, *pose_index(at, pose.x_m, pose.y_m, pose.yaw_rad))

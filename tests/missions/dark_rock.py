@@ -15,12 +15,12 @@ import numpy as np
 from hil.terrain.recipe import Course, Recipe, compose
 from hil.terrain.rocks import Rock
 from onboard.config import Config
-from onboard.perception import ldem
-from onboard.perception.cell_classes import classify
 from onboard.perception.stop_map import StopMap
 from onboard.planning.poses import pose_freedom
+from onboard.records import Pose
 from tests.missions.campaign import REGISTERED
 from tests.missions.drift import FLOWN_DRIFT
+from tests.missions.map_proof import surface_around
 from tests.missions.mission import Kinematic
 from tests.missions.rocks_proof import MEDIAN_SLOPE_DEG, SALT, free_of, rolling_over, standing, top_of
 from tests.missions.scan_errors import DEFAULT, ScanErrors
@@ -72,8 +72,7 @@ class Watched(Kinematic):
     def over(self, memory: StopMap) -> int:
         """Free poses that roll over the rock's top, by the map so far."""
         config = self.config
-        near = ldem.window(memory.cells, self.rock.x_m, self.rock.y_m, 4.0)
-        surface = classify(near, config.mapping)
+        surface = surface_around(memory, Pose(self.rock.x_m, self.rock.y_m), 4.0, config)
         freedom = pose_freedom(surface, config.rover, config.planning)
         return free_of(freedom, rolling_over(top_of(self.rock), surface.grid, config.rover))
 

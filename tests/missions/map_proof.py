@@ -22,8 +22,9 @@ from onboard.config import Config
 from onboard.perception import ldem
 from onboard.perception.cell_classes import classify
 from onboard.perception.stop_map import StopMap, look, remember
+from onboard.perception.unseen_cells import without_unseen
 from onboard.planning.poses import ORIENTATIONS, Freedom, pose_freedom, pose_index, reachable
-from onboard.records import F64, Bool, Grid, Pose, Scan
+from onboard.records import F64, Bool, Grid, Pose, Scan, Surface
 from tests.missions.fields import FIELDS
 from tests.missions.scan_errors import CLUMP, DEFAULT, ScanErrors
 from tests.missions.scanner import Scanner, scanner
@@ -133,10 +134,16 @@ def map_of(made: Scanner, seen: Sweeps) -> StopMap:
     """The flight program's map of sweeps at poses that it knows."""
     memory = None
     for pose, scans in seen:
-        cloud = look(scans, made.tilt, pose.matrix(), None, made.config).cloud_base
-        memory = remember(memory, cloud, pose.matrix(), 0, made.config)
+        found = look(scans, made.tilt, pose.matrix(), None, made.config)
+        memory = remember(memory, found.cloud_base, pose.matrix(), 0, made.config, found.dark_base_m)
     assert memory is not None
     return memory
+
+
+def surface_around(memory: StopMap, place: Pose, size_m: float, config: Config) -> Surface:
+    """What the planner knows of the square of size_m around a place."""
+    near = ldem.window(memory.cells, place.x_m, place.y_m, size_m)
+    return without_unseen(classify(near, config.mapping), memory.unseen_m)
 
 
 def in_hard_contact(world: World, grid: Grid, pose: I64, config: Config) -> bool:
@@ -149,8 +156,7 @@ def in_hard_contact(world: World, grid: Grid, pose: I64, config: Config) -> bool
 def poses_of(made: Scanner, world: World, seen: Sweeps) -> Poses:
     """What the map of these sweeps says of the poses; the rover's own counts as free."""
     config, start = made.config, world.start
-    near = ldem.window(map_of(made, seen).cells, start.x_m, start.y_m, config.mapping.size_m)
-    surface = classify(near, config.mapping)
+    surface = surface_around(map_of(made, seen), start, config.mapping.size_m, config)
     freedom = pose_freedom(surface, config.rover, config.planning)
     j, i, o = pose_index(surface.grid, start.x_m, start.y_m, start.yaw_rad)
     freedom[o, j, i] = Freedom.FREE

@@ -139,7 +139,7 @@ class Kinematic:
         T_map_base = self.estimate.matrix()
         seen = look(scans, self.scanner.tilt, T_map_base, None, self.config)
         stop = len(self.flight.stops)
-        kept = remember(self.flight.memory, seen.cloud_base, T_map_base, stop, self.config)
+        kept = remember(self.flight.memory, seen.cloud_base, T_map_base, stop, self.config, seen.dark_base_m)
         self.flight.memory = replace(kept, target_points=NO_POINTS)  # nothing is registered here
         self.flight.scans += 1
 
@@ -156,6 +156,7 @@ class Kinematic:
                               config.drive_guard),
             trail=self._driven(),
             blocked_m=self.flight.memory.blocked_m,
+            unseen_m=self.flight.memory.unseen_m,
         )
         return plan(request)
 

@@ -21,12 +21,10 @@ from hil.terrain.mesh import soil_height
 from hil.terrain.recipe import Course, Recipe, compose
 from hil.terrain.rocks import Rock, rock_of
 from onboard.config import Config, Rover
-from onboard.perception import ldem
-from onboard.perception.cell_classes import classify
 from onboard.planning.poses import ORIENTATIONS, Freedom, pose_freedom
 from onboard.records import F64, I32, U8, BeamStatus, Grid, Pose, Scan
 from protocol.conventions import WHEEL_SIGNS
-from tests.missions.map_proof import map_of
+from tests.missions.map_proof import map_of, surface_around
 from tests.missions.scan_errors import DEFAULT, ScanErrors
 from tests.missions.scanner import FAR_M, Scanner, scanner
 from tests.missions.world import Triangles, World, of_field
@@ -88,8 +86,7 @@ def fly(run: RockRun, seed: int) -> tuple[RockRow, ...]:
     scans = run.errors.apply(scans, rng) if run.errors else scans
     seen = (np.stack([scan.status for scan in scans]) == BeamStatus.OK).ravel()
     config = made.config
-    surface = classify(ldem.window(map_of(made, [(pose, scans)]).cells, pose.x_m, pose.y_m, config.mapping.size_m),
-                       config.mapping)  # fmt: skip
+    surface = surface_around(map_of(made, [(pose, scans)]), pose, config.mapping.size_m, config)
     freedom = pose_freedom(surface, config.rover, config.planning)
     rows = []
     for rock, beams in zip(field.rocks, on_rock):

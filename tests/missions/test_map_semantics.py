@@ -10,13 +10,12 @@ import pytest
 from scipy import ndimage
 
 from onboard.config import Config
-from onboard.perception import ldem
-from onboard.perception.cell_classes import classify
 from onboard.perception.stop_map import look, remember
 from onboard.planning import poses
 from onboard.planning.poses import Freedom
 from onboard.records import CellClass, Grid, NodeSet, Pose, Surface
 from tests.missions.fields import main_field, pits
+from tests.missions.map_proof import surface_around
 from tests.missions.scanner import hull_way_m, scanner
 from tests.missions.world import HARD, HARD_BELLY_M, SOFT, World, true_surface
 
@@ -43,8 +42,8 @@ def see(world: World) -> Seen:
         pose = world.stand(start.x_m, start.y_m, start.yaw_rad + turn, CONFIG.rover)
         scans = SCANNER.sweep(world, pose, rng)
         seen = look(scans, SCANNER.tilt, pose.matrix(), None, CONFIG)
-        memory = remember(memory, seen.cloud_base, pose.matrix(), 0, CONFIG)
-    surface = classify(ldem.window(memory.cells, start.x_m, start.y_m, CONFIG.mapping.size_m), CONFIG.mapping)
+        memory = remember(memory, seen.cloud_base, pose.matrix(), 0, CONFIG, seen.dark_base_m)
+    surface = surface_around(memory, start, CONFIG.mapping.size_m, CONFIG)
     x, y = centres(surface.grid)
     away_m = np.hypot(x[None, :] - start.x_m, y[:, None] - start.y_m)
     return Seen(world, surface, poses.pose_freedom(surface, CONFIG.rover, CONFIG.planning), away_m)

@@ -25,6 +25,7 @@ from tests.missions.rocks_proof import (
     thinned,
     top_of,
 )
+from tests.missions.scan_errors import DEFAULT
 from tests.missions.scanner import scanner
 from tests.missions.world import wheels
 
@@ -107,8 +108,9 @@ def test_a_dark_rock_free_or_touched_falls_short(broken):
     assert len(dark_rock.shortfalls([DARK, replace(DARK, **broken)])) == 1
 
 
-def test_a_mission_goes_round_a_dark_rock_in_its_way():
-    row = dark_rock.fly(dark_rock.DarkRun(errors=None), 2)
+@pytest.mark.parametrize(("seed", "errors"), [(2, None), (3, DEFAULT), (10, DEFAULT)])
+def test_a_mission_goes_round_a_dark_rock_in_its_way(seed, errors):
+    row = dark_rock.fly(dark_rock.DarkRun(errors=errors), seed)
     assert dark_rock.shortfalls([row]) == []
     assert row.way_m > 8.5 and row.outcome == "arrived"
 

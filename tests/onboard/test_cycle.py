@@ -161,6 +161,18 @@ def test_ground_where_the_wheels_slipped_is_gone_around_and_crossed_where_there_
     assert np.abs(cycle.plan(replace(asked, slippery_m=everywhere)).decision.path.stations[:, 1]).max() < 0.2
 
 
+def test_a_way_keeps_off_ground_that_no_beam_told_of():
+    world = World([])
+    begin(world, Pose(0, 0))
+    asked = request(world, Pose(0, 0), (3.0, 0.0))
+    unseen = ((1.45, 0.45), (1.55, 0.45))
+    straight, round_it = (
+        cycle.plan(one).decision.path.stations for one in (asked, replace(asked, unseen_m=unseen))
+    )
+    beside = [stations[np.abs(stations[:, 0] - 1.5) < 0.4, 1].max() for stations in (straight, round_it)]
+    assert beside[0] > -0.1 and beside[1] < beside[0] - 0.15
+
+
 def test_same_request_gives_the_same_result_bit_by_bit():
     world, pose = World([(0.0, -1.0, 0.3, 1.0)]), Pose(-4.0, 0.0)
     begin(world, pose)
