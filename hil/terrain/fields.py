@@ -32,7 +32,7 @@ from onboard.records import CellClass, Grid, Surface
 
 PLAN_CELL_M = 0.1
 SEEDS_PER_INDEX = 1000
-STEP_M = 0.07  # the fields stay what they are, whatever the flight program allows itself
+STEP_M = 0.07  # and no rule of tyres: the fields stay what they are, whatever the flight program allows itself
 NEAR_M = 0.1
 
 
@@ -116,7 +116,7 @@ def refusal(field: Field) -> str:
     if not (4.5 <= median_deg <= 7.5 and 0.025 <= ratio <= 0.05):
         return f"median slope {median_deg:.1f} deg, rocks on {100 * ratio:.1f} % of the area"
     surface, rover, planning = true_surface(field), Rover(), Planning(step_m=STEP_M)
-    free = poses.pose_freedom(surface, rover, planning) == poses.Freedom.FREE
+    free = poses.pose_freedom(surface, rover, planning, tyres=False) == poses.Freedom.FREE
     start = pose_of(surface.grid, field.start.x_m, field.start.y_m, field.start.yaw_rad)
     goal = goal_poses(surface.grid, field.goal_m)
     if not (free[start] and any(free[pose] for pose in goal)):
@@ -134,7 +134,7 @@ def refusal(field: Field) -> str:
 def free_with_room(surface: Surface, rover: Rover, planning: Planning) -> NDArray[np.bool_]:
     """Poses free by the stricter limits whose four neighbour cells are so too, (8, rows, columns)."""
     strict = replace(planning, under_belly_m=0.09, tilt_limit_rad=math.radians(22))
-    free = poses.pose_freedom(surface, rover, strict) == poses.Freedom.FREE
+    free = poses.pose_freedom(surface, rover, strict, tyres=False) == poses.Freedom.FREE
     shrunk = free.copy()
     for axis in (1, 2):
         for shift in (1, -1):

@@ -48,14 +48,16 @@ def _spreads() -> F64:
 
 
 SPREAD = _spreads()
+MOST_SPREAD: F64 = np.sqrt(2.0 * np.log(np.arange(COUNTS) + 1.0))  # that noise hardly ever goes beyond
 
 
-def classify(ldem: Ldem, mapping: config.Mapping_) -> Surface:
+def classify(ldem: Ldem, mapping: config.Mapping_, spread: F64 = SPREAD) -> Surface:
     """Classes and de-biased heights of every cell (Eq. 1's z with its uncertainty; `10-navigation` section 3).
 
     All (rows, columns) on the Ldem's grid: cell_class uint8, z_mean, z_top, z_bot and z_ray float32, metres in the map
     frame. Occluded and outside cells have NaN heights; filled, hole and assumed ones the same z_mean, z_top and z_bot.
-    An Ldem without hits and assumed cells gives no error but a surface without a known cell.
+    spread: (counts,) how far bounds of n hits are drawn in, in sigmas; MOST_SPREAD for who must not take noise for
+    ground. An Ldem without hits and assumed cells gives no error but a surface without a known cell.
 
     Bounds of n hits: z_hi and z_lo (or z_ray + 2 cm where that is lower) drawn in by what noise of sigma_z alone does
     to them (`_spreads`), never past the mean. Gaps: along each of rows, columns and both diagonals the line between the
@@ -66,4 +68,4 @@ def classify(ldem: Ldem, mapping: config.Mapping_) -> Surface:
     rules = kernel.Rules(
         mapping.fill_cells, RAY_MARGIN_M, FILL_ABOVE_M, HOLE_DEPTH_M, FILL_STEP_M, FILL_STEP_PER_CELL_M
     )
-    return Surface(ldem.grid, *kernel.classify(ldem, rules, SPREAD), z_ray=ldem.z_ray)
+    return Surface(ldem.grid, *kernel.classify(ldem, rules, spread), z_ray=ldem.z_ray)

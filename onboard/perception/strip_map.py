@@ -16,7 +16,7 @@ import numpy as np
 
 from onboard import config
 from onboard.perception import ldem
-from onboard.perception.cell_classes import classify
+from onboard.perception.cell_classes import COUNTS, MOST_SPREAD, SPREAD, classify
 from onboard.records import F64, Cloud, Grid, Ldem, Pose, Surface
 
 INLIER_M = 0.05  # a residual farther from the line's median is no attitude error but ground that has changed
@@ -104,8 +104,8 @@ def merge(memory: Ldem, strip: Ldem, pose: Pose, ahead_m: float, mapping: config
     part = ldem.crop(strip, memory.grid)
     seen = (part.n > 0) & (_along(part.grid, pose) <= ahead_m - PASSED_M)
     fill, bound = seen & (memory.n < FILL_HITS), seen & (memory.n >= FILL_HITS)
-    found = classify(part, mapping)
-    noise = memory.sum_sigma / np.maximum(memory.n, 1) * np.sqrt(2.0 * np.log(memory.n + 1.0))
+    found = classify(part, mapping, MOST_SPREAD)
+    noise = memory.sum_sigma / np.maximum(memory.n, 1) * SPREAD[np.minimum(memory.n, COUNTS - 1)]
     high, low = np.fmax(memory.z_hi, found.z_top + noise), np.fmin(memory.z_lo, found.z_bot - noise)
     ray, nearer = np.minimum(memory.z_ray, part.z_ray), seen & (part.view_m < memory.view_m)
     return replace(

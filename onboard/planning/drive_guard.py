@@ -4,8 +4,9 @@
                                 -> strip map -> step, depth, height      -> bad cells, each with its reason
 
 `10-navigation` section 3. Only cells under the wheels of poses still to come are judged, each twice before it counts:
-in two lines running against the map (three where nothing came back), in two evaluations 5 cm apart in the strip. Poses driven over never trigger, else
-one hole beside the trail stops the rover for ever. All grids are the map window of the leg's stop.
+in two lines running against the map (three where nothing came back), in two evaluations 5 cm apart in the strip. Poses
+driven over never trigger, else one hole beside the trail stops the rover for ever. All grids are the map window of the
+leg's stop.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from numpy.typing import NDArray
 
 from onboard import config
 from onboard.perception import ldem, strip_map
-from onboard.perception.cell_classes import classify
+from onboard.perception.cell_classes import MOST_SPREAD, classify
 from onboard.records import F64, Bool, Cloud, Grid, Ldem, Pose, Surface
 
 EVALUATE_M = 0.05  # of the line's own way between two evaluations of the strip
@@ -166,7 +167,7 @@ def judge(watch: Watch, pose: Pose, tracks: Bool, settings: Settings) -> dict[st
     made with the map, so a known stone beside a track, or low enough under it, stops nobody.
     """
     near = ldem.window(watch.strip, pose.x_m, pose.y_m, WINDOW_M)
-    strip = classify(near, settings.mapping)
+    strip = classify(near, settings.mapping, MOST_SPREAD)  # noise must not stop the rover
     first = np.array(watch.strip.grid.cell(near.grid.x0_m, near.grid.y0_m))
     cells = np.argwhere(tracks) - first
     cells = cells[((cells >= 0) & (cells < (near.grid.rows, near.grid.columns))).all(axis=1)]

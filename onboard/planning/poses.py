@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from onboard import config
 from onboard.native import poses as kernel
-from onboard.records import F32, U8, Bool, CellClass, Grid, NodeSet, Surface
+from onboard.records import F32, F64, U8, Bool, CellClass, Grid, NodeSet, Surface
 
 ORIENTATIONS = 8
 PLANE_M = 0.9  # side of the window of the fitted plane
@@ -47,13 +47,14 @@ def pose_index(grid: Grid, x_m: float, y_m: float, yaw_rad: float) -> tuple[int,
     return (*grid.cell(x_m, y_m), orientation(yaw_rad))
 
 
-def pose_freedom(surface: Surface, rover: config.Rover, planning: config.Planning) -> U8:
+def pose_freedom(surface: Surface, rover: config.Rover, planning: config.Planning, tyres: bool = True) -> U8:
     """Freedom of every pose, uint8 of Freedom (8, rows, columns); `10-navigation` section 3.
 
     Free: every wheel's cell and its 8 neighbours known with steps up to step_m, roll, pitch and slope within their
-    limits, and nothing under the body over under_belly_m above the wheel plane, by hits or, over unknown
-    cells that the body may touch, by a beam that passed. Blocked: a known cell breaks a rule. Else unknown. Cells
-    beyond the grid are unknown. A known cell has its heights.
+    limits, no tyre on what stands out (`tall`), and nothing under the body over under_belly_m above the wheel plane, by
+    hits or, over unknown cells that the body may touch, by a beam that passed. Blocked: a known cell breaks a rule.
+    Else unknown. Cells beyond the grid are unknown. A known cell has its heights. tyres: False leaves out the rule of
+    what stands out.
     Raises ValueError for layers of wrong shape, dtype or layout, and for cells so large that the wheels of a pose do
     not span an area.
     """
@@ -66,7 +67,38 @@ def pose_freedom(surface: Surface, rover: config.Rover, planning: config.Plannin
         plane_half=max(1, round((PLANE_M / cell_m - 1) / 2)),
         plane_cells=LEAST_OF_PLANE,
     )
-    return kernel.pose_freedom(surface, footprint(rover, cell_m), limits)
+    freedom = kernel.pose_freedom(surface, footprint(rover, cell_m), limits)
+    if not tyres:
+        return freedom
+    cells = np.argwhere(tall(surface, planning.step_m))
+    for o in range(ORIENTATIONS):
+        at = (cells[:, None, :] - np.array(tyre_cells(o, rover, cell_m), np.int64)).reshape(-1, 2)
+        on = (at >= 0).all(axis=1) & (at[:, 0] < surface.grid.rows) & (at[:, 1] < surface.grid.columns)
+        freedom[o, at[on, 0], at[on, 1]] = Freedom.BLOCKED
+    return freedom
+
+
+def tall(surface: Surface, step_m: float) -> Bool:
+    """Cells that stand out of the ground around them by more than a step, bool (rows, columns): a rock's top.
+
+    They stand so high over the lowest of the 8 neighbours, and over the middle of two opposite cells, one or two cells
+    off, whichever pair is lowest: a slope has its middle at the cell itself.
+    """
+    top, low = surface.z_top.astype(np.float64), np.pad(surface.z_bot.astype(np.float64), 2, constant_values=np.nan)
+    rows, columns = top.shape
+
+    def beside(dj: int, di: int) -> F64:
+        return low[2 + dj : 2 + dj + rows, 2 + di : 2 + di + columns]
+
+    ground, middle = np.full(top.shape, np.inf), np.full(top.shape, np.inf)
+    for dj, di in ((0, 1), (1, 0), (1, 1), (1, -1)):
+        for far in (1, 2):
+            one, other = beside(far * dj, far * di), beside(-far * dj, -far * di)
+            middle = np.fmin(middle, (one + other) / 2)
+            if far == 1:
+                ground = np.fmin(ground, np.fmin(one, other))
+    stands: Bool = (top - ground > step_m) & (top - middle > step_m)
+    return stands
 
 
 def trail(freedom: U8, poses: NDArray[np.integer]) -> U8:
@@ -143,6 +175,26 @@ def wheel_cells(o: int, rover: config.Rover, cell_m: float) -> tuple[tuple[int, 
     return tuple(
         (round((a * ahead[1] + b * left[1]) / cell_m), round((a * ahead[0] + b * left[0]) / cell_m)) for a, b in corners
     )
+
+
+def tyre_cells(o: int, rover: config.Rover, cell_m: float) -> tuple[tuple[int, int], ...]:
+    """(dj, di) of the cells that a tyre may touch in orientation o, from base_link anywhere in its cell.
+
+    A tyre is a rectangle a diameter long and a wheel wide. Wheels stand where they do, not in the middle of a cell: a
+    square of 3 x 3 cells round the nearest one leaves out up to 0.1 m of a tyre.
+    """
+    yaw = o * math.pi / ORIENTATIONS
+    c, s, half = math.cos(yaw), math.sin(yaw), cell_m / 2
+    reach = math.ceil((math.hypot(rover.body_length_m, rover.body_width_m) / 2 + cell_m) / cell_m) + 1
+    dj, di = np.mgrid[-reach : reach + 1, -reach : reach + 1]
+    touched = np.zeros(dj.shape, np.bool_)
+    for a, b in ((1, 1), (1, -1), (-1, 1), (-1, -1)):
+        x = di * cell_m - (c * a * rover.half_wheelbase_m - s * b * rover.half_track_m)
+        y = dj * cell_m - (s * a * rover.half_wheelbase_m + c * b * rover.half_track_m)
+        spare = half * (abs(c) + abs(s))  # of the rover's own cell, across either side of the tyre
+        along = np.abs(c * x + s * y) <= rover.wheel_radius_m + spare
+        touched |= along & (np.abs(c * y - s * x) <= rover.wheel_width_m / 2 + spare)
+    return tuple((int(j - reach), int(i - reach)) for j, i in np.argwhere(touched))
 
 
 def footprint(rover: config.Rover, cell_m: float) -> kernel.Footprint:

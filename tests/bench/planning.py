@@ -92,7 +92,7 @@ def cell_classes(repeats: int) -> Measured:
 
     def ours() -> tuple[Surface, np.ndarray]:
         surface = classify(cells, config.mapping)
-        return surface, pose_freedom(surface, config.rover, config.planning)
+        return surface, pose_freedom(surface, config.rover, config.planning, tyres=False)
 
     def theirs() -> tuple[Surface, np.ndarray]:
         surface = oracles_classes.classify(cells, config.mapping)

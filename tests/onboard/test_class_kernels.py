@@ -79,7 +79,7 @@ def test_freedom_of_every_build_is_that_of_numpy(seed: int, rows: int, columns: 
     surface = classify(scanned(seed, rows, columns), MAPPING)
     want = oracles.pose_freedom(surface, ROVER, PLANNING)
     for _ in each_build():
-        np.testing.assert_array_equal(poses.pose_freedom(surface, ROVER, PLANNING), want)
+        np.testing.assert_array_equal(poses.pose_freedom(surface, ROVER, PLANNING, tyres=False), want)
 
 
 def test_the_random_ground_has_poses_of_all_kinds_and_cells_of_all_classes() -> None:
@@ -97,7 +97,7 @@ def test_freedom_equals_numpy_for_other_cells(cell_m: float) -> None:
         made = classify(scanned(seed, 30, 34), MAPPING)
         surface = dataclasses.replace(made, grid=dataclasses.replace(made.grid, cell_m=cell_m))
         want = oracles.pose_freedom(surface, ROVER, PLANNING)
-        np.testing.assert_array_equal(poses.pose_freedom(surface, ROVER, PLANNING), want)
+        np.testing.assert_array_equal(poses.pose_freedom(surface, ROVER, PLANNING, tyres=False), want)
 
 
 @LAW

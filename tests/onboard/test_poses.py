@@ -82,7 +82,7 @@ def test_seeing_more_of_a_wall_takes_no_free_pose_away() -> None:
     z = np.zeros((SIZE, SIZE))
     z[MIDDLE + 4 :] = 0.6
     face = unseen(ground(z), np.nonzero(np.arange(SIZE)[:, None] > np.full((SIZE, SIZE), MIDDLE + 4)), 0.5)
-    before, after = freedom_of(face), freedom_of(ground(z))
+    before, after = (poses.pose_freedom(seen, ROVER, PLANNING, tyres=False) for seen in (face, ground(z)))
     assert (before[0, MIDDLE, 6:-6] == Freedom.FREE).all()
     assert (after[before == Freedom.FREE] == Freedom.FREE).all()
 
@@ -141,7 +141,32 @@ def test_pose_freedom_equals_the_slow_twin(seed: int) -> None:
     made = unseen(made, np.nonzero(rng.random(shape) < 0.003))
     want = oracles.pose_freedom(made, ROVER, PLANNING)
     assert set(np.unique(want)) == set(Freedom)
-    np.testing.assert_array_equal(freedom_of(made), want)
+    np.testing.assert_array_equal(poses.pose_freedom(made, ROVER, PLANNING, tyres=False), want)
+    with_tyres = freedom_of(made)
+    assert (with_tyres[with_tyres != want] == Freedom.BLOCKED).all()
+
+
+def test_a_stone_stands_out_of_a_slope_and_of_level_ground_and_the_slope_itself_does_not() -> None:
+    for slope_m in (0.0, 0.035):
+        z = np.arange(17) * slope_m + np.zeros((16, 17))
+        assert not poses.tall(ground(z), 0.06).any()
+        z[8, 9] += 0.09
+        assert np.argwhere(poses.tall(ground(z), 0.06)).tolist() == [[8, 9]]
+
+
+def test_no_free_pose_lets_a_tyre_touch_the_middle_of_what_stands_out_wherever_in_its_cell_the_rover_is() -> None:
+    z = np.zeros((31, 31))
+    z[15, 15] += 0.09
+    made = ground(z)
+    freedom, stone = freedom_of(made), np.array(made.grid.centre(15, 15))
+    rng = np.random.default_rng(4)
+    free = np.argwhere(freedom == Freedom.FREE)
+    for o, j, i in free[rng.integers(len(free), size=2000)]:
+        x, y = np.array(made.grid.centre(int(j), int(i))) + rng.uniform(-0.05, 0.05, 2)
+        c, s = math.cos(o * math.pi / 8), math.sin(o * math.pi / 8)
+        ahead, left = np.array([[c, s], [-s, c]]) @ (stone - (x, y))
+        along, across = abs(ahead) - ROVER.half_wheelbase_m, abs(left) - ROVER.half_track_m
+        assert abs(along) > ROVER.wheel_radius_m or abs(across) > ROVER.wheel_width_m / 2
 
 
 def test_driven_poses_stay_free() -> None:
