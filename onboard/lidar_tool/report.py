@@ -12,7 +12,8 @@ from onboard.devices.lidar import BAD
 from onboard.devices.lidar_clock import ClockQuality
 from onboard.records import BeamStatus, Scan
 
-_DIRTY_RATIO, _ERROR_RATIO = 0.2, 0.05
+_DIRTY_RATIO, _ERROR_RATIO, _LOST_RATIO = 0.2, 0.05, 0.15
+_BESIDE = 4  # beams to each side: where one of them returned on both sides, a beam without return is lost
 _SIGMA_LIMIT_NS, _PPM_LIMIT = 0.5e6, 200.0
 _DAMAGE_LIMIT = 0.01
 _SETTLED, _DRIFTED = 80, 400  # scans before the clock's times, and its rate, are judged
@@ -20,13 +21,14 @@ _SETTLED, _DRIFTED = 80, 400  # scans before the clock's times, and its rate, ar
 
 @dataclass(slots=True)
 class Tally:
-    """Scans added up. beams: by BeamStatus."""
+    """Scans added up. beams: by BeamStatus. lost: beams without return between beams that returned."""
 
     scans: int = 0
     first_ns: int = 0
     last_ns: int = 0
     nearest_m: float = float("nan")
     farthest_m: float = float("nan")
+    lost: int = 0
     beams: dict[str, int] = field(default_factory=lambda: {status.name.lower(): 0 for status in BeamStatus})
 
     def add(self, scans: Sequence[Scan]) -> None:
@@ -37,6 +39,7 @@ class Tally:
             self.scans += 1
             for status in BeamStatus:
                 self.beams[status.name.lower()] += int((scan.status == status).sum())
+            self.lost += _lost(scan)
             good = scan.ranges_m[scan.status == BeamStatus.OK]
             if len(good):
                 self.nearest_m = float(np.fmin(self.nearest_m, good.min()))
@@ -50,6 +53,20 @@ class Tally:
     def ratio(self, *names: str) -> float:
         """Share of the beams that said one of these."""
         return sum(self.beams[name] for name in names) / max(1, sum(self.beams.values()))
+
+    @property
+    def lost_ratio(self) -> float:
+        """Lost beams, of those that returned or were lost. The sky is not in it: nothing returned beside it."""
+        return self.lost / max(1, self.lost + self.beams["ok"])
+
+
+def _lost(scan: Scan) -> int:
+    """Beams without return that have a return within _BESIDE beams on either side."""
+    seen = np.pad((scan.status == BeamStatus.OK).astype(np.int64), _BESIDE)
+    before = np.convolve(seen, np.ones(_BESIDE, np.int64), "valid")  # of the _BESIDE beams from each one on
+    count = len(scan.status)
+    between = (before[:count] > 0) & (before[_BESIDE + 1 : _BESIDE + 1 + count] > 0)
+    return int(np.count_nonzero(between & (scan.status == BeamStatus.NO_RETURN)))
 
 
 class Report(NamedTuple):
@@ -73,7 +90,8 @@ class Report(NamedTuple):
             "counts": {name: count for name, count in self.counts.items() if count},
             "clock": {"offset_ms": clock.offset_ns * 1e-6, "ppm": clock.ppm, "samples": clock.samples,
                       "sigma_ms": clock.sigma_ns * 1e-6 if np.isfinite(clock.sigma_ns) else None},
-            "beams": tally.beams, "findings": [{"name": name, "text": text} for name, text in findings(self)],
+            "beams": tally.beams, "lost_ratio": round(tally.lost_ratio, 4),
+            "findings": [{"name": name, "text": text} for name, text in findings(self)],
         }  # fmt: skip
 
 
@@ -121,6 +139,8 @@ CHECKS: tuple[tuple[str, Callable[[Report], str], str], ...] = (
      "the window is dirty, or something hangs before it"),
     ("beams", lambda r: _share(r, _ERROR_RATIO, "error", "interference"), "{found} of the beams are in error: "
      "sunlight, another scanner, or the codes of another model"),
+    ("lost", lambda r: f"{r.tally.lost_ratio:.0%}" if r.tally.lost_ratio > _LOST_RATIO else "", "{found} of the beams "
+     "between others that returned have no return: the window is dirty, or the ground is dark, wet or in full sun"),
     ("laser", _count("laser_off"), "off although scans were asked for: an error of the sensor"),
     ("state", _count("unhealthy"), "the sensor says of itself: {stat}"),
     ("replies", _count("timeouts", "disagree"), "{found} were late, or two readings of one differed: bytes are lost"),

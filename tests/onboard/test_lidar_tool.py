@@ -26,10 +26,10 @@ from onboard.config import Lidar
 from onboard.devices.lidar_clock import ClockQuality
 from onboard.drivers.record_file import DiskFile
 from onboard.lidar_tool.listener import Listener, log_of
-from onboard.lidar_tool.report import CHECKS
+from onboard.lidar_tool.report import CHECKS, Tally
 from onboard.lidar_tool.show import numbers, polar, view
 from onboard.record.reader import open_record
-from onboard.records import Chunk, Scan
+from onboard.records import BeamStatus, Chunk, Scan
 from protocol import scip
 from tests.onboard.hand_clock import HandClock
 
@@ -152,8 +152,14 @@ def cover(clock):
     clock.twin._cast = lambda times_ns: np.full(len(times_ns), 0.05)
 
 
+def darken(clock):
+    rng = np.random.default_rng(7)
+    clock.twin._cast = lambda times_ns: np.where(rng.random(len(times_ns)) < 0.3, np.inf, room(times_ns))
+
+
 @pytest.mark.parametrize(("harm", "name", "words"), [
     (spoil_some, "damage", "block_sum"), (reboot, "counter", "power"), (cover, "window", "dirty"),
+    (darken, "lost", "dark"),
 ])  # fmt: skip
 def test_check_names_the_likely_cause_of_what_is_wrong(tcp, harm, name, words):
     tcp.plans = {1_500_000_000: harm}
@@ -161,6 +167,17 @@ def test_check_names_the_likely_cause_of_what_is_wrong(tcp, harm, name, words):
     told = {row["name"]: row["text"] for row in json.loads(got.stdout)["findings"]}
     assert got.exit_code == 1 and name in told and words in told[name], told
     assert set(told) <= {check[0] for check in CHECKS}
+
+
+def test_beams_without_return_are_lost_between_others_that_returned_and_not_in_the_sky():
+    status = np.full(1081, BeamStatus.NO_RETURN, np.uint8)
+    status[100:900] = BeamStatus.OK
+    status[[300, 400, 401, 402, 500]] = BeamStatus.NO_RETURN
+    scan = Scan(0, 1.0, -2.3, 0.004, np.where(status == BeamStatus.OK, 3.0, np.nan).astype(np.float32), status)
+    tally = Tally()
+    tally.add([scan, scan])
+    assert tally.lost == 2 * 5
+    assert tally.lost_ratio == pytest.approx(5 / 800)
 
 
 def test_check_tells_a_clock_that_drifts(tcp):
