@@ -17,6 +17,7 @@ from onboard.perception.scan3d import Points, Scan3d, gather, points
 from onboard.records import Scan, TiltTrack
 from protocol.bulk import Product
 from protocol.products import PRODUCTS, RECORD_CODEC, decode_ldem, poses_of
+from protocol.products.height_std import decode_height_std
 from protocol.products.nsp import Explanation, decode_nsp
 from protocol.products.scan import ScanProduct, decode_scan
 
@@ -90,6 +91,15 @@ def ldem_arrays(data: bytes) -> dict[str, Any]:
                  "slippery_m": np.array(poses.slippery_m).reshape(-1, 2),
                  "settings": np.frombuffer(poses.settings, np.uint8)}
     return tree
+
+
+def _height_std(data: bytes) -> Written:
+    grid, std_m = decode_height_std(data)
+    known = np.isfinite(std_m)
+    middle = f"half of them under {float(np.median(std_m[known])) * 1e3:.1f} mm" if known.any() else "none known"
+    arrays = {"height_std_m": std_m, "x0_m": grid.x0_m, "y0_m": grid.y0_m, "cell_m": grid.cell_m}
+    return Written(_npz(**arrays), f"1 sigma of the heights in {int(known.sum())} of {grid.columns} x {grid.rows} "
+                                   f"cells of {grid.cell_m:g} m, {middle}; {', '.join(arrays)}")
 
 
 # -- scan ------------------------------------------------------------------------------------------------------
@@ -189,6 +199,6 @@ def _record(data: bytes) -> Written:
 
 _FORMATS: dict[tuple[str, str], Callable[[bytes], Written]] = {
     ("ldem", ".npz"): _ldem, ("scan", ".npz"): _scan_npz, ("scan", ".ply"): _scan_ply, ("nsp", ".json"): _nsp,
-    ("record", "." + RECORD_CODEC): _record,
+    ("record", "." + RECORD_CODEC): _record, ("height_std", ".npz"): _height_std,
 }  # fmt: skip
 assert {name for name, _ in _FORMATS} == {row.name for row in PRODUCTS}

@@ -56,7 +56,7 @@ def status(
 
 
 def get(
-    product: Annotated[str, typer.Argument(help="What to fetch: ldem, scan, nsp or record.",
+    product: Annotated[str, typer.Argument(help="What to fetch: ldem, height_std, scan, nsp or record.",
                                             autocompletion=lambda: list(commands.command("get").arguments[0].choices))],
     from_s: Annotated[str | None, typer.Argument(metavar="FROM_S", help="Of the record: onboard time, s.")] = None,
     to_s: Annotated[str | None, typer.Argument(metavar="TO_S", help="Of the record: onboard time, s.")] = None,
@@ -67,7 +67,8 @@ def get(
     station: StationFile = None,
     as_json: Json = False,
 ) -> None:
-    """Fetch a product of the rover and write it to a file: the map around it (ldem, .npz), its newest scan (scan, .npz
+    """Fetch a product of the rover and write it to a file: the map around it (ldem, .npz), how far the heights within
+    its cells lie apart (height_std, .npz), its newest scan (scan, .npz
     or .ply), why it goes where it goes (nsp, .json), a part of its record (record, .mcap); any of them .bin as sent."""
     words = ["get", product, *(word for word in (from_s, to_s, channels) if word is not None)]
     plan, path = plan_of(words, contact, timeout), out or Path(files.default_name(product))

@@ -3,19 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection
+from typing import TYPE_CHECKING
 
 from onboard.core.asking import plan_request, stands_on
 from onboard.core.context import Context
 from onboard.core.downlink import Downlink
 from onboard.core.parameter_orders import ParameterOrders
 from onboard.core.tasks import Tasks
+from onboard.perception import ldem
 from onboard.planning.explanation import explain
 from protocol.commands import RefusedError
 from protocol.products import PRODUCTS
 from protocol.products.nsp import encode_nsp
 from protocol.transactions import Order, State
 
-PRODUCT_JOBS = {"product": "ldem", "product_scan": "scan", "product_record": "record"}
+if TYPE_CHECKING:
+    from onboard.perception.stop_map import StopMap
+
+PRODUCT_JOBS = {
+    "product": "ldem", "product_scan": "scan", "product_record": "record", "product_height_std": "height_std"
+}  # fmt: skip
 SLICE_BYTES = 1_000_000  # two minutes of a line of 64 kbit/s; hashed within a tick
 _PRODUCT_TICKS = 100
 _OLDER_NS = 1_000_000_000  # what is written twice a second is on the disk by then
@@ -33,7 +40,8 @@ class Products:
     ) -> None:
         self._downlink, self._tasks, self._parameters, self._active = downlink, tasks, parameters, active
         self._asked: dict[str, int] = {}  # job -> request
-        self._makers = {"ldem": self._ldem, "scan": self._scan, "nsp": self._nsp, "record": self._record}
+        self._makers = {"ldem": self._ldem, "scan": self._scan, "nsp": self._nsp, "record": self._record,
+                        "height_std": self._height_std}
         self.orders = {"get": self._get}
 
     def step(self, ctx: Context) -> None:
@@ -70,11 +78,19 @@ class Products:
         self._downlink.report(order.request_id, State.STARTED, f"packing the {PRODUCT_JOBS[job]}")
 
     def _ldem(self, order: Order, ctx: Context) -> None:
-        memory, pose, config = self._tasks.memory, ctx.localisation.pose, self._parameters.config
-        if memory is None:
-            raise RefusedError("no map yet: it comes after a scan or a goto's first")
+        memory, pose, config = self._map(), ctx.localisation.pose, self._parameters.config
         request = plan_request(memory, pose, (pose.x_m, pose.y_m), None, config, ctx.fences)
         self._begin("product", order, ctx, (request, stands_on(memory, pose, config), config))
+
+    def _height_std(self, order: Order, ctx: Context) -> None:
+        pose, size_m = ctx.localisation.pose, self._parameters.config.mapping.size_m
+        self._begin("product_height_std", order, ctx, (ldem.window(self._map().cells, pose.x_m, pose.y_m, size_m),))
+
+    def _map(self) -> StopMap:
+        """Raises RefusedError where there is none."""
+        if self._tasks.memory is None:
+            raise RefusedError("no map yet: it comes after a scan or a goto's first")
+        return self._tasks.memory
 
     def _scan(self, order: Order, ctx: Context) -> None:
         swept = self._tasks.swept

@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from onboard.records import F32, Ldem
+from protocol.products.height_std import HeightStd, encode_height_std
+from protocol.products.ldem import MapGrid
 
 LEAST_HITS = 2
 
@@ -19,3 +21,10 @@ def height_std_m(ldem: Ldem) -> F32:
     variance_m2 = np.maximum((ldem.sum_z2 - ldem.sum_z * mean_m) / hits, 0.0)
     std: F32 = np.where(ldem.n >= LEAST_HITS, np.sqrt(variance_m2), np.nan).astype(np.float32)
     return std
+
+
+def pack(ldem: Ldem) -> bytes:
+    """The job behind `get height_std`: the product's bytes."""
+    grid = ldem.grid
+    return encode_height_std(HeightStd(MapGrid(grid.x0_m, grid.y0_m, grid.cell_m, grid.rows, grid.columns),
+                                       height_std_m(ldem)))

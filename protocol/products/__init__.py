@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+from protocol.products.height_std import HEIGHT_STD_CODEC
 from protocol.products.ldem import LDEM_CODEC as LDEM_CODEC
 from protocol.products.ldem import LdemProduct as LdemProduct
 from protocol.products.ldem import MapGrid as MapGrid
@@ -38,5 +39,7 @@ PRODUCTS = (
     ProductKind("nsp", NSP_CODEC, "the newest decision: where next and why, with its scores and alternatives",
                 "exact"),
     ProductKind("record", RECORD_CODEC, "a part of the onboard record by its time, a record of its own", "exact"),
+    ProductKind("height_std", HEIGHT_STD_CODEC, "1 sigma of the heights that each cell of the map was hit at",
+                "at most 19 %, from 1 mm on"),
 )
 PRODUCT_NAMES = tuple(row.name for row in PRODUCTS)

@@ -1,4 +1,4 @@
-"""`get scan`, `get nsp`, `get record`: what comes down is what was seen, decided and recorded."""
+"""`get height_std`, `get scan`, `get nsp`, `get record`: what comes down is what was seen, decided and recorded."""
 
 from dataclasses import replace
 
@@ -13,7 +13,9 @@ from onboard import config
 from onboard.core.products import SLICE_BYTES
 from onboard.core.tick import Rover, tick
 from onboard.drivers.workers import Inline
+from onboard.perception import ldem
 from onboard.perception.cloud import cloud
+from onboard.perception.height_spread import height_std_m
 from onboard.record.reader import open_record
 from onboard.record.replay import replay
 from onboard.record.slice import SLIM_LEAVES_OUT, record_slice
@@ -23,6 +25,7 @@ from protocol import bulk, commands
 from protocol.conventions import TICK_NS
 from protocol.link import Kind, payload_limit
 from protocol.modes import Phase
+from protocol.products.height_std import decode_height_std
 from protocol.products.nsp import decode_nsp
 from protocol.products.scan import decode_scan
 from protocol.transactions import State
@@ -101,6 +104,17 @@ def test_the_decision_comes_down_with_its_best_place_alternatives_and_counts(exp
     assert told.rejected == dict(found.rejections)
     assert told.scored + sum(told.rejected.values()) == told.cells
     assert told.strategy == "explore" and told.goal_m == (7.0, 0.5)
+
+
+def test_the_deviations_come_down_on_the_grid_of_the_map_within_their_error(explorer):
+    cells, pose = explorer.rover.executive.tasks.memory.cells, explorer.rover.localisation.pose
+    data, _ = delivered(explorer, product="height_std")
+    grid, std_m = decode_height_std(data)
+    true_m = height_std_m(ldem.window(cells, pose.x_m, pose.y_m, grid.cell_m * grid.rows))
+    known = np.isfinite(true_m)
+    assert known.sum() > 1000
+    assert np.array_equal(np.isfinite(std_m), known)
+    assert np.all(np.abs(np.log(std_m[known] / np.maximum(true_m[known], 1e-3))) <= np.log(2) / 4 + 1e-6)
 
 
 def test_a_sweep_whose_turns_changed_their_geometry_gives_the_turns_that_are_alike():

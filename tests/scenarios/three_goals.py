@@ -80,6 +80,7 @@ def goals_of(field: Field, seed: int) -> tuple[tuple[float, float], ...]:
     roomy = free_with_room(surface, Rover(), Planning())
     o, j, i = pose_of(surface.grid, field.start.x_m, field.start.y_m, field.start.yaw_rad)
     freedom = np.where(roomy, poses.Freedom.FREE, poses.Freedom.BLOCKED).astype(np.uint8)
+    freedom[o, j, i] = poses.Freedom.FREE  # where the rover stands, as the planner takes it
     good = poses.reachable(freedom, j, i, o).all(axis=0)
     found: list[tuple[float, float]] = []
     at = (field.start.x_m, field.start.y_m)
