@@ -5069,7 +5069,7 @@ local READ = {
 }
 local ARGUMENTS = {
     [1] = {{"x_m", "number", "m", {}}, {"y_m", "number", "m", {}}, {"heading_rad", "number", "rad", {}}},
-    [6] = {{"product", "choice", "", {"ldem", "scan", "nsp", "record"}}, {"from_s", "number", "s", {}}, {"to_s", "number", "s", {}}, {"channels", "choice", "", {"all", "slim"}}},
+    [6] = {{"product", "choice", "", {"ldem", "scan", "nsp", "record", "height_std"}}, {"from_s", "number", "s", {}}, {"to_s", "number", "s", {}}, {"channels", "choice", "", {"all", "slim"}}},
     [10] = {{"heading_rad", "number", "rad", {}}},
     [11] = {{"vx_mps", "number", "m/s", {}}, {"vy_mps", "number", "m/s", {}}, {"yaw_radps", "number", "rad/s", {}}, {"duration_s", "number", "s", {}}, {"distance_m", "number", "m", {}}},
     [12] = {{"goals_m", "points", "m", {}}},

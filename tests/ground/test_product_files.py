@@ -11,7 +11,8 @@ from ground.__main__ import run
 from ground.products import files as products
 from protocol import WireError
 from protocol.bulk import Product
-from protocol.products import PRODUCTS, encode_ldem
+from protocol.products import PRODUCTS, MapGrid, encode_ldem
+from protocol.products.height_std import HeightStd, encode_height_std
 from protocol.products.nsp import Explanation, Place, encode_nsp
 from protocol.products.scan import ScanProduct, encode_scan
 
@@ -48,7 +49,8 @@ def sent(name, data):
 
 
 def test_every_product_has_a_file_of_its_own_kind():
-    assert [products.default_name(row.name) for row in PRODUCTS] == ["ldem.npz", "scan.npz", "nsp.json", "record.mcap"]
+    names = [products.default_name(row.name) for row in PRODUCTS]
+    assert names == ["ldem.npz", "scan.npz", "nsp.json", "record.mcap", "height_std.npz"]
     assert products.default_name("parameters") == "parameters.txt"
 
 
@@ -58,6 +60,17 @@ def test_the_map_as_npz_says_where_it_is_and_how_much_is_known(tmp_path):
         assert np.abs(arrays["heights_m"] - a_map().heights_m).max() <= 0.001
         assert float(arrays["cell_m"]) == 0.1
     assert "200 x 200 cells of 0.1 m around 10.00, 10.00, 100% known" in holds
+
+
+def test_the_deviations_as_npz_say_where_they_are_and_how_many_are_known(tmp_path):
+    std_m = np.full((20, 30), 0.004, np.float32)
+    std_m[0] = np.nan
+    data = encode_height_std(HeightStd(MapGrid(1.0, 2.0, 0.1, 20, 30), std_m))
+    holds = products.save(sent("height_std", data), tmp_path / "s.npz")
+    with np.load(tmp_path / "s.npz") as arrays:
+        assert np.isnan(arrays["height_std_m"][0]).all() and (arrays["x0_m"], arrays["y0_m"]) == (1.0, 2.0)
+        assert arrays["height_std_m"][5, 5] == pytest.approx(0.004, rel=0.19)
+    assert "570 of 30 x 20 cells" in holds and "4.0 mm" in holds
 
 
 def test_the_scan_as_npz_has_its_points_on_the_floor_they_were_measured_on(tmp_path):
@@ -99,7 +112,9 @@ def test_any_product_can_be_kept_as_it_was_sent(tmp_path):
         assert (tmp_path / "p.bin").read_bytes() == b"any bytes"
 
 
-@pytest.mark.parametrize("name", ["ldem.npz", "scan.ply", "scan.npz", "nsp.json", "record.mcap"])
+@pytest.mark.parametrize("name", [
+    "ldem.npz", "scan.ply", "scan.npz", "nsp.json", "record.mcap", "height_std.npz",
+])  # fmt: skip
 def test_bytes_that_are_no_product_are_an_error_and_write_no_file(tmp_path, name):
     with pytest.raises((WireError, ValueError)):
         products.save(sent(name.partition(".")[0], b"cheese" * 40), tmp_path / name)
