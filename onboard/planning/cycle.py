@@ -86,9 +86,7 @@ def plan(request: PlanRequest) -> PlanResult:
     surface = surface_of(request)
     found = decide(request, surface, freedom_of(request, surface))
     outcome, state = found.decision, found.state
-    leg = first_leg(outcome, settings.mission.leg_m)
-    if settings.mission.ground == "pitted" or settings.drive_guard.on:
-        leg = trust.within_trust(leg, request, state)
+    leg = trust.within_trust(first_leg(outcome, settings.mission.leg_m), request, state)
     if leg is not outcome:
         state = mission_rule.interrupted(state, found.before)
     leg = replace(leg, path=measured(leg.path, found.fields.freedom, surface.grid))

@@ -8,6 +8,8 @@ proves that a wheel will not fall (study 3.6). Trusted is a wheel's cell, its 8 
     or that the guard's line will have swept on this very path before the wheel comes there.
 
 On smooth ground, with the guard, that is asked only where the way goes sideways or back: there no line was before.
+On smooth ground each cell must have been seen from within near_m besides: from farther a cell has one to five hits, and
+of a rock half hidden behind another they show the foot alone.
 What the guard will sweep is trusted for the path only; a view goes into the map with its data (`strip_map.merge`).
 """
 
@@ -44,7 +46,8 @@ def within_trust(decision: Decision, request: PlanRequest, state: MissionState) 
     stations = decision.path.stations
     good = trusted_stations(stations, request)
     if request.settings.mission.ground == "smooth":
-        good |= ~sideways(stations)
+        good |= ~sideways(stations) | (not request.settings.drive_guard.on)
+        good &= trusted_stations(stations, request, request.settings.mapping.near_m, swept=False)
     if decision.kind not in ("drive", "goal") or good.all():
         return decision
     way = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(stations[:, :2], axis=0).T))])
@@ -53,20 +56,22 @@ def within_trust(decision: Decision, request: PlanRequest, state: MissionState) 
         last = min(int(np.searchsorted(way, NOSE_M)), len(way) - 1)
     if last == len(stations) - 1:
         return decision
-    trust_m = request.settings.mapping.trust_m
-    reason = f"{decision.reason}; first {way[last]:.1f} m, then a look: beyond nothing was seen from {trust_m:.1f} m"
+    reason = f"{decision.reason}; first {way[last]:.1f} m, then a look: the ground beyond was not seen from near"
     path = Path(stations[: last + 1])
     return replace(decision, kind="drive", path=path, reason=reason, heading_rad=float(stations[last, 2]))
 
 
-def trusted_stations(stations: F64, request: PlanRequest) -> Bool:
-    """Of each station (k, 3), whether all its wheel cells are trusted when the rover comes there, (k,) bool."""
+def trusted_stations(stations: F64, request: PlanRequest, range_m: float = math.nan, swept: bool = True) -> Bool:
+    """Of each station (k, 3), whether all its wheel cells are trusted when the rover comes there, (k,) bool.
+
+    range_m: seen from within it, NaN: trust_m. swept: what the guard's line will pass over counts as seen.
+    """
     grid, settings = request.ldem.grid, request.settings
     cells = wheel_squares(stations, grid, settings.rover)
     on = (cells >= 0).all(axis=2) & (cells[..., 0] < grid.rows) & (cells[..., 1] < grid.columns)
     j, i = np.where(on, cells[..., 0], 0), np.where(on, cells[..., 1], 0)
-    seen = seen_near(request.ldem, settings)[j, i] & on
-    if settings.drive_guard.on:
+    seen = seen_near(request.ldem, settings, range_m)[j, i] & on
+    if swept and settings.drive_guard.on:
         seen |= _swept(stations, cells, grid, settings)
     found: Bool = seen.all(axis=1) | driven(stations, request.trail, grid)
     return found
@@ -81,10 +86,10 @@ def sideways(stations: F64) -> Bool:
     return found
 
 
-def seen_near(ldem: Ldem, settings: Settings) -> Bool:
-    """Cells (rows, columns) that were seen from within the trust range, or stood on at the start."""
+def seen_near(ldem: Ldem, settings: Settings, range_m: float = math.nan) -> Bool:
+    """Cells (rows, columns) that were seen from within range_m (NaN: trust_m), or stood on at the start."""
     kind = classify(ldem, settings.mapping).cell_class
-    near = (ldem.n > 0) & (ldem.view_m <= settings.mapping.trust_m)
+    near = (ldem.n > 0) & (ldem.view_m <= (settings.mapping.trust_m if math.isnan(range_m) else range_m))
     gap = (kind == CellClass.FILLED) | (kind == CellClass.HOLE)
     found: Bool = near | (gap & ndimage.binary_dilation(near, _NEIGHBOURS)) | (kind == CellClass.ASSUMED)
     return found

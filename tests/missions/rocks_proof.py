@@ -183,7 +183,7 @@ def free_of(freedom: U8, poses: I32) -> int:
 
 
 def cells(rows: Sequence[RockRow]) -> list[tuple[str, ...]]:
-    """The table: the share that blocks, by height and distance; then rocks seen by few beams."""
+    """The table: how many block, by height and distance; then rocks seen by few beams."""
     whole, few_beams = [row for row in rows if not row.few], [row for row in rows if row.few]
     lines = [
         (f"{height_m:g} m high", *_shares([row for row in whole if row.height_m == height_m])) for height_m in HEIGHTS_M
@@ -197,7 +197,7 @@ def _shares(rows: Sequence[RockRow]) -> list[str]:
 
 
 def _share(rows: Sequence[RockRow]) -> str:
-    return f"{100 * sum(row.blocks for row in rows) / len(rows):.0f} % of {len(rows)}" if rows else "-"
+    return f"{sum(row.blocks for row in rows)} of {len(rows)}" if rows else "-"
 
 
 def shortfalls(rows: Sequence[RockRow]) -> list[str]:
@@ -210,7 +210,6 @@ def shortfalls(rows: Sequence[RockRow]) -> list[str]:
 
 
 def _promised(row: RockRow) -> bool:
-    if row.few:
-        return row.beams >= FEW_BEAMS[0]
-    return row.height_m >= PROMISED_M and row.away_m <= PROMISED_AWAY_M
+    seen_enough = row.beams >= FEW_BEAMS[0] if row.few else row.height_m >= PROMISED_M
+    return seen_enough and row.away_m <= PROMISED_AWAY_M
 

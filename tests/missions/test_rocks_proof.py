@@ -94,7 +94,8 @@ def test_a_high_rock_near_by_blocks_and_level_ground_does_not():
 
 @pytest.mark.parametrize(("changes", "short"), [
     ({}, False), ({"free": 1}, True), ({"free": 1, "away_m": 4.0}, True), ({"free": 1, "away_m": 6.0}, False),
-    ({"free": 1, "height_m": 0.07}, False), ({"free": 1, "few": True, "away_m": 8.0, "height_m": 0.10}, True),
+    ({"free": 1, "height_m": 0.07}, False), ({"free": 1, "few": True, "away_m": 4.0, "height_m": 0.10}, True),
+    ({"free": 1, "few": True, "away_m": 6.0, "height_m": 0.10}, False),
     ({"free": 1, "few": True, "beams": 4}, False),
 ])  # fmt: skip
 def test_each_rock_that_has_to_block_and_does_not_is_named(changes, short):
@@ -128,5 +129,5 @@ def test_the_command_shows_both_and_its_exit_code_is_the_promise(tmp_path, monke
     assert said.exit_code == code
     assert "2 dark rocks" in said.output
     table = (tmp_path / "rocks.md").read_text()
-    assert f"| 0.08 m high | {100 - 100 * (free > 0)} % of 2 |" in table and "dark, in the way" in table
+    assert f"| 0.08 m high | {2 * (free == 0)} of 2 |" in table and "dark, in the way" in table
     assert "<!-- begin rocks" in proofs.MAPS_PAGE.read_text()

@@ -84,6 +84,16 @@ def test_on_smooth_ground_under_guard_only_ways_sideways_or_back_need_a_near_vie
     assert cut(request(np.full(X.shape, 1.2), guard=True, ground="smooth"), CRAB).path.stations is CRAB
 
 
+@pytest.mark.parametrize("guard", [False, True])
+def test_on_smooth_ground_no_wheel_rolls_over_what_was_seen_from_farther_than_near_m_alone(guard):
+    far = np.where((X > 2.0) & (X < 2.2), 6.4, 3.0)
+    decision = cut(request(far, guard=guard, ground="smooth"))
+    assert decision.kind == "drive" and "look" in decision.reason
+    assert decision.path.stations[-1, 0] + 0.375 + 0.1 < 2.0
+    near = request(np.full(X.shape, 4.9), guard=guard, ground="smooth")
+    assert cut(near).path.stations is AHEAD
+
+
 @pytest.mark.parametrize(("heading_deg", "off"), [(0, False), (25, False), (35, True), (90, True), (180, True)])
 def test_a_way_counts_as_sideways_from_30_degrees_off_the_heading(heading_deg, off):
     turned = np.column_stack([AHEAD[:, :2], np.full(61, math.radians(heading_deg))])

@@ -3,6 +3,7 @@
 The demo's fields 1 to 20. Goals are drawn by the seed, 3 to 9 m from one another and 1.5 m or more from the field's
 edge, where the true ground has a way with room to and where a rover that stands up to 0.1 m off can turn without
 touching a rock. The turn is three orders `turn` of 120 degrees, which ask no map: it is the place that has to be free.
+Keep-outs along the field's edges come first: the world ends there, and the flight program would look for a way beyond.
 """
 
 from __future__ import annotations
@@ -29,6 +30,7 @@ SHORT = (1,)
 GOALS, APART_M, EDGE_M = 3, (3.0, 9.0), 1.5
 OFF_M, ROCK_M, ERROR_M = 0.1, 0.06, 0.1
 TURNS, LIMIT_S = 3, 3600.0
+KEEP_OUT_M = 0.6  # from the field's edge; the bench ends a flight whose body's middle is 0.5 m from it
 PLACES_TRIED = 10_000
 
 
@@ -40,6 +42,7 @@ def fly(seed: int) -> Row:
     goals = goals_of(bench.field, seed)
     goal = goals[0]
     try:
+        assert all([_done(bench, watch, order) for order in edges(bench.field)])
         for goal in goals:
             if not (_done(bench, watch, goto(goal)) and all(_done(bench, watch, turn(bench)) for _ in range(TURNS))):
                 break
@@ -52,6 +55,20 @@ def fly(seed: int) -> Row:
     if outcome == "arrived" and len(errors_m) < GOALS:
         outcome = f"the limit of {LIMIT_S:g} s"
     return ended(bench, watch, seed, goal, outcome, errors_m)
+
+
+def edges(field: Field) -> tuple[Order, ...]:
+    """The orders of four keep-outs, a strip along each edge of the field."""
+    west, south = field.grid.x0_m, field.grid.y0_m
+    east, north = field.grid.centre(field.grid.rows - 1, field.grid.columns - 1)
+    strips = {
+        "west": (west, south, west + KEEP_OUT_M, north), "east": (east - KEEP_OUT_M, south, east, north),
+        "south": (west, south, east, south + KEEP_OUT_M), "north": (west, north - KEEP_OUT_M, east, north),
+    }  # fmt: skip
+    return tuple(
+        Order(GOTO_S, "fence_add", {"fence": name, "kind": "keep_out", "corners_m": (x0, y0, x1, y0, x1, y1, x0, y1)})
+        for name, (x0, y0, x1, y1) in strips.items()
+    )
 
 
 def goto(goal_m: tuple[float, float]) -> Order:
