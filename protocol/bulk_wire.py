@@ -37,6 +37,8 @@ def announced(body: bytes) -> Announced:
         names = body[ANNOUNCE.size :]
         if not 0 < length <= MAX_OBJECT_BYTES or not size or len(names) != n_name + n_codec:
             raise ValueError(f"length {length}, chunks of {size}")
+        if -(-length // size) > REPAIR:
+            raise ValueError(f"{-(-length // size)} chunks, numbers are there for {REPAIR}")
         name, codec = names[:n_name], names[n_name:]
         if not _WORD.fullmatch(name) or (codec and not _WORD.fullmatch(codec)):
             raise ValueError(f"{name!r} in codec {codec!r}: names are letters, digits, dot, dash")

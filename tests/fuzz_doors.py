@@ -13,9 +13,11 @@ from collections.abc import Callable
 
 import numpy as np
 
-from tests.doors import products
+from tests.doors import link, products
 
-DOORS: dict[str, Callable[[np.random.Generator], None]] = {"products": products.one}
+DOORS: dict[str, Callable[[np.random.Generator], None]] = {
+    "products": products.one, "datagrams": link.datagrams, "forged": link.forged, "gateway": link.gateway,
+}  # fmt: skip
 AT_ONCE = 50
 
 

@@ -110,7 +110,8 @@ def decode_scan(data: bytes) -> ScanProduct:
     check(bool(((beam_ns >= 0) & (beam_ns <= _MOST_BEAM_NS)).all()), "beams that take no time or a second")
     start_ns, tilt_ns = _unpack_times(parts[2], lines), _unpack_times(parts[4], samples)
     return ScanProduct(
-        stop, first_rad, step_rad, ranges_m.astype(np.float32), status, start_ns, beam_ns, tilt_ns, tilt_rad, _whole(rest[:12]), _whole(rest[12:24]),
+        stop, first_rad, step_rad, ranges_m.astype(np.float32), status, start_ns, beam_ns, tilt_ns,
+        tilt_rad, _whole(rest[:12]), _whole(rest[12:24]),
     )  # fmt: skip
 
 

@@ -12,8 +12,8 @@ _WHOLES = (0, 1, 2**31 - 1, 2**31, 2**32 - 1, 2**62, 2**63, 2**64 - 1)
 _PIECES = (
     *(struct.pack("<d", real) for real in _REALS), *(struct.pack("<f", real) for real in (math.nan, math.inf, -1.0)),
     *(struct.pack("<Q", whole) for whole in _WHOLES), *(struct.pack("<I", whole & 0xFFFFFFFF) for whole in _WHOLES),
-    b"\xff\xff", b"\x00\x00", b"\xff", b"\x00", b"\x1b[2J", b"\x9b\n\r\x07", "\u202e".encode(), b"\xed\xa0\x80", b"{}", b"[[",
-    b"null", b"NaN", b"../", b"",
+    b"\xff\xff", b"\x00\x00", b"\xff", b"\x00", b"\x1b[2J", b"\x9b\n\r\x07", "\u202e".encode(), b"\xed\xa0\x80",
+    b"{}", b"[[", b"null", b"NaN", b"../", b"",
 )  # fmt: skip
 HEAD_BYTES = 64
 Rng = np.random.Generator
@@ -30,7 +30,7 @@ def damaged(data: bytes, rng: Rng) -> bytes:
 def _once(data: bytes, at: int, rng: Rng) -> bytes:
     match int(rng.integers(0, 6)):
         case 0:
-            return data[:at] + bytes([data[at] ^ 1 << int(rng.integers(0, 8))]) + data[at + 1 :] if at < len(data) else b""
+            return data[:at] + bytes(byte ^ 1 << int(rng.integers(0, 8)) for byte in data[at : at + 1]) + data[at + 1 :]
         case 1:
             return data[:at]
         case 2:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import json
 import struct
+from contextlib import suppress
 from functools import cache
 
 import numpy as np
@@ -115,11 +116,6 @@ def one(rng: Rng) -> None:
     """One product, sound, damaged or made up; nothing but the documented errors may come of it."""
     name = str(rng.choice(list(samples())))
     data = samples()[name][int(rng.integers(0, len(samples()[name])))]
-    if name in _HOSTILE and rng.random() < 0.5:
-        data = _HOSTILE[name](rng)
-    else:
-        data = damaged(data, rng)
-    try:
-        use(name, data)
-    except (WireError, NoMapError):
-        pass
+    made_up = name in _HOSTILE and rng.random() < 0.5
+    with suppress(WireError, NoMapError):
+        use(name, _HOSTILE[name](rng) if made_up else damaged(data, rng))
