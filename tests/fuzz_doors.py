@@ -13,10 +13,11 @@ from collections.abc import Callable
 
 import numpy as np
 
-from tests.doors import link, products
+from tests.doors import archive, link, products
 
 DOORS: dict[str, Callable[[np.random.Generator], None]] = {
     "products": products.one, "datagrams": link.datagrams, "forged": link.forged, "gateway": link.gateway,
+    "archive": archive.one,
 }  # fmt: skip
 AT_ONCE = 50
 

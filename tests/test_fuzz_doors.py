@@ -9,7 +9,7 @@ from protocol.link import DOWNLINK_KEY_ID, Kind, Sealer, bench_keys
 from protocol.reports import Report, State, encode_report
 from tests.fuzz_doors import DOORS, tries
 
-FEW = {"products": 1500, "forged": 300, "datagrams": 30, "gateway": 15}
+FEW = {"products": 1500, "forged": 300, "datagrams": 30, "gateway": 15, "archive": 60}
 
 
 @pytest.mark.parametrize("door", DOORS)

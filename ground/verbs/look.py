@@ -13,6 +13,7 @@ from typing import Annotated, Any
 import typer
 
 from ground.archive import link_figures, read
+from ground.archive.checks import arguments_of
 from ground.archive.read import Chain, Span
 from ground.operation.operate import Plan, Teller, operate
 from ground.station.settings import load_settings
@@ -98,13 +99,13 @@ def requests(
 
 def _chain_json(chain: Chain) -> str:
     reports = [{"at_ns": at_ns, "state": state, "text": text} for at_ns, state, text in chain.reports]
-    return as_line({**chain._asdict(), "arguments": json.loads(chain.arguments), "state": chain.state,
+    return as_line({**chain._asdict(), "arguments": arguments_of(chain.arguments), "state": chain.state,
                     "reports": reports})
 
 
 def _chain_line(chain: Chain) -> str:
     words = " ".join(f"{value:g}" if isinstance(value, float) else str(value)
-                     for value in json.loads(chain.arguments).values())
+                     for value in arguments_of(chain.arguments).values())
     text = chain.reports[-1][2] if chain.reports else "nothing heard of it"
     ways = " > ".join(dict.fromkeys(state.lower() for _, state, _ in chain.reports)) or "requested"
     by = f"  (by {chain.asked_by})" if chain.asked_by else ""
