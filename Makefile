@@ -62,11 +62,12 @@ build/sanitize/.built: .venv/.packages $(NATIVE)
 	@$(B)/ninja -C build/sanitize >> build/sanitize.log || { tail -20 build/sanitize.log; exit 1; }
 	@touch $@
 
-test-sanitize: .venv/.project build/sanitize/.built ## kernel tests and fuzz under ASan and UBSan, fuzz of SCIP and scanner, 2 min each
+test-sanitize: .venv/.project build/sanitize/.built ## kernel tests and fuzz under ASan and UBSan, fuzz of SCIP, scanner and doors, 2 min each
 	@$(FIXED) $(SANITIZED) $(B)/python -m pytest $(KERNEL_TESTS)
 	@$(FIXED) $(SANITIZED) $(B)/python -m tests.fuzz_kernels --seconds $(FUZZ_S) --seed $(SEED)
 	@$(FIXED) $(B)/python -m tests.fuzz_scip --seconds $(FUZZ_S) --seed $(SEED)
 	@$(FIXED) $(B)/python -m tests.fuzz_lidar --seconds $(FUZZ_S) --seed $(SEED)
+	@$(FIXED) $(B)/python -m tests.fuzz_doors --seconds $(FUZZ_S) --seed $(SEED)
 
 lint: .venv/.project ## ruff, mypy --strict on protocol and onboard, import contracts
 	@$(B)/ruff check .

@@ -25,8 +25,9 @@ from ground.station.clock import ClockError
 from ground.station.settings import NoStationError, load_settings
 from ground.station.station import StationError
 from ground.verbs import archive, contacts, keys, look, own, preview, table
-from ground.verbs.asking import ask, carry_out, last_words, leave, line_out, plan_of
+from ground.verbs.asking import ask, carry_out, last_words, leave, plan_of
 from ground.verbs.report import report_command
+from ground.verbs.screen import line_out
 from ground.verbs.table import Contact, StationFile
 from onboard.config import ConfigError
 from protocol import WireError, commands

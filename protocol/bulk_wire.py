@@ -7,6 +7,7 @@ A bitmap's payload: object u32, echo u32, flags u8, base u16, bits of base, base
 
 from __future__ import annotations
 
+import re
 import struct
 
 from protocol import WireError
@@ -17,6 +18,7 @@ ANNOUNCE = struct.Struct("<IH32sBB")
 ANNOUNCEMENT, REPAIR = 0xFFFF, 0xFFFE
 KNOWN, COMPLETE = 1, 2
 MAX_OBJECT_BYTES = 1 << 26
+_WORD = re.compile(rb"[A-Za-z0-9][A-Za-z0-9._-]*")  # it may become the name of a file
 Announced = tuple[int, int, bytes, str, str]  # length, size, SHA-256, name, codec
 
 
@@ -35,7 +37,12 @@ def announced(body: bytes) -> Announced:
         names = body[ANNOUNCE.size :]
         if not 0 < length <= MAX_OBJECT_BYTES or not size or len(names) != n_name + n_codec:
             raise ValueError(f"length {length}, chunks of {size}")
-        return length, size, sha, names[:n_name].decode(), names[n_name:].decode()
+        if -(-length // size) > REPAIR:
+            raise ValueError(f"{-(-length // size)} chunks, numbers are there for {REPAIR}")
+        name, codec = names[:n_name], names[n_name:]
+        if not _WORD.fullmatch(name) or (codec and not _WORD.fullmatch(codec)):
+            raise ValueError(f"{name!r} in codec {codec!r}: names are letters, digits, dot, dash")
+        return length, size, sha, name.decode(), codec.decode()
     except (struct.error, ValueError) as error:
         raise WireError("chunk", f"announcement: {error}") from error
 

@@ -15,6 +15,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from protocol import WireError
+from protocol.visible import visible
 
 CAPACITY = 512
 TEXT_BYTES = 112
@@ -100,5 +101,7 @@ class EventReceiver:
 
 
 def texts(message: Any) -> tuple[str, str]:
-    """Name and text of a decoded EVENT message (pymavlink's own attribute is ASCII only)."""
-    return message._name_raw.decode(errors="replace"), message._text_raw.decode(errors="replace")
+    """Name and text of a decoded EVENT message, control characters visible (pymavlink's attribute is ASCII only)."""
+    raw = message._name_raw, message._text_raw
+    name, text = (visible(one.decode(errors="replace")) for one in raw)
+    return name, text

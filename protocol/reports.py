@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 from protocol import WireError
 from protocol.conventions import cut
+from protocol.visible import visible
 
 _REPORT = struct.Struct("<IBBBBB")
 _TEXT_BYTES = 110
@@ -69,11 +70,11 @@ def encode_report(report: Report) -> bytes:
 
 
 def decode_report(payload: bytes) -> Report:
-    """Raises WireError("report") on a malformed payload."""
+    """Control characters in the text are visible. Raises WireError("report") on a malformed payload."""
     try:
         request_id, station, serial, state, code, count = _REPORT.unpack_from(payload)
         at = _REPORT.size + 8 * count
         data = struct.unpack_from(f"<{count}d", payload, _REPORT.size)
-        return Report(request_id, station, serial, State(state), code, payload[at:].decode(), data)
+        return Report(request_id, station, serial, State(state), code, visible(payload[at:].decode()), data)
     except (struct.error, ValueError) as error:
         raise WireError("report", str(error)) from error

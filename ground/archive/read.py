@@ -11,6 +11,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from ground.archive.checks import RowCheck, check_state, damaged
 from ground.archive.schema import TABLES, VERSION, open_checked, told
 from protocol.transactions import Code, State
 
@@ -107,10 +108,11 @@ def select(db: sqlite3.Connection, table: str, span: Span = ALL) -> sqlite3.Curs
 
 
 def rows(db: sqlite3.Connection, table: str, span: Span = ALL) -> Iterator[dict[str, Any]]:
-    """`select`, each row by the names of its columns."""
+    """`select`, each row by the names of its columns, checked. Raises ArchiveError at a damaged one."""
     names = columns(db, table)
+    checked = RowCheck(db, table, names)
     for row in select(db, table, span):
-        yield dict(zip(names, (row[0], *row[-len(names) + 1 :])))
+        yield checked((row[0], *row[-len(names) + 1 :]))
 
 
 def boots(db: sqlite3.Connection) -> dict[int, int]:
@@ -118,10 +120,11 @@ def boots(db: sqlite3.Connection) -> dict[int, int]:
 
     Boots that were heard in lock-step only, and rows of a version that kept no boot, are not among them.
     """
-    return {int(boot): int(zero) for boot, zero in db.execute(
+    found = db.execute(
         "select i.boot_id, min(r.utc_ns + i.at_ns - i.onboard_ns) from items i join runs r on r.run = i.run "
         "where i.name = 'mode' and i.boot_id is not null and i.filled is null and i.onboard_ns is not null "
-        "and r.utc_ns > 0 group by i.boot_id")}  # one item: the others come with it, and an archive has millions
+        "and r.utc_ns > 0 group by i.boot_id")  # one item: the others come with it, and an archive has millions
+    return {boot: zero for boot, zero in found if type(boot) is int and type(zero) is int}
 
 
 def gaps(db: sqlite3.Connection, span: Span = ALL) -> list[Gap]:
@@ -162,8 +165,11 @@ def chains(db: sqlite3.Connection, span: Span = ALL) -> list[Chain]:
     heard: dict[tuple[int, int], dict[tuple[int, bool], tuple[int, str, str]]] = {}
     for at_ns, request_id, station, serial, state, text, code in db.execute(
             "select at_ns, request_id, station, serial, state, text, code from reports order by rowid"):
+        check_state(state)
+        if not all(type(number) is int for number in (at_ns, request_id, station, serial)):
+            raise damaged("reports", "numbers", (at_ns, request_id, station, serial))
         own = code == Code.RESTARTED
-        heard.setdefault((station, request_id), {}).setdefault((serial, own), (at_ns, state, text))
+        heard.setdefault((station, request_id), {}).setdefault((serial, own), (at_ns, state, str(text)))
     found = []
     for row in rows(db, "requests", span):
         reports = heard.get((row["station"], row["request_id"]), {})
@@ -178,7 +184,9 @@ def newest_product(db: sqlite3.Connection, name: str) -> tuple[int, str, bytes] 
     """UTC ns, codec and bytes of the newest object of a name; None where none came."""
     row = db.execute("select r.utc_ns + p.at_ns, p.codec, p.data from products p join runs r on r.run = p.run "
                      "where p.name = ? order by r.run desc, p.at_ns desc, p.rowid desc limit 1", (name,)).fetchone()
-    return None if row is None else (int(row[0]), str(row[1]), bytes(row[2]))
+    if row is not None and tuple(map(type, row)) != (int, str, bytes):
+        raise damaged("products", name, row[:2])
+    return row
 
 
 def info(db: sqlite3.Connection) -> dict[str, Any]:

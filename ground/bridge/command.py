@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -15,6 +14,7 @@ from ground.bridge.ports import Address, BridgeShell, parse_address
 from ground.operation.operate import Beside, Plan, Teller, operate
 from ground.session.session import Session
 from ground.station.settings import load_settings
+from ground.verbs.screen import line_beside, line_out
 from ground.verbs.table import Contact, Json, StationFile
 from protocol.xtce import xtce
 
@@ -47,7 +47,7 @@ def ccsds(
     """Speak CCSDS space packets with YAMCS or a like system, until Ctrl-C; docs/bridge.md has it step by step."""
     if write_xtce is not None:
         write_xtce.write_text(xtce(), encoding="utf-8")
-        sys.stderr.write(f"{write_xtce} written: XTCE 1.2 of all telemetry packets and commands\n")
+        line_beside(f"{write_xtce} written: XTCE 1.2 of all telemetry packets and commands")
         return
     down = _address(tm, "--tm")
     up = None if tc == _OFF else _address(tc, "--tc")
@@ -64,12 +64,7 @@ def ccsds(
                 yield shell
             finally:
                 told = ", ".join(f"{count} {kind}" for kind, count in sorted(bridge.counts.items()))
-                sys.stderr.write(f"ground: packets: {told or 'none'}\n")
+                line_beside(f"ground: packets: {told or 'none'}")
 
-    code, _ = operate(settings, Plan(contact_s=contact), Teller(_out, as_json, settings.report_s), join)
+    code, _ = operate(settings, Plan(contact_s=contact), Teller(line_out, as_json, settings.report_s), join)
     raise typer.Exit(code)
-
-
-def _out(line: str) -> None:
-    sys.stdout.write(line + "\n")
-    sys.stdout.flush()

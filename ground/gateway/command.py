@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ipaddress
-import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -14,6 +13,7 @@ import typer
 from ground.operation.operate import Beside, Join, Plan, Teller, operate
 from ground.session.session import Session
 from ground.station.settings import Settings, load_settings
+from ground.verbs.screen import line_out
 from ground.verbs.table import Contact, Json, StationFile
 from onboard.config import ConfigError
 
@@ -77,15 +77,10 @@ def gateway_command(
         raise typer.BadParameter("a signed port needs a key, and a key a signed port: --signed HOST:PORT --key FILE")
     if safe is not None and not settings.state:
         raise ConfigError("state: a signed port needs a folder in the station file, where signing times outlive it")
-    teller = Teller(_out, as_json, settings.report_s)
+    teller = Teller(line_out, as_json, settings.report_s)
     code, _ = operate(settings, Plan(contact_s=contact), teller,
                       _join(settings, _Ways(unsigned, told, safe, key), place, home_first))
     raise typer.Exit(code)
-
-
-def _out(line: str) -> None:
-    sys.stdout.write(line + "\n")
-    sys.stdout.flush()
 
 
 class _Ways(NamedTuple):

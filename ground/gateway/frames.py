@@ -11,6 +11,7 @@ from typing import Any
 from pymavlink.dialects.v20 import common
 
 from protocol import WireError
+from protocol.visible import visible
 
 mavlink: Any = common
 
@@ -62,11 +63,11 @@ def decode(frame: bytes) -> Any:
 
 
 def text_of(message: Any, field: str) -> str:
-    """A text field, without the zeros behind it."""
+    """A text field, without the zeros behind it, control characters visible."""
     raw = getattr(message, f"_{field}_raw", None)
     if raw is None:
         raw = str(getattr(message, field)).encode()
-    return bytes(raw).split(b"\0")[0].decode(errors="replace")
+    return visible(bytes(raw).split(b"\0")[0].decode(errors="replace"))
 
 
 class Writer:

@@ -137,10 +137,8 @@ class Gateway:
         return [to for to in made if to.message is not None]
 
     def _set_mode(self, client: Client, message: Any, now_ns: int) -> Iterable[To]:
-        params = (float(message.base_mode), float(message.custom_mode), 0.0, 0.0)
-        asked = Asked(m.MAV_CMD_DO_SET_MODE, params)
         ack = acknowledgement(m.MAV_CMD_DO_SET_MODE, client.target)
-        return self.desk.ask(client.asker, asked, ack, self._known(), now_ns)
+        return self.desk.ask(client.asker, Asked.of_set_mode(message), ack, self._known(), now_ns)
 
     def _item(self, client: Client, message: Any, now_ns: int) -> Iterable[To]:
         """An item of an upload, or the single goal that older programs send as one with current = 2."""

@@ -11,6 +11,7 @@ from types import MappingProxyType
 from typing import Any, NamedTuple
 
 from ground.gateway.frames import mavlink as m
+from ground.gateway.modes import Auto, asked_mode, custom_mode, unpacked
 from ground.gateway.origin import Origin
 from protocol.arguments import Value
 from protocol.conventions import wrap_rad
@@ -43,6 +44,12 @@ class Asked:
             return Asked(message.command, params, message.param5, message.param6, message.param7)
         scale = 1e-7 if message.frame in _GLOBAL else 1e-4
         return Asked(message.command, params, message.x * scale, message.y * scale, message.z, message.frame)
+
+    @staticmethod
+    def of_set_mode(message: Any) -> Asked:
+        """From SET_MODE, the older message for DO_SET_MODE."""
+        custom, sub = unpacked(message.custom_mode)
+        return Asked(m.MAV_CMD_DO_SET_MODE, (float(message.base_mode), float(custom), float(sub), 0.0))
 
 
 class Request(NamedTuple):
@@ -107,6 +114,7 @@ def goals_of(goals_m: tuple[tuple[float, float], ...]) -> dict[str, Value]:
 
 
 _STOP = Request("stop", urgent=True)
+_RETURN = Request("return", begun=True)
 
 
 def _arm(asked: Asked, known: Known) -> Request | Answer:
@@ -184,19 +192,23 @@ _TO_MODE = {
 _TO_STANDBY = {Mode.SAFE: Request("resume"), Mode.ESTOP: Request("reset")}
 
 
+def _auto_mission(known: Known) -> Request | Answer:
+    if not known.goals_m:
+        return Answer(m.MAV_RESULT_DENIED, "no mission item to begin with: upload a mission first")
+    return Request("mission", goals_of(known.goals_m[known.begin :]), begun=True)
+
+
 def _mode(asked: Asked, known: Known) -> Request | Answer:
-    base, custom = int(asked.params[0]), int(asked.params[1])
-    if not base & m.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED or custom not in set(Mode):
-        names = ", ".join(f"{mode.value} {mode.name}" for mode in Mode)
-        return Answer(m.MAV_RESULT_DENIED, f"set a custom mode: {names}")
-    mode = Mode(custom)
-    if mode in _TO_MODE:
-        return _TO_MODE[mode]
+    mode = asked_mode(*asked.params[:3])
+    if mode is Auto.MISSION:
+        return _auto_mission(known)
+    if mode is Auto.RTL:
+        return _RETURN
+    if mode is Auto.LOITER:
+        return _STOP
     if mode is Mode.STANDBY:
         return _STOP if known.mode is None else _TO_STANDBY.get(known.mode, _STOP)
-    if mode is Mode.AUTONOMOUS and known.goals_m:
-        return Request("mission", goals_of(known.goals_m[known.begin :]), begun=True)
-    return Answer(m.MAV_RESULT_DENIED, f"{mode.name} is entered by what the rover is asked to do")
+    return _TO_MODE[mode]
 
 
 def _reboot(asked: Asked, known: Known) -> Request | Answer:
@@ -246,12 +258,12 @@ ROWS: dict[int, Mapped] = {
     m.MAV_CMD_MISSION_START: Mapped(_start, "`mission` with the uploaded items from parameter 1 to parameter 2"),
     m.MAV_CMD_DO_PAUSE_CONTINUE: Mapped(_pause, "0: `stop`; 1 is denied: a stop gives the goal up"),
     m.MAV_CMD_OVERRIDE_GOTO: Mapped(_hold, "hold: `stop`; continue is denied"),
-    m.MAV_CMD_NAV_RETURN_TO_LAUNCH: Mapped(
-        _always(Request("return", begun=True)), "`return`, the way that was driven"),
+    m.MAV_CMD_NAV_RETURN_TO_LAUNCH: Mapped(_always(_RETURN), "`return`, the way that was driven"),
     m.MAV_CMD_CONDITION_YAW: Mapped(_yaw, "`turn` to a heading, or by an angle"),
     m.MAV_CMD_DO_SET_MODE: Mapped(
-        _mode, "custom mode SAFE: `safe`; ESTOP: `emergency-stop`; STANDBY: `resume`, `reset` or `stop`, as the mode "
-        "is; AUTONOMOUS: the uploaded mission"),
+        _mode, f"custom mode {custom_mode(Mode.SAFE)}: `safe`; {custom_mode(Mode.ESTOP)}: `emergency-stop`; "
+        f"{custom_mode(Mode.STANDBY)}: `resume`, `reset` or `stop`, as the mode is; PX4's AUTO (4) with sub mode 3, "
+        "LOITER: `stop`, 4, MISSION: the uploaded mission, 5, RTL: `return`; every other is denied with this list"),
     m.MAV_CMD_DO_FLIGHTTERMINATION: Mapped(_terminate, "1: `emergency-stop`"),
     m.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN: Mapped(_reboot, "1: `reboot`"),
     m.MAV_CMD_PREFLIGHT_STORAGE: Mapped(_storage, "1: `param save`"),

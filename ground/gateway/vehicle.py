@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 
 from ground.gateway.frames import mavlink as m
 from ground.gateway.health import masks
+from ground.gateway.modes import custom_mode
 from ground.gateway.origin import Origin, e7
 from protocol.mavlink_frames import frd_from_flu, ned_angles, ned_from_enu
 from protocol.modes import Mode
@@ -78,7 +79,7 @@ def heartbeat(seen: Seen) -> Any:
         base |= m.MAV_MODE_FLAG_AUTO_ENABLED | m.MAV_MODE_FLAG_GUIDED_ENABLED
     state = m.MAV_STATE_UNINIT if mode is None else _STATES[mode]
     return m.MAVLink_heartbeat_message(
-        m.MAV_TYPE_GROUND_ROVER, m.MAV_AUTOPILOT_GENERIC, base, 0 if mode is None else int(mode), state, 3)
+        m.MAV_TYPE_GROUND_ROVER, m.MAV_AUTOPILOT_GENERIC, base, 0 if mode is None else custom_mode(mode), state, 3)
 
 
 def _local(seen: Seen) -> Any:

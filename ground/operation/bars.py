@@ -10,6 +10,7 @@ from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeRemaining
 from ground.operation.operate import Teller
 from ground.session.news import News, ProductHeard
 from ground.session.news import Progress as Moved
+from protocol.visible import visible_lines
 
 
 class Bars(Teller):
@@ -27,7 +28,7 @@ class Bars(Teller):
         if self._bars is None:
             self._plain(line)
         else:
-            self._console.print(line, markup=False, highlight=False, soft_wrap=True)
+            self._console.print(visible_lines(line), markup=False, highlight=False, soft_wrap=True)
 
     def news(self, news: list[News]) -> None:
         """Progress moves a bar, a product ends it, the rest is told."""
@@ -47,8 +48,8 @@ class Bars(Teller):
 
     def _move(self, moved: Moved) -> None:
         if self._bars is None:
-            chunks = TextColumn("{task.completed} of {task.total} chunks")
-            columns = (TextColumn("{task.description}"), BarColumn(), chunks, TimeRemainingColumn())
+            chunks = TextColumn("{task.completed} of {task.total} chunks", markup=False)
+            columns = (TextColumn("{task.description}", markup=False), BarColumn(), chunks, TimeRemainingColumn())
             self._bars = Progress(*columns, console=self._console, transient=True)
             self._bars.start()
         if moved.name not in self._of:

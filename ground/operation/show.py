@@ -10,8 +10,11 @@ from typing import Any
 from ground.session.news import EventHeard, News, ProductHeard, Progress, ReportHeard
 from ground.session.schedule import utc_words
 from ground.session.session import Session
+from protocol import WireError
+from protocol.bulk import Product
 from protocol.faults import named
 from protocol.modes import Mode, Phase
+from protocol.products.way import WayProduct, decode_way
 from protocol.telemetry import out_of_limits
 
 WAY = "way"  # the product that answers a goto
@@ -32,7 +35,7 @@ def news_line(news: News) -> str | None:
             words = f": {report.text}" if report.text else ""
             return f"{clock(at_ns)}  command   {name} #{report.request_id} {report.state.name.lower()}{words}"
         case ProductHeard(at_ns, product) if product.name == WAY:
-            return f"{clock(at_ns)}  way       {way_words(product.data)}"
+            return f"{clock(at_ns)}  way       {_way_or_why_not(product.data)}"
         case ProductHeard(at_ns, product):
             return f"{clock(at_ns)}  product   {product.name} ({product.codec}), {len(product.data)} B, SHA-256 right"
         case Progress(at_ns, name, have, total):
@@ -46,8 +49,8 @@ def news_json(news: News) -> str:
     match news:
         case ReportHeard(at_ns, name, report):
             tree |= {"at_ns": at_ns, "command": name} | report._asdict() | {"state": report.state.name}
-        case ProductHeard(at_ns, product) if product.name == WAY:
-            return json.dumps({"news": "way", "at_ns": at_ns, **json.loads(product.data)})
+        case ProductHeard(at_ns, product) if (way := _way(product)) is not None:
+            tree |= {"news": "way", "at_ns": at_ns, **way._asdict()}
         case ProductHeard(at_ns, product):
             tree |= {"at_ns": at_ns, **product._asdict(), "data": len(product.data)}
         case _:
@@ -56,13 +59,27 @@ def news_json(news: News) -> str:
 
 
 def way_words(data: bytes) -> str:
-    """The answer to a goto, in one line: length, time and the corners of the path."""
-    tree = json.loads(data)
-    if tree["length_m"] is None:
-        return f"none: {tree['reason']}"
-    corners = [f"{x:.1f} {y:.1f}" for x, y, _ in tree["path"]]
-    corners = list(dict.fromkeys(corners))
-    return f"{tree['length_m']:.1f} m in about {tree['time_s']:.0f} s, {tree['looks']} looks; by {', '.join(corners)}"
+    """The answer to a goto, in one line: length, time and the corners of the path. Raises WireError."""
+    way = decode_way(data)
+    if way.length_m is None:
+        return f"none: {way.reason}"
+    corners = dict.fromkeys(f"{x:.1f} {y:.1f}" for x, y, _ in way.path)
+    return f"{way.length_m:.1f} m in about {way.time_s:.0f} s, {way.looks} looks; by {', '.join(corners)}"
+
+
+def _way_or_why_not(data: bytes) -> str:
+    try:
+        return way_words(data)
+    except WireError as error:
+        return f"cannot be read: {error}"
+
+
+def _way(product: Product) -> WayProduct | None:
+    """The answer to a goto; None where the product is no such answer or a damaged one."""
+    try:
+        return decode_way(product.data) if product.name == WAY else None
+    except WireError:
+        return None
 
 
 def silence_line(silent_s: float, now_ns: int) -> str:

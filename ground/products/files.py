@@ -5,21 +5,25 @@ from __future__ import annotations
 import io
 import json
 import math
+import struct
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+import zstandard
 from numpy.typing import NDArray
 
 from onboard.config import Rover
 from onboard.perception.scan3d import Points, Scan3d, gather, points
 from onboard.records import Scan, TiltTrack
+from protocol import WireError
 from protocol.bulk import Product
 from protocol.products import PRODUCTS, RECORD_CODEC, decode_ldem, poses_of
 from protocol.products.height_std import decode_height_std
 from protocol.products.nsp import Explanation, decode_nsp
 from protocol.products.scan import ScanProduct, decode_scan
+from protocol.visible import visible
 
 RAW, TEXT = ".bin", ".txt"
 _VERTEX = np.dtype([("x", "<f4"), ("y", "<f4"), ("z", "<f4"), ("time", "<f4")])
@@ -178,7 +182,7 @@ def _nsp(data: bytes) -> Written:
     scored = f"{told.scored} places scored, the best {len(told.places)} of them with their terms" if told.places else (
         f"the strategy {told.strategy} scored no places")
     made = json.dumps(explanation_tree(told), indent=1).encode() + b"\n"
-    return Written(made, f"decision at stop {told.stop}: {way}: {told.reason}; {scored}")
+    return Written(made, visible(f"decision at stop {told.stop}: {way}: {told.reason}; {scored}"))
 
 
 def _record(data: bytes) -> Written:
@@ -187,8 +191,8 @@ def _record(data: bytes) -> Written:
 
     try:
         statistics = make_reader(io.BytesIO(data)).get_summary()
-    except McapError as error:
-        raise ValueError(f"the slice is no MCAP file: {error}") from error
+    except (McapError, ValueError, LookupError, OverflowError, struct.error, zstandard.ZstdError, EOFError) as error:
+        raise WireError("product", f"the slice is no MCAP file: {error}") from error
     known = statistics.statistics if statistics is not None else None
     if known is None:
         return Written(data, "a slice of the record without a summary")

@@ -62,7 +62,7 @@ def map_file(path: Path) -> Map:
             slippery = tuple((x, y) for x, y in file["slippery_m"].tolist())
             poses = PoseMap(file["freedom"], (x_m, y_m, yaw_rad), slippery, bool(file["known"]),
                             file["settings"].tobytes())
-            return Map(LdemProduct(grid, heights, file["node_sets"]), poses, str(path))
+            return _standing(Map(LdemProduct(grid, heights, file["node_sets"]), poses, str(path)))
     except OSError as error:
         raise NoMapError(f"{path}: {error.strerror or error}") from error
     except (KeyError, ValueError, EOFError, zipfile.BadZipFile) as error:
@@ -87,7 +87,16 @@ def _map(data: bytes, where: str) -> Map:
         raise NoMapError(f"{where}: damaged: {error}", 65) from error
     if poses is None or poses.freedom.shape[1:] != product.heights_m.shape:
         raise NoMapError(f"{where}: without poses, from an older program: `ground get ldem` fetches one with them", 65)
-    return Map(product, poses, where)
+    return _standing(Map(product, poses, where))
+
+
+def _standing(seen: Map) -> Map:
+    """The map where the rover stands on it. Raises NoMapError."""
+    grid, (x_m, y_m, _) = seen.product.grid, seen.poses.pose
+    column, row = (x_m - grid.x0_m) / grid.cell_m, (y_m - grid.y0_m) / grid.cell_m
+    if not (-0.5 <= column < grid.columns - 0.5 and -0.5 <= row < grid.rows - 0.5):
+        raise NoMapError(f"{seen.where}: the rover stands at {x_m:.2f}, {y_m:.2f}, beside this map", 65)
+    return seen
 
 
 class Flown(NamedTuple):

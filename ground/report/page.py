@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import base64
 from collections.abc import Iterable, Sequence
-from html import escape
+from html import escape as escape_html
 from typing import NamedTuple
+
+from protocol.visible import visible_lines
 
 _CSS = """
 :root { --ink: #1d1f23; --soft: #5f6670; --line: #dfe2e6; --good: #00694c; --bad: #a33c00; }
@@ -30,6 +32,11 @@ figure { margin: 1rem 0; } img { max-width: 100%; height: auto; display: block; 
   h2 { break-after: avoid; } figure, tr { break-inside: avoid; }
   .verdict { print-color-adjust: exact; -webkit-print-color-adjust: exact; } }
 """
+
+
+def escape(text: str) -> str:
+    """Text as HTML that shows it: control characters visible, no mark-up in it."""
+    return escape_html(visible_lines(text))
 
 
 _SHORT = ' class="short"'

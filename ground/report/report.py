@@ -173,7 +173,7 @@ def _decisions(run: Run) -> str:
     ]
     if not rows:
         told = (event for event in run.events if event.name == "DECISION")
-        rows = [("", f"{event.time_s:.1f} s", "", "", event.text.split()[0], event.text) for event in told]
+        rows = [("", f"{event.time_s:.1f} s", "", "", (event.text.split() or ["?"])[0], event.text) for event in told]
     told = " ".join(" ".join(row[4:]) for row in rows)
     occur = [rule for rule in RULES if rule in ALWAYS or re.search(rf"\b{rule}\b", told)]
     rules = [(f"{rule} {RULES[rule][0]}", RULES[rule][1]) for rule in occur]

@@ -124,7 +124,7 @@ def spans_of(events: Sequence[Told], end_s: float) -> tuple[Span, ...]:
             continue
         if start:
             spans.append(Span(start[0], event.time_s, start[1]))
-        start = (event.time_s, event.text.split()[0]) if event.name == "PHASE" else None
+        start = (event.time_s, (event.text.split() or ["?"])[0]) if event.name == "PHASE" else None
     if start:
         spans.append(Span(start[0], end_s, start[1]))
     return tuple(spans)

@@ -189,7 +189,7 @@ class Session:
         """What a completed request brought: the object that its report names, else the newest announced since."""
         request = self.requester.requests[request_id]
         if request.report is not None and request.report.data:
-            return self.products.get(int(request.report.data[0]))
+            return next((p for p in self.products.values() if p.object_id == request.report.data[0]), None)
         asked, since_ns = request.telecommand, request.made_ns
         return self._fetched.newest(product_name(asked), since_ns)
 

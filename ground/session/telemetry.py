@@ -53,7 +53,7 @@ class TelemetryReceiver:
                     severity = _SEVERITIES[message.severity & 7]
                     heard.append(Event(message.time_boot_us * 1000, message.serial, severity, name, text))
                 continue
-            heard += [Value(self.onboard_ns, name, value) for name, value in telemetry.values(message).items()]
+            heard += self._values(message)
         return heard
 
     def acknowledgements(self, now_ns: int) -> list[bytes]:
@@ -66,6 +66,12 @@ class TelemetryReceiver:
     def next_due_ns(self) -> int | None:
         """When an acknowledgement is due that waits for its second; None while none waits."""
         return self._ack_due_ns
+
+    def _values(self, message: Any) -> list[Value]:
+        try:
+            return [Value(self.onboard_ns, name, value) for name, value in telemetry.values(message).items()]
+        except (ValueError, OverflowError) as error:  # an angle that is infinite has no place on the circle
+            raise WireError("mavlink", f"{message.get_type()}: {error}") from error
 
     def _messages(self, payload: bytes) -> list[Any]:
         """The messages that can be read: of one whose layout is not ours only the length is taken; it is counted."""

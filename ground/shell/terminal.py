@@ -22,6 +22,7 @@ from ground.station.clock import Clock, WallClock
 from ground.station.settings import Settings
 from ground.station.station import Station, StationError
 from ground.station.user import by_hand
+from ground.verbs.screen import line_out, text_out
 
 Save = Callable[[Any, str, Path], None]
 _PAUSE_S = 0.01
@@ -106,7 +107,7 @@ def from_pipe(live: Live, lines: Iterator[str | None]) -> int:
     for line in lines:
         live.turn()
         if line is not None:
-            sys.stdout.write(f"> {line}\n")
+            line_out(f"> {line}")
             _print(live.line(line))
             while not (live.shell.settled(live.session) or live.shell.ended):
                 live.turn()
@@ -177,5 +178,4 @@ async def _turning(live: Live) -> None:
 
 def _print(lines: list[str]) -> None:
     for line in lines:
-        sys.stdout.write(line + "\n")
-    sys.stdout.flush()
+        text_out(line)

@@ -25,9 +25,9 @@ from ground.verbs.options import (
     confirm,
     fail,
     items,
-    out,
     span,
 )
+from ground.verbs.screen import line_out
 from ground.verbs.table import Json, StationFile
 
 app = typer.Typer(help="Everything that was sent and heard: look, export, keep within bounds.", no_args_is_help=True)
@@ -45,14 +45,14 @@ def info(file: File = None, station: StationFile = None, as_json: Json = False) 
     with read.reading(path) as db:
         known = read.info(db)
     if as_json:
-        out(as_line({"archive": str(path), **known}))
+        line_out(as_line({"archive": str(path), **known}))
         return
-    out(f"{path}, version {known['version']}, {known['used_bytes'] / 1e6:.1f} MB in use, "
-        f"{known['free_bytes'] / 1e6:.1f} MB free for more")
+    line_out(f"{path}, version {known['version']}, {known['used_bytes'] / 1e6:.1f} MB in use, "
+             f"{known['free_bytes'] / 1e6:.1f} MB free for more")
     if known["first_utc_ns"] is not None:
-        out(f"{when.told(known['first_utc_ns'])} to {when.told(known['last_utc_ns'])}")
+        line_out(f"{when.told(known['first_utc_ns'])} to {when.told(known['last_utc_ns'])}")
     for table, count in known["rows"].items():
-        out(f"{table:10} {count:10} rows")
+        line_out(f"{table:10} {count:10} rows")
 
 
 @app.command(epilog="Examples: ground archive show items --name x_m --last 20 | ground archive show reports --since 1h")
@@ -69,7 +69,7 @@ def show(
             zeros = read.boots(db) if table == "events" and not as_json else {}
             for row in read.rows(db, table, asked):
                 row.pop("run") if not as_json else None
-                out(as_line(row) if as_json else _line(row, zeros))
+                line_out(as_line(row) if as_json else _line(row, zeros))
         except ValueError as error:
             raise typer.BadParameter(str(error)) from None
 
@@ -92,15 +92,15 @@ def gaps(
         found = read.gaps(db, span(since, until))
     for gap in found:
         if as_json:
-            out(as_line(gap._asdict()))
+            line_out(as_line(gap._asdict()))
         elif gap.kind == "silence":
-            out(f"{when.told(gap.utc_ns)}  silence    {gap.last - gap.first:.1f} s")
+            line_out(f"{when.told(gap.utc_ns)}  silence    {gap.last - gap.first:.1f} s")
         else:
             words = "missing" if gap.station_open else "not heard: no station was open"
-            out(f"{when.told(gap.utc_ns)}  {gap.kind:9}  {gap.missing} {words}, {gap.first:.0f} to {gap.last:.0f}, "
-                f"boot {gap.boot_id}")
+            line_out(f"{when.told(gap.utc_ns)}  {gap.kind:9}  {gap.missing} {words}, {gap.first:.0f} to "
+                     f"{gap.last:.0f}, boot {gap.boot_id}")
     if not found and not as_json:
-        out("nothing is missing")
+        line_out("nothing is missing")
 
 
 @app.command(epilog="Examples: ground archive export --out flown | "
@@ -124,7 +124,7 @@ def export(
         try:
             folder.mkdir(parents=True, exist_ok=True)
             for path in FORMATS[kind](db, [table] if table else TABLES, asked, folder):
-                out(as_line({"file": str(path)}) if as_json else str(path))
+                line_out(as_line({"file": str(path)}) if as_json else str(path))
         except OSError as error:
             raise fail(CANNOT_CREATE, f"{error.filename or folder}: {error.strerror}") from None
 
@@ -146,10 +146,10 @@ def prune(
         gone = keep.prune(db, before_ns, round(mb * 1e6))
         keep.pack(db)
     if as_json:
-        out(as_line({"removed": gone.rows, "used_bytes": gone.used_bytes}))
+        line_out(as_line({"removed": gone.rows, "used_bytes": gone.used_bytes}))
     else:
         words = ", ".join(f"{count} {name}" for name, count in gone.rows.items() if count) or "nothing"
-        out(f"removed {words}; {gone.used_bytes / 1e6:.1f} MB are in use")
+        line_out(f"removed {words}; {gone.used_bytes / 1e6:.1f} MB are in use")
 
 
 @app.command(epilog="Example: ground archive fill onboard.mcap")
@@ -167,6 +167,6 @@ def fill(
     with read.reading(archive_path(file, station)) as db:
         values, events = keep.fill(db, boot_id, heard, f"filled from {record.name}")
     if as_json:
-        out(as_line({"boot_id": boot_id, "values": values, "events": events}))
+        line_out(as_line({"boot_id": boot_id, "values": values, "events": events}))
     else:
-        out(f"boot {boot_id}: {values} values and {events} events that the archive had not")
+        line_out(f"boot {boot_id}: {values} values and {events} events that the archive had not")

@@ -14,14 +14,9 @@ from ground.operation.script import Step
 from ground.session.schedule import utc_ns
 from ground.session.session import Session
 from ground.station.settings import load_settings
+from ground.verbs.screen import line_beside, line_out, text_out
 from protocol import commands
 from protocol.transactions import Code, State
-
-
-def line_out(line: str) -> None:
-    """One line for whoever reads, at once."""
-    sys.stdout.write(line + "\n")
-    sys.stdout.flush()
 
 
 def ask(station: Path | None, plan: Plan, as_json: bool) -> tuple[int, Session]:
@@ -72,7 +67,7 @@ def _failure(session: Session) -> str:
 
 def last_words(text: str) -> None:
     """The one line that says why."""
-    sys.stderr.write(f"ground: {text}\n")
+    line_beside(f"ground: {text}")
 
 
 def _start(word: str) -> tuple[float, int]:
@@ -106,6 +101,6 @@ def carry_out(words: list[str], options: dict[str, Any]) -> None:
     sent = commands.command(plan.steps[0].name).sends
     for product in reversed(session.products.values()):
         if product.name == sent and code == 0:
-            line_out(product.data.decode().rstrip())
+            text_out(product.data.decode(errors="replace").rstrip())
             break
     leave(code, session)

@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import os
 import secrets
-import sys
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Annotated
@@ -19,6 +18,7 @@ from typing import Annotated
 import typer
 
 from ground.station.settings import load_settings, station_keys
+from ground.verbs.screen import text_out
 from ground.verbs.table import Contact, Json, StationFile, Timeout
 from onboard.config import ConfigError
 from onboard.drivers.key_file import read_any_keys
@@ -109,4 +109,4 @@ def app(rotate: Rotate) -> typer.Typer:
 
 
 def _say(*lines: str) -> None:
-    sys.stdout.write("\n".join(lines) + "\n")
+    text_out("\n".join(lines))

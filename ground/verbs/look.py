@@ -13,6 +13,7 @@ from typing import Annotated, Any
 import typer
 
 from ground.archive import link_figures, read
+from ground.archive.checks import arguments_of
 from ground.archive.read import Chain, Span
 from ground.operation.operate import Plan, Teller, operate
 from ground.station.settings import load_settings
@@ -29,10 +30,9 @@ from ground.verbs.options import (
     check_items,
     fail,
     items,
-    out,
-    said,
     span,
 )
+from ground.verbs.screen import line_beside, line_out
 from ground.verbs.table import Contact, Json, StationFile
 from protocol.modes import EVENTS, SEVERITIES
 from protocol.telemetry import BY_NAME
@@ -67,7 +67,7 @@ def events(
                  if SEVERITIES.index(row["severity"]) >= least]
         zeros = read.boots(db)
     for row in found[-last:] if last else found:
-        out(_event_json(row, zeros) if as_json else _event_line(row, zeros))
+        line_out(_event_json(row, zeros) if as_json else _event_line(row, zeros))
 
 
 def _event_json(row: dict[str, Any], zeros: dict[int, int]) -> str:
@@ -92,20 +92,20 @@ def requests(
         found = [chain for chain in read.chains(db, span(since, until))
                  if not (still and chain.state in _FINAL)]
     for chain in found[-last:] if last else found:
-        out(_chain_json(chain) if as_json else _chain_line(chain))
+        line_out(_chain_json(chain) if as_json else _chain_line(chain))
     if not found and not as_json:
-        out("no request is open" if still else "nothing was asked")
+        line_out("no request is open" if still else "nothing was asked")
 
 
 def _chain_json(chain: Chain) -> str:
     reports = [{"at_ns": at_ns, "state": state, "text": text} for at_ns, state, text in chain.reports]
-    return as_line({**chain._asdict(), "arguments": json.loads(chain.arguments), "state": chain.state,
+    return as_line({**chain._asdict(), "arguments": arguments_of(chain.arguments), "state": chain.state,
                     "reports": reports})
 
 
 def _chain_line(chain: Chain) -> str:
     words = " ".join(f"{value:g}" if isinstance(value, float) else str(value)
-                     for value in json.loads(chain.arguments).values())
+                     for value in arguments_of(chain.arguments).values())
     text = chain.reports[-1][2] if chain.reports else "nothing heard of it"
     ways = " > ".join(dict.fromkeys(state.lower() for _, state, _ in chain.reports)) or "requested"
     by = f"  (by {chain.asked_by})" if chain.asked_by else ""
@@ -134,12 +134,12 @@ def _figures(path: Path, asked: Span, as_json: bool, more: dict[str, float | Non
     with read.reading(path) as db:
         found = link_figures.figures(_rows(read.rows(db, "datagrams", asked)))
     if as_json:
-        out(as_line({**found._asdict(), **more}))
+        line_out(as_line({**found._asdict(), **more}))
         return
     for line in link_figures.words(found):
-        out(line)
+        line_out(line)
     for name, value in more.items():
-        out(f"{name:16} {'?' if value is None else f'{value:g}'}")
+        line_out(f"{name:16} {'?' if value is None else f'{value:g}'}")
 
 
 def _rows(rows: Iterable[dict[str, object]]) -> Iterable[link_figures.Row]:
@@ -168,7 +168,8 @@ def plot(
     if as_json:
         for name in known:
             mine = [(at, value) for item, at, value in rows if item == name]
-            out(json.dumps({"name": name, "utc_ns": [at for at, _ in mine], "values": [value for _, value in mine]}))
+            times_ns, values = [at for at, _ in mine], [value for _, value in mine]
+            line_out(json.dumps({"name": name, "utc_ns": times_ns, "values": values}))
         return
     _draw(known, rows, picture)
 
@@ -195,4 +196,4 @@ def _draw(names: Iterable[str], rows: list[tuple[str, int, float]], path: Path) 
         path.write_bytes(png(drawn(series, zero_ns if zero_ns > when.FIRST_UTC_NS else 0)))
     except OSError as error:
         raise fail(CANNOT_CREATE, f"{path}: {error.strerror}") from None
-    said(f"{path} written")
+    line_beside(f"{path} written")

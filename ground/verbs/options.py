@@ -15,6 +15,7 @@ from ground.archive.read import Span
 from ground.archive.schema import ArchiveError
 from ground.station.settings import load_settings
 from ground.verbs import when
+from ground.verbs.screen import line_beside
 from protocol.telemetry import BY_NAME
 
 USAGE, NO_INPUT, DATA, CANNOT_CREATE, TEMPORARY = 64, 66, 65, 73, 75
@@ -46,16 +47,6 @@ def archive_path(file: Path | None, station: Path | None) -> Path:
     return Path(named)
 
 
-def out(line: str) -> None:
-    """One line for whoever reads."""
-    sys.stdout.write(line + "\n")
-
-
-def said(line: str) -> None:
-    """One line beside the output."""
-    sys.stderr.write(line + "\n")
-
-
 def as_line(tree: dict[str, Any]) -> str:
     """One JSON object on a line; bytes by their length, what is no number as null."""
     return json.dumps({key: _plain(value) for key, value in tree.items()})
@@ -69,7 +60,7 @@ def _plain(value: Any) -> Any:
 
 def fail(code: int, text: str) -> typer.Exit:
     """The end of a verb with one line of why."""
-    said(f"ground: {text}")
+    line_beside(f"ground: {text}")
     return typer.Exit(code)
 
 

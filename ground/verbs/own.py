@@ -15,8 +15,9 @@ from ground.operation.script import parse
 from ground.products import files
 from ground.session.session import Session
 from ground.station.settings import NoStationError
-from ground.verbs.asking import ask, last_words, leave, line_out, plan_of
+from ground.verbs.asking import ask, last_words, leave, plan_of
 from ground.verbs.options import USAGE
+from ground.verbs.screen import line_beside, line_out
 from ground.verbs.table import Contact, Json, Start, StationFile, Timeout
 from protocol import commands
 from protocol.barrier import parse_address
@@ -92,7 +93,7 @@ def save_product(session: Session, name: str, path: Path, as_json: bool = False)
     holds = files.save(found, path)
     if as_json:
         line_out(json.dumps({"news": "written", "file": str(path), "bytes": path.stat().st_size, "holds": holds}))
-    sys.stderr.write(f"{path} written: {holds}\n")
+    line_beside(f"{path} written: {holds}")
 
 
 def watch(contact: Contact = 0.0, station: StationFile = None, as_json: Json = False) -> None:

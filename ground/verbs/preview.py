@@ -16,7 +16,8 @@ from ground.station.settings import NoStationError, load_settings
 from ground.station.station import StationError
 from ground.verbs import when
 from ground.verbs.asking import plan_of
-from ground.verbs.options import CANNOT_CREATE, File, archive_path, fail, out, said
+from ground.verbs.options import CANNOT_CREATE, File, archive_path, fail
+from ground.verbs.screen import line_beside, line_out
 from ground.verbs.table import Json, StationFile
 from onboard.config import ConfigError, load
 
@@ -67,17 +68,17 @@ def goto(
         flown = _asked(seen, flown, station)
     found = preview.look_ahead(seen, goal_m, orbit, flown.config)
     for line in [*preview.warnings(seen, goal_m, orbit, archive), *([flown.warning] if flown.warning else [])]:
-        said(f"ground: {line}")
+        line_beside(f"ground: {line}")
     if as_json:
-        out(json.dumps({"news": "preview", "map": seen.where, **json.loads(found.to_json())}))
+        line_out(json.dumps({"news": "preview", "map": seen.where, **json.loads(found.to_json())}))
     else:
         at = f" of {when.told(seen.at_utc_ns)}" if seen.at_utc_ns else ""
-        out(f"{found.kind} by {found.rule}: {found.reason}")
-        out(f"{found.words}; on {seen.where}{at}")
+        line_out(f"{found.kind} by {found.rule}: {found.reason}")
+        line_out(f"{found.words}; on {seen.where}{at}")
         for x, y, yaw_rad in found.path.tolist():
-            out(f"  {x:8.2f} m {y:8.2f} m  heading {math.degrees(yaw_rad):5.0f}°")
+            line_out(f"  {x:8.2f} m {y:8.2f} m  heading {math.degrees(yaw_rad):5.0f}°")
         if found.leads and len(found.beyond) > 1:
-            out(f"  and {len(found.beyond)} places beyond, over ground that was not seen yet")
+            line_out(f"  and {len(found.beyond)} places beyond, over ground that was not seen yet")
     if picture is not None:
         _draw(picture, seen, found, goal_m)
     raise typer.Exit(0 if found.leads else _FAILED)
@@ -96,11 +97,11 @@ def _asked(seen: Map, known: Flown, station: Path | None) -> Flown:
         listed, why = None, str(error)
     flown = None if listed is None else preview.fetched(seen, listed)
     if flown is not None:
-        said("ground: the rover's parameters were fetched from it just now")
+        line_beside("ground: the rover's parameters were fetched from it just now")
         return flown
-    said(f"ground: the rover's parameters were not fetched: {why}")
+    line_beside(f"ground: the rover's parameters were not fetched: {why}")
     if known.config == load():
-        said(f"ground: {preview.assumed_words()}")
+        line_beside(f"ground: {preview.assumed_words()}")
     return known
 
 
@@ -130,4 +131,4 @@ def _draw(path: Path, seen: object, found: object, goal_m: tuple[float, float]) 
         path.write_bytes(png(made))
     except OSError as error:
         raise fail(CANNOT_CREATE, f"{path}: {error.strerror}") from None
-    said(f"{path} written")
+    line_beside(f"{path} written")

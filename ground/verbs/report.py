@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 from typing import Annotated
 
 import typer
+
+from ground.verbs.screen import line_beside, line_out
 
 NO_INPUT, CANNOT_CREATE = 66, 73
 
@@ -29,9 +30,9 @@ def report_command(
         raise _fail(NO_INPUT, str(error)) from None
     except OSError as error:
         raise _fail(CANNOT_CREATE, str(error)) from None
-    sys.stdout.write(f"{path}\n")
+    line_out(str(path))
 
 
 def _fail(code: int, text: str) -> typer.Exit:
-    sys.stderr.write(f"ground: {text}\n")
+    line_beside(f"ground: {text}")
     return typer.Exit(code)

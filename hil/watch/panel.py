@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from queue import SimpleQueue
 from typing import Any
@@ -11,8 +12,10 @@ from viser import GuiApi
 from hil.watch.player import SPEEDS, Player
 from hil.watch.scene import LAYERS, Scene
 from hil.watch.story import Instant, Told
+from protocol.visible import visible
 
 STEP_S = 0.1
+_MARKUP = re.compile(r"[!-/:-@\[-`{-~]")  # ASCII punctuation
 MARKS = {"fault": "⚡ ", "warning": "▲ ", "error": "■ ", "critical": "■ "}
 LEGEND = (
     "**Rays** pink. **Map** green free, orange obstacle, grey hidden. **Ways** black driven, green as the rover "
@@ -80,13 +83,18 @@ def status(instant: Instant, end_s: float, rtf: float) -> str:
     """Time, speed of the run, faults that last, what is touched."""
     speed = f"   ×{rtf:.1f} real time" if rtf else ""
     lines = [f"**{instant.time_s:.1f} s** of {end_s:.1f} s{speed}"]
-    lines += [f"⚡ **fault: {name}**" for name in instant.faults]
+    lines += [f"⚡ **fault: {plain(name)}**" for name in instant.faults]
     if instant.moment.contact:
-        lines.append(f"■ **touches: {instant.moment.contact}**")
+        lines.append(f"■ **touches: {plain(instant.moment.contact)}**")
     return "\n\n".join(lines)
 
 
 def event_line(told: Told) -> str:
     """One row of the list."""
     mark = MARKS.get(told.severity, "")
-    return f"- {mark}{told.time_s:.1f} s **{told.name}** {told.text}"
+    return f"- {mark}{told.time_s:.1f} s **{plain(told.name)}** {plain(told.text)}"
+
+
+def plain(text: str) -> str:
+    """Text of a run as Markdown that shows it: control characters visible, neither HTML, link nor emphasis in it."""
+    return _MARKUP.sub(lambda found: f"&#{ord(found[0])};", visible(text))

@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from protocol import WireError
-from protocol.products.packing import compress, expand, fold, from_planes, planes_of, to_planes, unfold
+from protocol.products.packing import check, compress, expand, fold, from_planes, planes_of, to_planes, unfold, within
 from protocol.products.pose_map import MAGIC as POSES_MAGIC
-from protocol.products.pose_map import PoseMap, decode_poses
+from protocol.products.pose_map import MOST_PLACE_M, PoseMap, decode_poses
 from protocol.products.prediction import integers, median_edge, residuals
 
 LDEM_CODEC = "ldem-2"  # 1: without the section of poses
@@ -24,6 +24,8 @@ STEP_M = 0.00199  # at most 0.995 mm off, float32 rounding included at most 1 mm
 _HEAD = struct.Struct("<4sHHdddddBIII")
 _MAGIC = b"LDM1"
 _MAX_CELLS = 4_000_000
+MOST_HEIGHT_M = 1e5
+_LEAST_CELL_M, _MOST_CELL_M = 0.01, 100.0
 
 F32 = NDArray[np.float32]
 U8 = NDArray[np.uint8]
@@ -80,6 +82,9 @@ def decode_ldem(data: bytes) -> LdemProduct:
     cells = rows * columns
     if magic != _MAGIC or not 0 < cells <= _MAX_CELLS or not 1 <= planes <= 4:
         raise WireError("product", f"{magic!r}, {rows} x {columns}, {planes} planes")
+    check(within(MOST_PLACE_M, x0_m, y0_m), f"a grid at {x0_m:g}, {y0_m:g}")
+    check(_LEAST_CELL_M <= cell_m <= _MOST_CELL_M and 0 < step_m <= 1 and within(MOST_HEIGHT_M, offset_m),
+          f"cells of {cell_m:g} m, steps of {step_m:g} m from {offset_m:g} m")
     ends = np.cumsum([_HEAD.size, *sizes])
     if len(data) != ends[-1] and data[ends[-1] : ends[-1] + 4] != POSES_MAGIC:
         raise WireError("product", f"{len(data)} B instead of {ends[-1]}")
@@ -87,9 +92,11 @@ def decode_ldem(data: bytes) -> LdemProduct:
     left = unfold(from_planes(raw[0], planes)).reshape(rows, columns)
     known = np.unpackbits(raw[1], count=cells).astype(bool).reshape(rows, columns)
     quanta = integers(left, known, median_edge)
-    with np.errstate(over="ignore", invalid="ignore"):  # a damaged step may give anything
-        heights = np.where(known, offset_m + quanta * step_m, np.nan).astype(np.float32)
-    return LdemProduct(MapGrid(x0_m, y0_m, cell_m, rows, columns), heights, raw[2].reshape(rows, columns))
+    heights = np.where(known, offset_m + quanta * step_m, np.nan)
+    check(bool((np.abs(heights[known]) <= 2 * MOST_HEIGHT_M).all()), "a height beyond all ground")
+    check(int(raw[2].max()) <= 3, "a node set over 3")
+    return LdemProduct(MapGrid(x0_m, y0_m, cell_m, rows, columns), heights.astype(np.float32),
+                       raw[2].reshape(rows, columns))
 
 
 def poses_of(data: bytes) -> PoseMap | None:

@@ -15,6 +15,17 @@ U8 = NDArray[np.uint8]
 I64 = NDArray[np.int64]
 
 
+def check(sound: bool, what: str) -> None:
+    """Raises WireError("product") that says what is not sound."""
+    if not sound:
+        raise WireError("product", what)
+
+
+def within(most: float, *values: float) -> bool:
+    """Whether all are numbers of at most this size."""
+    return all(abs(value) <= most for value in values)  # false for a NaN
+
+
 def compress(data: bytes) -> bytes:
     """One zstandard frame that names its content's size."""
     return zstandard.ZstdCompressor(level=LEVEL, write_content_size=True).compress(data)

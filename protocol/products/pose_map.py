@@ -14,11 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from protocol import WireError
-from protocol.products.packing import compress, expand
+from protocol.products.packing import check, compress, expand, within
 
 _HEAD = struct.Struct("<4sB8sdddHHHI")
 MAGIC = b"POS1"
 _MOST_PLACES = 1000
+MOST_PLACE_M, MOST_TURN_RAD = 1e7, 1e3
 ORIENTATIONS = 8
 U8 = NDArray[np.uint8]
 
@@ -64,6 +65,9 @@ def decode_poses(data: bytes) -> PoseMap:
         slippery = np.frombuffer(data, "<f4", 2 * places, _HEAD.size).astype(float).reshape(-1, 2)
     except (struct.error, ValueError) as error:
         raise WireError("product", f"poses: {error}") from error
+    check(within(MOST_PLACE_M, x_m, y_m) and within(MOST_TURN_RAD, yaw_rad), "poses: a rover at no place")
+    check(bool((np.abs(slippery) <= MOST_PLACE_M).all()), "poses: a slippery place that is none")
+    check(known <= 1, f"poses: {known} for true or false")
     low, high = expand(data[at:], 2 * rows * columns).reshape(2, rows, columns).astype(np.uint16)
     word = low | high << np.uint16(8)
     freedom = np.stack([word >> np.uint16(2 * o) & np.uint16(3) for o in range(ORIENTATIONS)]).astype(np.uint8)

@@ -17,7 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from protocol import WireError
-from protocol.products.packing import compress, expand, pack_integers, unpack_integers
+from protocol.products.packing import check, compress, expand, pack_integers, unpack_integers, within
+from protocol.products.pose_map import MOST_PLACE_M, MOST_TURN_RAD
 from protocol.products.prediction import integers, mean_of_three, residuals
 
 SCAN_CODEC = "scan-1"
@@ -25,6 +26,7 @@ STEP_M = 0.00199  # at most 0.995 mm off, float32 rounding included at most 1 mm
 TILT_STEP_RAD = 1e-5
 TIME_STEP_NS = 1000
 MOST_RANGE_M = 1000.0
+_MOST_TIME_NS, _MOST_BEAM_NS = 1 << 60, 1e9
 _MAGIC = b"SCN1"
 _HEAD = struct.Struct("<4sHHHHddd24d6I")
 _MAX_PIXELS = 4_000_000
@@ -89,8 +91,8 @@ def decode_scan(data: bytes) -> ScanProduct:
     shape = (lines, beams)
     if magic != _MAGIC or not 0 < lines * beams <= _MAX_PIXELS:
         raise WireError("product", f"{magic!r}, {lines} lines of {beams} beams")
-    if not all(map(np.isfinite, (first_rad, step_rad, step_m, *rest[:24]))):
-        raise WireError("product", "a head with numbers that are none")
+    check(within(MOST_TURN_RAD, first_rad, step_rad) and within(1.0, step_m), f"beams at {first_rad:g}, {step_rad:g}")
+    check(within(MOST_PLACE_M, *rest[:24]), "a pose of the scanner or rover that is none")
     ends = np.cumsum([_HEAD.size, *rest[24:]])
     if len(data) != ends[-1]:
         raise WireError("product", f"{len(data)} B instead of {ends[-1]}")
@@ -102,11 +104,13 @@ def decode_scan(data: bytes) -> ScanProduct:
     quanta = integers(left, known, mean_of_three)
     tilt_rad: F64 = np.multiply(_unpack_steps(parts[5], samples), TILT_STEP_RAD, dtype=np.float64)
     beam_ns: F64 = expand(parts[3], 8 * lines).view(np.float64)
-    with np.errstate(over="ignore", invalid="ignore"):  # a damaged step may give anything
-        ranges_m = np.where(known, quanta * step_m, np.nan).astype(np.float32)
+    ranges_m = np.where(known, quanta * step_m, np.nan)
+    check(bool((np.abs(ranges_m[known]) <= 2 * MOST_RANGE_M).all()), "a range beyond every scanner")
+    check(bool((np.abs(tilt_rad) <= MOST_TURN_RAD).all()), "a tilt of many turns")
+    check(bool(((beam_ns >= 0) & (beam_ns <= _MOST_BEAM_NS)).all()), "beams that take no time or a second")
+    start_ns, tilt_ns = _unpack_times(parts[2], lines), _unpack_times(parts[4], samples)
     return ScanProduct(
-        stop, first_rad, step_rad, ranges_m, status, _unpack_times(parts[2], lines),
-        beam_ns, _unpack_times(parts[4], samples),
+        stop, first_rad, step_rad, ranges_m.astype(np.float32), status, start_ns, beam_ns, tilt_ns,
         tilt_rad, _whole(rest[:12]), _whole(rest[12:24]),
     )  # fmt: skip
 
@@ -128,6 +132,7 @@ def _pack_times(times_ns: I64) -> bytes:
 
 def _unpack_times(data: bytes, count: int) -> I64:
     steps: I64 = np.cumsum(np.cumsum(unpack_integers(data, count)))
+    check(bool(((steps >= 0) & (steps <= _MOST_TIME_NS // TIME_STEP_NS)).all()), "a time before the start, or never")
     return steps * TIME_STEP_NS
 
 

@@ -12,6 +12,7 @@ from protocol.scip.blocks import decode_blocks, encode_blocks
 from protocol.scip.characters import checksum, decode_value, encode_value
 from protocol.scip.echoes import decode_echoes, encode_echoes
 from protocol.scip.requests import ScanRequest
+from protocol.visible import visible
 
 STAMP_MODULUS = 1 << 24  # milliseconds: 4 h 39 min 37 s
 
@@ -71,7 +72,7 @@ def parse_reply(frame: bytes) -> Reply:
         raise WireError("length", f"status line of {len(status)} bytes after {echo[:20]!r}")
     if checksum(status[:2]) != status[2:]:
         raise WireError("status_sum", f"{status!r}")
-    return Reply(echo, status[:2].decode("ascii", "replace"), body)
+    return Reply(echo, visible(status[:2].decode("ascii", "replace")), body)
 
 
 def parse_stamp(line: bytes, characters: int = 4) -> int:
@@ -135,8 +136,9 @@ def _remaining(echo: bytes, asked: ScanRequest, string: bytes) -> int:
 
 
 def parse_text(answer: Reply) -> dict[str, str]:
-    """KEY: VALUE of VV, PP or II, blanks stripped. Raises WireError: "text" (no key), "text_sum".
+    """KEY: VALUE of VV, PP or II, blanks stripped, control characters visible.
 
+    Raises WireError: "text" (no key), "text_sum".
     A sum over the text with its `;` is accepted as well: some firmware sends it.
     """
     pairs = {}
@@ -147,5 +149,5 @@ def parse_text(answer: Reply) -> dict[str, str]:
         if got not in (checksum(text), checksum(text + b";")):
             raise WireError("text_sum", f"{line[:80]!r}")
         key, _, value = text.decode("ascii", "replace").partition(":")
-        pairs[key] = value.strip()
+        pairs[visible(key)] = visible(value.strip())
     return pairs

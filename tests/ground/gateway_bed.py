@@ -5,8 +5,6 @@ One thread and virtual time: each step is a tick of the rover, a turn of the gat
 
 import math
 
-from toy_rover import TICK_NS, ToyRover
-
 from ground.gateway.clients import Door
 from ground.gateway.frames import cut, decode
 from ground.gateway.frames import mavlink as m
@@ -20,6 +18,7 @@ from protocol.link import Kind, bench_keys
 from protocol.mavlink_frames import ned_angles, ned_from_enu
 from protocol.modes import Mode, next_mode
 from protocol.transactions import State
+from tests.ground.toy_rover import TICK_NS, ToyRover
 
 S = 1_000_000_000
 ORIGIN = Origin(38.2547, 140.8394, 150.0)

@@ -10,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ground.gateway.frames import mavlink as m
+from ground.gateway.modes import custom_mode
 from ground.gateway.orders import CANCELLED
 from ground.gateway.origin import Origin, e7
 from ground.session.news import Item
@@ -47,7 +48,7 @@ def test_the_rover_is_shown_as_a_ground_rover_where_it_is():
     bed.step(3.0)
     beat = client.heard("HEARTBEAT")[-1]
     assert (beat.type, beat.custom_mode, beat.system_status) == (
-        m.MAV_TYPE_GROUND_ROVER, Mode.STANDBY, m.MAV_STATE_STANDBY)
+        m.MAV_TYPE_GROUND_ROVER, custom_mode(Mode.STANDBY), m.MAV_STATE_STANDBY)
     local, attitude = client.heard("LOCAL_POSITION_NED")[-1], client.heard("ATTITUDE")[-1]
     assert (local.x, local.y, local.z) == pytest.approx((3.0, 12.0, -0.5))  # north, east, down
     assert math.degrees(attitude.yaw) == pytest.approx(60.0)  # 30 degrees from east is 60 from north
@@ -193,7 +194,7 @@ def test_disarm_stops_and_force_disarm_is_the_emergency_stop(met):
 
 def test_arming_takes_the_rover_out_of_safe(met):
     bed, client = met
-    client.command(m.MAV_CMD_DO_SET_MODE, m.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED, Mode.SAFE)
+    client.command(m.MAV_CMD_DO_SET_MODE, m.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED, custom_mode(Mode.SAFE))
     bed.step(1.1)
     assert client.heard("HEARTBEAT")[-1].system_status == m.MAV_STATE_CRITICAL
     assert not client.heard("HEARTBEAT")[-1].base_mode & m.MAV_MODE_FLAG_SAFETY_ARMED
@@ -248,7 +249,8 @@ def late(tick, zero_ns, now_ns):
         (m.MAV_CMD_NAV_RETURN_TO_LAUNCH, (), "return"), (m.MAV_CMD_DO_FLIGHTTERMINATION, (1,), "emergency_stop"),
         (m.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN, (1,), "reboot"), (m.MAV_CMD_PREFLIGHT_STORAGE, (1,), "param_save"),
         (m.MAV_CMD_USER_1, (), "safe"), (m.MAV_CMD_USER_2, (), "scan"), (m.MAV_CMD_CONDITION_YAW, (90,), "turn"),
-        (m.MAV_CMD_DO_SET_MODE, (1, Mode.STANDBY), "stop"), (m.MAV_CMD_DO_SET_MODE, (1, Mode.ESTOP), "emergency_stop"),
+        (m.MAV_CMD_DO_SET_MODE, (1, custom_mode(Mode.STANDBY)), "stop"),
+        (m.MAV_CMD_DO_SET_MODE, (1, custom_mode(Mode.ESTOP)), "emergency_stop"),
     ],
 )
 def test_a_mapped_command_becomes_ours(met, command, params, name):
@@ -264,7 +266,7 @@ def test_a_mapped_command_becomes_ours(met, command, params, name):
     [
         (PAUSE, (1,), DENIED), (m.MAV_CMD_MISSION_START, (), DENIED), (ARM, (0.5,), DENIED),
         (m.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN, (2,), DENIED), (m.MAV_CMD_DO_SET_MODE, (1, 99), DENIED),
-        (m.MAV_CMD_DO_SET_MODE, (1, Mode.TELEOP), DENIED), (GOTO, (0, 0, 0, 0, math.nan, 0), DENIED),
+        (m.MAV_CMD_DO_SET_MODE, (1, custom_mode(Mode.TELEOP)), DENIED), (GOTO, (0, 0, 0, 0, math.nan, 0), DENIED),
         (GOTO, (0, 0, 0, 0, 95.0, 0), DENIED), (GOTO, (0, 0, 0, math.nan, 0.0, 0.0), DENIED),
         (m.MAV_CMD_NAV_TAKEOFF, (), UNSUPPORTED), (m.MAV_CMD_SET_MESSAGE_INTERVAL, (30, 1e5), UNSUPPORTED),
         (m.MAV_CMD_REQUEST_MESSAGE, (math.nan,), UNSUPPORTED), (m.MAV_CMD_DO_SET_MODE, (math.inf, 1), DENIED),
@@ -281,7 +283,7 @@ def test_what_is_not_mapped_or_makes_no_sense_reaches_no_rover(met, command, par
 
 def test_the_older_message_for_the_mode_does_the_same(met):
     bed, client = met
-    client.say(m.MAVLink_set_mode_message(1, m.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED, Mode.SAFE))
+    client.say(m.MAVLink_set_mode_message(1, m.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED, custom_mode(Mode.SAFE)))
     bed.step(1.0)
     assert bed.rover.mode is Mode.SAFE
     assert client.finals(m.MAV_CMD_DO_SET_MODE) == [ACCEPTED]

@@ -256,5 +256,8 @@ def test_mavproxy_lists_sets_uploads_starts_and_stops(stack, tmp_path):
     proxy.type("disarm")
     bed.until(lambda: "stop" in bed.rover.executed, 60.0)
     assert [name for name in bed.rover.executed if name != "param_list"] == ["param_set", "mission", "stop"]
+    proxy.type("mode HOLD")  # ArduPilot's 4, which is no mode of ours
+    bed.until(lambda: "104 ESTOP" in proxy.text, 60.0)
+    assert bed.rover.mode is Mode.STANDBY and bed.rover.executed[-1] == "stop"
     proxy.type("long DO_FLIGHTTERMINATION 1")
     bed.until(lambda: bed.rover.mode is Mode.ESTOP, 60.0)

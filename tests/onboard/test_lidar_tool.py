@@ -114,6 +114,16 @@ def test_info_shows_the_state_code_or_that_there_is_none(profile, line, monkeypa
     assert got.exit_code == 0 and line in got.stdout.splitlines()
 
 
+def test_info_shows_control_characters_of_the_sensors_strings(monkeypatch):
+    texts = profiles.UTM_TEXTS
+    hostile = replace(texts, version=(*texts.version[:2], ("FIRM", "1\x1b[2J\x07"), *texts.version[3:]))
+    with handlers_kept():
+        world = World(LidarServer, replace(profiles.UTM30LX, texts=hostile), monkeypatch)
+        got = world.run("info", world.address)
+        world.server.close()
+    assert got.exit_code == 0 and "FIRM  1\\x1b[2J\\x07" in got.stdout.splitlines()
+
+
 def test_record_is_replayed_bit_by_bit_and_a_changed_byte_is_named(world, tmp_path):
     out = tmp_path / "room.mcap"
     got = world.run("record", world.address, "--out", str(out), "--scans", "40", "--json")

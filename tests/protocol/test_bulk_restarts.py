@@ -235,12 +235,12 @@ def test_what_is_recalled_is_bounded_and_says_nothing_of_itself():
     receiver = bulk.Receiver(210)
     for seed in range(100):
         sender = bulk.Sender(210)
-        sender.offer(f"object {seed}", noise(1000, seed), "raw", 0)
+        sender.offer(f"object-{seed}", noise(1000, seed), "raw", 0)
         for payload in sender.send(0, 600):
             receiver.recall(payload, 0)
     assert receiver.progress() == {} and receiver.send(0) == [] and not receiver.hinting
     for seed in range(100):
-        receiver.hint(f"object {seed}")
+        receiver.hint(f"object-{seed}")
     assert len(receiver.send(0)) == 32
     assert [len(receiver.send(n * 500 * MS)) for n in (1, 2, 3)] == [32, 32, 0]
 
@@ -249,12 +249,12 @@ def test_a_sender_keeps_few_hints_and_the_newest():
     sender, payloads = bulk.Sender(210), []
     for seed in range(20):
         one, receiver = bulk.Sender(210), bulk.Receiver(210)
-        one.offer(f"object {seed}", noise(1000, seed), "raw", 0)
+        one.offer(f"object-{seed}", noise(1000, seed), "raw", 0)
         for payload in one.send(0, 1e6):
             receiver.receive(payload, 0)
         payloads += receiver.send(0)
     for payload in payloads:
         sender.receive(payload, 0)
     for seed in range(20):
-        sender.offer(f"object {seed}", noise(1000, seed), "raw", 0)
-    assert [name for name, (there, _) in sender.progress().items() if there] == [f"object {n}" for n in range(12, 20)]
+        sender.offer(f"object-{seed}", noise(1000, seed), "raw", 0)
+    assert [name for name, (there, _) in sender.progress().items() if there] == [f"object-{n}" for n in range(12, 20)]

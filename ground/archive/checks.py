@@ -1,0 +1,70 @@
+"""What the rows of an archive must hold before they are used: a file may be damaged, or of another program."""
+
+from __future__ import annotations
+
+import json
+import sqlite3
+from collections.abc import Sequence
+from typing import Any
+
+from ground.archive.schema import DATA, ArchiveError
+from protocol.modes import SEVERITIES
+from protocol.transactions import State
+
+_KINDS: dict[str, tuple[type, ...]] = {
+    "integer": (int, type(None)), "text": (str, type(None)), "blob": (bytes, type(None)),
+    "": (int, float, type(None)),
+}  # fmt: skip
+_MOST_NS = 1 << 62
+_TIMES = ("utc_ns", "at_ns", "onboard_ns")
+_NEEDED = ("utc_ns", "at_ns", "name", "severity", "state", "request_id", "station", "serial", "arguments", "direction",
+           "verdict")
+
+
+class RowCheck:
+    """The check of one table's rows."""
+
+    def __init__(self, db: sqlite3.Connection, table: str, names: Sequence[str]) -> None:
+        declared = {row[1]: row[2].lower() for row in db.execute(f"pragma table_info({table})")}
+        self._table, self._names = table, names
+        self._kinds = [_KINDS.get(declared.get(name, "integer"), _KINDS[""]) for name in names]
+
+    def __call__(self, row: Sequence[Any]) -> dict[str, Any]:
+        """The row by the names of its columns. Raises ArchiveError."""
+        for name, value, kinds in zip(self._names, row, self._kinds):
+            if type(value) not in kinds or (value is None and name in _NEEDED):
+                raise damaged(self._table, name, value)
+            if name in _TIMES and value is not None and not -_MOST_NS <= value <= _MOST_NS:
+                raise damaged(self._table, name, value)
+        tree = dict(zip(self._names, row))
+        if self._table == "events" and tree["severity"] not in SEVERITIES:
+            raise damaged(self._table, "severity", tree["severity"])
+        if self._table == "reports":
+            check_state(tree["state"])
+        if self._table == "requests":
+            arguments_of(tree["arguments"])
+        return tree
+
+
+def check_state(state: Any) -> None:
+    """Raises ArchiveError where it is no state of a request."""
+    if not isinstance(state, str) or state not in State.__members__:
+        raise damaged("reports", "state", state)
+
+
+def arguments_of(text: str) -> dict[str, Any]:
+    """The arguments of a request. Raises ArchiveError."""
+    try:
+        tree = json.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise damaged("requests", "arguments", text) from error
+    if not isinstance(tree, dict):
+        raise damaged("requests", "arguments", text)
+    return tree
+
+
+def damaged(table: str, column: str, value: Any) -> ArchiveError:
+    """The error that names a place in the archive."""
+    shown = repr(value)
+    return ArchiveError(f"the archive is damaged: {table}.{column} holds {shown[:60]}; move it away and a new one is "
+                        "begun; `sqlite3 FILE .recover` saves what can be read", DATA)
