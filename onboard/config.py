@@ -197,6 +197,8 @@ class Mission:
                         one_of=("smooth", "pitted"))
     gdem: str = value("", "the orbiter's map, an .npz of heights_m, x0_m, y0_m, cell_m; empty: flat, unknown",
                       takes=RESTART)
+    gdem_needed: bool = value(True, "no start where that map is missing or damaged; false: it flies without, and says "
+                              "so", takes=RESTART)
 
 
 @dataclass(frozen=True, slots=True)

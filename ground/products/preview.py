@@ -18,7 +18,7 @@ import numpy as np
 from ground.archive.read import Span, newest_product, reading, rows
 from ground.archive.schema import ArchiveError
 from onboard.config import Config, ConfigError, load
-from onboard.maps.gdem_file import from_npz
+from onboard.maps.gdem_file import read_gdem
 from onboard.parameters import TABLE as PARAMETERS
 from onboard.planning.prediction import Prediction, digest, predict
 from onboard.records import Gdem
@@ -152,7 +152,7 @@ def _listed(archive: Path) -> bytes | None:
 def gdem_file(path: Path | None) -> Gdem | None:
     """The orbiter's map. Raises NoMapError."""
     try:
-        return None if path is None else from_npz(path.read_bytes())
+        return None if path is None else read_gdem(path)
     except OSError as error:
         raise NoMapError(f"{path}: {error.strerror}") from error
     except ValueError as error:
