@@ -6,7 +6,6 @@ import difflib
 import json
 import math
 import re
-import tomllib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -26,6 +25,7 @@ from hil.terrain.fields import Accepted
 from hil.terrain.grounds import GROUNDS
 from onboard.config import ConfigError, Lidar, from_tree, load, value
 from onboard.records import Pose
+from onboard.toml_text import TomlError, read_toml, shown
 
 WHEN = ("time", "sweep", "drive")
 LAG_GOAL_NS = 200_000  # `onboard lidar lag` is as good
@@ -84,8 +84,8 @@ class Scenario:
 def load_scenario(path: Path) -> Scenario:
     """Read a scenario file. Raises FileNotFoundError, ConfigError (file, key, value, suggestion)."""
     try:
-        tree = tomllib.loads(path.read_text())
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        tree = read_toml(path)
+    except TomlError as error:
         raise ConfigError(f"{path}: not valid TOML: {error}") from error
     where = str(path)
     faults = tuple(from_tree(Injection, row, where, "faults.") for row in tree.pop("faults", []))
@@ -107,9 +107,9 @@ def load_scenario(path: Path) -> Scenario:
 def _numbers(items: Any, counts: tuple[int, ...], what: str) -> tuple[float, ...]:
     """A list of numbers; counts: how many there may be, empty: any even number."""
     if not isinstance(items, list) or not all(isinstance(v, int | float) and v == v for v in items):
-        raise ConfigError(f"{what}, found {items!r}")
+        raise ConfigError(f"{what}, found {shown(items)}")
     if len(items) not in counts if counts else len(items) % 2:
-        raise ConfigError(f"{what}, found {items!r}")
+        raise ConfigError(f"{what}, found {shown(items)}")
     return tuple(float(v) for v in items)
 
 
@@ -206,7 +206,7 @@ def sensor_errors(tree: Mapping[str, Any], where: str = "sensors") -> SensorErro
 def scanner_of(tree: Mapping[str, Any], where: str = "lidar") -> LidarErrors:
     """The scanner that flies, from a scenario's table [lidar]. Raises ConfigError."""
     if not isinstance(tree, Mapping):
-        raise ConfigError(f"{where}: `lidar` should be a table, found {tree!r}")
+        raise ConfigError(f"{where}: `lidar` should be a table, found {shown(tree)}")
     return lidar_errors(tree, where)
 
 
@@ -244,7 +244,7 @@ def set_words(settings: Mapping[str, Any]) -> list[str]:
 def _settings(table: Any, path: Path) -> dict[str, Any]:
     """The table `[set]` by dotted names, of values that the flight program takes."""
     if not isinstance(table, Mapping):
-        raise ConfigError(f"{path}: `set` should be a table, found {table!r}")
+        raise ConfigError(f"{path}: `set` should be a table, found {shown(table)}")
     settings = dict(_dotted(table, ""))
     load(None, settings, f"{path}: [set]")
     return settings
