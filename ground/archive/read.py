@@ -11,7 +11,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from ground.archive.schema import TABLES, VERSION, open_checked, told
+from ground.archive.schema import DATA, TABLES, VERSION, ArchiveError, open_checked, told
+from ground.archive.sound import check, check_arguments
 from protocol.transactions import Code, State
 
 _SILENT_NS = 3_000_000_000  # housekeeping comes twice a second
@@ -73,6 +74,8 @@ def reading(path: Path | str) -> Iterator[sqlite3.Connection]:
         yield db
     except sqlite3.Error as error:
         raise told(path, error) from error
+    except ArchiveError as error:
+        raise ArchiveError(f"{path}: {error}", error.code) from None
     finally:
         db.close()
 
@@ -110,7 +113,9 @@ def rows(db: sqlite3.Connection, table: str, span: Span = ALL) -> Iterator[dict[
     """`select`, each row by the names of its columns."""
     names = columns(db, table)
     for row in select(db, table, span):
-        yield dict(zip(names, (row[0], *row[-len(names) + 1 :])))
+        found = (row[0], *row[-len(names) + 1 :])
+        check(table, names, found)
+        yield dict(zip(names, found))
 
 
 def boots(db: sqlite3.Connection) -> dict[int, int]:
@@ -118,10 +123,13 @@ def boots(db: sqlite3.Connection) -> dict[int, int]:
 
     Boots that were heard in lock-step only, and rows of a version that kept no boot, are not among them.
     """
-    return {int(boot): int(zero) for boot, zero in db.execute(
+    found = db.execute(
         "select i.boot_id, min(r.utc_ns + i.at_ns - i.onboard_ns) from items i join runs r on r.run = i.run "
         "where i.name = 'mode' and i.boot_id is not null and i.filled is null and i.onboard_ns is not null "
-        "and r.utc_ns > 0 group by i.boot_id")}  # one item: the others come with it, and an archive has millions
+        "and r.utc_ns > 0 group by i.boot_id").fetchall()  # one item: the others come with it, and there are millions
+    for row in found:
+        check("items", ("boot_id", "at_ns"), row)
+    return dict(found)
 
 
 def gaps(db: sqlite3.Connection, span: Span = ALL) -> list[Gap]:
@@ -133,6 +141,9 @@ def gaps(db: sqlite3.Connection, span: Span = ALL) -> list[Gap]:
     found = [Gap(kind, *row[:-1], bool(row[-1])) for kind, number, where in _NUMBERED for row in db.execute(
         _HOLES.format(number=number, source=kind, where=where), bounds)]
     found += [Gap("silence", boot, a / 1e9, b / 1e9, 0, utc) for boot, a, b, utc in db.execute(_SILENCE, bounds)]
+    for gap in found:
+        if not all(isinstance(value, int | float) for value in gap[1:6]):
+            raise ArchiveError(f"damaged: a {gap.kind} has {gap[1:6]!r:.60} for its numbers", DATA)
     return sorted((gap for gap in found if not span.run or gap.kind != "silence"), key=lambda gap: gap.utc_ns)
 
 
@@ -157,15 +168,20 @@ where at_ns > before + {_SILENT_NS} and utc >= ? and utc < ? order by utc
 """
 
 
+_REPORT = ("at_ns", "request_id", "station", "serial", "state", "text", "code")
+
+
 def chains(db: sqlite3.Connection, span: Span = ALL) -> list[Chain]:
     """Every request of every station that this archive knows, in the order asked."""
     heard: dict[tuple[int, int], dict[tuple[int, bool], tuple[int, str, str]]] = {}
     for at_ns, request_id, station, serial, state, text, code in db.execute(
-            "select at_ns, request_id, station, serial, state, text, code from reports order by rowid"):
+            f"select {', '.join(_REPORT)} from reports order by rowid"):
+        check("reports", _REPORT, (at_ns, request_id, station, serial, state, text, code))
         own = code == Code.RESTARTED
         heard.setdefault((station, request_id), {}).setdefault((serial, own), (at_ns, state, text))
     found = []
     for row in rows(db, "requests", span):
+        check_arguments(row["arguments"])
         reports = heard.get((row["station"], row["request_id"]), {})
         if any(State[state].final for (_, own), (_, state, _) in reports.items() if not own):
             reports = {key: report for key, report in reports.items() if not key[1]}  # the rover knows better
@@ -178,7 +194,9 @@ def newest_product(db: sqlite3.Connection, name: str) -> tuple[int, str, bytes] 
     """UTC ns, codec and bytes of the newest object of a name; None where none came."""
     row = db.execute("select r.utc_ns + p.at_ns, p.codec, p.data from products p join runs r on r.run = p.run "
                      "where p.name = ? order by r.run desc, p.at_ns desc, p.rowid desc limit 1", (name,)).fetchone()
-    return None if row is None else (int(row[0]), str(row[1]), bytes(row[2]))
+    if row is not None:
+        check("products", ("utc_ns", "codec", "data"), row)
+    return row
 
 
 def info(db: sqlite3.Connection) -> dict[str, Any]:
