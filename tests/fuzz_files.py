@@ -29,8 +29,9 @@ MOST_LINE, MOST_MB = 2000, 256
 SCENARIOS = sorted((Path(__file__).parents[1] / "hil" / "scenarios").glob("*.toml"))
 WORDS = (
     b"[" * 3000, b"{a=" * 2000, b"nan", b"inf", b"-1", b"9" * 5000, b"0x" + b"f" * 9000, b"1e999", b"../../x", b"/etc",
-    b"{goal_x}", b"{x}", b"{", b"''", b'"""', b"\x00", b"\xff", b"\x1b[2J", b"a." * 2000, b"true", b"1979-05-27", b"[[faults]]",
-    b"[set]", b"=", b"\n", b"\x93NUMPY\x01\x00", b"(999999, 999999)", b"'|O'", b"'<f8'", b"PK\x01\x02", b"PK\x05\x06",
+    b"{goal_x}", b"{x}", b"{", b"''", b'"""', b"\x00", b"\xff", b"\x1b[2J", b"a." * 2000, b"true", b"1979-05-27",
+    b"[[faults]]", b"[set]", b"=", b"\n", b"\x93NUMPY\x01\x00", b"(999999, 999999)",
+    b"'|O'", b"'<f8'", b"PK\x01\x02", b"PK\x05\x06",
 )  # fmt: skip
 
 
@@ -146,7 +147,7 @@ def main() -> None:
         peak_mb = tracemalloc.get_traced_memory()[1] / 1e6
         tracemalloc.stop()
         assert peak_mb < MOST_MB, f"{door}: {peak_mb:.0f} MB at once"
-        print(f"{door}: {100 * rounds} damaged files, {taken} taken as sound, {peak_mb:.1f} MB at most: no law was broken")
+        print(f"{door}: {100 * rounds} damaged files, {taken} taken as sound, {peak_mb:.1f} MB at most")
 
 
 if __name__ == "__main__":
