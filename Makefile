@@ -69,6 +69,9 @@ test-sanitize: .venv/.project build/sanitize/.built ## kernel tests and fuzz und
 	@$(FIXED) $(B)/python -m tests.fuzz_lidar --seconds $(FUZZ_S) --seed $(SEED)
 	@$(FIXED) $(B)/python -m tests.fuzz_doors --seconds $(FUZZ_S) --seed $(SEED)
 
+fuzz: .venv/.project ## damaged maps, configurations and scenarios, FUZZ_S seconds each; SEED=n
+	@$(FIXED) $(B)/python -m tests.fuzz_files --seconds $(FUZZ_S) --seed $(SEED)
+
 lint: .venv/.project ## ruff, mypy --strict on protocol and onboard, import contracts
 	@$(B)/ruff check .
 	@$(B)/mypy
@@ -89,7 +92,7 @@ missions: .venv/.project ## mission rule, guard, map and small rocks without phy
 	@$(FIXED) $(B)/python -m tests.missions map
 	@$(FIXED) $(B)/python -m tests.missions rocks
 
-nightly: lint test test-missions test-vcan test-sanitize bench bench-link missions test-mutation ## all that tests or measures, with ten demo seeds, real ground, craters
+nightly: lint test test-missions test-vcan test-sanitize fuzz bench bench-link missions test-mutation ## all that tests or measures, with ten demo seeds, real ground, craters
 	@for seed in 1 2 3 4 5 6 7 8 9 10; do $(B)/hil demo --seed $$seed --out build/nightly/seed-$$seed || echo "seed $$seed failed" >> build/nightly/failed; done
 	@$(B)/hil demo --terrain real --out build/nightly/real
 	@$(B)/hil demo --terrain craters --out build/nightly/craters
@@ -128,4 +131,4 @@ clean: ## remove build and .venv
 help: ## this list
 	@grep -E '^[a-z-]+:.*##' Makefile | sed 's/:.*## /\t/' | expand -t 16
 
-.PHONY: demo sim test test-missions test-scenarios test-vcan test-mutation test-sanitize lint bench bench-link soak missions nightly codec clients docs install uninstall deb size clean help
+.PHONY: demo sim test test-missions test-scenarios test-vcan test-mutation test-sanitize fuzz lint bench bench-link soak missions nightly codec clients docs install uninstall deb size clean help

@@ -18,6 +18,7 @@ from rich.text import Text
 from hil import demo as after
 from hil.bench.contacts import Contact, lines
 from hil.can.socket import NoInterfaceError
+from hil.run_folder import check
 from hil.scenario.scenario import Scenario
 from hil.status import status
 from onboard.config import ConfigError
@@ -78,7 +79,8 @@ class Watch:
 
 @contextmanager
 def _alone(folder: Path) -> Iterator[None]:
-    """Two benches in one folder would write over each other's records and station file."""
+    """Two benches in one folder would write over each other's records and station file. Raises ConfigError."""
+    check(folder)
     folder.mkdir(parents=True, exist_ok=True)
     with (folder / ".lock").open("w") as lock:
         try:

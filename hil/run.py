@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import shutil
 import time
 from collections.abc import Callable
 from contextlib import ExitStack
@@ -24,7 +23,8 @@ from hil.faults.injection import Injector
 from hil.link.impairment import PROFILES
 from hil.plant.plant import PlantAbortError
 from hil.processes import ProcessDiedError, Processes, free_ports
-from hil.scenario.scenario import Scenario, fitting_of, flight_settings, goal_words, ground_of, set_words
+from hil.run_folder import KEPT, check, cleared
+from hil.scenario.scenario import Scenario, fitting_of, flight_settings, ground_of, paths_in, script_of, set_words
 from hil.terrain import field_file
 from hil.terrain.fields import Accepted
 from onboard.config import load
@@ -32,7 +32,6 @@ from onboard.maps.gdem_file import to_npz
 from protocol.conventions import TICK_NS
 
 NAMES = frozenset({"onboard", "link", "ground"})
-KEPT = ("state", "mapping")  # folders of what outlives the flight program
 _END_S = 20.0
 FAILED, UNFINISHED = 1, 75  # exit codes of the operator's script
 REBOOTS = 75  # exit code of the flight program after the order `reboot`
@@ -70,16 +69,14 @@ def run(
     """Run to the end of the operator's script. pace 0: as fast as it goes; 1: real time, overruns counted.
 
     The children's addresses are made here; each writes FOLDER/NAME.log. Ctrl-C ends them in order and re-raises.
+    Raises ConfigError where the folder holds what no run made.
     """
-    folder.mkdir(parents=True, exist_ok=True)
+    check(folder)
     accepted = ground_of(scenario)
-    for part in ("ground", *KEPT):  # counters, state and map of an earlier run
-        shutil.rmtree(folder / part, ignore_errors=True)
-    for old in folder.glob("onboard-boot*.mcap"):
-        old.unlink()
+    cleared(folder)
     (folder / "field.npz").write_bytes(field_file.to_npz(accepted.field))
     (folder / "gdem.npz").write_bytes(to_npz(accepted.field.gdem))
-    (folder / "script.txt").write_text(scenario.script.format(**goal_words(accepted.field)))
+    (folder / "script.txt").write_text(script_of(scenario, accepted.field))
     truth = Truth(folder / "truth.mcap")
     with Processes(folder) as processes, ExitStack() as interrupted:
         joined = Joined(CanHub() if scenario.can == "hub" else CanSocket(scenario.can), processes.check)
@@ -138,7 +135,7 @@ def _settings(scenario: Scenario, folder: Path, bench: Bench, rover_side: str) -
         "clock.mode": "lockstep", "clock.barrier": bench.barrier.address, "can.uri": bench.hub.uri,
         "lidar.address": bench.lidar_server.address, "link.endpoint": rover_side,
         "mission.gdem": str(folder / "gdem.npz"), "record.path": str(folder / "onboard.mcap"),
-        **flight_settings(scenario, bench.start),
+        **paths_in(folder, flight_settings(scenario, bench.start)),
     }
     if scenario.live or any(fault.fault == "onboard_restarted" for fault in scenario.faults):
         settings |= {f"{part}.folder": str(folder / part) for part in KEPT}

@@ -17,7 +17,16 @@ from onboard.bus_guard import command as guard_command
 from onboard.calibrate import command as calibrate_command
 from onboard.can_tool import command as can_command
 from onboard.can_tool import jog_command
-from onboard.command_line import EX_CONFIG, EX_INTERRUPTED, EX_SOFTWARE, EX_UNAVAILABLE, fail, read_config
+from onboard.command_line import (
+    EX_CONFIG,
+    EX_DATAERR,
+    EX_INTERRUPTED,
+    EX_NOINPUT,
+    EX_SOFTWARE,
+    EX_UNAVAILABLE,
+    fail,
+    read_config,
+)
 from onboard.config import ConfigError
 from onboard.config_text import to_toml
 from onboard.jitter.command import jitter
@@ -82,14 +91,15 @@ can_command.app.add_command(jog_command.reset)
 def run(config: Path | None, settings: tuple[str, ...], print_config: bool) -> None:
     """Fly the rover until SIGTERM, Ctrl-C or the bench ends the run.
 
-    Exit codes: 0 ended as asked, 66 no such file, 69 a port cannot be opened, 70 a job of ours has failed, 75 ended by
-    `reboot`, to be started anew, 78 something wrong in the configuration.
+    Exit codes: 0 ended as asked, 65 a damaged orbiter's map, 66 no such file, 69 a port cannot be opened, 70 a job of
+    ours has failed, 75 ended by `reboot`, to be started anew, 78 something wrong in the configuration.
     """
     tree = read_config(config, settings)
     if print_config:
         print(to_toml(tree), end="")
         return
     gc.disable()  # until all is loaded: loading makes much and drops little, and a tenth of it would be collecting
+    from onboard.app import NoMapError
     from onboard.app import run as fly  # the drivers are heavy: not for --help and --print-config
     from onboard.drivers.clock import ClockLostError
     from onboard.drivers.link_port import LinkPortError
@@ -100,6 +110,8 @@ def run(config: Path | None, settings: tuple[str, ...], print_config: bool) -> N
     except JobError as error:
         say_error(type(error), error, error.__traceback__)
         raise fail(EX_SOFTWARE, f"{error}; the rover was stopped and the record closed") from None
+    except NoMapError as error:
+        raise fail(EX_DATAERR if error.damaged else EX_NOINPUT, str(error)) from None
     except ConfigError as error:
         raise fail(EX_CONFIG, str(error)) from None
     except (ClockLostError, LinkPortError, OSError) as error:

@@ -33,7 +33,7 @@ from onboard.drivers.state_folder import StateFolder, count_boot, read_kept
 from onboard.drivers.stopwatch import Stopwatch, Unmeasured
 from onboard.drivers.workers import Workers
 from onboard.journal import Announce, Level, to_journal
-from onboard.maps.gdem_file import from_npz
+from onboard.maps.gdem_file import GdemError, read_gdem
 from onboard.ports import BUS_CLOSED, EPOCH, HALTS
 from onboard.record.writer import Recorder
 from onboard.records import BusStatus, Chunk, Frame, Gdem, Health, Inputs, LinkMessage, Machine, Outputs, PortState
@@ -171,11 +171,11 @@ def run(config: Config, announce: Announce) -> int:
     """The flight program: returns the exit code when the bench ends the run or a signal asks to stop.
 
     announce: told in one line that all ports are open and the ticks begin, and what of a kept map cannot be used.
-    Raises JobError where a job has failed: the rover stands and the record is closed by then.
+    Raises NoMapError, and JobError where a job has failed: the rover stands and the record is closed by then.
     """
     return_large()
     config = _counted(config, announce)
-    gdem = load_gdem(config.mission.gdem)
+    gdem = load_gdem(config.mission.gdem, config.mission.gdem_needed, announce)
     kept = load_tiles(config)
     for line in kept.dropped:
         announce(f"dropped: {line}", Level.WARNING)
@@ -301,14 +301,31 @@ def _counted(config: Config, announce: Announce) -> Config:
     return replace(config, link=replace(config.link, boot_count=number))
 
 
-def load_gdem(path: str) -> Gdem | None:
-    """The orbiter's map named in the configuration; None where none is named."""
+class NoMapError(RuntimeError):
+    """The orbiter's map that the configuration needs is not there, or damaged; the text is one line for people."""
+
+    def __init__(self, text: str, damaged: bool) -> None:
+        super().__init__(text)
+        self.damaged = damaged
+
+
+def load_gdem(path: str, needed: bool = True, announce: Announce | None = None) -> Gdem | None:
+    """The orbiter's map named in the configuration; None where none is named, or it is no good and not needed.
+
+    announce: told in one line that it flies without. Raises NoMapError.
+    """
     if not path:
         return None
     try:
-        return from_npz(Path(path).read_bytes())
-    except (OSError, ValueError) as error:
-        raise ConfigError(f"mission.gdem = {path!r} cannot be read: {error}") from error
+        return read_gdem(Path(path))
+    except (OSError, GdemError) as error:
+        why = f"mission.gdem = {path!r}: {getattr(error, 'strerror', None) or error}"
+        if needed:
+            advice = "make it again (`onboard gdem import`), or set mission.gdem_needed = false to fly without"
+            raise NoMapError(f"{why}; {advice}", isinstance(error, GdemError)) from error
+        if announce:
+            announce(f"{why}; flies without, as on unknown ground (mission.gdem_needed = false)", Level.ERROR)
+        return None
 
 
 def load_tiles(config: Config) -> Kept:

@@ -8,13 +8,13 @@ value out of range is a ConfigError that names file, key and value, what is allo
 from __future__ import annotations
 
 import math
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from onboard.config_value import AT_ONCE, NEXT_MISSION, RESTART, ConfigError, from_tree, section, value
+from onboard.toml_text import TomlError, parse_toml, read_toml, shown
 
 __all__ = ["AT_ONCE", "NEXT_MISSION", "RAD", "RESTART", "Config", "ConfigError", "from_tree", "load", "parse_override",
            "value"]
@@ -197,6 +197,8 @@ class Mission:
                         one_of=("smooth", "pitted"))
     gdem: str = value("", "the orbiter's map, an .npz of heights_m, x0_m, y0_m, cell_m; empty: flat, unknown",
                       takes=RESTART)
+    gdem_needed: bool = value(True, "no start where that map is missing or damaged; false: it flies without, and says "
+                              "so", takes=RESTART)
 
 
 @dataclass(frozen=True, slots=True)
@@ -358,14 +360,14 @@ def load(
     tree: dict[str, Any] = {}
     if path is not None:
         try:
-            tree = tomllib.loads(path.read_text())
-        except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+            tree = read_toml(path)
+        except TomlError as error:
             raise ConfigError(f"{path}: not valid TOML: {error}") from error
     for dotted, item in (overrides or {}).items():
         section, _, key = dotted.rpartition(".")
         table = tree.setdefault(section, {}) if section else tree
         if not isinstance(table, dict):
-            raise ConfigError(f"{path or source}: `{section}` should be a table, found {table!r}")
+            raise ConfigError(f"{path or source}: `{section}` should be a table, found {shown(table)}")
         table[key] = item
     return from_tree(Config, tree, str(path or source))
 
@@ -376,6 +378,6 @@ def parse_override(text: str) -> tuple[str, Any]:
     if not sign:
         raise ConfigError(f"command line: `{text}` should be section.key=value")
     try:
-        return key.strip(), tomllib.loads(f"v = {raw}")["v"]
-    except tomllib.TOMLDecodeError:
+        return key.strip(), parse_toml(f"v = {raw}")["v"]
+    except TomlError:
         return key.strip(), raw

@@ -11,7 +11,10 @@ from collections.abc import Mapping
 from dataclasses import field
 from typing import Any, TypeVar, get_type_hints
 
+from onboard.toml_text import LARGEST, shown
+
 T = TypeVar("T")
+_LONGEST = 100  # of a name or word that something like it is looked for
 
 
 class ConfigError(ValueError):
@@ -45,10 +48,10 @@ def from_tree(kind: type[T], tree: Mapping[str, Any], where: str, prefix: str = 
     for key, item in tree.items():
         name = f"{prefix}{key}"
         if key not in known:
-            raise ConfigError(f"{where}: unknown key `{name}`{_suggestion(key, known, prefix)}")
+            raise ConfigError(f"{where}: unknown key `{name[:_LONGEST]}`{_suggestion(key, known, prefix)}")
         if dataclasses.is_dataclass(hints[key]):
             if not isinstance(item, Mapping):
-                raise ConfigError(f"{where}: `{name}` should be a table, found {item!r}")
+                raise ConfigError(f"{where}: `{name}` should be a table, found {shown(item)}")
             made[key] = from_tree(hints[key], item, where, f"{name}.")
         else:
             made[key] = _checked(item, hints[key], known[key], f"{where}: `{name}`")
@@ -56,24 +59,24 @@ def from_tree(kind: type[T], tree: Mapping[str, Any], where: str, prefix: str = 
 
 
 def _suggestion(key: str, known: Mapping[str, Any], prefix: str) -> str:
-    near = difflib.get_close_matches(key, known, n=1)
+    near = difflib.get_close_matches(key[:_LONGEST], known, n=1)
     if near:
         return f"; did you mean `{prefix}{near[0]}`?"
     return f"; known here: {', '.join(sorted(known))}"
 
 
 def _checked(item: Any, kind: type, row: dataclasses.Field[Any], what: str) -> Any:
-    if kind is float and isinstance(item, int) and not isinstance(item, bool):
+    if kind is float and isinstance(item, int) and not isinstance(item, bool) and abs(item) <= LARGEST:
         item = float(item)
     if not isinstance(item, kind) or (isinstance(item, bool) and kind is not bool):
-        raise ConfigError(f"{what} should be {kind.__name__}, found {item!r}")
+        raise ConfigError(f"{what} should be {kind.__name__}, found {shown(item)}")
     low, high, one_of = (row.metadata.get(k) for k in ("low", "high", "one_of"))
     if one_of and item not in one_of:
-        near = difflib.get_close_matches(str(item), one_of, n=1)
-        raise ConfigError(f"{what} = {item!r} should be one of {', '.join(one_of)}"
+        near = difflib.get_close_matches(str(item)[:_LONGEST], one_of, n=1)
+        raise ConfigError(f"{what} = {shown(item)} should be one of {', '.join(one_of)}"
                           + (f"; did you mean {near[0]!r}?" if near else ""))
     if isinstance(item, (int, float)) and not isinstance(item, bool):
         too_low, too_high = low is not None and item < low, high is not None and item > high
         if too_low or too_high or item != item:
-            raise ConfigError(f"{what} = {item!r} is out of range {low} to {high}")
+            raise ConfigError(f"{what} = {shown(item)} is out of range {low} to {high}")
     return item

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import dataclasses
 import json
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
@@ -16,6 +15,7 @@ from typing import Any
 
 from onboard.config import RESTART, Config, ConfigError, from_tree
 from onboard.config_text import allowed, word
+from onboard.toml_text import TomlError, parse_toml
 from protocol.commands import named
 
 MOST_CHANGES = 256
@@ -114,8 +114,8 @@ def changed(config: Config, name: str, text: str) -> Config:
 
 def _plain(text: str) -> Any:
     try:
-        return tomllib.loads(f"v = {text}")["v"]
-    except tomllib.TOMLDecodeError:
+        return parse_toml(f"v = {text}")["v"]
+    except TomlError:
         return text
 
 

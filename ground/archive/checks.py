@@ -66,5 +66,5 @@ def arguments_of(text: str) -> dict[str, Any]:
 def damaged(table: str, column: str, value: Any) -> ArchiveError:
     """The error that names a place in the archive."""
     shown = repr(value)
-    return ArchiveError(f"the archive is damaged: {table}.{column} holds {shown[:60]}; move it away and a new one is "
+    return ArchiveError(f"damaged: {table}.{column} holds {shown[:60]}; move it away and a new one is "
                         "begun; `sqlite3 FILE .recover` saves what can be read", DATA)

@@ -7,6 +7,7 @@ late report is taken. The rest ends as FAILED, with words that say what is known
 from __future__ import annotations
 
 import fcntl
+import os
 import sqlite3
 from collections.abc import Callable
 from contextlib import suppress
@@ -76,6 +77,10 @@ order by rowid desc limit 1
 """
 
 
+def _private(path: str, flags: int) -> int:
+    return os.open(path, flags, 0o600)
+
+
 class Living:
     """Which runs of an archive have a process: each holds a lock of its own in a file beside it, while it lives."""
 
@@ -83,7 +88,7 @@ class Living:
         self._file = None
         with suppress(OSError):  # without it nobody is taken for dead
             if str(path) != ":memory:":
-                self._file = open(f"{path}.runs", "ab")  # noqa: SIM115  (held as long as the archive)
+                self._file = open(f"{path}.runs", "ab", opener=_private)  # noqa: SIM115  (held as long as the archive)
                 fcntl.lockf(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB, 1, run)
 
     def lives(self, run: int) -> bool:

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from ground.archive.checks import RowCheck, check_state, damaged
-from ground.archive.schema import TABLES, VERSION, open_checked, told
+from ground.archive.schema import TABLES, VERSION, ArchiveError, open_checked, told
 from protocol.transactions import Code, State
 
 _SILENT_NS = 3_000_000_000  # housekeeping comes twice a second
@@ -74,6 +74,8 @@ def reading(path: Path | str) -> Iterator[sqlite3.Connection]:
         yield db
     except sqlite3.Error as error:
         raise told(path, error) from error
+    except ArchiveError as error:
+        raise ArchiveError(f"{path}: {error}", error.code) from None
     finally:
         db.close()
 
@@ -136,6 +138,9 @@ def gaps(db: sqlite3.Connection, span: Span = ALL) -> list[Gap]:
     found = [Gap(kind, *row[:-1], bool(row[-1])) for kind, number, where in _NUMBERED for row in db.execute(
         _HOLES.format(number=number, source=kind, where=where), bounds)]
     found += [Gap("silence", boot, a / 1e9, b / 1e9, 0, utc) for boot, a, b, utc in db.execute(_SILENCE, bounds)]
+    for gap in found:
+        if not all(isinstance(value, int | float) for value in gap[1:6]):
+            raise damaged("datagrams" if gap.kind == "silence" else gap.kind, "numbers", gap[1:6])
     return sorted((gap for gap in found if not span.run or gap.kind != "silence"), key=lambda gap: gap.utc_ns)
 
 

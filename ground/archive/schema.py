@@ -6,6 +6,7 @@ station that is killed in it finds the old version, whole. A new version is a ro
 
 from __future__ import annotations
 
+import os
 import sqlite3
 from collections.abc import Callable
 from contextlib import suppress
@@ -79,6 +80,8 @@ def open_checked(path: Path | str, *, create: bool = True, wait_s: float | None 
         if not create and not Path(path).is_file():
             raise ArchiveError(f"{path}: no archive there; a station that has spoken to a rover makes one", 66)
         _folder(Path(path).parent)
+        with suppress(OSError):  # SQLite says why; its other files get the same mode
+            os.close(os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600))
     return guarded(path, lambda: _opened(path, wait_s), wait_s)
 
 
@@ -102,6 +105,8 @@ def guarded(path: Path | str, work: Callable[[], sqlite3.Connection], waited_s: 
 def told(path: Path | str, error: sqlite3.Error, waited_s: float | None = None) -> ArchiveError:
     """What an error of the database means to who runs a station. waited_s: None: as long as `open_checked` does."""
     name = getattr(error, "sqlite_errorname", "")
+    if "decode to UTF-8" in str(error):
+        return ArchiveError(f"{path}: damaged: a text that is none: {str(error).partition(' with text')[0]}", DATA)
     if name.startswith(("SQLITE_BUSY", "SQLITE_LOCKED")):
         held_s = _OPEN_S if waited_s is None else waited_s
         return ArchiveError(f"{path}: locked by another program for {held_s:g} s; try again when that is done", LOCKED)
@@ -115,7 +120,7 @@ def told(path: Path | str, error: sqlite3.Error, waited_s: float | None = None) 
 
 def _folder(folder: Path) -> None:
     try:
-        folder.mkdir(parents=True, exist_ok=True)
+        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
     except OSError as error:
         raise ArchiveError(f"{folder}: {error.strerror}") from error
 

@@ -8,13 +8,13 @@ from __future__ import annotations
 
 import re
 import struct
-import tomllib
 from collections.abc import Iterable
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from ground.gateway.frames import mavlink as m
+from onboard.toml_text import TomlError, parse_toml
 
 NAME_BYTES = 16
 _LINE = re.compile(r"^[ *] ([\w.]+) = (.*?)  # ")
@@ -66,8 +66,8 @@ def read_listing(text: str) -> dict[str, float | int | bool]:
         if match is None:
             continue
         try:
-            value = tomllib.loads(f"v = {match[2]}")["v"]
-        except tomllib.TOMLDecodeError:
+            value = parse_toml(f"v = {match[2]}")["v"]
+        except TomlError:
             continue
         if isinstance(value, (int, float)):
             found[match[1]] = value

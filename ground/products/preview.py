@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import io
 import math
-import tomllib
 import zipfile
 from pathlib import Path
 from typing import NamedTuple
@@ -18,10 +17,11 @@ import numpy as np
 from ground.archive.read import Span, newest_product, reading, rows
 from ground.archive.schema import ArchiveError
 from onboard.config import Config, ConfigError, load
-from onboard.maps.gdem_file import from_npz
+from onboard.maps.gdem_file import read_gdem
 from onboard.parameters import TABLE as PARAMETERS
 from onboard.planning.prediction import Prediction, digest, predict
 from onboard.records import Gdem
+from onboard.toml_text import TomlError, parse_toml
 from protocol import WireError
 from protocol.products import LdemProduct, MapGrid, decode_ldem, poses_of
 from protocol.products.pose_map import PoseMap
@@ -133,10 +133,10 @@ def fetched(seen: Map, listed: bytes) -> Flown | None:
     lines = (line[2:].partition("  # ")[0] for line in listed.decode(errors="replace").splitlines()
              if line[:2] in ("* ", "  "))
     try:
-        named = {name.strip(): tomllib.loads(f"v = {text}")["v"] for name, _, text in
+        named = {name.strip(): parse_toml(f"v = {text}")["v"] for name, _, text in
                  (line.partition(" = ") for line in lines)}
         config = load(None, named, "the parameters that were fetched")
-    except (ConfigError, tomllib.TOMLDecodeError):
+    except (ConfigError, TomlError):
         return None
     assumed = [name for name in PARAMETERS if name not in named and name.partition(".")[0] in READ]
     more = f" with defaults assumed for {', '.join(assumed)}" if assumed else ""
@@ -161,7 +161,7 @@ def _listed(archive: Path) -> bytes | None:
 def gdem_file(path: Path | None) -> Gdem | None:
     """The orbiter's map. Raises NoMapError."""
     try:
-        return None if path is None else from_npz(path.read_bytes())
+        return None if path is None else read_gdem(path)
     except OSError as error:
         raise NoMapError(f"{path}: {error.strerror}") from error
     except ValueError as error:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import tomllib
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 from ground.session.schedule import Schedule, parse
 from onboard.config import ConfigError, from_tree, value
 from onboard.drivers.key_file import read_keys
+from onboard.toml_text import TomlError, read_toml
 from protocol.link import KEY_DOWN, KEY_UP, Keyring, LinkKeys, bench_keys
 
 PLACES = (Path("ground.toml"), Path("build/sim/ground.toml"))
@@ -49,10 +49,10 @@ def load_settings(path: Path | None) -> Settings:
             raise NoStationError(f"no station file: looked for {places}; name one with --station FILE, "
                                  "or start the simulation, which writes one")
     try:
-        tree = tomllib.loads(path.read_text())
+        tree = read_toml(path)
     except OSError as error:
         raise NoStationError(f"{path}: {error.strerror}") from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+    except TomlError as error:
         raise ConfigError(f"{path}: not valid TOML: {error}") from error
     settings = from_tree(Settings, tree, str(path))
     beside = {name: str(path.parent / text) for name in ("command_keys", "downlink_key", "state", "archive", "contacts")

@@ -29,7 +29,7 @@ from hil.faults.disk_faults import DISK_FAULTS
 from hil.faults.injection import Injector
 from hil.plant.plant import STEP_NS, PlantAbortError
 from hil.records import PlantState
-from hil.scenario.scenario import Scenario, fitting_of, flight_settings, goal_words, ground_of
+from hil.scenario.scenario import Scenario, fitting_of, flight_settings, goal_words, ground_of, script_of
 from hil.terrain.field import Field
 from onboard.config import Config, load
 from onboard.config import Rover as BuiltRover
@@ -228,7 +228,7 @@ class InMemory(World):
 
 def scripted(scenario: Scenario, ground: Field) -> tuple[Order, ...]:
     """The timed orders of the scenario's script; here nobody waits and nothing is fetched."""
-    return orders_of(scenario.script.format(**goal_words(ground)))
+    return orders_of(script_of(scenario, ground))
 
 
 def goto(ground: Field, at_s: float = GOTO_S) -> tuple[Order, ...]:

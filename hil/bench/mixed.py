@@ -13,7 +13,6 @@ from __future__ import annotations
 
 import os
 import secrets
-import shutil
 import time
 from collections.abc import Callable
 from contextlib import ExitStack
@@ -27,7 +26,8 @@ from hil.can.hub import CanHub
 from hil.can.socket import CanSocket
 from hil.lidar.server import LidarServer
 from hil.processes import Processes, free_ports
-from hil.scenario.scenario import Scenario, fitting_of, flight_settings, ground_of, set_words
+from hil.run_folder import check, cleared
+from hil.scenario.scenario import Scenario, fitting_of, flight_settings, ground_of, paths_in, set_words
 from hil.terrain import field_file
 from hil.terrain.field import Field
 from onboard.config import Rover, load
@@ -134,14 +134,14 @@ def fly(scenario: Scenario, folder: Path, real: Real, tell: Callable[[Progress, 
 
     Raises NoInterfaceError, ConfigError, ProcessDiedError with the child's last words.
     """
-    folder.mkdir(parents=True, exist_ok=True)
+    check(folder)
     ground = ground_of(scenario).field
+    cleared(folder)  # the state would be of the keys before
     (folder / "field.npz").write_bytes(field_file.to_npz(ground))
     (folder / "gdem.npz").write_bytes(to_npz(ground.gdem))
     rover_side, ground_side = (f"tcp/127.0.0.1:{port}" for port in free_ports(2))
     up, down = write_keys(folder)
     state = folder / "state"
-    shutil.rmtree(state, ignore_errors=True)  # of the keys before
     sector_rad = load(None, flight_settings(scenario, ground.start)).scanning.sector_rad
     truth, fitting = Truth(folder / "truth.mcap"), fitting_of(scenario, sector_rad)
     bench = MixedBench(ground, scenario.seed, load().rover, truth, real, fitting, scenario.soil)
@@ -153,7 +153,8 @@ def fly(scenario: Scenario, folder: Path, real: Real, tell: Callable[[Progress, 
             "--ground", ground_side,
         ])
         settings = {
-            **flight_settings(scenario, bench.start), "link.bench_seed": -1, "link.endpoint": rover_side,
+            **paths_in(folder, flight_settings(scenario, bench.start)), "link.bench_seed": -1,
+            "link.endpoint": rover_side,
             "link.command_keys": str(up), "link.downlink_key": str(down), "state.folder": str(state),
             "mission.gdem": str(folder / "gdem.npz"), "record.path": str(folder / "onboard.mcap"), **bench.addresses,
         }

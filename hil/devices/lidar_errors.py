@@ -15,13 +15,13 @@ what is dark: hil/bench/surfaces.py.
 from __future__ import annotations
 
 import math
-import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 from hil.devices.lidar_profile import PROFILES, Profile
 from onboard.config import ConfigError, from_tree, value
+from onboard.toml_text import TomlError, parse_toml
 
 Patch = tuple[float, float, float]  # centre x, y and radius, m, map frame
 PATCHES = "dark_patches_m"
@@ -145,6 +145,6 @@ def lidar_table(words: Sequence[str], tree: Mapping[str, Any], option: str = "--
 
 def _value(text: str) -> Any:
     try:
-        return tomllib.loads(f"value = {text}")["value"]
-    except tomllib.TOMLDecodeError:
+        return parse_toml(f"value = {text}")["value"]
+    except TomlError:
         return text

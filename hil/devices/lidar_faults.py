@@ -11,7 +11,6 @@ Where a fault acts:
 from __future__ import annotations
 
 import re
-import tomllib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -23,6 +22,7 @@ from hil.devices.lidar_optics import Optics
 from hil.devices.lidar_profile import Profile
 from hil.devices.lidar_states import DRILLS, Machine, State
 from onboard.config import ConfigError, from_tree
+from onboard.toml_text import TomlError, read_toml
 from protocol import scip
 
 NS = 1_000_000_000
@@ -85,8 +85,8 @@ def parse_fault(text: str) -> Fault:
 def load_faults(path: Path) -> tuple[Fault, ...]:
     """The rows `[[fault]]` (kind, at_s, for_s, value) of a TOML file. Raises FileNotFoundError, ConfigError."""
     try:
-        tree = tomllib.loads(path.read_text())
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        tree = read_toml(path)
+    except TomlError as error:
         raise ConfigError(f"{path}: not valid TOML: {error}") from error
     if set(tree) - {"fault"} or not isinstance(tree.get("fault", []), list):
         raise ConfigError(f"{path}: should hold tables [[fault]], found {', '.join(tree)}")

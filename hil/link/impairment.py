@@ -13,13 +13,13 @@ from __future__ import annotations
 
 import difflib
 import heapq
-import tomllib
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
 from onboard.config import ConfigError, from_tree, value
+from onboard.toml_text import TomlError, read_toml
 
 OVERHEAD_BYTES = 28  # IPv4 + UDP, on the line beside every datagram
 _S = 1_000_000_000
@@ -97,10 +97,10 @@ def profile_names(path: Path = PROFILES) -> tuple[str, ...]:
 
 def _tables(path: Path) -> dict[str, dict[str, object]]:
     try:
-        return tomllib.loads(path.read_text())
+        return read_toml(path)
     except FileNotFoundError:
         raise ConfigError(f"{path}: no such file of link profiles") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+    except TomlError as error:
         raise ConfigError(f"{path}: not valid TOML: {error}") from error
 
 

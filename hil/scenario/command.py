@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Annotated, Any
@@ -16,13 +16,16 @@ from hil.bench.contacts import lines
 from hil.devices.lidar_errors import lidar_table
 from hil.flying import EX_CONFIG, EX_FAILED, EX_NOINPUT, EX_OK, EX_SOFTWARE, conclude, fail, fly, show
 from hil.rays.casters import CASTERS
-from hil.scenario.scenario import Scenario, load_scenario
+from hil.scenario.scenario import Scenario, load_scenario, paths_in
 from hil.watch.command import PORT, AfterOption, PortOption, WatchOption, check_film, film, shown
-from onboard.config import ConfigError
+from onboard.config import ConfigError, load, parse_override
 
 Name = Annotated[str, typer.Argument(metavar="SCENARIO", help="A name of `hil list`, or a TOML file.")]
 LidarOption = Annotated[list[str] | None, typer.Option(
     metavar="KEY=VALUE", help="Of the scanner, over the scenario's [lidar] (docs/sensors.md); or a profile: ideal.",
+)]
+SetOption = Annotated[list[str] | None, typer.Option(
+    "--set", metavar="KEY=VALUE", help="Of the flight program, over the scenario's [set]; paths from this folder.",
 )]
 AsJson = Annotated[bool, typer.Option("--json", help="As JSON.")]
 
@@ -33,6 +36,7 @@ def run(
     can: Annotated[str, typer.Option(help="CAN bus in place of the scenario's: hub, socketcan:INTERFACE.")] = "",
     rays: Annotated[str, typer.Option(help="Who casts the scanner's rays: kernel, engine, embree.")] = "",
     lidar: LidarOption = None,
+    settings: SetOption = None,
     quick: Annotated[bool, typer.Option("--quick", help="In one process, beside a twin without each fault.")] = False,
     watch: WatchOption = False,
     port: PortOption = PORT,
@@ -49,7 +53,8 @@ def run(
     if rays and rays not in CASTERS:
         raise fail(64, f"--rays {rays!r} should be one of {', '.join(CASTERS)}")
     scanned = scanner(lidar, read.lidar)
-    read = replace(read, can=can or read.can, rays=rays or read.rays, lidar=scanned)
+    told = {**read.set, **told_settings(settings or ())}
+    read = replace(read, can=can or read.can, rays=rays or read.rays, lidar=scanned, set=told)
     _refuse_what_cannot_be(read, quick)
     if quick:
         if watch or video:
@@ -101,6 +106,16 @@ def scanner(words: list[str] | None, table: Mapping[str, Any]) -> Mapping[str, A
     """A scenario's table [lidar] with the words of --lidar over it; exit 78 for a wrong one."""
     try:
         return lidar_table(words or (), table)
+    except ConfigError as error:
+        raise fail(EX_CONFIG, str(error)) from None
+
+
+def told_settings(words: Iterable[str]) -> dict[str, Any]:
+    """The settings of the command line, checked, its paths from where the user is; exit 78 for a wrong one."""
+    try:
+        told = dict(parse_override(word) for word in words)
+        load(None, told)
+        return paths_in(Path.cwd(), told)
     except ConfigError as error:
         raise fail(EX_CONFIG, str(error)) from None
 

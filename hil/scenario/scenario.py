@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 import json
 import math
-import tomllib
+import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -25,9 +25,15 @@ from hil.terrain.fields import Accepted
 from hil.terrain.grounds import GROUNDS
 from onboard.config import ConfigError, Lidar, from_tree, load, value
 from onboard.records import Pose
+from onboard.toml_text import TomlError, read_toml, shown
 
 WHEN = ("time", "sweep", "drive")
 LAG_GOAL_NS = 200_000  # `onboard lidar lag` is as good
+PATHS = ("record.path", "mapping.folder", "state.folder", "mission.gdem", "link.command_keys", "link.downlink_key",
+         "status.socket")  # of the flight program's values: files and folders
+_NO_PATH = {"status.socket": ("auto", "off")}
+_NAME = re.compile(r"\w[\w .+-]{0,99}")
+_WORD = re.compile(r"\{(goal_x|goal_y)\}")
 _NUMBERS = (
     ("blackout_s", (), "pairs of start and end"), ("start", (0, 3), "x, y in metres and yaw in degrees"),
     ("goal", (0, 2), "x, y in metres"),
@@ -78,8 +84,8 @@ class Scenario:
 def load_scenario(path: Path) -> Scenario:
     """Read a scenario file. Raises FileNotFoundError, ConfigError (file, key, value, suggestion)."""
     try:
-        tree = tomllib.loads(path.read_text())
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        tree = read_toml(path)
+    except TomlError as error:
         raise ConfigError(f"{path}: not valid TOML: {error}") from error
     where = str(path)
     faults = tuple(from_tree(Injection, row, where, "faults.") for row in tree.pop("faults", []))
@@ -94,16 +100,38 @@ def load_scenario(path: Path) -> Scenario:
     if "seed" not in tree:
         raise ConfigError(f"{where}: `seed` is missing: the same seed gives the same run")
     plain = from_tree(Scenario, tree, where)
+    _refuse(plain.name, plain.script, parts["set"], where)
     return replace(plain, **parts, terrain=_terrain(plain.terrain, path))
 
 
 def _numbers(items: Any, counts: tuple[int, ...], what: str) -> tuple[float, ...]:
     """A list of numbers; counts: how many there may be, empty: any even number."""
     if not isinstance(items, list) or not all(isinstance(v, int | float) and v == v for v in items):
-        raise ConfigError(f"{what}, found {items!r}")
+        raise ConfigError(f"{what}, found {shown(items)}")
     if len(items) not in counts if counts else len(items) % 2:
-        raise ConfigError(f"{what}, found {items!r}")
+        raise ConfigError(f"{what}, found {shown(items)}")
     return tuple(float(v) for v in items)
+
+
+def _refuse(name: str, script: str, settings: Mapping[str, Any], where: str) -> None:
+    """What a stranger's file must not do: name a folder outside that of the runs, or write there."""
+    if not _NAME.fullmatch(name):
+        raise ConfigError(f"{where}: `name` = {name!r} should be letters, digits, spaces and . + - _, 100 at most, and "
+                          "begin with a letter or digit: the run's folder is called so")
+    if any(sign in _WORD.sub("", script) for sign in "{}"):
+        raise ConfigError(f"{where}: `script` may use {{goal_x}} and {{goal_y}}, and no other braces")
+    for key in PATHS:
+        place = settings.get(key, "")
+        if place and (Path(place).is_absolute() or ".." in Path(place).parts or place[0] == "~" or "\0" in place):
+            raise ConfigError(f"{where}: [set] `{key}` = {place!r} leads out of the run's folder; name a place in it, "
+                              f"or give it on the command line: hil run --set {key}={place}")
+
+
+def paths_in(folder: Path, settings: Mapping[str, Any]) -> dict[str, Any]:
+    """Settings whose relative paths are places in the folder of a run."""
+    places = {key: str((folder / settings[key]).absolute()) for key in PATHS
+              if settings.get(key, "") not in ("", *_NO_PATH.get(key, ()))}  # fmt: skip
+    return {**settings, **places}
 
 
 def _terrain(name: str, path: Path) -> str:
@@ -131,6 +159,7 @@ def scenario_of(tree: Mapping[str, Any]) -> Scenario:
         **{key: tuple(tree[key]) for key, *_ in _NUMBERS}, "lidar": tree.get("lidar", {"profile": "ideal"}),
     }  # fmt: skip
     scenario = Scenario(**{**tree, **parts})
+    _refuse(scenario.name, scenario.script, scenario.set, "certificate")
     load(None, scenario.set, "certificate: [set]")
     sensor_errors(scenario.sensors, "certificate: [sensors]")
     scanner_of(scenario.lidar, "certificate: [lidar]")
@@ -158,6 +187,12 @@ def ground_of(scenario: Scenario) -> Accepted:
     return replace(found, field=ground)
 
 
+def script_of(scenario: Scenario, ground: Field) -> str:
+    """The operator's script with the goal's numbers."""
+    words = goal_words(ground)
+    return _WORD.sub(lambda match: words[match[1]], scenario.script)
+
+
 def goal_words(ground: Field) -> dict[str, str]:
     """What a script may use: the goal in metres, to the millimetre."""
     return {"goal_x": f"{ground.goal_m[0]:.3f}", "goal_y": f"{ground.goal_m[1]:.3f}"}
@@ -171,7 +206,7 @@ def sensor_errors(tree: Mapping[str, Any], where: str = "sensors") -> SensorErro
 def scanner_of(tree: Mapping[str, Any], where: str = "lidar") -> LidarErrors:
     """The scanner that flies, from a scenario's table [lidar]. Raises ConfigError."""
     if not isinstance(tree, Mapping):
-        raise ConfigError(f"{where}: `lidar` should be a table, found {tree!r}")
+        raise ConfigError(f"{where}: `lidar` should be a table, found {shown(tree)}")
     return lidar_errors(tree, where)
 
 
@@ -209,7 +244,7 @@ def set_words(settings: Mapping[str, Any]) -> list[str]:
 def _settings(table: Any, path: Path) -> dict[str, Any]:
     """The table `[set]` by dotted names, of values that the flight program takes."""
     if not isinstance(table, Mapping):
-        raise ConfigError(f"{path}: `set` should be a table, found {table!r}")
+        raise ConfigError(f"{path}: `set` should be a table, found {shown(table)}")
     settings = dict(_dotted(table, ""))
     load(None, settings, f"{path}: [set]")
     return settings

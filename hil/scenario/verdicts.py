@@ -18,6 +18,7 @@ from typing import Any, NamedTuple
 from hil.bench.contacts import Contact, line
 from onboard.config import ConfigError, from_tree, value
 from onboard.records import Event
+from onboard.toml_text import shown
 from protocol.faults import BY_NAME, Step
 from protocol.modes import Mode
 
@@ -115,7 +116,7 @@ def row_of(event: Event) -> str:
 def expect_of(tree: Any, where: str) -> Expect:
     """The table `[expect]`. Raises ConfigError: file, key, value, suggestion."""
     if not isinstance(tree, Mapping):
-        raise ConfigError(f"{where}: `expect` should be a table, found {tree!r}")
+        raise ConfigError(f"{where}: `expect` should be a table, found {shown(tree)}")
     lists = {key: _rows(tree.get(key, []), f"{where}: `expect.{key}`") for key in _LISTS}
     plain = from_tree(Expect, {key: item for key, item in tree.items() if key not in _LISTS}, where, "expect.")
     return replace(plain, **lists)
@@ -123,12 +124,12 @@ def expect_of(tree: Any, where: str) -> Expect:
 
 def _rows(names: Any, what: str) -> tuple[str, ...]:
     if not isinstance(names, list):
-        raise ConfigError(f"{what} should be a list of rows of the fault table, found {names!r}")
+        raise ConfigError(f"{what} should be a list of rows of the fault table, found {shown(names)}")
     for name in names:
         if name not in BY_NAME:
             near = difflib.get_close_matches(str(name), BY_NAME, n=1)
             hint = f"; did you mean {near[0]}?" if near else f"; known: {', '.join(BY_NAME)}"
-            raise ConfigError(f"{what}: {name!r} is no row of the fault table{hint}")
+            raise ConfigError(f"{what}: {shown(name)} is no row of the fault table{hint}")
     return tuple(names)
 
 

@@ -1,6 +1,8 @@
-"""Elevation files: whatever rasterio opens (GeoTIFF, ESRI ASCII grid, PDS image), and .npy; and rasters of our own.
+"""Elevation files: GeoTIFF, ESRI ASCII grid, PDS image, and .npy; and rasters of our own.
 
-The one door to rasterio, so a little over 300 lines: reading, placing and writing share its projections.
+The one door to rasterio, so a little over 300 lines: reading, placing and writing share its projections. GDAL below it
+knows 155 formats, some of which are lists of addresses that it would fetch: only the DRIVERS named here open a file,
+those that fetch are not even loaded, and its readers of remote files refuse (CLOSED). A projection is a name or a text.
 
     file --open_dem--> Dem --read--> heights of a window of cells, in metres, NaN where there are none
     start --place--> Site: the projection of the map, and where the mission starts in it
@@ -13,6 +15,7 @@ equidistant one around the start, on the file's own ellipsoid (the Moon's too): 
 from __future__ import annotations
 
 import math
+import re
 import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -32,6 +35,13 @@ from onboard.drivers.dem_words import DemError, ellipsoid, projection_name, unit
 from onboard.records import F64, Grid
 
 TRUE_RATIO = 0.002
+DRIVERS = ("GTiff", "AAIGrid", "PDS")
+CLOSED = {
+    "GDAL_SKIP": "VRT,DERIVED,GTI,HTTP,WMS,WMTS,WCS,EEDA,EEDAI,DAAS,PLMOSAIC,STACIT,STACTA,MRF,ESRIC,Zarr,GeoJSON,"
+                 "GeoJSONSeq,ESRIJSON,TopoJSON",
+    "CPL_VSIL_CURL_ALLOWED_FILENAME": "none",  # the only address that may be fetched
+}  # fmt: skip
+CRS_FORMS = re.compile(r"\s*(\w+:\w+$|\+|[A-Z][A-Z_]+\s*[\[(]|\{)", re.DOTALL)  # EPSG:number, PROJ, WKT, PROJJSON
 # projection of files that name none
 PLAIN = CRS.from_wkt('LOCAL_CS["no projection named",UNIT["metre",1],AXIS["x",EAST],AXIS["y",NORTH]]')
 
@@ -137,25 +147,36 @@ def open_dem(path: Path, how: Reading) -> Iterator[Dem]:
     with path.open("rb") as file:
         if not file.read(1):
             raise DemError("is empty; copy it again")
+    with rasterio.Env(**CLOSED):  # it keeps PROJ's own words off standard error, too
+        crs = _named_crs(how.crs)
+        if path.suffix == ".npy":
+            yield _array(path, how, crs)
+            return
+        with _opened(path) as raster:
+            yield _raster(raster, how, crs)
+
+
+def _named_crs(text: str) -> CRS | None:
+    """The projection of a user's words; None of none."""
+    if not text:
+        return None
     try:
-        with rasterio.Env():  # it keeps PROJ's own words off standard error
-            crs = CRS.from_user_input(how.crs) if how.crs else None
+        if CRS_FORMS.match(text):  # GDAL would take an address or a file's name
+            return CRS.from_user_input(text)
     except ValueError:  # CRSError is one
-        raise DemError(f"is in no projection called {how.crs!r}; write EPSG:number, PROJ text or WKT") from None
-    if path.suffix == ".npy":
-        yield _array(path, how, crs)
-        return
-    with _opened(path) as raster:
-        yield _raster(raster, how, crs)
+        pass
+    raise DemError(f"is in no projection called {text!r}; write EPSG:number, PROJ text or WKT")
 
 
 def _opened(path: Path) -> Any:
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", NotGeoreferencedWarning)
-            return rasterio.open(path)
-    except RasterioError:
-        raise DemError("is no whole elevation file: GeoTIFF, ESRI ASCII grid, PDS image or .npy can be read") from None
+    for driver in DRIVERS:
+        try:
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore", NotGeoreferencedWarning)
+                return rasterio.open(path.absolute(), driver=driver)
+        except RasterioError:
+            continue
+    raise DemError("is no whole elevation file: GeoTIFF, ESRI ASCII grid, PDS image or .npy can be read")
 
 
 def _array(path: Path, how: Reading, crs: CRS | None) -> Dem:

@@ -101,7 +101,7 @@ def write_whole(path: Path, data: bytes) -> None:
     """After a crash at any time the file holds what it held or `data`, whole. Raises OSError."""
     temporary = path.with_suffix(TEMPORARY)
     try:
-        with temporary.open("wb") as file:
+        with open(temporary, "wb", opener=_private) as file:
             file.write(data)
             file.flush()
             os.fsync(file.fileno())
@@ -110,6 +110,11 @@ def write_whole(path: Path, data: bytes) -> None:
         temporary.unlink(missing_ok=True)
         raise
     _force(path.parent)
+
+
+def _private(path: str, flags: int) -> int:
+    """What outlives a run tells of commands and places: for its owner alone."""
+    return os.open(path, flags, 0o600)
 
 
 def _force(folder: Path) -> None:

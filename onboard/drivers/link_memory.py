@@ -78,7 +78,7 @@ class LinkMemory:
     def _write(self, name: str, data: bytes) -> bool:
         try:
             if self._folder is not None:
-                self._folder.mkdir(parents=True, exist_ok=True)
+                self._folder.mkdir(mode=0o700, parents=True, exist_ok=True)
                 write_whole(self._folder / name, data)
         except OSError:
             return False

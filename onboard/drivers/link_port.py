@@ -10,8 +10,10 @@ A command that halts by a counter of its own waits here until its mark is on the
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Sequence
 from concurrent.futures import Future
+from ipaddress import ip_address
 from types import TracebackType
 from typing import Self
 
@@ -35,6 +37,7 @@ from protocol.link import (
     bench_keys,
 )
 
+_VCAN = re.compile(r"socketcan:vcan\d+")
 _MOST_PER_READ = 1024  # bounds a tick on the wall clock, 3 to 5 ms of bad tags; the rest waits in the queue
 
 
@@ -58,17 +61,40 @@ def link_keys(config: Config) -> LinkKeys:
         raise ConfigError("link.command_keys, link.downlink_key: no key files named (on a bench set link.bench_seed)")
     real = _real_device(config)
     if real:
-        raise ConfigError(f"link.bench_seed: bench keys are known to everybody and are refused with {real}; "
-                          "name link.command_keys and link.downlink_key")
+        raise ConfigError(f"link.bench_seed: bench keys are known to everybody and are refused with {real}, which "
+                          "is not on this computer alone; name link.command_keys and link.downlink_key")
     return bench_keys(link.bench_seed)
 
 
 def _real_device(config: Config) -> str:
-    if config.can.uri.startswith("socketcan:") and not config.can.uri.startswith("socketcan:vcan"):
-        return f"can.uri = {config.can.uri!r}"
-    if config.lidar.address.startswith("tty:"):
-        return f"lidar.address = {config.lidar.address!r}"
+    """The first address through which bytes could leave this computer; '' where there is none."""
+    for name, place, stays in (
+        ("can.uri", config.can.uri, _can_stays(config.can.uri)),
+        ("lidar.address", config.lidar.address, _stays("tcp:", config.lidar.address)),
+        ("link.endpoint", config.link.endpoint, _stays("(?:tcp|udp)/", config.link.endpoint)),
+        ("clock.barrier", config.clock.barrier, config.clock.mode == "wall" or _stays("tcp:", config.clock.barrier)),
+    ):
+        if not stays:
+            return f"{name} = {place!r}"
     return ""
+
+
+def _can_stays(uri: str) -> bool:
+    """In this process, on a virtual interface of this kernel, or at a server on this computer."""
+    return uri.startswith("virtual:") or bool(_VCAN.fullmatch(uri)) or _stays("socketcand:", uri, r"/[\w.-]+")
+
+
+def _stays(kind: str, place: str, rest: str = "") -> bool:
+    """Whether a place KIND HOST:PORT is on this computer's loopback. A name but localhost may be anybody's."""
+    match = re.fullmatch(rf"{kind}(\[[0-9a-f:]+\]|[\w.-]+):\d{{1,5}}{rest}", place)
+    if not match:
+        return False
+    if match[1] == "localhost":
+        return True
+    try:
+        return ip_address(match[1].strip("[]")).is_loopback
+    except ValueError:
+        return False
 
 
 def _keys(name: str, path: str, direction: str) -> Keyring:

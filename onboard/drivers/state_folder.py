@@ -37,7 +37,7 @@ def count_boot(folder: str, least: int) -> tuple[int, str]:
     except (OSError, ValueError) as error:
         trouble = f"the count of starts in {path} cannot be read: {error}"
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
+        path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
         write_whole(path, b"%d" % number)
     except OSError as error:
         trouble = f"the count of starts in {path} is not kept: {error.strerror}"
@@ -68,7 +68,7 @@ class StateFolder:
 
     def _write(self, save: Save) -> Saved:
         try:
-            self._folder.mkdir(parents=True, exist_ok=True)
+            self._folder.mkdir(mode=0o700, parents=True, exist_ok=True)
             write_whole(self._folder / f"{save.name}.json", save.data)
         except OSError as error:
             return Saved(save.name, f"not kept: {error.strerror or error}")

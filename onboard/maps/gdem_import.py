@@ -15,10 +15,9 @@ import numpy as np
 
 from onboard.drivers.dem_file import Dem, Reading, Site, open_dem, place
 from onboard.drivers.dem_words import DemError
+from onboard.maps.gdem_file import MOST_CELLS
 from onboard.maps.gdem_resample import Resampled, resample
 from onboard.records import F64, Gdem, Grid
-
-MOST_CELLS = 5000  # of a side: what the global planner is made for
 
 
 @dataclass(frozen=True, slots=True)

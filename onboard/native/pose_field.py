@@ -39,7 +39,7 @@ def cost_to_go(
     _check_field(freedom, places, costs_m, closeness)
     check_array("moves_m", moves_m, (8, 8), np.float32)
     cheapest, dearest = min(float(moves_m.min()), turn_m), max(float(moves_m.max()), turn_m)
-    if not (cheapest > 0 and np.isfinite(dearest)):
+    if not (cheapest > 0 and np.isfinite(dearest) and np.isfinite(turn_m)):  # min and max let a NaN pass
         raise ValueError(f"moves_m, turn_m: expected finite prices above 0, given {cheapest} to {dearest}")
     if closeness is not None:
         dearest *= 1.0 + float(closeness.max(initial=0.0))
