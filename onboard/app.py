@@ -8,6 +8,7 @@ from __future__ import annotations
 import gc
 import json
 import signal
+from collections.abc import Iterable
 from concurrent.futures import Future
 from contextlib import ExitStack
 from dataclasses import replace
@@ -60,14 +61,14 @@ class WallPorts:
 
     def forget(self) -> None:
         """Drops the frames that came while the program opened: seconds of them in the first tick look like babble."""
-        self.can.read(0)
+        self.can.forget()
 
     def read(self, now: Tick) -> Inputs:
         """Whatever the ports hold now."""
         stamp_ns = self._clock.now_ns()
         return Inputs(
             now.number, now.now_ns,
-            can_frames=tuple(self.can.read(stamp_ns)), can=self.can.status,
+            can_frames=not_later(self.can.read(stamp_ns), now.now_ns), can=self.can.status,
             lidar_chunks=self.ear.take(), lidar_state=self.lidar.state,
             link_messages=self.link.read(stamp_ns), link_state=self.link.state,
             health=Health(self.watch.tick_ns, self._clock.slipped_ticks), machine=self._probe.take(),
@@ -86,6 +87,14 @@ class WallPorts:
         self.can.write(outputs.can_frames)
         self.lidar.write(outputs.lidar_bytes)
         self.link.write(outputs.link_payloads)
+
+
+def not_later(frames: Iterable[Frame], now_ns: int) -> tuple[Frame, ...]:
+    """A tick that began late reads frames that came since its time: they are of that time, not of the future.
+
+    How late it began is an input of its own (Timing.late_ns), and has faults of its own.
+    """
+    return tuple(frame if frame.stamp_ns <= now_ns else frame._replace(stamp_ns=now_ns) for frame in frames)
 
 
 class LockStepPorts:

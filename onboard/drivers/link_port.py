@@ -10,7 +10,8 @@ A command that halts by a counter of its own waits here until its mark is on the
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+import time
+from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import Future
 from types import TracebackType
 from typing import Self
@@ -35,7 +36,8 @@ from protocol.link import (
     bench_keys,
 )
 
-_MOST_PER_READ = 1024  # bounds a tick on the wall clock, 3 to 5 ms of bad tags; the rest waits in the queue
+_MOST_PER_READ, _READ_NS = 256, 2_000_000  # bound a tick on the wall clock; the rest waits in the queue
+_LOOK_EVERY = 16  # datagrams between two looks at the clock
 
 
 class LinkPortError(RuntimeError):
@@ -136,6 +138,7 @@ class LinkPort:
     """The rover's end of the link. Use it inside `with`, or call `close`: an open session hangs the interpreter.
 
     memory: of marks and epoch; default one that ends with the port. one_way_s: of the line, where the endpoint is one.
+    clock_ns: by which a read ends when its time is used up.
     """
 
     def __init__(
@@ -147,6 +150,7 @@ class LinkPort:
         self._gate = Gate(keys, boot_id, self._memory)
         self._switching: list[Future[Saved]] = []
         self._sent = 0
+        self.clock_ns: Callable[[], int] = time.monotonic_ns
         try:
             self._end = LinkEnd(carrier.ROVER, endpoint, hear=KEY_UP, say=KEY_DOWN, one_way_s=one_way_s)
         except ValueError as error:
@@ -188,11 +192,15 @@ class LinkPort:
             raise LinkPortError(f"the link's carrier did not answer a probe within {limit_s:g} s")
 
     def read(self, stamp_ns: int) -> tuple[LinkMessage, ...]:
-        """What has arrived, at most 1024 datagrams, all with this time of arrival."""
+        """What has arrived, at most 256 datagrams and 2 ms of work, all with this time of arrival."""
         self._end.knock()
-        messages = self._gate.release(stamp_ns)
-        for datagram in self._end.take(_MOST_PER_READ):
-            messages += self._gate.receive(datagram, stamp_ns)
+        messages, end_ns = self._gate.release(stamp_ns), self.clock_ns() + _READ_NS
+        for _ in range(_MOST_PER_READ // _LOOK_EVERY):
+            datagrams = self._end.take(_LOOK_EVERY)
+            for datagram in datagrams:
+                messages += self._gate.receive(datagram, stamp_ns)
+            if len(datagrams) < _LOOK_EVERY or self.clock_ns() >= end_ns:
+                break
         return tuple(messages)
 
     def read_upto(self, total: int, stamps_us: Sequence[int], limit_s: float = 10.0) -> tuple[LinkMessage, ...]:
