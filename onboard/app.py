@@ -24,6 +24,7 @@ from onboard.core.tick import Rover, darken, farewell, tick
 from onboard.drivers.can_bus import CanPort
 from onboard.drivers.clock import LockStepClock, WallClock
 from onboard.drivers.disk import Keeper, Kept, load
+from onboard.drivers.folder_lock import FolderLock
 from onboard.drivers.lidar_ear import LidarEar
 from onboard.drivers.lidar_port import LidarPort, open_port
 from onboard.drivers.link_memory import LinkMemory
@@ -180,8 +181,17 @@ def run(config: Config, announce: Announce) -> int:
     """The flight program: returns the exit code when the bench ends the run or a signal asks to stop.
 
     announce: told in one line that all ports are open and the ticks begin, and what of a kept map cannot be used.
-    Raises JobError where a job has failed: the rover stands and the record is closed by then.
+    Raises JobError where a job has failed: the rover stands and the record is closed by then; OSError where a port or
+    the state folder cannot be had.
     """
+    with FolderLock(config.state.folder) as lock:
+        if lock.trouble:
+            announce(lock.trouble, Level.WARNING)
+        return _fly(config, announce)
+
+
+def _fly(config: Config, announce: Announce) -> int:
+    """`run`, with the state folder its own."""
     return_large()
     config = _counted(config, announce)
     gdem = load_gdem(config.mission.gdem)

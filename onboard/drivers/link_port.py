@@ -36,12 +36,12 @@ from protocol.link import (
     bench_keys,
 )
 
-_MOST_PER_READ, _READ_NS = 256, 2_000_000  # bound a tick on the wall clock; the rest waits in the queue
+_MOST_PER_READ, _READ_NS = 512, 4_000_000  # bound a tick on the wall clock; the rest waits in the queue
 _LOOK_EVERY = 16  # datagrams between two looks at the clock
 
 
 class LinkPortError(RuntimeError):
-    """The link does not answer in lock-step; the text is one line that says what was waited for."""
+    """The link cannot be had, or does not answer in lock-step; the text is one line that says what was waited for."""
 
 
 def link_keys(config: Config) -> LinkKeys:
@@ -156,6 +156,8 @@ class LinkPort:
         except ValueError as error:
             like = "tcp/127.0.0.1:7447"
             raise ConfigError(f"link.endpoint = {endpoint!r} should be a locator like {like}: {error}") from error
+        except LinkEndError as error:
+            raise LinkPortError(f"link.endpoint = {endpoint!r} cannot be had now: {error}") from error
 
     def _key(self, epoch: int) -> bytes:
         key = self._downlink.key(DOWNLINK_KEY_ID, epoch)
@@ -192,7 +194,7 @@ class LinkPort:
             raise LinkPortError(f"the link's carrier did not answer a probe within {limit_s:g} s")
 
     def read(self, stamp_ns: int) -> tuple[LinkMessage, ...]:
-        """What has arrived, at most 256 datagrams and 2 ms of work, all with this time of arrival."""
+        """What has arrived, at most 512 datagrams and 4 ms of work, all with this time of arrival."""
         self._end.knock()
         messages, end_ns = self._gate.release(stamp_ns), self.clock_ns() + _READ_NS
         for _ in range(_MOST_PER_READ // _LOOK_EVERY):

@@ -283,7 +283,7 @@ def crowded():
 def test_a_tick_takes_a_bounded_number_of_datagrams_and_a_genuine_one_comes_through(crowded):
     for tick in range(1, 2000):
         messages = crowded.read(tick * TICK_NS)
-        assert len(messages) <= 256
+        assert len(messages) <= 512
         accepted = [message for message in messages if message.accepted]
         if accepted:
             assert accepted[0].payload == b"stop" and len(messages) > 1
@@ -294,4 +294,4 @@ def test_a_tick_takes_a_bounded_number_of_datagrams_and_a_genuine_one_comes_thro
 def test_the_reading_of_datagrams_ends_when_its_time_is_used_up(crowded):
     ns = count(0, 1_000_000)
     crowded.clock_ns = lambda: next(ns)
-    assert 0 < len(crowded.read(0)) <= 3 * 16
+    assert 0 < len(crowded.read(0)) <= 5 * 16
