@@ -104,8 +104,9 @@ FAULTS = (
           (Step.KEEP_LESS, Step.REPORT), latched=False, maskable=True),
     Fault(41, "RECORD_FAIL", "the record is not written: the disk is read-only, gone or broken", 1.0,
           (Step.KEEP_LESS, Step.REPORT), latched=False, maskable=True),
-    Fault(42, "LIDAR_GARBLED", "over 20 % of the scanner's frames of the last 2 s, and 4 at least, failed their checks; or "
-          "it sends more than any scanner does", 2.0, (Step.IGNORE, Step.DISCARD_SWEEP, Step.REPORT), latched=False, maskable=True),
+    Fault(42, "LIDAR_GARBLED", "over 20 % of the scanner's frames of the last 2 s, and 4 at least, failed their "
+          "checks; or it sends more than any scanner does", 2.0, (Step.IGNORE, Step.DISCARD_SWEEP, Step.REPORT),
+          latched=False, maskable=True),
     Fault(43, "LIDAR_DIRTY", "of 40 scans' beams to the ground 40 % are torn by missing ones, or 10 % have no word; or "
           "a mission ends since it sees too little", 1.1, (Step.DISCARD_SWEEP, Step.REPORT), latched=False,
           maskable=True),

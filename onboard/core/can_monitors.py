@@ -26,7 +26,8 @@ _NAMED = 8  # ids of an event's text, which is short
 
 def _ids(nodes: Nodes) -> str:
     ids = sorted(nodes.watch.babbling)
-    named = ", ".join(f"{can_id:#05x}" for can_id in ids[:_NAMED]) + (f" and {len(ids) - _NAMED} more" * (len(ids) > _NAMED))
+    more = f" and {len(ids) - _NAMED} more" if len(ids) > _NAMED else ""
+    named = ", ".join(f"{can_id:#05x}" for can_id in ids[:_NAMED]) + more
     full = "the bus is over 80 % full" if nodes.watch.overloaded else ""
     return "; ".join(text for text in (f"far above their rates: {named}" * bool(ids), full) if text)
 

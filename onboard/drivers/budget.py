@@ -3,8 +3,8 @@
     items   per_s in the long run, `burst` at once; what was not used in a pause is there after it
     time    WORK_NS, and a tenth of the time since the last grant, LONGEST_NS at most
 
-So a flood costs each tick a small part of it, and what waited while the program was held up comes in one piece: cut into
-ticks it would look like a flood. The stamps are the caller's; a port measures its time with a clock of its own.
+So a flood costs each tick a small part of it, and what waited while the program was held up comes in one piece: cut
+into ticks it would look like a flood. The stamps are the caller's; a port measures its time with a clock of its own.
 """
 
 from __future__ import annotations

@@ -1,8 +1,9 @@
 """A port of bytes that never blocks: what a scanner's TCP and tty have in common, bytes and their arrival time.
 
 `read` takes BYTES_PER_S at most, BURST_BYTES after a pause: more than any scanner sends. What is over waits in the
-kernel, whose buffers are bounded. A port never raises for what a cable does: end of stream, reset, unplugged are `state` ERROR until `connect()` is
-called again. Counts (`received`, `sent`) are of this `epoch`; each connection that comes about begins a new one.
+kernel, whose buffers are bounded. A port never raises for what a cable does: end of stream, reset, unplugged are
+`state` ERROR until `connect()` is called again. Counts (`received`, `sent`) are of this `epoch`; each connection that
+comes about begins a new one.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """Lock of the state folder: one flight program at a time.
 
 A second one would take the next number of a start, and stations would refuse the first for good. The lock is the
-kernel's (flock), so that a program that was killed, or a power cut, leaves none behind; the number of the process in the
-file is for people.
+kernel's (flock), so that a program that was killed, or a power cut, leaves none behind; the number of the process in
+the file is for people.
 """
 
 from __future__ import annotations

@@ -1,7 +1,8 @@
 """What the scanner sends between two ticks, read and stamped as it comes.
 
 A scan's beams are timed by the arrival of its first byte: a stamp of the next tick would be up to 10 ms late. A sensor
-that sends byte by byte, or without pause, is not listened to any longer after MOST_PIECES: the rest comes with the tick.
+that sends byte by byte, or without pause, is not listened to any longer after MOST_PIECES: the rest comes with the
+tick.
 """
 
 from __future__ import annotations

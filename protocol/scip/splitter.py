@@ -64,6 +64,8 @@ class Splitter:
 
     def _after_feeds(self, start: int) -> int:
         """The end of the empty frames from there on: a million line feeds are one step, not half a million."""
+        if start == self._used or self._buffer[start] != 0x0A:  # mostly
+            return start
         feeds = _FEEDS.match(self._buffer, start, self._used)
         return feeds.end() if feeds else start
 

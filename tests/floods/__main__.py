@@ -17,8 +17,8 @@ from statistics import median
 from tests.floods.besieged import KINDS, Besieged, Siege
 
 OUT = Path("build/floods.json")
-HEAD = ("flood", "tries", "STOP answered: median, worst", "wheels stand: worst", "worst tick", "left out", "memory", "refused",
-        "faults told")  # fmt: skip
+HEAD = ("flood", "tries", "STOP answered: median, worst", "wheels stand: worst", "worst tick", "left out", "memory",
+        "refused", "faults told")  # fmt: skip
 
 
 def main(words: Sequence[str]) -> int:
@@ -50,7 +50,8 @@ def line(row: Besieged) -> str:
     answered = [each.answered_s for each in row.tries]
     cells = (
         row.kind, len(row.tries), f"{median(answered):.2f}, {max(answered):.2f} s",
-        f"{max(each.stood_s for each in row.tries):.2f} s", f"{row.worst_tick_before_ms:.0f} -> {row.worst_tick_ms:.0f} ms",
+        f"{max(each.stood_s for each in row.tries):.2f} s",
+        f"{row.worst_tick_before_ms:.0f} -> {row.worst_tick_ms:.0f} ms",
         f"{row.left_out_before} -> {row.left_out}", f"{row.rss_before_mb:.0f} -> {row.rss_after_mb:.0f} MB",
         row.refused,
         " ".join(row.faults) or "none",

@@ -43,7 +43,7 @@ class Stopped(NamedTuple):
 class Besieged(NamedTuple):
     """The tries under one flood. Ticks are of the flight program's own account, since its start.
 
-    refused: datagrams that failed a check.
+    refused: datagrams that failed a check. slips: what ticks were left out for, the most frequent first.
     """
 
     kind: str
@@ -55,6 +55,7 @@ class Besieged(NamedTuple):
     left_out_before: int
     left_out: int
     refused: int
+    slips: tuple[str, ...]
 
     @property
     def faults(self) -> tuple[str, ...]:
@@ -216,4 +217,5 @@ class Siege:
         return Besieged(
             kind, tuple(got), rss_before / MB, rss_after / MB, before["worst_ms"], after["worst_ms"],
             before["slipped"], after["slipped"], self._refused(),
+            tuple(f"{slip['cause']} {slip['ticks']}, {slip['worst_ms']:.0f} ms" for slip in after["slips"]),
         )  # fmt: skip

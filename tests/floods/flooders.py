@@ -1,4 +1,4 @@
-"""The rover's surroundings on the wall clock, a process each: bus, scanner, somebody on the link. Each floods when told.
+"""The rover's surroundings on the wall clock, a process each: bus, scanner, an intruder on the link; each can flood.
 
     bus         a socketcand gateway with the seven nodes on a stand; floods with frames of a thousand ids
     scanner     a TCP server; floods with line feeds

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import socket
 from itertools import count
 
@@ -11,15 +10,15 @@ import pytest
 from lidar_rig import Rig
 
 from onboard.app import WallPorts
+from onboard.config import Can, Rover
 from onboard.core.can_monitors import MONITORS
 from onboard.devices.nodes import Nodes
-from onboard.config import Can, Rover
 from onboard.drivers.can_base import CanBus
 from onboard.drivers.can_bus import CanPort
 from onboard.drivers.lidar_ear import LidarEar
 from onboard.drivers.lidar_port import open_port
 from onboard.drivers.link_port import LinkPort
-from onboard.records import Chunk, Frame, Health, Machine, PortState
+from onboard.records import Chunk, Frame, Machine, PortState
 from protocol.barrier import Tick
 from protocol.can_guard import Sender
 from protocol.conventions import TICK_NS
