@@ -91,8 +91,8 @@ can_command.app.add_command(jog_command.reset)
 def run(config: Path | None, settings: tuple[str, ...], print_config: bool) -> None:
     """Fly the rover until SIGTERM, Ctrl-C or the bench ends the run.
 
-    Exit codes: 0 ended as asked, 65 a damaged orbiter's map, 66 no such file, 69 a port cannot be opened, 70 a job of
-    ours has failed, 75 ended by `reboot`, to be started anew, 78 something wrong in the configuration.
+    Exit codes: 0 ended as asked, 65 a damaged orbiter's map, 66 no such file, 69 a port or the state folder cannot be
+    had, 70 a job of ours has failed, 75 ended by `reboot`, to be started anew, 78 something wrong in the configuration.
     """
     tree = read_config(config, settings)
     if print_config:

@@ -8,6 +8,7 @@ from __future__ import annotations
 import gc
 import json
 import signal
+from collections.abc import Iterable
 from concurrent.futures import Future
 from contextlib import ExitStack
 from dataclasses import replace
@@ -23,6 +24,7 @@ from onboard.core.tick import Rover, darken, farewell, tick
 from onboard.drivers.can_bus import CanPort
 from onboard.drivers.clock import LockStepClock, WallClock
 from onboard.drivers.disk import Keeper, Kept, load
+from onboard.drivers.folder_lock import FolderLock
 from onboard.drivers.lidar_ear import LidarEar
 from onboard.drivers.lidar_port import LidarPort, open_port
 from onboard.drivers.link_memory import LinkMemory
@@ -60,14 +62,14 @@ class WallPorts:
 
     def forget(self) -> None:
         """Drops the frames that came while the program opened: seconds of them in the first tick look like babble."""
-        self.can.read(0)
+        self.can.forget()
 
     def read(self, now: Tick) -> Inputs:
         """Whatever the ports hold now."""
         stamp_ns = self._clock.now_ns()
         return Inputs(
             now.number, now.now_ns,
-            can_frames=tuple(self.can.read(stamp_ns)), can=self.can.status,
+            can_frames=not_later(self.can.read(stamp_ns), now.now_ns), can=self.can.status,
             lidar_chunks=self.ear.take(), lidar_state=self.lidar.state,
             link_messages=self.link.read(stamp_ns), link_state=self.link.state,
             health=Health(self.watch.tick_ns, self._clock.slipped_ticks), machine=self._probe.take(),
@@ -86,6 +88,14 @@ class WallPorts:
         self.can.write(outputs.can_frames)
         self.lidar.write(outputs.lidar_bytes)
         self.link.write(outputs.link_payloads)
+
+
+def not_later(frames: Iterable[Frame], now_ns: int) -> tuple[Frame, ...]:
+    """A tick that began late reads frames that came since its time: they are of that time, not of the future.
+
+    How late it began is an input of its own (Timing.late_ns), and has faults of its own.
+    """
+    return tuple(frame if frame.stamp_ns <= now_ns else frame._replace(stamp_ns=now_ns) for frame in frames)
 
 
 class LockStepPorts:
@@ -171,8 +181,17 @@ def run(config: Config, announce: Announce) -> int:
     """The flight program: returns the exit code when the bench ends the run or a signal asks to stop.
 
     announce: told in one line that all ports are open and the ticks begin, and what of a kept map cannot be used.
-    Raises NoMapError, and JobError where a job has failed: the rover stands and the record is closed by then.
+    Raises NoMapError, and JobError where a job has failed: the rover stands and the record is closed by then; OSError
+    where a port or the state folder cannot be had.
     """
+    with FolderLock(config.state.folder) as lock:
+        if lock.trouble:
+            announce(lock.trouble, Level.WARNING)
+        return _fly(config, announce)
+
+
+def _fly(config: Config, announce: Announce) -> int:
+    """`run`, with the state folder its own."""
     return_large()
     config = _counted(config, announce)
     gdem = load_gdem(config.mission.gdem, config.mission.gdem_needed, announce)

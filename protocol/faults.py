@@ -72,7 +72,7 @@ FAULTS = (
     Fault(9, "JOB_LATE", "long work was not done at its tick", 1.0, (Step.REPORT,), latched=False, maskable=True),
     Fault(10, "ESTOP_PRESSED", "an emergency stop frame of any node", 0.02, (Step.STOP, Step.ESTOP, Step.REPORT),
           latched=True),
-    Fault(11, "CAN_BABBLE", "frames of one id far above its rate", 0.2,
+    Fault(11, "CAN_BABBLE", "frames of one id far above its rate, or a bus over 80 % full", 0.2,
           (Step.IGNORE, Step.SAFE_OVER_LIMIT, Step.REPORT), latched=False, suppressed_by=("CAN_BUS_OFF",),
           maskable=True),
     Fault(12, "CAN_CORRUPT", "over 20 errors a second of checksum, counter, length, range or time stamp", 0.2,
@@ -104,8 +104,9 @@ FAULTS = (
           (Step.KEEP_LESS, Step.REPORT), latched=False, maskable=True),
     Fault(41, "RECORD_FAIL", "the record is not written: the disk is read-only, gone or broken", 1.0,
           (Step.KEEP_LESS, Step.REPORT), latched=False, maskable=True),
-    Fault(42, "LIDAR_GARBLED", "over 20 % of the scanner's frames of the last 2 s, and 4 at least, failed their checks",
-          2.0, (Step.IGNORE, Step.DISCARD_SWEEP, Step.REPORT), latched=False, maskable=True),
+    Fault(42, "LIDAR_GARBLED", "over 20 % of the scanner's frames of the last 2 s, and 4 at least, failed their "
+          "checks; or it sends more than any scanner does", 2.0, (Step.IGNORE, Step.DISCARD_SWEEP, Step.REPORT),
+          latched=False, maskable=True),
     Fault(43, "LIDAR_DIRTY", "of 40 scans' beams to the ground 40 % are torn by missing ones, or 10 % have no word; or "
           "a mission ends since it sees too little", 1.1, (Step.DISCARD_SWEEP, Step.REPORT), latched=False,
           maskable=True),

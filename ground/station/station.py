@@ -129,6 +129,8 @@ class Station:
         except ValueError as error:
             like = "tcp/127.0.0.1:7448"
             raise ConfigError(f"endpoint = {endpoint!r} should be a locator like {like}: {error}") from error
+        except LinkEndError as error:
+            raise StationError(f"no link at {endpoint}: {error}") from error
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:

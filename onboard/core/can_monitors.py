@@ -9,7 +9,7 @@ from protocol.can_codec import DBC_VERSION
 
 MONITORS: Mapping[str, Callable[[Nodes], bool]] = {
     "CAN_BUS_OFF": lambda nodes: not nodes.bus_well,
-    "CAN_BABBLE": lambda nodes: bool(nodes.watch.babbling),
+    "CAN_BABBLE": lambda nodes: bool(nodes.watch.babbling) or nodes.watch.overloaded,
     "CAN_CORRUPT": lambda nodes: nodes.watch.corrupt,
     "NODE_FOREIGN": lambda nodes: bool(nodes.watch.foreign),
     "NODE_TWICE": lambda nodes: bool(nodes.watch.twins),
@@ -21,9 +21,15 @@ LIMITS: Mapping[str, Callable[[Nodes], bool]] = {
     "CAN_CORRUPT": lambda nodes: nodes.watch.rotten,
 }
 
+_NAMED = 8  # ids of an event's text, which is short
+
 
 def _ids(nodes: Nodes) -> str:
-    return "far above their rates: " + ", ".join(f"{can_id:#05x}" for can_id in sorted(nodes.watch.babbling))
+    ids = sorted(nodes.watch.babbling)
+    more = f" and {len(ids) - _NAMED} more" if len(ids) > _NAMED else ""
+    named = ", ".join(f"{can_id:#05x}" for can_id in ids[:_NAMED]) + more
+    full = "the bus is over 80 % full" if nodes.watch.overloaded else ""
+    return "; ".join(text for text in (f"far above their rates: {named}" * bool(ids), full) if text)
 
 
 def _counts(nodes: Nodes) -> str:

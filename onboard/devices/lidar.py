@@ -20,6 +20,7 @@ from collections.abc import Sequence
 from onboard.config import Lidar
 from onboard.devices.lidar_clock import LidarClock
 from onboard.devices.lidar_exchange import CONNECTING, EXCHANGES, PASSING, SEEDING, Phase
+from onboard.devices.lidar_flood import MOST_FRAMES, FloodWatch
 from onboard.devices.lidar_link import Link
 from onboard.devices.lidar_stream import ScanStream
 from onboard.devices.lidar_talk import Talk
@@ -36,7 +37,10 @@ _STREAMING = (Phase.LASER, Phase.STREAM, Phase.SUSPECT)
 
 
 class LidarSession:
-    """One scanner. Each tick `receive`, `send`, `wants_connect`, in this order. counts: by name."""
+    """One scanner. Each tick `receive`, `send`, `wants_connect`, in this order. counts: by name.
+
+    flood: whether it sends more than a scanner does; nothing of it is used while that holds.
+    """
 
     def __init__(self, config: Lidar) -> None:
         self.counts: dict[str, int] = dict.fromkeys((*_OTHER, *CAUSES, *BAD), 0)
@@ -44,7 +48,7 @@ class LidarSession:
         self._config = config
         self._stream = ScanStream(config, self.counts)
         self._talk, self._told = Talk(self._stream), Told(config)
-        self._splitter, self._link = scip.Splitter(), Link()
+        self._splitter, self._link, self.flood = scip.Splitter(), Link(), FloodWatch()
         self._wanted, self._turns = False, 1
         self._wanted_ns: int | None = None
         self._refused_quit = False
@@ -119,22 +123,37 @@ class LidarSession:
     def digest_items(self) -> tuple[int | float | bool, ...]:
         """Plain values that tell two states apart."""
         heard_ns, drift_ratio = self._stream.heard_ns, self._stream.clock.drift_ratio
-        return (int(self._talk.phase), self._wanted, heard_ns, self._talk.sent_ns, drift_ratio, *self.counts.values())
+        told = int(self._talk.phase), self._wanted, heard_ns, self._talk.sent_ns, drift_ratio
+        return (*told, *self.counts.values(), self.flood.dropped_bytes)
 
     def receive(self, chunks: Sequence[Chunk], state: PortState, now_ns: int) -> list[Scan]:
-        """The scans that became complete. Bad bytes never raise; they are in `counts`."""
+        """The scans that became complete. Bad bytes never raise; they are in `counts`. Too many are dropped."""
         if self._wanted and (self._wanted_ns is None or self._talk.phase in SEEDING):
             self._wanted_ns = now_ns
         self._follow_port(state, now_ns)
         scans: list[Scan] = []
+        size = sum(len(data) for _, data in chunks)
+        if self.flood.bytes_came(size, now_ns):
+            self._splitter.clear()
+            return scans
+        self.flood.frames_came(*self._receive_frames(chunks, size, scans, now_ns), now_ns)
+        self.counts["overflow"] = self._splitter.overflows
+        return scans
+
+    def _receive_frames(self, chunks: Sequence[Chunk], size: int, scans: list[Scan], now_ns: int) -> tuple[int, int]:
+        """Uses MOST_FRAMES at most; their number, and how many of the `size` bytes behind them were dropped."""
+        count = used = 0
         for rx_ns, data in chunks:
             for first_ns, frame in self._splitter.frames(rx_ns, data):
+                if count == MOST_FRAMES:
+                    self._splitter.clear()
+                    return count, max(0, size - used)
+                count, used = count + 1, used + len(frame) + 2
                 try:
                     self._take(first_ns, frame, scans, now_ns)
                 except WireError as error:
                     self._spoiled(error.kind, now_ns)
-        self.counts["overflow"] = self._splitter.overflows
-        return scans
+        return count, 0
 
     def send(self, now_ns: int) -> bytes:
         """The bytes to write now; empty while a reply is due, while all is as wanted, and while the port is down."""

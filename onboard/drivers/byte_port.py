@@ -1,7 +1,9 @@
 """A port of bytes that never blocks: what a scanner's TCP and tty have in common, bytes and their arrival time.
 
-A port never raises for what a cable does: end of stream, reset, unplugged are `state` ERROR until `connect()` is
-called again. Counts (`received`, `sent`) are of this `epoch`; each connection that comes about begins a new one.
+`read` takes BYTES_PER_S at most, BURST_BYTES after a pause: more than any scanner sends. What is over waits in the
+kernel, whose buffers are bounded. A port never raises for what a cable does: end of stream, reset, unplugged are
+`state` ERROR until `connect()` is called again. Counts (`received`, `sent`) are of this `epoch`; each connection that
+comes about begins a new one.
 """
 
 from __future__ import annotations
@@ -12,6 +14,7 @@ import select
 import time
 from abc import ABC, abstractmethod
 
+from onboard.drivers.budget import Budget
 from onboard.records import Chunk, PortState
 
 _PIECE = 65536
@@ -23,6 +26,8 @@ class LidarPort(ABC):
     error: one line for people, why the last attempt or the connection failed and what to do; empty while all is well.
     """
 
+    BYTES_PER_S, BURST_BYTES = 2_000_000, 131_072  # three echoes of 1081 beams, 40 scans a second: 880,000
+
     def __init__(self, address: str) -> None:
         self.address = address
         self.state = PortState.CLOSED
@@ -33,6 +38,7 @@ class LidarPort(ABC):
         self._fd = -1
         self._pending = bytearray()  # read, but beyond what read_exactly was asked for
         self._unsent = bytearray()
+        self._budget = Budget(self.BYTES_PER_S, self.BURST_BYTES)
 
     @abstractmethod
     def connect(self) -> None:
@@ -43,9 +49,11 @@ class LidarPort(ABC):
         return self._fd
 
     def read(self, stamp_ns: int) -> tuple[Chunk, ...]:
-        """Whatever is there, as one Chunk stamped `stamp_ns`; empty if nothing is."""
+        """What is there and within the budget, as one Chunk stamped `stamp_ns`; empty if nothing is."""
         self._advance()
-        self._fill()
+        before = self.received
+        self._fill(self._budget.grant(stamp_ns))
+        self._budget.spend(max(0, self.received - before))
         if not self._pending:
             return ()
         data = bytes(self._pending)
@@ -113,8 +121,8 @@ class LidarPort(ABC):
         self._unsent.clear()
         self.state = state
 
-    def _fill(self, at_most: int | None = None) -> None:
-        left = _PIECE * 16 if at_most is None else at_most
+    def _fill(self, at_most: int) -> None:
+        left = at_most
         while self.state is PortState.OPEN and left > 0:
             try:
                 piece = os.read(self._fd, min(left, _PIECE))

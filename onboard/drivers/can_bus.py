@@ -141,6 +141,12 @@ class CanPort:
         self._adopt()
         return self._bus.read(stamp_ns) if self._bus else []
 
+    def forget(self) -> None:
+        """As CanBus.forget."""
+        self._adopt()
+        if self._bus:
+            self._bus.forget()
+
     def read_upto(self, total: int, stamps_us: Sequence[int], limit_s: float) -> list[Frame]:
         """As CanBus.read_upto; nothing while there is no bus."""
         return self._bus.read_upto(total, stamps_us, limit_s) if self._bus else []

@@ -17,17 +17,19 @@ import zenoh
 from protocol import carrier
 
 _POLL_S = 50e-6
+_DIRECT_SAMPLES = 1024  # on the line itself: what waits behind a flood is a stop, what is over the line loses
+_NO_LOCATOR = ("invalid socket address", "invalid port value", "not supported for")  # zenoh finds these at the opening
 
 
 class LinkEndError(RuntimeError):
-    """The link does not answer; the text is one line that says what was waited for."""
+    """The link does not answer, or cannot be had now; the text is one line that says what was waited for."""
 
 
 class LinkEnd:
     """An end named `side` that takes from key `hear` and puts on key `say`. Close it: an open session hangs the
     interpreter at its end. one_way_s: the link's delay, for a udp/ endpoint, on which the rover listens.
 
-    Raises ValueError for an endpoint that is no locator or, where it is to listen, cannot be had.
+    Raises ValueError for an endpoint that is no locator, LinkEndError where it cannot be had now.
     """
 
     def __init__(self, side: str, endpoint: str, *, hear: str, say: str, one_way_s: float = 1.3) -> None:
@@ -36,11 +38,11 @@ class LinkEnd:
         self._side, self._hear, self._say = side, hear, say
         self._probe = carrier.Probe()
         self._watchdog: carrier.Watchdog | None = None
-        self._opening_s = 0.0
+        self._opening_s, self._queue_samples = 0.0, carrier.QUEUE_SAMPLES
         if endpoint.startswith(carrier.DIRECT):
             listens = side == carrier.ROVER
             self._watchdog = carrier.Watchdog(one_way_s, may_reopen=not listens)
-            self._opening_s = carrier.opening_s(one_way_s)
+            self._opening_s, self._queue_samples = carrier.opening_s(one_way_s), _DIRECT_SAMPLES
             where = {"listen": endpoint} if listens else {"connect": endpoint}
             self._settings = carrier.direct_settings(**where, one_way_s=one_way_s)
         else:
@@ -53,11 +55,15 @@ class LinkEnd:
         try:
             for name, text in self._settings:
                 config.insert_json5(name, text)
+        except zenoh.ZError as error:
+            raise ValueError(_words(error)) from error
+        try:
             self._session = self._stack.enter_context(zenoh.open(config))
         except zenoh.ZError as error:
-            raise ValueError(str(error)) from error
+            kind = ValueError if any(words in str(error) for words in _NO_LOCATOR) else LinkEndError
+            raise kind(_words(error)) from error
         self._spellings = cycle(carrier.spellings(self._hear))
-        self._in = self._subscriber(next(self._spellings), carrier.QUEUE_SAMPLES)
+        self._in = self._subscriber(next(self._spellings), self._queue_samples)
         self._data = self._publisher(self._say)
         if self._watchdog is None:
             self._answers = self._subscriber(carrier.answer_key(self._side), 1000)
@@ -128,7 +134,7 @@ class LinkEnd:
         linked, wanted = self.linked, self._data.matching_status.matching  # type: ignore[attr-defined]
         cure = watchdog.step(time.monotonic_ns(), linked=linked, heard=heard, wanted=wanted)
         if cure is carrier.Cure.DECLARE:
-            old, self._in = self._in, self._subscriber(next(self._spellings), carrier.QUEUE_SAMPLES)
+            old, self._in = self._in, self._subscriber(next(self._spellings), self._queue_samples)
             old.undeclare()  # type: ignore[no-untyped-call]
         elif cure is carrier.Cure.REOPEN:
             self._leave()
@@ -171,3 +177,9 @@ class LinkEnd:
             congestion_control=zenoh.CongestionControl.BLOCK if sure else zenoh.CongestionControl.DROP,
             reliability=zenoh.Reliability.RELIABLE if sure else zenoh.Reliability.BEST_EFFORT,
         )  # fmt: skip
+
+
+def _words(error: zenoh.ZError) -> str:
+    """The innermost of zenoh's words, without the places in its source."""
+    inner = str(error).rsplit("[", 1)[-1].rsplit('msg: "', 1)[-1]
+    return inner.split(" at /", 1)[0].strip()

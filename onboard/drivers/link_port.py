@@ -11,7 +11,8 @@ A command that halts by a counter of its own waits here until its mark is on the
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Sequence
+import time
+from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import Future
 from ipaddress import ip_address
 from types import TracebackType
@@ -38,11 +39,12 @@ from protocol.link import (
 )
 
 _VCAN = re.compile(r"socketcan:vcan\d+")
-_MOST_PER_READ = 1024  # bounds a tick on the wall clock, 3 to 5 ms of bad tags; the rest waits in the queue
+_MOST_PER_READ, _READ_NS = 512, 4_000_000  # bound a tick on the wall clock; the rest waits in the queue
+_LOOK_EVERY = 16  # datagrams between two looks at the clock
 
 
 class LinkPortError(RuntimeError):
-    """The link does not answer in lock-step; the text is one line that says what was waited for."""
+    """The link cannot be had, or does not answer in lock-step; the text is one line that says what was waited for."""
 
 
 def link_keys(config: Config) -> LinkKeys:
@@ -162,6 +164,7 @@ class LinkPort:
     """The rover's end of the link. Use it inside `with`, or call `close`: an open session hangs the interpreter.
 
     memory: of marks and epoch; default one that ends with the port. one_way_s: of the line, where the endpoint is one.
+    clock_ns: by which a read ends when its time is used up.
     """
 
     def __init__(
@@ -173,11 +176,14 @@ class LinkPort:
         self._gate = Gate(keys, boot_id, self._memory)
         self._switching: list[Future[Saved]] = []
         self._sent = 0
+        self.clock_ns: Callable[[], int] = time.monotonic_ns
         try:
             self._end = LinkEnd(carrier.ROVER, endpoint, hear=KEY_UP, say=KEY_DOWN, one_way_s=one_way_s)
         except ValueError as error:
             like = "tcp/127.0.0.1:7447"
             raise ConfigError(f"link.endpoint = {endpoint!r} should be a locator like {like}: {error}") from error
+        except LinkEndError as error:
+            raise LinkPortError(f"link.endpoint = {endpoint!r} cannot be had now: {error}") from error
 
     def _key(self, epoch: int) -> bytes:
         key = self._downlink.key(DOWNLINK_KEY_ID, epoch)
@@ -214,11 +220,15 @@ class LinkPort:
             raise LinkPortError(f"the link's carrier did not answer a probe within {limit_s:g} s")
 
     def read(self, stamp_ns: int) -> tuple[LinkMessage, ...]:
-        """What has arrived, at most 1024 datagrams, all with this time of arrival."""
+        """What has arrived, at most 512 datagrams and 4 ms of work, all with this time of arrival."""
         self._end.knock()
-        messages = self._gate.release(stamp_ns)
-        for datagram in self._end.take(_MOST_PER_READ):
-            messages += self._gate.receive(datagram, stamp_ns)
+        messages, end_ns = self._gate.release(stamp_ns), self.clock_ns() + _READ_NS
+        for _ in range(_MOST_PER_READ // _LOOK_EVERY):
+            datagrams = self._end.take(_LOOK_EVERY)
+            for datagram in datagrams:
+                messages += self._gate.receive(datagram, stamp_ns)
+            if len(datagrams) < _LOOK_EVERY or self.clock_ns() >= end_ns:
+                break
         return tuple(messages)
 
     def read_upto(self, total: int, stamps_us: Sequence[int], limit_s: float = 10.0) -> tuple[LinkMessage, ...]:

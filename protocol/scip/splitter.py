@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 
 FRAME_LIMIT = 32_768  # the longest reply (NE, 1081 beams with 3 echoes) has 22,000 bytes
+_FEEDS = re.compile(rb"\n*")
 _SCAN = (b"\n99b\n", b"\n00P\n")  # what follows the echo of a scan
 
 
@@ -51,7 +53,7 @@ class Splitter:
             while (end := self._buffer.find(b"\n\n", max(start, self._searched), self._used)) >= 0:
                 for first, last in self._cut(start, end):
                     yield self._arrival(first), self._view[first:last]
-                start = self._searched = end + 2
+                start = self._searched = self._after_feeds(end + 2)
                 self._headless = False
             self._drop(start)
             if self._used == len(self._buffer):
@@ -59,6 +61,13 @@ class Splitter:
                 self._drop(self._used - FRAME_LIMIT)
                 self._headless = True
             self._searched = max(0, self._used - 1)
+
+    def _after_feeds(self, start: int) -> int:
+        """The end of the empty frames from there on: a million line feeds are one step, not half a million."""
+        if start == self._used or self._buffer[start] != 0x0A:  # mostly
+            return start
+        feeds = _FEEDS.match(self._buffer, start, self._used)
+        return feeds.end() if feeds else start
 
     def _cut(self, start: int, end: int) -> list[tuple[int, int]]:
         """(start, end) of the frame, or of what stands before a scan in it and of that scan."""

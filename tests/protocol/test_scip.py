@@ -231,3 +231,21 @@ def test_request_strings_are_limited_to_16_of_the_allowed_letters():
     assert scip.parse_request(b"VV;a!").status == "0H"
     with pytest.raises(ValueError, match="at most 16"):
         scip.request("VV", "", "a!")
+
+
+def test_a_flood_of_line_feeds_is_one_step_a_piece_and_the_frame_behind_it_comes(monkeypatch):
+    splitter, cuts = scip.Splitter(), []
+    whole = scip.Splitter._cut
+    monkeypatch.setattr(scip.Splitter, "_cut", lambda self, *at: cuts.append(at) or whole(self, *at))
+    frames = [frame for n in range(16) for frame in splitter.receive(n, b"\n" * 65_536)]
+    assert frames == [] and len(cuts) <= 64 and splitter.overflows == 0
+    assert splitter.receive(99, b"VV\n00P\n\n\n\n\nPP\n00P\n\n") == [(99, b"VV\n00P"), (99, b"PP\n00P")]
+
+
+@pytest.mark.parametrize("feeds", range(1, 9))
+def test_any_number_of_line_feeds_between_two_frames_is_no_frame(feeds):
+    data = b"VV\n00P\n" + b"\n" * feeds + b"PP\n00P\n\n"
+    for cut in range(len(data)):
+        splitter = scip.Splitter()
+        frames = [frame for part in (data[:cut], data[cut:]) for _, frame in splitter.receive(0, part)]
+        assert frames == [b"VV\n00P", b"PP\n00P"]

@@ -33,7 +33,8 @@ class DeviceWatch:
         self._stall.update(nodes.tilt, now_ns)
         quality = lidar.clock.quality
         broken = self._lidar_clock.update(quality.jumps + quality.reboots, now_ns)
-        self._set("LIDAR_GARBLED", self._frames.garbled, f"{100 * self._frames.bad_ratio:.0f} % of its frames")
+        bad = lidar.flood.words if lidar.flood.flooded else f"{100 * self._frames.bad_ratio:.0f} % of its frames"
+        self._set("LIDAR_GARBLED", self._frames.garbled or lidar.flood.flooded, bad)
         torn, spoilt = 100 * self._returns.torn_ratio, 100 * self._returns.spoilt_ratio
         self._set("LIDAR_DIRTY", self._returns.dirty, f"{torn:.0f} % torn, {spoilt:.0f} % without a word")
         self._set("LIDAR_CLOCK", broken, f"{quality.jumps} jumps, {quality.reboots} reboots since the start")

@@ -1,0 +1,34 @@
+"""Budget of a port: how much of what waits it may hand over now, in items and in time.
+
+    items   per_s in the long run, `burst` at once; what was not used in a pause is there after it
+    time    WORK_NS, and a tenth of the time since the last grant, LONGEST_NS at most
+
+So a flood costs each tick a small part of it, and what waited while the program was held up comes in one piece: cut
+into ticks it would look like a flood. The stamps are the caller's; a port measures its time with a clock of its own.
+"""
+
+from __future__ import annotations
+
+WORK_NS, LONGEST_NS = 3_000_000, 60_000_000
+_S = 1_000_000_000
+
+
+class Budget:
+    """`grant` before a read, `spend` after it. work_ns: how long the granted read may take."""
+
+    def __init__(self, per_s: int, burst: int) -> None:
+        self._per_s, self._burst = per_s, burst
+        self._left, self._then_ns = float(burst), 0
+        self.work_ns = WORK_NS
+
+    def grant(self, now_ns: int) -> int:
+        """The number of items that may be handed over at this time."""
+        passed_ns = max(0, now_ns - self._then_ns)
+        self._then_ns = now_ns
+        self._left = min(float(self._burst), self._left + passed_ns * self._per_s / _S)
+        self.work_ns = min(WORK_NS + passed_ns // 10, LONGEST_NS)
+        return int(self._left)
+
+    def spend(self, items: int) -> None:
+        """So many were handed over."""
+        self._left -= items

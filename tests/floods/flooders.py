@@ -1,0 +1,93 @@
+"""The rover's surroundings on the wall clock, a process each: bus, scanner, an intruder on the link; each can flood.
+
+    bus         a socketcand gateway with the seven nodes on a stand; floods with frames of a thousand ids
+    scanner     a TCP server; floods with line feeds
+    datagrams   a zenoh session to the rover without the keys; floods with forged commands
+"""
+
+from __future__ import annotations
+
+import select
+import socket
+import time
+from contextlib import suppress
+from multiprocessing import get_context
+from multiprocessing.sharedctypes import Synchronized
+from multiprocessing.synchronize import Event
+
+import zenoh
+
+from hil.can.hub import CanHub
+from hil.can.stand import TICK_NS, Stand
+from onboard.drivers.link_end import LinkEnd, LinkEndError
+from onboard.records import Frame
+from protocol import carrier
+from protocol.link import KEY_DOWN, KEY_UP, Kind, Sealer
+
+SPAWN = get_context("spawn")
+FLOOD_FRAMES = [Frame(0x100 + n, bytes(8)) for n in range(1000)]
+FEEDS = b"\n" * 65_536
+
+
+def bus(port: int, floods: Event, ends: Event, fastest_radps: Synchronized[float]) -> None:
+    """fastest_radps: what the wheel that turns fastest does."""
+    hub, stand = CanHub(port=port), Stand()
+    begun_ns, now_ns = time.monotonic_ns(), 0
+    while not ends.is_set():
+        now_ns += TICK_NS
+        while (left_ns := begun_ns + now_ns - time.monotonic_ns()) > 0:
+            hub.wait(left_ns / 1e9)
+        hub.write(stand.step(hub.read(now_ns), now_ns))
+        if floods.is_set():
+            hub.write(FLOOD_FRAMES)
+        fastest_radps.value = max(abs(drive.rate_radps) for drive in stand.nodes.drives())
+    hub.close()
+
+
+def scanner(port: int, floods: Event, ends: Event) -> None:
+    """It answers nothing."""
+    with socket.create_server(("127.0.0.1", port)) as server:
+        server.settimeout(0.2)
+        while not ends.is_set():
+            try:
+                rover, _ = server.accept()
+            except TimeoutError:
+                continue
+            with rover:
+                _speak(rover, floods, ends)
+
+
+def _speak(rover: socket.socket, floods: Event, ends: Event) -> None:
+    rover.setblocking(False)
+    while not ends.is_set():
+        readable, writable, _ = select.select([rover], [rover] if floods.is_set() else [], [], 0.05)
+        try:
+            if readable and not rover.recv(65_536):
+                return
+            if writable:
+                rover.send(FEEDS)
+        except BlockingIOError:
+            continue
+        except OSError:
+            return
+
+
+def datagrams(port: int, floods: Event, ends: Event) -> None:
+    """As many a second as this machine can send: several of them in a batch."""
+    sealer = Sealer(bytes(32), 1, 1)
+    forged = [sealer.seal(Kind.TELECOMMAND, bytes(40)) for _ in range(1000)]
+    while not ends.is_set():
+        if not floods.wait(0.2):
+            continue
+        try:
+            end = LinkEnd(carrier.GROUND, f"udp/127.0.0.1:{port}", hear=KEY_DOWN, say=KEY_UP, one_way_s=0.05)
+        except (LinkEndError, ValueError):
+            continue
+        end.wait_open(5.0)
+        publisher = end._session.declare_publisher(KEY_UP, congestion_control=zenoh.CongestionControl.BLOCK,
+                                                   reliability=zenoh.Reliability.BEST_EFFORT)  # fmt: skip
+        while floods.is_set() and not ends.is_set():
+            with suppress(zenoh.ZError):
+                for datagram in forged:
+                    publisher.put(datagram)
+        end.close()
