@@ -62,6 +62,12 @@ class Keyring:
             found = self._derived[key_id, epoch] = hkdf(self._secrets[key_id], info)
         return found
 
+    def hello_key(self, key_id: int) -> bytes | None:
+        """The key by which a sender asks for the rover's datagrams (protocol.direct); None where the id is unknown."""
+        secret = self._secrets.get(key_id)
+        info = f"el dorado link {self.direction} hello ".encode() + bytes((key_id,))
+        return None if secret is None else hkdf(secret, info)
+
     def fingerprint(self, key_id: int) -> str:
         """Ten hex digits by which people and files tell secrets apart; nothing of the secret can be got from them."""
         info = f"el dorado link {self.direction} fingerprint ".encode() + bytes((key_id,))
