@@ -31,7 +31,7 @@ FIXED := PYTHONHASHSEED=0 OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1
 	@$(B)/python -m compileall -q protocol onboard hil ground pictures
 	@touch $@
 
-.venv/.clients: .venv/.packages requirements-source.lock
+.venv/.hokuyolx: .venv/.packages requirements-source.lock
 	@echo "building hokuyolx, a client of the emulated scanner for tests and bench"
 	@$(B)/python -m pip install --quiet --disable-pip-version-check --no-build-isolation --no-deps --require-hashes -r requirements-source.lock
 	@touch $@
@@ -42,7 +42,7 @@ demo: .venv/.project ## drive a rover across rocks to its goal; SEED=n, TERRAIN=
 sim: .venv/.project ## bench, rover and link in real time until Ctrl-C; try `ground` from another terminal
 	@$(B)/hil sim --seed $(SEED) --terrain $(TERRAIN)
 
-test: .venv/.project .venv/.clients ## the fast test suite (5 minutes on two fast cores)
+test: .venv/.project .venv/.hokuyolx ## the fast test suite (5 minutes on two fast cores)
 	@$(FIXED) $(B)/python -m pytest -n 2 --dist loadfile -m "not campaign and not mission"
 
 test-missions: .venv/.project ## runs of real processes, maps, guard and rule on seeded fields, ways with a failed wheel (minutes)
@@ -77,7 +77,7 @@ lint: .venv/.project ## ruff, mypy --strict on protocol and onboard, import cont
 	@$(B)/mypy
 	@$(B)/lint-imports --no-cache
 
-bench: .venv/.project .venv/.clients ## measure; QUICK=1 for two repeats; writes build/bench.json
+bench: .venv/.project .venv/.hokuyolx ## measure; QUICK=1 for two repeats; writes build/bench.json
 	@$(FIXED) $(B)/python -m tests.bench $(if $(QUICK),--quick)
 
 bench-link: .venv/.project ## the link's promises in virtual time, many seeds; QUICK=1 few, ONLY="bulk blackout"; build/bench-link.json

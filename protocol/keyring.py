@@ -16,6 +16,7 @@ KEY_DOWN = "er2/d"
 DOWNLINK_KEY_ID = 0  # the rover's; operator stations have 1 to 255
 EPOCHS = 4  # loaded in new key files
 _KEY_BYTES = 32
+_HELLO = -1  # no epoch: where the hello key lies among those of the epochs
 
 
 def hkdf(secret: bytes, info: bytes, length: int = _KEY_BYTES) -> bytes:
@@ -64,9 +65,11 @@ class Keyring:
 
     def hello_key(self, key_id: int) -> bytes | None:
         """The key by which a sender asks for the rover's datagrams (protocol.direct); None where the id is unknown."""
-        secret = self._secrets.get(key_id)
-        info = f"el dorado link {self.direction} hello ".encode() + bytes((key_id,))
-        return None if secret is None else hkdf(secret, info)
+        found = self._derived.get((key_id, _HELLO))
+        if found is None and key_id in self._secrets:
+            info = f"el dorado link {self.direction} hello ".encode() + bytes((key_id,))
+            found = self._derived[key_id, _HELLO] = hkdf(self._secrets[key_id], info)
+        return found
 
     def fingerprint(self, key_id: int) -> str:
         """Ten hex digits by which people and files tell secrets apart; nothing of the secret can be got from them."""

@@ -31,6 +31,7 @@ TARGETS = (
     Target("onboard.bus_guard.rules", ("tests/onboard/test_bus_guard.py",)),
     Target("onboard.bus_guard.command", ("tests/onboard/test_bus_guard.py",)),
     Target("protocol.link", ("tests/protocol/test_link.py", "tests/protocol/test_security.py")),
+    Target("protocol.direct", ("tests/protocol/test_direct.py",)),
     Target("protocol.keyring", ("tests/protocol/test_link.py", "tests/protocol/test_security.py")),
     Target("onboard.drivers.key_file", ("tests/onboard/test_link_port.py",)),
     Target("onboard.drivers.link_port", ("tests/onboard/test_link_port.py", "tests/protocol/test_security.py")),
