@@ -52,7 +52,7 @@ def test_a_cookie_is_good_for_its_address_and_two_minutes():
 def test_a_place_ends_with_the_lease_and_with_a_bye_from_its_own_address():
     table, caller = listeners(), Caller(KEYS, 1, 5)
     seat(table, caller, HERE)
-    assert table.addresses(direct.LEASE_NS) == [HERE] and table.addresses(direct.LEASE_NS + 2) == []
+    assert table.addresses(direct.LEASE_NS + 1) == [HERE] and table.addresses(direct.LEASE_NS + 2) == []
     seat(table, Caller(KEYS, 1, 5), HERE)
     bye = caller.bye()
     assert bye is not None
@@ -95,19 +95,34 @@ def test_an_answer_to_nothing_that_was_asked_opens_nothing():
     assert caller.receive(frame(Said(Word.LISTENING, 1, 6, bytes(16)), key), 0) and caller.open
 
 
-@pytest.mark.parametrize(("listens", "silent_s", "wait_s"), [(False, 0, 0.5), (True, 0, 5.0), (True, 20, 2.0)])
-def test_hellos_are_frequent_until_the_place_is_there_and_after_answers_have_stopped(listens, silent_s, wait_s):
-    caller = Caller(KEYS, 1, 5)
+@pytest.mark.parametrize(("listens", "since_ns", "wait_s"), [
+    (False, 10 * S, 0.5), (True, 10 * S, 5.0), (True, direct.SILENT_NS, 5.0), (True, direct.SILENT_NS + 1, 2.0),
+])  # fmt: skip
+def test_hellos_are_frequent_until_the_place_is_there_and_after_answers_have_stopped(listens, since_ns, wait_s):
+    caller, start_ns = Caller(KEYS, 1, 5), 100 * S
     if listens:
-        seat(listeners(), caller, HERE)
-    now_ns = silent_s * S + 10 * S
+        seat(listeners(), caller, HERE, start_ns)
+    now_ns = start_ns + 1 + since_ns
     assert caller.send(now_ns) is not None
     assert caller.send(now_ns + round(wait_s * S) - 1) is None
     assert caller.send(now_ns + round(wait_s * S)) is not None
+
+
+@pytest.mark.parametrize(("ago", "opens"), [(1023, True), (1024, False)])
+def test_an_answer_to_one_of_the_newest_1024_hellos_counts(ago, opens):
+    caller, key = Caller(KEYS, 1, 5), hello_key(KEYS, 1)
+    for n in range(2000):
+        caller.send(n * S)
+    caller.receive(frame(Said(Word.LISTENING, 1, 2005 - ago, bytes(16)), key), 2000 * S)
+    assert caller.open is opens
+
+
+def test_nobody_is_there_after_eight_trips_and_five_seconds():
+    assert direct.opening_s(1.3) == pytest.approx(15.4)
 
 
 def test_a_station_is_linked_for_the_lease_after_an_answer():
     caller = Caller(KEYS, 1, 5)
     assert not caller.linked(0)
     seat(listeners(), caller, HERE)
-    assert caller.linked(direct.LEASE_NS) and not caller.linked(direct.LEASE_NS + 2)
+    assert caller.linked(direct.LEASE_NS + 1) and not caller.linked(direct.LEASE_NS + 2)
