@@ -18,12 +18,11 @@ SANITIZED := EL_DORADO_KERNELS=build/sanitize ASAN_OPTIONS=detect_leaks=0 PYTHON
 	LD_PRELOAD="$$(g++ -print-file-name=libasan.so) $$(g++ -print-file-name=libstdc++.so)"
 FIXED := PYTHONHASHSEED=0 OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1
 
-.venv/.packages: requirements.lock requirements-source.lock tools/check_system.sh
+.venv/.packages: requirements.lock tools/check_system.sh
 	@sh tools/check_system.sh "$(PYTHON)"
 	@echo "setting up .venv (once; a minute or two)"
 	@$(PYTHON) -m venv --clear .venv
 	@$(B)/python -m pip install --quiet --disable-pip-version-check --only-binary :all: --require-hashes -r requirements.lock
-	@$(B)/python -m pip install --quiet --disable-pip-version-check --no-build-isolation --no-deps --require-hashes -r requirements-source.lock
 	@touch $@
 
 .venv/.project: .venv/.packages $(NATIVE)
@@ -32,13 +31,18 @@ FIXED := PYTHONHASHSEED=0 OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1
 	@$(B)/python -m compileall -q protocol onboard hil ground pictures
 	@touch $@
 
+.venv/.hokuyolx: .venv/.packages requirements-source.lock
+	@echo "building hokuyolx, a client of the emulated scanner for tests and bench"
+	@$(B)/python -m pip install --quiet --disable-pip-version-check --no-build-isolation --no-deps --require-hashes -r requirements-source.lock
+	@touch $@
+
 demo: .venv/.project ## drive a rover across rocks to its goal; SEED=n, TERRAIN=real or craters
 	@$(B)/hil demo --seed $(SEED) --terrain $(TERRAIN)
 
 sim: .venv/.project ## bench, rover and link in real time until Ctrl-C; try `ground` from another terminal
 	@$(B)/hil sim --seed $(SEED) --terrain $(TERRAIN)
 
-test: .venv/.project ## the fast test suite (5 minutes on two fast cores)
+test: .venv/.project .venv/.hokuyolx ## the fast test suite (5 minutes on two fast cores)
 	@$(FIXED) $(B)/python -m pytest -n 2 --dist loadfile -m "not campaign and not mission"
 
 test-missions: .venv/.project ## runs of real processes, maps, guard and rule on seeded fields, ways with a failed wheel (minutes)
@@ -77,7 +81,7 @@ lint: .venv/.project ## ruff, mypy --strict on protocol and onboard, import cont
 	@$(B)/mypy
 	@$(B)/lint-imports --no-cache
 
-bench: .venv/.project ## measure; QUICK=1 for two repeats; writes build/bench.json
+bench: .venv/.project .venv/.hokuyolx ## measure; QUICK=1 for two repeats; writes build/bench.json
 	@$(FIXED) $(B)/python -m tests.bench $(if $(QUICK),--quick)
 
 bench-link: .venv/.project ## the link's promises in virtual time, many seeds; QUICK=1 few, ONLY="bulk blackout"; build/bench-link.json

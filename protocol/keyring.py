@@ -16,6 +16,7 @@ KEY_DOWN = "er2/d"
 DOWNLINK_KEY_ID = 0  # the rover's; operator stations have 1 to 255
 EPOCHS = 4  # loaded in new key files
 _KEY_BYTES = 32
+_HELLO = -1  # no epoch: where the hello key lies among those of the epochs
 
 
 def hkdf(secret: bytes, info: bytes, length: int = _KEY_BYTES) -> bytes:
@@ -60,6 +61,14 @@ class Keyring:
         if found is None and key_id in self._secrets:
             info = f"el dorado link {self.direction} ".encode() + bytes((key_id, epoch))
             found = self._derived[key_id, epoch] = hkdf(self._secrets[key_id], info)
+        return found
+
+    def hello_key(self, key_id: int) -> bytes | None:
+        """The key by which a sender asks for the rover's datagrams (protocol.direct); None where the id is unknown."""
+        found = self._derived.get((key_id, _HELLO))
+        if found is None and key_id in self._secrets:
+            info = f"el dorado link {self.direction} hello ".encode() + bytes((key_id,))
+            found = self._derived[key_id, _HELLO] = hkdf(self._secrets[key_id], info)
         return found
 
     def fingerprint(self, key_id: int) -> str:

@@ -15,7 +15,7 @@ GENERATED = {"protocol/can_codec.py", "protocol/can_frames.py", "protocol/eldora
 
 ONE_IMPORTER = {
     "can": {f"onboard/drivers/can_{name}.py" for name in ("base", "bus", "log", "socketcan", "socketcand")},
-    "zenoh": {"onboard/drivers/link_end.py", "hil/link/emulator.py"},
+    "zenoh": {"onboard/drivers/zenoh_end.py", "hil/link/emulator.py"},
     "pybullet": {"hil/plant/engine.py"},
     "filterpy": {"onboard/perception/pose_filter.py"},
     "viser": {f"hil/watch/{name}.py" for name in ("scene", "panel", "serve")},

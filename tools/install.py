@@ -4,6 +4,7 @@
     PREFIX/lib/el-dorado/current     the version that runs; changed at once, so an upgrade is whole or not at all
     PREFIX/bin/onboard               the command
     PREFIX/lib/systemd/system, PREFIX/lib/sysusers.d, PREFIX/share/el-dorado
+    PREFIX/share/doc/el-dorado       licences of what is not ours
     SYSCONFDIR/el-dorado/rover.toml  only where there is none
 
 Nothing is fetched: the packages are copied from the environment that the tests run in: what was tested is what flies.
@@ -31,6 +32,7 @@ from onboard.record.made_by import COMMIT
 
 ROOT = Path(__file__).parents[1]
 SERVICE = ROOT / "tools" / "service"
+LOCK = ROOT / "requirements.lock"
 PACKAGES = ("protocol", "onboard")
 ROOTS = ("numpy", "scipy", "filterpy", "small_gicp", "python-can", "pymavlink", "fastcrc", "eclipse-zenoh", "mcap",
          "rasterio", "zstandard", "click", "rich")  # fmt: skip
@@ -146,11 +148,14 @@ def install(place: Place) -> None:
 
 def texts(place: Place) -> Iterator[tuple[Path, str, int]]:
     """The small files: path on the running system, content, mode."""
+    from tools.licences import notice  # which needs `closure`
+
     share = place.prefix / "share" / "el-dorado"
     yield place.prefix / "bin" / "onboard", place.filled("onboard.sh"), 0o755
     yield place.prefix / "lib" / "systemd" / "system" / "el-dorado.service", place.filled("el-dorado.service"), 0o644
     yield place.prefix / "lib" / "sysusers.d" / "el-dorado.conf", place.filled("sysusers.conf"), 0o644
     yield share / "rover.toml", place.filled("rover.toml"), 0o644
+    yield place.prefix / "share" / "doc" / "el-dorado" / "copyright", notice(), 0o644
     yield share / "service.md", (ROOT / "docs" / "service.md").read_text(), 0o644
 
 
@@ -168,7 +173,8 @@ def uninstall(place: Place) -> None:
     shutil.rmtree(place.at(place.versions), ignore_errors=True)
     for path, _, _ in texts(place):
         place.at(path).unlink(missing_ok=True)
-    for folder in (place.prefix / "share" / "el-dorado", place.prefix / "lib" / "sysusers.d"):
+    share = place.prefix / "share"
+    for folder in (share / "el-dorado", share / "doc" / "el-dorado", place.prefix / "lib" / "sysusers.d"):
         if place.at(folder).is_dir() and not any(place.at(folder).iterdir()):
             place.at(folder).rmdir()
 

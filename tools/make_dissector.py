@@ -29,9 +29,9 @@ GATEWAY = {
     "MISSION_ITEM_REACHED",
 }  # fmt: skip
 _BINDINGS = "-- bind protocol dissector to USER0 linktype"
-_SIZES = {"B": 1, "H": 2, "I": 4, "Q": 8, "q": 8, "d": 8, "i": 4}
-_TYPES = {"B": "uint8", "H": "uint16", "I": "uint32", "Q": "uint64", "q": "int64", "d": "double", "i": "int32"}
-_STRUCTS: Mapping[str, tuple[struct.Struct, tuple[str, ...]]] = {
+SIZES = {"B": 1, "H": 2, "I": 4, "Q": 8, "q": 8, "d": 8, "i": 4}
+TYPES = {"B": "uint8", "H": "uint16", "I": "uint32", "Q": "uint64", "q": "int64", "d": "double", "i": "int32"}
+STRUCTS: Mapping[str, tuple[struct.Struct, tuple[str, ...]]] = {
     "header": (link._HEAD, ("kind", "key_id", "epoch", "flags", "counter", "boot_id")),
     "telecommand": (commands._HEAD, ("request_id", "issued_ns", "expiry_ns", "start_ns", "command")),
     "report": (reports._REPORT, ("request_id", "station", "serial", "state", "code", "values")),
@@ -55,8 +55,8 @@ def generate() -> str:
 
 
 def _link() -> str:
-    fields = ["local F = {}", *(line for name in _STRUCTS for line in _declared(name))]
-    read = ["local READ = {", *(f"    {name} = {_layout(name)}," for name in _STRUCTS), "}"]
+    fields = ["local F = {}", *(line for name in STRUCTS for line in _declared(name))]
+    read = ["local READ = {", *(f"    {name} = {_layout(name)}," for name in STRUCTS), "}"]
     arguments = ["local ARGUMENTS = {", *(_arguments(row) for row in commands.TABLE if row.arguments), "}"]
     tables = [
         _names("KINDS", {kind.value: kind.name for kind in link.Kind}),
@@ -68,20 +68,23 @@ def _link() -> str:
     return "\n".join(["-- The link's datagrams.", *tables, *fields, *read, *arguments, "", _TAIL.read_text()])
 
 
-def _parts(name: str) -> list[tuple[str, str, int]]:
-    """Field, format and bytes of a struct's fields."""
-    layout, names = _STRUCTS[name]
+def parts(name: str, layout: struct.Struct, names: Sequence[str]) -> list[tuple[str, str, int]]:
+    """Field, format and bytes of a struct's fields. Raises RuntimeError where it has others than are named."""
     found = re.findall(r"(\d*)([a-zA-Z])", layout.format.removeprefix("<"))
     formats = [n + c if c == "s" else c for n, c in found for _ in range(1 if c == "s" else int(n or 1))]
     if len(formats) != len(names):
-        raise RuntimeError(f"{name}: {layout.format} has {len(formats)} fields, {len(names)} are named here")
-    return [(field, c, int(c[:-1]) if c.endswith("s") else _SIZES[c]) for field, c in zip(names, formats)]
+        raise RuntimeError(f"{name}: {layout.format} has {len(formats)} fields, {len(names)} are named")
+    return [(field, c, int(c[:-1]) if c.endswith("s") else SIZES[c]) for field, c in zip(names, formats)]
+
+
+def _parts(name: str) -> list[tuple[str, str, int]]:
+    return parts(name, *STRUCTS[name])
 
 
 def _declared(name: str) -> Iterable[str]:
     for field, form, _ in _parts(name):
         key = f"{name}.{field}"
-        kind = "bytes" if form.endswith("s") else _TYPES[form]
+        kind = "bytes" if form.endswith("s") else TYPES[form]
         rest = f", base.DEC, {_NAMES[key]}" if key in _NAMES else ""
         if kind == "bytes":
             rest = ", base.NONE"

@@ -13,7 +13,7 @@ from hil.plant.ros_urdf import ros_urdf  # noqa: E402
 from onboard.config import Rover  # noqa: E402
 from protocol import commands, modes, xtce  # noqa: E402
 from protocol.faults import FAULTS, Step  # noqa: E402
-from tools import icd_page, icd_picture, messages_page, sensors_page  # noqa: E402
+from tools import icd_page, icd_picture, licences, messages_page, sensors_page, wire_page  # noqa: E402
 
 DOCS = ROOT / "docs"
 
@@ -85,6 +85,11 @@ def message_page() -> str:
     return _page("Messages of the rover", "protocol/eldorado.xml", *messages_page.messages(_table))
 
 
+def wire() -> str:
+    """What is on the link, byte for byte."""
+    return _page("The link on the wire", "protocol/", *wire_page.sections(_table))
+
+
 def gateway_page() -> str:
     """Commands, messages and parameters as the gateway maps them."""
     return _page("The gateway's tables", "ground/gateway", *messages_page.gateway(_table))
@@ -94,7 +99,7 @@ PAGES: dict[str, Callable[[], str]] = {
     "faults.md": faults, "modes.md": mode_page, "commands.md": command_page, "icd.md": icd,
     "sensors.md": sensors_page.page, "messages.md": message_page, "gateway-tables.md": gateway_page,
     "pictures/can-frames.svg": icd_picture.svg, "eldorado.xtce.xml": xtce.xtce,
-    "rover.urdf": lambda: ros_urdf(Rover()),
+    "link-wire.md": wire, "licences.md": licences.page, "rover.urdf": lambda: ros_urdf(Rover()),
 }  # fmt: skip
 
 

@@ -148,6 +148,16 @@ def write_safely(path: Path, tree: Mapping[str, int]) -> None:
         file.flush()
         os.fsync(file.fileno())
     os.replace(fresh, path)
+    force_names(path.parent)
+
+
+def force_names(folder: Path) -> None:
+    """The names in a folder are on the disk when this returns: without it a crash may bring a file of before back."""
+    descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
 
 
 def _kept(tree: Mapping[str, int]) -> Kept:

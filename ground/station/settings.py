@@ -18,8 +18,8 @@ PLACES = (Path("ground.toml"), Path("build/sim/ground.toml"))
 class Settings:
     """One station. Relative paths are taken from the file's own folder."""
 
-    endpoint: str = value("tcp/127.0.0.1:7448", "zenoh locator of the link's ground side")
-    one_way_s: float = value(1.3, "delay of a udp/ link, one way: its handshake may take 4.8 of it", low=0, high=60)
+    endpoint: str = value("tcp/127.0.0.1:7448", "zenoh locator of the link's ground side; udp/HOST:PORT: the rover")
+    one_way_s: float = value(1.3, "delay of a udp/ link, one way: nobody there after 8 of it and 5 s", low=0, high=60)
     station: int = value(1, "key id of this station", low=1, high=255)
     command_keys: str = value("", "file with this station's key (mode 0600); empty beside a downlink_key: a viewer")
     downlink_key: str = value("", "file with the rover's key (mode 0600)")

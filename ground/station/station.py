@@ -18,6 +18,8 @@ from ground.station.memory import Block, Memory
 from ground.station.settings import Settings, load_schedule, station_keys
 from onboard.config import ConfigError
 from onboard.drivers.link_end import LinkEnd, LinkEndError
+from onboard.drivers.udp_end import UdpGroundEnd
+from onboard.drivers.zenoh_end import ZenohEnd
 from protocol import WireError, carrier, commands
 from protocol.link import KEY_DOWN, KEY_UP, OVERHEAD, numbers
 from protocol.transactions import Code, Report, State
@@ -42,7 +44,7 @@ class Station:
 
         `without` has a line for each that could not be used.
         """
-        keys = station_keys(settings)
+        keys = self._keys = station_keys(settings)
         self.without: list[str] = []
         self._settings, self._archive = settings, archive
         self._memory = Memory(settings.state, settings.station)
@@ -125,13 +127,18 @@ class Station:
     def __enter__(self) -> Self:
         endpoint = self._settings.endpoint
         try:
-            self._end = LinkEnd(carrier.GROUND, endpoint, hear=KEY_DOWN, say=KEY_UP, one_way_s=self._settings.one_way_s)
+            self._end = self._opened(endpoint)
         except ValueError as error:
             like = "tcp/127.0.0.1:7448"
             raise ConfigError(f"endpoint = {endpoint!r} should be a locator like {like}: {error}") from error
         except LinkEndError as error:
             raise StationError(f"no link at {endpoint}: {error}") from error
         return self
+
+    def _opened(self, endpoint: str) -> LinkEnd:
+        if endpoint.startswith(carrier.DIRECT):
+            return UdpGroundEnd(endpoint, self._keys, self._settings.station, self._settings.one_way_s)
+        return ZenohEnd(carrier.GROUND, endpoint, hear=KEY_DOWN, say=KEY_UP)
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
         self._end.close()

@@ -62,7 +62,7 @@ def main(
         chosen, ends = load_profile(profile, profiles), _endpoints(carrier, rover, ground)
         address = _address(barrier, carrier)
         with ExitStack() as stack:
-            recorder = stack.enter_context(Recorder(record, ours=carrier == ZENOH)) if record else None
+            recorder = stack.enter_context(Recorder(record)) if record else None
             link = stack.enter_context(_carrier(carrier, chosen, seed, ends, recorder))
             try:
                 if address and isinstance(link, LinkEmulator):

@@ -27,7 +27,7 @@ import zenoh
 from hil.link.impairment import Impairment, Profile, both_directions
 from hil.link.record import Recorder
 from protocol import barrier, carrier
-from protocol.link import KEY_DOWN, KEY_UP
+from protocol.link import KEY_DOWN, KEY_UP, MAX_DATAGRAM
 
 NEVER = 2**62
 _RELIABLE: dict[str, Any] = {
@@ -102,7 +102,7 @@ class Side:
         while len(got) < missing:
             sample = self._in.try_recv()
             if sample is not None:
-                got.append(self._note(sample.payload.to_bytes()))
+                got.append(self._note(sample.payload.to_bytes()[: MAX_DATAGRAM + 1]))
                 continue
             now_s = time.monotonic()
             deadline_s = deadline_s or now_s + limit_s
@@ -115,7 +115,7 @@ class Side:
         """Whatever has arrived since the last call."""
         got = []
         while (sample := self._in.try_recv()) is not None:
-            got.append(self._note(sample.payload.to_bytes()))
+            got.append(self._note(sample.payload.to_bytes()[: MAX_DATAGRAM + 1]))
         return got
 
     def _note(self, datagram: bytes) -> bytes:

@@ -13,6 +13,7 @@ from types import TracebackType
 from typing import Any, Self
 
 from hil.link.impairment import OVERHEAD_BYTES, Counts, Impairment
+from protocol.direct import Word
 from protocol.link import Kind
 
 HEAD = "time_s,direction,number,bytes,kind,fate,arrives_s\n"
@@ -20,10 +21,10 @@ _S = 1_000_000_000
 
 
 class Recorder:
-    """The file. Use it inside `with`. Raises OSError where it cannot be written. ours: the first byte is a Kind."""
+    """The file. Use it inside `with`. Raises OSError where it cannot be written."""
 
-    def __init__(self, path: Path, ours: bool = True) -> None:
-        self._kinds = {int(kind): kind.name for kind in Kind} if ours else {}
+    def __init__(self, path: Path) -> None:
+        self._kinds = {int(kind): kind.name for kind in (*Kind, *Word)}
         self._file = path.open("w")
         self._numbers: dict[str, int] = {}
         self._file.write(HEAD)

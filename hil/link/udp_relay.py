@@ -1,22 +1,23 @@
-"""Carrier B's link: a UDP relay that delays and loses by `hil.link.impairment`. What it carries is a zenoh session.
+"""Carrier B's link: a UDP relay that delays and loses by `hil.link.impairment`.
 
     rover, listens on UDP  <--- [up model] <--- this relay <--- ground, connects to the relay's UDP port
                             ---> [down model] --->
 
-Handshake, declarations and keep-alives of zenoh are delayed and lost like everything else. Each port that speaks from
-the ground's side has a port of its own towards the rover: zenoh knows its sessions by them. Wall clock only.
+Hellos and their answers (protocol.direct) are delayed and lost like everything else. Each port that speaks from the
+ground's side has a port of its own towards the rover, which tells its listeners apart by them. Wall clock only.
 """
 
 from __future__ import annotations
 
 import socket
+from contextlib import suppress
 from types import TracebackType
 from typing import Any, Self
 
 from hil.link.impairment import Impairment, Profile, both_directions
 from hil.link.record import Recorder
+from protocol.link import MAX_DATAGRAM
 
-_MOST = 65_535
 _MOST_SESSIONS = 64  # the oldest makes room
 _BUFFER_BYTES = 1 << 20
 Address = tuple[str, int]
@@ -42,7 +43,12 @@ class UdpRelay:
     def __init__(self, profile: Profile, seed: int, rover: Address, ground: Address, recorder: Recorder | None) -> None:
         self.down, self.up = both_directions(profile, seed)
         self._recorder, self._rover = recorder, rover
-        self._to_ground = _socket(ground)
+        self._to_ground = _socket()
+        try:
+            self._to_ground.bind(ground)
+        except OSError:
+            self._to_ground.close()
+            raise
         self._to_rover: dict[Address, socket.socket] = {}  # by whom they stand for
         self.port: int = self._to_ground.getsockname()[1]
 
@@ -65,7 +71,8 @@ class UdpRelay:
         for addressed in self.up.due(now_ns):
             assert isinstance(addressed, _Addressed)
             if addressed.ground in self._to_rover:
-                self._to_rover[addressed.ground].sendto(addressed, self._rover)
+                with suppress(ConnectionError):  # nobody is there now
+                    self._to_rover[addressed.ground].send(addressed)
         for addressed in self.down.due(now_ns):
             assert isinstance(addressed, _Addressed)
             self._to_ground.sendto(addressed, addressed.ground)
@@ -73,7 +80,8 @@ class UdpRelay:
     def _open(self, ground: Address) -> None:
         if len(self._to_rover) == _MOST_SESSIONS:
             self._to_rover.pop(next(iter(self._to_rover))).close()
-        self._to_rover[ground] = _socket(("", 0))
+        self._to_rover[ground] = _socket()
+        self._to_rover[ground].connect(self._rover)  # from nobody else
 
     def _offer(self, name: str, model: Impairment, datagram: _Addressed, now_ns: int) -> None:
         fate = model.offer(datagram, now_ns)
@@ -85,15 +93,10 @@ class UdpRelay:
         return {"down": self.down.counts.report(), "up": self.up.counts.report()}
 
 
-def _socket(address: Address) -> socket.socket:
+def _socket() -> socket.socket:
     made = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
     made.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, _BUFFER_BYTES)
     made.setblocking(False)
-    try:
-        made.bind(address)
-    except OSError:
-        made.close()
-        raise
     return made
 
 
@@ -101,6 +104,6 @@ def _received(source: socket.socket) -> list[tuple[bytes, Address]]:
     got = []
     while True:
         try:
-            got.append(source.recvfrom(_MOST))
+            got.append(source.recvfrom(MAX_DATAGRAM + 1))
         except (BlockingIOError, ConnectionError):
             return got

@@ -22,6 +22,8 @@ from onboard.config import Config, ConfigError
 from onboard.drivers.key_file import read_keys
 from onboard.drivers.link_end import LinkEnd, LinkEndError
 from onboard.drivers.link_memory import HOLD_NS, LinkMemory
+from onboard.drivers.udp_end import UdpRoverEnd
+from onboard.drivers.zenoh_end import ZenohEnd
 from onboard.ports import EPOCH, UNKEPT, Save, Saved
 from onboard.records import LinkMessage, PortState
 from protocol import WireError, carrier
@@ -160,16 +162,20 @@ class Gate:
         return out
 
 
+def _end(endpoint: str, keys: LinkKeys) -> LinkEnd:
+    if endpoint.startswith(carrier.DIRECT):
+        return UdpRoverEnd(endpoint, keys)
+    return ZenohEnd(carrier.ROVER, endpoint, hear=KEY_UP, say=KEY_DOWN)
+
+
 class LinkPort:
     """The rover's end of the link. Use it inside `with`, or call `close`: an open session hangs the interpreter.
 
-    memory: of marks and epoch; default one that ends with the port. one_way_s: of the line, where the endpoint is one.
-    clock_ns: by which a read ends when its time is used up.
+    memory: of marks and epoch; default one that ends with the port. clock_ns: by which a read ends when its time is
+    used up.
     """
 
-    def __init__(
-        self, endpoint: str, keys: LinkKeys, boot_id: int, memory: LinkMemory | None = None, one_way_s: float = 1.3
-    ) -> None:
+    def __init__(self, endpoint: str, keys: LinkKeys, boot_id: int, memory: LinkMemory | None = None) -> None:
         self._memory = memory or LinkMemory("", keys)
         self._downlink = keys.downlink
         self._sealer = Sealer(self._key(self._memory.epoch), DOWNLINK_KEY_ID, boot_id, epoch=self._memory.epoch)
@@ -178,7 +184,7 @@ class LinkPort:
         self._sent = 0
         self.clock_ns: Callable[[], int] = time.monotonic_ns
         try:
-            self._end = LinkEnd(carrier.ROVER, endpoint, hear=KEY_UP, say=KEY_DOWN, one_way_s=one_way_s)
+            self._end = _end(endpoint, keys)
         except ValueError as error:
             like = "tcp/127.0.0.1:7447"
             raise ConfigError(f"link.endpoint = {endpoint!r} should be a locator like {like}: {error}") from error
@@ -204,7 +210,7 @@ class LinkPort:
 
     @property
     def state(self) -> PortState:
-        """OPEN once the carrier has answered a probe, ERROR once the session is gone."""
+        """OPEN once the carrier has answered a probe, over UDP while anybody listens; ERROR once the end is gone."""
         if self._end.failed:
             return PortState.ERROR
         return PortState.OPEN if self._end.open else PortState.CLOSED

@@ -10,7 +10,6 @@ from time import perf_counter
 import can
 import cantools
 import numpy as np
-from hokuyolx import HokuyoLX
 
 from hil.devices import lidar as sensor
 from hil.devices import lidar_profile as profiles
@@ -96,6 +95,8 @@ def scip_decode(repeats: int) -> Measured:
 
     hokuyolx gets each frame by itself (it merges those that come in one read) and does not convert its stamps to UTC.
     """
+    from hokuyolx import HokuyoLX  # `make bench` brings it
+
     asked, rng = scip.ScanRequest("MD", 0, 1080), np.random.default_rng(1)
     values = rng.integers(23, 60_000, (200, asked.values)).astype(np.int32)
     frames = [scip.scan_reply(asked, asked.line(), 25 * k, row) for k, row in enumerate(values)]

@@ -15,13 +15,14 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
-from tests.bench_link import asked, dark, day, emulated, hostile, moved, resumed, told
+from tests.bench_link import asked, dark, day, emulated, hostile, moved, resumed, sockets, told
 from tests.bench_link.figures import Figure, Told
 
 OUT = Path("build/bench-link.json")
 ROWS: dict[str, Callable[[bool, Told], list[Figure]]] = {
     "commands": asked.row, "telemetry": told.idle, "telemetry-bulk": told.busy, "bulk": moved.bulk,
     "profiles": moved.profiles, "map": emulated.maps, "blackout": dark.row, "hostile": hostile.row,
+    "hostile-udp": sockets.row,
     "emulator": emulated.emulator, "memory": day.row, "resume": resumed.row,
 }  # fmt: skip
 

@@ -36,10 +36,11 @@ def live(hours: int) -> None:
         world.run(10.0 + 10.0 * (step + 1))
         world.executed.clear()
         if step % 360 == 359:
-            print(_resident_bytes(), flush=True)
+            print(resident_bytes(), flush=True)
 
 
-def _resident_bytes() -> int:
+def resident_bytes() -> int:
+    """Resident memory of this process."""
     return int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE")
 
 

@@ -5,7 +5,7 @@ import json
 import pytest
 
 from tests.bench_link import __main__ as bench
-from tests.bench_link import asked, dark, emulated, figures, hostile, moved, told
+from tests.bench_link import asked, dark, emulated, figures, hostile, moved, sockets, told
 from tests.bench_link.world import World, profile
 
 
@@ -63,6 +63,14 @@ def test_hostile_frames_change_nothing():
     assert world.accepted == 0 and world.thrown >= 4000
     assert len(world.executed) == len(waits_s) == 2
     assert {"tag", "length", "epoch", "boot", "replay", "jump"} <= set(world.rover.core.refused)
+
+
+def test_on_real_sockets_a_new_station_stops_the_rover_besieged_and_the_enemy_holds_no_place():
+    with sockets.Siege() as siege:
+        siege.per_turn = sockets.PER_TURN
+        assert siege.stop_s() is not None and siege.stop_s() is not None
+        assert (siege.done, siege.places) == (2, 0) and siege.thrown > 0
+        assert {"tag", "length"} <= set(siege.core.refused)
 
 
 def test_the_enemy_would_be_noticed_if_a_check_were_left_out():

@@ -14,10 +14,9 @@ from pathlib import Path
 from typing import Any, NamedTuple, Self
 
 from ground.session.session import Session
-from onboard.drivers.link_end import LinkEnd
 from onboard.drivers.status_port import StatusError, ask
-from protocol import carrier
-from protocol.link import KEY_DOWN, KEY_UP, bench_keys
+from onboard.drivers.udp_end import UdpGroundEnd
+from protocol.link import bench_keys
 from protocol.transactions import State
 from tests.floods import flooders
 from tests.soak.taken import MB, taken
@@ -99,7 +98,7 @@ class Siege:
             self._stack.callback(process.join)
         self._stack.callback(self._ends.set)
         self._fly(can, lidar, link)
-        self._end = LinkEnd(carrier.GROUND, f"udp/127.0.0.1:{link}", hear=KEY_DOWN, say=KEY_UP, one_way_s=ONE_WAY_S)
+        self._end = UdpGroundEnd(f"udp/127.0.0.1:{link}", bench_keys(SEED), 1, ONE_WAY_S)
         self._stack.callback(self._end.close)
         if not self.until(lambda: self.session.commanding):
             raise RuntimeError(f"the rover was not heard: {self.session.mismatch or self._log()}")
@@ -111,7 +110,7 @@ class Siege:
         settings = {
             "clock.mode": "wall", "can.uri": f"socketcand:127.0.0.1:{can}/rover",
             "lidar.address": f"tcp:127.0.0.1:{lidar}", "link.endpoint": f"udp/127.0.0.1:{link}",
-            "link.bench_seed": SEED, "link.one_way_s": ONE_WAY_S, "record.path": self._folder / "onboard.mcap",
+            "link.bench_seed": SEED, "record.path": self._folder / "onboard.mcap",
             "status.socket": self._folder / "status",
         }  # fmt: skip
         words = [sys.executable, "-m", "onboard", "run", *(f"--set={name}={value}" for name, value in settings.items())]

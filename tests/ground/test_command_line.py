@@ -145,7 +145,7 @@ def test_a_link_without_a_peer_is_given_up_after_3_s_a_silent_peer_after_20_s(ca
     monkeypatch.setattr("onboard.drivers.link_end.time", SimpleNamespace(
         monotonic=lambda: now_s[0], monotonic_ns=lambda: round(now_s[0] * 1e9),
         sleep=lambda _: now_s.__setitem__(0, now_s[0] + 0.25)))
-    monkeypatch.setattr("onboard.drivers.link_end.LinkEnd.linked", linked)
+    monkeypatch.setattr("onboard.drivers.zenoh_end.ZenohEnd.linked", linked)
     station(tmp_path)
     code, text = ended(capsys, "stop")
     assert (code, now_s[0]) == (69, waited_s + 0.25)

@@ -11,14 +11,16 @@ import time
 
 import numpy as np
 import pytest
-from hokuyolx import HokuyoLX
-from hokuyolx.exceptions import HokuyoException, HokuyoStatusException
 
 from hil.devices.lidar import Lidar
 from hil.devices.lidar_profile import UTM30LX, UTM30LX_EW
 from hil.lidar.scenes import SCENES, still
 from hil.lidar.server import LidarServer
 from hil.lidar.service import Outlet, serve
+
+pytest.importorskip("hokuyolx", reason="hokuyolx is not installed: `make test` brings it")
+from hokuyolx import HokuyoLX
+from hokuyolx.exceptions import HokuyoException, HokuyoStatusException
 
 MS = 1_000_000
 ROOM = still(SCENES["room"]())

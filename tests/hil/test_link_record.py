@@ -139,3 +139,25 @@ def test_the_relay_passes_both_ways_delayed_and_answers_whom_it_heard_last():
             relay.turn(13 * S)
             assert ground.recvfrom(100) == (b"down", ("127.0.0.1", relay.port))
             assert relay.report()["down"]["delivered"] == 1
+
+
+def test_the_relay_listens_on_the_loopback_alone_and_takes_nothing_of_a_stranger_for_the_rovers():
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as rover, \
+         socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as ground, \
+         socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as stranger:
+        rover.bind(("127.0.0.1", 0))
+        rover.settimeout(20.0)
+        with UdpRelay(Profile(), 1, rover.getsockname(), ("127.0.0.1", 0), None) as relay:
+            ground.sendto(b"up", ("127.0.0.1", relay.port))
+            while not relay.up.under_way:
+                relay.turn(0)
+            relay.turn(S)
+            back = rover.recvfrom(100)[1]
+            mine = [relay._to_ground, *relay._to_rover.values()]
+            assert len(mine) == 2 and {each.getsockname()[0] for each in mine} == {"127.0.0.1"}
+            stranger.sendto(b"forged", ("127.0.0.1", back[1]))
+            rover.sendto(b"down", ("127.0.0.1", back[1]))
+            while not relay.down.counts.offered:
+                relay.turn(2 * S)
+            relay.turn(2 * S)
+            assert relay.down.counts.offered == 1

@@ -81,8 +81,8 @@ def test_the_committed_dissector_is_what_the_tables_make():
 
 
 def test_a_struct_with_an_unnamed_field_stops_the_generator(monkeypatch):
-    rows = {**make_dissector._STRUCTS, "chunk": (bulk_wire.CHUNK, ("object_id", "serial"))}
-    monkeypatch.setattr(make_dissector, "_STRUCTS", rows)
+    rows = {**make_dissector.STRUCTS, "chunk": (bulk_wire.CHUNK, ("object_id", "serial"))}
+    monkeypatch.setattr(make_dissector, "STRUCTS", rows)
     with pytest.raises(RuntimeError, match="chunk: <IIH has 3 fields, 2 are named"):
         make_dissector.generate()
 

@@ -1,0 +1,193 @@
+"""Carrier B: datagrams of the link as plain UDP datagrams, and by whom the rover is heard. Sans-I/O.
+
+There is no session: a datagram of `protocol.link` proves itself, so the rover takes it from any address. Where its own
+go it must be asked for, by somebody who has a key and is at the address that he sends from:
+
+    station                                    rover
+      HELLO, cookie 0 ------------------------>  the tag holds: it has a key. Nothing is kept of it.
+      <------------- CHALLENGE, cookie           made from the address, the minute and the rover's secret
+      HELLO, cookie -------------------------->  tag and cookie hold: the address is a listener for LEASE_NS
+      <------------- LISTENING, cookie           again with each HELLO, every HELLO_NS
+
+    0      1        2           10           26          42
+    +------+--------+-----------+------------+-----------+
+    | word | key id | nonce 8 B | cookie 16 B| tag 16 B  |   little-endian; words 0x80 to 0x83, no Kind of the link
+    +------+--------+-----------+------------+-----------+
+                tag = HMAC-SHA-256(hello key of the key id, all before it), first 16 B
+
+Rule 1: the hello key is derived from the secret of the key id: a station's command key, or with id 0, for a viewer, the
+        rover's downlink key. What a viewer has opens no place of a station.
+Rule 2: without a key there is no answer, no state and no place. An answer is as long as its question.
+Rule 3: each station has places of its own, viewers share theirs; where all are taken the one not heard for
+        longest goes.
+Rule 4: what is no word of this table with the right tag is a datagram of the link, and is checked and counted there.
+"""
+
+from __future__ import annotations
+
+import hmac
+import struct
+from enum import IntEnum
+from typing import NamedTuple
+
+from protocol.keyring import DOWNLINK_KEY_ID, LinkKeys
+
+_S = 1_000_000_000
+LEASE_NS = 90 * _S  # outlives a blackout of 60 s
+HELLO_NS, SILENT_NS = 5 * _S, 15 * _S
+_EAGER_NS, _AGAIN_NS = _S // 2, 2 * _S  # before the first answer; where answers have stopped
+_COOKIE_NS = 60 * _S  # a cookie is good in its minute and the next
+_NONCES = 1024  # an answer may be to one of so many hellos ago
+STATION_PLACES, VIEWER_PLACES = 8, 16
+_FRAME = struct.Struct("<BBQ16s")
+TAG_BYTES = 16
+WORD_BYTES = _FRAME.size + TAG_BYTES
+_NO_COOKIE = bytes(16)
+
+Address = tuple[str, int]
+
+
+class Word(IntEnum):
+    """First byte of what stations and rover say to each other about carrier B itself."""
+
+    HELLO = 0x80
+    BYE = 0x81
+    CHALLENGE = 0x82
+    LISTENING = 0x83
+
+
+class Said(NamedTuple):
+    """One word whose tag holds."""
+
+    word: Word
+    key_id: int
+    nonce: int
+    cookie: bytes
+
+
+def opening_s(one_way_s: float) -> float:
+    """How long to wait before nobody is there: four trips, and the time of many hellos where some are lost."""
+    return 8 * one_way_s + 5.0
+
+
+def hello_key(keys: LinkKeys, key_id: int) -> bytes | None:
+    """The key of a sender's words; None where it is unknown."""
+    ring = keys.downlink if key_id == DOWNLINK_KEY_ID else keys.command
+    return ring.hello_key(key_id)
+
+
+def frame(said: Said, key: bytes) -> bytes:
+    """The datagram of a word."""
+    body = _FRAME.pack(said.word, said.key_id, said.nonce, said.cookie)
+    return body + hmac.digest(key, body, "sha256")[:TAG_BYTES]
+
+
+def parse(datagram: bytes, keys: LinkKeys) -> Said | None:
+    """The word in a datagram; None: it is none, or its tag is wrong."""
+    if len(datagram) != WORD_BYTES or not Word.HELLO <= datagram[0] <= Word.LISTENING:
+        return None
+    word, key_id, nonce, cookie = _FRAME.unpack_from(datagram)
+    said, key = Said(Word(word), key_id, nonce, cookie), hello_key(keys, key_id)
+    if key is None or not hmac.compare_digest(frame(said, key), datagram):
+        return None
+    return said
+
+
+class Listeners:
+    """The rover's side: addresses that its datagrams go to, by key id. secret: 16 random bytes of this process."""
+
+    def __init__(self, keys: LinkKeys, secret: bytes) -> None:
+        self._keys, self._secret = keys, secret
+        self._places: dict[int, dict[Address, int]] = {}  # key id -> address -> when heard, the longest ago first
+
+    def receive(self, datagram: bytes, sender: Address, now_ns: int) -> tuple[bool, bytes | None]:
+        """Whether a datagram was a word, and what to answer."""
+        said = parse(datagram, self._keys)
+        if said is None or said.word not in (Word.HELLO, Word.BYE):
+            return False, None
+        proven = said.cookie in (self._cookie(sender, now_ns), self._cookie(sender, now_ns - _COOKIE_NS))
+        if said.word is Word.BYE:
+            if proven:
+                self._places.get(said.key_id, {}).pop(sender, None)
+            return True, None
+        if proven:
+            self._admit(said.key_id, sender, now_ns)
+        word = Word.LISTENING if proven else Word.CHALLENGE
+        key = hello_key(self._keys, said.key_id)
+        assert key is not None
+        return True, frame(Said(word, said.key_id, said.nonce, self._cookie(sender, now_ns)), key)
+
+    def _cookie(self, sender: Address, now_ns: int) -> bytes:
+        text = f"{now_ns // _COOKIE_NS} {sender[0]} {sender[1]}".encode()
+        return hmac.digest(self._secret, text, "sha256")[:16]
+
+    def _admit(self, key_id: int, sender: Address, now_ns: int) -> None:
+        places = self._places.setdefault(key_id, {})
+        places.pop(sender, None)
+        places[sender] = now_ns
+        if len(places) > (VIEWER_PLACES if key_id == DOWNLINK_KEY_ID else STATION_PLACES):
+            del places[next(iter(places))]
+
+    def addresses(self, now_ns: int) -> list[Address]:
+        """Where datagrams go now, each address once."""
+        for places in self._places.values():
+            while places and now_ns - next(iter(places.values())) > LEASE_NS:
+                del places[next(iter(places))]
+        return list(dict.fromkeys(address for places in self._places.values() for address in places))
+
+
+class Caller:
+    """A station's side: says hello until it is heard, and then keeps its place. first_nonce: a random number of 63 bit.
+
+    keys: without a key of this station a viewer, who asks by the downlink key.
+    """
+
+    def __init__(self, keys: LinkKeys, station: int, first_nonce: int) -> None:
+        self._keys = keys
+        self._key_id = station if keys.command.hello_key(station) is not None else DOWNLINK_KEY_ID
+        self._nonce = self._first = first_nonce
+        self._cookie = _NO_COOKIE
+        self._next_ns: int | None = None
+        self._answered_ns: int | None = None
+        self._listening = False
+
+    @property
+    def open(self) -> bool:
+        """Whether the rover has answered."""
+        return self._answered_ns is not None
+
+    def linked(self, now_ns: int) -> bool:
+        """Whether the rover has answered within the lease."""
+        return self._answered_ns is not None and now_ns - self._answered_ns <= LEASE_NS
+
+    def send(self, now_ns: int) -> bytes | None:
+        """A hello when it is time for one."""
+        if self._next_ns is not None and now_ns < self._next_ns:
+            return None
+        silent = self._answered_ns is not None and now_ns - self._answered_ns > SILENT_NS
+        wait_ns = _AGAIN_NS if silent else HELLO_NS if self._listening else _EAGER_NS
+        self._next_ns = now_ns + wait_ns
+        self._nonce += 1
+        return self._frame(Word.HELLO)
+
+    def bye(self) -> bytes | None:
+        """What to send at the end; None: there is no place to give up."""
+        return self._frame(Word.BYE) if self._listening else None
+
+    def receive(self, datagram: bytes, now_ns: int) -> bool:
+        """Whether a datagram was a word."""
+        said = parse(datagram, self._keys)
+        if said is None or said.word not in (Word.CHALLENGE, Word.LISTENING) or said.key_id != self._key_id:
+            return False
+        if self._first < said.nonce <= self._nonce and said.nonce > self._nonce - _NONCES:
+            self._answered_ns = now_ns
+            self._listening = said.word is Word.LISTENING
+            if said.cookie != self._cookie and not self._listening:
+                self._next_ns = now_ns  # at once with this cookie
+            self._cookie = said.cookie
+        return True
+
+    def _frame(self, word: Word) -> bytes:
+        key = hello_key(self._keys, self._key_id)
+        assert key is not None
+        return frame(Said(word, self._key_id, self._nonce, self._cookie), key)

@@ -1,0 +1,88 @@
+"""Licences of what is not ours, from the metadata of the installed packages: a page of the docs, a notice to ship.
+
+The page names every package of requirements.lock. The notice goes with what is installed: it has the licence texts that
+the packages bring, and names the libraries that lie inside of them.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Sequence
+from importlib.metadata import Distribution, distribution
+from pathlib import Path
+
+from tools.install import LOCK, closure
+
+_TEXTS = re.compile(r"(?i)(^|[-_.])(licen[cs]es?|copying|notice|copyright)([-_.]|$)")
+_MOST_CHARACTERS = 60  # more is a text, not a name
+_REPLACED = """The packages lie as files of their own in `lib/el-dorado/VERSION`, below `site-packages`. Anybody
+may put a changed version in the place of one, also of python-can and pymavlink (LGPL), which are Python
+files there, and of the shared libraries inside of others (`*.libs`; GEOS in rasterio, LGPL). None is linked into a
+program of ours. eclipse-zenoh may be had under Apache 2.0 or the EPL 2.0; here it is shipped under Apache 2.0."""
+
+
+def licence(package: Distribution) -> str:
+    """Its licence as its own metadata names it; an expression of SPDX where there is one. Raises LookupError."""
+    fields = package.metadata
+    named = fields.get("License-Expression") or fields.get("License") or ""
+    classes = [row.split(" :: ")[-1] for row in fields.get_all("Classifier") or () if row.startswith("License ::")]
+    if named and "\n" not in named and len(named) <= _MOST_CHARACTERS:
+        return named
+    if classes:
+        return " or ".join(classes)
+    raise LookupError(f"{fields['Name']} names no licence in its metadata: add it to tools/licences.py by hand")
+
+
+def locked(text: str) -> list[str]:
+    """The names of a lock file, in its order."""
+    return re.findall(r"^([A-Za-z0-9_.-]+)==", text, re.MULTILINE)
+
+
+def page() -> str:
+    """docs/licences.md."""
+    flown = closure()
+    others = [distribution(name) for name in locked(LOCK.read_text()) if _plain(name) not in flown]
+    return "\n\n".join([
+        "<!-- Made from requirements.lock and the packages' metadata by tools/make_docs.py: run `make docs`. -->",
+        "# Licences of what is not ours",
+        "## On the rover",
+        "`make install` and `make deb` ship these. The notice with all licence texts is made with "
+        "the package, `share/doc/el-dorado/copyright`.",
+        _table(flown.values()), _REPLACED,
+        "## On the bench and the ground, and to build and test",
+        "`make` fetches these into `.venv`; no package of ours ships them. The tests use two more as clients:\n"
+        "`hokuyolx` (MIT), which `make test` and `make bench` build, and MAVProxy (GPL-3.0) of `make clients`.",
+        _table(others),
+    ]) + "\n"  # fmt: skip
+
+
+def notice() -> str:
+    """The file that goes with an installed program: licences, libraries inside, licence texts."""
+    parts = ["El Dorado is shipped with these packages; their licence texts follow.", _REPLACED]
+    parts += [f"{p.metadata['Name']} {p.version}: {licence(p)}{_inside(p)}" for p in closure().values()]
+    for package in closure().values():
+        for name, text in licence_texts(package) or [("", "brings no licence text")]:
+            parts.append(f"{'=' * 100}\n{package.metadata['Name']} {package.version}: {name}\n\n{text.strip()}")
+    return "\n\n".join(parts) + "\n"
+
+
+def licence_texts(package: Distribution) -> list[tuple[str, str]]:
+    """Name and text of each licence file that a package brings."""
+    found = [file for file in package.files or () if _TEXTS.search(file.name) and file.suffix not in (".py", ".pyc")]
+    return [(str(file), Path(str(package.locate_file(file))).read_text(errors="replace")) for file in sorted(found)]
+
+
+def _inside(package: Distribution) -> str:
+    """The libraries of others that a package brings as compiled files, by name."""
+    names = {re.split(r"[-.]", file.name)[0] for file in package.files or () if file.parts[0].endswith(".libs")}
+    return f"; inside: {', '.join(sorted(names))}" if names else ""
+
+
+def _plain(name: str) -> str:
+    return re.sub(r"[-_.]+", "-", name).lower()
+
+
+def _table(packages: Iterable[Distribution]) -> str:
+    rows: list[Sequence[str]] = [("package", "version", "licence"), ("---", "---", "---")]
+    rows += sorted((_plain(p.metadata["Name"]), p.version, licence(p)) for p in packages)
+    return "\n".join(f"| {' | '.join(row)} |" for row in rows)
