@@ -48,8 +48,8 @@ JOBS: Mapping[str, Job] = MappingProxyType(
         "predict": Job("onboard.planning.prediction:foresee", Late.GO_ON),
         "product": Job("onboard.planning.prediction:pack", Late.GO_ON),
         "product_scan": Job("onboard.perception.scan_product:pack", Late.GO_ON),
-        "product_height_std": Job("onboard.perception.height_spread:pack", Late.GO_ON),
         "product_record": Job("onboard.record.slice:record_slice", Late.GO_ON),  # the shell names the files
+        "product_height_std": Job("onboard.perception.height_spread:pack", Late.GO_ON),
     }
 )
 GIVE_UP_TICKS = 6000  # a minute after its tick a job is taken for hung

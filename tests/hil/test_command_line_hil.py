@@ -5,6 +5,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+from hil.run_folder import MARKER
+
 ROOT = Path(__file__).parents[2]
 
 
@@ -45,6 +47,7 @@ def test_a_can_interface_that_is_not_there_is_named_with_its_cure_and_exit_69(tm
 
 def test_a_folder_that_another_bench_flies_in_is_refused_and_left_as_it_is(tmp_path):
     (tmp_path / "ground.toml").write_text("the other's")
+    (tmp_path / MARKER).touch()
     with (tmp_path / ".lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
         result = hil("-m", "hil", "sim", "--out", str(tmp_path))

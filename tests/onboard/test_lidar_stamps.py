@@ -16,7 +16,7 @@ from onboard.devices.lidar import LidarSession
 from onboard.drivers.lidar_port import open_port
 from onboard.drivers.machine import Probe
 from onboard.ports import BusStatus
-from onboard.records import Outputs, PortState
+from onboard.records import Frame, Outputs, PortState
 from tests.onboard.hand_clock import REAL_LIMIT_S, HandClock
 
 
@@ -76,10 +76,12 @@ def test_bytes_between_two_ticks_are_stamped_when_they_come_and_taken_in_order_a
 
 
 def test_frames_that_came_while_the_program_opened_are_not_the_first_ticks():
-    queue = [["old"] * 2000, ["new"]]
-    can = SimpleNamespace(state=PortState.OPEN, status=BusStatus(), read=lambda _: queue.pop(0))
+    old, new = Frame(1, b"", stamp_ns=1), Frame(2, b"", stamp_ns=9_000_000)
+    queue = [[old] * 2000, [new]]
+    can = SimpleNamespace(state=PortState.OPEN, status=BusStatus(), read=lambda _: queue.pop(0),
+                          forget=lambda: queue.pop(0))
     quiet = SimpleNamespace(state=PortState.OPEN, status=BusStatus(), read=lambda _: (), fileno=lambda: -1)
     clock = SimpleNamespace(now_ns=lambda: 10_000_000, slipped_ticks=0)
     ports = WallPorts(can, quiet, quiet, clock, Probe(()))
     ports.forget()
-    assert ports.read(SimpleNamespace(number=1, now_ns=10_000_000)).can_frames == ("new",)
+    assert ports.read(SimpleNamespace(number=1, now_ns=10_000_000)).can_frames == (new,)
