@@ -7,13 +7,13 @@ late report is taken. The rest ends as FAILED, with words that say what is known
 from __future__ import annotations
 
 import fcntl
-import os
 import sqlite3
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
 
+from ground.archive.schema import private
 from protocol import WireError, commands
 from protocol.transactions import State
 
@@ -77,10 +77,6 @@ order by rowid desc limit 1
 """
 
 
-def _private(path: str, flags: int) -> int:
-    return os.open(path, flags, 0o600)
-
-
 class Living:
     """Which runs of an archive have a process: each holds a lock of its own in a file beside it, while it lives."""
 
@@ -88,7 +84,7 @@ class Living:
         self._file = None
         with suppress(OSError):  # without it nobody is taken for dead
             if str(path) != ":memory:":
-                self._file = open(f"{path}.runs", "ab", opener=_private)  # noqa: SIM115  (held as long as the archive)
+                self._file = open(f"{path}.runs", "ab", opener=private)  # noqa: SIM115  (held as long as the archive)
                 fcntl.lockf(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB, 1, run)
 
     def lives(self, run: int) -> bool:

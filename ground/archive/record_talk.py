@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import struct
-import tomllib
 from collections.abc import Iterator
 from pathlib import Path
 
 from ground.session.telemetry import Event, TelemetryReceiver, Value
 from onboard.record.reader import UNREADABLE, open_record
 from onboard.record.schema import TICK
+from onboard.toml_text import parse_toml
 from protocol import WireError
 from protocol.link import Kind
 
@@ -31,7 +31,7 @@ def told_down(path: Path) -> tuple[int, list[Value | Event]]:
     """
     try:
         record = open_record(path)
-        config = tomllib.loads(record.attachments["config.toml"].decode())
+        config = parse_toml(record.attachments["config.toml"].decode())
         boot_id = int(config.get("link", {}).get("boot_count", 1))
         receiver, heard = TelemetryReceiver(), list[Value | Event]()
         for _, messages in record.ticks():

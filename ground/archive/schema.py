@@ -71,6 +71,11 @@ class ArchiveError(RuntimeError):
         self.code = code
 
 
+def private(path: Path | str, flags: int) -> int:
+    """An opener: what outlives a session tells of commands and places, so a new file is its owner's alone."""
+    return os.open(path, flags, 0o600)
+
+
 def open_checked(path: Path | str, *, create: bool = True, wait_s: float | None = None) -> sqlite3.Connection:
     """The file, of the present version. Raises ArchiveError. ":memory:" is a fresh one.
 
@@ -81,7 +86,7 @@ def open_checked(path: Path | str, *, create: bool = True, wait_s: float | None 
             raise ArchiveError(f"{path}: no archive there; a station that has spoken to a rover makes one", 66)
         _folder(Path(path).parent)
         with suppress(OSError):  # SQLite says why; its other files get the same mode
-            os.close(os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600))
+            os.close(private(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC))
     return guarded(path, lambda: _opened(path, wait_s), wait_s)
 
 

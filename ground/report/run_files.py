@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import io
 import json
-import tomllib
 import zipfile
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -24,6 +23,7 @@ from onboard.maps.gdem_file import from_npz
 from onboard.planning import archive
 from onboard.planning.archive import PlanPicture
 from onboard.records import F64, Gdem, Grid
+from onboard.toml_text import parse_toml
 from pictures.terrain import Ground
 from pictures.timelines import Span, Track
 
@@ -155,7 +155,7 @@ def _record(folder: Path, path: Path) -> tuple[tuple[Any, ...], dict[str, Any]]:
                            for row in json.loads(message.data)]
     pose = np.array(poses, dtype=np.float64).reshape(-1, 6)
     track = Track(np.array(times), pose[:, :3], pose[:, 3:])
-    config = tomllib.loads(attached["config.toml"].decode())
+    config = parse_toml(attached["config.toml"].decode())
     known = from_npz(attached["gdem.npz"]) if "gdem.npz" in attached else None
     versions, rhythm = (json.loads(attached.get(f"{name}.json", b"{}")) for name in ("versions", "rhythm"))
     return (track, tuple(events), tuple(plans), config, versions, known), rhythm

@@ -20,6 +20,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import NamedTuple
 
+from ground.archive.schema import private
 from ground.session.kept import Kept
 from ground.station import halt_numbers
 from onboard.config import ConfigError
@@ -118,7 +119,7 @@ class Memory:
             yield self._bench
             return
         self._path.parent.mkdir(parents=True, exist_ok=True)
-        with open(self._path.with_suffix(".lock"), "w") as lock:
+        with open(self._path.with_suffix(".lock"), "w", opener=private) as lock:
             fcntl.flock(lock, fcntl.LOCK_EX)
             tree = self._read()
             yield tree
@@ -143,7 +144,7 @@ class Memory:
 def write_safely(path: Path, tree: Mapping[str, int]) -> None:
     """Writes JSON, on the disk when it returns: whole, or what was there before. Raises OSError."""
     fresh = path.with_suffix(".new")
-    with open(fresh, "w") as file:
+    with open(fresh, "w", opener=private) as file:
         json.dump(tree, file)
         file.flush()
         os.fsync(file.fileno())

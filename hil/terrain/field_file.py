@@ -7,17 +7,19 @@
 from __future__ import annotations
 
 import io
-import zipfile
-import zlib
 
 import numpy as np
 
 from hil.terrain.field import Field, field_stats, truth_height
 from hil.terrain.mesh import block_mean
+from onboard.maps.npz_arrays import NUMBER, Wanted, read_arrays
 from onboard.records import F64, Gdem, Grid, Pose
 
 GDEM_CELL_M = 2.0
-_KEYS = ("truth_heights_m", "x0_m", "y0_m", "cell_m", "start", "goal")
+_KEYS = {
+    "truth_heights_m": Wanted("iuf", 2, 20_000, 1 << 28), "start": Wanted("iuf", 1, 3, 64),
+    "goal": Wanted("iuf", 1, 2, 64), **dict.fromkeys(("x0_m", "y0_m", "cell_m"), NUMBER),
+}  # fmt: skip
 
 
 def to_npz(field: Field) -> bytes:
@@ -39,15 +41,9 @@ def to_npz(field: Field) -> bytes:
 
 def from_npz(data: bytes, seed: int = 0) -> Field:
     """The ground of a file: its rocks are soil now, the orbiter's map its means over 2 m. Raises ValueError."""
-    try:
-        with np.load(io.BytesIO(data), allow_pickle=False) as file:
-            missing = [key for key in _KEYS if key not in file]
-            if missing:
-                raise ValueError(f"`{missing[0]}` is missing")
-            z, start, goal = (np.asarray(file[key], np.float64) for key in ("truth_heights_m", "start", "goal"))
-            x0_m, y0_m, cell_m = (float(file[key]) for key in ("x0_m", "y0_m", "cell_m"))
-    except (zipfile.BadZipFile, zlib.error, EOFError, TypeError) as error:
-        raise ValueError(f"not a whole .npz: {error}") from None
+    file = read_arrays(data, _KEYS)
+    z, start, goal = (np.asarray(file[key], np.float64) for key in ("truth_heights_m", "start", "goal"))
+    x0_m, y0_m, cell_m = (float(file[key]) for key in ("x0_m", "y0_m", "cell_m"))
     if z.ndim != 2 or not np.isfinite(z).all() or not cell_m > 0 or start.shape != (3,) or goal.shape != (2,):
         raise ValueError(f"expected heights (rows, columns) without gaps, start (3,), goal (2,), found {z.shape}")
     grid, soil = Grid(x0_m, y0_m, cell_m, *z.shape), z.astype(np.float32)
