@@ -39,6 +39,7 @@ STEER_NM, STEER_GAIN = 20.0, 0.2
 FENCE_M, TIP_RAD, JUMP_M = 0.5, math.radians(35), 0.05
 ROCK_LIMIT_M = 0.08  # a wheel on a rock of this height or more is a contact
 HISTORY = 11  # poses of the last 100 ms, one a tick
+STANDING_TICKS = 20
 SETTLE_TICKS = 150
 STEP_NS = 2_000_000  # of the physics; 5 ms is for campaigns
 
@@ -136,9 +137,12 @@ class Plant:
         self._rates, self._angles = [0.0] * len(WHEELS), [0.0] * len(WHEELS)
         self._history: deque[tuple[int, tuple[float, ...], tuple[float, ...]]] = deque(maxlen=HISTORY)
         self._now_ns, self._last = -SETTLE_TICKS * TICK_NS, None
-        for _ in range(SETTLE_TICKS):
+        most_n = [0.0] * len(WHEELS)  # in the last ticks: a wheel that slides on a steep slope bears no load at times
+        for tick in range(SETTLE_TICKS):
             state = self.step()
-        if min(wheel.load_n for wheel in state.wheels) <= 0:
+            if tick >= SETTLE_TICKS - STANDING_TICKS:
+                most_n = [max(most, wheel.load_n) for most, wheel in zip(most_n, state.wheels)]
+        if min(most_n) <= 0:
             where = f"({pose.x_m:.2f}, {pose.y_m:.2f})"
             raise PlantAbortError(f"a wheel is in the air at {where}: does the rover stand in a rock?")
         return state
