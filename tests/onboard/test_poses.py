@@ -154,7 +154,7 @@ def test_a_stone_stands_out_of_a_slope_and_of_level_ground_and_the_slope_itself_
         assert np.argwhere(poses.tall(ground(z), 0.06)).tolist() == [[8, 9]]
 
 
-def test_no_free_pose_lets_a_tyre_touch_the_middle_of_what_stands_out_wherever_the_rover_is_in_its_cell_and_however_the_tyre_steers() -> None:
+def test_no_free_pose_lets_a_tyre_touch_what_stands_out_wherever_in_its_cell_it_is_however_it_steers() -> None:
     z = np.zeros((31, 31))
     z[15, 15] += 0.09
     made = ground(z)
