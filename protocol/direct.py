@@ -27,10 +27,12 @@ from __future__ import annotations
 
 import hmac
 import struct
+from collections.abc import Mapping
 from enum import IntEnum
 from typing import NamedTuple
 
 from protocol.keyring import DOWNLINK_KEY_ID, LinkKeys
+from protocol.link import MAX_DATAGRAM
 
 _S = 1_000_000_000
 LEASE_NS = 90 * _S  # outlives a blackout of 60 s
@@ -39,6 +41,8 @@ _EAGER_NS, _AGAIN_NS = _S // 2, 2 * _S  # before the first answer; where answers
 _COOKIE_NS = 60 * _S  # a cookie is good in its minute and the next
 _NONCES = 1024  # an answer may be to one of so many hellos ago
 STATION_PLACES, VIEWER_PLACES = 8, 16
+QUIET_NS = 30 * _S  # an address silent for so long goes once another one of its key is heard
+COPY_STREAMS = 3  # copies beside the first one, by the downlink's rate
 _FRAME = struct.Struct("<BBQ16s")
 TAG_BYTES = 16
 WORD_BYTES = _FRAME.size + TAG_BYTES
@@ -54,6 +58,14 @@ class Word(IntEnum):
     BYE = 0x81
     CHALLENGE = 0x82
     LISTENING = 0x83
+
+
+class Rank(IntEnum):
+    """Whose copies of a datagram come first."""
+
+    NEWEST = 0  # of a station, its address that was heard last
+    OTHER = 1
+    VIEWER = 2
 
 
 class Said(NamedTuple):
@@ -124,16 +136,55 @@ class Listeners:
     def _admit(self, key_id: int, sender: Address, now_ns: int) -> None:
         places = self._places.setdefault(key_id, {})
         places.pop(sender, None)
+        while places and now_ns - next(iter(places.values())) > QUIET_NS:
+            del places[next(iter(places))]
         places[sender] = now_ns
         if len(places) > (VIEWER_PLACES if key_id == DOWNLINK_KEY_ID else STATION_PLACES):
             del places[next(iter(places))]
 
-    def addresses(self, now_ns: int) -> list[Address]:
-        """Where datagrams go now, each address once."""
-        for places in self._places.values():
+    def ranks(self, now_ns: int) -> dict[Address, Rank]:
+        """Where datagrams go now, and how much that matters."""
+        ranks: dict[Address, Rank] = {}
+        for key_id, places in self._places.items():
             while places and now_ns - next(iter(places.values())) > LEASE_NS:
                 del places[next(iter(places))]
-        return list(dict.fromkeys(address for places in self._places.values() for address in places))
+            for number, address in enumerate(reversed(places)):
+                rank = Rank.VIEWER if key_id == DOWNLINK_KEY_ID else Rank.OTHER if number else Rank.NEWEST
+                ranks[address] = min(rank, ranks.get(address, rank))
+        return ranks
+
+    def addresses(self, now_ns: int) -> list[Address]:
+        """Where datagrams go now, each address once."""
+        return list(self.ranks(now_ns))
+
+
+class Copies:
+    """To whom a datagram goes. The first copy goes always, the others by a token bucket of their own.
+
+    rate_bps: of the downlink. Viewers leave half of the bucket to stations. Listeners of a rank take turns.
+    """
+
+    def __init__(self, rate_bps: float) -> None:
+        self._rate_Bps = COPY_STREAMS * rate_bps / 8
+        self._level = self._full = max(self._rate_Bps, 4.0 * MAX_DATAGRAM)  # a second of it
+        self._at_ns: int | None = None
+        self._turn = 0
+
+    def of(self, ranks: Mapping[Address, Rank], size: int, now_ns: int) -> list[Address]:
+        """Who gets this datagram of `size` bytes."""
+        past_s = 0.0 if self._at_ns is None else max(0, now_ns - self._at_ns) / _S
+        self._level, self._at_ns = min(self._full, self._level + past_s * self._rate_Bps), now_ns
+        self._turn += 1
+        goes: list[Address] = []
+        for rank in Rank:
+            group = [address for address, its in ranks.items() if its is rank]
+            for number in range(len(group)):
+                spare = self._full / 2 if rank is Rank.VIEWER else 0.0
+                if goes and self._level - size < spare:
+                    break
+                self._level -= size if goes else 0
+                goes.append(group[(number + self._turn) % len(group)])
+        return goes
 
 
 class Caller:

@@ -22,7 +22,7 @@ from onboard.config import Config, ConfigError
 from onboard.drivers.key_file import read_keys
 from onboard.drivers.link_end import LinkEnd, LinkEndError
 from onboard.drivers.link_memory import HOLD_NS, LinkMemory
-from onboard.drivers.udp_end import UdpRoverEnd
+from onboard.drivers.udp_end import RATE_BPS, UdpRoverEnd
 from onboard.drivers.zenoh_end import ZenohEnd
 from onboard.ports import EPOCH, UNKEPT, Save, Saved
 from onboard.records import LinkMessage, PortState
@@ -162,20 +162,21 @@ class Gate:
         return out
 
 
-def _end(endpoint: str, keys: LinkKeys) -> LinkEnd:
+def _end(endpoint: str, keys: LinkKeys, rate_bps: float) -> LinkEnd:
     if endpoint.startswith(carrier.DIRECT):
-        return UdpRoverEnd(endpoint, keys)
+        return UdpRoverEnd(endpoint, keys, rate_bps)
     return ZenohEnd(carrier.ROVER, endpoint, hear=KEY_UP, say=KEY_DOWN)
 
 
 class LinkPort:
     """The rover's end of the link. Use it inside `with`, or call `close`: an open session hangs the interpreter.
 
-    memory: of marks and epoch; default one that ends with the port. clock_ns: by which a read ends when its time is
-    used up.
+    memory: of marks and epoch; default one that ends with the port. rate_bps: of the downlink, which bounds the copies
+    to several listeners. clock_ns: by which a read ends when its time is used up.
     """
 
-    def __init__(self, endpoint: str, keys: LinkKeys, boot_id: int, memory: LinkMemory | None = None) -> None:
+    def __init__(self, endpoint: str, keys: LinkKeys, boot_id: int, memory: LinkMemory | None = None,
+                 rate_bps: float = RATE_BPS) -> None:
         self._memory = memory or LinkMemory("", keys)
         self._downlink = keys.downlink
         self._sealer = Sealer(self._key(self._memory.epoch), DOWNLINK_KEY_ID, boot_id, epoch=self._memory.epoch)
@@ -184,7 +185,7 @@ class LinkPort:
         self._sent = 0
         self.clock_ns: Callable[[], int] = time.monotonic_ns
         try:
-            self._end = _end(endpoint, keys)
+            self._end = _end(endpoint, keys, rate_bps)
         except ValueError as error:
             like = "tcp/127.0.0.1:7447"
             raise ConfigError(f"link.endpoint = {endpoint!r} should be a locator like {like}: {error}") from error
@@ -230,10 +231,9 @@ class LinkPort:
         self._end.knock()
         messages, end_ns = self._gate.release(stamp_ns), self.clock_ns() + _READ_NS
         for _ in range(_MOST_PER_READ // _LOOK_EVERY):
-            datagrams = self._end.take(_LOOK_EVERY)
-            for datagram in datagrams:
+            for datagram in self._end.take(_LOOK_EVERY):
                 messages += self._gate.receive(datagram, stamp_ns)
-            if len(datagrams) < _LOOK_EVERY or self.clock_ns() >= end_ns:
+            if self._end.emptied or self.clock_ns() >= end_ns:
                 break
         return tuple(messages)
 

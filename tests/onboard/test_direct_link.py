@@ -14,7 +14,7 @@ from hil.processes import free_ports
 from onboard.config import ConfigError, Link
 from onboard.core.downlink import Downlink
 from onboard.core.telemetry import View
-from onboard.drivers.link_port import LinkPort
+from onboard.drivers.link_port import LinkPort, LinkPortError
 from protocol.link import MAX_DATAGRAM, bench_keys
 from protocol.modes import Mode
 from protocol.transactions import State
@@ -190,7 +190,7 @@ def test_a_port_that_is_taken_is_an_error_also_while_stations_listen():
     with world() as here:
         station = here.station()
         here.until(lambda: here.rover.port._end._own, station)
-        with pytest.raises(ConfigError, match="in use"):
+        with pytest.raises(LinkPortError, match="in use"):
             LinkPort(f"udp/127.0.0.1:{here.number}", KEYS, 1)
 
 
