@@ -37,7 +37,7 @@ class StationError(RuntimeError):
 
 
 class Station:
-    """One station on the link. Use it inside `with`: an open end can hang the interpreter at its end."""
+    """One station on the link. Use it inside `with`: an open zenoh session hangs the interpreter at its end."""
 
     def __init__(self, settings: Settings, archive: Archive, halts_utc_ns: int | None = None) -> None:
         """halts_utc_ns: where all that is to be asked halts the rover, the UTC now: then no file of its own stops it.

@@ -2,8 +2,8 @@
 
 What arrives is opened by `protocol.link` and handed on as LinkMessage, refused datagrams with the name of the failed
 check; what leaves is sealed with the rover's key. On the wall clock `read` takes what is there; in lock-step
-`wait_open` comes before the first tick and `read_upto` takes exactly what the barrier counts. The opening probe is in
-`protocol.carrier`.
+`wait_open` comes before the first tick and `read_upto` takes exactly what the barrier counts. On a tcp/ endpoint the
+end is a zenoh session with an opening probe (`protocol.carrier`), on a udp/ endpoint sockets without a session.
 
 A command that halts by a counter of its own waits here until its mark is on the disk (`link_memory`).
 """
@@ -169,7 +169,7 @@ def _end(endpoint: str, keys: LinkKeys, rate_bps: float) -> LinkEnd:
 
 
 class LinkPort:
-    """The rover's end of the link. Use it inside `with`, or call `close`: an open session hangs the interpreter.
+    """The rover's end of the link. Use it inside `with`, or call `close`: an open zenoh session hangs the interpreter.
 
     memory: of marks and epoch; default one that ends with the port. rate_bps: of the downlink, which bounds the copies
     to several listeners. clock_ns: by which a read ends when its time is used up.
@@ -187,7 +187,7 @@ class LinkPort:
         try:
             self._end = _end(endpoint, keys, rate_bps)
         except ValueError as error:
-            like = "tcp/127.0.0.1:7447"
+            like = "tcp/127.0.0.1:7447 or udp/0.0.0.0:7450"
             raise ConfigError(f"link.endpoint = {endpoint!r} should be a locator like {like}: {error}") from error
         except LinkEndError as error:
             raise LinkPortError(f"link.endpoint = {endpoint!r} cannot be had now: {error}") from error
@@ -205,7 +205,7 @@ class LinkPort:
         self.close()
 
     def close(self) -> None:
-        """Ends the session; may be called again."""
+        """Ends the link; may be called again."""
         self._end.close()
         self._memory.close()
 
@@ -253,7 +253,7 @@ class LinkPort:
         return tuple(message for each, us in pairs for message in self._gate.receive(each, us * 1000))
 
     def write(self, payloads: Iterable[tuple[int, bytes]]) -> None:
-        """Seals and puts (kind, payload) in their order. Without a session they are lost, as on a dead link."""
+        """Seals and puts (kind, payload) in their order. Where nobody listens they are lost, as on a dead link."""
         for kind, payload in payloads:
             self._end.put(self._sealer.seal(kind, payload))
             self._sent += 1

@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 import secrets
 import socket
+import time
 from collections import deque
 from contextlib import suppress
 
@@ -200,7 +201,8 @@ class UdpGroundEnd(LinkEnd):
     def __init__(self, endpoint: str, keys: LinkKeys, station: int, one_way_s: float) -> None:
         super().__init__()
         self.opening_s = direct.opening_s(one_way_s)
-        self._caller = direct.Caller(keys, station, secrets.randbits(62))
+        first_nonce = time.time_ns() >> 20 << 20 | secrets.randbits(20)
+        self._caller = direct.Caller(keys, station, first_nonce)
         self._named = parse_locator(endpoint)
         self._family, self._rover = _resolved(*self._named)
         self._resolve_ns = 0  # not before then again: a name server may take seconds
