@@ -6,6 +6,7 @@ in a queue of its own, which a flood from other addresses does not fill.
 
 from __future__ import annotations
 
+import errno
 import re
 import secrets
 import socket
@@ -25,6 +26,8 @@ _SOCKETS = 64  # listeners with a socket of their own; the rest share one
 _SHARE, _VIEWER_SHARE = 4, 1  # of a take, for each socket in turn
 _RESOLVE_NS = 10_000_000_000
 _NOBODY = ("", 0)
+# A full queue, nobody there, too long, a firewall: the datagram is lost as on a dead link, and the socket is sound.
+_PASSING = frozenset({errno.EAGAIN, errno.ECONNREFUSED, errno.ENOBUFS, errno.EMSGSIZE, errno.EPERM})
 RATE_BPS = 256_000.0
 
 
@@ -177,12 +180,10 @@ class UdpRoverEnd(LinkEnd):
             if own is not None:
                 _sent(own, datagram)
                 return
-        except BlockingIOError:  # full: what must arrive is repeated above
-            return
-        except ConnectionRefusedError:  # nobody is there
-            return
-        except OSError:  # the address that it is connected from is gone
-            self._forget(address)
+        except OSError as error:
+            if error.errno in _PASSING:  # what must arrive is repeated above
+                return
+            self._forget(address)  # the address that it is connected from is gone
         with suppress(OSError):
             self._main.sendto(datagram, address)
 
@@ -226,8 +227,7 @@ class UdpGroundEnd(LinkEnd):
 
     def knock(self) -> None:
         """A hello where one is due, and its answer; datagrams that come meanwhile are kept for `take`."""
-        if len(self._got) < _WAITING:
-            self._turn(self._got, _WAITING)
+        self._turn(self._got, _WAITING - len(self._got))
 
     def take(self, most: int) -> list[bytes]:
         """The datagrams that have arrived, at most `most`."""
@@ -261,10 +261,9 @@ class UdpGroundEnd(LinkEnd):
                 self._socket.connect(self._rover)
                 self._connected = True
             _sent(self._socket, data)
-        except (BlockingIOError, ConnectionRefusedError):
-            pass  # a full queue, or nobody there: it is lost, as on a dead link
-        except OSError:  # no way there from the address that this socket has
-            self._move()
+        except OSError as error:
+            if error.errno not in _PASSING:  # no way there from the address that this socket has
+                self._move()
 
     def _move(self) -> None:
         """Another socket, from the address that this computer has now, to where the rover's name leads now."""

@@ -139,6 +139,27 @@ def test_a_station_whose_own_address_goes_sends_from_another_one(carrier):
     carrier.until(lambda: address(end) in carrier.rover._own, end)
 
 
+def test_what_the_system_does_not_send_for_another_reason_costs_neither_end_its_socket(carrier):
+    end = carrier.end()
+    before, own = address(end), carrier.rover._own[address(end)]
+    for each in (end, carrier.rover):
+        each.put(bytes(70_000))  # EMSGSIZE
+    assert address(end) == before and carrier.rover._own == {before: own}
+
+
+def test_datagrams_that_wait_hold_up_no_hello(carrier):
+    end = carrier.end()
+    for _ in range(200):
+        carrier.rover.put(b"beat")
+    end.knock()
+    end.knock()
+    carrier.now_ns += 10 * S
+    said = []
+    end._send = said.append
+    end.knock()
+    assert len(said) == 1 and len(end.take(1000)) == 200
+
+
 def test_a_name_is_resolved_anew_with_the_new_socket(carrier, monkeypatch):
     moved = carrier.stack.enter_context(socket.socket(socket.AF_INET, socket.SOCK_DGRAM))
     moved.bind(("127.0.0.2", 0))
