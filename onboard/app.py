@@ -209,7 +209,7 @@ def _fly(config: Config, announce: Announce) -> int:
         stack.callback(lidar.close)
         keys, told = link_keys(config), config.link
         forgets_not = LinkMemory(config.state.folder if told.command_keys else "", keys, wait=lockstep)
-        port = LinkPort(told.endpoint, keys, told.boot_count, forgets_not)
+        port = LinkPort(told.endpoint, keys, told.boot_count, forgets_not, told.rate_bps)
         link = stack.enter_context(port)
         workers = Workers(wait=lockstep)
         stack.callback(workers.close)

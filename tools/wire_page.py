@@ -54,8 +54,13 @@ def sections(table: Table) -> list[str]:
         "direction + ` hello ` + key id: of a station's command key, or for a viewer, with id 0, of the rover's "
         "downlink key.",
         _layout("word", _WORD, table), _picture(direct.__doc__, "Rule"), _numbers("word", direct.Word, table),
-        f"A cookie is good for its address in its minute and the next; a place ends {direct.LEASE_NS // 10**9} s after "
-        f"the last hello. A station has {direct.STATION_PLACES} places, all viewers {direct.VIEWER_PLACES}.",
+        "Each HELLO and BYE has a higher nonce than the one before it, also than those of an earlier program of the "
+        f"station: begin with the time. A HELLO is answered {direct.ANSWERS} times at most, and the senders of one key "
+        f"id get {direct.CHALLENGES_PER_S} CHALLENGEs a second. "
+        "A cookie is good for its address in its two minutes and the next two. A place ends "
+        f"{direct.LEASE_NS // 10**9} s after the last hello, or {direct.QUIET_NS // 10**9} s after it where another "
+        f"address of its key id is heard. A station has {direct.STATION_PLACES} places, all viewers "
+        f"{direct.VIEWER_PLACES}.",
     ]  # fmt: skip
 
 

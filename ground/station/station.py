@@ -1,4 +1,4 @@
-"""The station's shell: the link's session on zenoh, the memory of counters, the archive; the logic is in `session`."""
+"""The station's shell: its end of the link, the memory of counters, the archive; the logic is in `session`."""
 
 from __future__ import annotations
 
@@ -46,6 +46,7 @@ class Station:
         """
         keys = self._keys = station_keys(settings)
         self.without: list[str] = []
+        self._only_halts = halts_utc_ns is not None
         self._settings, self._archive = settings, archive
         self._memory = Memory(settings.state, settings.station)
         self._block = self._reserved(halts_utc_ns)
@@ -129,7 +130,7 @@ class Station:
         try:
             self._end = self._opened(endpoint)
         except ValueError as error:
-            like = "tcp/127.0.0.1:7448"
+            like = "tcp/127.0.0.1:7448 or udp/127.0.0.1:7448"
             raise ConfigError(f"endpoint = {endpoint!r} should be a locator like {like}: {error}") from error
         except LinkEndError as error:
             raise StationError(f"no link at {endpoint}: {error}") from error
@@ -150,11 +151,18 @@ class Station:
 
     @property
     def linked(self) -> bool:
-        """Whether anybody is at the other end of the session now."""
-        return self._end.linked
+        """Whether anybody is at the other end now. Without a session also while what halts the rover is repeated."""
+        return self._end.linked or (self._end.sends_unasked and any(
+            request.own and not request.state.final and commands.halts(request.payload)
+            for request in self.session.requester.requests.values()))
 
     def wait_open(self, limit_s: float, alone_s: float) -> None:
-        """Knocks until the link's carrier answers; with no peer at all only for alone_s. Raises StationError."""
+        """Knocks until the link's carrier answers; with no peer at all only for alone_s. Raises StationError.
+
+        Where all that is to be asked halts the rover, and the carrier needs no answer first, nothing is waited for.
+        """
+        if self._only_halts and self._end.sends_unasked:
+            return
         if not self._end.wait_open(limit_s, alone_s):
             found = f"nobody answered within {limit_s:g} s" if self.linked else "nobody is there"
             raise StationError(f"no link at {self._settings.endpoint}: {found}; {TO_HAVE_A_ROVER}")

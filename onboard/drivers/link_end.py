@@ -21,10 +21,12 @@ class LinkEnd(ABC):
     """What both carriers' ends have in common. Close it."""
 
     opening_s = 0.0  # an end that has nobody at first is given so long to find the other one
+    sends_unasked = False  # whether what is put before any answer may arrive
 
     def __init__(self) -> None:
         self.failed = False
         self.taken = 0
+        self.emptied = True  # whether the last `take` left nothing behind
         self.clock_ns: Callable[[], int] = time.monotonic_ns
 
     @property
@@ -43,7 +45,10 @@ class LinkEnd(ABC):
 
     @abstractmethod
     def take(self, most: int) -> list[bytes]:
-        """The datagrams that have arrived, at most `most`; of one that is too long for the link a beginning that is."""
+        """The datagrams that have arrived, at most `most`; of one that is too long for the link a beginning that is.
+
+        Fewer than `most` may come though more wait: `emptied` tells.
+        """
 
     @abstractmethod
     def put(self, datagram: bytes) -> None:

@@ -2,8 +2,8 @@
 
 What arrives is opened by `protocol.link` and handed on as LinkMessage, refused datagrams with the name of the failed
 check; what leaves is sealed with the rover's key. On the wall clock `read` takes what is there; in lock-step
-`wait_open` comes before the first tick and `read_upto` takes exactly what the barrier counts. The opening probe is in
-`protocol.carrier`.
+`wait_open` comes before the first tick and `read_upto` takes exactly what the barrier counts. On a tcp/ endpoint the
+end is a zenoh session with an opening probe (`protocol.carrier`), on a udp/ endpoint sockets without a session.
 
 A command that halts by a counter of its own waits here until its mark is on the disk (`link_memory`).
 """
@@ -22,7 +22,7 @@ from onboard.config import Config, ConfigError
 from onboard.drivers.key_file import read_keys
 from onboard.drivers.link_end import LinkEnd, LinkEndError
 from onboard.drivers.link_memory import HOLD_NS, LinkMemory
-from onboard.drivers.udp_end import UdpRoverEnd
+from onboard.drivers.udp_end import RATE_BPS, UdpRoverEnd
 from onboard.drivers.zenoh_end import ZenohEnd
 from onboard.ports import EPOCH, UNKEPT, Save, Saved
 from onboard.records import LinkMessage, PortState
@@ -162,20 +162,21 @@ class Gate:
         return out
 
 
-def _end(endpoint: str, keys: LinkKeys) -> LinkEnd:
+def _end(endpoint: str, keys: LinkKeys, rate_bps: float) -> LinkEnd:
     if endpoint.startswith(carrier.DIRECT):
-        return UdpRoverEnd(endpoint, keys)
+        return UdpRoverEnd(endpoint, keys, rate_bps)
     return ZenohEnd(carrier.ROVER, endpoint, hear=KEY_UP, say=KEY_DOWN)
 
 
 class LinkPort:
-    """The rover's end of the link. Use it inside `with`, or call `close`: an open session hangs the interpreter.
+    """The rover's end of the link. Use it inside `with`, or call `close`: an open zenoh session hangs the interpreter.
 
-    memory: of marks and epoch; default one that ends with the port. clock_ns: by which a read ends when its time is
-    used up.
+    memory: of marks and epoch; default one that ends with the port. rate_bps: of the downlink, which bounds the copies
+    to several listeners. clock_ns: by which a read ends when its time is used up.
     """
 
-    def __init__(self, endpoint: str, keys: LinkKeys, boot_id: int, memory: LinkMemory | None = None) -> None:
+    def __init__(self, endpoint: str, keys: LinkKeys, boot_id: int, memory: LinkMemory | None = None,
+                 rate_bps: float = RATE_BPS) -> None:
         self._memory = memory or LinkMemory("", keys)
         self._downlink = keys.downlink
         self._sealer = Sealer(self._key(self._memory.epoch), DOWNLINK_KEY_ID, boot_id, epoch=self._memory.epoch)
@@ -184,9 +185,9 @@ class LinkPort:
         self._sent = 0
         self.clock_ns: Callable[[], int] = time.monotonic_ns
         try:
-            self._end = _end(endpoint, keys)
+            self._end = _end(endpoint, keys, rate_bps)
         except ValueError as error:
-            like = "tcp/127.0.0.1:7447"
+            like = "tcp/127.0.0.1:7447 or udp/0.0.0.0:7450"
             raise ConfigError(f"link.endpoint = {endpoint!r} should be a locator like {like}: {error}") from error
         except LinkEndError as error:
             raise LinkPortError(f"link.endpoint = {endpoint!r} cannot be had now: {error}") from error
@@ -204,7 +205,7 @@ class LinkPort:
         self.close()
 
     def close(self) -> None:
-        """Ends the session; may be called again."""
+        """Ends the link; may be called again."""
         self._end.close()
         self._memory.close()
 
@@ -230,10 +231,9 @@ class LinkPort:
         self._end.knock()
         messages, end_ns = self._gate.release(stamp_ns), self.clock_ns() + _READ_NS
         for _ in range(_MOST_PER_READ // _LOOK_EVERY):
-            datagrams = self._end.take(_LOOK_EVERY)
-            for datagram in datagrams:
+            for datagram in self._end.take(_LOOK_EVERY):
                 messages += self._gate.receive(datagram, stamp_ns)
-            if len(datagrams) < _LOOK_EVERY or self.clock_ns() >= end_ns:
+            if self._end.emptied or self.clock_ns() >= end_ns:
                 break
         return tuple(messages)
 
@@ -253,7 +253,7 @@ class LinkPort:
         return tuple(message for each, us in pairs for message in self._gate.receive(each, us * 1000))
 
     def write(self, payloads: Iterable[tuple[int, bytes]]) -> None:
-        """Seals and puts (kind, payload) in their order. Without a session they are lost, as on a dead link."""
+        """Seals and puts (kind, payload) in their order. Where nobody listens they are lost, as on a dead link."""
         for kind, payload in payloads:
             self._end.put(self._sealer.seal(kind, payload))
             self._sent += 1

@@ -6,20 +6,29 @@ in a queue of its own, which a flood from other addresses does not fill.
 
 from __future__ import annotations
 
+import errno
 import re
 import secrets
 import socket
+import time
+from collections import deque
 from contextlib import suppress
 
 from onboard.drivers.link_end import LinkEnd, LinkEndError
 from protocol import direct
-from protocol.direct import Address
+from protocol.direct import Address, Rank, Word
 from protocol.link import MAX_DATAGRAM, LinkKeys
 
 _BUFFER_BYTES = 1 << 22  # the system gives what it allows
 _LOCATOR = re.compile(r"udp/(\[[0-9a-fA-F:]+\]|[^:/\[\]]+):(\d{1,5})")
 _WAITING = 64  # datagrams kept before the first `take`; the rest waits in the socket
 _SOCKETS = 64  # listeners with a socket of their own; the rest share one
+_SHARE, _VIEWER_SHARE = 4, 1  # of a take, for each socket in turn
+_RESOLVE_NS = 10_000_000_000
+_NOBODY = ("", 0)
+# A full queue, nobody there, too long, a firewall: the datagram is lost as on a dead link, and the socket is sound.
+_PASSING = frozenset({errno.EAGAIN, errno.ECONNREFUSED, errno.ENOBUFS, errno.EMSGSIZE, errno.EPERM})
+RATE_BPS = 256_000.0
 
 
 def parse_locator(text: str) -> Address:
@@ -31,13 +40,19 @@ def parse_locator(text: str) -> Address:
 
 
 class UdpRoverEnd(LinkEnd):
-    """The rover's end. Raises ValueError for an endpoint that is no locator, LinkEndError where it cannot be had."""
+    """The rover's end. rate_bps: of the downlink, which bounds the copies to several listeners.
 
-    def __init__(self, endpoint: str, keys: LinkKeys) -> None:
+    Raises ValueError for an endpoint that is no locator, LinkEndError where it cannot be had.
+    """
+
+    def __init__(self, endpoint: str, keys: LinkKeys, rate_bps: float = RATE_BPS) -> None:
         super().__init__()
         self._listeners = direct.Listeners(keys, secrets.token_bytes(16))
+        self._copies = direct.Copies(rate_bps)
         self._own: dict[Address, socket.socket] = {}
-        self._family, self._at = _resolved(endpoint)
+        self._order: deque[Address | None] = deque([None])  # whose socket is read next; None: the shared one
+        self._astray: set[Address] = set()  # have a socket, and were heard by the shared one
+        self._family, self._at = _resolved(*parse_locator(endpoint))
         self._main = socket.socket(self._family, socket.SOCK_DGRAM)
         try:
             self._main.bind(self._at)  # without SO_REUSEADDR: a port that is taken must be an error
@@ -66,21 +81,37 @@ class UdpRoverEnd(LinkEnd):
         """The stations knock."""
 
     def take(self, most: int) -> list[bytes]:
-        """The datagrams that have arrived, at most `most`; those of listeners first."""
+        """The datagrams that have arrived, at most `most`, words and errors counted too.
+
+        Each socket in turn has a share, so that none of them can keep the others waiting.
+        """
         got: list[bytes] = []
+        if self.failed:
+            return got
         now_ns = self.clock_ns()
-        for source in (*self._own.values(), self._main) if not self.failed else ():
-            self._drain(source, got, most, now_ns)
+        ranks, left, empty = self._listeners.ranks(now_ns), most, set[Address | None]()
+        while left > 0 and len(empty) < len(self._order):
+            at = self._order[0]
+            self._order.rotate(-1)
+            if at not in empty:
+                share = min(left, _VIEWER_SHARE if ranks.get(at or _NOBODY) is Rank.VIEWER else _SHARE)
+                done = self._drain(at, share, got, now_ns)
+                left -= done
+                if done < share:
+                    empty.add(at)
+        self.emptied = len(empty) == len(self._order)
         self._follow(now_ns)
         self.taken += len(got)
         return got
 
-    def _drain(self, source: socket.socket, got: list[bytes], most: int, now_ns: int) -> None:
-        for _ in range(most - len(got)):
+    def _drain(self, at: Address | None, share: int, got: list[bytes], now_ns: int) -> int:
+        """How much of its share a socket used; less: it is empty."""
+        source = self._main if at is None else self._own[at]
+        for done in range(share):
             try:
                 datagram, (host, port, *_) = source.recvfrom(MAX_DATAGRAM + 1)
             except BlockingIOError:
-                return
+                return done
             except OSError:  # somebody's port is closed: he says so once
                 continue
             is_word, answer = self._listeners.receive(datagram, (host, port), now_ns)
@@ -89,16 +120,36 @@ class UdpRoverEnd(LinkEnd):
                     self._main.sendto(answer, (host, port))
             if not is_word:
                 got.append(datagram)
+            elif at is None and answer and answer[0] == Word.LISTENING and (host, port) in self._own:
+                self._astray.add((host, port))
+        return share
 
     def _follow(self, now_ns: int) -> None:
         """Sockets for those who listen now, and for nobody else."""
         wanted = self._listeners.addresses(now_ns)
         for gone in self._own.keys() - set(wanted):
-            self._own.pop(gone).close()
+            self._forget(gone)
         for address in wanted:
-            if address not in self._own and len(self._own) < _SOCKETS:
+            fresh = address not in self._own and len(self._own) < _SOCKETS
+            if fresh or address in self._astray:
                 with suppress(OSError):
-                    self._own[address] = self._connected(address)
+                    self._adopt(address, self._connected(address))
+        self._astray.clear()
+
+    def _adopt(self, address: Address, made: socket.socket) -> None:
+        """A new socket for a listener; where it has one already, only if the rover's own address is another now."""
+        own = self._own.get(address)
+        if own is not None and own.fileno() >= 0 and own.getsockname() == made.getsockname():
+            made.close()
+            return
+        if own is not None:
+            self._forget(address)
+        self._own[address] = made
+        self._order.append(address)
+
+    def _forget(self, address: Address) -> None:
+        self._own.pop(address).close()
+        self._order.remove(address)
 
     def _connected(self, address: Address) -> socket.socket:
         made = socket.socket(self._family, socket.SOCK_DGRAM)
@@ -110,20 +161,31 @@ class UdpRoverEnd(LinkEnd):
         except OSError:
             made.close()
             raise
-        finally:  # nobody else may have the port
+        finally:  # nobody else may have the port: that one socket does not share it is enough
             self._main.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 0)
-        made.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 0)
         _prepare(made)
         return made
 
     def put(self, datagram: bytes) -> None:
-        """To each who listens; where nobody does it is lost."""
+        """To those who listen, as far as the bytes for copies go; where nobody does it is lost."""
         if self.failed:
             return
-        for address in self._listeners.addresses(self.clock_ns()):
-            own = self._own.get(address)
-            with suppress(OSError):  # full, or nobody there: what must arrive is repeated above
-                own.send(datagram) if own is not None else self._main.sendto(datagram, address)
+        now_ns = self.clock_ns()
+        for address in self._copies.of(self._listeners.ranks(now_ns), len(datagram), now_ns):
+            self._send(datagram, address)
+
+    def _send(self, datagram: bytes, address: Address) -> None:
+        own = self._own.get(address)
+        try:
+            if own is not None:
+                _sent(own, datagram)
+                return
+        except OSError as error:
+            if error.errno in _PASSING:  # what must arrive is repeated above
+                return
+            self._forget(address)  # the address that it is connected from is gone
+        with suppress(OSError):
+            self._main.sendto(datagram, address)
 
     def close(self) -> None:
         """Ends it; may be called again."""
@@ -135,15 +197,23 @@ class UdpRoverEnd(LinkEnd):
 class UdpGroundEnd(LinkEnd):
     """A station's end. one_way_s: the link's delay. Raises ValueError for an endpoint that is no locator."""
 
+    sends_unasked = True
+
     def __init__(self, endpoint: str, keys: LinkKeys, station: int, one_way_s: float) -> None:
         super().__init__()
         self.opening_s = direct.opening_s(one_way_s)
-        self._caller = direct.Caller(keys, station, secrets.randbits(62))
-        family, self._rover = _resolved(endpoint)
-        self._socket = socket.socket(family, socket.SOCK_DGRAM)
+        first_nonce = time.time_ns() >> 20 << 20 | secrets.randbits(20)
+        self._caller = direct.Caller(keys, station, first_nonce)
+        self._named = parse_locator(endpoint)
+        self._family, self._rover = _resolved(*self._named)
+        self._resolve_ns = 0  # not before then again: a name server may take seconds
+        self._open_socket()
+        self._got: list[bytes] = []
+
+    def _open_socket(self) -> None:
+        self._socket = socket.socket(self._family, socket.SOCK_DGRAM)
         _prepare(self._socket)
         self._connected = False
-        self._got: list[bytes] = []
 
     @property
     def open(self) -> bool:
@@ -157,23 +227,25 @@ class UdpGroundEnd(LinkEnd):
 
     def knock(self) -> None:
         """A hello where one is due, and its answer; datagrams that come meanwhile are kept for `take`."""
-        self._turn(self._got, _WAITING)
+        self._turn(self._got, _WAITING - len(self._got))
 
     def take(self, most: int) -> list[bytes]:
         """The datagrams that have arrived, at most `most`."""
         got, self._got = self._got[:most], self._got[most:]
-        self._turn(got, most)
+        self._turn(got, most - len(got))
         self.taken += len(got)
         return got
 
-    def _turn(self, got: list[bytes], most: int) -> None:
-        now_ns = self.clock_ns()
+    def _turn(self, got: list[bytes], work: int) -> None:
+        """work: datagrams, words and errors that are taken at most."""
         if self.failed:
             return
-        for _ in range(most - len(got)):
+        now_ns, self.emptied = self.clock_ns(), False
+        for _ in range(work):
             try:
                 datagram = self._socket.recv(MAX_DATAGRAM + 1)
             except BlockingIOError:
+                self.emptied = not self._got
                 break
             except OSError:  # the rover's port is closed: it may open again
                 continue
@@ -184,11 +256,24 @@ class UdpGroundEnd(LinkEnd):
             self._send(hello)
 
     def _send(self, data: bytes) -> None:
-        with suppress(OSError):  # no way there now, or a full queue: it is lost, as on a dead link
+        try:
             if not self._connected:
                 self._socket.connect(self._rover)
                 self._connected = True
-            self._socket.send(data)
+            _sent(self._socket, data)
+        except OSError as error:
+            if error.errno not in _PASSING:  # no way there from the address that this socket has
+                self._move()
+
+    def _move(self) -> None:
+        """Another socket, from the address that this computer has now, to where the rover's name leads now."""
+        now_ns = self.clock_ns()
+        if now_ns >= self._resolve_ns:
+            self._resolve_ns = now_ns + _RESOLVE_NS
+            with suppress(ValueError):
+                self._family, self._rover = _resolved(*self._named)
+        self._socket.close()
+        self._open_socket()
 
     def put(self, datagram: bytes) -> None:
         """Puts a datagram; where nobody is there it is lost."""
@@ -204,8 +289,15 @@ class UdpGroundEnd(LinkEnd):
         self._socket.close()
 
 
-def _resolved(endpoint: str) -> tuple[socket.AddressFamily, Address]:
-    host, port = parse_locator(endpoint)
+def _sent(own: socket.socket, datagram: bytes) -> None:
+    """Sends from a connected socket. Raises OSError."""
+    try:
+        own.send(datagram)
+    except ConnectionRefusedError:  # of an earlier datagram: this one was not sent
+        own.send(datagram)
+
+
+def _resolved(host: str, port: int) -> tuple[socket.AddressFamily, Address]:
     try:
         family, *_, at = socket.getaddrinfo(host, port, type=socket.SOCK_DGRAM)[0]
     except OSError as error:

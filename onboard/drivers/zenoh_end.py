@@ -78,6 +78,7 @@ class ZenohEnd(LinkEnd):
         while len(got) < most and (sample := self._in.try_recv()) is not None:
             got.append(sample.payload.to_bytes()[: MAX_DATAGRAM + 1])
         self.taken += len(got)
+        self.emptied = len(got) < most
         return got
 
     def put(self, datagram: bytes) -> None:

@@ -252,7 +252,7 @@ def test_frames_that_a_late_tick_reads_are_never_from_the_future():
 class Crowd:
     """A link's end at which forged datagrams wait without end; `genuine`: datagrams behind so many of them."""
 
-    open, failed, linked = True, False, True
+    open, failed, linked, emptied = True, False, True, False
 
     def __init__(self, forged: bytes, ahead: int, genuine: bytes) -> None:
         self.forged, self.ahead, self.genuine, self.taken = forged, ahead, genuine, 0

@@ -39,38 +39,127 @@ def test_a_first_hello_opens_the_station_and_the_second_gives_the_place():
     assert answer is not None and answer[0] == Word.LISTENING and table.addresses(1) == [HERE]
 
 
-def test_a_cookie_is_good_for_its_address_and_two_minutes():
+def test_a_cookie_is_good_for_its_address_and_two_to_four_minutes():
     table, caller = listeners(), Caller(KEYS, 1, 5)
     seat(table, caller, HERE)
     hello = caller.send(6 * S)
     assert hello is not None
     assert table.receive(hello, THERE, 6 * S)[1][0] == Word.CHALLENGE
-    assert table.receive(hello, HERE, 119 * S)[1][0] == Word.LISTENING
-    assert table.receive(hello, HERE, 120 * S)[1][0] == Word.CHALLENGE
+    assert table.receive(hello, HERE, 239 * S)[1][0] == Word.LISTENING
+    assert table.receive(hello, HERE, 240 * S)[1][0] == Word.CHALLENGE
+
+
+def test_a_place_outlives_a_blackout_of_60_s_at_8_s_one_way():
+    """The last answer was made before it; the next hello with its cookie arrives up to 21 s after its end."""
+    for start_s in range(0, 120, 5):
+        table, caller = listeners(), Caller(KEYS, 1, 5)
+        seat(table, caller, HERE, start_s * S)
+        later_ns = (start_s + 8 + 60 + 2 * 8 + 5) * S
+        hello = caller.send(later_ns)
+        assert hello is not None
+        assert table.receive(hello, HERE, later_ns)[1][0] == Word.LISTENING and table.addresses(later_ns) == [HERE]
+
+
+def test_one_hello_is_answered_three_times_whoever_repeats_it():
+    table, hello = listeners(), Caller(KEYS, 1, 5).send(0)
+    answers = [table.receive(hello, ("192.0.2.9", port), port * S) for port in range(50)]
+    assert all(is_word for is_word, _ in answers)
+    assert [answer is not None for _, answer in answers] == [True] * 3 + [False] * 47
+
+
+def test_challenges_are_few_in_a_second_and_no_other_key_pays_for_them():
+    table = listeners()
+    hellos = [Caller(KEYS, 1, 10 * n).send(0) for n in range(3000)]  # more than are remembered
+    answers = [table.receive(hello, ("192.0.2.9", 1), n) for _ in range(3) for n, hello in enumerate(hellos)]
+    assert sum(answer is not None for _, answer in answers) == direct.CHALLENGES_PER_S
+    seat(table, Caller(KEYS, 2, 5), HERE)
+    seat(table, Caller(KEYS, 1, 5), HERE, 2 * S)
+
+
+def test_many_recorded_hellos_keep_nobody_off_a_place_that_he_has():
+    table, caller = listeners(), Caller(KEYS, 1, 5)
+    seat(table, caller, HERE)
+    for n in range(3000):
+        table.receive(Caller(KEYS, 1, 10 * n).send(0), THERE, S)
+    hello = caller.send(6 * S)
+    assert hello is not None and table.receive(hello, HERE, 6 * S)[1][0] == Word.LISTENING
+
+
+def test_answers_of_a_rover_that_has_died_do_not_keep_a_station_linked():
+    caller, table, recorded = Caller(KEYS, 1, 5), listeners(), []
+    for at_ns in (0, 1, 6 * S):
+        hello = caller.send(at_ns)
+        recorded.append(table.receive(hello, HERE, at_ns)[1])
+        caller.receive(recorded[-1], at_ns)
+    for at_s in range(7, 200):
+        caller.send(at_s * S)
+        for answer in recorded:
+            assert caller.receive(answer, at_s * S)
+    assert caller.linked(96 * S) and not caller.linked(97 * S)
+
+
+def test_a_hello_that_was_recorded_seats_nobody_after_the_bye():
+    table, caller = listeners(), Caller(KEYS, 1, 5)
+    seat(table, caller, HERE)
+    recorded = caller.send(6 * S)
+    table.receive(recorded, HERE, 6 * S)
+    table.receive(caller.bye(), HERE, 7 * S)
+    for at_s in (7, 60, 126):
+        assert table.receive(recorded, HERE, at_s * S) == (True, None) and table.addresses(at_s * S) == []
+    seat(table, Caller(KEYS, 1, 50), HERE, 130 * S)  # a new program on that port: its numbers are higher
+
+
+def test_a_hello_that_was_recorded_makes_no_place_last_longer():
+    table, caller = listeners(), Caller(KEYS, 1, 5)
+    seat(table, caller, HERE)
+    recorded = caller.send(6 * S)
+    table.receive(recorded, HERE, 6 * S)
+    table.receive(recorded, HERE, 80 * S)
+    assert table.addresses(96 * S) == [HERE] and table.addresses(97 * S) == []
+
+
+def test_a_bye_that_was_recorded_unseats_no_later_program_on_the_same_port():
+    table, caller = listeners(), Caller(KEYS, 1, 5)
+    seat(table, caller, HERE)
+    bye = caller.bye()
+    table.receive(bye, HERE, 2)
+    seat(table, Caller(KEYS, 1, 50), HERE, S)
+    assert table.receive(bye, HERE, 2 * S) == (True, None) and table.addresses(2 * S) == [HERE]
+
+
+def test_an_address_that_is_silent_goes_once_another_one_of_its_station_is_heard():
+    table = listeners()
+    seat(table, Caller(KEYS, 1, 5), HERE)
+    seat(table, Caller(KEYS, 2, 5), ("192.0.2.3", 1))
+    seat(table, Caller(KEYS, 1, 50), THERE, direct.QUIET_NS)
+    assert len(table.addresses(direct.QUIET_NS)) == 3
+    seat(table, Caller(KEYS, 1, 90), THERE, direct.QUIET_NS + S)
+    assert set(table.addresses(direct.QUIET_NS + S)) == {THERE, ("192.0.2.3", 1)}
 
 
 def test_a_place_ends_with_the_lease_and_with_a_bye_from_its_own_address():
     table, caller = listeners(), Caller(KEYS, 1, 5)
     seat(table, caller, HERE)
     assert table.addresses(direct.LEASE_NS + 1) == [HERE] and table.addresses(direct.LEASE_NS + 2) == []
-    seat(table, Caller(KEYS, 1, 5), HERE)
+    seat(table, caller := Caller(KEYS, 1, 50), HERE, direct.LEASE_NS + 3)
     bye = caller.bye()
     assert bye is not None
-    assert table.receive(bye, THERE, 2) == (True, None) and table.addresses(2) == [HERE]
-    assert table.receive(bye, HERE, 2) == (True, None) and table.addresses(2) == []
+    later_ns = direct.LEASE_NS + 5
+    assert table.receive(bye, THERE, later_ns) == (True, None) and table.addresses(later_ns) == [HERE]
+    assert table.receive(bye, HERE, later_ns) == (True, None) and table.addresses(later_ns) == []
 
 
 def test_viewers_share_places_of_their_own_and_take_none_of_a_station():
     table = listeners()
     seat(table, Caller(KEYS, 1, 5), HERE)
     for port in range(3 * direct.VIEWER_PLACES):
-        seat(table, Caller(VIEWER, 1, 5), (THERE[0], port), port)
-    assert table.addresses(100).count(HERE) == 1
-    assert len(table.addresses(100)) == direct.VIEWER_PLACES + 1
+        seat(table, Caller(VIEWER, 1, 10 * port), (THERE[0], port), port * S // 10)
+    assert table.addresses(5 * S).count(HERE) == 1
+    assert len(table.addresses(5 * S)) == direct.VIEWER_PLACES + 1
     for port in range(3 * direct.STATION_PLACES):
-        seat(table, Caller(KEYS, 2, 5), (THERE[0], 9000 + port), 100 + port)
-    assert HERE in table.addresses(200)
-    assert len(table.addresses(200)) == direct.VIEWER_PLACES + 1 + direct.STATION_PLACES
+        seat(table, Caller(KEYS, 2, 10 * port), (THERE[0], 9000 + port), (50 + port) * S // 10)
+    assert HERE in table.addresses(9 * S)
+    assert len(table.addresses(9 * S)) == direct.VIEWER_PLACES + 1 + direct.STATION_PLACES
 
 
 def test_words_with_a_wrong_tag_an_unknown_key_or_of_the_other_direction_are_none():
