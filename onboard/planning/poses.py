@@ -180,9 +180,8 @@ def wheel_cells(o: int, rover: config.Rover, cell_m: float) -> tuple[tuple[int, 
 def tyre_cells(o: int, rover: config.Rover, cell_m: float) -> tuple[tuple[int, int], ...]:
     """(dj, di) of the cells that a tyre may touch in orientation o, from base_link anywhere in its cell.
 
-    Wheels steer, sideways and for turns too: a tyre, a diameter long and a wheel wide, touches what lies in the circle
-    about it. Wheels stand where they do, not in the middle of a cell: a square of 3 x 3 cells round the nearest one
-    leaves out up to 0.1 m of a tyre.
+    A tyre is a rectangle a diameter long and a wheel wide. Wheels stand where they do, not in the middle of a cell: a
+    square of 3 x 3 cells round the nearest one leaves out up to 0.1 m of a tyre.
     """
     yaw = o * math.pi / ORIENTATIONS
     c, s, half = math.cos(yaw), math.sin(yaw), cell_m / 2
@@ -190,10 +189,11 @@ def tyre_cells(o: int, rover: config.Rover, cell_m: float) -> tuple[tuple[int, i
     dj, di = np.mgrid[-reach : reach + 1, -reach : reach + 1]
     touched = np.zeros(dj.shape, np.bool_)
     for a, b in ((1, 1), (1, -1), (-1, 1), (-1, -1)):
-        x = np.abs(di * cell_m - (c * a * rover.half_wheelbase_m - s * b * rover.half_track_m))
-        y = np.abs(dj * cell_m - (s * a * rover.half_wheelbase_m + c * b * rover.half_track_m))
-        off = np.hypot(np.maximum(x - half, 0.0), np.maximum(y - half, 0.0))  # from the nearest place of the wheel
-        touched |= off <= math.hypot(rover.wheel_radius_m, rover.wheel_width_m / 2)
+        x = di * cell_m - (c * a * rover.half_wheelbase_m - s * b * rover.half_track_m)
+        y = dj * cell_m - (s * a * rover.half_wheelbase_m + c * b * rover.half_track_m)
+        spare = half * (abs(c) + abs(s))  # of the rover's own cell, across either side of the tyre
+        along = np.abs(c * x + s * y) <= rover.wheel_radius_m + spare
+        touched |= along & (np.abs(c * y - s * x) <= rover.wheel_width_m / 2 + spare)
     return tuple((int(j - reach), int(i - reach)) for j, i in np.argwhere(touched))
 
 
