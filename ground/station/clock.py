@@ -6,6 +6,7 @@ to be called again, and returns the next Turn, or None when the bench has ended 
 
 from __future__ import annotations
 
+import secrets
 import socket
 import time
 from contextlib import ExitStack
@@ -16,6 +17,11 @@ from protocol import WireError, barrier
 
 NEVER_TICK = 2**62
 _POLL_NS = 5_000_000
+
+
+def first_nonce() -> int:
+    """For a station's first hello, 63 bit: higher than an earlier program used while the wall clock is not set back."""
+    return time.time_ns() >> 20 << 20 | secrets.randbits(20)
 
 
 class ClockError(RuntimeError):

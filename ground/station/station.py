@@ -13,7 +13,7 @@ from ground.session.kept import Kept
 from ground.session.news import EventHeard, Item, News, ProductHeard, ReportHeard
 from ground.session.schedule import Schedule
 from ground.session.session import Session
-from ground.station.clock import Turn
+from ground.station.clock import Turn, first_nonce
 from ground.station.memory import Block, Memory
 from ground.station.settings import Settings, load_schedule, station_keys
 from onboard.config import ConfigError
@@ -138,7 +138,8 @@ class Station:
 
     def _opened(self, endpoint: str) -> LinkEnd:
         if endpoint.startswith(carrier.DIRECT):
-            return UdpGroundEnd(endpoint, self._keys, self._settings.station, self._settings.one_way_s)
+            station, one_way_s = self._settings.station, self._settings.one_way_s
+            return UdpGroundEnd(endpoint, self._keys, station, one_way_s, first_nonce())
         return ZenohEnd(carrier.GROUND, endpoint, hear=KEY_DOWN, say=KEY_UP)
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:

@@ -10,7 +10,6 @@ import errno
 import re
 import secrets
 import socket
-import time
 from collections import deque
 from contextlib import suppress
 
@@ -195,14 +194,16 @@ class UdpRoverEnd(LinkEnd):
 
 
 class UdpGroundEnd(LinkEnd):
-    """A station's end. one_way_s: the link's delay. Raises ValueError for an endpoint that is no locator."""
+    """A station's end. Raises ValueError for an endpoint that is no locator.
+
+    one_way_s: the link's delay. first_nonce: see `direct.Caller`.
+    """
 
     sends_unasked = True
 
-    def __init__(self, endpoint: str, keys: LinkKeys, station: int, one_way_s: float) -> None:
+    def __init__(self, endpoint: str, keys: LinkKeys, station: int, one_way_s: float, first_nonce: int) -> None:
         super().__init__()
         self.opening_s = direct.opening_s(one_way_s)
-        first_nonce = time.time_ns() >> 20 << 20 | secrets.randbits(20)
         self._caller = direct.Caller(keys, station, first_nonce)
         self._named = parse_locator(endpoint)
         self._family, self._rover = _resolved(*self._named)

@@ -13,6 +13,7 @@ centre and the plane of the four wheels both say so.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Sequence
 from enum import IntEnum
 
 import numpy as np
@@ -70,12 +71,17 @@ def pose_freedom(surface: Surface, rover: config.Rover, planning: config.Plannin
     freedom = kernel.pose_freedom(surface, footprint(rover, cell_m), limits)
     if not tyres:
         return freedom
-    cells = np.argwhere(tall(surface, planning.step_m))
-    for o in range(ORIENTATIONS):
-        at = (cells[:, None, :] - np.array(tyre_cells(o, rover, cell_m), np.int64)).reshape(-1, 2)
-        on = (at >= 0).all(axis=1) & (at[:, 0] < surface.grid.rows) & (at[:, 1] < surface.grid.columns)
-        freedom[o, at[on, 0], at[on, 1]] = Freedom.BLOCKED
+    block(freedom, np.argwhere(tall(surface, planning.step_m)), lambda o: tyre_cells(o, rover, cell_m))
     return freedom
+
+
+def block(freedom: U8, cells: NDArray[np.int64], touched: Callable[[int], Sequence[tuple[int, int]]]) -> None:
+    """Blocks, in place, every pose that touches one of the cells (k, 2) j, i. touched: (dj, di) in an orientation."""
+    _, rows, columns = freedom.shape
+    for o in range(ORIENTATIONS):
+        at = (cells[:, None, :] - np.array(touched(o), np.int64)).reshape(-1, 2)
+        on = (at >= 0).all(axis=1) & (at[:, 0] < rows) & (at[:, 1] < columns)
+        freedom[o, at[on, 0], at[on, 1]] = Freedom.BLOCKED
 
 
 def tall(surface: Surface, step_m: float) -> Bool:

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from onboard import config
-from onboard.planning.poses import ORIENTATIONS, Freedom, pose_index, wheel_cells
+from onboard.planning.poses import ORIENTATIONS, block, pose_index, wheel_cells
 from onboard.records import F64, U8, Bool, Grid
 
 SQUARE = tuple((dj, di) for dj in (-1, 0, 1) for di in (-1, 0, 1))  # a wheel's cell and its 8 neighbours
@@ -53,10 +53,7 @@ def barred(freedom: U8, points_m: Sequence[tuple[float, float]], grid: Grid, rov
     """A copy with every pose blocked that would put a wheel, or one of its 8 neighbours, on the cell of a point."""
     out = freedom.copy()
     cells = np.array([grid.cell(*point) for point in points_m], np.int64).reshape(-1, 2)
-    for o in range(ORIENTATIONS):
-        at = (cells[:, None, :] - np.array(_squares(o, rover, grid.cell_m), np.int64)).reshape(-1, 2)
-        on = (at >= 0).all(axis=1) & (at[:, 0] < grid.rows) & (at[:, 1] < grid.columns)
-        out[o, at[on, 0], at[on, 1]] = Freedom.BLOCKED
+    block(out, cells, lambda o: _squares(o, rover, grid.cell_m))
     return out
 
 

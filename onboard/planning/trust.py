@@ -44,10 +44,7 @@ def within_trust(decision: Decision, request: PlanRequest, state: MissionState) 
     0.6 m farther, and `stop_limit` ends what is left.
     """
     stations = decision.path.stations
-    good = trusted_stations(stations, request)
-    if request.settings.mission.ground == "smooth":
-        good |= ~sideways(stations) | (not request.settings.drive_guard.on)
-        good &= trusted_stations(stations, request, request.settings.mapping.near_m, swept=False)
+    good = _good(stations, request)
     if decision.kind not in ("drive", "goal") or good.all():
         return decision
     way = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(stations[:, :2], axis=0).T))])
@@ -61,17 +58,28 @@ def within_trust(decision: Decision, request: PlanRequest, state: MissionState) 
     return replace(decision, kind="drive", path=path, reason=reason, heading_rad=float(stations[last, 2]))
 
 
-def trusted_stations(stations: F64, request: PlanRequest, range_m: float = math.nan, swept: bool = True) -> Bool:
+def _good(stations: F64, request: PlanRequest) -> Bool:
+    """Of each station (k, 3), whether the rover may drive there without a look before, (k,) bool."""
+    mapping, guard_on = request.settings.mapping, request.settings.drive_guard.on
+    if request.settings.mission.ground != "smooth":
+        return trusted_stations(stations, request, mapping.trust_m, swept=guard_on)
+    near = trusted_stations(stations, request, mapping.near_m, swept=False)
+    if not guard_on:
+        return near
+    return near & (~sideways(stations) | trusted_stations(stations, request, mapping.trust_m, swept=True))
+
+
+def trusted_stations(stations: F64, request: PlanRequest, range_m: float, swept: bool) -> Bool:
     """Of each station (k, 3), whether all its wheel cells are trusted when the rover comes there, (k,) bool.
 
-    range_m: seen from within it, NaN: trust_m. swept: what the guard's line will pass over counts as seen.
+    range_m: seen from within it. swept: what the guard's line will pass over counts as seen.
     """
     grid, settings = request.ldem.grid, request.settings
     cells = wheel_squares(stations, grid, settings.rover)
     on = (cells >= 0).all(axis=2) & (cells[..., 0] < grid.rows) & (cells[..., 1] < grid.columns)
     j, i = np.where(on, cells[..., 0], 0), np.where(on, cells[..., 1], 0)
     seen = seen_near(request.ldem, settings, range_m)[j, i] & on
-    if swept and settings.drive_guard.on:
+    if swept:
         seen |= _swept(stations, cells, grid, settings)
     found: Bool = seen.all(axis=1) | driven(stations, request.trail, grid)
     return found
@@ -86,10 +94,10 @@ def sideways(stations: F64) -> Bool:
     return found
 
 
-def seen_near(ldem: Ldem, settings: Settings, range_m: float = math.nan) -> Bool:
-    """Cells (rows, columns) that were seen from within range_m (NaN: trust_m), or stood on at the start."""
+def seen_near(ldem: Ldem, settings: Settings, range_m: float) -> Bool:
+    """Cells (rows, columns) that were seen from within range_m, or stood on at the start."""
     kind = classify(ldem, settings.mapping).cell_class
-    near = (ldem.n > 0) & (ldem.view_m <= (settings.mapping.trust_m if math.isnan(range_m) else range_m))
+    near = (ldem.n > 0) & (ldem.view_m <= range_m)
     gap = (kind == CellClass.FILLED) | (kind == CellClass.HOLE)
     found: Bool = near | (gap & ndimage.binary_dilation(near, _NEIGHBOURS)) | (kind == CellClass.ASSUMED)
     return found

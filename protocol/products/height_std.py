@@ -13,16 +13,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from protocol import WireError
-from protocol.products.ldem import MapGrid
-from protocol.products.packing import compress, expand
+from protocol.products.ldem import MapGrid, checked_grid
+from protocol.products.packing import check, compress, expand
 
 HEIGHT_STD_CODEC = "height-std-1"
 LEAST_M, STEP = 1e-3, math.sqrt(2.0)
 MOST_LEVEL = 32
 _HEAD = struct.Struct("<4sHHdddI")
 _MAGIC = b"STD1"
-_MAX_CELLS = 4_000_000
 
 F32 = NDArray[np.float32]
 
@@ -49,14 +47,11 @@ def encode_height_std(product: HeightStd) -> bytes:
 
 def decode_height_std(data: bytes) -> HeightStd:
     """The product. Raises WireError("product") on anything malformed."""
-    if len(data) < _HEAD.size:
-        raise WireError("product", f"{len(data)} B are no deviations")
+    check(len(data) >= _HEAD.size, f"{len(data)} B are no deviations")
     magic, rows, columns, x0_m, y0_m, cell_m, size = _HEAD.unpack_from(data)
-    place_known = all(math.isfinite(number) for number in (x0_m, y0_m, cell_m)) and cell_m > 0
-    if magic != _MAGIC or not 0 < rows * columns <= _MAX_CELLS or len(data) != _HEAD.size + size or not place_known:
-        raise WireError("product", f"{magic!r}, {rows} x {columns}, {len(data)} B")
+    check(magic == _MAGIC and len(data) == _HEAD.size + size, f"{magic!r}, {len(data)} B")
+    grid = checked_grid(x0_m, y0_m, cell_m, rows, columns)
     level = expand(data[_HEAD.size :], rows * columns).reshape(rows, columns)
-    if int(level.max()) > MOST_LEVEL:
-        raise WireError("product", f"a level of {int(level.max())}")
+    check(int(level.max()) <= MOST_LEVEL, f"a level of {int(level.max())}")
     std_m = np.where(level > 0, LEAST_M * STEP ** (level.astype(np.float64) - 1), np.nan).astype(np.float32)
-    return HeightStd(MapGrid(x0_m, y0_m, cell_m, rows, columns), std_m)
+    return HeightStd(grid, std_m)

@@ -80,11 +80,10 @@ def decode_ldem(data: bytes) -> LdemProduct:
         raise WireError("product", f"{len(data)} B are no map")
     magic, rows, columns, x0_m, y0_m, cell_m, step_m, offset_m, planes, *sizes = _HEAD.unpack_from(data)
     cells = rows * columns
-    if magic != _MAGIC or not 0 < cells <= _MAX_CELLS or not 1 <= planes <= 4:
-        raise WireError("product", f"{magic!r}, {rows} x {columns}, {planes} planes")
-    check(within(MOST_PLACE_M, x0_m, y0_m), f"a grid at {x0_m:g}, {y0_m:g}")
-    check(_LEAST_CELL_M <= cell_m <= _MOST_CELL_M and 0 < step_m <= 1 and within(MOST_HEIGHT_M, offset_m),
-          f"cells of {cell_m:g} m, steps of {step_m:g} m from {offset_m:g} m")
+    if magic != _MAGIC or not 1 <= planes <= 4:
+        raise WireError("product", f"{magic!r}, {planes} planes")
+    grid = checked_grid(x0_m, y0_m, cell_m, rows, columns)
+    check(0 < step_m <= 1 and within(MOST_HEIGHT_M, offset_m), f"steps of {step_m:g} m from {offset_m:g} m")
     ends = np.cumsum([_HEAD.size, *sizes])
     if len(data) != ends[-1] and data[ends[-1] : ends[-1] + 4] != POSES_MAGIC:
         raise WireError("product", f"{len(data)} B instead of {ends[-1]}")
@@ -95,8 +94,15 @@ def decode_ldem(data: bytes) -> LdemProduct:
     heights = np.where(known, offset_m + quanta * step_m, np.nan)
     check(bool((np.abs(heights[known]) <= 2 * MOST_HEIGHT_M).all()), "a height beyond all ground")
     check(int(raw[2].max()) <= 3, "a node set over 3")
-    return LdemProduct(MapGrid(x0_m, y0_m, cell_m, rows, columns), heights.astype(np.float32),
-                       raw[2].reshape(rows, columns))
+    return LdemProduct(grid, heights.astype(np.float32), raw[2].reshape(rows, columns))
+
+
+def checked_grid(x0_m: float, y0_m: float, cell_m: float, rows: int, columns: int) -> MapGrid:
+    """The grid of a product that came. Raises WireError("product") where no map lies so."""
+    check(0 < rows * columns <= _MAX_CELLS, f"{rows} x {columns} cells")
+    check(within(MOST_PLACE_M, x0_m, y0_m), f"a grid at {x0_m:g}, {y0_m:g}")
+    check(_LEAST_CELL_M <= cell_m <= _MOST_CELL_M, f"cells of {cell_m:g} m")
+    return MapGrid(x0_m, y0_m, cell_m, rows, columns)
 
 
 def poses_of(data: bytes) -> PoseMap | None:

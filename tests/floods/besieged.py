@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any, NamedTuple, Self
 
 from ground.session.session import Session
+from ground.station.clock import first_nonce
 from onboard.drivers.status_port import StatusError, ask
 from onboard.drivers.udp_end import UdpGroundEnd
 from protocol.link import bench_keys
@@ -98,7 +99,7 @@ class Siege:
             self._stack.callback(process.join)
         self._stack.callback(self._ends.set)
         self._fly(can, lidar, link)
-        self._end = UdpGroundEnd(f"udp/127.0.0.1:{link}", bench_keys(SEED), 1, ONE_WAY_S)
+        self._end = UdpGroundEnd(f"udp/127.0.0.1:{link}", bench_keys(SEED), 1, ONE_WAY_S, first_nonce())
         self._stack.callback(self._end.close)
         if not self.until(lambda: self.session.commanding):
             raise RuntimeError(f"the rover was not heard: {self.session.mismatch or self._log()}")

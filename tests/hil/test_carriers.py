@@ -12,6 +12,7 @@ import zenoh
 
 from ground.session.news import EventHeard, Item, ProductHeard
 from ground.session.session import Session
+from ground.station.clock import first_nonce
 from hil.link.emulator import LinkEmulator
 from hil.link.impairment import Impairment, Profile
 from hil.link.udp_relay import UdpRelay
@@ -43,7 +44,7 @@ def line(**changes: object) -> Profile:
 
 def ground_end(endpoint: str) -> LinkEnd:
     if endpoint.startswith(carrier.DIRECT):
-        return UdpGroundEnd(endpoint, KEYS, 1, ONE_WAY_S)
+        return UdpGroundEnd(endpoint, KEYS, 1, ONE_WAY_S, first_nonce())
     return ZenohEnd(carrier.GROUND, endpoint, hear=KEY_DOWN, say=KEY_UP)
 
 

@@ -144,7 +144,7 @@ def test_filled_cell_is_trusted_by_its_neighbours_and_assumed_ground_by_itself()
     asked = request(view)
     z_ray = np.where(asked.ldem.n > 0, np.inf, 0.02).astype(np.float32)
     filled = replace(asked, ldem=replace(asked.ldem, z_ray=z_ray))
-    assert trust.seen_near(filled.ldem, asked.settings)[hole]
-    assert not trust.seen_near(asked.ldem, asked.settings)[hole]
+    assert trust.seen_near(filled.ldem, asked.settings, asked.settings.mapping.trust_m)[hole]
+    assert not trust.seen_near(asked.ldem, asked.settings, asked.settings.mapping.trust_m)[hole]
     assumed = replace(ldem.empty(GRID), assumed_z=np.zeros(X.shape, np.float32))
-    assert trust.seen_near(assumed, asked.settings).all()
+    assert trust.seen_near(assumed, asked.settings, asked.settings.mapping.trust_m).all()

@@ -2,6 +2,7 @@
 
 import socket
 from contextlib import ExitStack, suppress
+from itertools import count
 
 import pytest
 
@@ -20,14 +21,14 @@ class Carrier:
     """A rover's end and stations' ends on one clock, turned by the test."""
 
     def __init__(self, stack: ExitStack, rate_bps: float = 256e3) -> None:
-        self.stack, self.now_ns = stack, S
+        self.stack, self.now_ns, self.nonces = stack, S, count(1 << 40, 1 << 20)
         self.rover = UdpRoverEnd("udp/127.0.0.1:0", KEYS, rate_bps)
         self.rover.clock_ns = lambda: self.now_ns
         stack.callback(self.rover.close)
 
     def end(self, station: int = 1, keys: LinkKeys = KEYS) -> UdpGroundEnd:
         """An end that listens."""
-        made = UdpGroundEnd(f"udp/127.0.0.1:{self.rover.port}", keys, station, 0.0)
+        made = UdpGroundEnd(f"udp/127.0.0.1:{self.rover.port}", keys, station, 0.0, next(self.nonces))
         made.clock_ns = lambda: self.now_ns
         self.stack.callback(made.close)
         self.until(lambda: made._caller._listening and address(made) in self.rover._own, made)
@@ -94,7 +95,7 @@ def test_hellos_between_datagrams_cut_no_read_short():
         tap = stack.enter_context(socket.socket(socket.AF_INET, socket.SOCK_DGRAM))
         tap.bind(("127.0.0.1", 0))
         tap.settimeout(20.0)
-        end = UdpGroundEnd(f"udp/127.0.0.1:{tap.getsockname()[1]}", KEYS, 1, 0.0)
+        end = UdpGroundEnd(f"udp/127.0.0.1:{tap.getsockname()[1]}", KEYS, 1, 0.0, 1 << 62)
         stack.callback(end.close)
         end.knock()
         hello = tap.recv(2000)
@@ -167,7 +168,7 @@ def test_a_name_is_resolved_anew_with_the_new_socket(carrier, monkeypatch):
     places = iter([("127.0.0.1", carrier.rover.port), moved.getsockname()])
     monkeypatch.setattr("onboard.drivers.udp_end.socket.getaddrinfo",
                         lambda *_, **__: [(socket.AF_INET, socket.SOCK_DGRAM, 17, "", next(places))])
-    end = UdpGroundEnd("udp/rover.example:7450", KEYS, 1, 0.0)
+    end = UdpGroundEnd("udp/rover.example:7450", KEYS, 1, 0.0, 1 << 62)
     carrier.stack.callback(end.close)
     end.put(b"before")
     end._socket.shutdown(socket.SHUT_WR)
