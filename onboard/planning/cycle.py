@@ -32,12 +32,15 @@ from onboard.planning.pose_field import cost_to_go
 from onboard.planning.poses import (
     ORIENTATIONS,
     Freedom,
+    block,
     clearance_m,
     closeness,
     node_sets,
     pose_freedom,
     pose_index,
     reachable,
+    steered_cells,
+    tall,
     trail,
     wheel_cells,
 )
@@ -49,17 +52,19 @@ DISC_PRICE = 2.0  # of a metre left within the goal's disc: driving on is cheape
 CONFIRM_M = 3.0  # R7: blocked poses farther than this from every stop may be mistaken
 CONFIRM_RATIO = 0.5  # and a way over them costs so much more
 SLIPPERY_M = 0.6  # around a place where the wheels slipped: half the rover, and by what the odometry was off there
+FOOT_M = 0.05  # of a rock beyond its cells that stand out: half a cell
 MOST_MARKS = 60  # in one job; then the rule is told that no way is left
 
 
 @dataclass(frozen=True, slots=True)
 class _Stop:
-    """What stays the same while the rule is asked at one stop. freedom: before any mark."""
+    """What stays the same while the rule is asked at one stop. freedom: before any mark. tall: cells (k, 2) j, i."""
 
     request: PlanRequest
     surface: Surface
     freedom: U8
     seeds: tuple[NDArray[np.int64], F64]
+    tall: NDArray[np.int64]
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,7 +109,7 @@ def decide(request: PlanRequest, surface: Surface, freedom: U8) -> Decided:
     gdem, field = _from_orbit(request, surface, freedom)
     pose = Stop(request.pose.x_m, request.pose.y_m, request.pose.yaw_rad)
     seeds = _seeds(surface.grid, request.goal_m, settings.mission.goal_tolerance_m, field)
-    stop = _Stop(request, surface, freedom, seeds)
+    stop = _Stop(request, surface, freedom, seeds, np.argwhere(tall(surface, settings.planning.step_m)))
     fields = unmarked = _fields(stop, request.state)
     state = mission_rule.arrive(request.state, pose, float(np.min(fields.optimistic_m[fields.reach], initial=np.inf)))
     before = state
@@ -276,7 +281,10 @@ def _fields(stop: _Stop, state: MissionState, confirm: bool = False) -> Fields:
         freedom[doubted] = Freedom.UNKNOWN
     freedom[(freedom == Freedom.UNKNOWN) & _near(grid, state.marked, BLOCK_M)] = Freedom.BLOCKED
     # What no beam told of may be a rock: a way shuns its cells as it does what is blocked.
-    shunned = barred(freedom, request.unseen_m, grid, request.settings.rover) if request.unseen_m else freedom
+    # A steered tyre reaches beyond what its pose asks, and the foot of a rock beyond the cells that stand out.
+    rover = request.settings.rover
+    shunned = barred(freedom, request.unseen_m, grid, rover)
+    block(shunned, stop.tall, lambda o: steered_cells(o, rover, grid.cell_m, FOOT_M))
     near = closeness(shunned, planning, grid.cell_m, request.sigma_m)
     near[freedom == Freedom.UNKNOWN] += planning.unknown_ratio
     near[doubted] += np.float32(CONFIRM_RATIO)

@@ -203,6 +203,25 @@ def tyre_cells(o: int, rover: config.Rover, cell_m: float) -> tuple[tuple[int, i
     return tuple((int(j - reach), int(i - reach)) for j, i in np.argwhere(touched))
 
 
+def steered_cells(o: int, rover: config.Rover, cell_m: float, margin_m: float) -> tuple[tuple[int, int], ...]:
+    """(dj, di) of the cells within a margin of a tyre in orientation o, whichever way it steers, from base_link.
+
+    In a way sideways and in a turn a tyre reaches beyond where it stands along the body: up to the circle about it.
+    """
+    yaw = o * math.pi / ORIENTATIONS
+    c, s, half = math.cos(yaw), math.sin(yaw), cell_m / 2
+    circle_m = math.hypot(rover.wheel_radius_m, rover.wheel_width_m / 2) + margin_m
+    reach = math.ceil((math.hypot(rover.half_wheelbase_m, rover.half_track_m) + circle_m) / cell_m) + 1
+    dj, di = np.mgrid[-reach : reach + 1, -reach : reach + 1]
+    touched = np.zeros(dj.shape, np.bool_)
+    for a, b in ((1, 1), (1, -1), (-1, 1), (-1, -1)):
+        x = np.abs(di * cell_m - (c * a * rover.half_wheelbase_m - s * b * rover.half_track_m))
+        y = np.abs(dj * cell_m - (s * a * rover.half_wheelbase_m + c * b * rover.half_track_m))
+        off_m = np.hypot(np.maximum(x - half, 0.0), np.maximum(y - half, 0.0))  # from anywhere in its own cell
+        touched |= off_m <= circle_m
+    return tuple((int(j - reach), int(i - reach)) for j, i in np.argwhere(touched))
+
+
 def footprint(rover: config.Rover, cell_m: float) -> kernel.Footprint:
     """The cells under the wheels in each orientation, and row by row those under the body and those it may touch.
 

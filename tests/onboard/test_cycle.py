@@ -173,6 +173,28 @@ def test_a_way_keeps_off_ground_that_no_beam_told_of():
     assert beside[0] > -0.1 and beside[1] < beside[0] - 0.15
 
 
+@pytest.mark.parametrize(("left_m", "right_m", "least_m"), [(0.55, -0.85, 0.3), (0.35, -0.35, 0.0)])
+def test_a_way_between_two_stones_leaves_room_for_steered_tyres_where_there_is_room(left_m, right_m, least_m):
+    world, stones = World([]), ((1.5, left_m), (1.5, right_m))
+    for stone in stones:
+        world.truth[world.map.grid.cell(*stone)] = 0.09
+    begin(world, Pose(0, 0))
+    lane = [Fence(str(side), KEEP_OUT, [(-2.0, side * 0.95), (5.0, side * 0.95), (5.0, side * 2.0), (-2.0, side * 2.0)])
+            for side in (-1, 1)]
+    decision = cycle.plan(replace(request(world, Pose(0, 0), (3.0, 0.0)), fences=tuple(lane))).decision
+    assert decision.kind == "goal"
+    assert min(tyres_off_m(decision.path.stations, stone) for stone in stones) >= least_m
+
+
+def tyres_off_m(stations, place):
+    """From a place to the nearest of the circles about the tyres, over all stations (k, 3)."""
+    rover = SETTINGS.rover
+    c, s = np.cos(stations[:, 2]), np.sin(stations[:, 2])
+    dx, dy = place[0] - stations[:, 0], place[1] - stations[:, 1]
+    ahead, left = np.abs(c * dx + s * dy) - rover.half_wheelbase_m, np.abs(c * dy - s * dx) - rover.half_track_m
+    return float(np.hypot(ahead, left).min()) - math.hypot(rover.wheel_radius_m, rover.wheel_width_m / 2)
+
+
 def test_same_request_gives_the_same_result_bit_by_bit():
     world, pose = World([(0.0, -1.0, 0.3, 1.0)]), Pose(-4.0, 0.0)
     begin(world, pose)

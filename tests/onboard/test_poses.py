@@ -169,6 +169,29 @@ def test_no_free_pose_lets_a_tyre_touch_the_middle_of_what_stands_out_wherever_i
         assert abs(along) > ROVER.wheel_radius_m or abs(across) > ROVER.wheel_width_m / 2
 
 
+@pytest.mark.parametrize("o", range(8))
+def test_steered_cells_are_those_within_the_margin_of_a_tyre_that_steers_anyhow(o: int) -> None:
+    cells, rng, cell_m, margin_m = set(poses.steered_cells(o, ROVER, 0.1, 0.05)), np.random.default_rng(o), 0.1, 0.05
+    c, s = math.cos(o * math.pi / 8), math.sin(o * math.pi / 8)
+    reached = set()
+    for _ in range(20_000):
+        ahead = rng.choice((-1, 1)) * ROVER.half_wheelbase_m
+        left = rng.choice((-1, 1)) * ROVER.half_track_m
+        steer, along, across = rng.uniform(-math.pi, math.pi), *(rng.choice((-1, 1), 2) * (ROVER.wheel_radius_m, 0.05))
+        x, y = rng.uniform(-cell_m / 2, cell_m / 2, 2)  # base_link in its cell
+        x += c * ahead - s * left + math.cos(steer) * along - math.sin(steer) * across
+        y += s * ahead + c * left + math.sin(steer) * along + math.cos(steer) * across
+        reached.add((round(y / cell_m), round(x / cell_m)))
+    corner = math.hypot(ROVER.wheel_radius_m, ROVER.wheel_width_m / 2)
+    centres = [(c * a * ROVER.half_wheelbase_m - s * b * ROVER.half_track_m,
+                s * a * ROVER.half_wheelbase_m + c * b * ROVER.half_track_m) for a in (-1, 1) for b in (-1, 1)]
+    middles = {(j, i) for j, i in reached
+               if min(math.hypot(i * cell_m - x, j * cell_m - y) for x, y in centres) <= corner + margin_m}
+    assert middles <= cells
+    assert all(min(math.hypot(i * cell_m - x, j * cell_m - y) for x, y in centres) <= corner + margin_m + 0.0708
+               for j, i in cells)
+
+
 def test_driven_poses_stay_free() -> None:
     freedom = np.zeros((8, 5, 5), np.uint8)
     marked = poses.trail(freedom, np.array([[1, 2, 3], [4, 4, 7], [9, 0, 0]]))
