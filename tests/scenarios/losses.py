@@ -1,7 +1,8 @@
 """Missions with a scanner that loses 1, 3 or 8 % of its beams: at the goal, or stopped with the true reason.
 
 The demo's fields 1 to 30; seed 101 is field 1 at 1 %, 330 is field 30 at 3 %, 801 is field 1 at 8 %. No mission touches
-anything, and none ends with "no way is left": each field has a way.
+anything, and none ends with "no way is left": each field has a way. Keep-outs along the field's edges come first: the
+world ends there, and the flight program would look for a way beyond.
 """
 
 from __future__ import annotations
@@ -9,18 +10,22 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from hil.bench.in_memory import CAMPAIGN_STEP_NS, InMemory
-from hil.scenario.scenario import Scenario
+from hil.scenario.scenario import Scenario, ground_of
 from tests.scenarios.flown import Row, Watch, broken, ended, line, outcome_of, with_losses
+from tests.scenarios.three_goals import edges, goto
 
 PERCENTS, FIELDS = (1, 3, 8), range(1, 31)
 SEEDS = tuple(100 * percent + field for percent in PERCENTS for field in FIELDS)
 SHORT = (101, 801)
+LIMIT_S = 3600.0
 
 
 def fly(seed: int) -> Row:
     """The mission of a seed."""
     percent, field = divmod(seed, 100)
-    bench = InMemory(Scenario(name="losses", terrain="fbm", seed=field), step_ns=CAMPAIGN_STEP_NS)
+    scenario = Scenario(name="losses", terrain="fbm", seed=field, limit_s=LIMIT_S)
+    ground = ground_of(scenario).field
+    bench = InMemory(scenario, (*edges(ground), goto(ground.goal_m)), ground=ground, step_ns=CAMPAIGN_STEP_NS)
     return flown(with_losses(bench, percent / 100), seed)
 
 
