@@ -19,6 +19,7 @@ from protocol.direct import Address, Rank, Word
 from protocol.link import MAX_DATAGRAM, LinkKeys
 
 _BUFFER_BYTES = 1 << 22  # the system gives what it allows
+_SHARED_BUFFER_BYTES = 1 << 17  # some 300 datagrams: what a tick reads, so that nobody waits long behind a flood
 _LOCATOR = re.compile(r"udp/(\[[0-9a-fA-F:]+\]|[^:/\[\]]+):(\d{1,5})")
 _WAITING = 64  # datagrams kept before the first `take`; the rest waits in the socket
 _SOCKETS = 64  # listeners with a socket of their own; the rest share one
@@ -59,7 +60,7 @@ class UdpRoverEnd(LinkEnd):
             self._main.close()
             raise LinkEndError(error.strerror or str(error)) from error
         self._at = self._main.getsockname()
-        _prepare(self._main)
+        _prepare(self._main, _SHARED_BUFFER_BYTES)
 
     @property
     def port(self) -> int:
@@ -203,8 +204,8 @@ class UdpGroundEnd(LinkEnd):
 
     def __init__(self, endpoint: str, keys: LinkKeys, station: int, one_way_s: float, first_nonce: int) -> None:
         super().__init__()
-        self.opening_s = direct.opening_s(one_way_s)
-        self._caller = direct.Caller(keys, station, first_nonce)
+        self.opening_s, self.eager_ns = direct.opening_s(one_way_s), direct.eager_ns(one_way_s)
+        self._caller = direct.Caller(keys, station, first_nonce, one_way_s)
         self._named = parse_locator(endpoint)
         self._family, self._rover = _resolved(*self._named)
         self._resolve_ns = 0  # not before then again: a name server may take seconds
@@ -306,6 +307,6 @@ def _resolved(host: str, port: int) -> tuple[socket.AddressFamily, Address]:
     return family, (str(at[0]), int(at[1]))
 
 
-def _prepare(made: socket.socket) -> None:
-    made.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, _BUFFER_BYTES)
+def _prepare(made: socket.socket, buffer_bytes: int = _BUFFER_BYTES) -> None:
+    made.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, buffer_bytes)
     made.setblocking(False)
