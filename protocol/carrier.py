@@ -22,7 +22,6 @@ ROVER, GROUND = "rover", "ground"  # the sides
 READY = b"ready"
 PROBE_PERIOD_NS = 20_000_000
 QUEUE_SAMPLES = 65_536
-_ACCEPT_MS, _MOST = 1000, 10_000  # who connects and says nothing keeps nobody else out
 _MESSAGE_BYTES = 4096  # a sample is a datagram; what is longer never becomes a sample
 
 
@@ -48,9 +47,6 @@ def settings(*, connect: str = "", listen: str = "") -> tuple[tuple[str, str], .
         ("transport/shared_memory/enabled", False),
         ("transport/link/tx/batch_size", _MESSAGE_BYTES),  # both ends use the smaller one
         ("transport/link/rx/max_message_size", _MESSAGE_BYTES),
-        ("transport/unicast/accept_timeout", _ACCEPT_MS),
-        ("transport/unicast/accept_pending", _MOST),
-        ("transport/unicast/max_sessions", _MOST),
         ("connect/endpoints", [connect] if connect else []),
         ("connect/timeout_ms", -1),
         ("connect/exit_on_failure", False),

@@ -1,6 +1,6 @@
 """Carrier A's surroundings: the node that carries on, and intruders on its two endpoints, without the keys.
 
-    sessions    1000 connections that say nothing and 100 zenoh sessions, made anew as the node closes them
+    sessions    1000 connections that say nothing and 100 zenoh sessions; 500 new ones a second, the oldest give way
     samples     zenoh sessions that put datagrams of 1 kB and samples of 100 kB on every key, towards rover and station
 """
 
@@ -21,7 +21,7 @@ from protocol import carrier
 from protocol.link import KEY_DOWN, KEY_UP
 
 Ports = tuple[int, int]  # the node's, towards rover and station
-SILENT, SESSIONS = 1000, 100
+SILENT, SESSIONS, EVERY_S = 1000, 100, 0.002
 LINE = Profile(down_bps=1e9, up_bps=1e9, one_way_s=0.001)
 
 
@@ -54,6 +54,7 @@ def sessions(ports: Ports, floods: Event, ends: Event) -> None:
             _connect(silent, next(turn))
             if len(silent) % 10 == 0:
                 _open(held, next(turn))
+            ends.wait(EVERY_S)
         for each in (*silent, *held):
             with suppress(zenoh.ZError):
                 each.close()
