@@ -85,7 +85,8 @@ def _words(axes: Axes, story: Story) -> None:
         lines = [*lines[: LINES_OF_TEXT - 4], "..."]
     lines += ["", *textwrap.wrap(story.outcome, WIDTH_OF_TEXT)]
     axes.set_axis_off()
-    axes.text(0.0, 1.0, literal("\n".join(lines)), va="top", ha="left", fontsize=8.0, linespacing=1.3, transform=axes.transAxes)
+    text = literal("\n".join(lines))
+    axes.text(0.0, 1.0, text, va="top", ha="left", fontsize=8.0, linespacing=1.3, transform=axes.transAxes)
 
 
 def _decision(number: int, plan: PlanPicture) -> list[str]:

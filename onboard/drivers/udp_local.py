@@ -44,4 +44,5 @@ def send(out: socket.socket, datagram: bytes, to: Address, local: str) -> None:
     level, _, kind = _KINDS[out.family]
     address = socket.inet_pton(out.family, local)
     v4 = out.family == socket.AF_INET
-    out.sendmsg([datagram], [(level, kind, _INFO_4.pack(0, address, bytes(4)) if v4 else _INFO_6.pack(address, 0))], 0, to)
+    info = _INFO_4.pack(0, address, bytes(4)) if v4 else _INFO_6.pack(address, 0)
+    out.sendmsg([datagram], [(level, kind, info)], 0, to)

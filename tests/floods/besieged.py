@@ -121,8 +121,9 @@ class Siege:
             link, ground = free_port(socket.SOCK_STREAM), free_port(socket.SOCK_STREAM)
             self._start(bus_flooders.node, (link, ground), self._ends)
         self._fly(can, lidar, f"{carrier}/127.0.0.1:{link}")
+        files = {"state": str(self.disk / "station"), "archive": str(self.disk / "archive.sqlite")}
         self._settings = Settings(endpoint=f"{carrier}/127.0.0.1:{ground}", bench_seed=SEED, up_bps=1e6, one_way_s=0.05,
-                                  state=str(self.disk / "station"), archive=str(self.disk / "archive.sqlite"))  # fmt: skip
+                                  **files)  # fmt: skip
         self._begin_enemy(carrier, link, ground)
 
     def _mount(self) -> None:
@@ -279,6 +280,12 @@ class Siege:
 
         if not self.until(ready):
             raise RuntimeError(f"not ready within {LIMIT_S:g} s: {self.status()['mode']}, {self.status()['faults']}")
+
+    def keep(self, record: Path) -> None:
+        """Ends the flight program and copies its record, before its disk goes."""
+        self.flight.terminate()
+        self.flight.wait()
+        shutil.copy(self.record, record)
 
     def besiege(self, tries: int) -> Besieged:
         """So many tries."""
