@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from onboard.planning.archive import PlanPicture
 from onboard.records import F64
 from pictures.ldem import set_picture
-from pictures.style import BLACK, BLUE, GREEN, ORANGE, RED, drawn_frames, figure
+from pictures.style import BLACK, BLUE, GREEN, ORANGE, RED, drawn_frames, figure, literal
 from pictures.terrain import Ground, draw_ground, extent, height_scale, scale_bar, shaded
 
 WIDTH_IN, TOP_IN, WORDS_IN, DOTS_PER_INCH = 7.2, 0.35, 1.0, 100  # even numbers of dots: some films need them
@@ -84,7 +84,7 @@ class Stage:
             patch.set_xy(_placed(_SQUARE * WHEEL_M, place))
         self._body.set_xy(_placed(_ARROW * self._body_m, shot.pose))
         for text, words in ((self._title, shot.title), (self._alarm, shot.alarm), (self._words, "\n".join(shot.lines))):
-            text.set_text(words)
+            text.set_text(literal(words))
         self._figure.set_dpi(DOTS_PER_INCH)
         self._figure.canvas.draw()
         return np.asarray(self._figure.canvas.buffer_rgba())[..., :3].copy()

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import StrMethodFormatter
 
 from onboard.records import F64
-from pictures.style import BLACK, BLUE, GREY, ORANGE, PAGE_IN, RED, drawn, figure, quiet
+from pictures.style import BLACK, BLUE, GREY, ORANGE, PAGE_IN, RED, drawn, figure, literal, quiet
 from pictures.terrain import Ground, draw_ground
 
 _COLOURS = (BLUE, RED, BLACK, ORANGE)
@@ -45,7 +45,7 @@ def fractals(grounds: Sequence[Ground]) -> Figure:
     made = figure(PAGE_IN, 3.6)
     for axes, ground in zip(made.subplots(1, len(grounds), sharey=True), grounds):
         draw_ground(axes, ground)
-        axes.set_title(f"{ground.name}\nrelief {np.ptp(ground.heights_m):.2f} m")
+        axes.set_title(f"{literal(ground.name)}\nrelief {np.ptp(ground.heights_m):.2f} m")
         axes.label_outer()
     return made
 
@@ -62,7 +62,7 @@ def craters(profiles: Sequence[Profile], ground: Ground) -> Figure:
     side.set_title("a crater from the side, heights enlarged")
     quiet(side)
     draw_ground(above, ground)
-    above.set_title(ground.name)
+    above.set_title(literal(ground.name))
     made.legend(*side.get_legend_handles_labels(), loc="outside upper center", ncols=len(profiles))
     return made
 

@@ -12,7 +12,7 @@ from matplotlib.dates import ConciseDateFormatter, date2num
 from matplotlib.figure import Figure
 
 from onboard.records import F64
-from pictures.style import BLUE, PAGE_IN, PALE, RED, drawn, figure
+from pictures.style import BLUE, PAGE_IN, PALE, RED, drawn, figure, literal
 
 _DAY_S = 86_400.0
 _TICKS = ["%Y", "%b", "%m-%d", "%H:%M", "%H:%M", "%H:%M:%S.%f"]  # years, months, days, hours, minutes, seconds
@@ -65,11 +65,11 @@ def items(series: Sequence[Series], zero_utc_ns: int = 0) -> Figure:
 def _label(one: Series) -> str:
     """The name, and the unit where the name does not end with it."""
     said = one.unit in ("", "1") or one.name.endswith("_" + one.unit.lower().replace("/", "p").replace("°", ""))
-    return one.name if said else f"{one.name}\n{one.unit}"
+    return literal(one.name if said else f"{one.name}\n{one.unit}")
 
 
 def _name(axes: Axes, values: F64, names: Mapping[int, str]) -> None:
     """Ticks at the values that occur, by name; a number where it has none."""
     seen = sorted({int(value) for value in values if math.isfinite(value)})
-    axes.set_yticks(seen, [names.get(value, str(value)) for value in seen])
+    axes.set_yticks(seen, [literal(names.get(value, str(value))) for value in seen])
     axes.set_ylim(min(seen, default=0) - 0.5, max(seen, default=0) + 0.5)

@@ -14,7 +14,7 @@ from matplotlib.patches import Patch
 from onboard.planning.archive import PlanPicture
 from onboard.records import NodeSet
 from pictures.marks import NEXT, RING, goal, rover, sector, star
-from pictures.style import BLACK, BLUE, PAGE_IN, RED, drawn, figure
+from pictures.style import BLACK, BLUE, PAGE_IN, RED, drawn, figure, literal
 from pictures.terrain import extent, hillshade, map_axes
 
 SET_COLOURS = {NodeSet.OUTSIDE: "#f7f7f7", NodeSet.OCCLUDED: "#9a9aa6", NodeSet.OBSTACLE: "#d98550",
@@ -34,7 +34,7 @@ def ldems(plans: Sequence[PlanPicture], sector_rad: float, body_m: tuple[float, 
     panels = made.subplots(rows, columns, squeeze=False).ravel()
     for number, (axes, plan) in enumerate(zip(panels, plans), 1):
         panel(axes, plan, sector_rad, body_m)
-        axes.set_title(f"stop {number}: {plan.kind}, {plan.rule}", fontsize=10)
+        axes.set_title(literal(f"stop {number}: {plan.kind}, {plan.rule}"), fontsize=10)
         if number % columns != 1 and columns > 1:
             axes.set_ylabel("")
         if number <= len(plans) - columns:

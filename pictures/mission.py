@@ -14,7 +14,7 @@ from onboard.planning.archive import PlanPicture
 from onboard.records import F64
 from pictures.ldem import COLUMNS, legend, panel
 from pictures.paths import spread
-from pictures.style import BLACK, PAGE_IN, RED, SKY, drawn, figure
+from pictures.style import BLACK, PAGE_IN, RED, SKY, drawn, figure, literal
 from pictures.terrain import Ground, draw_ground, scale_bar
 
 LINES_OF_TEXT = 30  # beside the ground
@@ -53,7 +53,7 @@ def mission(story: Story, sector_rad: float, body_m: tuple[float, float]) -> Fig
     panels = below.subplots(rows, COLUMNS, squeeze=False).ravel()
     for number, (axes, plan) in enumerate(zip(panels, story.plans), 1):
         panel(axes, plan, sector_rad, body_m)
-        axes.set_title(f"stop {number}: {plan.kind}, {plan.rule}", fontsize=10)
+        axes.set_title(literal(f"stop {number}: {plan.kind}, {plan.rule}"), fontsize=10)
         axes.set_xlabel("")
         axes.set_ylabel("")
     for axes in panels[len(story.plans) :]:
@@ -85,7 +85,8 @@ def _words(axes: Axes, story: Story) -> None:
         lines = [*lines[: LINES_OF_TEXT - 4], "..."]
     lines += ["", *textwrap.wrap(story.outcome, WIDTH_OF_TEXT)]
     axes.set_axis_off()
-    axes.text(0.0, 1.0, "\n".join(lines), va="top", ha="left", fontsize=8.0, linespacing=1.3, transform=axes.transAxes)
+    text = literal("\n".join(lines))
+    axes.text(0.0, 1.0, text, va="top", ha="left", fontsize=8.0, linespacing=1.3, transform=axes.transAxes)
 
 
 def _decision(number: int, plan: PlanPicture) -> list[str]:

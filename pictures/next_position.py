@@ -14,7 +14,7 @@ from onboard.planning.archive import PlanPicture
 from onboard.records import NodeSet
 from pictures.ldem import SET_COLOURS, SET_NAMES, set_picture
 from pictures.marks import NEXT, RING, goal, rover, sector, star
-from pictures.style import BLUE, PAGE_IN, drawn, figure
+from pictures.style import BLUE, PAGE_IN, drawn, figure, literal
 from pictures.terrain import extent, map_axes
 
 SCORES = "cividis"
@@ -40,7 +40,7 @@ def next_position(plan: PlanPicture, sector_rad: float, body_m: tuple[float, flo
     goal(axes, plan)
     axes.set(xlim=(left, right), ylim=(bottom, top))
     map_axes(axes)
-    axes.set_title(textwrap.fill(plan.scoring or "the strategy scored nothing here", 78), fontsize=9.5)
+    axes.set_title(literal(textwrap.fill(plan.scoring or "the strategy scored nothing here", 78)), fontsize=9.5)
     made.legend(handles=_legend(plan), loc="outside lower center", ncols=4, fontsize=8.5)
     return made
 

@@ -85,3 +85,8 @@ def quiet(axes: Axes) -> None:
     """Axes of a time series: a light grid, no box."""
     axes.grid(True)
     axes.spines[["top", "right"]].set_visible(False)
+
+
+def literal(words: str) -> str:
+    """A text from outside as it is: between two `$` matplotlib would read mathematics, and raise at what is none."""
+    return words.replace("$", r"\$")

@@ -16,7 +16,7 @@ from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from onboard.records import F32, F64, Gdem, Grid
-from pictures.style import PAGE_IN, RED, drawn, figure
+from pictures.style import PAGE_IN, RED, drawn, figure, literal
 
 AZIMUTH_RAD, ALTITUDE_RAD = np.radians(135.0), np.radians(45.0)  # counter-clockwise from +x: from the north-west
 SOIL = LinearSegmentedColormap.from_list("soil", ["#a89c8b", "#cfc6b8", "#f4f0e8"])
@@ -124,7 +124,7 @@ def terrain(known: Ground, truth: Ground | None, goal_m: tuple[float, float]) ->
         axes.plot(*goal_m, marker="o", markersize=9, color=RED, markeredgecolor="white", linestyle="none")
         axes.plot(0, 0, marker="^", markersize=9, color="black", markeredgecolor="white", linestyle="none")
         note = f", {len(ground.rocks)} rocks" if len(ground.rocks) else ""
-        axes.set_title(f"{ground.name}\n{ground.grid.cell_m:g} m cells{note}")
+        axes.set_title(f"{literal(ground.name)}\n{ground.grid.cell_m:g} m cells{note}")
         left, right, bottom, top = extent(grounds[0].grid)
         axes.set(xlim=(left, right), ylim=(bottom, top))
     made.colorbar(image, ax=panels, label="height, m", location="bottom", shrink=0.5, aspect=40)

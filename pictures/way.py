@@ -9,7 +9,7 @@ from matplotlib.patches import Patch
 
 from onboard.records import F32, F64, U8, Grid
 from pictures.ldem import SET_COLOURS, SET_NAMES, set_picture
-from pictures.style import BLACK, BLUE, RED, drawn, figure
+from pictures.style import BLACK, BLUE, RED, drawn, figure, literal
 from pictures.terrain import extent, map_axes
 
 
@@ -33,7 +33,7 @@ def way(sets: Sets, path: F64, beyond: F64, goal_m: tuple[float, float], title: 
     axes.plot(*path[0, :2], "s", color=BLACK, markeredgecolor="white", markersize=8, linestyle="none", label="rover")
     axes.plot(*goal_m, "o", color=RED, markeredgecolor="white", markersize=9, linestyle="none", label="goal")
     map_axes(axes)
-    axes.set_title(title, fontsize=10)
+    axes.set_title(literal(title), fontsize=10)
     patches = [Patch(facecolor=colour, label=SET_NAMES[one]) for one, colour in SET_COLOURS.items()]
     made.legend(handles=[*axes.get_legend_handles_labels()[0], *patches], loc="outside lower center", ncols=4)
     return made

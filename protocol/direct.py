@@ -41,7 +41,7 @@ from protocol.link import MAX_DATAGRAM
 _S = 1_000_000_000
 LEASE_NS = 90 * _S  # outlives a blackout of 60 s
 HELLO_NS, SILENT_NS = 5 * _S, 15 * _S
-_EAGER_NS, _AGAIN_NS = _S // 2, 2 * _S  # before the first answer; where answers have stopped
+_EAGER_NS, _AGAIN_NS = _S // 2, 2 * _S  # at most before the first answer; where answers have stopped
 _COOKIE_NS = 120 * _S  # good in its two minutes and the next two: outlives a blackout of 60 s at 8 s one way
 _NONCES = 1024  # an answer may be to one of so many hellos ago; of so many the rover knows that it has answered
 ANSWERS, CHALLENGES_PER_S = 3, 20
@@ -85,6 +85,14 @@ class Said(NamedTuple):
 def opening_s(one_way_s: float) -> float:
     """How long to wait before nobody is there: four trips, and the time of many hellos where some are lost."""
     return 8 * one_way_s + 5.0
+
+
+def eager_ns(one_way_s: float) -> int:
+    """Between two hellos, and two copies of a stop, before the first answer: often, for a flood lets few through.
+
+    On a long way less often, for that line is slow.
+    """
+    return min(max(_S // 20, round(one_way_s * _S / 2)), _EAGER_NS)
 
 
 def hello_key(keys: LinkKeys, key_id: int) -> bytes | None:
@@ -241,8 +249,8 @@ class Caller:
     keys: without a key of this station a viewer, who asks by the downlink key.
     """
 
-    def __init__(self, keys: LinkKeys, station: int, first_nonce: int) -> None:
-        self._keys = keys
+    def __init__(self, keys: LinkKeys, station: int, first_nonce: int, one_way_s: float = 1.0) -> None:
+        self._keys, self._eager_ns = keys, eager_ns(one_way_s)
         self._key_id = station if keys.command.hello_key(station) is not None else DOWNLINK_KEY_ID
         self._nonce = self._answered_nonce = first_nonce
         self._cookie = _NO_COOKIE
@@ -264,7 +272,7 @@ class Caller:
         if self._next_ns is not None and now_ns < self._next_ns:
             return None
         silent = self._answered_ns is not None and now_ns - self._answered_ns > SILENT_NS
-        wait_ns = _AGAIN_NS if silent else HELLO_NS if self._listening else _EAGER_NS
+        wait_ns = _AGAIN_NS if silent else HELLO_NS if self._listening else self._eager_ns
         self._next_ns = now_ns + wait_ns
         self._nonce += 1
         return self._frame(Word.HELLO)

@@ -6,6 +6,8 @@
       |  telecommand, every max(5 s, 2 RTT) ----------->  |  (asks for the outcome, which may have been lost)
       |  <------------------ report: COMPLETED ...        |
 
+What halts the rover is sent every max(`halt_retry_ns`, RTT/2) until it is heard of.
+
 Rule 1: a request id of a station names one request for ever, and ids rise in the order of asking, also over several
         processes of it. The ground keeps its next id on disk, as it keeps its counter; an id with other content than
         before is refused, one older than all that is remembered is refused too.
@@ -69,6 +71,7 @@ class Requester:
     def __init__(self, station: int, first_id: int = 1, rtt_ns: int = 0, remembered: int = 2048) -> None:
         self._remembered = remembered
         self.station, self.next_id, self.rtt_ns = station, first_id, rtt_ns
+        self.halt_retry_ns = _RETRY_NS  # less where the line carries it
         self.take_id: Callable[[], int] = self.count_id
         self.requests: dict[int, Request] = {}
         self._open: dict[int, Request] = {}
@@ -100,7 +103,8 @@ class Requester:
             if now_ns < request.next_ns or (halting_only and not commands.halts(request.payload)):
                 continue
             heard = request.state != State.REQUESTED
-            wait_ns = max(_ASK_NS, 2 * self.rtt_ns) if heard else max(_RETRY_NS, self.rtt_ns // 2)
+            least_ns = self.halt_retry_ns if commands.halts(request.payload) else _RETRY_NS
+            wait_ns = max(_ASK_NS, 2 * self.rtt_ns) if heard else max(least_ns, self.rtt_ns // 2)
             request.next_ns, request.sent = now_ns + wait_ns, request.sent + 1
             out.append(request.payload)
         return out

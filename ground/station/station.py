@@ -139,7 +139,9 @@ class Station:
     def _opened(self, endpoint: str) -> LinkEnd:
         if endpoint.startswith(carrier.DIRECT):
             station, one_way_s = self._settings.station, self._settings.one_way_s
-            return UdpGroundEnd(endpoint, self._keys, station, one_way_s, first_nonce())
+            end = UdpGroundEnd(endpoint, self._keys, station, one_way_s, first_nonce())
+            self.session.requester.halt_retry_ns = end.eager_ns
+            return end
         return ZenohEnd(carrier.GROUND, endpoint, hear=KEY_DOWN, say=KEY_UP)
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:

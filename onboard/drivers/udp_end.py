@@ -13,12 +13,14 @@ import socket
 from collections import deque
 from contextlib import suppress
 
+from onboard.drivers import udp_local
 from onboard.drivers.link_end import LinkEnd, LinkEndError
 from protocol import direct
 from protocol.direct import Address, Rank, Word
 from protocol.link import MAX_DATAGRAM, LinkKeys
 
 _BUFFER_BYTES = 1 << 22  # the system gives what it allows
+_SHARED_BUFFER_BYTES = 1 << 18  # some 600 datagrams: what a few ticks read, so nobody waits long behind a flood
 _LOCATOR = re.compile(r"udp/(\[[0-9a-fA-F:]+\]|[^:/\[\]]+):(\d{1,5})")
 _WAITING = 64  # datagrams kept before the first `take`; the rest waits in the socket
 _SOCKETS = 64  # listeners with a socket of their own; the rest share one
@@ -51,6 +53,7 @@ class UdpRoverEnd(LinkEnd):
         self._own: dict[Address, socket.socket] = {}
         self._order: deque[Address | None] = deque([None])  # whose socket is read next; None: the shared one
         self._astray: set[Address] = set()  # have a socket, and were heard by the shared one
+        self._asked: dict[Address, str] = {}  # at which of the rover's addresses it was asked
         self._family, self._at = _resolved(*parse_locator(endpoint))
         self._main = socket.socket(self._family, socket.SOCK_DGRAM)
         try:
@@ -59,7 +62,8 @@ class UdpRoverEnd(LinkEnd):
             self._main.close()
             raise LinkEndError(error.strerror or str(error)) from error
         self._at = self._main.getsockname()
-        _prepare(self._main)
+        _prepare(self._main, _SHARED_BUFFER_BYTES)
+        udp_local.prepare(self._main)
 
     @property
     def port(self) -> int:
@@ -108,19 +112,22 @@ class UdpRoverEnd(LinkEnd):
         source = self._main if at is None else self._own[at]
         for done in range(share):
             try:
-                datagram, (host, port, *_) = source.recvfrom(MAX_DATAGRAM + 1)
+                datagram, sender, local = udp_local.received(source, MAX_DATAGRAM + 1)
             except BlockingIOError:
                 return done
             except OSError:  # somebody's port is closed: he says so once
                 continue
-            is_word, answer = self._listeners.receive(datagram, (host, port), now_ns)
+            is_word, answer = self._listeners.receive(datagram, sender, now_ns)
+            listens = answer is not None and answer[0] == Word.LISTENING
+            if at is None and listens:
+                self._asked[sender] = local
             if answer is not None:
                 with suppress(OSError):
-                    self._main.sendto(answer, (host, port))
+                    udp_local.send(self._main, answer, sender, local or self._asked.get(sender, ""))
             if not is_word:
                 got.append(datagram)
-            elif at is None and answer and answer[0] == Word.LISTENING and (host, port) in self._own:
-                self._astray.add((host, port))
+            elif at is None and listens and sender in self._own:
+                self._astray.add(sender)
         return share
 
     def _follow(self, now_ns: int) -> None:
@@ -128,6 +135,8 @@ class UdpRoverEnd(LinkEnd):
         wanted = self._listeners.addresses(now_ns)
         for gone in self._own.keys() - set(wanted):
             self._forget(gone)
+        for gone in self._asked.keys() - set(wanted):
+            del self._asked[gone]
         for address in wanted:
             fresh = address not in self._own and len(self._own) < _SOCKETS
             if fresh or address in self._astray:
@@ -155,7 +164,7 @@ class UdpRoverEnd(LinkEnd):
         try:
             for each in (self._main, made):
                 each.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-            made.bind(self._at)
+            made.bind((self._asked.get(address) or self._at[0], self._at[1]))
             made.connect(address)
         except OSError:
             made.close()
@@ -183,8 +192,9 @@ class UdpRoverEnd(LinkEnd):
             if error.errno in _PASSING:  # what must arrive is repeated above
                 return
             self._forget(address)  # the address that it is connected from is gone
+            self._asked.pop(address, None)
         with suppress(OSError):
-            self._main.sendto(datagram, address)
+            udp_local.send(self._main, datagram, address, self._asked.get(address, ""))
 
     def close(self) -> None:
         """Ends it; may be called again."""
@@ -203,8 +213,8 @@ class UdpGroundEnd(LinkEnd):
 
     def __init__(self, endpoint: str, keys: LinkKeys, station: int, one_way_s: float, first_nonce: int) -> None:
         super().__init__()
-        self.opening_s = direct.opening_s(one_way_s)
-        self._caller = direct.Caller(keys, station, first_nonce)
+        self.opening_s, self.eager_ns = direct.opening_s(one_way_s), direct.eager_ns(one_way_s)
+        self._caller = direct.Caller(keys, station, first_nonce, one_way_s)
         self._named = parse_locator(endpoint)
         self._family, self._rover = _resolved(*self._named)
         self._resolve_ns = 0  # not before then again: a name server may take seconds
@@ -306,6 +316,6 @@ def _resolved(host: str, port: int) -> tuple[socket.AddressFamily, Address]:
     return family, (str(at[0]), int(at[1]))
 
 
-def _prepare(made: socket.socket) -> None:
-    made.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, _BUFFER_BYTES)
+def _prepare(made: socket.socket, buffer_bytes: int = _BUFFER_BYTES) -> None:
+    made.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, buffer_bytes)
     made.setblocking(False)

@@ -1,17 +1,16 @@
 """Row `hostile-udp`: the companion of `hostile` on real UDP sockets and the wall clock.
 
-Somebody without a key speaks from many ports: openings of zenoh that nobody finishes, words as long as a hello, hellos
-recorded of the station, the frames of `hostile`. In each try a new station opens and stops the rover.
+Somebody without a key, in a process of his own, speaks from many ports: openings of zenoh that nobody finishes, words
+as long as a hello, hellos recorded of the station, the frames of `hostile`. In each try a new station opens and stops
+the rover.
 """
 
 from __future__ import annotations
 
-import socket
 import time
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
+from multiprocessing import get_context
 from tempfile import TemporaryDirectory
-
-import numpy as np
 
 from ground.archive.store import Archive
 from ground.station.clock import Turn
@@ -21,46 +20,54 @@ from onboard.config import Link
 from onboard.core.downlink import Downlink
 from onboard.core.telemetry import View
 from onboard.drivers.link_port import LinkPort
-from protocol.direct import WORD_BYTES, Word
-from protocol.link import KEY_UP, bench_keys
+from protocol.link import bench_keys
 from protocol.modes import Mode
 from protocol.transactions import State
+from tests.bench_link import socket_enemy
 from tests.bench_link.day import resident_bytes
 from tests.bench_link.figures import Figure, Told, count, quantile
-from tests.bench_link.hostile import Enemy
 
-SEED, PORTS, PER_TURN, FRESH = 1, 400, 200, 21  # 20,000 datagrams a second where a turn is not late
+SEED = socket_enemy.SEED
 TRIES, LIMIT_S, MEMORY_MB = 20, 30.0, 20.0
 _TURN_S = 0.01
-# What a zenoh 1.10 end sends first: 120 of them kept a listener of zenoh shut for 7 s.
-OPENING = bytes.fromhex("c109f108a8cf041c793302c5d4c806371ede9f0ab004812701")
+_SPAWN = get_context("spawn")
 
 
 class Siege:
-    """Rover, stations and the enemy, turned by one thread every 10 ms of the wall clock. Use it inside `with`."""
+    """Rover and stations, turned by one thread every 10 ms of the wall clock, and the enemy. Use it inside `with`.
+
+    fires: set while the enemy does. thrown: its datagrams.
+    """
 
     def __init__(self) -> None:
         self._stack = ExitStack()
         self._keys = bench_keys(SEED)
-        self._rng = np.random.default_rng(SEED)
-        self._enemy = Enemy(SEED)
-        self._hellos: list[bytes] = []
         self._start_s = time.monotonic()
-        self.per_turn = self.thrown = self.done = self.places = 0
+        self.fires, self._ends = _SPAWN.Event(), _SPAWN.Event()
+        self._thrown = _SPAWN.Value("q", 0)
+        self.done = self.places = 0
 
     def __enter__(self) -> Siege:
         self._folder = self._stack.enter_context(TemporaryDirectory())  # the stations' numbers, which only rise
         self.port = self._stack.enter_context(LinkPort("udp/127.0.0.1:0", self._keys, 1))
         self.core = Downlink(Link(rate_bps=256e3))
         self._number = self.port._end.port
-        self._mine = [self._stack.enter_context(socket.socket(socket.AF_INET, socket.SOCK_DGRAM)) for _ in range(PORTS)]
-        for each in self._mine:
-            each.connect(("127.0.0.1", self._number))
-        self._own = {each.getsockname() for each in self._mine}
+        self._lips, ear = _SPAWN.Pipe()
+        given = (self._number, ear, self.fires, self._ends, self._thrown)
+        enemy = _SPAWN.Process(target=socket_enemy.run, args=given)
+        enemy.start()
+        self._stack.callback(enemy.join)
+        self._stack.callback(self._ends.set)
+        self._own = set(self._lips.recv())
         return self
 
     def __exit__(self, *_: object) -> None:
         self._stack.close()
+
+    @property
+    def thrown(self) -> int:
+        """Datagrams of the enemy."""
+        return int(self._thrown.value)
 
     @property
     def now_ns(self) -> int:
@@ -84,15 +91,14 @@ class Siege:
         send = station._end._send
 
         def heard(data: bytes) -> None:
-            kept = self._hellos if data[0] == Word.HELLO else self._enemy.heard[KEY_UP]
-            kept[:] = [*kept[-100:], data]
+            with suppress(OSError):  # of an enemy that has ended
+                self._lips.send_bytes(data)
             send(data)
 
         station._end._send = heard
 
     def _turn(self, station: Station) -> None:
         due_s = time.monotonic() + _TURN_S
-        self._throw()
         for order in self.core.receive(self.port.read(self.now_ns), self.now_ns):
             self.done += 1
             self.core.report(order.request_id, State.COMPLETED)
@@ -104,16 +110,6 @@ class Siege:
         self.places = max(self.places, len(self._own & set(held)))
         time.sleep(max(0.0, due_s - time.monotonic()))
 
-    def _throw(self) -> None:
-        """per_turn datagrams, a few of them made in this turn."""
-        fresh = list(self._enemy.frames(KEY_UP, FRESH, 1))
-        word = bytes([Word.HELLO, self.thrown % 5]) + self._rng.bytes(WORD_BYTES - 2)
-        hello = self._hellos[-1] if self._hellos else word
-        for number in range(self.per_turn):
-            datagram = (OPENING, word, hello, fresh[number % FRESH])[number % 4]
-            self._mine[(self.thrown + number) % PORTS].send(datagram)
-        self.thrown += self.per_turn
-
 
 def row(quick: bool, told: Told) -> list[Figure]:
     """A stop by a new station, in peace and besieged; what the enemy holds; memory."""
@@ -121,7 +117,8 @@ def row(quick: bool, told: Told) -> list[Figure]:
     with Siege() as siege:
         told(f"{tries} stops in peace")
         quiet_s = [siege.stop_s() or LIMIT_S for _ in range(tries)]
-        before_b, siege.per_turn, siege.done = resident_bytes(), PER_TURN, 0
+        before_b, siege.done = resident_bytes(), 0
+        siege.fires.set()
         told(f"{tries} stops besieged")
         began_s = time.monotonic()
         waits_s = [siege.stop_s() for _ in range(tries)]

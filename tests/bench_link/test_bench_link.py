@@ -67,7 +67,7 @@ def test_hostile_frames_change_nothing():
 
 def test_on_real_sockets_a_new_station_stops_the_rover_besieged_and_the_enemy_holds_no_place():
     with sockets.Siege() as siege:
-        siege.per_turn = sockets.PER_TURN
+        siege.fires.set()
         assert siege.stop_s() is not None and siege.stop_s() is not None
         assert (siege.done, siege.places) == (2, 0) and siege.thrown > 0
         assert {"tag", "length"} <= set(siege.core.refused)

@@ -14,11 +14,12 @@ from collections.abc import Sequence
 from pathlib import Path
 from statistics import median
 
+from ground.station.station import StationError
 from tests.floods.besieged import KINDS, Besieged, Siege
 
 OUT = Path("build/floods.json")
-HEAD = ("flood", "tries", "STOP answered: median, worst", "wheels stand: worst", "worst tick", "left out", "memory",
-        "refused", "faults told")  # fmt: skip
+HEAD = ("flood", "tries", "STOP answered: median, worst", "wheels stand: worst", "new station's: median, worst",
+        "worst tick", "left out", "memory", "refused", "faults told")  # fmt: skip
 
 
 def main(words: Sequence[str]) -> int:
@@ -33,10 +34,10 @@ def main(words: Sequence[str]) -> int:
     for kind in given.kind or KINDS:
         with tempfile.TemporaryDirectory() as folder:
             try:
-                with Siege(Path(folder)) as siege:
-                    rows.append(siege.besiege(kind, given.tries))
+                with Siege(Path(folder), kind) as siege:
+                    rows.append(siege.besiege(given.tries))
                 print(line(rows[-1]), flush=True)
-            except RuntimeError as error:
+            except (RuntimeError, PermissionError, StationError) as error:
                 failed.append(f"{kind}: {error}")
                 print(failed[-1], flush=True)
     given.out.parent.mkdir(parents=True, exist_ok=True)
@@ -47,10 +48,10 @@ def main(words: Sequence[str]) -> int:
 
 def line(row: Besieged) -> str:
     """A row of the table."""
-    answered = [each.answered_s for each in row.tries]
+    answered, newcomers = [each.answered_s for each in row.tries], [each.newcomer_s for each in row.tries]
     cells = (
         row.kind, len(row.tries), f"{median(answered):.2f}, {max(answered):.2f} s",
-        f"{max(each.stood_s for each in row.tries):.2f} s",
+        f"{max(each.stood_s for each in row.tries):.2f} s", f"{median(newcomers):.2f}, {max(newcomers):.2f} s",
         f"{row.worst_tick_before_ms:.0f} -> {row.worst_tick_ms:.0f} ms",
         f"{row.left_out_before} -> {row.left_out}", f"{row.rss_before_mb:.0f} -> {row.rss_after_mb:.0f} MB",
         row.refused,

@@ -4,27 +4,42 @@ from __future__ import annotations
 
 import json
 import os
+import resource
+import shutil
 import socket
 import subprocess
 import sys
 import time
-from collections.abc import Callable
-from contextlib import ExitStack
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from multiprocessing.synchronize import Event
 from pathlib import Path
+from types import TracebackType
 from typing import Any, NamedTuple, Self
 
+from ground.archive.store import Archive
+from ground.operation.operate import Plan, Teller, operate
+from ground.operation.script import parse
 from ground.session.session import Session
-from ground.station.clock import first_nonce
+from ground.station.clock import Turn
+from ground.station.settings import Settings
+from ground.station.station import Station
 from onboard.drivers.status_port import StatusError, ask
-from onboard.drivers.udp_end import UdpGroundEnd
-from protocol.link import bench_keys
 from protocol.transactions import State
-from tests.floods import flooders
+from tests.floods import bus_flooders, flooders
 from tests.soak.taken import MB, taken
 
 ROOT = Path(__file__).parents[2]
-KINDS = ("quiet", "scanner", "bus", "datagrams")
-SEED, ONE_WAY_S = 1, 0.05
+# What the link is carried by, and the enemy beside the rover's surroundings.
+ENEMIES: dict[str, tuple[str, Callable[..., None] | None]] = {
+    "quiet": ("udp", None), "scanner": ("udp", None), "bus": ("udp", None), "datagrams": ("udp", flooders.datagrams),
+    "hellos": ("udp", flooders.hellos), "huge": ("udp", flooders.huge), "disk": ("udp", flooders.disk),
+    "quota": ("udp", None), "quiet-zenoh": ("tcp", None), "sessions": ("tcp", bus_flooders.sessions),
+    "samples": ("tcp", bus_flooders.samples),
+}  # fmt: skip
+KINDS = tuple(ENEMIES)
+SEED = 1
+DISK_MB = 64
 FELT_S, LIMIT_S, MOVING_RADPS = 1.0, 60.0, 0.05
 MACHINE = {"COMPUTER_STRAINED", "TICK_LATE"}  # faults of a busy machine, with which the rover drives
 DRIVE = {"vx_mps": 0.1, "vy_mps": 0.0, "yaw_radps": 0.0, "duration_s": 60.0, "distance_m": 10.0}
@@ -32,10 +47,12 @@ DRIVE = {"vx_mps": 0.1, "vy_mps": 0.0, "yaw_radps": 0.0, "duration_s": 60.0, "di
 
 class Stopped(NamedTuple):
     """One try. answered_s, stood_s: from the order `stop` to its report COMPLETED, and to wheels that stand (0: they
-    stood). drove: whether the wheels turned when the flood began. faults: active when it was over."""
+    stood). newcomer_s: then, the flood goes on, from the start of another station to the report of its own `stop`.
+    drove: whether the wheels turned when the flood began. faults: active when it was over."""
 
     answered_s: float
     stood_s: float
+    newcomer_s: float
     drove: bool
     faults: tuple[str, ...]
 
@@ -71,15 +88,16 @@ def free_port(kind: int) -> int:
 
 
 class Siege:
-    """Rover, surroundings and station; use it inside `with`. folder: of the rover's files."""
+    """Rover, surroundings and station, for this flood; use it inside `with`. folder: of the files."""
 
-    def __init__(self, folder: Path) -> None:
-        self._folder, self._stack = folder, ExitStack()
-        self._ends = flooders.SPAWN.Event()
-        self._floods = {kind: flooders.SPAWN.Event() for kind in KINDS}
+    def __init__(self, folder: Path, kind: str) -> None:
+        self._folder, self._kind, self._stack = folder, kind, ExitStack()
+        self._ends, self._flood, self._calm = (flooders.SPAWN.Event() for _ in range(3))
         self.fastest_radps = flooders.SPAWN.Value("d", 0.0)
-        self.session = Session(bench_keys(SEED), 1, up_bps=1e6)
         self._start_ns = time.monotonic_ns()
+        self.session: Session
+        self.disk = folder / "disk"  # all that is written, by rover and station
+        self.record = self.disk / "onboard.mcap"
 
     def __enter__(self) -> Self:
         try:
@@ -90,36 +108,90 @@ class Siege:
         return self
 
     def _begin(self) -> None:
-        can, lidar, link = free_port(socket.SOCK_STREAM), free_port(socket.SOCK_STREAM), free_port(socket.SOCK_DGRAM)
-        surroundings = ((flooders.bus, can, "bus", (self.fastest_radps,)), (flooders.scanner, lidar, "scanner", ()),
-                        (flooders.datagrams, link, "datagrams", ()))  # fmt: skip
-        for run, port, kind, more in surroundings:
-            process = flooders.SPAWN.Process(target=run, args=(port, self._floods[kind], self._ends, *more))
-            process.start()
-            self._stack.callback(process.join)
+        self.disk.mkdir()
+        if self._kind == "disk":
+            self._mount()
         self._stack.callback(self._ends.set)
-        self._fly(can, lidar, link)
-        self._end = UdpGroundEnd(f"udp/127.0.0.1:{link}", bench_keys(SEED), 1, ONE_WAY_S, first_nonce())
-        self._stack.callback(self._end.close)
-        if not self.until(lambda: self.session.commanding):
-            raise RuntimeError(f"the rover was not heard: {self.session.mismatch or self._log()}")
+        carrier, _ = ENEMIES[self._kind]
+        can, lidar = free_port(socket.SOCK_STREAM), free_port(socket.SOCK_STREAM)
+        self._start(flooders.bus, can, self._flood_of("bus"), self._ends, self.fastest_radps)
+        self._start(flooders.scanner, lidar, self._flood_of("scanner"), self._ends)
+        link = ground = free_port(socket.SOCK_DGRAM)
+        if carrier == "tcp":
+            link, ground = free_port(socket.SOCK_STREAM), free_port(socket.SOCK_STREAM)
+            self._start(bus_flooders.node, (link, ground), self._ends)
+        self._fly(can, lidar, f"{carrier}/127.0.0.1:{link}")
+        files = {"state": str(self.disk / "station"), "archive": str(self.disk / "archive.sqlite")}
+        self._settings = Settings(endpoint=f"{carrier}/127.0.0.1:{ground}", bench_seed=SEED, up_bps=1e6, one_way_s=0.05,
+                                  **files)  # fmt: skip
+        self._begin_enemy(carrier, link, ground)
 
-    def __exit__(self, *caught: object) -> None:
-        self._stack.close()
+    def _mount(self) -> None:
+        """A file system of its own. Raises PermissionError where this user may not mount one."""
+        words = ["mount", "-t", "tmpfs", "-o", f"size={DISK_MB}m", "none", str(self.disk)]
+        done = subprocess.run(words, capture_output=True, text=True, check=False)
+        if done.returncode:
+            raise PermissionError(f"no disk of its own to fill: {done.stderr.strip()}; `quota` needs none")
+        self._stack.callback(subprocess.run, ["umount", str(self.disk)], check=True)
 
-    def _fly(self, can: int, lidar: int, link: int) -> None:
+    def _flood_of(self, surroundings: str) -> Event:
+        """Bus and scanner are there always, and flood in their own row."""
+        return self._flood if surroundings == self._kind else self._calm
+
+    def _start(self, run: Callable[..., None], *given: object) -> None:
+        process = flooders.SPAWN.Process(target=run, args=given)
+        process.start()
+        self._stack.callback(process.join)
+        self._stack.callback(self._ends.set)
+
+    def _begin_enemy(self, carrier: str, link: int, ground: int) -> None:
+        _, enemy = ENEMIES[self._kind]
+        if enemy is not None:
+            where = self.disk if self._kind == "disk" else (link, ground) if carrier == "tcp" else link
+            self._start(enemy, where, self._flood, self._ends)
+
+    @contextmanager
+    def _stationed(self) -> Iterator[None]:
+        """With a station that drives the rover. A new one each time: another one's stop may bind the one before."""
+        with Archive(self._settings.archive, time.time_ns()) as archive, Station(self._settings, archive) as station:
+            self._station, self.session = station, station.session
+            station.wait_open(LIMIT_S, LIMIT_S)
+            if not self.until(lambda: station.session.commanding):
+                raise RuntimeError(f"the rover was not heard: {station.session.mismatch or self._log()}")
+            try:
+                yield
+            finally:
+                self._set_flood(False)
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
+        self._flood.clear()
+        self._stack.__exit__(kind, error, at)
+
+    def _fly(self, can: int, lidar: int, link: str) -> None:
         settings = {
             "clock.mode": "wall", "can.uri": f"socketcand:127.0.0.1:{can}/rover",
-            "lidar.address": f"tcp:127.0.0.1:{lidar}", "link.endpoint": f"udp/127.0.0.1:{link}",
-            "link.bench_seed": SEED, "record.path": self._folder / "onboard.mcap",
+            "lidar.address": f"tcp:127.0.0.1:{lidar}", "link.endpoint": link, "link.bench_seed": SEED,
+            "record.path": self.record, "record.spare_bytes": 0, "state.folder": self.disk / "state",
             "status.socket": self._folder / "status",
         }  # fmt: skip
         words = [sys.executable, "-m", "onboard", "run", *(f"--set={name}={value}" for name, value in settings.items())]
-        log = self._stack.enter_context((self._folder / "onboard.log").open("w"))
+        log = self._stack.enter_context((self.disk / "onboard.log").open("w"))
         self.flight = subprocess.Popen(words, cwd=ROOT, env={**os.environ, "PYTHONPATH": str(ROOT)},
                                        stdin=subprocess.DEVNULL, stdout=log, stderr=log)  # fmt: skip
         self._stack.callback(self.flight.wait)
         self._stack.callback(self.flight.terminate)
+
+    def _set_flood(self, on: bool) -> None:
+        """quota: no file of the flight program may grow."""
+        if on:
+            self._flood.set()
+        else:
+            self._flood.clear()
+        if self._kind == "disk" and not on:
+            self.until(lambda: shutil.disk_usage(self.disk).free > DISK_MB << 19)
+        if self._kind == "quota":
+            hard = resource.prlimit(self.flight.pid, resource.RLIMIT_FSIZE)[1]
+            resource.prlimit(self.flight.pid, resource.RLIMIT_FSIZE, (0 if on else hard, hard))
 
     @property
     def now_ns(self) -> int:
@@ -132,11 +204,8 @@ class Siege:
         while not done():
             if self.now_ns > end_ns:
                 return False
-            self._end.knock()
-            for datagram in self._end.take(1000):
-                self.session.receive(datagram, self.now_ns)
-            for datagram in self.session.send(self.now_ns):
-                self._end.put(datagram)
+            self._station.turn(Turn(self.now_ns, None))
+            self._station.flush(self.now_ns)
             time.sleep(0.001)
         return True
 
@@ -161,19 +230,18 @@ class Siege:
         return found[0]
 
     def _log(self) -> str:
-        return (self._folder / "onboard.log").read_text()[-500:]
+        return (self.disk / "onboard.log").read_text()[-500:]
 
     def _refused(self) -> int:
         """So many as the rover's telemetry says."""
         item = self.session.items.get("link_refused")
         return int(item.value) if item else 0
 
-    def attempt(self, kind: str) -> Stopped:
+    def attempt(self) -> Stopped:
         """Drive, flood, stop; then all is as before."""
-        self._make_ready()
         self.order("drive", **DRIVE)
         drove = self.until(lambda: self.fastest_radps.value > MOVING_RADPS, 10.0)
-        self._floods[kind].set()
+        self._set_flood(True)
         self.until(lambda: False, FELT_S)
         begun_ns, standing_ns = self.now_ns, list[int]()
         if self.fastest_radps.value < MOVING_RADPS:
@@ -186,11 +254,19 @@ class Siege:
             return answered() and bool(standing_ns)
 
         if not self.until(stands):
-            raise RuntimeError(f"under {kind} the rover did not stop within {LIMIT_S:g} s")
+            raise RuntimeError(f"under {self._kind} the rover did not stop within {LIMIT_S:g} s")
         ended_ns = self.now_ns
-        faults = tuple(self.status()["faults"])
-        self._floods[kind].clear()
-        return Stopped((ended_ns - begun_ns) / 1e9, (standing_ns[0] - begun_ns) / 1e9, drove, faults)
+        newcomer_s, faults = self._newcomer(), tuple(self.status()["faults"])
+        return Stopped((ended_ns - begun_ns) / 1e9, (standing_ns[0] - begun_ns) / 1e9, newcomer_s, drove, faults)
+
+    def _newcomer(self) -> float:
+        """`ground stop`, but for the start of its process."""
+        plan = Plan(tuple(parse("stop", "floods")), contact_s=LIMIT_S, limit_s=LIMIT_S)
+        begun_ns = self.now_ns
+        code, _ = operate(self._settings, plan, Teller(lambda _: None, False, 1e9))
+        if code:
+            raise RuntimeError(f"under {self._kind} another station could not stop the rover: exit code {code}")
+        return (self.now_ns - begun_ns) / 1e9
 
     def _make_ready(self) -> None:
         """In STANDBY without a fault that keeps it from driving; the flood before has drained by then."""
@@ -205,17 +281,26 @@ class Siege:
         if not self.until(ready):
             raise RuntimeError(f"not ready within {LIMIT_S:g} s: {self.status()['mode']}, {self.status()['faults']}")
 
-    def besiege(self, kind: str, tries: int) -> Besieged:
-        """So many tries under this flood."""
-        self._make_ready()
-        before, rss_before = self.status()["ticks"], taken(self.flight.pid, 0.0).rss_bytes
+    def keep(self, record: Path) -> None:
+        """Ends the flight program and copies its record, before its disk goes."""
+        self.flight.terminate()
+        self.flight.wait()
+        shutil.copy(self.record, record)
+
+    def besiege(self, tries: int) -> Besieged:
+        """So many tries."""
+        with self._stationed():
+            self._make_ready()
+            before, rss_before = self.status()["ticks"], taken(self.flight.pid, 0.0).rss_bytes
         got, rss_after = list[Stopped](), rss_before
         for _ in range(tries):
-            got.append(self.attempt(kind))
-            rss_after = max(rss_after, taken(self.flight.pid, 0.0).rss_bytes)
-        after = self.status()["ticks"]
+            with self._stationed():
+                self._make_ready()
+                got.append(self.attempt())
+                rss_after = max(rss_after, taken(self.flight.pid, 0.0).rss_bytes)
+                after, refused = self.status()["ticks"], self._refused()
         return Besieged(
-            kind, tuple(got), rss_before / MB, rss_after / MB, before["worst_ms"], after["worst_ms"],
-            before["slipped"], after["slipped"], self._refused(),
+            self._kind, tuple(got), rss_before / MB, rss_after / MB, before["worst_ms"], after["worst_ms"],
+            before["slipped"], after["slipped"], refused,
             tuple(f"{slip['cause']} {slip['ticks']}, {slip['worst_ms']:.0f} ms" for slip in after["slips"]),
         )  # fmt: skip

@@ -1,12 +1,17 @@
-"""The rover's surroundings on the wall clock, a process each: bus, scanner, an intruder on the link; each can flood.
+"""The rover's surroundings on the wall clock, a process each: bus, scanner, intruders without the keys; each can flood.
 
     bus         a socketcand gateway with the seven nodes on a stand; floods with frames of a thousand ids
     scanner     a TCP server; floods with line feeds
-    datagrams   a UDP socket without the keys; floods with forged commands
+    datagrams   a UDP socket; floods with forged commands
+    hellos      1000 UDP sockets of 250 addresses; each asks for a place, with hellos and with openings of zenoh
+    huge        a UDP socket; floods with datagrams of 64 kB
+    disk        writes a disk full, and takes what becomes free
 """
 
 from __future__ import annotations
 
+import os
+import secrets
 import select
 import socket
 import time
@@ -14,15 +19,20 @@ from contextlib import suppress
 from multiprocessing import get_context
 from multiprocessing.sharedctypes import Synchronized
 from multiprocessing.synchronize import Event
+from pathlib import Path
 
 from hil.can.hub import CanHub
 from hil.can.stand import TICK_NS, Stand
 from onboard.records import Frame
+from protocol.direct import WORD_BYTES, Word
 from protocol.link import Kind, Sealer
 
 SPAWN = get_context("spawn")
 FLOOD_FRAMES = [Frame(0x100 + n, bytes(8)) for n in range(1000)]
 FEEDS = b"\n" * 65_536
+PLACES = 1000  # sockets of somebody who asks for a place at the rover
+# What a zenoh 1.10 end sends first: 120 of them kept a listener of zenoh shut for 7 s.
+OPENING = bytes.fromhex("c109f108a8cf041c793302c5d4c806371ede9f0ab004812701")
 
 
 def bus(port: int, floods: Event, ends: Event, fastest_radps: Synchronized[float]) -> None:
@@ -79,3 +89,49 @@ def datagrams(port: int, floods: Event, ends: Event) -> None:
             for datagram in forged:
                 with suppress(OSError):
                     out.sendto(datagram, ("127.0.0.1", port))
+
+
+def hellos(port: int, floods: Event, ends: Event) -> None:
+    """As many a second as this machine can send, from addresses 127.0.1.1 to 127.0.1.250."""
+    mine = [socket.socket(socket.AF_INET, socket.SOCK_DGRAM) for _ in range(PLACES)]
+    for number, each in enumerate(mine):
+        each.bind((f"127.0.1.{1 + number % 250}", 0))
+    while not ends.is_set():
+        if not floods.wait(0.2):
+            continue
+        for number, each in enumerate(mine):
+            hello = bytes([Word.HELLO, number % 3]) + secrets.token_bytes(WORD_BYTES - 2)
+            for datagram in (hello, OPENING):
+                with suppress(OSError):
+                    each.sendto(datagram, ("127.0.0.1", port))
+    for each in mine:
+        each.close()
+
+
+def huge(port: int, floods: Event, ends: Event) -> None:
+    """The longest datagrams there are."""
+    datagram = bytes(65_507)
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as out:
+        while not ends.is_set():
+            if not floods.wait(0.2):
+                continue
+            for _ in range(100):
+                with suppress(OSError):
+                    out.sendto(datagram, ("127.0.0.1", port))
+
+
+def disk(folder: Path, floods: Event, ends: Event) -> None:
+    """Full while it floods: the last byte too."""
+    with (folder / "others").open("wb", buffering=0) as others:
+        while not ends.is_set():
+            if not floods.wait(0.2):
+                if others.tell():
+                    others.seek(0)
+                    others.truncate()
+                continue
+            for size in (1 << 20, 4096, 1):
+                with suppress(OSError):
+                    while True:
+                        others.write(bytes(size))
+            ends.wait(0.005)
+        os.ftruncate(others.fileno(), 0)

@@ -8,6 +8,7 @@ import pytest
 
 from onboard.drivers.link_port import LinkPort
 from onboard.drivers.udp_end import UdpGroundEnd, UdpRoverEnd
+from protocol.direct import Caller
 from protocol.keyring import KEY_UP, Keyring, LinkKeys, bench_keys
 from protocol.link import MAX_DATAGRAM
 
@@ -20,18 +21,18 @@ MOST_TURNS = 2000
 class Carrier:
     """A rover's end and stations' ends on one clock, turned by the test."""
 
-    def __init__(self, stack: ExitStack, rate_bps: float = 256e3) -> None:
+    def __init__(self, stack: ExitStack, rate_bps: float = 256e3, at: str = "127.0.0.1") -> None:
         self.stack, self.now_ns, self.nonces = stack, S, count(1 << 40, 1 << 20)
-        self.rover = UdpRoverEnd("udp/127.0.0.1:0", KEYS, rate_bps)
+        self.rover = UdpRoverEnd(f"udp/{at}:0", KEYS, rate_bps)
         self.rover.clock_ns = lambda: self.now_ns
         stack.callback(self.rover.close)
 
-    def end(self, station: int = 1, keys: LinkKeys = KEYS) -> UdpGroundEnd:
-        """An end that listens."""
-        made = UdpGroundEnd(f"udp/127.0.0.1:{self.rover.port}", keys, station, 0.0, next(self.nonces))
+    def end(self, station: int = 1, keys: LinkKeys = KEYS, rover: str = "127.0.0.1") -> UdpGroundEnd:
+        """An end that listens, to the rover at this address of it."""
+        made = UdpGroundEnd(f"udp/{rover}:{self.rover.port}", keys, station, 0.0, next(self.nonces))
         made.clock_ns = lambda: self.now_ns
         self.stack.callback(made.close)
-        self.until(lambda: made._caller._listening and address(made) in self.rover._own, made)
+        self.until(lambda: made._caller._listening and address(made)[:2] in self.rover._own, made)
         return made
 
     def until(self, condition, *ends: UdpGroundEnd) -> None:
@@ -219,3 +220,46 @@ def test_a_port_that_was_closed_once_costs_no_datagram_of_those_after_it(carrier
         with suppress(BlockingIOError):
             got.append(again.recv(MAX_DATAGRAM))
         assert got == [b"stop"]
+
+
+@pytest.mark.parametrize("own_sockets", [True, False])
+def test_a_rover_with_several_addresses_answers_from_the_one_that_was_asked(own_sockets, monkeypatch):
+    """A station's socket is connected, a firewall lets answers through: from another address neither hears it."""
+    if not own_sockets:
+        monkeypatch.setattr("onboard.drivers.udp_end._SOCKETS", 0)
+    with ExitStack() as stack:
+        carrier = Carrier(stack, at="0.0.0.0")
+        for rover in ("127.0.0.1", "127.0.0.2", "127.0.0.3"):
+            asker = stack.enter_context(socket.socket(socket.AF_INET, socket.SOCK_DGRAM))
+            asker.bind(("127.0.0.1", 0))
+            asker.setblocking(False)
+            caller = Caller(KEYS, 1, next(carrier.nonces))
+            for _ in range(2):  # CHALLENGE, LISTENING
+                carrier.now_ns += S
+                asker.sendto(caller.send(carrier.now_ns), (rover, carrier.rover.port))
+                carrier.rover.take(16)
+                answer, sender = asker.recvfrom(2000)
+                assert caller.receive(answer, carrier.now_ns) and sender == (rover, carrier.rover.port)
+            carrier.rover.put(b"beat")
+            assert asker.recvfrom(2000) == (b"beat", (rover, carrier.rover.port))
+
+
+def test_a_station_that_asks_another_address_of_the_rover_is_answered_from_there():
+    with ExitStack() as stack:
+        carrier = Carrier(stack, at="0.0.0.0")
+        end = carrier.end(rover="127.0.0.2")
+        end._rover = ("127.0.0.3", carrier.rover.port)
+        end._socket.connect(end._rover)
+        carrier.until(lambda: carrier.rover._own[address(end)].getsockname()[0] == "127.0.0.3", end)
+        received(end)
+        carrier.rover.put(b"beat")
+        assert received(end) == 4
+
+
+def test_a_rover_that_listens_on_every_ipv6_address_answers():
+    with ExitStack() as stack:
+        carrier = Carrier(stack, at="[::]")
+        end = carrier.end(rover="[::1]")
+        received(end)
+        carrier.rover.put(b"beat")
+        assert received(end) == 4

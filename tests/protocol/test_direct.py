@@ -215,3 +215,9 @@ def test_a_station_is_linked_for_the_lease_after_an_answer():
     assert not caller.linked(0)
     seat(listeners(), caller, HERE)
     assert caller.linked(direct.LEASE_NS + 1) and not caller.linked(direct.LEASE_NS + 2)
+
+
+@pytest.mark.parametrize(("one_way_s", "hellos"), [(0.0, 20), (0.05, 20), (0.4, 5), (1.3, 2), (8.0, 2)])
+def test_before_its_first_answer_a_station_says_hello_as_often_as_its_line_carries(one_way_s, hellos):
+    caller = direct.Caller(KEYS, 1, 1 << 62, one_way_s)
+    assert sum(caller.send(ms * 1_000_000) is not None for ms in range(1000)) == hellos

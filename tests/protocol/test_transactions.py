@@ -260,3 +260,18 @@ def test_a_reboot_is_known_to_be_done_by_the_new_boot_and_is_not_asked_again():
     assert (told.request_id, told.state, told.text) == (1, State.COMPLETED, "up anew, boot 7")
     assert ground.requests[1].state is State.COMPLETED and ground.requests[2].state is State.REQUESTED
     assert len(ground.send(60 * S)) == 1
+
+
+def test_a_stop_is_repeated_sooner_than_what_moves_where_the_line_carries_it():
+    ground = Requester(1)
+    ground.halt_retry_ns = 50 * MS
+    stop = ground.request("stop", {}, 0)
+    drive = ground.request("goto", {"x_m": 1.0, "y_m": 0.0}, 0)
+    for ms in range(1000):
+        ground.send(ms * MS)
+    assert [ground.requests[each].sent for each in (stop, drive)] == [20, 2]
+    ground.rtt_ns = 2600 * MS  # a long way: half a round trip, as all else
+    sent = ground.requests[stop].sent
+    for ms in range(1000, 3000):
+        ground.send(ms * MS)
+    assert ground.requests[stop].sent == sent + 2
