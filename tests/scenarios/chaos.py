@@ -166,7 +166,8 @@ def summary(rows: Sequence[Row]) -> list[tuple[str, ...]]:
     arrived = sum(row.arrived and row.to_goal_m <= GOAL_M for row in rows)
     stopped, contacts = sum(map(true_reason, rows)), sum(len(row.contacts) for row in rows)
     same = sum(row.replayed > 0 and not row.different for row in rows)
-    means = f"contacts: {contacts}, replays identical: {same} of {len(rows)}, else ended: {len(rows) - arrived - stopped}"
+    rest = len(rows) - arrived - stopped
+    means = f"contacts: {contacts}, replays identical: {same} of {len(rows)}, ended otherwise: {rest}"
     faults = str(sum(len(row.faults) for row in rows))
     return [*lines, ("all", means, "", str(len(rows)), str(arrived), str(stopped), "", faults)]
 
@@ -176,8 +177,10 @@ def _line(name: str, rows: Sequence[Row]) -> tuple[str, ...]:
     felt = [row.felt[row.kinds.index(name)] for row in rows]
     told = sorted({fault for row in rows for fault in row.faults if fault in hostility.raises})
     by_it = sum(true_reason(row) and bool({*row.reasons} & hostility.raises) for row in rows)
-    return (f"`{name}`", hostility.means, _names(sorted(hostility.raises)), str(len(rows)),
-            str(sum(row.arrived for row in rows)), str(by_it), str(min(felt)) if felt else "-", _names(told))  # fmt: skip
+    return (
+        f"`{name}`", hostility.means, _names(sorted(hostility.raises)), str(len(rows)),
+        str(sum(row.arrived for row in rows)), str(by_it), str(min(felt)) if felt else "-", _names(told),
+    )  # fmt: skip
 
 
 def _names(names: Sequence[str]) -> str:

@@ -5,8 +5,8 @@
     link -------+                                   felt     what the flight program counts of it, which has to rise
 
 `act` is called in each tick while it lasts and changes the Outside (tests/scenarios/siege.py); `heal` once at its end.
-A mission that ends by any other fault, or raises one that stands in no row, did not tell the truth. To add a row, add it
-here: tests/scenarios/test_hostilities.py shows of each that it reaches the flight program.
+A mission that ends by any other fault, or raises one that stands in no row, did not tell the truth. To add a row, add
+it here: tests/scenarios/test_hostilities.py shows of each that it reaches the flight program.
 """
 
 from __future__ import annotations
@@ -169,9 +169,10 @@ def _without_lease(out: Outside, rng: Rng) -> None:
     """A second station orders what it may not while the operator holds the lease."""
     orders = (
         ("goto", AWAY), ("turn", {"heading_rad": 1.0}), ("return", {}), ("mission", {"goals_m": (1.0, 1.0)}),
-        ("fence_add", {"fence": "here", "kind": "keep_out", "corners_m": (-9.0, -9.0, 9.0, -9.0, 9.0, 9.0, -9.0, 9.0)}),
+        ("fence_add", {"fence": "here", "kind": "keep_out", "corners_m": (-9.0, -9.0, 9.0, -9.0, 9.0, 9.0)}),
         ("param_set", {"parameter": "motion.cruise_mps", "value": "0.2"}), ("keys_rotate", {"epoch": 1.0}),
-        ("contacts_set", {"windows_s": (90_000.0, 90_001.0)}), ("faults_mask", {"fault": "JOB_LATE", "lasting_s": 60.0}),
+        ("contacts_set", {"windows_s": (90_000.0, 90_001.0)}),
+        ("faults_mask", {"fault": "JOB_LATE", "lasting_s": 60.0}),
     )  # fmt: skip
     name, arguments = orders[int(rng.integers(len(orders)))]
     asked = commands.Telecommand(int(rng.integers(1 << 31)), 0, 0, name, arguments)

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -49,8 +49,8 @@ class Attack:
 class Outside:
     """What the outside says in this tick, for hostilities to change; and what an intruder has got hold of.
 
-    frames, pieces, datagrams: of bus, scanner (with its time) and link. silent: nothing passes the link either way, what
-    was sent waits in `hoard`. strange: the scanner's bytes are not its own. first: an attack's first tick.
+    frames, pieces, datagrams: of bus, scanner (with its time) and link. silent: nothing passes the link either way, and
+    what was sent waits in `hoard`. strange: the scanner's bytes are not its own. first: an attack's first tick.
     seen_frames, seen_datagrams: of the last seconds, genuine ones.
     """
 
@@ -78,18 +78,11 @@ class Outside:
         return self.sealer(key, key_id)
 
 
-@dataclass(slots=True)
-class _Said:
-    """The operator's datagrams of this tick."""
-
-    datagrams: tuple[bytes, ...] = field(default=())
-
-
 class Siege(InMemory):
     """The scenario with these attacks."""
 
     def __init__(self, scenario: Scenario, attacks: Sequence[Attack], record: Path | None = None) -> None:
-        self._said = _Said()
+        self._said: tuple[bytes, ...] = ()  # the operator's datagrams of this tick
         super().__init__(scenario, step_ns=CAMPAIGN_STEP_NS, record=record)
         assert self.rover is not None
         config = self.rover.config
@@ -121,7 +114,7 @@ class Siege(InMemory):
         self._doors.close()
 
     def _link_says(self, now_ns: int) -> tuple[LinkMessage, ...]:
-        self._said.datagrams = self.operator.datagrams(now_ns)
+        self._said = self.operator.datagrams(now_ns)
         return ()
 
     def _cut_off(self, now_ns: int) -> bool:
@@ -130,7 +123,7 @@ class Siege(InMemory):
     def _inputs(self, now_ns: int) -> Inputs:
         quiet, out = super()._inputs(now_ns), self.outside
         out.now_ns, out.strange = now_ns, False
-        out.frames, out.datagrams = [*quiet.can_frames], [*self._said.datagrams]
+        out.frames, out.datagrams = [*quiet.can_frames], [*self._said]
         out.pieces = [(chunk.rx_ns, chunk.data) for chunk in quiet.lidar_chunks]
         out.seen_frames.extend(out.frames)
         out.seen_datagrams.extend(out.datagrams)

@@ -11,19 +11,21 @@ from protocol import WireError
 from protocol.link import Kind
 from protocol.modes import Mode
 from protocol.transactions import Executor
+from tests.scenarios import __main__ as command
 from tests.scenarios import chaos
 from tests.scenarios.chaos import COUNT, Row, broken, drawn, named, summary
 from tests.scenarios.hostilities import HOSTILITIES, absurd_payloads
 from tests.scenarios.siege import Attack, Siege
 
 FLAT = Scenario(name="chaos", terrain="flat", seed=3)
-BEGIN_S, LASTS_S = 5.0, 0.5  # the scanner sweeps by then
+BEGIN_S, LASTS_S, AFTER_S = 2.5, 0.5, 1.5  # the operator has ordered
+SWEEP_S = {"scanner_damaged": 5.0, "scanner_clock": 5.0}  # these need scans
 LONGER_S = {"link_blackout": 8.0}
 
 
 def besieged(*names, end_s, observe=None):
-    """A flight on level ground under these, from BEGIN_S on."""
-    attacks = [Attack(name, BEGIN_S, LONGER_S.get(name, LASTS_S), np.random.default_rng(n))
+    """A flight on level ground under these, from BEGIN_S or SWEEP_S on."""
+    attacks = [Attack(name, SWEEP_S.get(name, BEGIN_S), LONGER_S.get(name, LASTS_S), np.random.default_rng(n))
                for n, name in enumerate(names)]
     siege = Siege(FLAT, attacks)
     try:
@@ -36,7 +38,7 @@ def besieged(*names, end_s, observe=None):
 
 @pytest.mark.parametrize("name", HOSTILITIES)
 def test_a_hostility_is_felt_by_the_flight_program_and_raises_no_fault_but_its_own(name):
-    siege = besieged(name, end_s=BEGIN_S + LONGER_S.get(name, LASTS_S) + 2.0)
+    siege = besieged(name, end_s=SWEEP_S.get(name, BEGIN_S) + LONGER_S.get(name, LASTS_S) + AFTER_S)
     (attack,) = siege.attacks
     assert attack.felt > 0 and attack.over
     told = {event.text.partition(":")[0] for event in siege.events if event.name == "FAULT"}
@@ -51,7 +53,7 @@ def test_without_a_hostility_nothing_is_felt_and_the_flight_is_the_bench_s_own_t
         for name, row in HOSTILITIES.items():
             felt.setdefault(name, set()).add(row.felt(rover, inputs))
 
-    besieged(end_s=8.0, observe=look)
+    besieged(end_s=6.0, observe=look)
     assert {name for name, seen in felt.items() if len(seen) > 1} == set()
     bench, plain = InMemory(FLAT, step_ns=CAMPAIGN_STEP_NS), []
     for _ in digests:
@@ -154,3 +156,12 @@ def test_the_summary_has_a_line_for_each_hostility_and_one_for_all():
     assert (flood["flown"], flood["arrived"], flood["stopped by it"], flood["felt, least"]) == ("2", "1", "1", "5")
     assert (lines[-1]["flown"], lines[-1]["arrived"], lines[-1]["stopped by it"]) == ("2", "1", "1")
     assert "replays identical: 2 of 2" in lines[-1]["what it does"]
+
+
+def test_the_page_takes_the_table_of_a_whole_campaign_under_its_own_heads(tmp_path, monkeypatch):
+    page = tmp_path / "campaigns.md"
+    page.write_text(command.PAGE.read_text())
+    monkeypatch.setattr(command, "PAGE", page)
+    command._put({"chaos": [replace(GONE_ON, seed=seed) for seed in chaos.SEEDS]})
+    made = page.read_text().partition("<!-- begin chaos")[2]
+    assert "| " + " | ".join(chaos.HEADS) + " |" in made and "`scanner_feeds`" in made
