@@ -27,8 +27,8 @@ from tests.scenarios.siege import Attack, Siege
 SEEDS, SHORT = tuple(range(1, 31)), (1, 2)
 COUNT, EARLIEST_S, LATEST_S = 3, 5.0, 200.0
 ECHO_S = 10.0  # a fault may still be found so long after a hostility's end
-HEADS = ("hostility", "what it does", "faults it may raise", "flown", "arrived", "stopped by it", "felt, least",
-         "faults told")  # fmt: skip
+HEADS = ("hostility", "what it does", "faults it may raise", "it may end a mission by", "flown", "arrived",
+         "stopped by it", "felt, least", "faults told")  # fmt: skip
 FAULT = re.compile(r"\b[A-Z]+(?:_[A-Z0-9]+)+\b")
 
 
@@ -133,10 +133,10 @@ def true_reason(row: Row) -> bool:
 
 
 def _may_end(row: Row) -> frozenset[str]:
-    """Faults by which the mission could end when it did: those of hostilities in spite of which it need not go on."""
-    rows = (HOSTILITIES[kind] for kind, begin_s, end_s in zip(row.kinds, row.begun_s, row.ended_s)
+    """Faults by which the mission could end when it did: `ends` of hostilities about that time."""
+    rows = (HOSTILITIES[kind].ends for kind, begin_s, end_s in zip(row.kinds, row.begun_s, row.ended_s)
             if begin_s <= row.over_s <= end_s + ECHO_S)
-    return frozenset().union(*(each.raises for each in rows if not each.goes_on))
+    return frozenset().union(*rows)
 
 
 def broken(row: Row) -> list[str]:
@@ -169,16 +169,17 @@ def summary(rows: Sequence[Row]) -> list[tuple[str, ...]]:
     rest = len(rows) - arrived - stopped
     means = f"contacts: {contacts}, replays identical: {same} of {len(rows)}, ended otherwise: {rest}"
     faults = str(sum(len(row.faults) for row in rows))
-    return [*lines, ("all", means, "", str(len(rows)), str(arrived), str(stopped), "", faults)]
+    return [*lines, ("all", means, "", "", str(len(rows)), str(arrived), str(stopped), "", faults)]
 
 
 def _line(name: str, rows: Sequence[Row]) -> tuple[str, ...]:
     hostility = HOSTILITIES[name]
     felt = [row.felt[row.kinds.index(name)] for row in rows]
     told = sorted({fault for row in rows for fault in row.faults if fault in hostility.raises})
-    by_it = sum(true_reason(row) and bool({*row.reasons} & hostility.raises) for row in rows)
+    by_it = sum(true_reason(row) and bool({*row.reasons} & hostility.ends) for row in rows)
     return (
-        f"`{name}`", hostility.means, _names(sorted(hostility.raises)), str(len(rows)),
+        f"`{name}`", hostility.means, _names(sorted(hostility.raises)),
+        _names(sorted(hostility.ends)), str(len(rows)),
         str(sum(row.arrived for row in rows)), str(by_it), str(min(felt)) if felt else "-", _names(told),
     )  # fmt: skip
 

@@ -1,8 +1,8 @@
 """TABLE of hostilities: what an enemy, or a thing gone mad, says to the flight program; and what is the truth about it.
 
-    scanner ----+                                   raises   faults that it may raise, and by which a mission may end
-    CAN bus ----+--> Outside --> the ports          goes_on  it raises at most these and never ends a mission
-    link -------+                                   felt     what the flight program counts of it, which has to rise
+    scanner ----+                                   raises  faults that it may raise
+    CAN bus ----+--> Outside --> the ports          ends    those by which a mission may end; none: it has to go on
+    link, disk -+                                   felt    what the flight program counts of it, which has to rise
 
 `act` is called in each tick while it lasts and changes the Outside (tests/scenarios/siege.py); `heal` once at its end.
 A mission that ends by any other fault, or raises one that stands in no row, did not tell the truth. To add a row, add
@@ -47,15 +47,17 @@ _ARDUPILOT, _PX4 = (*range(18), 30), range(1, 11)
 
 
 class Hostility(NamedTuple):
-    """A row. goes_on: a mission goes on in spite of it. lasts_s: from, to."""
+    """A row. lasts_s: from, to. felt_s: within so much it is felt; in_sweep: by scans alone."""
 
     means: str
     act: Act
     raises: frozenset[str]
     felt: Callable[[Rover, Inputs], int]
-    goes_on: bool = True
+    ends: frozenset[str] = frozenset()
     heal: Act = lambda out, rng: None
     lasts_s: tuple[float, float] = (2.0, 6.0)
+    felt_s: float = 0.5
+    in_sweep: bool = False
 
 
 # -- the scanner -----------------------------------------------------------------------------------------------------
@@ -309,34 +311,38 @@ def _full(rover: Rover, inputs: Inputs) -> int:
 
 
 GARBLED = frozenset({"LIDAR_GARBLED", "LIDAR_SILENT"})
-LOADED = frozenset({"CAN_BABBLE", "CAN_BUS_OFF", "WHEEL_STALE", "WHEEL_SILENT", "IMU_DEAD", "NODE_LOST"})
+UNTIMED = frozenset({"LIDAR_CLOCK", "LIDAR_SILENT"})
+LOADED = frozenset({"CAN_BABBLE", "CAN_BUS_OFF", "CAN_CORRUPT", "WHEEL_STALE", "WHEEL_SILENT", "IMU_DEAD", "NODE_LOST"})
+TWICE = frozenset({"CAN_CORRUPT", "NODE_TWICE"})
 NONE = frozenset[str]()
 HOSTILITIES: Mapping[str, Hostility] = {
     "scanner_feeds": Hostility(
         "the scanner sends line feeds alone, 6.5 MB a second", _says(lambda rng: FEEDS), GARBLED, _dropped,
-        goes_on=False),
+        ends=GARBLED),
     "scanner_endless": Hostility(
         "the scanner sends one line without end, 6.5 MB a second", _says(lambda rng: ENDLESS), GARBLED, _dropped,
-        goes_on=False),
+        ends=GARBLED),
     "scanner_garbage": Hostility(
         "the scanner sends random bytes, 0.4 MB a second", _says(lambda rng: rng.bytes(4000)), GARBLED, _bad_scans,
-        goes_on=False),
+        ends=GARBLED),
     "scanner_damaged": Hostility(
-        "one of 500 bytes of the scanner is another", _damage, GARBLED, _bad_scans, goes_on=False),
+        "one of 500 bytes of the scanner is another", _damage, GARBLED, _bad_scans, ends=GARBLED,
+        in_sweep=True),
     "scanner_clock": Hostility(
-        "the scanner's counter jumps each second by up to a minute, back and ahead", _jump,
-        frozenset({"LIDAR_CLOCK", "LIDAR_SILENT"}), _jumps, goes_on=False),
+        "the scanner's counter jumps each second by up to a minute, back and ahead", _jump, UNTIMED, _jumps,
+        ends=UNTIMED, in_sweep=True),
     "can_flood": Hostility(
-        "1000 frames a tick of 1000 ids on the bus", _flood, LOADED, _unknown, goes_on=False),
+        "1000 frames a tick of 1000 ids on the bus, ours too", _flood, LOADED, _unknown,
+        ends=LOADED - {"CAN_CORRUPT", "WHEEL_STALE", "IMU_DEAD"}),
     "can_foreign": Hostility("400 frames a second of ids that are not ours", _foreign, NONE, _unknown),
     "can_forged": Hostility(
         "100 frames a second of our ids, their checksums wrong", _forge, frozenset({"CAN_CORRUPT"}), _bad_frames),
     "can_repeated": Hostility(
-        "100 sound frames a second once more, their counters stale", _repeat,
-        frozenset({"CAN_CORRUPT", "NODE_TWICE"}), _bad_frames, goes_on=False),
+        "100 sound frames a second once more, their counters stale", _repeat, TWICE, _bad_frames,
+        ends=frozenset({"NODE_TWICE"})),
     "can_recorded": Hostility(
         "sound frames of 0.3 s ago, each id ten times a second", _recorded,
-        frozenset({"CAN_CORRUPT", "NODE_TWICE"}), _out_of_order, goes_on=False),
+        TWICE | {"CLOCK_JUMP", "TILT_STALL"}, _out_of_order, ends=frozenset({"NODE_TWICE"})),
     "can_errors": Hostility("2000 error frames a second", _errors, NONE, _error_frames),
     "link_forged": Hostility("20,000 forged datagrams a second", _forged(200), NONE, _refused("tag")),
     "link_replayed": Hostility("all that the operator said, again and again", _replay, NONE, _refused("replay")),
@@ -354,7 +360,7 @@ HOSTILITIES: Mapping[str, Hostility] = {
         "a ground program of a second station sets the modes of other autopilots", _mode_words, NONE, _heard(OTHER)),
     "link_blackout": Hostility(
         "nothing passes the link; then all at once, with 5000 forged datagrams", _black_out, NONE, _silence,
-        heal=_flood_behind, lasts_s=(20.0, 40.0)),
+        heal=_flood_behind, lasts_s=(20.0, 40.0), felt_s=8.0),
     "disk_full": Hostility(
         "no room is left on the disk", _fill, frozenset({"DISK_FULL"}), _full, heal=_empty),
 }
