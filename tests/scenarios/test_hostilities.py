@@ -7,6 +7,7 @@ import pytest
 
 from hil.bench.in_memory import CAMPAIGN_STEP_NS, InMemory
 from hil.scenario.scenario import Scenario
+from onboard.record.replay import replay
 from protocol import WireError
 from protocol.link import Kind
 from protocol.modes import Mode
@@ -21,11 +22,11 @@ FLAT = Scenario(name="chaos", terrain="flat", seed=3)
 BEGIN_S, SWEEP_S, AFTER_S = 2.5, 5.0, 1.5  # the operator has ordered; the scanner sweeps
 
 
-def besieged(*names, end_s, observe=None):
+def besieged(*names, end_s, observe=None, record=None):
     """A flight on level ground under these, from BEGIN_S or SWEEP_S on, as long as each says that it is felt."""
     attacks = [Attack(name, SWEEP_S if HOSTILITIES[name].in_sweep else BEGIN_S, HOSTILITIES[name].felt_s,
                       np.random.default_rng(n)) for n, name in enumerate(names)]
-    siege = Siege(FLAT, attacks)
+    siege = Siege(FLAT, attacks, record)
     try:
         while siege.tick < end_s * 100:
             siege.step(observe)
@@ -35,9 +36,10 @@ def besieged(*names, end_s, observe=None):
 
 
 @pytest.mark.parametrize("name", HOSTILITIES)
-def test_a_hostility_is_felt_by_the_flight_program_and_raises_no_fault_but_its_own(name):
+def test_a_hostility_is_felt_by_the_flight_program_and_raises_no_fault_but_its_own(name, tmp_path):
     row = HOSTILITIES[name]
-    siege = besieged(name, end_s=(SWEEP_S if row.in_sweep else BEGIN_S) + row.felt_s + AFTER_S)
+    siege = besieged(name, end_s=(SWEEP_S if row.in_sweep else BEGIN_S) + row.felt_s + AFTER_S,
+                     record=tmp_path / "chaos.mcap")
     (attack,) = siege.attacks
     assert attack.felt > 0 and attack.over
     told = {event.text.partition(":")[0] for event in siege.events if event.name == "FAULT"}
@@ -59,6 +61,14 @@ def test_without_a_hostility_nothing_is_felt_and_the_flight_is_the_bench_s_own_t
         bench.step(lambda tick, inputs, outputs, rover, state: plain.append(outputs.state_digest))
     bench.free()
     assert plain == digests
+
+
+def test_the_record_of_a_flight_under_hostilities_replays_to_the_byte(tmp_path):
+    names, record = ("scanner_garbage", "can_recorded", "link_absurd", "disk_full"), tmp_path / "chaos.mcap"
+    siege = besieged(*names, end_s=BEGIN_S + 1.0, record=record)
+    assert all(attack.felt for attack in siege.attacks)
+    verdict = replay(record)
+    assert verdict.first_difference == "" and verdict.ticks == siege.tick
 
 
 def test_what_waited_in_a_blackout_comes_at_its_end_among_forged_datagrams():
