@@ -17,12 +17,15 @@ Rule 4: each report carries a serial number per request, so that a late one neve
 Rule 5: a rover that restarts has forgotten what it did. A request that was sent before is not sent to it again, but
         ends with that reason; only those that halt are, which do no harm twice.
 Rule 6: what was asked before a halt and arrives after it lets nothing move any more (protocol.halts).
+Rule 7: reports of what halts the rover leave first, then those of each station in turn. Of a station so many requests'
+        reports wait at most, then the oldest are dropped: it asks again.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import zip_longest
 from types import MappingProxyType
 from typing import NamedTuple
 
@@ -39,6 +42,8 @@ from protocol.reports import encode_report as encode_report
 _RETRY_NS, _ASK_NS = 500_000_000, 5_000_000_000
 _COPIES, _COPY_NS = 2, 200_000_000
 _MOST_WAITING = 32
+_MOST_SAID, _HALTS = 256, 0  # rule 7; stations count from 1
+_Said = dict[int, list[tuple[int, bytes]]]  # reports that wait: request's key -> (due_ns, payload), in the order made
 
 
 # -- the ground's end ------------------------------------------------------------------------------------------
@@ -242,7 +247,7 @@ class Executor:
         self.halts = Halts(halted)
         self._known: dict[int, dict[int, _Known]] = {}
         self._forgotten: dict[int, int] = {}
-        self._queue: list[tuple[int, int, bytes]] = []  # (due_ns, key, payload), in the order made
+        self._queues: dict[int, _Said] = {_HALTS: {}}  # by station
         self._waiting: dict[int, commands.Telecommand] = {}  # key -> what starts later, by its start time
         self.permit: Callable[[str, int], None] = lambda name, station: None
 
@@ -339,7 +344,7 @@ class Executor:
         if seen.payload != payload:
             text = "the request id was used before for another request; a station whose numbers are lost needs new keys"
             self._say(seen.report._replace(state=State.FAILED, code=Code.REUSED_ID, text=text), now_ns)
-        elif not any(row[1] == seen.report.station << 32 | seen.report.request_id for row in self._queue):
+        elif not any(seen.report.station << 32 | seen.report.request_id in said for said in self._queues.values()):
             self._say(seen.report, now_ns)
 
     def _remember(self, station: int, request_id: int, known: _Known) -> None:
@@ -361,29 +366,40 @@ class Executor:
             serial=known.report.serial + 1, state=state, code=int(code), text=text, data=tuple(map(float, data))
         )
         known.report = made
-        self._queue = [row for row in self._queue if row[1] != request_id]  # the newest says it all
+        for said in self._queues.values():
+            said.pop(request_id, None)  # the newest says it all
         self._say(made, now_ns)
 
     def _say(self, report: Report, now_ns: int) -> None:
         payload, key = encode_report(report), report.station << 32 | report.request_id
-        self._queue += [(now_ns + n * _COPY_NS, key, payload) for n in range(_COPIES)]
+        known = self._known.get(report.station, {}).get(report.request_id)
+        halts = known is not None and commands.halts(known.payload)
+        said = self._queues.setdefault(_HALTS if halts else report.station, {})
+        copies = [(now_ns + n * _COPY_NS, payload) for n in range(_COPIES)]
+        said[key] = (said.get(key, []) + copies)[-2 * _COPIES :]
+        if len(said) > _MOST_SAID:
+            del said[next(iter(said))]
+
+    def _in_turn(self) -> list[tuple[_Said, int]]:
+        """Where a request's reports wait and its key, in the order of rule 7."""
+        halts, *others = ([(said, key) for key in said] for said in self._queues.values())
+        return [*halts, *(row for rows in zip_longest(*others) for row in rows if row is not None)]
 
     def waiting(self, now_ns: int) -> bool:
         """Whether a report is due that was not sent."""
-        return any(row[0] <= now_ns for row in self._queue)
+        return any(due_ns <= now_ns for said in self._queues.values() for rows in said.values() for due_ns, _ in rows)
 
     def send(self, now_ns: int, budget_bytes: float = float("inf")) -> list[bytes]:
-        """Payloads of Kind.REPORT that are due, oldest first, while their bytes on the line fit the budget."""
-        if not self._queue:
-            return []
-        out, kept = [], []
-        for row in self._queue:
-            cost = line_bytes(len(row[2]))
-            if row[0] <= now_ns and cost <= budget_bytes:
-                out.append(row[2])
+        """Payloads of Kind.REPORT that are due, as rule 7 says, while their bytes on the line fit the budget."""
+        out: list[bytes] = []
+        for said, key in self._in_turn():
+            for row in [row for row in said[key] if row[0] <= now_ns]:
+                cost = line_bytes(len(row[1]))
+                if cost > budget_bytes:
+                    return out
+                out.append(row[1])
                 budget_bytes -= cost
-            else:
-                budget_bytes = 0 if row[0] <= now_ns else budget_bytes
-                kept.append(row)
-        self._queue = kept
+                said[key].remove(row)
+            if not said[key]:
+                del said[key]
         return out

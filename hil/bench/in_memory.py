@@ -38,7 +38,18 @@ from onboard.core.tick import tick
 from onboard.drivers.workers import Inline
 from onboard.ports import Save, Saved
 from onboard.record.writer import Recorder
-from onboard.records import BusStatus, Chunk, Event, Frame, Health, Inputs, Outputs, PortState, RecordStatus
+from onboard.records import (
+    BusStatus,
+    Chunk,
+    Event,
+    Frame,
+    Health,
+    Inputs,
+    LinkMessage,
+    Outputs,
+    PortState,
+    RecordStatus,
+)
 from protocol.conventions import TICK_NS
 from protocol.transactions import Request, State
 
@@ -146,12 +157,15 @@ class InMemory(World):
             can=self._can_status(),
             lidar_chunks=tuple(Chunk(at_ns // 1000 * 1000, data) for at_ns, data in pieces or ()),
             lidar_state=PortState.CLOSED if pieces is None else PortState.OPEN,
-            link_messages=() if self._cut_off(now_ns) else self.operator.messages(now_ns),
+            link_messages=self._link_says(now_ns),
             jobs=self._jobs.take(self._jobs.due(self.tick - self.wires.jobs_late_ticks)),
             saved=self._kept(), health=Health(slipped_ticks=self.computer.left_out),
             machine=self.computer.says(self.tick),
             record=self._recorder.status if self._recorder else RecordStatus(),
         )
+
+    def _link_says(self, now_ns: int) -> tuple[LinkMessage, ...]:
+        return () if self._cut_off(now_ns) else self.operator.messages(now_ns)
 
     def _cut_off(self, now_ns: int) -> bool:
         edges_s = self.scenario.blackout_s

@@ -54,11 +54,19 @@ class Operator:
 
     def messages(self, now_ns: int) -> tuple[LinkMessage, ...]:
         """What reaches the rover in the tick at `now_ns`. Raises ValueError for an order that is no command."""
+        return tuple(checked(self._opener, datagram, now_ns) for datagram in self.datagrams(now_ns))
+
+    def datagrams(self, now_ns: int) -> tuple[bytes, ...]:
+        """The same as it leaves the station."""
         while self._waiting and now_ns >= round(self._waiting[0].at_s * 1e9):
             order = self._waiting.pop(0)
             self._requester.request(order.name, order.arguments, now_ns)
         payloads = self._requester.send(now_ns) if self._requester.open else ()
-        return tuple(checked(self._opener, self._sealer.seal(Kind.TELECOMMAND, data), now_ns) for data in payloads)
+        return tuple(self.seal(Kind.TELECOMMAND, data) for data in payloads)
+
+    def seal(self, kind: Kind, payload: bytes) -> bytes:
+        """A datagram of this station, whatever is in it."""
+        return self._sealer.seal(kind, payload)
 
     def hear(self, payloads: Iterable[tuple[int, bytes]], now_ns: int) -> None:
         """What the rover sent in this tick."""

@@ -172,11 +172,12 @@ class LinkPort:
     """The rover's end of the link. Use it inside `with`, or call `close`: an open zenoh session hangs the interpreter.
 
     memory: of marks and epoch; default one that ends with the port. rate_bps: of the downlink, which bounds the copies
-    to several listeners. clock_ns: by which a read ends when its time is used up.
+    to several listeners. end: in place of one at the endpoint (a bench of one process). clock_ns: by which a read ends
+    when its time is used up.
     """
 
     def __init__(self, endpoint: str, keys: LinkKeys, boot_id: int, memory: LinkMemory | None = None,
-                 rate_bps: float = RATE_BPS) -> None:
+                 rate_bps: float = RATE_BPS, end: LinkEnd | None = None) -> None:
         self._memory = memory or LinkMemory("", keys)
         self._downlink = keys.downlink
         self._sealer = Sealer(self._key(self._memory.epoch), DOWNLINK_KEY_ID, boot_id, epoch=self._memory.epoch)
@@ -185,7 +186,7 @@ class LinkPort:
         self._sent = 0
         self.clock_ns: Callable[[], int] = time.monotonic_ns
         try:
-            self._end = _end(endpoint, keys, rate_bps)
+            self._end = end or _end(endpoint, keys, rate_bps)
         except ValueError as error:
             like = "tcp/127.0.0.1:7447 or udp/0.0.0.0:7450"
             raise ConfigError(f"link.endpoint = {endpoint!r} should be a locator like {like}: {error}") from error

@@ -188,7 +188,7 @@ def test_what_halts_is_obeyed_once_under_an_id_that_was_used_or_forgotten(name, 
     assert order is not None and order.name == name
     rover.report(order.request_id, State.COMPLETED, 12 * S, "done")
     assert rover.receive(1, halt, 13 * S, Mode.STANDBY) is None
-    assert decode_report(rover.send(14 * S)[-1]).state is State.COMPLETED
+    assert decode_report(rover.send(14 * S)[0])[:4:3] == (request_id, State.COMPLETED)
 
 
 def test_only_the_newest_report_of_a_request_waits_and_two_copies_of_it_are_sent():
@@ -275,3 +275,29 @@ def test_a_stop_is_repeated_sooner_than_what_moves_where_the_line_carries_it():
     for ms in range(1000, 3000):
         ground.send(ms * MS)
     assert ground.requests[stop].sent == sent + 2
+
+
+def answered(rover, questions, now_ns):
+    """So many questions of station 4 asked and answered; then station 1 asks one, and station 2 stops the rover."""
+    asked = [(4, n, "time") for n in range(questions)] + [(1, 5, "status"), (2, 7, "stop")]
+    for station, request_id, name in asked:
+        payload = commands.encode(commands.Telecommand(request_id, 0, 0, name, {}))
+        rover.report(rover.receive(station, payload, now_ns, Mode.STANDBY).request_id, State.COMPLETED, now_ns, name)
+
+
+def test_the_report_of_a_stop_leaves_first_and_then_each_station_s_in_turn_however_many_questions_wait():
+    rover = Executor()
+    answered(rover, 1000, S)
+    leaving = [decode_report(payload) for payload in rover.send(S, budget_bytes=500.0)]
+    assert [report.station for report in leaving[:3]] == [2, 4, 1]
+    assert leaving[0].text == "stop"
+
+
+def test_of_a_station_that_asks_without_end_a_bounded_number_of_reports_waits_and_it_may_ask_again():
+    rover = Executor()
+    answered(rover, 3000, S)
+    left = [decode_report(payload) for payload in rover.send(10 * S) if decode_report(payload).station == 4]
+    assert {report.request_id for report in left} == set(range(3000 - 256, 3000))
+    rover.receive(4, commands.encode(commands.Telecommand(0, 0, 0, "time", {})), 10 * S, Mode.STANDBY)
+    assert decode_report(rover.send(10 * S)[0]).request_id == 0
+    assert rover.send(11 * S) and not rover.send(11 * S) and not rover.waiting(11 * S)

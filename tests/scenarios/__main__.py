@@ -96,7 +96,7 @@ def _show(rows: Mapping[str, Sequence[Any]], as_json: bool) -> None:
         console.print(f"{name}: {(CAMPAIGNS[name].__doc__ or '').splitlines()[0]}", highlight=False)
         console.print(table(found))
         if lines := _summary(name, found):
-            console.print(shown(HEADS, lines))
+            console.print(shown(_heads(name), lines))
 
 
 def _summary(name: str, rows: Sequence[Any]) -> list[tuple[str, ...]]:
@@ -105,12 +105,18 @@ def _summary(name: str, rows: Sequence[Any]) -> list[tuple[str, ...]]:
     return made
 
 
+def _heads(name: str) -> tuple[str, ...]:
+    """A summary's columns: the campaign's own, or those of missions."""
+    own: tuple[str, ...] = getattr(CAMPAIGNS[name], "HEADS", HEADS)
+    return own
+
+
 def _put(rows: Mapping[str, Sequence[Any]]) -> None:
     """The summaries of campaigns that were flown whole, into the page."""
     for name, found in rows.items():
         lines = _summary(name, found)
         if lines and {row.seed for row in found} == set(CAMPAIGNS[name].SEEDS):
-            put(PAGE, name, markdown(HEADS, lines))
+            put(PAGE, name, markdown(_heads(name), lines))
 
 
 def table(rows: Sequence[Any]) -> Table:

@@ -14,8 +14,8 @@ into a flight, tick by tick:
 
     InMemory(Scenario(seed=seed), step_ns=CAMPAIGN_STEP_NS).run(observe)
 
-Where docs/campaigns.md includes a campaign's figures, its module has `summary(rows)`: lines in the order of
-flown.HEADS. They stand under the rows, and `--docs` writes them into the page.
+Where docs/campaigns.md includes a campaign's figures, its module has `summary(rows)`: lines in the order of its
+HEADS, or of flown.HEADS where it has none. They stand under the rows, and `--docs` writes them into the page.
 
 Faults are a scenario's (`faults=(Injection("wheel_silent", when="drive", after_s=5.0, target=2),)`); what has no
 injection is set on the bench before the run (`bench.plant.set_soil(1, "soft")`), or between two steps of a loop of the
@@ -28,7 +28,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
-from tests.scenarios import calibrate, fresh, guard, library, localisation, losses, nominal, three_goals, wheels
+from tests.scenarios import calibrate, chaos, fresh, guard, library, localisation, losses, nominal, three_goals, wheels
 
 
 class Campaign(Protocol):
@@ -58,6 +58,7 @@ CAMPAIGNS: Mapping[str, Campaign] = {
     "losses": losses,
     "three-goals": three_goals,
     "fresh": fresh,
+    "chaos": chaos,
 }
 
 

@@ -1,0 +1,161 @@
+"""The flight program's own ports in a bench of one process: bus, scanner and link, each fed from a queue.
+
+    hostilities -> queue of the kernel, bounded -> CanBus, LidarPort, LinkPort: budgets, counts, checks -> Inputs
+
+Budgets of bytes, frames and datagrams are in force; those of time are not, for the bench has no wall clock. What comes
+while a queue is full is lost, as in a kernel.
+"""
+
+from __future__ import annotations
+
+import socket
+from collections import deque
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from onboard.config import Config
+from onboard.drivers.byte_port import LidarPort
+from onboard.drivers.can_base import CanBus
+from onboard.drivers.link_end import LinkEnd
+from onboard.drivers.link_port import LinkPort
+from onboard.records import Chunk, Frame, LinkMessage
+from protocol.link import bench_keys
+
+MOST_FRAMES, MOST_BYTES, MOST_DATAGRAMS = 4_000, 65_536, 8_192  # of the kernel's queues
+
+
+@dataclass(frozen=True, slots=True)
+class _Message:
+    """A data frame as python-can hands it over."""
+
+    arbitration_id: int
+    data: bytes
+    arrived_ns: int
+    is_error_frame = is_remote_frame = is_extended_id = False
+
+
+class _Wire:
+    """A python-can bus: frames wait here."""
+
+    def __init__(self) -> None:
+        self.waiting: deque[_Message] = deque()
+
+    def recv(self, timeout: float) -> _Message | None:
+        """The next frame, if there is one."""
+        return self.waiting.popleft() if self.waiting else None
+
+
+class CanDoor(CanBus):
+    """The bus port; frames keep the time of their arrival, as the kernel stamps them."""
+
+    def __init__(self) -> None:
+        self._wire = _Wire()
+        super().__init__(self._wire)
+        self.clock_ns = lambda: 0
+
+    def feed(self, frames: Iterable[Frame]) -> None:
+        """What is on the bus now."""
+        for frame in frames:
+            if len(self._wire.waiting) < MOST_FRAMES:
+                self._wire.waiting.append(_Message(*frame))
+
+    def _stamp_ns(self, message: _Message, stamp_ns: int) -> int:
+        return message.arrived_ns
+
+
+class LidarDoor(LidarPort):
+    """The scanner's port on one end of a pair of sockets."""
+
+    def __init__(self) -> None:
+        super().__init__("in memory")
+        self._far, near = socket.socketpair()
+        self._far.setblocking(False)
+        near.setblocking(False)
+        self._fd, self._fed = near.detach(), 0
+        self._opened()
+
+    @property
+    def waiting(self) -> int:
+        """Bytes that were not read yet."""
+        return self._fed - self.received
+
+    def connect(self) -> None:
+        """It is open."""
+
+    def feed(self, data: bytes) -> None:
+        """What the scanner says now."""
+        self._fed += self._far.send(data[: MOST_BYTES - self.waiting])
+
+    def drain(self) -> None:
+        """A connection has ended: what was on its way is lost."""
+        self._fill(self.waiting)
+        self._pending.clear()
+
+    def close(self) -> None:
+        """Both ends."""
+        super().close()
+        self._far.close()
+
+
+class _End(LinkEnd):
+    """The carrier's end: datagrams wait here."""
+
+    open = linked = True
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.waiting: deque[bytes] = deque()
+
+    def knock(self) -> None:
+        """It is open."""
+
+    def take(self, most: int) -> list[bytes]:
+        """See LinkEnd."""
+        got = [self.waiting.popleft() for _ in range(min(most, len(self.waiting)))]
+        self.taken, self.emptied = self.taken + len(got), not self.waiting
+        return got
+
+    def put(self, datagram: bytes) -> None:
+        """The bench reads what the rover says elsewhere."""
+
+    def close(self) -> None:
+        """Nothing to end."""
+
+
+class Doors:
+    """The three ports of a flight. Close it."""
+
+    def __init__(self, config: Config, seed: int) -> None:
+        self._end, self._can, self._lidar = _End(), CanDoor(), LidarDoor()
+        self._link = LinkPort("", bench_keys(seed), config.link.boot_count, end=self._end)
+        self._link.clock_ns = lambda: 0
+
+    def can(self, frames: Iterable[Frame], now_ns: int) -> tuple[Frame, ...]:
+        """What is on the bus in this tick -> what the flight program reads."""
+        self._can.feed(frames)
+        return tuple(self._can.read(now_ns))
+
+    def lidar(self, pieces: list[tuple[int, bytes]] | None, now_ns: int, strange: bool) -> tuple[Chunk, ...]:
+        """The same of the scanner; None while its port is closed.
+
+        Bytes keep the time of their arrival, but while the scanner is strange or something waits: then it is that of
+        the read.
+        """
+        if pieces is None:
+            self._lidar.drain()
+            return ()
+        if not (strange or self._lidar.waiting):
+            return tuple(Chunk(at_ns, data) for at_ns, data in pieces)
+        self._lidar.feed(b"".join(data for _, data in pieces))
+        return self._lidar.read(now_ns)
+
+    def link(self, datagrams: Iterable[bytes], now_ns: int) -> tuple[LinkMessage, ...]:
+        """The same of the link."""
+        room = MOST_DATAGRAMS - len(self._end.waiting)
+        self._end.waiting.extend([*datagrams][:room])
+        return self._link.read(now_ns)
+
+    def close(self) -> None:
+        """Sockets and threads."""
+        self._lidar.close()
+        self._link.close()

@@ -1,0 +1,153 @@
+"""A flight under hostilities: what the outside says is changed by them, then passes the flight program's own ports.
+
+    bench and operator -> Outside -> hostilities (hostilities.py) -> Doors (doors.py) -> Inputs
+
+An attack lasts its time and then until the flight program felt it, LONGEST_S at most: none passes unnoticed because
+nobody looked. The flight ends when the order's outcome is known, every attack is over and AFTER_S have passed.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hil.bench.in_memory import CAMPAIGN_STEP_NS, InMemory, Observe
+from hil.scenario.scenario import Scenario
+from onboard.records import Chunk, Frame, Inputs, LinkMessage, Outputs, PortState
+from protocol.link import Sealer, bench_keys
+from tests.scenarios.doors import Doors
+from tests.scenarios.hostilities import HOSTILITIES
+
+NS = 1_000_000_000
+LONGEST_S, AFTER_S = 90.0, 5.0
+STATIONS = 4
+
+
+@dataclass(slots=True)
+class Attack:
+    """One hostility. felt: how far it moved what the flight program counts. ended_s: NaN while it lasts."""
+
+    name: str
+    begin_s: float
+    lasts_s: float
+    rng: np.random.Generator
+    before: int | None = None
+    felt: int = 0
+    ended_s: float = float("nan")
+
+    @property
+    def over(self) -> bool:
+        """Whether it was healed."""
+        return self.ended_s == self.ended_s
+
+
+class Outside:
+    """What the outside says in this tick, for hostilities to change; and what an intruder has got hold of.
+
+    frames, pieces, datagrams: of bus, scanner (with its time) and link. silent: nothing passes the link either way, and
+    what was sent waits in `hoard`. strange: the scanner's bytes are not its own. first: an attack's first tick.
+    seen_frames, seen_datagrams: of the last seconds, genuine ones.
+    """
+
+    def __init__(self, bench: InMemory, boot_id: int) -> None:
+        self.bench, self.boot_id, self.now_ns = bench, boot_id, 0
+        self.frames: list[Frame] = []
+        self.pieces: list[tuple[int, bytes]] = []
+        self.datagrams: list[bytes] = []
+        self.hoard: list[bytes] = []
+        self.silent = self.strange = self.first = False
+        self.seen_frames: deque[Frame] = deque(maxlen=2000)
+        self.seen_datagrams: deque[bytes] = deque(maxlen=200)
+        self.keys = bench_keys(bench.scenario.seed, STATIONS)
+        self._sealers: dict[tuple[Any, ...], Sealer] = {}
+
+    def sealer(self, key: bytes, key_id: int, boot_id: int | None = None) -> Sealer:
+        """The same one each time, so that its counter rises."""
+        boot_id = self.boot_id if boot_id is None else boot_id
+        return self._sealers.setdefault((key, key_id, boot_id), Sealer(key, key_id, boot_id))
+
+    def station(self, key_id: int) -> Sealer:
+        """A station with its own key."""
+        key = self.keys.command.key(key_id)
+        assert key is not None
+        return self.sealer(key, key_id)
+
+
+class Siege(InMemory):
+    """The scenario with these attacks."""
+
+    def __init__(self, scenario: Scenario, attacks: Sequence[Attack], record: Path | None = None) -> None:
+        self._said: tuple[bytes, ...] = ()  # the operator's datagrams of this tick
+        super().__init__(scenario, step_ns=CAMPAIGN_STEP_NS, record=record)
+        assert self.rover is not None
+        config = self.rover.config
+        self.attacks = attacks
+        self.outside = Outside(self, config.link.boot_count)
+        self._doors = Doors(config, scenario.seed)
+
+    @property
+    def ended(self) -> bool:
+        """See the module."""
+        after_ns = self.tick * 10_000_000 - AFTER_S * NS
+        quiet = all(attack.over and attack.ended_s * NS < after_ns for attack in self.attacks)
+        return super().ended and (quiet or self.tick / 100 >= self.scenario.limit_s)
+
+    def step(self, observe: Observe | None = None) -> None:
+        """One tick; what each attack moved is noted."""
+        def look(tick: int, inputs: Inputs, outputs: Outputs, rover: Any, state: Any) -> None:
+            for attack in self.attacks:
+                if attack.before is not None and not attack.over:
+                    attack.felt = max(attack.felt, HOSTILITIES[attack.name].felt(rover, inputs) - attack.before)
+            if observe:
+                observe(tick, inputs, outputs, rover, state)
+
+        super().step(look)
+
+    def free(self) -> None:
+        """The ports as well."""
+        super().free()
+        self._doors.close()
+
+    def _link_says(self, now_ns: int) -> tuple[LinkMessage, ...]:
+        self._said = self.operator.datagrams(now_ns)
+        return ()
+
+    def _cut_off(self, now_ns: int) -> bool:
+        return self.outside.silent or super()._cut_off(now_ns)
+
+    def _inputs(self, now_ns: int) -> Inputs:
+        quiet, out = super()._inputs(now_ns), self.outside
+        out.now_ns, out.strange = now_ns, False
+        out.frames, out.datagrams = [*quiet.can_frames], [*self._said]
+        out.pieces = [(chunk.rx_ns, chunk.data) for chunk in quiet.lidar_chunks]
+        out.seen_frames.extend(out.frames)
+        out.seen_datagrams.extend(out.datagrams)
+        for attack in self.attacks:
+            self._wage(attack, quiet)
+        if out.silent:
+            out.hoard, out.datagrams = out.hoard + out.datagrams, []
+        is_open = quiet.lidar_state is PortState.OPEN
+        frames = sorted(out.frames, key=lambda frame: frame.stamp_ns)
+        chunks: tuple[Chunk, ...] = self._doors.lidar(out.pieces if is_open else None, now_ns, out.strange)
+        return replace(quiet, can_frames=self._doors.can(frames, now_ns), lidar_chunks=chunks,
+                       link_messages=self._doors.link(out.datagrams, now_ns))
+
+    def _wage(self, attack: Attack, inputs: Inputs) -> None:
+        """An attack's part in this tick: its begin, what it does, its end."""
+        now_s, row = inputs.now_ns / NS, HOSTILITIES[attack.name]
+        if attack.over or now_s < attack.begin_s or self.rover is None:
+            return
+        lasted_s = now_s - attack.begin_s
+        if lasted_s > attack.lasts_s and (attack.felt or lasted_s > LONGEST_S):
+            attack.ended_s = now_s
+            row.heal(self.outside, attack.rng)
+            return
+        self.outside.first = attack.before is None
+        if attack.before is None:
+            attack.before = row.felt(self.rover, inputs)
+        row.act(self.outside, attack.rng)
