@@ -25,14 +25,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from itertools import zip_longest
 from types import MappingProxyType
 from typing import NamedTuple
 
 from protocol import WireError, commands
 from protocol.halts import Halts
-from protocol.link import line_bytes
 from protocol.modes import Mode
+from protocol.report_queue import ReportQueue, key_of
 from protocol.reports import Code as Code
 from protocol.reports import Report as Report
 from protocol.reports import State as State
@@ -40,10 +39,7 @@ from protocol.reports import decode_report as decode_report
 from protocol.reports import encode_report as encode_report
 
 _RETRY_NS, _ASK_NS = 500_000_000, 5_000_000_000
-_COPIES, _COPY_NS = 2, 200_000_000
 _MOST_WAITING = 32
-_MOST_SAID, _HALTS = 256, 0  # rule 7; stations count from 1
-_Said = dict[int, list[tuple[int, bytes]]]  # reports that wait: request's key -> (due_ns, payload), in the order made
 
 
 # -- the ground's end ------------------------------------------------------------------------------------------
@@ -247,7 +243,7 @@ class Executor:
         self.halts = Halts(halted)
         self._known: dict[int, dict[int, _Known]] = {}
         self._forgotten: dict[int, int] = {}
-        self._queues: dict[int, _Said] = {_HALTS: {}}  # by station
+        self._queue = ReportQueue()
         self._waiting: dict[int, commands.Telecommand] = {}  # key -> what starts later, by its start time
         self.permit: Callable[[str, int], None] = lambda name, station: None
 
@@ -344,7 +340,7 @@ class Executor:
         if seen.payload != payload:
             text = "the request id was used before for another request; a station whose numbers are lost needs new keys"
             self._say(seen.report._replace(state=State.FAILED, code=Code.REUSED_ID, text=text), now_ns)
-        elif not any(seen.report.station << 32 | seen.report.request_id in said for said in self._queues.values()):
+        elif key_of(seen.report.station, seen.report.request_id) not in self._queue:
             self._say(seen.report, now_ns)
 
     def _remember(self, station: int, request_id: int, known: _Known) -> None:
@@ -366,40 +362,17 @@ class Executor:
             serial=known.report.serial + 1, state=state, code=int(code), text=text, data=tuple(map(float, data))
         )
         known.report = made
-        for said in self._queues.values():
-            said.pop(request_id, None)  # the newest says it all
+        self._queue.drop(request_id)  # the newest says it all
         self._say(made, now_ns)
 
     def _say(self, report: Report, now_ns: int) -> None:
-        payload, key = encode_report(report), report.station << 32 | report.request_id
         known = self._known.get(report.station, {}).get(report.request_id)
-        halts = known is not None and commands.halts(known.payload)
-        said = self._queues.setdefault(_HALTS if halts else report.station, {})
-        copies = [(now_ns + n * _COPY_NS, payload) for n in range(_COPIES)]
-        said[key] = (said.get(key, []) + copies)[-2 * _COPIES :]
-        if len(said) > _MOST_SAID:
-            del said[next(iter(said))]
-
-    def _in_turn(self) -> list[tuple[_Said, int]]:
-        """Where a request's reports wait and its key, in the order of rule 7."""
-        halts, *others = ([(said, key) for key in said] for said in self._queues.values())
-        return [*halts, *(row for rows in zip_longest(*others) for row in rows if row is not None)]
+        self._queue.add(report, known is not None and commands.halts(known.payload), now_ns)
 
     def waiting(self, now_ns: int) -> bool:
         """Whether a report is due that was not sent."""
-        return any(due_ns <= now_ns for said in self._queues.values() for rows in said.values() for due_ns, _ in rows)
+        return self._queue.waiting(now_ns)
 
     def send(self, now_ns: int, budget_bytes: float = float("inf")) -> list[bytes]:
         """Payloads of Kind.REPORT that are due, as rule 7 says, while their bytes on the line fit the budget."""
-        out: list[bytes] = []
-        for said, key in self._in_turn():
-            for row in [row for row in said[key] if row[0] <= now_ns]:
-                cost = line_bytes(len(row[1]))
-                if cost > budget_bytes:
-                    return out
-                out.append(row[1])
-                budget_bytes -= cost
-                said[key].remove(row)
-            if not said[key]:
-                del said[key]
-        return out
+        return self._queue.send(now_ns, budget_bytes)
