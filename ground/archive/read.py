@@ -137,7 +137,10 @@ def gaps(db: sqlite3.Connection, span: Span = ALL) -> list[Gap]:
     bounds = (span.since_ns, span.until_ns)
     found = [Gap(kind, *row[:-1], bool(row[-1])) for kind, number, where in _NUMBERED for row in db.execute(
         _HOLES.format(number=number, source=kind, where=where), bounds)]
-    found += [Gap("silence", boot, a / 1e9, b / 1e9, 0, utc) for boot, a, b, utc in db.execute(_SILENCE, bounds)]
+    for boot, *at_ns, utc in db.execute(_SILENCE, bounds):
+        if not all(isinstance(value, int | float) for value in at_ns):
+            raise damaged("datagrams", "at_ns", at_ns)
+        found.append(Gap("silence", boot, at_ns[0] / 1e9, at_ns[1] / 1e9, 0, utc))
     for gap in found:
         if not all(isinstance(value, int | float) for value in gap[1:6]):
             raise damaged("datagrams" if gap.kind == "silence" else gap.kind, "numbers", gap[1:6])

@@ -65,6 +65,8 @@ def _spoil(path: Path, rng: Rng) -> None:
         for _ in range(int(rng.integers(1, 4))):
             table = str(rng.choice([*TABLES, "runs"]))
             names = [row[1] for row in db.execute(f"pragma table_info({table})")]
+            if not names:  # the schema itself is damaged
+                continue
             value = _HOSTILE[int(rng.integers(0, len(_HOSTILE)))]
             db.execute(f"update {table} set {names[int(rng.integers(0, len(names)))]} = ? where rowid % 2 = ?",
                        (value, int(rng.integers(0, 2))))

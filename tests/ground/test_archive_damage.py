@@ -8,7 +8,7 @@ import pytest
 from typer.testing import CliRunner
 
 from ground.__main__ import app
-from ground.archive.read import chains, newest_product, reading, rows
+from ground.archive.read import chains, gaps, newest_product, reading, rows
 from ground.archive.store import Archive, ArchiveError
 from onboard.drivers.disk import write_whole
 from onboard.drivers.record_file import DiskFile
@@ -61,6 +61,16 @@ def test_damaged_content_is_one_error_that_names_the_archive(path, change):
         chains(db)
         newest_product(db, "ldem")
     assert str(path) in str(raised.value) and "\n" not in str(raised.value) and raised.value.code == 65
+
+
+def test_a_silence_between_times_that_are_no_numbers_is_one_error(path):
+    with sqlite3.connect(path) as db:
+        names = [row[1] for row in db.execute("pragma table_info(datagrams)") if row[1] != "id"]
+        fields = ", ".join("'soon'" if name == "at_ns" else name for name in names)
+        db.execute(f"insert into datagrams ({', '.join(names)}) select {fields} from datagrams")
+    with pytest.raises(ArchiveError) as raised, reading(path) as db:
+        gaps(db)
+    assert "datagrams.at_ns" in str(raised.value) and raised.value.code == 65
 
 
 @pytest.mark.parametrize("change", DAMAGE)
