@@ -46,6 +46,12 @@ class RowCheck:
         return tree
 
 
+def check_time(table: str, at_ns: Any) -> None:
+    """Raises ArchiveError where it is neither None nor a time that a calendar has."""
+    if at_ns is not None and (type(at_ns) is not int or not -_MOST_NS <= at_ns <= _MOST_NS):
+        raise damaged(table, "at_ns", at_ns)
+
+
 def check_state(state: Any) -> None:
     """Raises ArchiveError where it is no state of a request."""
     if not isinstance(state, str) or state not in State.__members__:

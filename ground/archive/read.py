@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from ground.archive.checks import RowCheck, check_state, damaged
+from ground.archive.checks import RowCheck, check_state, check_time, damaged
 from ground.archive.schema import TABLES, VERSION, ArchiveError, open_checked, told
 from protocol.transactions import Code, State
 
@@ -202,6 +202,8 @@ def info(db: sqlite3.Connection) -> dict[str, Any]:
     counts = {table: int(db.execute(f"select count(*) from {table}").fetchone()[0]) for table in ("runs", *TABLES)}
     first, last = db.execute("select min(r.utc_ns + d.at_ns), max(r.utc_ns + d.at_ns) from datagrams d "
                              "join runs r on r.run = d.run").fetchone()
+    for at_ns in (first, last):
+        check_time("datagrams", at_ns)
     return {"version": VERSION, "rows": counts, "first_utc_ns": first, "last_utc_ns": last, **sizes(db)}
 
 

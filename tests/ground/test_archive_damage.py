@@ -8,7 +8,7 @@ import pytest
 from typer.testing import CliRunner
 
 from ground.__main__ import app
-from ground.archive.read import chains, gaps, newest_product, reading, rows
+from ground.archive.read import chains, gaps, info, newest_product, reading, rows
 from ground.archive.store import Archive, ArchiveError
 from onboard.drivers.disk import write_whole
 from onboard.drivers.record_file import DiskFile
@@ -71,6 +71,13 @@ def test_a_silence_between_times_that_are_no_numbers_is_one_error(path):
     with pytest.raises(ArchiveError) as raised, reading(path) as db:
         gaps(db)
     assert "datagrams.at_ns" in str(raised.value) and raised.value.code == 65
+
+
+def test_a_time_that_no_calendar_has_is_one_error(path):
+    damage(path, "update datagrams set at_ns = 1e300")
+    with pytest.raises(ArchiveError) as raised, reading(path) as db:
+        info(db)
+    assert "datagrams.at_ns" in str(raised.value)
 
 
 @pytest.mark.parametrize("change", DAMAGE)
