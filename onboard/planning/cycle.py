@@ -52,7 +52,7 @@ DISC_PRICE = 2.0  # of a metre left within the goal's disc: driving on is cheape
 CONFIRM_M = 3.0  # R7: blocked poses farther than this from every stop may be mistaken
 CONFIRM_RATIO = 0.5  # and a way over them costs so much more
 SLIPPERY_M = 0.6  # around a place where the wheels slipped: half the rover, and by what the odometry was off there
-FOOT_M = 0.05  # of a rock beyond its cells that stand out: half a cell
+FOOT_M = 0.10  # of a rock beyond the centres of its cells that stand out: half a cell's diagonal and 0.03 m of slope
 MOST_MARKS = 60  # in one job; then the rule is told that no way is left
 
 
