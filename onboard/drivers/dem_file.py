@@ -193,7 +193,8 @@ def _array(path: Path, how: Reading, crs: CRS | None) -> Dem:
     rows, columns = array.shape
 
     def read(row: int, column: int, height: int, width: int) -> F64:
-        raw = array[row : row + height, column : column + width].astype(np.float64)
+        with np.errstate(invalid="ignore"):  # a NaN may be one that signals
+            raw = array[row : row + height, column : column + width].astype(np.float64)
         return _measured(raw, how.nodata) * (how.unit_m or 1.0)
 
     return Dem(rows, columns, _given_place(how, rows, how.north_first), crs or PLAIN, how.nodata, read)
@@ -216,7 +217,8 @@ def _raster(file: Any, how: Reading, crs: CRS | None) -> Dem:
         except RasterioError:
             where = f"rows {row} to {row + height}, columns {column} to {column + width}"
             raise DemError(f"is cut short or damaged at {where}; copy it again") from None
-        heights: F64 = _measured(raw.astype(np.float64).filled(np.nan), how.nodata) * scale + offset
+        with np.errstate(invalid="ignore"):  # a NaN may be one that signals
+            heights: F64 = _measured(raw.astype(np.float64).filled(np.nan), how.nodata) * scale + offset
         return heights
 
     nodata = file.nodatavals[band - 1] if how.nodata is None else how.nodata

@@ -3,7 +3,7 @@
 Each door gets its time. A try ends with what the door makes of the bytes or with its documented error; whatever else
 is found: an exception, a warning, a try of over 20 s, memory that grows. It is told with the command that repeats it.
 With atheris (`make fuzz` installs it, on x86-64) inputs that reach new code are kept in build/fuzz and damaged further;
---keep puts the fewest of them beside the tests. Without it, or with --blind, made and damaged inputs from a seed.
+--keep puts the shortest of them beside the tests. Without it, or with --blind, made and damaged inputs from a seed.
 
 Exit codes: 0 nothing found, 1 something found, 2 wrong usage, 130 Ctrl-C.
 """
@@ -49,7 +49,7 @@ def hunt(name: str, asked: argparse.Namespace) -> bool:
             traceback.print_exception(error)
             return False
         return True
-    ended = guided.run(DOORS[name], name, round(asked.seconds), asked.seed, asked.out)
+    ended = guided.run(name, round(asked.seconds), asked.seed, asked.out)
     if ended.found is not None:
         told = ended.said.partition("=== Uncaught")[2] or ended.said
         print(f"{name}: FOUND by {ended.found}\n{told[:3000]}\nagain: python -m tests.fuzz {name} --file {ended.found}")
@@ -70,7 +70,7 @@ def main(words: Sequence[str]) -> int:
     parser.add_argument("--blind", action="store_true", help="without looking at the code that is reached")
     parser.add_argument("--first", type=int, default=0, help="with --blind: the number of the first try")
     parser.add_argument("--file", type=Path, help="give the door these bytes, once")
-    parser.add_argument("--keep", action="store_true", help="put the fewest inputs that reach all beside the tests")
+    parser.add_argument("--keep", action="store_true", help="put the shortest inputs of the corpus beside the tests")
     parser.add_argument("--out", type=Path, default=Path("build/fuzz"), help="folder (build/fuzz)")
     asked = parser.parse_args(list(words))
     if unknown := set(asked.doors) - set(DOORS):

@@ -27,7 +27,7 @@ from tests.fuzz.door import Door
 INSTRUMENTED = ("ground", "hil", "onboard", "protocol")
 KEPT = Path(__file__).parent / "corpus"
 MOST_BYTES, MOST_MB, MOST_S = 1 << 16, 1024, 20  # of an input; of the process; of a try
-SEEDS = 64
+SEEDS, MOST_KEPT, LONGEST_KEPT = 64, 40, 3000
 _DAMAGE, _MAKE = 0.5, 0.6  # shares of the mutations: ours, and up to here a new one; the rest is libFuzzer's
 
 
@@ -46,12 +46,12 @@ def available() -> bool:
     return find_spec("atheris") is not None
 
 
-def run(door: Door, name: str, seconds: int, seed: int, folder: Path) -> Ended:
+def run(name: str, seconds: int, seed: int, folder: Path) -> Ended:
     """Fuzzes a door for so many seconds. The corpus is in folder/corpus/NAME, what breaks the door in folder/found."""
     corpus, found = folder / "corpus" / name, folder / "found"
     for made in (corpus, found):
         made.mkdir(parents=True, exist_ok=True)
-    for number, data in enumerate([*kept(name), *(example(door, 0, k) for k in range(SEEDS))]):
+    for number, data in enumerate([*kept(name), *_seeds(name)]):
         (corpus / f"seed-{number}").write_bytes(data)
     before = set(found.iterdir())
     flags = (f"-max_total_time={seconds}", f"-seed={seed}", f"-max_len={MOST_BYTES}", f"-rss_limit_mb={MOST_MB}",
@@ -66,20 +66,22 @@ def run(door: Door, name: str, seconds: int, seed: int, folder: Path) -> Ended:
 
 
 def keep(name: str, folder: Path) -> int:
-    """Puts the fewest inputs that reach all that the corpus in folder reaches into KEPT; how many those are."""
-    least = folder / "least" / name
-    least.mkdir(parents=True, exist_ok=True)
-    for old in least.iterdir():
-        old.unlink()
-    _child(name, "-merge=1", f"-max_len={MOST_BYTES}", str(least), str(folder / "corpus" / name))
-    chosen = sorted(least.iterdir(), key=lambda path: path.name)
+    """Puts into KEPT the shortest inputs of the corpus in folder that reached new code; how many those are."""
+    chosen = {path.read_bytes() for path in (folder / "corpus" / name).iterdir()} - {*kept(name), *_seeds(name)}
+    short = [data for data in (*chosen, *kept(name)) if len(data) <= LONGEST_KEPT]
+    shortest = sorted(short, key=lambda data: (len(data), data))[:MOST_KEPT]
     buffer = io.BytesIO()
-    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as file:
-        for path in chosen:
-            file.writestr(zipfile.ZipInfo(path.name), path.read_bytes(), zipfile.ZIP_DEFLATED)
+    with zipfile.ZipFile(buffer, "w") as file:
+        for number, data in enumerate(shortest):
+            file.writestr(zipfile.ZipInfo(f"{number:02}"), data, zipfile.ZIP_DEFLATED)
     KEPT.mkdir(exist_ok=True)
     (KEPT / f"{name}.zip").write_bytes(buffer.getvalue())
-    return len(chosen)
+    return len(shortest)
+
+
+def _seeds(name: str) -> list[bytes]:
+    door = importlib.import_module("tests.fuzz.doors").DOORS[name]
+    return [example(door, 0, number) for number in range(SEEDS)]
 
 
 def kept(name: str) -> list[bytes]:

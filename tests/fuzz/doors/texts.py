@@ -31,7 +31,7 @@ SUFFIXES = (".tif", ".asc", ".img", ".npy")
 def one_line(error: Exception) -> None:
     """Asserts that an error is told in one line of a length that can be read."""
     text = str(error)
-    assert text and "\n" not in text and len(text) < MOST_LINE, text
+    assert text and "\n" not in text and len(text) < MOST_LINE, f"{len(text)} characters: {text[:200]!r}"
 
 
 # -- the orbiter's map: a zip, its first byte says which member the rest replaces ------------------------------------
