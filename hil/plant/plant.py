@@ -51,6 +51,8 @@ class PlantAbortError(RuntimeError):
 class Plant:
     """One rover on one field. `step_ns` is the physics step: 2 ms by default, 5 ms for campaigns; it divides 10 ms."""
 
+    URDF_FLAGS = pybullet.URDF_USE_INERTIA_FROM_FILE | pybullet.URDF_USE_IMPLICIT_CYLINDER
+
     def __init__(
         self, field: Field, seed: int = 0, step_ns: int = STEP_NS, rover: Rover | None = None, soil: str = "nominal"
     ) -> None:
@@ -89,7 +91,7 @@ class Plant:
             path = Path(folder) / "rover.urdf"
             path.write_text(urdf(self.rover))
             self._body = pybullet.loadURDF(
-                str(path), flags=pybullet.URDF_USE_INERTIA_FROM_FILE, physicsClientId=self._client
+                str(path), flags=self.URDF_FLAGS, physicsClientId=self._client
             )
         count = pybullet.getNumJoints(self._body, physicsClientId=self._client)
         joints = {

@@ -6,11 +6,13 @@
         o--rocker--o 0.18 pivot       left and right rocker, joined by a gear constraint in hil.plant.plant
 
 Names are chassis, rocker_left, rocker_right, steer_1..4, wheel_1..4 (joints carry their link's name). A wheel's shape
-for collisions is three spheres, for rocks only: soil acts through soil.py (a cylinder rolling on triangles shakes
-by 0.5 m/s2).
+for collisions is the tyre's cylinder, for rocks only: soil acts through soil.py (a cylinder rolling on triangles shakes
+by 0.5 m/s2). Spheres in its place reach beyond the tyre's side, by 0.08 m at the axle: rocks that no tyre meets count.
 """
 
 from __future__ import annotations
+
+import math
 
 from onboard.config import Rover
 from protocol.conventions import WHEEL_SIGNS, WHEELS
@@ -71,10 +73,8 @@ def _rocker(rover: Rover, side: str, sign: int) -> str:
 
 def _corner(rover: Rover, wheel: int, ahead: int, left: int) -> str:
     side, radius, limit = ("left" if left > 0 else "right"), rover.wheel_radius_m, rover.steer_limit_rad + 0.02
-    spheres = "".join(
-        f'<collision><origin xyz="0 {y} 0"/><geometry><sphere radius="{radius}"/></geometry></collision>'
-        for y in (-0.03, 0.0, 0.03)
-    )
+    tyre_shape = f'<cylinder radius="{radius}" length="{rover.wheel_width_m}"/>'
+    shape = f'<collision><origin rpy="{math.pi / 2} 0 0"/><geometry>{tyre_shape}</geometry></collision>'
     tyre = WHEEL_KG * (3 * radius**2 + rover.wheel_width_m**2) / 12
     return (
         f'<link name="steer_{wheel}">'
@@ -86,7 +86,7 @@ def _corner(rover: Rover, wheel: int, ahead: int, left: int) -> str:
         '<dynamics damping="0" friction="0"/></joint>\n'
         f'<link name="wheel_{wheel}"><inertial><mass value="{WHEEL_KG}"/>'
         f'<inertia ixx="{tyre}" iyy="{WHEEL_KG * radius**2 / 2}" izz="{tyre}" ixy="0" ixz="0" iyz="0"/></inertial>'
-        f"{spheres}</link>\n"
+        f"{shape}</link>\n"
         f'<joint name="wheel_{wheel}" type="continuous"><parent link="steer_{wheel}"/><child link="wheel_{wheel}"/>'
         '<axis xyz="0 1 0"/><dynamics damping="0" friction="0"/></joint>\n'
     )

@@ -4,7 +4,6 @@ Each test is a row of docs/engine.md. What we do instead is in the same test, or
 """
 
 import math
-import re
 from dataclasses import replace
 
 import numpy as np
@@ -137,6 +136,7 @@ class EngineWheels(Plant):
     """A rover whose wheels are cylinders on the engine's own ground and friction."""
 
     GRIP = 0.5
+    URDF_FLAGS = pybullet.URDF_USE_INERTIA_FROM_FILE  # the engine's default: a cylinder becomes a hull with corners
 
     def reset(self, pose):
         """Before the rover settles: wheels meet the soil."""
@@ -162,18 +162,9 @@ class EngineWheels(Plant):
         return ""
 
 
-def cylinders(rover):
-    """The rover's URDF with a cylinder for each wheel's three spheres."""
-    shape = f'<cylinder radius="{rover.wheel_radius_m}" length="{rover.wheel_width_m}"/>'
-    one = f'<collision><origin rpy="{math.pi / 2} 0 0"/><geometry>{shape}</geometry></collision>'
-    sphere = r'<collision><origin xyz="0 [-.\d]+ 0"/><geometry><sphere radius="[.\d]+"/></geometry></collision>'
-    return re.sub(f"(?:{sphere}){{3}}", one, rover_model.urdf(rover))
-
-
 @pytest.fixture
-def drive(monkeypatch):
+def drive():
     """States of a drive ahead with the engine's wheels or ours."""
-    monkeypatch.setattr("hil.plant.plant.urdf", cylinders)
     plants = []
 
     def of(kind, field, seconds):
