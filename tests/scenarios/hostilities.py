@@ -342,7 +342,8 @@ HOSTILITIES: Mapping[str, Hostility] = {
         ends=frozenset({"NODE_TWICE"})),
     "can_recorded": Hostility(
         "sound frames of 0.3 s ago, each id ten times a second", _recorded,
-        TWICE | {"CLOCK_JUMP", "TILT_STALL"}, _out_of_order, ends=frozenset({"NODE_TWICE"})),
+        # while a wheel steers, an angle of 0.3 s ago is 9 degrees off
+        TWICE | {"CLOCK_JUMP", "TILT_STALL", "STEER_STUCK"}, _out_of_order, ends=frozenset({"NODE_TWICE"})),
     "can_errors": Hostility("2000 error frames a second", _errors, NONE, _error_frames),
     "link_forged": Hostility("20,000 forged datagrams a second", _forged(200), NONE, _refused("tag")),
     "link_replayed": Hostility("all that the operator said, again and again", _replay, NONE, _refused("replay")),
