@@ -15,7 +15,7 @@ static void each_into(Array<const double, 1> from, Array<double, 1> to) {
 template <double (*Function)(double)>
 static void bind_one(nb::module_& m, const char* name, const char* into) {
     m.def(name, Function, "x"_a);
-    m.def(into, &each_into<Function>, "from"_a, "to"_a);
+    m.def(into, &each_into<Function>, "numbers"_a, "to"_a);
 }
 
 static void atan2_into(Array<const double, 1> y, Array<const double, 1> x, Array<double, 1> to) {
@@ -33,6 +33,7 @@ inline void bind_elementary(nb::module_& m) {
     bind_one<elementary::log>(m, "log", "log_into");
     m.def("atan2", &elementary::atan2, "y"_a, "x"_a);
     m.def("atan2_into", &atan2_into, "y"_a, "x"_a, "to"_a);
+    m.def("hypot", &elementary::hypot, "x"_a, "y"_a);
 }
 
 }  // namespace eldorado

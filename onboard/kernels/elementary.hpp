@@ -153,6 +153,9 @@ inline double atan(double x) { return atan2(x, 1.0); }
 inline double asin(double x) { return atan2(x, std::sqrt((1.0 - x) * (1.0 + x))); }
 inline double acos(double x) { return atan2(std::sqrt((1.0 - x) * (1.0 + x)), x); }
 
+// Length of (x, y), without the care for squares beyond 1e308.
+inline double hypot(double x, double y) { return std::sqrt(x * x + y * y); }
+
 inline double exp(double x) {
     if (std::isnan(x)) return kNan;
     if (x > 709.8) return kInf;

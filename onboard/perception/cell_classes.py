@@ -13,6 +13,7 @@ import numpy as np
 
 from onboard import config
 from onboard.native import cell_classes as kernel
+from onboard.native import each
 from onboard.perception.ldem import ROBUST_HITS
 from onboard.records import F64, Ldem, Surface
 
@@ -48,7 +49,7 @@ def _spreads() -> F64:
 
 
 SPREAD = _spreads()
-MOST_SPREAD: F64 = np.sqrt(2.0 * np.log(np.arange(COUNTS) + 1.0))  # that noise hardly ever goes beyond
+MOST_SPREAD: F64 = np.sqrt(2.0 * each.log(np.arange(COUNTS) + 1.0))  # that noise hardly ever goes beyond
 
 
 def classify(ldem: Ldem, mapping: config.Mapping_, spread: F64 = SPREAD) -> Surface:

@@ -14,6 +14,7 @@ import numpy as np
 
 from onboard.config import Rover, Scanning
 from onboard.mounting import lidar_place, lidar_rotation
+from onboard.native import each
 from onboard.native.cells import LiveGrid, Mount, Turn
 from onboard.perception.beam_tilt import tilt_at
 from onboard.perception.cloud import hull_boxes
@@ -52,4 +53,4 @@ def mount_of(T_map_base: F64, rover: Rover) -> Mount:
 
 
 def _directions(angles_rad: F64) -> F64:
-    return np.stack([np.cos(angles_rad), np.sin(angles_rad)])
+    return np.stack([each.cos(angles_rad), each.sin(angles_rad)])

@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from onboard.config import Config
+from onboard.native.elementary import asin, atan2
 from onboard.perception import ldem
 from onboard.perception.cloud import cloud
 from onboard.perception.dark_regions import dark_regions
@@ -135,7 +136,7 @@ def pose_of(T_map_base: F64) -> Pose:
     R = T_map_base[:3, :3]
     return Pose(
         float(T_map_base[0, 3]), float(T_map_base[1, 3]), float(T_map_base[2, 3]),
-        roll_rad=float(np.arctan2(R[2, 1], R[2, 2])),
-        pitch_rad=float(-np.arcsin(np.clip(R[2, 0], -1.0, 1.0))),
-        yaw_rad=float(np.arctan2(R[1, 0], R[0, 0])),
+        roll_rad=atan2(R[2, 1], R[2, 2]),
+        pitch_rad=-asin(min(1.0, max(-1.0, R[2, 0]))),
+        yaw_rad=atan2(R[1, 0], R[0, 0]),
     )

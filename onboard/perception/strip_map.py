@@ -15,6 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from onboard import config
+from onboard.native.elementary import cos, sin
 from onboard.perception import ldem
 from onboard.perception.cell_classes import COUNTS, MOST_SPREAD, SPREAD, classify
 from onboard.records import F64, Cloud, Grid, Ldem, Pose, Surface
@@ -125,5 +126,5 @@ def merge(memory: Ldem, strip: Ldem, pose: Pose, ahead_m: float, mapping: config
 def _along(grid: Grid, pose: Pose) -> F64:
     """How far each cell lies ahead of a pose, (rows, columns) m."""
     x, y = grid.x0_m + np.arange(grid.columns) * grid.cell_m, grid.y0_m + np.arange(grid.rows) * grid.cell_m
-    along: F64 = np.cos(pose.yaw_rad) * (x[None, :] - pose.x_m) + np.sin(pose.yaw_rad) * (y[:, None] - pose.y_m)
+    along: F64 = cos(pose.yaw_rad) * (x[None, :] - pose.x_m) + sin(pose.yaw_rad) * (y[:, None] - pose.y_m)
     return along

@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from onboard import config
+from onboard.native.elementary import cos, dist, sin, tan
 from onboard.perception import ldem, strip_map
 from onboard.perception.cell_classes import MOST_SPREAD, classify
 from onboard.records import F64, Bool, Cloud, Grid, Ldem, Pose, Surface
@@ -85,7 +86,7 @@ def begin(surface: Surface, stop: int) -> Watch:
 
 def ahead_m(rover: config.Rover, guard: config.DriveGuard) -> float:
     """How far ahead of base_link the line lies on flat ground."""
-    return rover.lidar_x_m + rover.lidar_z_m / math.tan(guard.tilt_rad)
+    return rover.lidar_x_m + rover.lidar_z_m / tan(guard.tilt_rad)
 
 
 def hear(watch: Watch, line: Cloud, pose: Pose, tracks: Bool, settings: Settings) -> tuple[Watch, tuple[Bad, ...]]:
@@ -104,8 +105,8 @@ def hear(watch: Watch, line: Cloud, pose: Pose, tracks: Bool, settings: Settings
     }
     watch = replace(watch, strip=strip_map.enter(watch.strip, levelled.cloud, watch.stop))
     at = ahead_m(settings.rover, settings.guard)
-    here = (pose.x_m + at * math.cos(pose.yaw_rad), pose.y_m + at * math.sin(pose.yaw_rad))
-    if math.dist(here, watch.line_m) >= EVALUATE_M or not math.isfinite(watch.line_m[0]):
+    here = (pose.x_m + at * cos(pose.yaw_rad), pose.y_m + at * sin(pose.yaw_rad))
+    if dist(here, watch.line_m) >= EVALUATE_M or not math.isfinite(watch.line_m[0]):
         found |= judge(watch, pose, tracks, settings)
         watch = replace(watch, line_m=here)
     return _confirmed(watch, found)
