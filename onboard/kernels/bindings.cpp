@@ -4,6 +4,7 @@
 #include "bind_elementary.hpp"
 #include "bind_global.hpp"
 #include "bind_grid_search.hpp"
+#include "bind_linear.hpp"
 #include "bind_pose_field.hpp"
 #include "bind_poses.hpp"
 #include "bind_range_filter.hpp"
@@ -16,6 +17,7 @@
 NB_MODULE(KERNELS_MODULE, m) {
     m.def("simd_width", &eldorado::simd_width);
     eldorado::bind_elementary(m);
+    eldorado::bind_linear(m);
     eldorado::bind_raster(m);
     eldorado::bind_range_filter(m);
     eldorado::bind_pose_field(m);

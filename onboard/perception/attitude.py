@@ -18,6 +18,7 @@ import math
 import numpy as np
 
 from onboard.native.elementary import atan2, cos, hypot, sin, square, tan
+from onboard.native.linear import chain, inner, product, solve
 from onboard.records import F64, ImuSample
 
 START_SAMPLES = 50
@@ -113,24 +114,24 @@ class Attitude:
         sp, cp = sin(self.pitch_rad), cos(self.pitch_rad)
         sr, cr = sin(self.roll_rad), cos(self.roll_rad)
         heading = np.array([[cos(yaw), sin(yaw)], [-sin(yaw), cos(yaw)]])
-        measures = np.hstack([g * np.array([[0.0, -cp], [cr, -sr * sp]]) @ heading, np.eye(2)])
+        measures = np.hstack([product(g * np.array([[0.0, -cp], [cr, -sr * sp]]), heading), np.eye(2)])
         P = self._covariance
         noise, off = square(FORCE_MPS2[standing]) * np.eye(2), np.array(rest_mps2) - self.force_bias_mps2
-        spread = measures @ P @ measures.T + noise
-        if float(off @ np.linalg.solve(spread, off)) > SURPRISE_LIMIT:
+        spread = chain(measures, P, measures.T) + noise
+        if inner(off, solve(spread, off)) > SURPRISE_LIMIT:
             if not standing:  # the rover swings
                 return
             # the gyro missed a tilt: levelled afresh
             P[:2] = P[:, :2] = 0.0
             P[:2, :2] = square(UNKNOWN_RAD) * np.eye(2)
-            spread = measures @ P @ measures.T + noise
-        gain: F64 = np.linalg.solve(spread, measures @ P).T
-        error = gain @ off
-        about_x, about_y = (heading @ error[:2]).tolist()
+            spread = chain(measures, P, measures.T) + noise
+        gain: F64 = solve(spread, product(measures, P)).T
+        error = product(gain, off)
+        about_x, about_y = product(heading, error[:2]).tolist()
         self.roll_rad += about_x / cp
         self.pitch_rad += about_y
         self.force_bias_mps2 = (self.force_bias_mps2[0] + float(error[2]), self.force_bias_mps2[1] + float(error[3]))
-        self._covariance = P - gain @ spread @ gain.T
+        self._covariance = P - chain(gain, spread, gain.T)
 
     def _start(self, imu: ImuSample) -> None:
         self._samples += 1

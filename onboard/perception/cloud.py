@@ -22,6 +22,7 @@ from onboard.config import Rover, Scanning
 from onboard.mounting import lidar_place, lidar_rotation
 from onboard.native import each
 from onboard.native.elementary import hypot
+from onboard.native.linear import product
 from onboard.perception.beam_tilt import tilt_at
 from onboard.perception.range_image import witnessed
 from onboard.records import F32, F64, BeamStatus, Bool, Cloud, Scan, TiltTrack
@@ -56,12 +57,12 @@ def cloud(
         for first in range(0, len(image.starts_ns), SCANS_AT_ONCE):
             points_base_m, hit = _beams(image.lines(first, first + SCANS_AT_ONCE), tilt, scanning.range_m)
             if mount is not None:
-                points_base_m = points_base_m @ mount.T
+                points_base_m = product(points_base_m, mount.T)
             points_base_m += origin_base_m
             kept = ~(hit & _inside(points_base_m, boxes))
-            ends.append((points_base_m[kept] @ rotation.T + translation).astype(np.float32))
+            ends.append((product(points_base_m[kept], rotation.T) + translation).astype(np.float32))
             hits.append(hit[kept])
-    origin_m = rotation @ origin_base_m + translation
+    origin_m = product(rotation, origin_base_m) + translation
     return Cloud(origin_m, np.concatenate(ends), np.concatenate(hits), range_noise_m)
 
 

@@ -28,6 +28,7 @@ from numpy.typing import NDArray
 from onboard.config import Rover, Scanning
 from onboard.mounting import lidar_place, lidar_rotation
 from onboard.native import each
+from onboard.native.linear import product
 from onboard.perception.beam_tilt import tilt_at
 from onboard.perception.lost_beams import plane_range_m
 from onboard.records import F32, F64, BeamStatus, Bool, Scan, TiltTrack
@@ -157,7 +158,7 @@ def _points(image: _Image, line: I64, beam: I64, rover: Rover, range_m: float) -
     ways = np.stack([ahead * each.cos(tilt_rad), each.sin(phi_rad), -ahead * each.sin(tilt_rad)], axis=1)
     mount = lidar_rotation(rover)
     if mount is not None:
-        ways = ways @ mount.T
+        ways = product(ways, mount.T)
     level = np.maximum(each.hypot(ways[:, 0], ways[:, 1]), 1e-9)
     deep_m = np.minimum(DEPTH_M, (runs.end_m - runs.begin_m) * level)
     on_m = np.arange(0.0, DEPTH_M + STEP_M / 2, STEP_M)

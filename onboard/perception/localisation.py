@@ -30,6 +30,7 @@ from onboard.config import Rover
 from onboard.motion.odometry import Odometry, Step
 from onboard.motion.wheel_health import SOUND, Wheels
 from onboard.native.elementary import asin, atan2, cos, hypot, log, sin, tan
+from onboard.native.linear import norm
 from onboard.perception.attitude import START_SAMPLES, Attitude
 from onboard.perception.pose_filter import BIAS, SCALE, SLIP, TURN_WALK, YAW, PoseFilter, Vector, X, Y, Z
 from onboard.records import Estimate, ImuSample, Pose, Twist, WheelState
@@ -157,7 +158,7 @@ class Localisation:
         credible = self._filter.credible(measured, result.covariance)
         if (
             not result.accepted
-            or float(np.linalg.norm(innovation[:3])) > config.gate_m
+            or norm(innovation[:3]) > config.gate_m
             or abs(float(innovation[3])) > config.gate_rad
             or not (result.sure or credible)
         ):

@@ -23,6 +23,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from onboard.native.elementary import dist, square
+from onboard.native.linear import chain, decorrelated, matrix, product
 from onboard.perception.credibility import credible
 from onboard.records import F64
 from protocol.conventions import wrap_rad
@@ -120,7 +121,7 @@ class PoseFilter:
         kalman = self._kalman()
         kalman.F, kalman.Q = F, noise
         kalman.predict()
-        self.covariance = kalman.P
+        self.covariance = np.asarray(kalman.P)
         self._rest()
 
     def see_bias(self, rate_radps: float, variance: float, seconds: float) -> None:
@@ -141,7 +142,8 @@ class PoseFilter:
     def credible(self, measured: F64, covariance: F64) -> bool:
         """Whether a registration (4,) of covariance (4, 4) is within what the filter allows."""
         measures = self._measures()
-        return credible(self.innovation(measured), measures @ self.covariance @ measures.T + self._tilted(covariance))
+        spread = chain(measures, self.covariance, measures.T) + self._tilted(covariance)
+        return credible(self.innovation(measured), spread)
 
     def see_pose(self, measured: F64, covariance: F64) -> None:
         """Corrects by a registration: x, y, z, yaw (4,) and its own covariance (4, 4)."""
@@ -155,7 +157,7 @@ class PoseFilter:
         clone, state = np.eye(STATES), np.array(self.state)
         clone[ANCHOR] = -(1.0 - share) * self._measures()
         clone[ANCHOR, POSE] = share * np.eye(4)
-        self.covariance = clone @ self.covariance @ clone.T
+        self.covariance = chain(clone, self.covariance, clone.T)
         self.state[ANCHOR] = ((1.0 - share) * (state[POSE] - self._expected(state))).tolist()
         self._anchor_m = (self.state[X], self.state[Y])
 
@@ -219,12 +221,19 @@ class PoseFilter:
         return measures
 
     def _correct(self, measured: F64, measures: F64, noise: F64) -> None:
-        kalman, pose = self._kalman(), len(measured) == 4
-        kalman.update(
-            measured, lambda x: measures, self._expected if pose else lambda x: measures @ x, R=noise,
-            residual=_residual if pose else np.subtract,
-        )  # fmt: skip
-        self.state, self.covariance = kalman.x.tolist(), kalman.P
+        """Corrects by the numbers measured, one after the other once nothing correlates their noise.
+
+        So filterpy inverts one number at a time; the inverse of a matrix is LAPACK's, and differs by the processor.
+        """
+        kalman, before = self._kalman(), np.array(self.state)
+        off = self.innovation(measured) if len(measured) == 4 else measured - product(measures, before)
+        variances, (rows, offs) = decorrelated(noise, measures, off)
+        for row, rest, variance in zip(rows, offs.tolist(), variances):
+            kalman.update(
+                np.array([rest]), lambda x, row=row: row[None], lambda x, row=row: product(row[None], x - before),
+                R=np.array([[variance]]),
+            )  # fmt: skip
+        self.state, self.covariance = kalman.x.tolist(), np.asarray(kalman.P)
         self.state[YAW] = wrap_rad(self.state[YAW])
         self.state[SLIP] = max(SLIP_LIMITS[0], min(SLIP_LIMITS[1], self.state[SLIP]))
 
@@ -239,7 +248,7 @@ class PoseFilter:
 
             self._filter = ExtendedKalmanFilter(dim_x=STATES, dim_z=4)
             self._filter.predict_x = lambda u: None  # the state has moved already
-        self._filter.x, self._filter.P = np.array(self.state), self.covariance
+        self._filter.x, self._filter.P = np.array(self.state), matrix(self.covariance)
         return self._filter
 
 

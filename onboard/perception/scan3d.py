@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from onboard.config import Rover
 from onboard.mounting import lidar_place, lidar_rotation
 from onboard.native import each
+from onboard.native.linear import product
 from onboard.perception.beam_tilt import tilt_at
 from onboard.records import F64, BeamStatus, Bool, Scan, TiltTrack
 
@@ -117,7 +118,7 @@ def points(scan: Scan3d, rover: Rover, poses: PoseTrack | None = None) -> Points
     xyz_m = np.stack([ahead_m * each.cos(tilt), range_m * each.sin(phi), -ahead_m * each.sin(tilt)], axis=1)
     mount = lidar_rotation(rover)
     if mount is not None:
-        xyz_m = xyz_m @ mount.T
+        xyz_m = product(xyz_m, mount.T)
     xyz_m += lidar_place(rover)
     if poses is not None:
         _move(xyz_m, pixels["time_ns"], poses)
