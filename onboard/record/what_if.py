@@ -20,6 +20,7 @@ from onboard.config import Config, load
 from onboard.config_text import word
 from onboard.core.tick import Rover, tick
 from onboard.drivers.workers import Inline
+from onboard.record import registrations
 from onboard.record.reader import check_inputs, open_record
 from onboard.record.replay import config_of, own_files, start_state
 from onboard.record.rows import first_difference
@@ -82,7 +83,9 @@ def fly(path: Path, config: Config) -> Report:
     for number, recorded in record.ticks():
         check_inputs(number, recorded)
         inputs, _ = decode_inputs(recorded)
-        outputs = tick(rover, replace(inputs, jobs=jobs.take(jobs.due(number))))
+        done = jobs.take(jobs.due(number))
+        known, apart = registrations.taken(done, recorded.get("/in/registration", b""))
+        outputs = tick(rover, replace(inputs, jobs=done if apart else known))  # apart: it went another way
         jobs.start(outputs.jobs, outputs.cancelled)
         made = encode_outputs(outputs, recorded)
         report.ticks += 1
