@@ -10,7 +10,7 @@ B := .venv/bin
 NATIVE := CMakeLists.txt pyproject.toml $(wildcard onboard/kernels/*.?pp hil/native/*.?pp)
 KERNEL_TESTS := tests/onboard/test_kernels.py tests/onboard/test_live_grid.py tests/onboard/test_pose_field.py \
 	tests/onboard/test_ldem.py tests/onboard/test_cell_classes.py tests/onboard/test_class_kernels.py \
-	tests/onboard/test_visibility.py tests/onboard/test_visibility_kernels.py tests/onboard/test_fuzz.py \
+	tests/onboard/test_visibility.py tests/onboard/test_visibility_kernels.py tests/onboard/test_kernel_fuzz.py \
 	tests/onboard/test_next_position.py tests/onboard/test_distance_transform.py tests/onboard/test_global_path.py \
 	tests/onboard/test_global_field.py tests/onboard/test_search_kernels.py tests/onboard/test_path.py \
 	tests/onboard/test_scip_kernel.py tests/onboard/test_elementary.py \
@@ -67,15 +67,19 @@ build/sanitize/.built: .venv/.packages $(NATIVE)
 	@$(B)/ninja -C build/sanitize >> build/sanitize.log || { tail -20 build/sanitize.log; exit 1; }
 	@touch $@
 
-test-sanitize: .venv/.project build/sanitize/.built ## kernel tests and fuzz under ASan and UBSan, fuzz of SCIP, scanner and doors, 2 min each
+test-sanitize: .venv/.project build/sanitize/.built ## kernel tests and fuzz under ASan and UBSan, fuzz of SCIP, scanner and all doors, 2 min each
 	@$(FIXED) $(SANITIZED) $(B)/python -m pytest $(KERNEL_TESTS)
-	@$(FIXED) $(SANITIZED) $(B)/python -m tests.fuzz_kernels --seconds $(FUZZ_S) --seed $(SEED)
-	@$(FIXED) $(B)/python -m tests.fuzz_scip --seconds $(FUZZ_S) --seed $(SEED)
-	@$(FIXED) $(B)/python -m tests.fuzz_lidar --seconds $(FUZZ_S) --seed $(SEED)
-	@$(FIXED) $(B)/python -m tests.fuzz_doors --seconds $(FUZZ_S) --seed $(SEED)
+	@$(FIXED) $(SANITIZED) $(B)/python -m tests.fuzz.kernels --seconds $(FUZZ_S) --seed $(SEED)
+	@$(FIXED) $(B)/python -m tests.fuzz.scip --seconds $(FUZZ_S) --seed $(SEED)
+	@$(FIXED) $(B)/python -m tests.fuzz.lidar --seconds $(FUZZ_S) --seed $(SEED)
+	@$(FIXED) $(B)/python -m tests.fuzz --blind --seconds $$(( $(FUZZ_S) / 16 )) --seed $(SEED)
 
-fuzz: .venv/.project ## damaged maps, configurations and scenarios, FUZZ_S seconds each; SEED=n
-	@$(FIXED) $(B)/python -m tests.fuzz_files --seconds $(FUZZ_S) --seed $(SEED)
+.venv/.atheris: .venv/.packages requirements-fuzz.lock
+	@$(B)/python -m pip install --quiet --disable-pip-version-check --no-deps --only-binary :all: --require-hashes -r requirements-fuzz.lock
+	@touch $@
+
+fuzz: .venv/.project .venv/.atheris ## hostile bytes at every door, looking at the code they reach: FUZZ_S seconds a door, DOORS="can link"; SEED=n
+	@$(FIXED) $(B)/python -m tests.fuzz $(DOORS) --seconds $(FUZZ_S) --seed $(SEED)
 
 lint: .venv/.project ## ruff, mypy --strict on protocol and onboard, import contracts
 	@$(B)/ruff check .
@@ -97,11 +101,12 @@ missions: .venv/.project ## mission rule, guard, map and small rocks without phy
 	@$(FIXED) $(B)/python -m tests.missions map
 	@$(FIXED) $(B)/python -m tests.missions rocks
 
-nightly: lint test test-missions test-vcan test-sanitize fuzz bench bench-link missions test-mutation ## all that tests or measures, with ten demo seeds, real ground, craters
+nightly: lint test test-missions test-vcan test-sanitize bench bench-link missions test-mutation ## all that tests or measures, with ten demo seeds, real ground, craters
 	@for seed in 1 2 3 4 5 6 7 8 9 10; do $(B)/hil demo --seed $$seed --out build/nightly/seed-$$seed || echo "seed $$seed failed" >> build/nightly/failed; done
 	@$(B)/hil demo --terrain real --out build/nightly/real
 	@$(B)/hil demo --terrain craters --out build/nightly/craters
 	@$(B)/hil tally build/nightly
+	@$(MAKE) fuzz FUZZ_S=600
 	@$(MAKE) test-scenarios FULL=1
 
 codec: .venv/.project ## make the generated files in protocol/ anew from rover.dbc and eldorado.xml

@@ -17,8 +17,14 @@ T = TypeVar("T")
 _LONGEST = 100  # of a name or word that something like it is looked for
 
 
+_HEAD, _TAIL = 1200, 600  # characters of an error that quotes more than anybody reads
+
+
 class ConfigError(ValueError):
-    """The start is refused; the text is one helpful line."""
+    """The start is refused; the text is one helpful line, its middle left out where it is very long."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__(text if len(text) <= _HEAD + _TAIL else f"{text[:_HEAD]} … {text[-_TAIL:]}")
 
 
 AT_ONCE, NEXT_MISSION, RESTART = "at once", "with the next mission", "with a restart"

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
+from onboard.devices.emergency import reason_name
 from onboard.devices.nodes import Nodes
 from onboard.records import Frame
-from protocol.can_codec import DBC_VERSION, NodeState, StopReason
+from protocol.can_codec import DBC_VERSION, NodeState
 from protocol.can_frames import FRAMES
 from protocol.can_guard import Guard
 
@@ -35,8 +36,7 @@ class Permit:
             yield f"another computer commands this bus ({self._master} is on it): end that program first"
         if self._nodes.emergency is not None:
             node, reason, _ = self._nodes.emergency
-            why = StopReason(reason).name if reason <= max(StopReason) else str(reason)
-            yield f"{node} asserts an EMERGENCY_STOP ({why}): find out why, then `onboard can reset`"
+            yield f"{node} asserts an EMERGENCY_STOP ({reason_name(reason)}): find out why, then `onboard can reset`"
         for name in self._needed:
             state = self._nodes.node_state(name)
             if state in (NodeState.EMERGENCY_STOP, NodeState.RESET_ARMED):

@@ -25,6 +25,7 @@ from onboard.core.products import PRODUCT_JOBS, Products
 from onboard.core.sequencer import Sequencer
 from onboard.core.services import Services
 from onboard.core.tasks import Tasks
+from onboard.devices.emergency import reason_name
 from onboard.motion.wheel_health import Drive, Wheels
 from onboard.records import Event, Gdem, Twist
 from protocol.can_codec import StopReason
@@ -247,7 +248,7 @@ class Executive:
             self._downlink.report(self._reset_id, State.COMPLETED, self.mode.name)
         else:
             sender, reason, _ = ctx.nodes.emergency
-            text = f"not every node answered; stopped by {sender}, {StopReason(reason).name}"
+            text = f"not every node answered; stopped by {sender}, {reason_name(reason)}"
             self._downlink.report(self._reset_id, State.FAILED, text)
         self._reset_id = None
 

@@ -10,12 +10,17 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from protocol.can_codec import NodeState
+from protocol.can_codec import NodeState, StopReason
 from protocol.can_guard import Every
 
 EMERGENCY_STOP, RESET_REQUEST = 0x010, 0x020
 REPEAT_NS = 100_000_000
 RESET_LIMIT_NS, LOST_NS = 3_000_000_000, 1_500_000_000
+
+
+def reason_name(reason: int) -> str:
+    """Name of a reason to stop; the number itself, where the DBC has none for it."""
+    return StopReason(reason).name if reason <= max(StopReason) else str(reason)
 
 
 class Emergency:

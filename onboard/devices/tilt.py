@@ -124,7 +124,8 @@ class Tilt:
         self._times_ns.append(time_ns)
         self._angles_rad.append(values.angle_rad)
         self.angle_rad, self.rate_radps = values.angle_rad, values.rate_radps
-        self.state, self.stamp_ns = TiltState(values.state), stamp_ns
+        known = values.state <= max(TiltState)  # a state that the DBC does not have is no sweep
+        self.state, self.stamp_ns = TiltState(values.state) if known else TiltState.OFF, stamp_ns
         if self._times_ns[0] < time_ns - 2 * KEEP_NS:
             old = bisect_left(self._times_ns, time_ns - KEEP_NS)
             del self._times_ns[:old], self._angles_rad[:old]

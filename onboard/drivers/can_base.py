@@ -11,8 +11,10 @@ from onboard.drivers.budget import Budget
 from onboard.drivers.can_errors import FULL, GONE, kind_of, words_of
 from onboard.ports import BUS_WORDS
 from onboard.records import BusTrouble, Frame, PortState
+from protocol.visible import visible
 
 FORGET_FRAMES = 20_000  # 5 s of a full bus
+_MOST_WORDS = 200  # of what python-can says: with a traceback, and bytes of the other side
 _LOOK_EVERY = 64  # frames of a read between two looks at the clock
 _UNTIL_GOOD = (BusTrouble.PASSIVE, BusTrouble.WARNING)  # states of the controller: they hold until it is active again
 
@@ -139,7 +141,7 @@ class CanBus:
     def _failed(self, error: Exception) -> None:
         number = errno_of(error)
         self.state = PortState.CLOSED if number in GONE else PortState.ERROR
-        self._words["port"] = words_of(number, str(error))
+        self._words["port"] = words_of(number, visible(str(error).partition("\n")[0])[:_MOST_WORDS])
 
     def _wait(self, limit_s: float) -> None:
         """Waits until something may have come."""

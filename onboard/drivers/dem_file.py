@@ -21,6 +21,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from tokenize import TokenError
 from typing import Any
 
 import numpy as np
@@ -33,8 +34,10 @@ from rasterio.windows import Window
 
 from onboard.drivers.dem_words import DemError, ellipsoid, projection_name, unit_m, vertical_datum
 from onboard.records import F64, Grid
+from protocol.visible import visible
 
 TRUE_RATIO = 0.002
+_MOST_WORDS = 200  # of what numpy says
 DRIVERS = ("GTiff", "AAIGrid", "PDS")
 CLOSED = {
     "GDAL_SKIP": "VRT,DERIVED,GTI,HTTP,WMS,WMTS,WCS,EEDA,EEDAI,DAAS,PLMOSAIC,STACIT,STACTA,MRF,ESRIC,Zarr,GeoJSON,"
@@ -182,14 +185,16 @@ def _opened(path: Path) -> Any:
 def _array(path: Path, how: Reading, crs: CRS | None) -> Dem:
     try:
         array = np.load(path, mmap_mode="r")
-    except (ValueError, EOFError, OSError) as error:
-        raise DemError(f"is no whole .npy file of numbers ({error}); write it by numpy.save") from None
+    except (ValueError, EOFError, OSError, SyntaxError, TokenError, TypeError, OverflowError) as error:  # numpy's own
+        why = visible(str(error))[:_MOST_WORDS]
+        raise DemError(f"is no whole .npy file of numbers ({why}); write it by numpy.save") from None
     if array.ndim != 2 or array.dtype.kind not in "iuf" or not array.size:
         raise DemError(f"holds {array.dtype} of shape {array.shape}; heights are numbers in rows and columns")
     rows, columns = array.shape
 
     def read(row: int, column: int, height: int, width: int) -> F64:
-        raw = array[row : row + height, column : column + width].astype(np.float64)
+        with np.errstate(invalid="ignore"):  # a NaN may be one that signals
+            raw = array[row : row + height, column : column + width].astype(np.float64)
         return _measured(raw, how.nodata) * (how.unit_m or 1.0)
 
     return Dem(rows, columns, _given_place(how, rows, how.north_first), crs or PLAIN, how.nodata, read)
@@ -212,7 +217,8 @@ def _raster(file: Any, how: Reading, crs: CRS | None) -> Dem:
         except RasterioError:
             where = f"rows {row} to {row + height}, columns {column} to {column + width}"
             raise DemError(f"is cut short or damaged at {where}; copy it again") from None
-        heights: F64 = _measured(raw.astype(np.float64).filled(np.nan), how.nodata) * scale + offset
+        with np.errstate(invalid="ignore"):  # a NaN may be one that signals
+            heights: F64 = _measured(raw.astype(np.float64).filled(np.nan), how.nodata) * scale + offset
         return heights
 
     nodata = file.nodatavals[band - 1] if how.nodata is None else how.nodata

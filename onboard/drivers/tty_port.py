@@ -16,6 +16,7 @@ from onboard.records import PortState
 SPEEDS = {19_200: termios.B19200, 38_400: termios.B38400, 57_600: termios.B57600, 115_200: termios.B115200,
           500_000: termios.B500000}  # fmt: skip
 """Bit rates of SCIP that every tty knows."""
+_PSEUDO = range(136, 144)  # major numbers of pseudo terminals (Linux, devices.txt): on them TIOCEXCL outlives us
 _WHY = {
     errno.ENOENT: "is not there: is the sensor plugged in? Try: ls /dev/ttyACM* /dev/serial/by-id",
     errno.ENXIO: "is not there: is the sensor plugged in? Try: ls /dev/ttyACM* /dev/serial/by-id",
@@ -43,7 +44,8 @@ class TtyPort(LidarPort):
         try:
             self._fd = os.open(self._path, os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
             fcntl.flock(self._fd, fcntl.LOCK_EX | fcntl.LOCK_NB)  # among those who ask; TIOCEXCL keeps out all but root
-            fcntl.ioctl(self._fd, termios.TIOCEXCL)
+            if os.major(os.fstat(self._fd).st_rdev) not in _PSEUDO:
+                fcntl.ioctl(self._fd, termios.TIOCEXCL)
             tty.setraw(self._fd)
         except (OSError, termios.error) as error:
             number = int(error.args[0])

@@ -44,12 +44,14 @@ from onboard.planning.poses import (
     steered_cells,
     tall,
     trail,
+    tyre_cells,
     wheel_cells,
 )
 from onboard.planning.tracks import barred
 from onboard.records import F64, U8, Bool, CellClass, Decision, Gdem, Grid, Path, Surface
 
 STAND_M = 0.25  # around a rover whose own pose reads as not free
+MOST_RATIO = 0.5  # of the cells that can be reached from there: most of them
 DISC_PRICE = 2.0  # of a metre left within the goal's disc: driving on is cheaper
 CONFIRM_M = 3.0  # R7: blocked poses farther than this from every stop may be mistaken
 CONFIRM_RATIO = 0.5  # and a way over them costs so much more
@@ -202,14 +204,27 @@ def freedom_of(request: PlanRequest, surface: Surface) -> U8:
     if not grid.contains(own[0], own[1]):
         raise ValueError(f"the rover's cell {own[:2]} lies outside the map's window, {grid.rows} x {grid.columns}")
     if freedom[own[2], own[0], own[1]] != Freedom.FREE:
-        freedom = _stand(freedom, surface, own, settings.rover)
+        freedom = _stand(freedom, surface, own, settings)
     return fenced(freedom, request.fences, grid, settings.rover, (request.pose.x_m, request.pose.y_m))
 
 
-def _stand(freedom: U8, surface: Surface, own: tuple[int, int, int], rover: config.Rover) -> U8:
+def _stand(freedom: U8, surface: Surface, own: tuple[int, int, int], settings: Settings) -> U8:
     """Noise must not nail the rover down: near it poses of its own and the next orientations are free whatever they
     read, others where nothing blocks them; but, its own apart, only with wheels on known ground.
+
+    No tyre is put on what stands out, where most of the ground can be reached without: a rock is no noise.
     """
+    bare = np.full_like(freedom, Freedom.FREE)
+    stones = np.argwhere(tall(surface, settings.planning.step_m))
+    block(bare, stones, lambda o: tyre_cells(o, settings.rover, surface.grid.cell_m))
+    rocks = bare == Freedom.BLOCKED
+    off, over = (_freed(freedom, surface, own, settings.rover, kept) for kept in (rocks, np.zeros_like(rocks)))
+    cells = [np.count_nonzero(reachable(one, *own).any(axis=0)) for one in (off, over)]
+    return off if cells[0] >= MOST_RATIO * cells[1] else over
+
+
+def _freed(freedom: U8, surface: Surface, own: tuple[int, int, int], rover: config.Rover, rocks: Bool) -> U8:
+    """The poses that `_stand` frees; rocks (8, rows, columns): stay as they read, the rover's own pose apart."""
     j, i, o = own
     grid, out = surface.grid, freedom.copy()
     known = ndimage.binary_erosion(surface.cell_class >= CellClass.HIT, np.ones((3, 3), np.bool_))
@@ -219,7 +234,7 @@ def _stand(freedom: U8, surface: Surface, own: tuple[int, int, int], rover: conf
         wheels = near[:, None, :] + np.array(wheel_cells(other, rover, grid.cell_m))
         inside = ((wheels >= 0) & (wheels < (grid.rows, grid.columns))).all(axis=(1, 2))
         at = near[inside][known[tuple(np.moveaxis(wheels[inside], 2, 0))].all(axis=1)]
-        at = at[(out[other][tuple(at.T)] != Freedom.BLOCKED) | (turned <= 1)]
+        at = at[(out[other][tuple(at.T)] != Freedom.BLOCKED) | ((turned <= 1) & ~rocks[other][tuple(at.T)])]
         out[other][tuple(at.T)] = Freedom.FREE
     out[o, j, i] = Freedom.FREE
     return out

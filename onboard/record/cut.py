@@ -13,8 +13,8 @@ from pathlib import Path
 
 from mcap.writer import CompressionType, Writer
 
-from onboard.record.reader import Record, open_record
-from onboard.record.schema import LEAN, TICK
+from onboard.record.reader import Record, open_record, time_ns_of
+from onboard.record.schema import LEAN
 from onboard.record.writer import MAP_END, PART, register
 from protocol.conventions import TICK_NS
 
@@ -67,7 +67,7 @@ def _write(writer: Writer, record: Record, part: Slice) -> int:
     channels = register(writer)
     ticks = size = number = 0
     for number, messages in record.ticks():
-        now_ns = TICK.unpack_from(messages["/in/tick"])[1]
+        now_ns = time_ns_of(number, messages)
         for topic, data in messages.items():
             if part.keeps(number, topic):
                 writer.add_message(channels[topic], now_ns, data, now_ns, number)

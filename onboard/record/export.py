@@ -9,9 +9,8 @@ from pathlib import Path
 from types import MappingProxyType
 
 from onboard.record.foxglove import write_foxglove
-from onboard.record.reader import Record
+from onboard.record.reader import Record, reading, time_ns_of
 from onboard.record.rows import ROWS, Row
-from onboard.record.schema import TICK
 
 HEAD = ("t_s", "tick", "channel")
 
@@ -19,10 +18,12 @@ HEAD = ("t_s", "tick", "channel")
 def rows(record: Record, channels: Sequence[str]) -> Iterator[Row]:
     """The messages of some channels, in the order of the record; each row with its time, tick and channel."""
     for number, messages in record.ticks():
-        t_s = TICK.unpack_from(messages["/in/tick"])[1] / 1e9
+        t_s = time_ns_of(number, messages) / 1e9
         for topic in channels:
             if topic in messages:
-                for row in ROWS[topic](messages[topic]):
+                with reading(number, f"channel {topic}"):
+                    found = list(ROWS[topic](messages[topic]))
+                for row in found:
                     yield {"t_s": t_s, "tick": number, "channel": topic, **row}
 
 

@@ -16,9 +16,8 @@ from typing import Any, NamedTuple
 
 from mcap.writer import CompressionType, Writer
 
-from onboard.record.reader import Record
+from onboard.record.reader import Record, reading, time_ns_of
 from onboard.record.rows import ROWS
-from onboard.record.schema import TICK
 from onboard.records import Health, Machine
 from protocol.can_codec import TABLE
 from protocol.modes import SEVERITIES
@@ -70,10 +69,12 @@ def write_foxglove(record: Record, channels: Sequence[str], out: Path) -> int:
         writer.start(profile="", library="el-dorado")
         ids = {topic: _register(writer, topic) for topic, view in VIEWS.items() if view.source in channels}
         for number, messages in record.ticks():
-            now_ns = TICK.unpack_from(messages["/in/tick"])[1]
+            now_ns = time_ns_of(number, messages)
             for source in channels:
                 if source in messages and number % EVERY.get(source, 1) == 0:
-                    for topic, value in _made(source, messages[source], now_ns):
+                    with reading(number, f"channel {source}"):
+                        made = list(_made(source, messages[source], now_ns))
+                    for topic, value in made:
                         writer.add_message(ids[topic], now_ns, json.dumps(value).encode(), now_ns, number)
                         count += 1
         writer.finish()  # type: ignore[no-untyped-call]

@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from onboard.record import made_by
-from onboard.record.reader import Record, open_record
-from onboard.record.schema import INPUTS, OUTPUTS, TICK, decode_inputs
+from onboard.record.reader import Record, inputs_of, open_record
+from onboard.record.schema import INPUTS, OUTPUTS
 from onboard.records import Keeps
 
 
@@ -73,8 +73,8 @@ def _count(made: Info, record: Record) -> None:
             channel.messages, channel.bytes, channel.last_tick = channel.messages + 1, channel.bytes + len(data), number
             if topic in sums:
                 sums[topic].update(data)
-        inputs, _ = decode_inputs(messages)
-        now_ns = TICK.unpack_from(messages["/in/tick"])[1]
+        inputs, _ = inputs_of(number, messages)
+        now_ns = inputs.now_ns
         if made.ticks:
             made.missing += number - made.last_tick - 1 - (inputs.health.slipped_ticks - slipped)
         else:

@@ -33,9 +33,12 @@ def wires() -> Iterator[tuple[str, bytes]]:
 
 
 def versions(attached: Mapping[str, bytes]) -> dict[str, str]:
-    """What a record tells of the program that made it; nothing where it is cut off before that."""
-    found: dict[str, str] = json.loads(attached.get(_VERSIONS, b"{}"))
-    return found
+    """What a record tells of the program that made it; nothing where it is cut off before that, or does not tell."""
+    try:
+        found = json.loads(attached.get(_VERSIONS, b"{}"))
+    except (ValueError, RecursionError):
+        found = {}
+    return {name: str(told) for name, told in found.items()} if isinstance(found, dict) else {}
 
 
 def another_program(attached: Mapping[str, bytes]) -> str:

@@ -8,30 +8,50 @@ written while it is read.
 from __future__ import annotations
 
 import hashlib
+import os
 import struct
 from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import BinaryIO
 from zlib import crc32
 
+from mcap.data_stream import RecordBuilder
 from mcap.exceptions import EndOfFile, McapError
 from mcap.records import Attachment, Channel, Chunk, Header, McapRecord, Message, Metadata
 from mcap.stream_reader import CRCValidationError, StreamReader, get_chunk_data_stream
 from zstandard import ZstdError
 
 from onboard.record.parts import part_of, part_path
-from onboard.record.schema import INPUTS, TICK, input_checks
+from onboard.record.schema import INPUTS, TICK, decode_inputs, input_checks
 from onboard.record.writer import PART
+from onboard.records import Inputs
 from protocol.conventions import TICK_NS
+from protocol.visible import visible
 
 MAGIC = b"\x89MCAP0\r\n"
+_MOST_WORDS = 200  # of what a library says
 # what the reader of the file raises on bytes that were never written so
 UNREADABLE = (McapError, ZstdError, EOFError, ValueError, KeyError, OverflowError, MemoryError, struct.error)
 
 
 class DamagedRecordError(ValueError):
     """The record is not what was written; the text names the tick and channel where that shows."""
+
+
+@contextmanager
+def reading(number: int, what: str) -> Iterator[None]:
+    """Within it, what bytes raise that no flight program wrote becomes DamagedRecordError that names tick and channel.
+
+    A checksum tells damage, not who made a file.
+    """
+    try:
+        yield
+    except DamagedRecordError:
+        raise
+    except (*UNREADABLE, IndexError, TypeError, RecursionError) as error:
+        raise DamagedRecordError(f"tick {number}, {what}: it cannot be read ({_one_line(error)})") from error
 
 
 @dataclass(slots=True)
@@ -126,6 +146,8 @@ def survey(path: Path) -> File:
         reader = StreamReader(head, emit_chunks=True, validate_crcs=True, record_size_limit=size)  # type: ignore[arg-type]
         try:
             for record in reader.records:
+                if isinstance(record, Attachment) and not _sum_fits(file, record):
+                    broken = broken or f"the checksum of its attachment {record.name!r} does not fit"
                 broken = _note(found, record, broken)
                 if not broken:
                     found.whole_bytes = file.tell()
@@ -137,6 +159,16 @@ def survey(path: Path) -> File:
     if broken and (found.closed or not found.whole_bytes):
         raise DamagedRecordError(f"it reads as far as tick {found.last_tick}; then: {broken}")
     return found
+
+
+def _sum_fits(file: BinaryIO, attachment: Attachment) -> bool:
+    """Whether the attachment that ends here has its checksum; the library does not look at it. 0: none was made."""
+    file.seek(-4, os.SEEK_CUR)
+    told = file.read(4)
+    built = RecordBuilder()
+    attachment.write(built)
+    whole: bytes = built.end()  # type: ignore[no-untyped-call]
+    return told in (bytes(4), whole[-4:])
 
 
 def _note(found: File, record: McapRecord, broken: str) -> str:
@@ -159,7 +191,11 @@ def _note(found: File, record: McapRecord, broken: str) -> str:
 
 
 def _words(error: Exception) -> str:
-    return "a checksum does not fit" if isinstance(error, CRCValidationError) else repr(error)
+    return "a checksum does not fit" if isinstance(error, CRCValidationError) else _one_line(error)
+
+
+def _one_line(error: Exception) -> str:
+    return visible(repr(error))[:_MOST_WORDS]
 
 
 def _first(path: Path) -> Path:
@@ -195,6 +231,19 @@ def ticks_of(records: Iterable[McapRecord]) -> Iterator[tuple[int, dict[str, byt
             messages[topics[record.channel_id]] = record.data
     if messages:
         yield number, messages
+
+
+def time_ns_of(number: int, messages: Mapping[str, bytes]) -> int:
+    """Onboard time of a tick. Raises DamagedRecordError."""
+    with reading(number, "channel /in/tick"):
+        now_ns: int = TICK.unpack_from(messages["/in/tick"])[1]
+    return now_ns
+
+
+def inputs_of(number: int, messages: dict[str, bytes]) -> tuple[Inputs, tuple[int, ...]]:
+    """What `decode_inputs` gives. Raises DamagedRecordError."""
+    with reading(number, "its inputs"):
+        return decode_inputs(messages)
 
 
 def check_inputs(number: int, recorded: dict[str, bytes]) -> None:

@@ -16,9 +16,9 @@ from onboard.maps.gdem_file import from_npz
 from onboard.perception.stop_map import StopMap, recall
 from onboard.perception.tiles import Tile, decode
 from onboard.record import made_by, registrations
-from onboard.record.reader import DamagedRecordError, Record, check_inputs, open_record
+from onboard.record.reader import DamagedRecordError, Record, check_inputs, inputs_of, open_record, reading
 from onboard.record.rows import first_difference
-from onboard.record.schema import LEAN, OUTPUTS, decode_inputs, encode_outputs
+from onboard.record.schema import LEAN, OUTPUTS, encode_outputs
 from onboard.record.writer import KEPT, MAP_END, MAP_START
 from onboard.records import Gdem, Inputs, Keeps
 
@@ -57,10 +57,11 @@ def replay(path: Path, look: Look = lambda number, rover: None) -> Verdict:
     before = Inputs(0, 0)
     for number, recorded in record.ticks():
         check_inputs(number, recorded)
-        inputs, job_ids = decode_inputs(recorded)
+        inputs, job_ids = inputs_of(number, recorded)
         check_order(before, inputs)
         before = inputs
-        done, apart = registrations.taken(jobs.take(job_ids), recorded.get("/in/registration", b""))
+        with reading(number, "channel /in/registration"):
+            done, apart = registrations.taken(jobs.take(job_ids), recorded.get("/in/registration", b""))
         if apart:
             verdict.first_difference = f"tick {number}, channel /in/registration, {apart}"
             verdict.another_program = made_by.another_program(record.attachments)
@@ -76,7 +77,8 @@ def replay(path: Path, look: Look = lambda number, rover: None) -> Verdict:
             verdict.bytes_compared[topic] += len(old)
             if new != old:
                 verdict.another_program = made_by.another_program(record.attachments)
-                verdict.first_difference = f"tick {number}, channel {topic}, {first_difference(topic, old, new)}"
+                with reading(number, f"channel {topic}"):
+                    verdict.first_difference = f"tick {number}, channel {topic}, {first_difference(topic, old, new)}"
                 return verdict
     return verdict
 

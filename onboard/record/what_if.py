@@ -21,10 +21,10 @@ from onboard.config_text import word
 from onboard.core.tick import Rover, tick
 from onboard.drivers.workers import Inline
 from onboard.record import registrations
-from onboard.record.reader import check_inputs, open_record
+from onboard.record.reader import check_inputs, inputs_of, open_record, reading
 from onboard.record.replay import config_of, own_files, start_state
 from onboard.record.rows import first_difference
-from onboard.record.schema import OUTPUTS, POSE, decode_inputs, encode_outputs
+from onboard.record.schema import OUTPUTS, POSE, encode_outputs
 
 SHOWN = 20  # events in the text; JSON has all
 
@@ -82,17 +82,19 @@ def fly(path: Path, config: Config) -> Report:
     told: tuple[list[Told], list[Told]] = [], []
     for number, recorded in record.ticks():
         check_inputs(number, recorded)
-        inputs, _ = decode_inputs(recorded)
+        inputs, _ = inputs_of(number, recorded)
         done = jobs.take(jobs.due(number))
-        known, apart = registrations.taken(done, recorded.get("/in/registration", b""))
+        with reading(number, "channel /in/registration"):
+            known, apart = registrations.taken(done, recorded.get("/in/registration", b""))
         outputs = tick(rover, replace(inputs, jobs=done if apart else known))  # apart: it went another way
         jobs.start(outputs.jobs, outputs.cancelled)
         made = encode_outputs(outputs, recorded)
         report.ticks += 1
-        _compare(report, number, recorded, made)
-        for rows, messages in zip(told, (recorded, made)):
-            rows += [Told(row["now_ns"] / 1e9, row["name"], row["text"])
-                     for row in json.loads(messages.get("/out/event", b"[]"))]  # fmt: skip
+        with reading(number, "its outputs"):
+            _compare(report, number, recorded, made)
+            for rows, messages in zip(told, (recorded, made)):
+                rows += [Told(row["now_ns"] / 1e9, row["name"], row["text"])
+                         for row in json.loads(messages.get("/out/event", b"[]"))]  # fmt: skip
     report.only_recorded, report.only_now = _without(told[0], told[1]), _without(told[1], told[0])
     return report
 

@@ -1,11 +1,11 @@
-"""A short hunt of tests/fuzz_lidar.py; `make test-sanitize` hunts for two minutes."""
+"""A short hunt of tests/fuzz/lidar.py; `make test-sanitize` hunts for two minutes."""
 
 from hypothesis import settings
 
 from hil.devices.lidar import QUEUE_LIMIT
 from hil.devices.lidar_faults import Fault
 from hil.devices.lidar_profile import UTM30LX
-from tests import fuzz_lidar
+from tests.fuzz import lidar as fuzz_lidar
 
 CALM = settings(max_examples=60, deadline=None, derandomize=True)
 

@@ -192,6 +192,23 @@ def test_a_way_between_two_stones_leaves_room_for_steered_tyres_where_there_is_r
     assert min(tyres_off_m(decision.path.stations, stone) for stone in stones) >= least_m
 
 
+SIDE_STONE = [(0.3, 0.4, 0.5, 0.6)]  # under the edge of a tyre of a rover that stands at the origin and looks south
+RING = [(-1.2, 0.55, 1.2, 1.0), (-1.2, -1.0, 1.2, -0.55), (0.55, -1.0, 1.0, 1.0), (-1.0, -1.0, -0.55, 1.0)]
+
+
+@pytest.mark.parametrize(("walls", "turned"), [([], Freedom.BLOCKED), (RING, Freedom.FREE)])
+def test_a_rover_beside_a_stone_turns_a_tyre_onto_it_only_where_else_it_cannot_leave(walls, turned):
+    world, pose = World(SIDE_STONE + walls), Pose(0.0, 0.0, yaw_rad=-math.pi / 2)
+    begin(world, pose)
+    asked = request(world, pose, (3.0, 0.0))
+    surface = cycle.surface_of(asked)
+    j, i, o = poses.pose_index(surface.grid, 0.0, 0.0, pose.yaw_rad)
+    assert pose_freedom(surface, SETTINGS.rover, SETTINGS.planning)[o, j, i] == Freedom.BLOCKED
+    freedom = cycle.freedom_of(asked, surface)
+    assert freedom[o, j, i] == Freedom.FREE
+    assert freedom[o - 1, j, i] == turned
+
+
 def tyres_off_m(stations, place):
     """From a place to the nearest of the circles about the tyres, over all stations (k, 3)."""
     rover = SETTINGS.rover

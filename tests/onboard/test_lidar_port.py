@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import fcntl
 import os
 import socket
 
@@ -14,6 +15,7 @@ from onboard.drivers.baud_search import BaudSearch
 from onboard.drivers.lidar_port import open_port
 from onboard.records import PortState
 
+TIOCGEXCL = 0x80045440  # Linux: whether the terminal is marked as taken
 RATES = (19_200, 38_400, 57_600, 115_200, 500_000)
 
 
@@ -61,6 +63,16 @@ def test_a_tty_that_another_program_has_is_said_to_be_in_use(pair):
     second.connect()
     assert second.state is PortState.OPEN and second.error == ""
     second.close()
+
+
+def test_a_pseudo_terminal_that_was_let_go_can_be_opened_by_any_user(pair):
+    """A mark that it is taken would stay on it as long as the emulator has its other end, and keep out all but root."""
+    port = open_port(f"tty:{pair[1]}")
+    port.connect()
+    port.close()
+    with open(pair[1], "rb", buffering=0) as tty:
+        marked = fcntl.ioctl(tty, TIOCGEXCL, bytes(4))
+    assert marked == bytes(4)
 
 
 def test_a_path_that_is_not_there_says_where_to_look(tmp_path):

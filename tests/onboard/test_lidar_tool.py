@@ -262,7 +262,7 @@ def test_ctrl_c_ends_a_watch_with_the_laser_off(tcp):
 
 
 @pytest.mark.parametrize(("words", "code", "text"), [
-    (("info", "/nowhere/ttyACM0"), 69, "plugged in"), (("info", "/etc/passwd"), 69, "no tty"),
+    (("info", "/nowhere/ttyACM0"), 69, "plugged in"), (("info", "/dev/null"), 69, "no tty"),
     (("check", "tcp:127.0.0.1:1"), 69, "refuses"), (("watch", "usb"), 78, "ADDRESS = 'usb' should be tcp:"),
     (("check", "tcp:127.0.0.1:1", "--set", "lidar.cluter=3"), 78, "cluter"),
     (("check", "/nowhere/r.mcap"), 66, "No such"), (("replay", "/nowhere/r.mcap"), 66, "no record"),

@@ -1,4 +1,4 @@
-"""The table of doors to the kernels for tests/fuzz_kernels.py, each with a generator of good, odd and wrong arguments.
+"""The table of doors to the kernels for tests/fuzz/kernels.py, each with a generator of good, odd and wrong arguments.
 
 A new door is one row of ROWS: the modules whose `kernels` it uses, its arguments by name, and a call with them. One
 table, so one file, though of over 300 lines.

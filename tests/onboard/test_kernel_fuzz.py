@@ -12,8 +12,8 @@ import pytest
 from hypothesis import strategies as st
 
 from onboard import native
-from tests.fuzz_kernels import check, hunt, smallest
-from tests.fuzz_rows import ROWS, Row, arrays, together
+from tests.fuzz.kernels import check, hunt, smallest
+from tests.fuzz.rows import ROWS, Row, arrays, together
 
 
 def test_every_door_to_the_kernels_has_a_row() -> None:

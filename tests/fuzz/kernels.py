@@ -1,4 +1,4 @@
-"""`python -m tests.fuzz_kernels [--seconds S] [--seed N] [ROW ...]`: odd arguments through every door to the kernels.
+"""`python -m tests.fuzz.kernels [--seconds S] [--seed N] [ROW ...]`: odd arguments through every door to the kernels.
 
 A call ends in a result, the same bits from every build of this machine, or in a ValueError. `make test-sanitize` runs
 this on a build in which a step outside an array or undefined arithmetic ends the process. So the hunt runs in a child;
@@ -24,7 +24,7 @@ from hypothesis import HealthCheck, Phase, given, note, seed, settings
 
 import tests.conftest  # noqa: F401  the builds of EL_DORADO_KERNELS
 from onboard.native import variant
-from tests.fuzz_rows import ROWS, Row
+from tests.fuzz.rows import ROWS, Row
 
 EXAMPLES = 200  # of a row at a time
 PATIENCE_S = 20  # a call that takes longer hangs
@@ -125,7 +125,7 @@ def smallest(row: Row, examples: int, number: int) -> str:
 
 def main(words: Iterable[str]) -> int:
     """Row after row until the time is up; 1 if something was found."""
-    asked = argparse.ArgumentParser(prog="tests.fuzz_kernels", description=__doc__)
+    asked = argparse.ArgumentParser(prog="tests.fuzz.kernels", description=__doc__)
     asked.add_argument("--seconds", type=float, default=120.0)
     asked.add_argument("--seed", type=int, default=1)
     asked.add_argument("rows", nargs="*", default=list(ROWS), metavar="ROW", help=", ".join(ROWS))

@@ -15,6 +15,11 @@ _PIECES = (
     b"\xff\xff", b"\x00\x00", b"\xff", b"\x00", b"\x1b[2J", b"\x9b\n\r\x07", "\u202e".encode(), b"\xed\xa0\x80",
     b"{}", b"[[", b"null", b"NaN", b"../", b"",
 )  # fmt: skip
+_WORDS = (
+    b"[" * 3000, b"{a=" * 2000, b"nan", b"inf", b"-1", b"9" * 5000, b"0x" + b"f" * 9000, b"1e999", b"../../x", b"/etc",
+    b"{goal_x}", b"{x}", b"{", b"''", b'"""', b"a." * 2000, b"true", b"1979-05-27", b"[[faults]]", b"[set]", b"=",
+    b"\x93NUMPY\x01\x00", b"(999999, 999999)", b"'|O'", b"'<f8'", b"PK\x01\x02", b"PK\x05\x06", b"< frame ", b"\n\n",
+)  # fmt: skip
 HEAD_BYTES = 64
 Rng = np.random.Generator
 
@@ -28,19 +33,24 @@ def damaged(data: bytes, rng: Rng) -> bytes:
 
 
 def _once(data: bytes, at: int, rng: Rng) -> bytes:
-    match int(rng.integers(0, 6)):
+    before, after, piece = data[:at], data[at:], b""
+    match int(rng.integers(0, 7)):
         case 0:
-            return data[:at] + bytes(byte ^ 1 << int(rng.integers(0, 8)) for byte in data[at : at + 1]) + data[at + 1 :]
+            piece, after = bytes(byte ^ 1 << int(rng.integers(0, 8)) for byte in after[:1]), after[1:]
         case 1:
-            return data[:at]
+            after = b""
         case 2:
-            return data[:at] + data[at + int(rng.integers(1, 9)) :]
+            after = after[int(rng.integers(1, 9)) :]
         case 3:
-            return data[:at] + data[int(rng.integers(0, at + 1)) : at] + data[at:]
+            piece = before[int(rng.integers(0, at + 1)) :]
         case 4:
-            return data[:at] + rng.bytes(int(rng.integers(1, 20))) + data[at:]
-    piece = _PIECES[int(rng.integers(0, len(_PIECES)))]
-    return data[:at] + piece + data[at + len(piece) :]
+            piece = rng.bytes(int(rng.integers(1, 20)))
+        case 5:
+            piece, after = _WORDS[int(rng.integers(0, len(_WORDS)))], after[int(rng.integers(0, 11)) :]
+        case _:
+            piece = _PIECES[int(rng.integers(0, len(_PIECES)))]
+            after = after[len(piece) :]
+    return before + piece + after
 
 
 def whole(rng: Rng, shape: int | tuple[int, ...]) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""`python -m tests.fuzz_lidar [--seconds S] [--seed N]`: anything at all as requests to the emulated scanner.
+"""`python -m tests.fuzz.lidar [--seconds S] [--seed N]`: anything at all as requests to the emulated scanner.
 
 Whatever comes, cut however: no exception, the same answer as to the bytes one by one, one reply a line with the line's
 own beginning as echo and a sum that fits, and no more memory than a line and the limit of the queue.

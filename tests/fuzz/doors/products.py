@@ -26,7 +26,8 @@ from protocol.products.packing import compress, pack_integers
 from protocol.products.pose_map import PoseMap, encode_poses
 from protocol.products.scan import ScanProduct, encode_scan
 from protocol.visible import visible, visible_lines
-from tests.doors.damage import Rng, damaged, real, whole
+from tests.fuzz.damage import Rng, real, whole
+from tests.fuzz.door import Door
 
 _WAY = {"station": 1, "request_id": 3, "kind": "goal", "rule": "R4", "reason": "why", "length_m": 7.27, "time_s": 171.0,
         "looks": 3, "path": [[0.0, 0.0, 0.0], [6.0, 1.5, 0.1]], "beyond": [[8.0, 2.0]]}  # fmt: skip
@@ -112,10 +113,19 @@ def _parameters(data: bytes) -> None:
     preview.fetched(preview._map(plain, "here"), data)
 
 
-def one(rng: Rng) -> None:
-    """One product, sound, damaged or made up; nothing but the documented errors may come of it."""
-    name = str(rng.choice(list(samples())))
-    data = samples()[name][int(rng.integers(0, len(samples()[name])))]
-    made_up = name in _HOSTILE and rng.random() < 0.5
+def _made(rng: Rng) -> bytes:
+    """The number of a product, then its bytes, sound or made up."""
+    names = list(samples())
+    number = int(rng.integers(0, len(names)))
+    name = names[number]
+    sound = samples()[name][int(rng.integers(0, len(samples()[name])))]
+    return bytes([number]) + (_HOSTILE[name](rng) if name in _HOSTILE and rng.random() < 0.5 else sound)
+
+
+def _feed(data: bytes) -> None:
+    names = list(samples())
     with suppress(WireError, NoMapError):
-        use(name, _HOSTILE[name](rng) if made_up else damaged(data, rng))
+        use(names[(data[0] if data else 0) % len(names)], data[1:])
+
+
+PRODUCTS = Door(_made, _feed)

@@ -1,4 +1,4 @@
-"""`python -m tests.fuzz_scip [--seconds S] [--seed N]`: damage of any kind to what the driver reads.
+"""`python -m tests.fuzz.scip [--seconds S] [--seed N]`: damage of any kind to what the driver reads.
 
 First a million single flipped bits in measurement frames, none of which may be taken; then, until the time is over,
 streams with damage against the oracle, and sessions that are told anything: no exception, no growth, and scans again
