@@ -20,7 +20,7 @@ from tests.fuzz.doors import DOORS
 from tests.fuzz.doors.rover import Standing
 from tests.onboard import record_rig
 
-FEW = {"products": 600, "barrier": 600, "datagrams": 300, "gdem": 300, "socketcand": 300}
+FEW = {"products": 1500, "barrier": 600, "datagrams": 300, "gdem": 300, "socketcand": 300}
 
 
 @pytest.mark.parametrize("name", DOORS)

@@ -11,6 +11,7 @@ DOORS: dict[str, Door] = {
     "orders": rover.ORDERS,  # of who holds a command key
     "barrier": rover.BARRIER,  # lock-step words of the bench
     "telemetry": link.TELEMETRY,  # of who holds the downlink key, to the station
+    "forged": link.FORGED,  # of anybody, to the station
     "products": products.PRODUCTS,  # of the same
     "gateway": link.GATEWAY,  # MAVLink of another ground program
     "bridge": link.BRIDGE,  # CCSDS packets of another system

@@ -17,7 +17,7 @@ from ground.operation import show
 from ground.session.session import Session
 from protocol import WireError, bulk_wire, commands, packet_table, space_packets
 from protocol import eldorado_dialect as dialect
-from protocol.link import Kind, bench_keys
+from protocol.link import DOWNLINK_KEY_ID, Kind, Sealer, bench_keys
 from protocol.reports import Report, State, encode_report
 from protocol.visible import visible
 from tests.fuzz.damage import Rng, real
@@ -138,6 +138,23 @@ def _feed_telemetry(data: bytes) -> None:
     assert visible(show.status_line(session, now_ns)).isprintable()
 
 
+# -- datagrams of who holds no key, or damages those of who does -------------------------------------------------------
+
+
+def _made_forged(rng: Rng) -> bytes:
+    key = rng.bytes(32) if rng.random() < 0.5 else bench_keys(7).downlink.key(DOWNLINK_KEY_ID)
+    sealer = Sealer(key, DOWNLINK_KEY_ID, 1)
+    return join(sealer.seal(Kind.MAVLINK, rng.bytes(int(rng.integers(0, 200)))) for _ in range(20))
+
+
+def _feed_forged(data: bytes) -> None:
+    """To the station: what is refused is counted."""
+    session = Session(bench_keys(7), 1)
+    for now_ns, part in enumerate(split(data)):
+        verdict, _ = session.receive(part, now_ns)
+        assert verdict == "ok" or session.counts[verdict]
+
+
 # -- clients: another ground program at the gateway, another system at the bridge --------------------------------------
 
 _BY_NAME = {one.msgname: one for one in common.mavlink_map.values()}
@@ -221,5 +238,6 @@ def _feed_packets(data: bytes) -> None:
 
 
 TELEMETRY = Door(_made_telemetry, _feed_telemetry)
+FORGED = Door(_made_forged, _feed_forged)
 GATEWAY = Door(_made_clients, _feed_clients)
 BRIDGE = Door(_made_packets, _feed_packets)

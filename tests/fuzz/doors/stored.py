@@ -69,25 +69,31 @@ def _made_archive(rng: Rng) -> bytes:
 
 def _feed_archive(data: bytes) -> None:
     question, *changes = split(data) or [b""]
-    raw = bytearray(sound())
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "a.db"
+        path.write_bytes(_patched(sound(), changes))
+        for change in changes:
+            if change[:1] == b"\0" and len(change) >= 5:
+                _spoil(path, *change[1:5])
+        verb = _ASKED[(question[:1] or b"\0")[0] % len(_ASKED)]
+        _ask(partial(verb, file=path), ArchiveError, typer.Exit, preview.NoMapError)
+
+
+def _patched(data: bytes, changes: list[bytes]) -> bytes:
+    """The bytes with the damage of those changes that are of this kind: (place, bytes)."""
+    raw = bytearray(data)
     for change in changes:
         if change[:1] == b"\1" and len(change) > 5:
             at = struct.unpack("<I", change[1:5])[0] % len(raw)
             raw[at : at + len(change) - 5] = change[5:]
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "a.db"
-        path.write_bytes(raw)
-        for change in changes:
-            if change[:1] == b"\0" and len(change) >= 5:
-                _spoil(path, *change[1:5])
-        _ask(_ASKED[(question[:1] or b"\0")[0] % len(_ASKED)], path)
+    return bytes(raw)
 
 
-def _ask(verb: Callable[..., object], path: Path) -> None:
+def _ask(verb: Callable[[], object], *refused: type[BaseException]) -> None:
     """Asserts that it ends with an answer or an error, and that a terminal obeys nothing of it."""
     out, beside = io.StringIO(), io.StringIO()
-    with redirect_stdout(out), redirect_stderr(beside), suppress(ArchiveError, typer.Exit, preview.NoMapError):
-        verb(file=path)
+    with redirect_stdout(out), redirect_stderr(beside), suppress(*refused):
+        verb()
     assert all(c.isprintable() or c in "\n\t" for c in out.getvalue() + beside.getvalue())
 
 
@@ -167,20 +173,13 @@ def _made_record(rng: Rng) -> bytes:
 
 def _feed_record(data: bytes) -> None:
     verb, *changes = split(data) or [b""]
-    raw = bytearray(_written({struct.unpack("<H", one[1:3])[0] % len(_record()): one[3:] for one in changes
-                              if one[:1] == b"\0" and len(one) >= 3}))
-    for one in changes:
-        if one[:1] == b"\1" and len(one) > 5:
-            at = struct.unpack("<I", one[1:5])[0] % len(raw)
-            raw[at : at + len(one) - 5] = one[5:]
+    made = _written({struct.unpack("<H", one[1:3])[0] % len(_record()): one[3:] for one in changes
+                     if one[:1] == b"\0" and len(one) >= 3})
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "r.mcap"
-        path.write_bytes(raw)
+        path.write_bytes(_patched(made, changes))
         verbs = _commands(path, Path(folder))
-        out, beside = io.StringIO(), io.StringIO()
-        with redirect_stdout(out), redirect_stderr(beside), suppress(SystemExit, click.exceptions.Exit):
-            verbs[(verb[:1] or b"\0")[0] % len(verbs)]()
-        assert all(c.isprintable() or c in "\n\t" for c in out.getvalue() + beside.getvalue())
+        _ask(verbs[(verb[:1] or b"\0")[0] % len(verbs)], SystemExit, click.exceptions.Exit)
 
 
 ARCHIVE = Door(_made_archive, _feed_archive)
