@@ -13,7 +13,8 @@ KERNEL_TESTS := tests/onboard/test_kernels.py tests/onboard/test_live_grid.py te
 	tests/onboard/test_visibility.py tests/onboard/test_visibility_kernels.py tests/onboard/test_kernel_fuzz.py \
 	tests/onboard/test_next_position.py tests/onboard/test_distance_transform.py tests/onboard/test_global_path.py \
 	tests/onboard/test_global_field.py tests/onboard/test_search_kernels.py tests/onboard/test_path.py \
-	tests/onboard/test_scip_kernel.py tests/hil/test_soil.py
+	tests/onboard/test_scip_kernel.py tests/onboard/test_elementary.py \
+	tests/onboard/test_linear.py tests/hil/test_soil.py
 SANITIZED := EL_DORADO_KERNELS=build/sanitize ASAN_OPTIONS=detect_leaks=0 PYTHONMALLOC=malloc \
 	LD_PRELOAD="$$(g++ -print-file-name=libasan.so) $$(g++ -print-file-name=libstdc++.so)"
 FIXED := PYTHONHASHSEED=0 OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1

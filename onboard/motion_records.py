@@ -10,6 +10,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from onboard.native import each
+from onboard.native.elementary import cos, sin
+
 F32 = NDArray[np.float32]
 F64 = NDArray[np.float64]
 
@@ -27,9 +30,9 @@ class Pose:
 
     def matrix(self) -> F64:
         """T_map_base, (4, 4) float64: takes base coordinates to map coordinates."""
-        cr, sr = np.cos(self.roll_rad), np.sin(self.roll_rad)
-        cp, sp = np.cos(self.pitch_rad), np.sin(self.pitch_rad)
-        cy, sy = np.cos(self.yaw_rad), np.sin(self.yaw_rad)
+        cr, sr = cos(self.roll_rad), sin(self.roll_rad)
+        cp, sp = cos(self.pitch_rad), sin(self.pitch_rad)
+        cy, sy = cos(self.yaw_rad), sin(self.yaw_rad)
         return np.array([
             [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr, self.x_m],
             [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr, self.y_m],
@@ -89,7 +92,7 @@ class Path:
         """Length of the way of base_link."""
         if len(self.stations) < 2:
             return 0.0
-        return float(np.hypot(*np.diff(self.stations[:, :2], axis=0).T).sum())
+        return float(each.hypot(*np.diff(self.stations[:, :2], axis=0).T).sum())
 
 
 @dataclass(frozen=True, slots=True)

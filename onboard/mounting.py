@@ -11,6 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from onboard.config import Rover
+from onboard.native.elementary import cos, sin
 from onboard.records import F64
 
 Vector = tuple[float, float, float]
@@ -19,7 +20,7 @@ Rows = tuple[Vector, Vector, Vector]
 
 def rotation(roll_rad: float, pitch_rad: float, yaw_rad: float) -> F64:
     """(3, 3): about x, then y, then z, of fixed axes."""
-    (sr, sp, sy), (cr, cp, cy) = np.sin([roll_rad, pitch_rad, yaw_rad]), np.cos([roll_rad, pitch_rad, yaw_rad])
+    (sr, sp, sy), (cr, cp, cy) = ([f(angle) for angle in (roll_rad, pitch_rad, yaw_rad)] for f in (sin, cos))
     return np.array([
         [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
         [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],

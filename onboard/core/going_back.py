@@ -6,7 +6,6 @@ The drive guard does not ride along: it would look the other way. A keep-out acr
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,6 +13,8 @@ import numpy as np
 from onboard.config import Config
 from onboard.core.context import Context
 from onboard.core.mission import Mission
+from onboard.native import each
+from onboard.native.elementary import dist
 from onboard.planning.fences import entered
 from onboard.records import F64, Gdem, Path, Pose, Twist
 from protocol.modes import Phase
@@ -40,10 +41,10 @@ class GoBack(Mission):
 
     def _plan(self, ctx: Context) -> None:
         pose = ctx.localisation.pose
-        steps = np.hypot(*np.diff(self._way_back[:, :2], axis=0).T)
+        steps = each.hypot(*np.diff(self._way_back[:, :2], axis=0).T)
         along_m = np.concatenate([[0.0], np.cumsum(steps)])
         near = self._way_back[along_m <= self._config.mission.leg_m + _SEARCH_M]
-        first = int(np.argmin(np.hypot(near[:, 0] - pose.x_m, near[:, 1] - pose.y_m)))
+        first = int(np.argmin(each.hypot(near[:, 0] - pose.x_m, near[:, 1] - pose.y_m)))
         self._way_back, along_m = self._way_back[first:], along_m[first:] - along_m[first]
         last = int(np.searchsorted(along_m, self._config.mission.leg_m, side="right"))
         leg = self._way_back[:last]
@@ -63,7 +64,7 @@ class GoBack(Mission):
         twist = self._follower.twist(self._back_leg, pose, ctx.now_ns, ctx.wheels)
         if self._follower.done:
             if len(self._back_leg.stations) == len(self._way_back):
-                self._arrive(f"{math.dist(self.goal, (pose.x_m, pose.y_m)):.2f} m from the start")
+                self._arrive(f"{dist(self.goal, (pose.x_m, pose.y_m)):.2f} m from the start")
             else:
                 self._scan()
         return twist

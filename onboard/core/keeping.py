@@ -9,10 +9,10 @@ the operator has carried the rover.
 from __future__ import annotations
 
 import json
-import math
 from collections.abc import Sequence
 
 from onboard.config import Config
+from onboard.native.elementary import dist
 from onboard.perception.localisation import Localisation
 from onboard.ports import Save, Saved
 from onboard.records import Event, Pose
@@ -53,7 +53,7 @@ class Keeping:
         pose, last = localisation.pose, self._last
         if not self._keeps or self._saving:
             return
-        moved_m = math.dist((pose.x_m, pose.y_m, pose.z_m), (last.x_m, last.y_m, last.z_m))
+        moved_m = dist((pose.x_m, pose.y_m, pose.z_m), (last.x_m, last.y_m, last.z_m))
         if moved_m < STEP_M and abs(wrap_rad(pose.yaw_rad - last.yaw_rad)) < STEP_RAD:
             return
         place = [pose.x_m, pose.y_m, pose.z_m, pose.yaw_rad]

@@ -20,6 +20,7 @@ from onboard.core.seeing import Seeing
 from onboard.core.sensing import Sensing, Sweep
 from onboard.core.way import Way
 from onboard.motion.follower import Follower
+from onboard.native.elementary import dist
 from onboard.planning.mission_rule import MissionState, interrupted
 from onboard.planning.plan_records import PlanResult
 from onboard.records import Decision, Entry, Gdem, Path, Pose, Twist
@@ -157,7 +158,7 @@ class Mission:
     def _slips(self, pose: Pose) -> None:
         """The ground here is dear from now on, for later missions too."""
         here = (pose.x_m, pose.y_m)
-        if self.memory and all(math.dist(here, known) > SLIPS_APART_M for known in self.memory.slippery_m):
+        if self.memory and all(dist(here, known) > SLIPS_APART_M for known in self.memory.slippery_m):
             self.memory = replace(self.memory, slippery_m=(*self.memory.slippery_m, here))
 
     def back_off(self, why: str, way_m: float = BACK_OFF_M) -> int:
@@ -307,7 +308,7 @@ class Mission:
         if self.decision.kind == "drive":
             self._turn_to(self.decision.heading_rad)
         elif self._at_goal(pose) and self._way.since_look_m <= _TRUST_ODOMETRY_M:
-            self._arrive(f"{math.dist(self.goal, (pose.x_m, pose.y_m)):.2f} m from the goal")
+            self._arrive(f"{dist(self.goal, (pose.x_m, pose.y_m)):.2f} m from the goal")
         else:
             self._scan()
         return Twist()
@@ -333,7 +334,7 @@ class Mission:
         return self._guard is None
 
     def _at_goal(self, pose: Pose) -> bool:
-        return math.dist(self.goal, (pose.x_m, pose.y_m)) <= self._config.mission.goal_tolerance_m
+        return dist(self.goal, (pose.x_m, pose.y_m)) <= self._config.mission.goal_tolerance_m
 
     def _turn_to(self, yaw_rad: float) -> None:
         self._turn_to_rad, self.phase = yaw_rad, Phase.TURNING

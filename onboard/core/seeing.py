@@ -25,6 +25,7 @@ import numpy as np
 
 from onboard.config import Config, Scanning
 from onboard.config import LostBeams as Limits
+from onboard.native.elementary import dist
 from onboard.perception.loss_cause import Cause, View, cause, direction
 from onboard.perception.lost_beams import BANDS_M, LostBeams
 from onboard.perception.sweep import TiltSegment, segments
@@ -197,7 +198,7 @@ def slower(config: Config) -> Scanning:
 def _share(view: View, point: Point, pose: Pose) -> float:
     """Share lost towards a point; NaN where the view did not look there: beyond its sector or too far from there."""
     azimuth_rad, range_m = direction(view.pose, *point)
-    near = math.dist((pose.x_m, pose.y_m), (view.pose.x_m, view.pose.y_m)) <= HERE_M
+    near = dist((pose.x_m, pose.y_m), (view.pose.x_m, view.pose.y_m)) <= HERE_M
     if range_m > BANDS_M[-1] and not near:
         return math.nan
     return view.lost.towards(azimuth_rad, range_m)

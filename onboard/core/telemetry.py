@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from onboard.devices.lidar_clock import ClockQuality
+from onboard.native.elementary import cos, hypot, sin
 from onboard.records import Estimate, Event, Machine, PowerState, WheelState
 from protocol import eldorado_dialect as mavlink
 from protocol import events, versions
@@ -61,7 +62,7 @@ def _pose(name: str) -> Sampler:
 def _goal_distance_m(v: View) -> float:
     if v.goal_m is None or v.estimate is None:
         return _NAN
-    return math.hypot(v.goal_m[0] - v.estimate.pose.x_m, v.goal_m[1] - v.estimate.pose.y_m)
+    return hypot(v.goal_m[0] - v.estimate.pose.x_m, v.goal_m[1] - v.estimate.pose.y_m)
 
 
 def _sigma_position_m(v: View) -> float:
@@ -158,7 +159,7 @@ def _position(view: View, ms: int) -> list[Any]:
     if view.estimate is None:
         return []
     yaw_rad, speed_mps = view.estimate.pose.yaw_rad, view.estimate.speed_mps
-    velocity = ned_from_enu(speed_mps * math.cos(yaw_rad), speed_mps * math.sin(yaw_rad), 0.0)
+    velocity = ned_from_enu(speed_mps * cos(yaw_rad), speed_mps * sin(yaw_rad), 0.0)
     return [mavlink.MAVLink_local_position_ned_message(ms, *ned_from_enu(x_m, y_m, z_m), *velocity)]
 
 

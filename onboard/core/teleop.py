@@ -12,6 +12,7 @@ from onboard.config import Config
 from onboard.core.context import Context
 from onboard.core.wheel_watch.blocks import SLEW_RADPS2
 from onboard.motion.follower import Follower
+from onboard.native.elementary import dist
 from onboard.records import Twist
 
 _PROGRESS_NS = 5_000_000_000
@@ -69,7 +70,7 @@ class Drive:
         if self._begun_ns is None:
             self._begun_ns = self._told_ns = ctx.now_ns
             self._last_m = here_m
-        self._gone_m += math.dist(here_m, self._last_m)
+        self._gone_m += dist(here_m, self._last_m)
         self._last_m = here_m
         lasted_s = (ctx.now_ns - self._begun_ns) / 1e9
         said = f"{self._gone_m:.2f} m in {lasted_s:.1f} s"

@@ -11,8 +11,9 @@ from __future__ import annotations
 import hashlib
 import struct
 from collections.abc import Callable, Mapping, Sequence
+from itertools import chain
 from types import MappingProxyType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 from onboard.config import Config
 from onboard.core import fence_orders, link_orders
@@ -63,6 +64,10 @@ if TYPE_CHECKING:  # made beside the tick, with modules that the core does not l
 
 
 Mark = Callable[[Group], None]
+
+
+class _Part(Protocol):
+    def digest_items(self) -> Sequence[float]: ...
 
 
 class Rover:
@@ -282,16 +287,21 @@ def _view(rover: Rover) -> View:
     )
 
 
+def state_items(rover: Rover) -> dict[str, tuple[float, ...]]:
+    """The state that a replay compares each tick, by part."""
+    executive = rover.executive
+    parts: dict[str, _Part] = {
+        "localisation": rover.localisation, "watch": rover.watch, "devices": rover.devices, "lidar": rover.lidar,
+        "nodes": rover.nodes, "downlink": rover.downlink, "pace": rover.pace, "power": rover.power,
+        "computer": rover.computer, "masks": executive.masks, "parameters": rover.parameters, "fences": rover.fences,
+        "sequencer": executive.sequencer, "keeping": rover.keeping, "lease": executive.lease, "link": rover.link,
+        "tasks": executive.tasks,
+    }  # fmt: skip
+    head = (executive.mode, executive.phase, *rover.twist, rover.steering_held, len(executive.tasks.track))
+    return {"executive": head, **{name: tuple(part.digest_items()) for name, part in parts.items()}}
+
+
 def _digest(rover: Rover) -> bytes:
-    """8 bytes over the state of every part, as float64: what a replay compares each tick."""
-    items = (
-        rover.executive.mode, rover.executive.phase, *rover.twist, rover.steering_held,
-        *rover.localisation.digest_items(), *rover.watch.digest_items(),
-        *rover.devices.digest_items(), *rover.lidar.digest_items(),
-        *rover.nodes.digest_items(), *rover.downlink.digest_items(), *rover.pace.digest_items(),
-        *rover.power.digest_items(), *rover.computer.digest_items(),
-        *rover.executive.masks.digest_items(), *rover.parameters.digest_items(), *rover.fences.digest_items(),
-        *rover.executive.sequencer.digest_items(), len(rover.executive.tasks.track), *rover.keeping.digest_items(),
-        *rover.executive.lease.digest_items(), *rover.link.digest_items(), *rover.executive.tasks.digest_items(),
-    )
+    """8 bytes over it as float64."""
+    items = tuple(chain.from_iterable(state_items(rover).values()))
     return hashlib.blake2b(struct.pack(f"{len(items)}d", *items), digest_size=8).digest()

@@ -9,6 +9,8 @@ from __future__ import annotations
 import numpy as np
 
 from onboard.core.way import SPOT_M, STEP_M, STEP_RAD
+from onboard.native import each
+from onboard.native.elementary import hypot
 from onboard.records import F64, Pose
 from protocol.conventions import wrap_rad
 
@@ -34,7 +36,7 @@ class Track:
         x, y, yaw = self._here = (pose.x_m, pose.y_m, pose.yaw_rad)
         if self._count:
             last_x, last_y, last_yaw = self._poses[self._count - 1].tolist()
-            moved_m = ((x - last_x) ** 2 + (y - last_y) ** 2) ** 0.5
+            moved_m = hypot(x - last_x, y - last_y)
             if moved_m < STEP_M and abs(wrap_rad(yaw - last_yaw)) < STEP_RAD:
                 return
             if moved_m < SPOT_M:
@@ -49,7 +51,7 @@ class Track:
     def _forget_loop(self, x_m: float, y_m: float, yaw_rad: float) -> None:
         old = self._poses[: max(0, self._count - _JUST_NOW)]
         turned = np.abs((old[:, 2] - yaw_rad + np.pi) % (2 * np.pi) - np.pi)
-        same = (np.hypot(old[:, 0] - x_m, old[:, 1] - y_m) <= _SAME_M) & (turned <= _SAME_RAD)
+        same = (each.hypot(old[:, 0] - x_m, old[:, 1] - y_m) <= _SAME_M) & (turned <= _SAME_RAD)
         if same.any():
             self._count = int(np.argmax(same))
             self._known = min(self._known, self._count)

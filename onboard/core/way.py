@@ -9,6 +9,7 @@ import math
 
 import numpy as np
 
+from onboard.native.elementary import dist
 from onboard.records import F64, Path, Pose
 from protocol.conventions import wrap_rad
 
@@ -39,15 +40,15 @@ class Way:
     def note(self, pose: Pose) -> None:
         """Where the rover is now."""
         here = self._here = (pose.x_m, pose.y_m, pose.yaw_rad)
-        way_m = math.dist(here[:2], self._trail[-1][:2]) if self._trail else 0.0
+        way_m = dist(here[:2], self._trail[-1][:2]) if self._trail else 0.0
         if way_m >= TRAIL_M or not self._trail:
             self._trail.append(here)
             self.since_look_m += way_m
         last = self._fine[-1] if self._fine else None
-        if last is None or math.dist(here[:2], last[:2]) >= STEP_M:
+        if last is None or dist(here[:2], last[:2]) >= STEP_M:
             self._fine.append(here)
         elif abs(wrap_rad(here[2] - last[2])) >= STEP_RAD:
-            place = last if math.dist(here[:2], last[:2]) < SPOT_M else here
+            place = last if dist(here[:2], last[:2]) < SPOT_M else here
             self._fine.append((*place[:2], here[2]))
 
     def correct(self, pose: Pose) -> None:
@@ -71,7 +72,7 @@ class Way:
         """From here back as it was driven since `begin`, at most `way_m`; without stations where it only turned."""
         poses, left_m = [self._here], way_m
         for before in reversed(self._fine):
-            at, step_m = poses[-1], math.dist(before[:2], poses[-1][:2])
+            at, step_m = poses[-1], dist(before[:2], poses[-1][:2])
             if step_m > left_m:
                 share = left_m / step_m
                 turn_rad = share * wrap_rad(before[2] - at[2])

@@ -25,6 +25,7 @@ from typing import NamedTuple
 import numpy as np
 
 from onboard.devices.lidar_line import Frames, edge_under, height_under, line_at, total
+from onboard.native.elementary import hypot
 from onboard.records import F64
 from protocol.scip import STAMP_MODULUS
 
@@ -230,7 +231,7 @@ class LidarClock:
         for _ in range(low):
             above_ns[above_ns.argmin()] = math.inf  # sort and partition ask the heap for 3 kB
         apart_ns = _SPREAD * float(above_ns[above_ns.argmin()]) / low if count >= 4 else math.inf
-        self._sigma_ns = math.hypot(apart_ns, math.sqrt(uneven_ms2) * 1e6)
+        self._sigma_ns = hypot(apart_ns, math.sqrt(uneven_ms2) * 1e6)
         if self._seed is not None:
             self._bound(self._seed, blur_ms * 0.5e6)
             self._seed = None if count >= _LINE else self._seed

@@ -1,8 +1,10 @@
 // The extension module, built once for each instruction set (CMakeLists.txt) under the name KERNELS_MODULE. Each subject
 // binds itself: unpack arrays, own the workspace, release the lock, no logic.
 #include "bind_cell_classes.hpp"
+#include "bind_elementary.hpp"
 #include "bind_global.hpp"
 #include "bind_grid_search.hpp"
+#include "bind_linear.hpp"
 #include "bind_pose_field.hpp"
 #include "bind_poses.hpp"
 #include "bind_range_filter.hpp"
@@ -14,6 +16,8 @@
 
 NB_MODULE(KERNELS_MODULE, m) {
     m.def("simd_width", &eldorado::simd_width);
+    eldorado::bind_elementary(m);
+    eldorado::bind_linear(m);
     eldorado::bind_raster(m);
     eldorado::bind_range_filter(m);
     eldorado::bind_pose_field(m);

@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "cell_classes.hpp"
+#include "elementary.hpp"
 #include "plane_fit.hpp"
 #include "simd.hpp"
 
@@ -98,7 +99,7 @@ class GroundRules {
             if (known[lane] & kKnown) flags |= kWhole;
             if (stepped[lane] && step(at + lane, 0.0, 0.0) > p_.step_m && step(at + lane, x, y) > p_.step_m)
                 flags &= ~kSmooth;
-            if (std::abs(x) + std::abs(y) > limit && std::hypot(x, y) > limit) flags &= ~kGentle;
+            if (std::abs(x) + std::abs(y) > limit && elementary::hypot(x, y) > limit) flags &= ~kGentle;
         }
     }
 

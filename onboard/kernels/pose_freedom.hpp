@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <cstring>
 
+#include "elementary.hpp"
 #include "ground_rules.hpp"
 #include "pose_field.hpp"
 #include "simd.hpp"
@@ -91,8 +92,8 @@ class PoseFreedom {
             second_x = static_cast<float>(x2);
             second_y = static_cast<float>(y2);
             per_area = static_cast<float>(1.0 / static_cast<double>(x1 * y2 - x2 * y1));
-            cosine = static_cast<float>(std::cos(o * M_PI / kOrientations));
-            sine = static_cast<float>(std::sin(o * M_PI / kOrientations));
+            cosine = static_cast<float>(elementary::cos(o * elementary::kPi / kOrientations));
+            sine = static_cast<float>(elementary::sin(o * elementary::kPi / kOrientations));
         }
 
         std::int64_t wheel[4];
@@ -125,7 +126,8 @@ class PoseFreedom {
         const Ints steep = (load(g_.flags + at) & kGentle) == 0;
         if (any(steep))
             for (int lane = 0; lane < kLanes; ++lane)
-                if (steep[lane] && std::hypot(along[lane], across[lane]) > l_.slope_ratio) blocked[lane] = -1;
+                if (steep[lane] && static_cast<float>(elementary::hypot(along[lane], across[lane])) > l_.slope_ratio)
+                    blocked[lane] = -1;
 
         const Floats limit = plane.middle + l_.belly_m;
         Ints vouched = limit == limit;

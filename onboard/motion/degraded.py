@@ -26,6 +26,7 @@ import math
 from onboard.config import Rover
 from onboard.motion.kinematics import wheel_places
 from onboard.motion.wheel_health import Drive, Wheels
+from onboard.native.elementary import cos, hypot, sin, tan, total
 from onboard.records import Twist
 
 SOIL_FRICTION = 0.7  # tangent of the friction angle of nominal soil
@@ -35,7 +36,7 @@ STUCK_SPEED_RATIO = 0.7  # of the speed, with a drive that is dragged: what catc
 
 def constraint(a_m: float, b_m: float, angle_rad: float) -> tuple[float, float, float]:
     """n of the wheel at (a, b) with its steering fixed: its side slip is n . (v_x, v_y, omega), m/s."""
-    c, s = math.cos(angle_rad), math.sin(angle_rad)
+    c, s = cos(angle_rad), sin(angle_rad)
     return -s, c, a_m * c + b_m * s
 
 
@@ -45,14 +46,14 @@ def rolling(twist: Twist, wheels: Wheels, rover: Rover) -> Twist:
     Closest: the least sum of squares over the four hubs' changes of velocity, which weighs omega by the wheels' arm.
     With three fixed wheels whose axles do not meet in a point this is standing still.
     """
-    arm = math.hypot(rover.half_wheelbase_m, rover.half_track_m)
+    arm = hypot(rover.half_wheelbase_m, rover.half_track_m)
     normals: list[list[float]] = []
     for (a, b), health in zip(wheel_places(rover), wheels):
         if health.steer_fixed_rad is None:
             continue
         n1, n2, n3 = constraint(a, b, health.steer_fixed_rad)
         normal = _without([n1, n2, n3 / arm], normals)
-        size = math.hypot(*normal)
+        size = math.sqrt(total(part * part for part in normal))
         if size > 1e-9:  # else it asks for nothing new
             normals.append([part / size for part in normal])
     if not normals:
@@ -64,7 +65,7 @@ def rolling(twist: Twist, wheels: Wheels, rover: Rover) -> Twist:
 def _without(vector: list[float], normals: list[list[float]]) -> list[float]:
     """A vector less its parts along orthonormal ones."""
     for normal in normals:
-        part = sum(p * q for p, q in zip(vector, normal))
+        part = total(p * q for p, q in zip(vector, normal))
         vector = [p - part * q for p, q in zip(vector, normal)]
     return vector
 
@@ -76,13 +77,13 @@ def load_ratio(twist: Twist, wheels: Wheels, rover: Rover, tilt_rad: float) -> f
     along its motion, one of fixed steering pushes along its rim and resists sideways, a stuck drive resists. The slope
     is taken as climbed straight up.
     """
-    needed, pushing = 4.0 * math.tan(tilt_rad) / SOIL_FRICTION, 0.0
+    needed, pushing = 4.0 * tan(tilt_rad) / SOIL_FRICTION, 0.0
     for (a, b), health in zip(wheel_places(rover), wheels):
         u, w = twist.vx_mps - twist.yaw_radps * b, twist.vy_mps + twist.yaw_radps * a
-        speed, fixed = math.hypot(u, w), health.steer_fixed_rad
+        speed, fixed = hypot(u, w), health.steer_fixed_rad
         across = 0.0
         if fixed is not None and speed > 0.0:
-            across = abs(w * math.cos(fixed) - u * math.sin(fixed)) / speed
+            across = abs(w * cos(fixed) - u * sin(fixed)) / speed
         if health.drive is Drive.STUCK:
             needed += 1.0
             continue

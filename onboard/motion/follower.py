@@ -21,6 +21,7 @@ from onboard.motion.laws import LAWS, Aim, Sight, in_plane, roll
 from onboard.motion.route import Leg, Turn, route
 from onboard.motion.speed import Conditions, speed_limit
 from onboard.motion.wheel_health import SOUND, Wheels
+from onboard.native.elementary import acos, cos, hypot, sin
 from onboard.records import Path, Pose, Twist
 from protocol.conventions import wrap_rad
 
@@ -101,7 +102,7 @@ class Follower:
         along = max(along, self._along_m - leg.before_m)
         self._along_m = leg.before_m + along
         stretch = _stretch(pose, leg.bearing_rad(along))
-        off = math.hypot(pose.x_m - leg.x_m[-1], pose.y_m - leg.y_m[-1])
+        off = hypot(pose.x_m - leg.x_m[-1], pose.y_m - leg.y_m[-1])
         left = leg.s_m[-1] - along
         if left <= LEG_END_M and (off <= motion.arrive_m or self._rolling):
             return None
@@ -158,16 +159,16 @@ class Follower:
 
 def _tilt_rad(pose: Pose) -> float:
     """Steepest slope of the plane the rover stands on."""
-    return math.acos(math.cos(pose.roll_rad) * math.cos(pose.pitch_rad))
+    return acos(cos(pose.roll_rad) * cos(pose.pitch_rad))
 
 
 def _stretch(pose: Pose, bearing_rad: float) -> float:
     """Metres in the plane the rover stands on for one in the map, in a direction of the map."""
-    return math.hypot(*in_plane(pose, math.cos(bearing_rad), math.sin(bearing_rad)))
+    return hypot(*in_plane(pose, cos(bearing_rad), sin(bearing_rad)))
 
 
 def _ahead(leg: Leg, along_m: float, pose: Pose, look_ahead_m: float) -> float:
     """How far along the leg the circle of the look-ahead meets it; 0 where it has to grow to the nearest point."""
     x, y, _ = leg.at(along_m)
-    off = math.hypot(pose.x_m - x, pose.y_m - y)
+    off = hypot(pose.x_m - x, pose.y_m - y)
     return math.sqrt(max(0.0, look_ahead_m * look_ahead_m - off * off))

@@ -26,6 +26,7 @@ from collections.abc import Sequence
 
 from onboard.config import Motion, Rover
 from onboard.motion.wheel_health import SOUND, Drive, Wheels
+from onboard.native.elementary import atan2, cos, hypot, sin
 from onboard.records import Twist, WheelCommand, WheelMode, WheelState
 from protocol.conventions import WHEEL_SIGNS, wrap_rad
 
@@ -64,12 +65,12 @@ def wheel_commands(
         now = last.steer_rad if state is None else state.steer_rad
         if health.steer_fixed_rad is not None:
             angle = now = health.steer_fixed_rad
-            rate = (u * math.cos(angle) + w * math.sin(angle)) / radius
+            rate = (u * cos(angle) + w * sin(angle)) / radius
         elif speed < SLOWEST_MPS:
             angle = last.steer_rad
-            rate = (u * math.cos(angle) + w * math.sin(angle)) / radius
+            rate = (u * cos(angle) + w * sin(angle)) / radius
         else:
-            angle, sign = nearest_steering(math.atan2(w, u), now, rover.steer_limit_rad)
+            angle, sign = nearest_steering(atan2(w, u), now, rover.steer_limit_rad)
             rate = sign * speed / radius
         if health.drive is Drive.STUCK:
             rate = 0.0
@@ -78,7 +79,7 @@ def wheel_commands(
         worst = max(worst, abs(angle - now))
         fastest = max(fastest, abs(rate))
     held = worst > (motion.steer_release_rad if held else motion.steer_hold_rad)
-    factor = 0.0 if held else math.cos(worst) * rover.wheel_rate_limit_radps / fastest
+    factor = 0.0 if held else cos(worst) * rover.wheel_rate_limit_radps / fastest
     run = WheelMode.RUN
     one, two, three, four = (WheelCommand(run, angle, rate * factor) for angle, rate in zip(angles, rates))
     return (one, two, three, four), held
@@ -116,5 +117,5 @@ def wheel_angles(twist: Twist, rover: Rover) -> tuple[float | None, ...]:
     found: list[float | None] = []
     for sign_a, sign_b in WHEEL_SIGNS:
         u, w = vx - yaw * sign_b * half_track, vy + yaw * sign_a * half_length
-        found.append(math.atan2(w, u) if math.hypot(u, w) >= SLOWEST_MPS else None)
+        found.append(atan2(w, u) if hypot(u, w) >= SLOWEST_MPS else None)
     return tuple(found)

@@ -33,6 +33,7 @@ from typing import NamedTuple
 from onboard.config import Motion
 from onboard.motion.route import Leg
 from onboard.motion.speed import Conditions, speed_limit
+from onboard.native.elementary import asin, atan2, cos, hypot, sin
 from onboard.records import Pose, Twist
 from protocol.conventions import wrap_rad
 
@@ -63,8 +64,8 @@ class Aim(NamedTuple):
 
 def in_plane(pose: Pose, dx_m: float, dy_m: float) -> tuple[float, float]:
     """(ahead, left) in body axes of the point of the rover's plane that lies above or below a step in the map."""
-    sy, cy = math.sin(pose.yaw_rad), math.cos(pose.yaw_rad)
-    sp, cp, sr, cr = (f(a) for a in (pose.pitch_rad, pose.roll_rad) for f in (math.sin, math.cos))
+    sy, cy = sin(pose.yaw_rad), cos(pose.yaw_rad)
+    sp, cp, sr, cr = (f(a) for a in (pose.pitch_rad, pose.roll_rad) for f in (sin, cos))
     ahead, left = cy * dx_m + sy * dy_m, cy * dy_m - sy * dx_m
     w = left / cr
     return (ahead - sp * sr * w) / cp, w
@@ -85,14 +86,14 @@ def pose_carrot(sight: Sight, motion: Motion) -> Aim:
     yaw = sight.leg.at(sight.along_m + sight.speed_mps / motion.heading_gain_hz)[2]
     error = wrap_rad(yaw - sight.pose.yaw_rad)
     speed = sight.speed_mps * max(0.3, 1.0 - abs(error) / motion.point_turn_start_rad)
-    direction, rate = math.atan2(left, ahead), _clip(motion.heading_gain_hz * error, motion.yaw_rate_limit_radps)
-    return Aim(Twist(speed * math.cos(direction), speed * math.sin(direction), rate), error)
+    direction, rate = atan2(left, ahead), _clip(motion.heading_gain_hz * error, motion.yaw_rate_limit_radps)
+    return Aim(Twist(speed * cos(direction), speed * sin(direction), rate), error)
 
 
 def chapter_carrot(sight: Sight, motion: Motion) -> Aim:
     """Straight ahead, turning to the carrot: Eq. 39 with the body's heading."""
     ahead, left = _carrot(sight)
-    error = math.atan2(left, ahead)
+    error = atan2(left, ahead)
     rate = _clip(motion.heading_gain_hz * error, motion.yaw_rate_limit_radps)
     return Aim(Twist(sight.speed_mps, 0.0, rate), error)
 
@@ -102,9 +103,9 @@ def pure_pursuit(sight: Sight, motion: Motion) -> Aim:
     ahead, left = _carrot(sight)
     way = sight.leg.bearing_rad(sight.along_m)
     sense = -1.0 if abs(wrap_rad(sight.leg.at(sight.along_m)[2] - way)) > math.pi / 2 else 1.0
-    error = math.atan2(sense * left, sense * ahead)
-    distance = math.hypot(ahead, left)
-    curvature = 2.0 * math.sin(error) / distance if distance > 0.0 else 0.0
+    error = atan2(sense * left, sense * ahead)
+    distance = hypot(ahead, left)
+    curvature = 2.0 * sin(error) / distance if distance > 0.0 else 0.0
     speed = min(sight.speed_mps, speed_limit(Conditions(curvature_pm=curvature), motion))
     return Aim(Twist(sense * speed, 0.0, curvature * speed), error)
 
@@ -113,17 +114,17 @@ def roll(sight: Sight, wheel: tuple[float, float, float]) -> Aim:
     """The twist that rolls the wheel (a_m, b_m, angle_rad) of fixed steering and brings base_link back to the leg."""
     a, b, angle = wheel
     here = sight.leg.bearing_rad(sight.along_m)
-    place = a * math.cos(angle) + b * math.sin(angle)
+    place = a * cos(angle) + b * sin(angle)
     backwards = abs(wrap_rad(sight.pose.yaw_rad + angle - here)) > math.pi / 2 if abs(place) < BESIDE_M else place > 0.0
     if backwards:
         angle, place = angle + math.pi, -place
-    c, s = math.cos(angle), math.sin(angle)
+    c, s = cos(angle), sin(angle)
     off = wrap_rad(sight.pose.yaw_rad + angle - here)
-    turned = math.asin(_clip(wrap_rad(sight.leg.bearing_rad(sight.along_m + place) - here), STEEPEST_SINE))
+    turned = asin(_clip(wrap_rad(sight.leg.bearing_rad(sight.along_m + place) - here), STEEPEST_SINE))
     error = wrap_rad(turned - off)
     bend = sight.leg.curvature_pm(sight.along_m + place)
-    curvature = bend / max(0.3, math.cos(turned) - bend * (b * c - a * s))
-    curvature += (2.0 / ROLL_M + place / ROLL_M**2) * error - sight.left_m / ROLL_M**2
+    curvature = bend / max(0.3, cos(turned) - bend * (b * c - a * s))
+    curvature += (2.0 / ROLL_M + place / (ROLL_M * ROLL_M)) * error - sight.left_m / (ROLL_M * ROLL_M)
     rate = sight.speed_mps * _clip(curvature, TIGHTEST_PM)
     return Aim(Twist(sight.speed_mps * c + rate * b, sight.speed_mps * s - rate * a, rate), error)
 

@@ -22,6 +22,7 @@ from typing import NamedTuple
 from onboard.config import Rover
 from onboard.motion.kinematics import wheel_places
 from onboard.motion.wheel_health import SOUND, Wheels
+from onboard.native.elementary import cos, sin, total
 from onboard.records import Twist, WheelState
 
 WINDOW_NS = 200_000_000  # twist and residual are means over this
@@ -90,7 +91,7 @@ class Odometry:
             moved = True
             rolled += abs(turned) * self._radius_m
             s, delta = turned * self._radius_m, 0.5 * (state.steer_rad + last.steer_rad)
-            u, w = s * math.cos(delta), s * math.sin(delta)
+            u, w = s * cos(delta), s * sin(delta)
             sum_u += u
             sum_w += w
             sum_m += a * w - b * u
@@ -121,7 +122,7 @@ class Odometry:
 
     def _steered_rad(self) -> float:
         """Steering of all wheels from end to end of the window; their noise from tick to tick would add up."""
-        return sum(
+        return total(
             abs(last.steer_rad - before)
             for last, before in zip(self._last, self._steers_rad) if last is not None and before is not None
         )
@@ -148,8 +149,9 @@ def body_twist(
     n = len(used)
     if n < 2:
         return None
-    right = (sum(r[2] for r in used), sum(r[3] for r in used), sum(r[0] * r[3] - r[1] * r[2] for r in used))
-    left = (sum(r[0] for r in used), sum(r[1] for r in used), sum(r[0] ** 2 + r[1] ** 2 for r in used))
+    right = (total(r[2] for r in used), total(r[3] for r in used), total(r[0] * r[3] - r[1] * r[2] for r in used))
+    left = (total(r[0] for r in used), total(r[1] for r in used), total(r[0] * r[0] + r[1] * r[1] for r in used))
     vx, vy, yaw = solve(n, right, left)
-    square = sum((u - vx + yaw * b) ** 2 + (w - vy - yaw * a) ** 2 for a, b, u, w in used)
+    rests = ((u - vx + yaw * b, w - vy - yaw * a) for a, b, u, w in used)
+    square = total(x * x + y * y for x, y in rests)
     return Twist(vx, vy, yaw), math.sqrt(square / n)

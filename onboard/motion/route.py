@@ -13,6 +13,7 @@ import math
 from bisect import bisect_right
 from dataclasses import dataclass
 
+from onboard.native.elementary import atan2, cos, hypot, sin
 from onboard.records import Path
 from protocol.conventions import wrap_rad
 
@@ -62,7 +63,7 @@ class Leg:
         last = len(self.direction_rad) - 1
         while True:
             heading = self.direction_rad[segment]
-            c, s = math.cos(heading), math.sin(heading)
+            c, s = cos(heading), sin(heading)
             dx, dy = x_m - self.x_m[segment], y_m - self.y_m[segment]
             along = dx * c + dy * s
             span = self.s_m[segment + 1] - self.s_m[segment]
@@ -152,7 +153,7 @@ def _places(path: Path) -> list[Place]:
     places: list[Place] = []
     clearance = [math.inf] * len(path.stations) if path.clearance_m is None else path.clearance_m.tolist()
     for (x, y, yaw), clear_m in zip(path.stations.tolist(), clearance):
-        if places and math.hypot(x - places[-1][0], y - places[-1][1]) < SAME_PLACE_M:
+        if places and hypot(x - places[-1][0], y - places[-1][1]) < SAME_PLACE_M:
             if abs(wrap_rad(yaw - places[-1][2][-1])) > 1e-6:
                 places[-1][2].append(yaw)
         else:
@@ -162,7 +163,7 @@ def _places(path: Path) -> list[Place]:
 
 def _corner(places: list[Place], k: int) -> bool:
     (ax, ay, *_), (bx, by, *_), (cx, cy, *_) = places[k - 1 : k + 2]
-    return abs(wrap_rad(math.atan2(cy - by, cx - bx) - math.atan2(by - ay, bx - ax))) > CORNER_RAD
+    return abs(wrap_rad(atan2(cy - by, cx - bx) - atan2(by - ay, bx - ax))) > CORNER_RAD
 
 
 def _turn(yaws: list[float], within_rad: float) -> Turn:
@@ -180,8 +181,8 @@ def _leg(stations: list[tuple[float, float, float, float]], before_m: float) -> 
     for i in range(1, len(stations)):
         dx, dy = x[i] - x[i - 1], y[i] - y[i - 1]
         yaw.append(yaw[-1] + wrap_rad(stations[i][2] - yaw[-1]))
-        way.append(way[-1] + math.hypot(dx, dy))
-        direction, last = math.atan2(dy, dx), directions[-1] if directions else 0.0
+        way.append(way[-1] + hypot(dx, dy))
+        direction, last = atan2(dy, dx), directions[-1] if directions else 0.0
         directions.append(last + wrap_rad(direction - last))
         middles.append(0.5 * (way[-2] + way[-1]))
     clear = [s[3] for s in stations]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from onboard.native.checks import check_array
@@ -11,7 +13,7 @@ from onboard.records import F32, F64, Bool
 
 LARGEST_SIDE = 30_000  # cells; flat indices are int32
 LARGEST_RATIO = 1e5  # of closeness: there are as many buckets as the dearest step has cells
-DIAGONAL = 2.0**0.5
+DIAGONAL = math.sqrt(2.0)
 
 
 def cost_to_go(

@@ -50,7 +50,7 @@ def pose_freedom(surface: Surface, footprint: Footprint, limits: Limits) -> U8:
         check_array(name, getattr(surface, name), (rows, columns), np.float32)
     reach = _check_footprint(footprint)
     cell_m = surface.grid.cell_m
-    if not (math.isfinite(sum(limits) + cell_m) and min(*limits, cell_m) >= 0 < cell_m):
+    if not (all(map(math.isfinite, (*limits, cell_m))) and min(*limits, cell_m) >= 0 < cell_m):
         raise ValueError(f"limits: expected finite numbers >= 0 and a cell > 0, given {limits}, {cell_m}")
     if limits.plane_half > FARTHEST:
         raise ValueError(f"plane_half: expected at most {FARTHEST} cells, given {limits.plane_half}")

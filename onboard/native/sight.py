@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from onboard.native.checks import check_array
+from onboard.native.elementary import dist
 from onboard.native.variant import kernels
 from onboard.records import F32, Bool, Grid
 
@@ -31,9 +32,9 @@ def price_m(
     if closeness is not None:
         check_array("closeness", closeness, free.shape, np.float32)
     a, b, orientation = line
-    if not (math.isfinite(math.dist(a, b)) and grid.cell_m > 0.0 and spacing_m > 0.0):
+    if not (math.isfinite(dist(a, b)) and grid.cell_m > 0.0 and spacing_m > 0.0):
         raise ValueError(f"line: expected finite ends and spacings above 0, given {a} to {b}, {spacing_m}, {grid}")
-    if math.dist(a, b) > MOST_STATIONS * spacing_m:
+    if dist(a, b) > MOST_STATIONS * spacing_m:
         raise ValueError(f"line: expected at most {MOST_STATIONS} stations, given {a} to {b} every {spacing_m} m")
     if not 0 <= orientation < free.shape[0]:
         raise ValueError(f"orientation: expected 0 to {free.shape[0] - 1}, given {orientation}")

@@ -17,6 +17,8 @@ import math
 
 import numpy as np
 
+from onboard.native.elementary import atan2, cos, hypot, sin, square, tan
+from onboard.native.linear import chain, inner, product, solve
 from onboard.records import F64, ImuSample
 
 START_SAMPLES = 50
@@ -48,7 +50,7 @@ class Attitude:
         self._bias = [0.0, 0.0, 0.0]
         self._first_bias_radps = 0.0  # of yaw: the filter learns what comes to it, here it is for the level alone
         self._gravity_mps2 = 0.0
-        self._covariance = np.diag([UNKNOWN_RAD, UNKNOWN_RAD, BIAS_MPS2, BIAS_MPS2]) ** 2
+        self._covariance = np.diag(np.square([UNKNOWN_RAD, UNKNOWN_RAD, BIAS_MPS2, BIAS_MPS2]))
 
     @property
     def ready(self) -> bool:
@@ -60,9 +62,9 @@ class Attitude:
         if not self.ready:
             self._start(imu)
             return
-        bias, tilt = self._bias, math.tan(self.pitch_rad)
+        bias, tilt = self._bias, tan(self.pitch_rad)
         p, q, r = (rate - offset for rate, offset in zip(imu.gyro_radps, bias))
-        sine, cosine, level = math.sin(self.roll_rad), math.cos(self.roll_rad), math.cos(self.pitch_rad)
+        sine, cosine, level = sin(self.roll_rad), cos(self.roll_rad), cos(self.pitch_rad)
         across = q * sine + r * cosine
         self.yaw_rate_radps = (across + (bias[2] - self._first_bias_radps) * cosine) / level
         self._yaw_rad += across / level * elapsed_s
@@ -84,22 +86,22 @@ class Attitude:
         """Roll and pitch of an earlier stop, told while the force's bias was thought to be bias_mps2, as known now."""
         along, left = (now - then for now, then in zip(self.force_bias_mps2, bias_mps2))
         g = self._gravity_mps2
-        pitch = along / (g * math.cos(pitch_rad))
-        roll = (math.sin(roll_rad) * math.sin(pitch_rad) * pitch - left / g) / math.cos(roll_rad)
-        return roll_rad + roll / math.cos(pitch_rad), pitch_rad + pitch
+        pitch = along / (g * cos(pitch_rad))
+        roll = (sin(roll_rad) * sin(pitch_rad) * pitch - left / g) / cos(roll_rad)
+        return roll_rad + roll / cos(pitch_rad), pitch_rad + pitch
 
     def _gather(self, imu: ImuSample) -> None:
         ax, ay, az = imu.accel_mps2
         length = math.sqrt(ax * ax + ay * ay + az * az)
         if abs(length - self._gravity_mps2) <= GRAVITY_TOLERANCE_RATIO * self._gravity_mps2:
-            level = math.cos(self.pitch_rad)  # sample by sample: the rover may turn on a slope meanwhile
-            self._force[0] += ax + self._gravity_mps2 * math.sin(self.pitch_rad)
-            self._force[1] += ay - self._gravity_mps2 * level * math.sin(self.roll_rad)
+            level = cos(self.pitch_rad)  # sample by sample: the rover may turn on a slope meanwhile
+            self._force[0] += ax + self._gravity_mps2 * sin(self.pitch_rad)
+            self._force[1] += ay - self._gravity_mps2 * level * sin(self.roll_rad)
             self._forces += 1
         if self._forces >= WINDOW_SAMPLES:
             standing = not self._moved
             walk = np.array([LEVEL_WALK[standing]] * 2 + [BIAS_WALK] * 2)
-            self._covariance += np.diag(walk**2 * self._since_s)
+            self._covariance += np.diag(np.square(walk) * self._since_s)
             self._level((self._force[0] / self._forces, self._force[1] / self._forces), standing)
             self._force, self._forces, self._moved, self._since_s = [0.0, 0.0, 0.0], 0, False, 0.0
 
@@ -109,27 +111,27 @@ class Attitude:
         rest_mps2: mean force along x and y of the body beyond gravity's at the level that is believed.
         """
         g, yaw = self._gravity_mps2, self._yaw_rad
-        sp, cp = math.sin(self.pitch_rad), math.cos(self.pitch_rad)
-        sr, cr = math.sin(self.roll_rad), math.cos(self.roll_rad)
-        heading = np.array([[math.cos(yaw), math.sin(yaw)], [-math.sin(yaw), math.cos(yaw)]])
-        measures = np.hstack([g * np.array([[0.0, -cp], [cr, -sr * sp]]) @ heading, np.eye(2)])
+        sp, cp = sin(self.pitch_rad), cos(self.pitch_rad)
+        sr, cr = sin(self.roll_rad), cos(self.roll_rad)
+        heading = np.array([[cos(yaw), sin(yaw)], [-sin(yaw), cos(yaw)]])
+        measures = np.hstack([product(g * np.array([[0.0, -cp], [cr, -sr * sp]]), heading), np.eye(2)])
         P = self._covariance
-        noise, off = FORCE_MPS2[standing] ** 2 * np.eye(2), np.array(rest_mps2) - self.force_bias_mps2
-        spread = measures @ P @ measures.T + noise
-        if float(off @ np.linalg.solve(spread, off)) > SURPRISE_LIMIT:
+        noise, off = square(FORCE_MPS2[standing]) * np.eye(2), np.array(rest_mps2) - self.force_bias_mps2
+        spread = chain(measures, P, measures.T) + noise
+        if inner(off, solve(spread, off)) > SURPRISE_LIMIT:
             if not standing:  # the rover swings
                 return
             # the gyro missed a tilt: levelled afresh
             P[:2] = P[:, :2] = 0.0
-            P[:2, :2] = UNKNOWN_RAD**2 * np.eye(2)
-            spread = measures @ P @ measures.T + noise
-        gain: F64 = np.linalg.solve(spread, measures @ P).T
-        error = gain @ off
-        about_x, about_y = (heading @ error[:2]).tolist()
+            P[:2, :2] = square(UNKNOWN_RAD) * np.eye(2)
+            spread = chain(measures, P, measures.T) + noise
+        gain: F64 = solve(spread, product(measures, P)).T
+        error = product(gain, off)
+        about_x, about_y = product(heading, error[:2]).tolist()
         self.roll_rad += about_x / cp
         self.pitch_rad += about_y
         self.force_bias_mps2 = (self.force_bias_mps2[0] + float(error[2]), self.force_bias_mps2[1] + float(error[3]))
-        self._covariance = P - gain @ spread @ gain.T
+        self._covariance = P - chain(gain, spread, gain.T)
 
     def _start(self, imu: ImuSample) -> None:
         self._samples += 1
@@ -138,7 +140,7 @@ class Attitude:
             self._bias[k] += (imu.gyro_radps[k] - self._bias[k]) / self._samples
         ax, ay, az = self._force
         self._gravity_mps2 = math.sqrt(ax * ax + ay * ay + az * az)
-        self.roll_rad, self.pitch_rad = math.atan2(ay, az), math.atan2(-ax, math.hypot(ay, az))
+        self.roll_rad, self.pitch_rad = atan2(ay, az), atan2(-ax, hypot(ay, az))
         if self.ready:
             self._level((0.0, 0.0), standing=True)
             self._force, self._first_bias_radps = [0.0, 0.0, 0.0], self._bias[2]

@@ -13,6 +13,7 @@ import numpy as np
 
 from onboard import config
 from onboard.native import cell_classes as kernel
+from onboard.native import each
 from onboard.perception.ldem import ROBUST_HITS
 from onboard.records import F64, Ldem, Surface
 
@@ -44,11 +45,11 @@ def _spreads() -> F64:
         if n < ROBUST_HITS:
             sigma = SIGMA_OF_LARGEST[n]
         spread[n] = normal.inv_cdf((k - 0.375) / (n + 0.25)) - SIGMAS * sigma
-    return spread
+    return np.round(spread, 9)  # the C library's last bits cut off: the same on every processor
 
 
 SPREAD = _spreads()
-MOST_SPREAD: F64 = np.sqrt(2.0 * np.log(np.arange(COUNTS) + 1.0))  # that noise hardly ever goes beyond
+MOST_SPREAD: F64 = np.sqrt(2.0 * each.log(np.arange(COUNTS) + 1.0))  # that noise hardly ever goes beyond
 
 
 def classify(ldem: Ldem, mapping: config.Mapping_, spread: F64 = SPREAD) -> Surface:

@@ -20,6 +20,9 @@ from numpy.typing import NDArray
 
 from onboard.config import Rover, Scanning
 from onboard.mounting import lidar_place, lidar_rotation
+from onboard.native import each
+from onboard.native.elementary import hypot
+from onboard.native.linear import product
 from onboard.perception.beam_tilt import tilt_at
 from onboard.perception.range_image import witnessed
 from onboard.records import F32, F64, BeamStatus, Bool, Cloud, Scan, TiltTrack
@@ -54,12 +57,12 @@ def cloud(
         for first in range(0, len(image.starts_ns), SCANS_AT_ONCE):
             points_base_m, hit = _beams(image.lines(first, first + SCANS_AT_ONCE), tilt, scanning.range_m)
             if mount is not None:
-                points_base_m = points_base_m @ mount.T
+                points_base_m = product(points_base_m, mount.T)
             points_base_m += origin_base_m
             kept = ~(hit & _inside(points_base_m, boxes))
-            ends.append((points_base_m[kept] @ rotation.T + translation).astype(np.float32))
+            ends.append((product(points_base_m[kept], rotation.T) + translation).astype(np.float32))
             hits.append(hit[kept])
-    origin_m = rotation @ origin_base_m + translation
+    origin_m = product(rotation, origin_base_m) + translation
     return Cloud(origin_m, np.concatenate(ends), np.concatenate(hits), range_noise_m)
 
 
@@ -120,18 +123,18 @@ def _beams(image: _Image, tilt: TiltTrack, range_m: float) -> tuple[F64, Bool]:
     angle, ranges_m = angles[good], image.ranges_m[good]
     hit = image.seen[good] & (ranges_m <= range_m)
     length_m = np.where(hit, ranges_m, range_m).astype(np.float64)
-    ahead_m = length_m * np.broadcast_to(np.cos(image.phi_rad), good.shape)[good]
+    ahead_m = length_m * np.broadcast_to(each.cos(image.phi_rad), good.shape)[good]
     vectors_m = np.empty((len(length_m), 3))
-    vectors_m[:, 0] = ahead_m * np.cos(angle)
-    vectors_m[:, 1] = length_m * np.broadcast_to(np.sin(image.phi_rad), good.shape)[good]
-    vectors_m[:, 2] = -ahead_m * np.sin(angle)
+    vectors_m[:, 0] = ahead_m * each.cos(angle)
+    vectors_m[:, 1] = length_m * np.broadcast_to(each.sin(image.phi_rad), good.shape)[good]
+    vectors_m[:, 2] = -ahead_m * each.sin(angle)
     return vectors_m, hit
 
 
 def hull_boxes(rover: Rover, margin_m: float = SELF_MARGIN_M) -> F64:
     """(5, 2, 3) lowest and highest corner in base_link of the deck and the wheels, however steered, and the margin."""
     length, width, radius = rover.half_wheelbase_m, rover.half_track_m, rover.wheel_radius_m
-    reach = float(np.hypot(radius, rover.wheel_width_m / 2))
+    reach = hypot(radius, rover.wheel_width_m / 2)
     boxes = [[[-length, -width, rover.belly_m], [length, width, DECK_TOP_M]]]
     for along, across in WHEEL_SIGNS:
         x, y = along * length, across * width

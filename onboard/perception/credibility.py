@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import numpy as np
-
+from onboard.native.linear import inner, solve
 from onboard.records import F64
 
 SURPRISE_LIMIT = 18.5  # chi-square, 4 degrees of freedom, 99.9 %
@@ -14,4 +13,4 @@ def credible(innovation: F64, covariance: F64) -> bool:
 
     m, rad. Raises numpy.linalg.LinAlgError for a singular covariance.
     """
-    return float(innovation @ np.linalg.solve(covariance, innovation)) <= SURPRISE_LIMIT
+    return inner(innovation, solve(covariance, innovation)) <= SURPRISE_LIMIT

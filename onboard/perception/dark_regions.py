@@ -27,6 +27,8 @@ from numpy.typing import NDArray
 
 from onboard.config import Rover, Scanning
 from onboard.mounting import lidar_place, lidar_rotation
+from onboard.native import each
+from onboard.native.linear import product
 from onboard.perception.beam_tilt import tilt_at
 from onboard.perception.lost_beams import plane_range_m
 from onboard.records import F32, F64, BeamStatus, Bool, Scan, TiltTrack
@@ -106,7 +108,7 @@ def _plane_m(tilt_rad: F64, rover: Rover) -> F64:
 
 def _lines_high(tilt_rad: F64, rover: Rover) -> I64:
     """How many lines, from each on, an upright thing of HEIGHT_M spans that stands where the line meets the plane."""
-    high_rad = HEIGHT_M * np.cos(tilt_rad) / _plane_m(tilt_rad, rover)
+    high_rad = HEIGHT_M * each.cos(tilt_rad) / _plane_m(tilt_rad, rover)
     last = np.searchsorted(-tilt_rad, high_rad - tilt_rad)
     count: I64 = np.maximum(LINES, last - np.arange(len(tilt_rad)))
     return count
@@ -152,12 +154,12 @@ def _points(image: _Image, line: I64, beam: I64, rover: Rover, range_m: float) -
     """The unseen ground of the columns of these windows: level on from where each run begins, to its end."""
     runs = _runs(image, line, beam, rover, range_m)
     tilt_rad, phi_rad = image.tilt_rad[runs.line], image.phi_rad[runs.beam]
-    ahead = np.cos(phi_rad)
-    ways = np.stack([ahead * np.cos(tilt_rad), np.sin(phi_rad), -ahead * np.sin(tilt_rad)], axis=1)
+    ahead = each.cos(phi_rad)
+    ways = np.stack([ahead * each.cos(tilt_rad), each.sin(phi_rad), -ahead * each.sin(tilt_rad)], axis=1)
     mount = lidar_rotation(rover)
     if mount is not None:
-        ways = ways @ mount.T
-    level = np.maximum(np.hypot(ways[:, 0], ways[:, 1]), 1e-9)
+        ways = product(ways, mount.T)
+    level = np.maximum(each.hypot(ways[:, 0], ways[:, 1]), 1e-9)
     deep_m = np.minimum(DEPTH_M, (runs.end_m - runs.begin_m) * level)
     on_m = np.arange(0.0, DEPTH_M + STEP_M / 2, STEP_M)
     out = np.zeros((len(ways), 1, 3))

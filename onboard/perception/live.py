@@ -14,7 +14,9 @@ import numpy as np
 
 from onboard.config import Rover, Scanning
 from onboard.mounting import lidar_place, lidar_rotation
+from onboard.native import each
 from onboard.native.cells import LiveGrid, Mount, Turn
+from onboard.native.linear import product
 from onboard.perception.beam_tilt import tilt_at
 from onboard.perception.cloud import hull_boxes
 from onboard.records import F64, Scan, TiltTrack
@@ -47,9 +49,9 @@ def mount_of(T_map_base: F64, rover: Rover) -> Mount:
     if mount is not None:
         turned = np.eye(4)
         turned[:3, :3] = mount
-        place, T_map_base = mount.T @ place, T_map_base @ turned
+        place, T_map_base = product(mount.T, place), product(T_map_base, turned)
     return Mount(place, hull_boxes(rover), T_map_base)
 
 
 def _directions(angles_rad: F64) -> F64:
-    return np.stack([np.cos(angles_rad), np.sin(angles_rad)])
+    return np.stack([each.cos(angles_rad), each.sin(angles_rad)])

@@ -29,6 +29,8 @@ from onboard.config import Localisation as LocalisationConfig
 from onboard.config import Rover
 from onboard.motion.odometry import Odometry, Step
 from onboard.motion.wheel_health import SOUND, Wheels
+from onboard.native.elementary import asin, atan2, cos, hypot, log, sin, tan
+from onboard.native.linear import norm
 from onboard.perception.attitude import START_SAMPLES, Attitude
 from onboard.perception.pose_filter import BIAS, SCALE, SLIP, TURN_WALK, YAW, PoseFilter, Vector, X, Y, Z
 from onboard.records import Estimate, ImuSample, Pose, Twist, WheelState
@@ -107,7 +109,7 @@ class Localisation:
     def estimate(self) -> Estimate:
         """The filter's word now; its covariance (4, 4) over x, y, z, yaw is at most 100 ms old."""
         twist = self.step.twist
-        speed = (1.0 - self.slip_ratio) * math.hypot(twist.vx_mps, twist.vy_mps)
+        speed = (1.0 - self.slip_ratio) * hypot(twist.vx_mps, twist.vy_mps)
         return Estimate(self.pose, self._filter.covariance[:4, :4].copy(), speed, self.yaw_rate_radps)
 
     def known_now(self, pose: Pose, force_bias_mps2: tuple[float, float]) -> Pose:
@@ -150,13 +152,13 @@ class Localisation:
     def register(self, result: RegistrationResult) -> bool:
         """Corrects the pose by a registration, or says False; widens the covariance where it spoke against the pose."""
         config, T = self._config, result.T_map_base
-        measured = np.array([*T[:3, 3], math.atan2(T[1, 0], T[0, 0])])
+        measured = np.array([*T[:3, 3], atan2(T[1, 0], T[0, 0])])
         self._predict()
         innovation = self._filter.innovation(measured)
         credible = self._filter.credible(measured, result.covariance)
         if (
             not result.accepted
-            or float(np.linalg.norm(innovation[:3])) > config.gate_m
+            or norm(innovation[:3]) > config.gate_m
             or abs(float(innovation[3])) > config.gate_rad
             or not (result.sure or credible)
         ):
@@ -183,7 +185,7 @@ class Localisation:
             return self.pose
         self._filter.anchor(SHARE)
         R = taken.T_map_base[:3, :3]
-        return replace(self.pose, roll_rad=math.atan2(R[2, 1], R[2, 2]), pitch_rad=-math.asin(float(R[2, 0])))
+        return replace(self.pose, roll_rad=atan2(R[2, 1], R[2, 2]), pitch_rad=-asin(float(R[2, 0])))
 
     def reset(self, pose: Pose) -> None:
         """Puts the rover at a pose known from elsewhere, to within 5 cm and 1 degree; bias and slip stay as learned."""
@@ -230,7 +232,7 @@ class Localisation:
             return
         roll, pitch = self._attitude.roll_rad, self._attitude.pitch_rad
         slide = step.rolled_m * slide_ratio(roll, pitch, self._config)
-        down = math.sin(pitch), -math.cos(pitch) * math.sin(roll)  # of the fall line
+        down = sin(pitch), -cos(pitch) * sin(roll)  # of the fall line
         ways = (step.dx_m, step.dy_m), (slide * down[0], slide * down[1])
         self._filter.move(*_in_map(ways, roll, pitch, yaw), step.rolled_m, slips)
 
@@ -241,7 +243,7 @@ class Localisation:
 
     def _learn_bias(self) -> None:
         if self._rates and self._attitude.ready:
-            variance = self._config.gyro_noise_radps**2 / self._rates + 1e-9
+            variance = self._config.gyro_noise_radps * self._config.gyro_noise_radps / self._rates + 1e-9
             self._filter.see_bias(self._rates_sum / self._rates, variance, STANDING_NS * 1e-9)
 
 
@@ -253,20 +255,20 @@ def slide_ratio(roll_rad: float, pitch_rad: float, config: LocalisationConfig) -
     slope_slip_ratio * -tan(phi) * ln(1 - tan(slope) / tan(phi)) of it, slope_slip_ratio * tan(slope) where the slope
     is small. Nearer to phi than 0.95 it stays what it is there.
     """
-    cosine = math.cos(pitch_rad) * math.cos(roll_rad)
+    cosine = cos(pitch_rad) * cos(roll_rad)
     sine = math.sqrt(1.0 - cosine * cosine)
     if sine < LEVEL_SINE:
         return config.slope_slip_ratio
-    friction = math.tan(config.soil_friction_rad)
-    return -config.slope_slip_ratio * friction * math.log1p(-min(sine / (cosine * friction), MOST_SHEAR)) / sine
+    friction = tan(config.soil_friction_rad)
+    return -config.slope_slip_ratio * friction * log(1.0 - min(sine / (cosine * friction), MOST_SHEAR)) / sine
 
 
 def _in_map(
     ways_m: tuple[tuple[float, float], tuple[float, float]], roll_rad: float, pitch_rad: float, yaw_rad: float
 ) -> tuple[Vector, Vector]:
     """Two ways of the body (ahead, to the left), in the plane of its wheels, along the map's axes."""
-    sr, cr, sp, cp = math.sin(roll_rad), math.cos(roll_rad), math.sin(pitch_rad), math.cos(pitch_rad)
-    sy, cy = math.sin(yaw_rad), math.cos(yaw_rad)
+    sr, cr, sp, cp = sin(roll_rad), cos(roll_rad), sin(pitch_rad), cos(pitch_rad)
+    sy, cy = sin(yaw_rad), cos(yaw_rad)
 
     def turned(forward_m: float, left_m: float) -> Vector:
         ahead, aside = cp * forward_m + sp * sr * left_m, cr * left_m

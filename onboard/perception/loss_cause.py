@@ -20,6 +20,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from onboard.native.elementary import atan2, cos, dist, hypot, sin
 from onboard.perception.lost_beams import BANDS_M, SECTORS, SURE_BANDS, LostBeams
 from onboard.records import Bool, Pose
 from protocol.conventions import wrap_rad
@@ -102,7 +103,7 @@ def _bounded(lost: LostBeams) -> bool:
 
 
 def _elsewhere(a: Pose, b: Pose) -> bool:
-    return abs(wrap_rad(a.yaw_rad - b.yaw_rad)) > APART_RAD or math.dist((a.x_m, a.y_m), (b.x_m, b.y_m)) > APART_M
+    return abs(wrap_rad(a.yaw_rad - b.yaw_rad)) > APART_RAD or dist((a.x_m, a.y_m), (b.x_m, b.y_m)) > APART_M
 
 
 def _turned(newest: View, bad: Bool, earlier: Sequence[View]) -> tuple[bool, bool]:
@@ -151,10 +152,10 @@ def _same_place(newest: View, other: View) -> bool:
 def place(view: View, sector: int, range_m: float) -> tuple[float, float]:
     """Where in the map the middle of a sector lies at a distance."""
     bearing_rad = view.pose.yaw_rad + view.lost.azimuth_rad(sector)
-    return view.pose.x_m + range_m * math.cos(bearing_rad), view.pose.y_m + range_m * math.sin(bearing_rad)
+    return view.pose.x_m + range_m * cos(bearing_rad), view.pose.y_m + range_m * sin(bearing_rad)
 
 
 def direction(pose: Pose, x_m: float, y_m: float) -> tuple[float, float]:
     """(azimuth from straight ahead, distance) of a point of the map."""
     dx, dy = x_m - pose.x_m, y_m - pose.y_m
-    return wrap_rad(math.atan2(dy, dx) - pose.yaw_rad), math.hypot(dx, dy)
+    return wrap_rad(atan2(dy, dx) - pose.yaw_rad), hypot(dx, dy)

@@ -28,6 +28,7 @@ from numpy.typing import NDArray
 
 from onboard.config import Rover, Scanning
 from onboard.mounting import lidar_rotation
+from onboard.native import each
 from onboard.perception.beam_tilt import tilt_at
 from onboard.records import F64, BeamStatus, Bool, Scan, TiltTrack
 from onboard.scan import of_one_geometry
@@ -138,8 +139,9 @@ def plane_range_m(azimuth_rad: F64, tilt_rad: F64 | float, rover: Rover) -> F64:
     """
     mount = lidar_rotation(rover)
     row = (0.0, 0.0, 1.0) if mount is None else mount[2].tolist()
-    ahead, left = np.cos(azimuth_rad), np.sin(azimuth_rad)
-    up = row[0] * ahead * np.cos(tilt_rad) + row[1] * left - row[2] * ahead * np.sin(tilt_rad)
+    ahead, left = each.cos(azimuth_rad), each.sin(azimuth_rad)
+    tilt = np.asarray(tilt_rad)
+    up = row[0] * ahead * each.cos(tilt) + row[1] * left - row[2] * ahead * each.sin(tilt)
     with np.errstate(divide="ignore"):
         way: F64 = np.where(up < 0.0, rover.lidar_z_m / np.maximum(-up, 0.0), np.inf)
     return way

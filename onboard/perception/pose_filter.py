@@ -22,6 +22,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from onboard.native.elementary import dist, square
+from onboard.native.linear import chain, decorrelated, matrix, product
 from onboard.perception.credibility import credible
 from onboard.records import F64
 from protocol.conventions import wrap_rad
@@ -63,7 +65,7 @@ class PoseFilter:
         self.state[SLIP], slip_sigma = slip
         self.covariance: F64 = np.zeros((STATES, STATES))
         sigmas = [*START_SIGMA, bias_sigma, slip_sigma, SCALE_SIGMA, EXCESS_SIGMA, REACH_SIGMA]
-        self.covariance[: len(sigmas), : len(sigmas)] = np.diag(sigmas) ** 2
+        self.covariance[: len(sigmas), : len(sigmas)] = np.diag(np.square(sigmas))
         self._filter: ExtendedKalmanFilter | None = None
         self._slipped_m = 0.0  # of this spell
         self._rest()
@@ -92,7 +94,7 @@ class PoseFilter:
         if slips:
             before_m = self._slipped_m
             self._slipped_m = max(before_m, UNNOTICED_M) + rolled_m
-            self._slip_variance_m2 += SLIPPING_SIGMA**2 * (self._slipped_m**2 - before_m**2)
+            self._slip_variance_m2 += square(SLIPPING_SIGMA) * (square(self._slipped_m) - square(before_m))
         else:
             self._slipped_m = 0.0
 
@@ -107,31 +109,31 @@ class PoseFilter:
         F[:3, SLIP], F[:3, EXCESS] = -way, slide
         F[YAW, BIAS], F[YAW, SCALE] = -self._seconds, -self._turn_rad
         walks = np.zeros(STATES)
-        walks[X] = walks[Y] = WAY_WALK**2 * rolled_m
-        walks[Z] = HEIGHT_WALK**2 * rolled_m
-        walks[YAW] = gyro_noise_radps**2 * 0.01 * self._seconds + turn_walk**2 * self._turned_rad
-        walks[BIAS] = BIAS_WALK**2 * self._seconds
-        walks[SLIP], walks[EXCESS] = SLIP_WALK**2 * rolled_m, EXCESS_WALK**2 * rolled_m
+        walks[X] = walks[Y] = square(WAY_WALK) * rolled_m
+        walks[Z] = square(HEIGHT_WALK) * rolled_m
+        walks[YAW] = square(gyro_noise_radps) * 0.01 * self._seconds + square(turn_walk) * self._turned_rad
+        walks[BIAS] = square(BIAS_WALK) * self._seconds
+        walks[SLIP], walks[EXCESS] = square(SLIP_WALK) * rolled_m, square(EXCESS_WALK) * rolled_m
         walks[:3] += self._slip_variance_m2
         noise = np.diag(walks)
         if rolled_m > 0.0:
-            noise[:3, :3] += SLIDE_WALK**2 / rolled_m * np.outer(slide, slide)
+            noise[:3, :3] += square(SLIDE_WALK) / rolled_m * np.outer(slide, slide)
         kalman = self._kalman()
         kalman.F, kalman.Q = F, noise
         kalman.predict()
-        self.covariance = kalman.P
+        self.covariance = np.asarray(kalman.P)
         self._rest()
 
     def see_bias(self, rate_radps: float, variance: float, seconds: float) -> None:
         """The gyro's mean rate over `seconds` of standing is its bias (zero-velocity update)."""
-        self.covariance[BIAS, BIAS] += BIAS_WALK**2 * seconds
+        self.covariance[BIAS, BIAS] += square(BIAS_WALK) * seconds
         measures = np.zeros((1, STATES))
         measures[0, BIAS] = 1.0
         self._correct(np.array([rate_radps]), measures, np.array([[variance]]))
 
     def doubt_bias(self, sigma_radps: float) -> None:
         """The gyro's bias may have changed by so much."""
-        self.covariance[BIAS, BIAS] += sigma_radps**2
+        self.covariance[BIAS, BIAS] += square(sigma_radps)
 
     def innovation(self, measured: F64) -> F64:
         """(4,): a registration's x, y, z, yaw minus what the state expects of it."""
@@ -140,7 +142,8 @@ class PoseFilter:
     def credible(self, measured: F64, covariance: F64) -> bool:
         """Whether a registration (4,) of covariance (4, 4) is within what the filter allows."""
         measures = self._measures()
-        return credible(self.innovation(measured), measures @ self.covariance @ measures.T + self._tilted(covariance))
+        spread = chain(measures, self.covariance, measures.T) + self._tilted(covariance)
+        return credible(self.innovation(measured), spread)
 
     def see_pose(self, measured: F64, covariance: F64) -> None:
         """Corrects by a registration: x, y, z, yaw (4,) and its own covariance (4, 4)."""
@@ -154,13 +157,13 @@ class PoseFilter:
         clone, state = np.eye(STATES), np.array(self.state)
         clone[ANCHOR] = -(1.0 - share) * self._measures()
         clone[ANCHOR, POSE] = share * np.eye(4)
-        self.covariance = clone @ self.covariance @ clone.T
+        self.covariance = chain(clone, self.covariance, clone.T)
         self.state[ANCHOR] = ((1.0 - share) * (state[POSE] - self._expected(state))).tolist()
         self._anchor_m = (self.state[X], self.state[Y])
 
     def off_anchor_m(self) -> float:
         """Distance from where the anchor's points entered."""
-        return math.dist(self._anchor_m, self.state[:2])
+        return dist(self._anchor_m, self.state[:2])
 
     def widen(self) -> None:
         """Doubles the covariance of the pose; the pose stays."""
@@ -171,13 +174,13 @@ class PoseFilter:
     def doubt(self, innovation: F64) -> None:
         """The rover was moved by something that nothing on board felt, by as much as it looks: (4,) of `innovation`."""
         self.covariance = self.covariance.copy()
-        self.covariance[POSE, POSE] += np.diag(innovation**2)
+        self.covariance[POSE, POSE] += np.diag(np.square(innovation))
 
     def reset(self, x_m: float, y_m: float, z_m: float, yaw_rad: float) -> None:
         """Puts the rover at a pose known from elsewhere; the rest stays as learned, the map as it is."""
         self.state[POSE] = [x_m, y_m, z_m, yaw_rad]
         self.covariance[POSE], self.covariance[:, POSE] = 0.0, 0.0
-        self.covariance[POSE, POSE] = np.diag(RESET_SIGMA) ** 2
+        self.covariance[POSE, POSE] = np.diag(np.square(RESET_SIGMA))
 
     def resume(self, place: tuple[float, float, float, float], sigma: tuple[float, float, float, float]) -> None:
         """Goes on from x, y, z, yaw as an earlier run kept them, with its sigmas: an error of the kept map's as well.
@@ -185,8 +188,8 @@ class PoseFilter:
         So that error is the anchor's too: the first registration corrects only what the rover moved since.
         """
         self.reset(*place)
-        kept = np.diag(sigma) ** 2
-        self.covariance[POSE, POSE] = kept + np.diag(RESUME_SIGMA) ** 2
+        kept = np.diag(np.square(sigma))
+        self.covariance[POSE, POSE] = kept + np.diag(np.square(RESUME_SIGMA))
         self.covariance[ANCHOR, ANCHOR] = self.covariance[POSE, ANCHOR] = self.covariance[ANCHOR, POSE] = kept
         self._anchor_m = place[:2]
 
@@ -198,7 +201,7 @@ class PoseFilter:
     def _tilted(self, covariance: F64) -> F64:
         """A registration's covariance with that of the map's tilt, whose height grows from the anchor on."""
         tilted = covariance.copy()
-        tilted[Z, Z] += (TILT_SIGMA * self.off_anchor_m()) ** 2
+        tilted[Z, Z] += square(TILT_SIGMA * self.off_anchor_m())
         return tilted
 
     def _expected(self, state: F64) -> F64:
@@ -218,12 +221,19 @@ class PoseFilter:
         return measures
 
     def _correct(self, measured: F64, measures: F64, noise: F64) -> None:
-        kalman, pose = self._kalman(), len(measured) == 4
-        kalman.update(
-            measured, lambda x: measures, self._expected if pose else lambda x: measures @ x, R=noise,
-            residual=_residual if pose else np.subtract,
-        )  # fmt: skip
-        self.state, self.covariance = kalman.x.tolist(), kalman.P
+        """Corrects by the numbers measured, one after the other once nothing correlates their noise.
+
+        So filterpy inverts one number at a time; the inverse of a matrix is LAPACK's, and differs by the processor.
+        """
+        kalman, before = self._kalman(), np.array(self.state)
+        off = self.innovation(measured) if len(measured) == 4 else measured - product(measures, before)
+        variances, (rows, offs) = decorrelated(noise, measures, off)
+        for row, rest, variance in zip(rows, offs.tolist(), variances):
+            kalman.update(
+                np.array([rest]), lambda x, row=row: row[None], lambda x, row=row: product(row[None], x - before),
+                R=np.array([[variance]]),
+            )  # fmt: skip
+        self.state, self.covariance = kalman.x.tolist(), np.asarray(kalman.P)
         self.state[YAW] = wrap_rad(self.state[YAW])
         self.state[SLIP] = max(SLIP_LIMITS[0], min(SLIP_LIMITS[1], self.state[SLIP]))
 
@@ -238,7 +248,7 @@ class PoseFilter:
 
             self._filter = ExtendedKalmanFilter(dim_x=STATES, dim_z=4)
             self._filter.predict_x = lambda u: None  # the state has moved already
-        self._filter.x, self._filter.P = np.array(self.state), self.covariance
+        self._filter.x, self._filter.P = np.array(self.state), matrix(self.covariance)
         return self._filter
 
 

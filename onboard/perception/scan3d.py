@@ -19,6 +19,8 @@ from numpy.typing import NDArray
 
 from onboard.config import Rover
 from onboard.mounting import lidar_place, lidar_rotation
+from onboard.native import each
+from onboard.native.linear import product
 from onboard.perception.beam_tilt import tilt_at
 from onboard.records import F64, BeamStatus, Bool, Scan, TiltTrack
 
@@ -112,11 +114,11 @@ def points(scan: Scan3d, rover: Rover, poses: PoseTrack | None = None) -> Points
         line, beam, pixels = line[within], beam[within], pixels[within]
     phi, tilt = scan.azimuths_rad[beam], pixels["tilt_rad"].astype(np.float64)
     range_m = pixels["range_m"].astype(np.float64)
-    ahead_m = range_m * np.cos(phi)
-    xyz_m = np.stack([ahead_m * np.cos(tilt), range_m * np.sin(phi), -ahead_m * np.sin(tilt)], axis=1)
+    ahead_m = range_m * each.cos(phi)
+    xyz_m = np.stack([ahead_m * each.cos(tilt), range_m * each.sin(phi), -ahead_m * each.sin(tilt)], axis=1)
     mount = lidar_rotation(rover)
     if mount is not None:
-        xyz_m = xyz_m @ mount.T
+        xyz_m = product(xyz_m, mount.T)
     xyz_m += lidar_place(rover)
     if poses is not None:
         _move(xyz_m, pixels["time_ns"], poses)
@@ -130,7 +132,7 @@ def _move(xyz_m: F64, times_ns: NDArray[Any], poses: PoseTrack) -> None:
     whole = np.column_stack([poses.poses[:, :3], np.unwrap(poses.poses[:, 3:], axis=0)])
     for column, (i, j) in ((3, (1, 2)), (4, (2, 0)), (5, (0, 1))):  # about x: y towards z, and so on
         angle = np.interp(at, known, whole[:, column])
-        cosine, sine = np.cos(angle), np.sin(angle)
+        cosine, sine = each.cos(angle), each.sin(angle)
         first, second = xyz_m[:, i].copy(), xyz_m[:, j].copy()
         xyz_m[:, i] = cosine * first - sine * second
         xyz_m[:, j] = sine * first + cosine * second

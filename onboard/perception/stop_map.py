@@ -14,6 +14,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from onboard.config import Config
+from onboard.native.elementary import asin, atan2
+from onboard.native.linear import product
 from onboard.perception import ldem
 from onboard.perception.cloud import cloud
 from onboard.perception.dark_regions import dark_regions
@@ -95,7 +97,7 @@ def remember(
     near = ldem.window(cells, x_m, y_m, mapping.size_m)  # a scan reaches no farther: the map may be large
     cells = ldem.paste(cells, ldem.insert(near, within(here, config.scanning.range_m), stop, mapping.near_m))
     target = merge_target(memory.target_points, here.ends_m[here.hit], (x_m, y_m))
-    dark_m = dark_base_m @ T_map_base[:3, :3].T + T_map_base[:3, 3]
+    dark_m = product(dark_base_m, T_map_base[:3, :3].T) + T_map_base[:3, 3]
     unseen_m = updated(memory.unseen_m, dark_m, here, mapping.cell_m, mapping.near_m)
     return replace(memory, cells=cells, target_points=target, unseen_m=unseen_m)
 
@@ -110,7 +112,8 @@ def within(seen: Cloud, range_m: float) -> Cloud:
     ends, hit, origin = seen.ends_m.copy(), seen.hit.copy(), seen.origin_m.astype(np.float32)
     for part in _parts(len(ends)):
         way = ends[part] - origin
-        length = np.sqrt(np.einsum("ij,ij->i", way, way))
+        x, y, z = way.T
+        length = np.sqrt(x * x + y * y + z * z)
         beyond = length > range_m
         ends[part][beyond] -= way[beyond] * (1.0 - range_m / length[beyond])[:, None].astype(np.float32)
         hit[part] &= ~beyond
@@ -122,8 +125,8 @@ def moved(seen: Cloud, T_map_base: F64) -> Cloud:
     rotation, shift = T_map_base[:3, :3], T_map_base[:3, 3]
     ends = np.empty_like(seen.ends_m)
     for part in _parts(len(ends)):
-        ends[part] = seen.ends_m[part].astype(np.float64) @ rotation.T + shift
-    return replace(seen, origin_m=rotation @ seen.origin_m + shift, ends_m=ends)
+        ends[part] = product(seen.ends_m[part], rotation.T) + shift
+    return replace(seen, origin_m=product(rotation, seen.origin_m) + shift, ends_m=ends)
 
 
 def _parts(count: int) -> list[slice]:
@@ -135,7 +138,7 @@ def pose_of(T_map_base: F64) -> Pose:
     R = T_map_base[:3, :3]
     return Pose(
         float(T_map_base[0, 3]), float(T_map_base[1, 3]), float(T_map_base[2, 3]),
-        roll_rad=float(np.arctan2(R[2, 1], R[2, 2])),
-        pitch_rad=float(-np.arcsin(np.clip(R[2, 0], -1.0, 1.0))),
-        yaw_rad=float(np.arctan2(R[1, 0], R[0, 0])),
+        roll_rad=atan2(R[2, 1], R[2, 2]),
+        pitch_rad=-asin(min(1.0, max(-1.0, R[2, 0]))),
+        yaw_rad=atan2(R[1, 0], R[0, 0]),
     )

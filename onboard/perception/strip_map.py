@@ -15,6 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from onboard import config
+from onboard.native.elementary import atan2, cos, sin
 from onboard.perception import ldem
 from onboard.perception.cell_classes import COUNTS, MOST_SPREAD, SPREAD, classify
 from onboard.records import F64, Cloud, Grid, Ldem, Pose, Surface
@@ -54,7 +55,8 @@ def level(line: Cloud, surface: Surface) -> Line:
         slope, height = 0.0, float(np.median(residual[known]))
     else:
         s, r = across[line.hit][inlier], residual[inlier]
-        slope = float(np.cov(s, r, bias=True)[0, 1] / max(np.var(s), 1e-9))
+        off = s - s.mean()
+        slope = float((off * (r - r.mean())).mean() / max((off * off).mean(), 1e-9))
         height = float(np.median(r - slope * s))
     if abs(height) > MOST_M or abs(slope) > MOST_SLOPE:
         return Line(line, residual)
@@ -67,8 +69,9 @@ def _across(line: Cloud) -> F64:
     """How far each beam's end lies along the line's main direction from the middle of its hits, (n,) m."""
     flat: F64 = line.ends_m[:, :2].astype(np.float64)
     middle = flat[line.hit].mean(axis=0)
-    _, axes = np.linalg.eigh(np.cov((flat[line.hit] - middle).T))
-    along: F64 = (flat - middle) @ axes[:, -1]
+    x, y = (flat[line.hit] - middle).T
+    turned_rad = 0.5 * atan2(2.0 * float((x * y).sum()), float((x * x - y * y).sum()))  # of the larger spread's axis
+    along: F64 = cos(turned_rad) * (flat[:, 0] - middle[0]) + sin(turned_rad) * (flat[:, 1] - middle[1])
     return along
 
 
@@ -125,5 +128,5 @@ def merge(memory: Ldem, strip: Ldem, pose: Pose, ahead_m: float, mapping: config
 def _along(grid: Grid, pose: Pose) -> F64:
     """How far each cell lies ahead of a pose, (rows, columns) m."""
     x, y = grid.x0_m + np.arange(grid.columns) * grid.cell_m, grid.y0_m + np.arange(grid.rows) * grid.cell_m
-    along: F64 = np.cos(pose.yaw_rad) * (x[None, :] - pose.x_m) + np.sin(pose.yaw_rad) * (y[:, None] - pose.y_m)
+    along: F64 = cos(pose.yaw_rad) * (x[None, :] - pose.x_m) + sin(pose.yaw_rad) * (y[:, None] - pose.y_m)
     return along

@@ -21,6 +21,7 @@ from typing import NamedTuple
 import numpy as np
 
 from onboard.config import Scanning
+from onboard.native.elementary import sin
 from onboard.records import F64
 
 LINE_S = 0.025
@@ -54,7 +55,7 @@ def line_angles(scanning: Scanning, height_m: float) -> F64:
     angles, step = [angle], 0.0
     while angle > end:
         if angle > _HORIZON_RAD:
-            step = scanning.spacing_m * math.sin(angle) ** 2 / height_m
+            step = scanning.spacing_m * sin(angle) * sin(angle) / height_m
         else:
             step *= _GROWTH_RATIO
         step = min(max(step, scanning.floor_rad), scanning.cap_rad, MOST_RATE_STEPS * RATE_STEP_RADPS * LINE_S)

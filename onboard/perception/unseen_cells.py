@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from onboard.native import each
 from onboard.perception.ldem import REPLACING_HITS
 from onboard.records import F32, F64, CellClass, Cloud, Surface
 
@@ -25,7 +26,7 @@ def updated(unseen_m: Places, dark_m: F32 | F64, seen: Cloud, cell_m: float, nea
         return ()
     centres = (np.unique(known, axis=0) + 0.5) * cell_m
     if len(centres) > MOST:
-        away = np.hypot(*(centres - seen.origin_m[:2]).T)
+        away = each.hypot(*(centres - seen.origin_m[:2]).T)
         centres = centres[np.sort(np.argsort(away, kind="stable")[:MOST])]
     return tuple((x, y) for x, y in centres.tolist())
 
@@ -55,7 +56,7 @@ def _seen_anew(cells: I64, seen: Cloud, cell_m: float, near_m: float) -> NDArray
     if not len(cells):
         return np.zeros(0, np.bool_)
     hits = seen.ends_m[seen.hit][:, :2]
-    hits = hits[np.hypot(*(hits - seen.origin_m[:2].astype(np.float32)).T) < near_m]
+    hits = hits[each.hypot(*(hits - seen.origin_m[:2].astype(np.float32)).T) < near_m]
     keys, order = _keys(cells), np.argsort(_keys(cells), kind="stable")
     found = _keys(_cells(hits, cell_m))
     at = np.minimum(np.searchsorted(keys[order], found), len(cells) - 1)

@@ -18,6 +18,8 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from onboard import config
+from onboard.native import each
+from onboard.native.elementary import dist
 from onboard.perception.cell_classes import classify
 from onboard.perception.unseen_cells import without_unseen
 from onboard.planning import gdem_refresh, global_path, mission_rule, options, trust
@@ -144,7 +146,7 @@ def first_leg(decision: Decision, leg_m: float) -> Decision:
     leg_m: metres. A way up to a quarter longer is driven whole. The heading to scan at is that of the way.
     """
     stations = decision.path.stations
-    way = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(stations[:, :2], axis=0).T))])
+    way = np.concatenate([[0.0], np.cumsum(each.hypot(*np.diff(stations[:, :2], axis=0).T))])
     if decision.kind not in ("drive", "goal") or way[-1] <= 1.25 * leg_m:
         return decision
     last = int(np.searchsorted(way, leg_m, side="right"))
@@ -163,7 +165,7 @@ def _situation(stop: _Stop, fields: Fields, state: MissionState) -> tuple[Situat
         terminal=options.terminal(fields, mission.goal_tolerance_m),
     )
     terminal = situation.terminal
-    if terminal is not None and math.dist(terminal.stop[:2], request.goal_m) <= mission.goal_tolerance_m / 2:
+    if terminal is not None and dist(terminal.stop[:2], request.goal_m) <= mission.goal_tolerance_m / 2:
         return situation, None
     eyes = _eyes(request.settings)
     found, answer = options.choice(fields, eyes, state, mission)
@@ -226,7 +228,7 @@ def _freed(freedom: U8, surface: Surface, own: tuple[int, int, int], rover: conf
     j, i, o = own
     grid, out = surface.grid, freedom.copy()
     known = ndimage.binary_erosion(surface.cell_class >= CellClass.HIT, np.ones((3, 3), np.bool_))
-    near = np.argwhere(np.hypot(*np.ogrid[-j : grid.rows - j, -i : grid.columns - i]) * grid.cell_m <= STAND_M)
+    near = np.argwhere(each.hypot(*np.ogrid[-j : grid.rows - j, -i : grid.columns - i]) * grid.cell_m <= STAND_M)
     for other in range(ORIENTATIONS):
         turned = min((other - o) % ORIENTATIONS, (o - other) % ORIENTATIONS)
         wheels = near[:, None, :] + np.array(wheel_cells(other, rover, grid.cell_m))
@@ -260,7 +262,7 @@ def _near(grid: Grid, points_m: tuple[tuple[float, float], ...], radius_m: float
     y = grid.y0_m + np.arange(grid.rows) * grid.cell_m
     near = np.zeros((grid.rows, grid.columns), dtype=bool)
     for point in points_m:
-        near |= np.hypot(x[None, :] - point[0], y[:, None] - point[1]) <= radius_m
+        near |= each.hypot(x[None, :] - point[0], y[:, None] - point[1]) <= radius_m
     return near
 
 
@@ -271,7 +273,7 @@ def _seeds(
     if grid.contains(*grid.cell(*goal_m)):
         x = grid.x0_m + np.arange(grid.columns) * grid.cell_m - goal_m[0]
         y = grid.y0_m + np.arange(grid.rows) * grid.cell_m - goal_m[1]
-        away = np.hypot(x[None, :], y[:, None])
+        away = each.hypot(x[None, :], y[:, None])
         cells = np.argwhere(away <= max(tolerance_m, grid.cell_m))
         left = DISC_PRICE * away[cells[:, 0], cells[:, 1]]
     else:
@@ -279,7 +281,7 @@ def _seeds(
         border[1:-1, 1:-1] = False
         cells = np.argwhere(border)
         points = np.array([grid.x0_m, grid.y0_m]) + cells[:, ::-1] * grid.cell_m
-        straight = np.hypot(*(points - np.array(goal_m)).T)
+        straight = each.hypot(*(points - np.array(goal_m)).T)
         left = straight if field is None else global_path.values_at(field, points)
         cells, left = cells[np.isfinite(left)], left[np.isfinite(left)]
     return np.column_stack([cells, np.full(len(cells), -1)]).astype(np.int64), left

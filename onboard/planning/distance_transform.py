@@ -12,6 +12,8 @@ import math
 import numpy as np
 
 from onboard.native import distance as native
+from onboard.native import each
+from onboard.native.elementary import hypot
 from onboard.planning.contract import Plan, Problem
 from onboard.planning.path import drivable, ground_of
 from onboard.planning.poses import Freedom, orientation
@@ -53,7 +55,7 @@ def _lowest(cost: F64, free: Bool, j: int, i: int) -> tuple[int, int]:
             continue
         if dj and di and not (free[a, i] or free[j, b]):
             continue
-        fall = float(cost[j, i] - cost[a, b]) / float(np.hypot(dj, di))
+        fall = float(cost[j, i] - cost[a, b]) / hypot(dj, di)
         if fall > best_fall:
             best, best_fall = (a, b), fall
     assert best != (j, i), "a finite cost above zero has a lower neighbour"
@@ -65,7 +67,7 @@ def headings(cells: I32) -> F64:
     if len(cells) < 2:
         return np.zeros(len(cells))
     step = np.diff(cells.astype(np.float64), axis=0)
-    heading = np.arctan2(step[:, 0], step[:, 1])
+    heading = each.atan2(step[:, 0], step[:, 1])
     return np.append(heading, heading[-1])
 
 

@@ -14,13 +14,14 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import product
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from onboard import config
+from onboard.native.elementary import cos, dist, sin, tan
+from onboard.native.linear import inner, product, solve
 from onboard.perception import ldem, strip_map
 from onboard.perception.cell_classes import MOST_SPREAD, classify
 from onboard.records import F64, Bool, Cloud, Grid, Ldem, Pose, Surface
@@ -38,10 +39,11 @@ LEAST_HITS = 20  # of a judged cell, one line's worth 1 m ahead: the rim of the 
 I8 = NDArray[np.int8]
 Cells = Sequence[tuple[int, int]]  # (dj, di)
 CROSS: Cells = ((0, 0), (0, 1), (0, -1), (1, 0), (-1, 0))  # a cell and its 4 neighbours
-SQUARE: Cells = tuple(product((-1, 0, 1), (-1, 0, 1)))
+SQUARE: Cells = tuple((dj, di) for dj in (-1, 0, 1) for di in (-1, 0, 1))
 BESIDE_CROSS: Cells = tuple({(a + c, b + d): None for a, b in SQUARE for c, d in CROSS})  # a CROSS a cell off
 _SIDE = np.arange(-PLANE_CELLS, PLANE_CELLS + 1.0)
 PLANE_BASIS = np.array([(1.0, row, column) for row in _SIDE for column in _SIDE])
+PLANE_SQUARES = (PLANE_BASIS[:, :, None] * PLANE_BASIS[:, None, :]).reshape(-1, 9)
 REASONS = ("step", "depth", "height", "change", "no return")
 
 
@@ -85,7 +87,7 @@ def begin(surface: Surface, stop: int) -> Watch:
 
 def ahead_m(rover: config.Rover, guard: config.DriveGuard) -> float:
     """How far ahead of base_link the line lies on flat ground."""
-    return rover.lidar_x_m + rover.lidar_z_m / math.tan(guard.tilt_rad)
+    return rover.lidar_x_m + rover.lidar_z_m / tan(guard.tilt_rad)
 
 
 def hear(watch: Watch, line: Cloud, pose: Pose, tracks: Bool, settings: Settings) -> tuple[Watch, tuple[Bad, ...]]:
@@ -104,8 +106,8 @@ def hear(watch: Watch, line: Cloud, pose: Pose, tracks: Bool, settings: Settings
     }
     watch = replace(watch, strip=strip_map.enter(watch.strip, levelled.cloud, watch.stop))
     at = ahead_m(settings.rover, settings.guard)
-    here = (pose.x_m + at * math.cos(pose.yaw_rad), pose.y_m + at * math.sin(pose.yaw_rad))
-    if math.dist(here, watch.line_m) >= EVALUATE_M or not math.isfinite(watch.line_m[0]):
+    here = (pose.x_m + at * cos(pose.yaw_rad), pose.y_m + at * sin(pose.yaw_rad))
+    if dist(here, watch.line_m) >= EVALUATE_M or not math.isfinite(watch.line_m[0]):
         found |= judge(watch, pose, tracks, settings)
         watch = replace(watch, line_m=here)
     return _confirmed(watch, found)
@@ -132,8 +134,8 @@ def _silent(line: Cloud, pose: Pose, tracks: Bool, grid: Grid) -> Bool:
     T_map_base = pose.matrix()
     normal, foot = T_map_base[:3, 2], T_map_base[:3, 3]
     ways = line.ends_m - line.origin_m
-    down = -(ways @ normal)
-    share = np.where(down > 0.0, normal @ (line.origin_m - foot) / np.where(down > 0.0, down, 1.0), np.inf)
+    down = -product(ways, normal)
+    share = np.where(down > 0.0, inner(normal, line.origin_m - foot) / np.where(down > 0.0, down, 1.0), np.inf)
     reaches = ~line.hit & (share < 1.0)
     met = line.origin_m[:2] + np.where(reaches, share, 0.0)[:, None] * ways[:, :2]
     return _runs(reaches, _cells(met, grid), tracks)
@@ -190,7 +192,7 @@ def _bounds(surface: Surface, cells: NDArray[np.int64], plane: F64, among: Cells
     """Highest top and lowest bottom among cells around each, slope taken out: two (k,), infinite if unknown."""
     reach = max(max(offset) for offset in among)
     of_square = [(2 * reach + 1) * (dj + reach) + di + reach for dj, di in among]
-    slope = plane[:, 1:] @ np.array(among, np.float64).T
+    slope = product(plane[:, 1:], np.array(among, np.float64).T)
     high = _around(surface.z_top, cells, reach)[:, of_square] - slope
     low = _around(surface.z_bot, cells, reach)[:, of_square] - slope
     return np.nanmax(high, axis=1, initial=-np.inf), np.nanmin(low, axis=1, initial=np.inf)
@@ -202,15 +204,14 @@ def _planes(squares: F64) -> F64:
     NaN are left out; a square with fewer than LEAST_OF_PLANE heights has NaN height and no slope.
     """
     first = _fit(squares, np.isfinite(squares))
-    residual = squares - first @ PLANE_BASIS.T
+    residual = squares - product(first, PLANE_BASIS.T)
     return _fit(squares, np.isfinite(squares) & ~(residual < -BELOW_M))
 
 
 def _fit(squares: F64, used: Bool) -> F64:
     weight, heights = used.astype(np.float64), np.where(used, squares, 0.0)
-    normal = np.einsum("kn,na,nb->kab", weight, PLANE_BASIS, PLANE_BASIS) + 1e-6 * np.eye(3)
-    moment = heights @ PLANE_BASIS
-    planes: F64 = np.linalg.solve(normal, moment[:, :, None])[:, :, 0]
+    normal = product(weight, PLANE_SQUARES).reshape(-1, 3, 3) + 1e-6 * np.eye(3)
+    planes = solve(normal, product(heights, PLANE_BASIS))
     planes[used.sum(axis=1) < LEAST_OF_PLANE] = (np.nan, 0.0, 0.0)
     return planes
 

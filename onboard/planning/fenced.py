@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -9,6 +10,8 @@ import numpy as np
 from scipy import ndimage
 
 from onboard.config import Rover
+from onboard.native import each
+from onboard.native.elementary import cos, hypot, sin
 from onboard.planning.fences import KEEP_OUT, Fence, Point
 from onboard.planning.poses import ORIENTATIONS, Freedom
 from onboard.records import U8, Bool, Gdem, Grid
@@ -31,7 +34,7 @@ def keep_out(fences: Sequence[Fence], grid: Grid) -> Bool:
                 dx, dy = bx - ax, by - ay
                 length2 = max(dx * dx + dy * dy, 1e-12)
                 share = np.clip(((x - ax) * dx + (y - ay) * dy) / length2, 0.0, 1.0)
-                found |= np.hypot(x - ax - share * dx, y - ay - share * dy) <= grid.cell_m * 0.71
+                found |= each.hypot(x - ax - share * dx, y - ay - share * dy) <= grid.cell_m * 0.71
             found |= odd
     return found
 
@@ -46,7 +49,7 @@ def fenced(freedom: U8, fences: Sequence[Fence], grid: Grid, rover: Rover, here_
         return freedom
     x = grid.x0_m + np.arange(grid.columns) * grid.cell_m - here_m[0]
     y = (grid.y0_m + np.arange(grid.rows) * grid.cell_m - here_m[1])[:, None]
-    near = np.hypot(x, y) <= STAND_M
+    near = each.hypot(x, y) <= STAND_M
     out = freedom.copy()
     for o in range(ORIENTATIONS):
         touched = ndimage.binary_dilation(cells, _body(o, rover, grid.cell_m, 0.0))
@@ -58,11 +61,12 @@ def fenced(freedom: U8, fences: Sequence[Fence], grid: Grid, rover: Rover, here_
 def _body(o: int, rover: Rover, cell_m: float, margin_m: float) -> Bool:
     """Cells of the body at an orientation around its own, a square of odd side; the same from behind."""
     half_x_m, half_y_m = rover.body_length_m / 2 + margin_m, rover.body_width_m / 2 + margin_m
-    reach = int(np.ceil(np.hypot(half_x_m, half_y_m) / cell_m))
+    reach = math.ceil(hypot(half_x_m, half_y_m) / cell_m)
     at = np.arange(-reach, reach + 1) * cell_m
     x, y = at[None, :], at[:, None]
     yaw = o * np.pi / ORIENTATIONS
-    along, aside = np.cos(yaw) * x + np.sin(yaw) * y, np.cos(yaw) * y - np.sin(yaw) * x
+    c, s = cos(yaw), sin(yaw)
+    along, aside = c * x + s * y, c * y - s * x
     return np.asarray((np.abs(along) <= half_x_m) & (np.abs(aside) <= half_y_m))
 
 

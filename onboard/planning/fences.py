@@ -6,11 +6,11 @@ A polygon is its corners in the map frame, closed by itself; inside is by even a
 from __future__ import annotations
 
 import json
-import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from onboard.config import Rover
+from onboard.native.elementary import cos, dist, hypot, sin
 from onboard.records import Pose
 
 Point = tuple[float, float]
@@ -51,13 +51,13 @@ def _to_segment_m(point: Point, a: Point, b: Point) -> float:
     length2 = dx * dx + dy * dy
     share = 0.0 if length2 == 0.0 else ((point[0] - a[0]) * dx + (point[1] - a[1]) * dy) / length2
     share = min(1.0, max(0.0, share))
-    return math.dist(point, (a[0] + share * dx, a[1] + share * dy))
+    return dist(point, (a[0] + share * dx, a[1] + share * dy))
 
 
 def entered(fences: Iterable[Fence], pose: Pose, rover: Rover) -> str:
     """Name of a keep-out that the rover's outline touches, or ''."""
     half_x_m, half_y_m = rover.body_length_m / 2, rover.body_width_m / 2
-    here, reach_m = (pose.x_m, pose.y_m), math.hypot(half_x_m, half_y_m)
+    here, reach_m = (pose.x_m, pose.y_m), hypot(half_x_m, half_y_m)
     for fence in fences:
         if fence.kind == KEEP_OUT and fence.distance_m(here) <= reach_m:
             body = _in_body(fence, pose)
@@ -69,9 +69,9 @@ def entered(fences: Iterable[Fence], pose: Pose, rover: Rover) -> str:
 
 
 def _in_body(fence: Fence, pose: Pose) -> Fence:
-    cos, sin = math.cos(pose.yaw_rad), math.sin(pose.yaw_rad)
+    c, s = cos(pose.yaw_rad), sin(pose.yaw_rad)
     moved = ((x - pose.x_m, y - pose.y_m) for x, y in fence.corners_m)
-    return Fence(fence.name, fence.kind, tuple((cos * x + sin * y, cos * y - sin * x) for x, y in moved))
+    return Fence(fence.name, fence.kind, tuple((c * x + s * y, c * y - s * x) for x, y in moved))
 
 
 def _overlap(a: Fence, b: Fence) -> bool:

@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from onboard.native import each
 from onboard.planning import visibility
 from onboard.planning.visibility import Asked, Sector, Visibility
 from onboard.records import F32, F64, Bool, Grid
@@ -42,7 +43,7 @@ class Sight:
         known = np.pad(z_mean, self._margin, constant_values=np.nan)
         self._scene = visibility.scene(known, optimistic=eyes.optimistic)
         x, y = centres(grid)
-        self._to_goal_rad = np.arctan2(goal_m[1] - y, goal_m[0] - x)
+        self._to_goal_rad = each.atan2(goal_m[1] - y, goal_m[0] - x)
 
     def gains(self, where: Bool) -> tuple[F64, F64]:
         """The gain of every cell `where`, 0 to 1, and the heading that has it, (rows, columns); no meaning elsewhere.

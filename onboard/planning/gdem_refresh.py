@@ -34,10 +34,10 @@ def refresh(gdem: Gdem, surface: Surface, freedom: U8, open_m: Sequence[tuple[fl
     kept_open = {gdem.grid.cell(*place) for place in open_m}
     for j, i in np.argwhere(_overlapping(gdem.grid, surface.grid)):
         part = _part(gdem.grid, surface.grid, int(j), int(i))
-        whole = (gdem.grid.cell_m / surface.grid.cell_m) ** 2
-        if known[part].sum() >= COVERED_RATIO * whole:
+        side = gdem.grid.cell_m / surface.grid.cell_m
+        if known[part].sum() >= COVERED_RATIO * side * side:
             heights[j, i] = np.float32(surface.z_mean[part][known[part]].mean(dtype=np.float64))
-        covered = passable[part].size >= COVERED_RATIO * whole
+        covered = passable[part].size >= COVERED_RATIO * side * side
         if covered and (j, i) not in kept_open and _spanned(passable[part]):
             heights[j, i] = np.nan
     return gdem if np.array_equal(heights, gdem.heights_m, equal_nan=True) else replace(gdem, heights_m=heights)

@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from onboard.config import Planning
-from onboard.native import global_field
+from onboard.native import each, global_field
 from onboard.native.global_field import Workspace, workspace
 from onboard.records import F32, F64, I32, Gdem, Grid
 
@@ -134,7 +134,7 @@ def _nearest(grid: Grid, points_m: F64) -> tuple[NDArray[np.int64], F64]:
     """
     high = (grid.x0_m + (grid.columns - 1) * grid.cell_m, grid.y0_m + (grid.rows - 1) * grid.cell_m)
     inside = np.clip(points_m, (grid.x0_m, grid.y0_m), high)
-    beyond = np.hypot(*(points_m - inside).T)
+    beyond = each.hypot(*(points_m - inside).T)
     corner_i = np.floor((inside[:, 0] - grid.x0_m) / grid.cell_m).astype(np.int64)
     corner_j = np.floor((inside[:, 1] - grid.y0_m) / grid.cell_m).astype(np.int64)
     span = np.arange(-1, 3)
@@ -143,7 +143,7 @@ def _nearest(grid: Grid, points_m: F64) -> tuple[NDArray[np.int64], F64]:
     on_map = (i >= 0) & (i < grid.columns) & (j >= 0) & (j < grid.rows)
     dx = grid.x0_m + i * grid.cell_m - inside[:, 0, None, None]
     dy = grid.y0_m + j * grid.cell_m - inside[:, 1, None, None]
-    way = np.where(on_map, np.hypot(dx, dy), np.inf).reshape(len(points_m), -1)
+    way = np.where(on_map, each.hypot(dx, dy), np.inf).reshape(len(points_m), -1)
     flat = np.where(on_map, j * grid.columns + i, 0).reshape(len(points_m), -1)
     order = np.argsort(way, axis=1, kind="stable")[:, :NEAREST]
     return np.take_along_axis(flat, order, 1), np.take_along_axis(way, order, 1) + beyond[:, None]
@@ -159,7 +159,7 @@ def values_at(field: GlobalField, points_m: F64) -> F64:
     """
     near, way = _nearest(field.grid, points_m)
     value = np.min(field.cost_m.ravel()[near].astype(np.float64) + way, axis=1)
-    straight = np.hypot(*(points_m - np.array(field.goal_m)).T)
+    straight = each.hypot(*(points_m - np.array(field.goal_m)).T)
     return np.asarray(np.where(straight <= 1.5 * field.grid.cell_m, np.minimum(value, straight), value))
 
 

@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from onboard.config import Config
+from onboard.native import each
 from onboard.perception import ldem, strip_map
 from onboard.perception.cell_classes import classify
 from onboard.perception.cloud import cloud
@@ -89,7 +90,7 @@ def _reached(leg: Leg, pose: Pose) -> int:
     """The station nearest to a pose among the next few; never one before the last."""
     near = leg.stations[leg.at : leg.at + NEXT]
     turned = np.abs([wrap_rad(yaw - pose.yaw_rad) for yaw in near[:, 2].tolist()])
-    away_m = np.hypot(near[:, 0] - pose.x_m, near[:, 1] - pose.y_m) + TURN_M * turned
+    away_m = each.hypot(near[:, 0] - pose.x_m, near[:, 1] - pose.y_m) + TURN_M * turned
     return leg.at + int(np.argmin(away_m))
 
 

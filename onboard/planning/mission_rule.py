@@ -28,6 +28,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from onboard.config import Mission
+from onboard.native.elementary import dist
 from onboard.records import Decision, Path
 from protocol.conventions import wrap_rad
 
@@ -161,7 +162,7 @@ def interrupted(state: MissionState, before: MissionState) -> MissionState:
 def repeats(state: MissionState, stop: Stop) -> bool:
     """Whether a scan was taken at this place (0.1 m) and heading (10 degrees) before."""
     return any(
-        math.dist(stop[:2], earlier[:2]) <= REPEAT_M
+        dist(stop[:2], earlier[:2]) <= REPEAT_M
         and abs(wrap_rad(stop.heading_rad - earlier.heading_rad)) <= REPEAT_RAD
         for earlier in state.stops
     )
@@ -170,7 +171,7 @@ def repeats(state: MissionState, stop: Stop) -> bool:
 def failed(state: MissionState, commit: Option) -> bool:
     """Whether a commit would bring nothing: its scan was taken before, or its target was looked at twice already."""
     target = commit.target_m
-    looks = sum(target is not None and math.dist(target, earlier) <= SAME_TARGET_M for earlier in state.targets)
+    looks = sum(target is not None and dist(target, earlier) <= SAME_TARGET_M for earlier in state.targets)
     return repeats(state, commit.stop) or looks >= LOOKS
 
 
@@ -185,7 +186,7 @@ def decide(state: MissionState, situation: Situation, mission: Mission) -> tuple
 
     Pure; each Again has marked a target, or cleared the marks for the once in a mission (R8).
     """
-    away = math.dist(situation.pose[:2], situation.goal_m)
+    away = dist(situation.pose[:2], situation.goal_m)
     ended = _at_the_limit(state, situation, away, mission)
     if ended is not None:
         return ended, state
@@ -225,7 +226,7 @@ def _may_choose(state: MissionState, choice: Option, mission: Mission) -> bool:
 def _ends(state: MissionState, situation: Situation, away_m: float, mission: Mission) -> bool:
     """R4: whether the mission ends from here."""
     terminal, commit = situation.terminal, situation.commit
-    near_m = away_m if terminal is None else math.dist(terminal.stop[:2], situation.goal_m)
+    near_m = away_m if terminal is None else dist(terminal.stop[:2], situation.goal_m)
     if terminal is None and away_m > mission.goal_tolerance_m:
         return False
     nothing_nearer = commit is None or commit.target_m is None or failed(state, commit)
@@ -239,7 +240,7 @@ def _terminal(situation: Situation, away_m: float, mission: Mission) -> Decision
         text = f"{away_m:.2f} m from the goal, no nearer pose is free"
         return Decision("arrived", "R4", text, _stay(situation.pose), situation.pose.heading_rad)
     assert option is not None
-    left = math.dist(option.stop[:2], situation.goal_m)
+    left = dist(option.stop[:2], situation.goal_m)
     text = f"the goal is reached over free poses: {option.path.length_m:.2f} m to {left:.2f} m from it"
     return Decision("goal", "R4", text, option.path, option.stop.heading_rad, {"cost_m": option.cost_m, **option.data})
 

@@ -21,6 +21,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from onboard.native import each
 from onboard.native.checks import check_array
 from onboard.planning.gain import GAINS, Eyes, Sight, centres
 from onboard.planning.hill_climb import climb, draw_seeds
@@ -187,8 +188,8 @@ def straight_line_m(grid: Grid, z_mean: F32, goal_m: tuple[float, float]) -> F32
     x, y = centres(grid)
     own = grid.cell(*goal_m)
     height = z_mean[own] if grid.contains(*own) else np.float32(np.nan)
-    away = np.hypot(x - goal_m[0], y - goal_m[1])
-    return np.asarray(np.hypot(away, np.nan_to_num(z_mean - height)), dtype=np.float32)
+    away = each.hypot(x - goal_m[0], y - goal_m[1])
+    return np.asarray(each.hypot(away, np.nan_to_num(z_mean - height)), dtype=np.float32)
 
 
 def screen(question: Question) -> tuple[Bool, dict[str, int]]:
@@ -196,7 +197,7 @@ def screen(question: Question) -> tuple[Bool, dict[str, int]]:
     left, fresh = np.ones_like(question.free), np.ones_like(question.free)
     x, y = centres(question.grid)
     for stop_x, stop_y in question.stops_m:
-        fresh &= np.hypot(x - stop_x, y - stop_y) >= STOP_APART_M
+        fresh &= each.hypot(x - stop_x, y - stop_y) >= STOP_APART_M
     rejections = {}
     way = np.isfinite(question.cost_m)
     rules = {"not free": question.free, "no way to the goal": way, "near an earlier stop": fresh}
@@ -248,5 +249,5 @@ def _apart(score_map: F64, question: Question) -> list[tuple[int, int]]:
         j, i = (int(n) for n in ties[np.argmin(question.cost_m[ties[:, 0], ties[:, 1]])])
         taken.append((j, i))
         rows, columns = (np.s_[max(n - reach, 0) : n + reach + 1] for n in (j, i))
-        left[rows, columns][np.hypot(x[:, columns] - x[0, i], y[rows] - y[j, 0]) < APART_M - 1e-9] = -np.inf
+        left[rows, columns][each.hypot(x[:, columns] - x[0, i], y[rows] - y[j, 0]) < APART_M - 1e-9] = -np.inf
     return taken

@@ -9,6 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from onboard import config
+from onboard.native import each
+from onboard.native.elementary import atan2, cos, dist, hypot, sin
 from onboard.planning import strategies, visibility
 from onboard.planning.contract import Plan, Problem
 from onboard.planning.gain import Eyes
@@ -117,7 +119,7 @@ def choice(
     best = None if answer is None else answer.best
     if answer is None or best is None:
         return None, answer
-    look = (best.x_m + math.cos(best.heading_rad), best.y_m + math.sin(best.heading_rad))
+    look = (best.x_m + cos(best.heading_rad), best.y_m + sin(best.heading_rad))
     plan = _plan(fields, _only(fields, best.cell), None)
     data = {"score": best.score, "visibility": best.visibility, "new_cells": best.new_cells}
     sketch = Option(Stop(*fields.start), _nowhere(fields), best.cost_m, None, data, answer.reason)
@@ -157,7 +159,7 @@ def nearest(fields: Fields) -> Nearest:
     Where no pose is (a keep-out lies across the rover), the rover's own.
     """
     if not fields.reach.any():
-        return Nearest(*fields.start[:2], math.dist(fields.start[:2], fields.goal_m), 0)
+        return Nearest(*fields.start[:2], dist(fields.start[:2], fields.goal_m), 0)
     away = np.where(fields.reach.any(axis=0), _distances(fields, fields.goal_m), np.inf)
     j, i = np.unravel_index(int(np.argmin(away)), away.shape)
     x, y = fields.surface.grid.centre(int(j), int(i))
@@ -189,7 +191,7 @@ def _looking(fields: Fields, plan: Plan, look_m: tuple[float, float], sketch: Op
     if plan.path is None:
         return None
     stations, ground = plan.path.stations, fields.ground
-    gone = np.append(0.0, np.cumsum(np.hypot(*np.diff(stations[:, :2], axis=0).T)))
+    gone = np.append(0.0, np.cumsum(each.hypot(*np.diff(stations[:, :2], axis=0).T)))
     for k in range(len(stations) - 1, -1, -1):
         if gone[-1] - gone[k] > BACK_OFF_M:
             break
@@ -204,12 +206,12 @@ def _turn_towards(station: F64, look_m: tuple[float, float], ground: Ground) -> 
     """Stations of the free turn that ends nearest to the direction of a point, or None beyond 60 degrees off it."""
     x, y, yaw = (float(part) for part in station)
     dx, dy = look_m[0] - x, look_m[1] - y
-    wanted = math.atan2(dy, dx) if math.hypot(dx, dy) > 1e-6 else yaw
+    wanted = atan2(dy, dx) if hypot(dx, dy) > 1e-6 else yaw
     for off in range(round(HEADING_SLACK_RAD / math.radians(10)) + 1):
         for sign in (1, -1) if off else (1,):
             turn = turn_to((x, y), yaw, wanted + sign * off * math.radians(10), ground)
             if turn is not None:
-                turn[:, 2] = np.arctan2(np.sin(turn[:, 2]), np.cos(turn[:, 2]))
+                turn[:, 2] = each.atan2(each.sin(turn[:, 2]), each.cos(turn[:, 2]))
                 return turn
     return None
 
@@ -221,7 +223,7 @@ def _places(fields: Fields, chain: NDArray[np.integer]) -> F64:
 
 def _beyond(places: F64, first: int) -> tuple[float, float]:
     """The point LOOK_BEYOND_M along the way past index `first`."""
-    gone = np.append(0.0, np.cumsum(np.hypot(*np.diff(places[first:], axis=0).T)))
+    gone = np.append(0.0, np.cumsum(each.hypot(*np.diff(places[first:], axis=0).T)))
     at = first + min(int(np.searchsorted(gone, LOOK_BEYOND_M)), len(gone) - 1)
     return float(places[at, 0]), float(places[at, 1])
 
@@ -236,7 +238,7 @@ def _distances(fields: Fields, point_m: tuple[float, float]) -> F64:
     grid = fields.surface.grid
     x = grid.x0_m + np.arange(grid.columns) * grid.cell_m - point_m[0]
     y = grid.y0_m + np.arange(grid.rows) * grid.cell_m - point_m[1]
-    return np.asarray(np.hypot(x[None, :], y[:, None]))
+    return np.asarray(each.hypot(x[None, :], y[:, None]))
 
 
 def _nowhere(fields: Fields) -> Path:

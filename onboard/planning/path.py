@@ -18,7 +18,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from onboard.native import sight
+from onboard.native import each, sight
+from onboard.native.elementary import atan2, cos, dist, hypot, sin
 from onboard.planning.poses import ORIENTATIONS, Freedom, orientation
 from onboard.records import F32, F64, I32, U8, Bool, Grid, Path
 from protocol.conventions import wrap_rad
@@ -152,9 +153,9 @@ def _sight(
 
     None where a pose of it or of the turn to it is not free, or where its price is above `most_m`.
     """
-    if math.dist(a, b) < 1e-9:
+    if dist(a, b) < 1e-9:
         return None
-    heading = math.atan2(b[1] - a[1], b[0] - a[0])
+    heading = atan2(b[1] - a[1], b[0] - a[0])
     if ground.price_m(a, b, heading) > most_m or _turn(a, axis_rad, heading, ground) is None:
         return None
     return heading
@@ -170,7 +171,7 @@ def _step(
 
 def _line(a: tuple[float, float], b: tuple[float, float], yaw_rad: float) -> F64:
     """Stations from a to b, both included, at most SPACING_M apart."""
-    pieces = max(1, math.ceil(math.dist(a, b) / SPACING_M - 1e-9))
+    pieces = max(1, math.ceil(dist(a, b) / SPACING_M - 1e-9))
     out = np.empty((pieces + 1, 3))
     out[:, 0], out[:, 1] = np.linspace(a[0], b[0], pieces + 1), np.linspace(a[1], b[1], pieces + 1)
     out[:, 2] = yaw_rad
@@ -228,7 +229,7 @@ def lead(legs: list[Leg], start: tuple[float, float, float], ground: Ground) -> 
         stations += [turn[1:], _line(place, (leg.x_m, leg.y_m), yaw)[1:]]
         place = (leg.x_m, leg.y_m)
     joined = np.concatenate(stations)
-    joined[:, 2] = np.arctan2(np.sin(joined[:, 2]), np.cos(joined[:, 2]))
+    joined[:, 2] = each.atan2(each.sin(joined[:, 2]), each.cos(joined[:, 2]))
     moved = np.any(np.abs(np.diff(joined, axis=0)) > 1e-12, axis=1)
     return np.asarray(joined[np.concatenate([[True], moved])])
 
@@ -236,7 +237,7 @@ def lead(legs: list[Leg], start: tuple[float, float, float], ground: Ground) -> 
 def _ahead(place: tuple[float, float], leg: Leg) -> float:
     """The yaw on the leg's axis with the scanner's end towards its far end."""
     dx, dy = leg.x_m - place[0], leg.y_m - place[1]
-    forward = math.cos(leg.axis_rad) * dx + math.sin(leg.axis_rad) * dy >= -1e-9
+    forward = cos(leg.axis_rad) * dx + sin(leg.axis_rad) * dy >= -1e-9
     return wrap_rad(leg.axis_rad if forward else leg.axis_rad + math.pi)
 
 
@@ -247,6 +248,6 @@ def _retreat_m(place: tuple[float, float], legs: list[Leg], yaw_rad: float) -> f
         ahead = _ahead(place, leg)
         if abs(wrap_rad(ahead - yaw_rad)) <= math.pi / 2 + 1e-9:
             break
-        length += math.hypot(leg.x_m - place[0], leg.y_m - place[1])
+        length += hypot(leg.x_m - place[0], leg.y_m - place[1])
         place, yaw_rad = (leg.x_m, leg.y_m), wrap_rad(ahead + math.pi)
     return length

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from onboard import config
 from onboard.native import pose_field as native
+from onboard.native.elementary import hypot
 from onboard.planning.poses import ORIENTATIONS, Freedom
 from onboard.records import F32, I32, U8
 
@@ -87,7 +88,7 @@ def moves_m(cell_m: float) -> F32:
     for o in range(ORIENTATIONS):
         for k, (dj, di) in enumerate(DIRECTIONS):
             apart = (2 * k - o) % ORIENTATIONS  # in steps of 22.5 degrees, modulo 180
-            table[o, k] = cell_m * math.hypot(dj, di) * CRAB_FACTORS[min(apart, ORIENTATIONS - apart)]
+            table[o, k] = cell_m * hypot(dj, di) * CRAB_FACTORS[min(apart, ORIENTATIONS - apart)]
     return table
 
 

@@ -20,7 +20,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from onboard import config
+from onboard.native import each
 from onboard.native import poses as kernel
+from onboard.native.elementary import cos, hypot, sin, tan
 from onboard.records import F32, F64, U8, Bool, CellClass, Grid, NodeSet, Surface
 
 ORIENTATIONS = 8
@@ -62,8 +64,8 @@ def pose_freedom(surface: Surface, rover: config.Rover, planning: config.Plannin
     cell_m = surface.grid.cell_m
     limits = kernel.Limits(
         step_m=planning.step_m,
-        tilt_ratio=math.tan(planning.tilt_limit_rad),
-        slope_ratio=math.tan(planning.slope_limit_rad),
+        tilt_ratio=tan(planning.tilt_limit_rad),
+        slope_ratio=tan(planning.slope_limit_rad),
         belly_m=planning.under_belly_m,
         plane_half=max(1, round((PLANE_M / cell_m - 1) / 2)),
         plane_cells=LEAST_OF_PLANE,
@@ -140,7 +142,7 @@ def clearance_m(freedom: U8, poses: NDArray[np.integer], cell_m: float) -> NDArr
     """
     half = math.ceil(CLOSE_M / cell_m) + 1
     dj, di = np.mgrid[-half : half + 1, -half : half + 1].reshape(2, -1)
-    beyond_m = np.clip((np.hypot(dj, di) - 1.0) * cell_m, 0.0, CLOSE_M)
+    beyond_m = np.clip((each.hypot(dj, di) - 1.0) * cell_m, 0.0, CLOSE_M)
     j, i, o = np.asarray(poses, np.int64).reshape(-1, 3).T
     _, rows, columns = freedom.shape
     jj, ii = j[:, None] + dj, i[:, None] + di
@@ -175,8 +177,8 @@ def node_sets(surface: Surface, freedom: U8, reachable_mask: Bool) -> U8:
 def wheel_cells(o: int, rover: config.Rover, cell_m: float) -> tuple[tuple[int, int], ...]:
     """(dj, di) of the cells under wheels 1 to 4 in orientation o, from the cell of base_link (Eq. 31, 32)."""
     yaw = o * math.pi / ORIENTATIONS
-    ahead = (rover.half_wheelbase_m * math.cos(yaw), rover.half_wheelbase_m * math.sin(yaw))
-    left = (-rover.half_track_m * math.sin(yaw), rover.half_track_m * math.cos(yaw))
+    ahead = (rover.half_wheelbase_m * cos(yaw), rover.half_wheelbase_m * sin(yaw))
+    left = (-rover.half_track_m * sin(yaw), rover.half_track_m * cos(yaw))
     corners = ((1, 1), (-1, 1), (-1, -1), (1, -1))
     return tuple(
         (round((a * ahead[1] + b * left[1]) / cell_m), round((a * ahead[0] + b * left[0]) / cell_m)) for a, b in corners
@@ -190,8 +192,8 @@ def tyre_cells(o: int, rover: config.Rover, cell_m: float) -> tuple[tuple[int, i
     square of 3 x 3 cells round the nearest one leaves out up to 0.1 m of a tyre.
     """
     yaw = o * math.pi / ORIENTATIONS
-    c, s, half = math.cos(yaw), math.sin(yaw), cell_m / 2
-    reach = math.ceil((math.hypot(rover.body_length_m, rover.body_width_m) / 2 + cell_m) / cell_m) + 1
+    c, s, half = cos(yaw), sin(yaw), cell_m / 2
+    reach = math.ceil((hypot(rover.body_length_m, rover.body_width_m) / 2 + cell_m) / cell_m) + 1
     dj, di = np.mgrid[-reach : reach + 1, -reach : reach + 1]
     touched = np.zeros(dj.shape, np.bool_)
     for a, b in ((1, 1), (1, -1), (-1, 1), (-1, -1)):
@@ -209,15 +211,15 @@ def steered_cells(o: int, rover: config.Rover, cell_m: float, margin_m: float) -
     In a way sideways and in a turn a tyre reaches beyond where it stands along the body: up to the circle about it.
     """
     yaw = o * math.pi / ORIENTATIONS
-    c, s, half = math.cos(yaw), math.sin(yaw), cell_m / 2
-    circle_m = math.hypot(rover.wheel_radius_m, rover.wheel_width_m / 2) + margin_m
-    reach = math.ceil((math.hypot(rover.half_wheelbase_m, rover.half_track_m) + circle_m) / cell_m) + 1
+    c, s, half = cos(yaw), sin(yaw), cell_m / 2
+    circle_m = hypot(rover.wheel_radius_m, rover.wheel_width_m / 2) + margin_m
+    reach = math.ceil((hypot(rover.half_wheelbase_m, rover.half_track_m) + circle_m) / cell_m) + 1
     dj, di = np.mgrid[-reach : reach + 1, -reach : reach + 1]
     touched = np.zeros(dj.shape, np.bool_)
     for a, b in ((1, 1), (1, -1), (-1, 1), (-1, -1)):
         x = np.abs(di * cell_m - (c * a * rover.half_wheelbase_m - s * b * rover.half_track_m))
         y = np.abs(dj * cell_m - (s * a * rover.half_wheelbase_m + c * b * rover.half_track_m))
-        off_m = np.hypot(np.maximum(x - half, 0.0), np.maximum(y - half, 0.0))  # from anywhere in its own cell
+        off_m = each.hypot(np.maximum(x - half, 0.0), np.maximum(y - half, 0.0))  # from anywhere in its own cell
         touched |= off_m <= circle_m
     return tuple((int(j - reach), int(i - reach)) for j, i in np.argwhere(touched))
 
@@ -228,7 +230,7 @@ def footprint(rover: config.Rover, cell_m: float) -> kernel.Footprint:
     Under it lie cells by their centre; it may touch those whose centre is within half a cell of it: a pose stands for
     the whole of its cell.
     """
-    reach = math.ceil((math.hypot(rover.body_length_m, rover.body_width_m) / 2 + cell_m) / cell_m)
+    reach = math.ceil((hypot(rover.body_length_m, rover.body_width_m) / 2 + cell_m) / cell_m)
     under, touched = (_covered(rover, cell_m, margin_m, reach) for margin_m in (0.0, cell_m / 2))
     o, row = np.nonzero(touched.any(axis=2))
     spans = [at for cells in (under[o, row], touched[o, row]) for at in _span(cells)]
@@ -241,7 +243,7 @@ def _covered(rover: config.Rover, cell_m: float, margin_m: float, reach: int) ->
     """Cells whose centre lies under the body grown by a margin, (8, dj, di) from -reach on, without gaps along di."""
     di = np.arange(-reach, reach + 1)
     dj, yaws = di[:, None], [o * math.pi / ORIENTATIONS for o in range(ORIENTATIONS)]
-    c, s = (np.array([turn(yaw) for yaw in yaws])[:, None, None] for turn in (math.cos, math.sin))
+    c, s = (np.array([turn(yaw) for yaw in yaws])[:, None, None] for turn in (cos, sin))
     covered: Bool = np.abs((di * c + dj * s) * cell_m) <= rover.body_length_m / 2 + margin_m + 1e-9
     covered &= np.abs((dj * c - di * s) * cell_m) <= rover.body_width_m / 2 + margin_m + 1e-9
     return covered

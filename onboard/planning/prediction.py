@@ -18,6 +18,8 @@ from typing import Any
 import numpy as np
 
 from onboard.config import Config
+from onboard.native import each
+from onboard.native.elementary import dist, hypot
 from onboard.perception import ldem
 from onboard.perception.sweep import segments
 from onboard.planning import cycle, global_path
@@ -156,13 +158,13 @@ def _beyond(found: cycle.Decided, grid: Grid) -> F64:
     places = np.array([grid.x0_m, grid.y0_m]) + chain[:, 1::-1] * grid.cell_m
     if not len(places):
         return end[None, :]
-    near = int(np.argmin(np.hypot(*(places - end).T)))
+    near = int(np.argmin(each.hypot(*(places - end).T)))
     return np.concatenate([[end], places[near + 1 :]])
 
 
 def _left_m(beyond: F64, goal_m: tuple[float, float], found: cycle.Decided, tolerance_m: float) -> float:
     """What is left of the way behind the map's border."""
-    straight_m = math.dist(beyond[-1].tolist(), goal_m)
+    straight_m = dist(beyond[-1].tolist(), goal_m)
     if found.global_field is None or straight_m <= tolerance_m + found.fields.surface.grid.cell_m:
         return straight_m
     way = global_path.path(found.global_field, (float(beyond[-1, 0]), float(beyond[-1, 1])))
@@ -181,7 +183,7 @@ def _time_s(stations: F64, length_m: float, looks: int, known: bool, config: Con
     """Looks with the work on them, the way at cruising speed, turns on the spot."""
     sweep_s = sum(s.duration_ns for s in segments(config.scanning, config.rover.lidar_z_m)) / 1e9
     look_s = _PARK_S + sweep_s + (2 * config.jobs.map_ticks + config.jobs.plan_ticks) / 100
-    steps_m = np.hypot(*np.diff(stations[:, :2], axis=0).T)
+    steps_m = each.hypot(*np.diff(stations[:, :2], axis=0).T)
     turned = np.abs((np.diff(stations[:, 2]) + np.pi) % (2 * np.pi) - np.pi)
     on_spot = np.concatenate([[False], steps_m < _SPOT_M])
     spots_rad, spots = float(turned[on_spot[1:]].sum()), int((on_spot[1:] & ~on_spot[:-1]).sum())
@@ -193,14 +195,14 @@ def _time_s(stations: F64, length_m: float, looks: int, known: bool, config: Con
 
 def _corners(stations: F64) -> F64:
     """The stations at which way or body turn, and the ends; at most 60."""
-    kept, on_spot = [0], np.hypot(*np.diff(stations[:, :2], axis=0).T) < _SPOT_M
+    kept, on_spot = [0], each.hypot(*np.diff(stations[:, :2], axis=0).T) < _SPOT_M
     for k in range(1, len(stations) - 1):
         if on_spot[k - 1] and on_spot[k]:
             continue  # in the middle of a turn on the spot
         a, b, c = stations[kept[-1]], stations[k], stations[k + 1]
         ab, ac = b[:2] - a[:2], c[:2] - a[:2]
-        long_m = float(np.hypot(*ac))
-        off_m = abs(float(ab[0] * ac[1] - ab[1] * ac[0])) / long_m if long_m > 1e-9 else float(np.hypot(*ab))
+        long_m = hypot(*ac.tolist())
+        off_m = abs(float(ab[0] * ac[1] - ab[1] * ac[0])) / long_m if long_m > 1e-9 else hypot(*ab.tolist())
         turns = bool(on_spot[k - 1] or on_spot[k])
         if off_m > _STRAIGHT_M or turns or abs(math.remainder(float(c[2] - a[2]), 2 * math.pi)) > _STRAIGHT_RAD:
             kept.append(k)
@@ -215,7 +217,7 @@ def _thinned(rows: F64, most: int) -> F64:
 
 
 def _length_m(places: F64) -> float:
-    return float(np.hypot(*np.diff(places[:, :2], axis=0).T).sum()) if len(places) > 1 else 0.0
+    return float(each.hypot(*np.diff(places[:, :2], axis=0).T).sum()) if len(places) > 1 else 0.0
 
 
 def _number(value: float, digits: int) -> float | None:

@@ -22,6 +22,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
+from onboard.native import each
+from onboard.native.elementary import cos, square
 from onboard.perception.cell_classes import classify
 from onboard.planning import mission_rule
 from onboard.planning.drive_guard import ahead_m
@@ -31,7 +33,7 @@ from onboard.planning.tracks import driven, wheel_squares
 from onboard.records import F64, Bool, CellClass, Decision, Grid, Ldem, Path
 
 NOSE_M = 0.6  # it may always go so far where a look brings nothing more
-AHEAD_RATIO = math.cos(math.radians(30.0))  # of a way that the guard's line has gone before
+AHEAD_RATIO = cos(math.radians(30.0))  # of a way that the guard's line has gone before
 SETTLE = 4  # stations: a cell is judged twice and the rover stopped before a wheel comes there
 _NEIGHBOURS = np.ones((3, 3), np.bool_)
 
@@ -47,7 +49,7 @@ def within_trust(decision: Decision, request: PlanRequest, state: MissionState) 
     good = _good(stations, request)
     if decision.kind not in ("drive", "goal") or good.all():
         return decision
-    way = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(stations[:, :2], axis=0).T))])
+    way = np.concatenate([[0.0], np.cumsum(each.hypot(*np.diff(stations[:, :2], axis=0).T))])
     last = max(0, int(np.argmin(good)) - 1)
     if way[last] < NOSE_M and mission_rule.repeats(state, Stop(*(float(part) for part in stations[last]))):
         last = min(int(np.searchsorted(way, NOSE_M)), len(way) - 1)
@@ -88,9 +90,9 @@ def trusted_stations(stations: F64, request: PlanRequest, range_m: float, swept:
 def sideways(stations: F64) -> Bool:
     """Of each station (k, 3), whether the way to it leads more than 30 degrees off its heading, (k,) bool."""
     (dx, dy), yaw = np.diff(stations[:, :2], axis=0).T, stations[1:, 2]
-    ahead_m = np.cos(yaw) * dx + np.sin(yaw) * dy
+    ahead_m = each.cos(yaw) * dx + each.sin(yaw) * dy
     found = np.zeros(len(stations), np.bool_)
-    found[1:] = ahead_m < AHEAD_RATIO * np.hypot(dx, dy) - 1e-9
+    found[1:] = ahead_m < AHEAD_RATIO * each.hypot(dx, dy) - 1e-9
     return found
 
 
@@ -110,11 +112,11 @@ def _swept(stations: F64, cells: NDArray[np.int64], grid: Grid, settings: Settin
     """
     rover, guard = settings.rover, settings.drive_guard
     line_m = ahead_m(rover, guard)
-    half_m = math.sqrt(max(0.0, settings.mapping.trust_m**2 - (line_m - rover.lidar_x_m) ** 2))
+    half_m = math.sqrt(max(0.0, square(settings.mapping.trust_m) - square(line_m - rover.lidar_x_m)))
     all_cells, which = np.unique(cells.reshape(-1, 2), axis=0, return_inverse=True)
     x = grid.x0_m + all_cells[:, 1] * grid.cell_m - stations[:, 0, None]  # (stations, cells)
     y = grid.y0_m + all_cells[:, 0] * grid.cell_m - stations[:, 1, None]
-    c, s = np.cos(stations[:, 2, None]), np.sin(stations[:, 2, None])
+    c, s = each.cos(stations[:, 2, None]), each.sin(stations[:, 2, None])
     ahead, across = c * x + s * y, c * y - s * x
     passed = np.zeros(ahead.shape, np.bool_)
     passed[1:] = (ahead[:-1] > line_m) & (ahead[1:] <= line_m) & (np.abs(across[1:]) <= half_m)

@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt
 
+from onboard.native import each
 from onboard.native import visibility as native
 from onboard.native.progress import Progress
 from onboard.native.visibility import Beams
@@ -113,9 +114,9 @@ def beams(range_m: float, cell_m: float, count: int = 360) -> Beams:
     k = np.arange(1, int(range_m / cell_m + 1e-9) + 1)
     angle = np.arange(count) * (math.tau / count)
     # a nanocell decides which way a half rounds, not the last bit of this machine's cosine
-    di = np.rint(np.round(k * np.cos(angle)[:, None], 9)).astype(np.int32)
-    dj = np.rint(np.round(k * np.sin(angle)[:, None], 9)).astype(np.int32)
-    inverse = (1.0 / (np.hypot(di, dj) * cell_m)).astype(np.float32)
+    di = np.rint(np.round(k * each.cos(angle)[:, None], 9)).astype(np.int32)
+    dj = np.rint(np.round(k * each.sin(angle)[:, None], 9)).astype(np.int32)
+    inverse = (1.0 / (each.hypot(di, dj) * cell_m)).astype(np.float32)
     share, whole, cells = _shares(dj, di)
     return Beams(dj, di, inverse, share, whole, cells)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -15,13 +15,14 @@ from onboard.drivers.workers import Inline
 from onboard.maps.gdem_file import from_npz
 from onboard.perception.stop_map import StopMap, recall
 from onboard.perception.tiles import Tile, decode
-from onboard.record import made_by
+from onboard.record import made_by, registrations
 from onboard.record.reader import DamagedRecordError, Record, check_inputs, inputs_of, open_record, reading
 from onboard.record.rows import first_difference
 from onboard.record.schema import LEAN, OUTPUTS, encode_outputs
 from onboard.record.writer import KEPT, MAP_END, MAP_START
 from onboard.records import Gdem, Inputs, Keeps
 
+Look = Callable[[int, Rover], None]
 Start = tuple[Config, Gdem | None, StopMap | None, dict[str, bytes]]
 
 
@@ -44,8 +45,11 @@ class Verdict:
         return not self.first_difference and self.ticks > 0 and sum(self.bytes_compared.values()) > 0
 
 
-def replay(path: Path) -> Verdict:
-    """Run the core of this version on the record's inputs. Raises DamagedRecordError, FileNotFoundError."""
+def replay(path: Path, look: Look = lambda number, rover: None) -> Verdict:
+    """Run the core of this version on the record's inputs. Raises DamagedRecordError, FileNotFoundError.
+
+    look: sees the rover after each tick.
+    """
     record = open_record(path)
     verdict = Verdict(bytes_compared=dict.fromkeys(OUTPUTS, 0), cut_off=record.cut_off)
     rover, jobs = Rover(*start_state(record)), Inline(own_files(record))
@@ -56,8 +60,15 @@ def replay(path: Path) -> Verdict:
         inputs, job_ids = inputs_of(number, recorded)
         check_order(before, inputs)
         before = inputs
-        outputs = tick(rover, replace(inputs, jobs=jobs.take(job_ids)))
+        with reading(number, "channel /in/registration"):
+            done, apart = registrations.taken(jobs.take(job_ids), recorded.get("/in/registration", b""))
+        if apart:
+            verdict.first_difference = f"tick {number}, channel /in/registration, {apart}"
+            verdict.another_program = made_by.another_program(record.attachments)
+            return verdict
+        outputs = tick(rover, replace(inputs, jobs=done))
         jobs.start(outputs.jobs, outputs.cancelled)
+        look(number, rover)
         made = encode_outputs(outputs, recorded)
         verdict.ticks += 1
         lean = inputs.record.keeps is Keeps.LEAN or number < compared_from

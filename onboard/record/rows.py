@@ -7,6 +7,7 @@ import struct
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
+from onboard.record import registrations
 from onboard.record.schema import (
     CANCELLED,
     FRAME_OUT,
@@ -85,6 +86,12 @@ def _disk_in(raw: bytes) -> Iterator[Row]:
         yield {"name": name, "error": error}
 
 
+def _registration_in(raw: bytes) -> Iterator[Row]:
+    for job_id, fields in registrations.decode(raw):
+        matrices = {name: fields[name].ravel().tolist() for name in ("T_map_base", "covariance")}
+        yield {"job_id": job_id, **fields, **matrices, "degenerate": list(fields["degenerate"])}
+
+
 def _tick_out(raw: bytes) -> Iterator[Row]:
     at = _DIGEST_BYTES + 4 * len(INPUTS)
     checks = {f"crc_of{topic.replace('/', '_')}": f"{check:08x}" for topic, check in input_checks(raw).items()}
@@ -140,7 +147,7 @@ def _plan(raw: bytes) -> Iterator[Row]:
 ROWS: Mapping[str, Callable[[bytes], Iterator[Row]]] = {
     "/in/tick": _tick_in, "/in/bus": _bus_in, "/in/time": _time_in, "/in/machine": _machine_in,
     "/in/record": _record_in, "/in/can": _can_in,
-    "/in/lidar": _lidar_in, "/in/disk": _disk_in, "/in/link": _link_in,
+    "/in/lidar": _lidar_in, "/in/disk": _disk_in, "/in/link": _link_in, "/in/registration": _registration_in,
     "/out/tick": _tick_out, "/out/can": _can_out, "/out/lidar": _lidar_out, "/out/link": _link_out,
     "/out/event": _event_out, "/out/pose": _pose_out, "/out/disk": _disk_out, "/plan": _plan,
 }  # fmt: skip

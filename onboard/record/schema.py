@@ -10,6 +10,7 @@ import struct
 import zlib
 
 from onboard.ports import Saved
+from onboard.record import registrations
 from onboard.records import (
     BusStatus,
     BusTrouble,
@@ -53,8 +54,11 @@ LAYOUTS = {
     "/in/can": "per frame: stamp_ns i64, id u16, length u8, data",
     "/in/lidar": "per chunk: rx_ns i64, length u32, data",
     "/in/disk": "per result of a save: name length u8, error length u8, both",
+    "/in/registration": "per registration whose job was taken: its id u32, length u32, then T_map_base and covariance "
+                        "(each 16 x f64, row by row), inlier ratio, apart_m, moved_m, moved_rad (f64), JSON of the "
+                        "rest: onboard.record.registrations",
     "/in/link": "per message: rx_ns i64, accepted u8, station u8, kind u8, verdict length u8, payload length u16, both",
-    "/out/tick": "state digest 8 B, CRC-32 of the nine input messages (9 x u32, in the order of this list), connect "
+    "/out/tick": "state digest 8 B, CRC-32 of the ten input messages (10 x u32, in the order of this list), connect "
                  "u8 (1 LIDAR, 2 CAN, 4 reboot), then ids (u32) of new jobs, with the highest bit set cancelled ones",
     "/out/can": "per frame: id u16, length u8, data",
     "/out/lidar": "bytes",
@@ -100,6 +104,8 @@ def encode_inputs(inputs: Inputs) -> dict[str, bytes]:
     if inputs.saved:
         pairs = [(name.encode(), error.encode()[:255]) for name, error in inputs.saved]
         messages["/in/disk"] = b"".join(_SAVED.pack(len(name), len(error)) + name + error for name, error in pairs)
+    if registered := registrations.encode(inputs.jobs):
+        messages["/in/registration"] = registered
     return messages
 
 

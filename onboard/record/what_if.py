@@ -20,6 +20,7 @@ from onboard.config import Config, load
 from onboard.config_text import word
 from onboard.core.tick import Rover, tick
 from onboard.drivers.workers import Inline
+from onboard.record import registrations
 from onboard.record.reader import check_inputs, inputs_of, open_record, reading
 from onboard.record.replay import config_of, own_files, start_state
 from onboard.record.rows import first_difference
@@ -82,7 +83,10 @@ def fly(path: Path, config: Config) -> Report:
     for number, recorded in record.ticks():
         check_inputs(number, recorded)
         inputs, _ = inputs_of(number, recorded)
-        outputs = tick(rover, replace(inputs, jobs=jobs.take(jobs.due(number))))
+        done = jobs.take(jobs.due(number))
+        with reading(number, "channel /in/registration"):
+            known, apart = registrations.taken(done, recorded.get("/in/registration", b""))
+        outputs = tick(rover, replace(inputs, jobs=done if apart else known))  # apart: it went another way
         jobs.start(outputs.jobs, outputs.cancelled)
         made = encode_outputs(outputs, recorded)
         report.ticks += 1

@@ -17,8 +17,9 @@ from protocol.products.ldem import MapGrid, checked_grid
 from protocol.products.packing import check, compress, expand
 
 HEIGHT_STD_CODEC = "height-std-1"
-LEAST_M, STEP = 1e-3, math.sqrt(2.0)
-MOST_LEVEL = 32
+LEAST_M, MOST_LEVEL = 1e-3, 32
+_STEPS = np.sqrt(np.ldexp(1.0, np.arange(MOST_LEVEL)))  # of the levels from 1 on, in LEAST_M: sqrt(2)^k to the bit
+_BETWEEN = _STEPS[:-1] * math.sqrt(math.sqrt(2.0))  # two levels
 _HEAD = struct.Struct("<4sHHdddI")
 _MAGIC = b"STD1"
 
@@ -39,7 +40,7 @@ def encode_height_std(product: HeightStd) -> bytes:
         raise ValueError(f"deviations {product.std_m.shape} for a grid of {(grid.rows, grid.columns)}")
     known = np.isfinite(product.std_m)
     std_m = np.where(known, np.maximum(product.std_m, LEAST_M), LEAST_M).astype(np.float64)
-    level = np.clip(np.rint(np.log(std_m / LEAST_M) / math.log(STEP)) + 1, 1, MOST_LEVEL)
+    level = 1 + np.searchsorted(_BETWEEN, std_m / LEAST_M)
     packed = compress(np.where(known, level, 0).astype(np.uint8).tobytes())
     head = _HEAD.pack(_MAGIC, grid.rows, grid.columns, grid.x0_m, grid.y0_m, grid.cell_m, len(packed))
     return head + packed
@@ -53,5 +54,5 @@ def decode_height_std(data: bytes) -> HeightStd:
     grid = checked_grid(x0_m, y0_m, cell_m, rows, columns)
     level = expand(data[_HEAD.size :], rows * columns).reshape(rows, columns)
     check(int(level.max()) <= MOST_LEVEL, f"a level of {int(level.max())}")
-    std_m = np.where(level > 0, LEAST_M * STEP ** (level.astype(np.float64) - 1), np.nan).astype(np.float32)
+    std_m = np.where(level > 0, LEAST_M * _STEPS[np.maximum(level, 1) - 1], np.nan).astype(np.float32)
     return HeightStd(grid, std_m)

@@ -29,7 +29,7 @@ class BlockReader:
         self._sums = np.empty(self._whole, np.uint8)
         self._sixes = np.empty(count * characters, np.uint8)
         self._wide = np.empty((count, characters), np.float32)
-        self._weights = 64.0 ** np.arange(characters - 1, -1, -1, dtype=np.float32)
+        self._weights = np.array([64**k for k in range(characters - 1, -1, -1)], np.float32)
         self._exact = np.empty(count, np.float32)
 
     def __call__(self, frame: memoryview | bytes) -> bool:

@@ -23,6 +23,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from onboard.config import Rover
+from onboard.native.elementary import sin, total
 from onboard.perception.lost_beams import plane_range_m
 from onboard.records import F64, BeamStatus, Scan
 
@@ -67,7 +68,7 @@ class ReturnWatch:
             return
         places, edges = (sum(row[k] for row in self._scans) for k in (0, 1))
         self.torn_ratio = edges / places if places >= _LEAST_PLACES else 0.0
-        self.spoilt_ratio = sum(row[2] for row in self._scans) / SCANS
+        self.spoilt_ratio = total(row[2] for row in self._scans) / SCANS
         self.dirty = self.torn_ratio > TORN_RATIO or self.spoilt_ratio > SPOILT_RATIO
 
     def _counts(self, scan: Scan, tilt_rad: float | None) -> tuple[int, int, float]:
@@ -79,7 +80,7 @@ class ReturnWatch:
             return 0, 0, spoilt
         beams = np.arange(first, first + len(status), dtype=np.float64)
         azimuths_rad: F64 = scan.first_angle_rad + beams * scan.step_rad
-        below = plane_range_m(azimuths_rad, tilt_rad, self._rover) <= self._rover.lidar_z_m / math.sin(BELOW_RAD)
+        below = plane_range_m(azimuths_rad, tilt_rad, self._rover) <= self._rover.lidar_z_m / sin(BELOW_RAD)
         nothing = status == BeamStatus.NO_RETURN
         near = np.convolve(~nothing, np.ones(2 * BESIDE + 1, np.int64), "same") > 0  # where all is dark nothing is torn
         places = (below & near)[1:] & (below & near)[:-1]

@@ -71,7 +71,7 @@ class BodySpeed:
         w = (imu.gyro_radps[0] - self._bias[0], imu.gyro_radps[1] - self._bias[1], imu.gyro_radps[2] - self._bias[2])
         turning, leaning = _cross(w, v), _cross(w, u)
         error = (wheels.vx_mps - v[0], wheels.vy_mps - v[1], -v[2])
-        fast, slow = 1.6 / tau_s, 1.0 / tau_s**2
+        fast, slow = 1.6 / tau_s, 1.0 / (tau_s * tau_s)
         faster = [f - up - t + fast * e for f, up, t, e in zip(imu.accel_mps2, u, turning, error)]
         leant = [-lean - slow * e for lean, e in zip(leaning, error)]
         self._v = _ahead(v, faster)

@@ -14,6 +14,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from onboard.core.wheel_watch.blocks import BLOCKS, Block
+from onboard.native.elementary import total
 
 OWES_RADPS = 0.15  # slower wheels are not judged
 STILL_RATIO = 0.1  # of what is owed: does not turn
@@ -30,7 +31,7 @@ def encoder_bad(blocks: Sequence[Block], others_a: float) -> bool:
     """Whether the encoder tells what cannot be, or nothing while the wheel must be turning. others_a: see below."""
     if len(blocks) < BLOCKS:
         return False
-    if abs(sum(b.turned_radps - b.told_radps for b in blocks)) > DISAGREE_RADPS * BLOCKS:
+    if abs(total(b.turned_radps - b.told_radps for b in blocks)) > DISAGREE_RADPS * BLOCKS:
         return True
     most_a = max(STALL_A if b.current_a is None else abs(b.current_a) for b in blocks)
     dragged = most_a < NO_CURRENT_A and others_a > HARD_WORK_A

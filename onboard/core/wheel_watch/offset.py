@@ -14,6 +14,7 @@ from __future__ import annotations
 import math
 
 from onboard.core.wheel_watch.seen import LEAST_MPS, TICK_S, Seen, speed_mps
+from onboard.native.elementary import cos, sin
 
 LEAST_RAD = math.radians(1.5)  # a reading that stands off by less is left alone
 BLOCK_M, FIRST_M, LAST_M = 0.25, 1.0, 5.0
@@ -44,7 +45,7 @@ class OffsetWatch:
         if not self.open or state is None or speed_mps(seen.step.twist) <= LEAST_MPS:
             return
         a, b = self._place_m
-        self._x -= off_rad * rim_m * (a * math.cos(state.steer_rad) + b * math.sin(state.steer_rad)) / self._q_m2
+        self._x -= off_rad * rim_m * (a * cos(state.steer_rad) + b * sin(state.steer_rad)) / self._q_m2
         self._y += seen.turn_radps * TICK_S - seen.step.dyaw_rad
         self._block_m += abs(rim_m)
         if self._block_m >= BLOCK_M:

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
 from onboard.motion.odometry import Step
+from onboard.native.elementary import hypot
 from onboard.records import ImuSample, Twist, WheelCommand, WheelState
 from protocol.can_codec import NodeState
 from protocol.conventions import TICK_NS
@@ -50,7 +50,7 @@ def works(state: WheelState | None) -> bool:
 
 def speed_mps(twist: Twist) -> float:
     """How fast it goes, whatever it turns."""
-    return math.hypot(twist.vx_mps, twist.vy_mps)
+    return hypot(twist.vx_mps, twist.vy_mps)
 
 
 def approach(value: float, target: float, most: float) -> float:

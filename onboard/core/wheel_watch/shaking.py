@@ -25,7 +25,8 @@ class Shaking:
             self._squares[k] += rate * rate
         if self._ticks == BLOCK_TICKS:
             n = self._ticks
-            spread = max(square / n - (total / n) ** 2 for total, square in zip(self._sums, self._squares))
+            means = (total / n for total in self._sums)
+            spread = max(square / n - mean * mean for mean, square in zip(means, self._squares))
             before_radps, self._last_radps = self._last_radps, math.sqrt(max(0.0, spread))
             self.now_radps = min(before_radps, self._last_radps)
             self._begin()

@@ -21,6 +21,7 @@ from collections import deque
 from onboard.core.wheel_watch.body_speed import DRIVING_S, SLOW_S, SUSPECT_S, BodySpeed
 from onboard.core.wheel_watch.seen import LEAST_MPS, TICK_S, Seen, speed_mps
 from onboard.core.wheel_watch.shaking import Shaking
+from onboard.native.elementary import total
 from onboard.records import Twist
 
 LEAST_RADPS = 0.04  # slower turns than this are not judged; SLIP_HIGH itself lets a turn go on at 0.06
@@ -101,7 +102,7 @@ class SlipWatch:
             self._doubted += 1
 
     def _conclude(self, seen: Seen) -> None:
-        slips = self._high >= HIGH_TICKS or abs(sum(self._turns)) > ASTRAY_RAD or seen.slip_ratio > HIGH
+        slips = self._high >= HIGH_TICKS or abs(total(self._turns)) > ASTRAY_RAD or seen.slip_ratio > HIGH
         self._calm = 0 if slips or self.shortfall > CALM else self._calm + 1
         self.high = slips or (self.high and self._calm < CALM_TICKS)
         self.still = (self.still or self._stopped >= STILL_TICKS) and self._stood < STOOD_TICKS

@@ -17,6 +17,7 @@ from onboard.core.wheel_watch.slip import SlipWatch
 from onboard.core.wheel_watch.steering import SteerWatch
 from onboard.motion.kinematics import wheel_places
 from onboard.motion.wheel_health import SOUND, Drive, WheelHealth, Wheels
+from onboard.native.elementary import total
 from onboard.records import WheelCommand, WheelState
 from protocol.conventions import TICK_NS
 
@@ -32,7 +33,7 @@ class WheelWatch:
 
     def __init__(self, rover: Rover) -> None:
         places = wheel_places(rover)
-        q_m2 = sum(a * a + b * b for a, b in places)
+        q_m2 = total(a * a + b * b for a, b in places)
         self.health: Wheels = SOUND
         self.slip = SlipWatch()
         self._seen: Seen | None = None
@@ -146,7 +147,7 @@ class WheelWatch:
         drawn = [
             abs(watch.blocks[-1].current_a or 0.0) for n, watch in enumerate(self._drives) if n != k and watch.blocks
         ]
-        return sum(drawn) / len(drawn) if drawn else 0.0
+        return total(drawn) / len(drawn) if drawn else 0.0
 
     def _find(self, name: str, k: int, health: WheelHealth) -> None:
         wheel = k + 1

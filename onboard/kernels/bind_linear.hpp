@@ -1,0 +1,31 @@
+// Products and equations of matrices for Python; shapes are checked in linear.py.
+#pragma once
+
+#include "bind.hpp"
+#include "linear.hpp"
+
+namespace eldorado {
+
+static void product_into(Array<const double, 2> a, Array<const double, 2> b, Array<double, 2> to) {
+    const std::size_t n = a.shape(0), k = a.shape(1), m = b.shape(1);
+    if (k == 3 && m == 3)
+        turned(a.data(), b.data(), to.data(), n);
+    else
+        product(a.data(), b.data(), to.data(), n, k, m);
+}
+
+// Each of many: a (count, n, n) is used up, b (count, n, m) becomes x.
+static bool solve_into(Array<double, 3> a, Array<double, 3> b) {
+    const std::size_t n = a.shape(1), m = b.shape(2);
+    bool regular = true;
+    for (std::size_t k = 0; k < a.shape(0); ++k)
+        regular = solve(a.data() + k * n * n, b.data() + k * n * m, n, m) && regular;
+    return regular;
+}
+
+inline void bind_linear(nb::module_& m) {
+    m.def("product_into", &product_into, "a"_a, "b"_a, "to"_a);
+    m.def("solve_into", &solve_into, "a"_a, "b"_a);
+}
+
+}  // namespace eldorado

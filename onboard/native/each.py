@@ -1,0 +1,52 @@
+"""Elementary functions of each number of an array, with the same bits as `elementary` has of one.
+
+Computed and given back in float64; only `hypot` of two float32 arrays stays in float32.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, overload
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from onboard.native.variant import kernels
+
+if TYPE_CHECKING:  # the records import this module
+    from onboard.records import F32, F64
+
+
+class _Each:
+    """One function."""
+
+    def __init__(self, into: Callable[[F64, F64], None]) -> None:
+        self._into = into
+
+    def __call__(self, x: NDArray[np.floating[Any]]) -> F64:
+        flat = np.ascontiguousarray(x, np.float64).reshape(-1)
+        out = np.empty_like(flat)
+        self._into(flat, out)
+        return out.reshape(x.shape)
+
+
+sin, cos, tan = _Each(kernels.sin_into), _Each(kernels.cos_into), _Each(kernels.tan_into)
+asin, acos = _Each(kernels.asin_into), _Each(kernels.acos_into)
+exp, log = _Each(kernels.exp_into), _Each(kernels.log_into)
+
+
+def atan2(y: ArrayLike, x: ArrayLike) -> F64:
+    """The angles of (x, y), rad, in [-pi, pi]."""
+    a, b = np.broadcast_arrays(np.asarray(y, np.float64), np.asarray(x, np.float64))
+    out = np.empty(a.size)
+    kernels.atan2_into(np.ascontiguousarray(a).reshape(-1), np.ascontiguousarray(b).reshape(-1), out)
+    return out.reshape(a.shape)
+
+
+@overload
+def hypot(x: F32, y: F32) -> F32: ...
+@overload
+def hypot(x: ArrayLike, y: ArrayLike) -> F64: ...
+def hypot(x: Any, y: Any) -> Any:
+    """Lengths of (x, y), without the care for squares beyond 1e308."""
+    return np.sqrt(np.multiply(x, x) + np.multiply(y, y))

@@ -1,0 +1,105 @@
+"""Products and equations of small matrices, with the same bits on every processor.
+
+`@`, `np.dot` and `np.linalg` ask BLAS and LAPACK, whose order of summation differs by the processor
+(docs/determinism.md). Here each sum goes from its first term to its last.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from onboard.native.variant import kernels
+from onboard.records import F64
+
+
+def product(a: ArrayLike, b: ArrayLike) -> F64:
+    """What `a @ b` is, of one or two axes each, of numbers as float64. Raises ValueError where they do not fit."""
+    left, right = np.asarray(a, np.float64), np.asarray(b, np.float64)
+    n, k = left.shape if left.ndim == 2 else (1, left.shape[0])
+    rows, m = right.shape if right.ndim == 2 else (right.shape[0], 1)
+    if k != rows:
+        raise ValueError(f"no product of {left.shape} and {right.shape}: the inner sides differ")
+    out = np.empty((n, m))
+    kernels.product_into(
+        np.ascontiguousarray(left).reshape(n, k), np.ascontiguousarray(right).reshape(k, m), out
+    )  # fmt: skip
+    return out.reshape(left.shape[:-1] + right.shape[1:])
+
+
+def chain(*factors: ArrayLike) -> F64:
+    """Their product, from the first to the last."""
+    out = np.asarray(factors[0], np.float64)
+    for factor in factors[1:]:
+        out = product(out, factor)
+    return out
+
+
+def inner(a: ArrayLike, b: ArrayLike) -> float:
+    """The inner product of two vectors of the same length."""
+    return float(product(a, b))
+
+
+def norm(vector: NDArray[Any]) -> float:
+    """Length of a vector."""
+    return math.sqrt(inner(vector, vector))
+
+
+def solve(a: F64, b: F64) -> F64:
+    """x of a x = b: a (n, n), b (n,) or (n, m); or of many at once, a (count, n, n), b (count, n).
+
+    Raises numpy.linalg.LinAlgError where one is singular, ValueError where shapes do not fit.
+    """
+    n, many = a.shape[-1], a.ndim == 3
+    if a.shape[-2] != n or (b.shape != a.shape[:-1] if many else b.shape[0] != n):
+        raise ValueError(f"no equations: {a.shape} and {b.shape}")
+    used = np.array(a, np.float64, order="C").reshape(-1, n, n)
+    x = np.array(b, np.float64, order="C").reshape(len(used), n, 1 if many or b.ndim == 1 else b.shape[1])
+    if not kernels.solve_into(used, x):
+        raise np.linalg.LinAlgError("Singular matrix")
+    return x.reshape(b.shape)
+
+
+def decorrelated(noise: F64, rows: F64, off: F64) -> tuple[list[float], tuple[F64, F64]]:
+    """Measurements of correlated noise (n, n) as combinations whose noise is independent.
+
+    rows: (n, m), what each measures of a state; off: (n,). The variances, and both anew: noise = L D L^T, L with ones
+    on its diagonal, and each row comes less its shares of those before it.
+    """
+    rest, variances = noise.astype(np.float64), []
+    rows, off = rows.astype(np.float64), off.astype(np.float64)
+    for k in range(len(rest)):
+        variances.append(float(rest[k, k]))
+        if rest[k, k] > 0.0:
+            share = rest[k + 1 :, k] / rest[k, k]
+            rest[k + 1 :, k + 1 :] -= share[:, None] * rest[k, k + 1 :]
+            rows[k + 1 :] -= share[:, None] * rows[k]
+            off[k + 1 :] -= share * off[k]
+    return variances, (rows, off)
+
+
+class Matrix(np.ndarray[Any, np.dtype[np.float64]]):
+    """An array that foreign code multiplies with `dot` and `@`: it gets `product`."""
+
+    def dot(self, b: Any, out: Any = None) -> Any:
+        """As of an array."""
+        return product(self.view(np.ndarray), b).view(Matrix)
+
+    def __matmul__(self, other: Any) -> Any:
+        return self.dot(other)
+
+    def __rmatmul__(self, other: Any) -> Any:
+        return product(other, self.view(np.ndarray)).view(Matrix)
+
+    def __array_function__(self, func: Any, types: Any, args: Any, kwargs: Any) -> Any:
+        if func is np.dot:
+            return product(*(np.asarray(argument) for argument in args)).view(Matrix)
+        return super().__array_function__(func, types, args, kwargs)
+
+
+def matrix(a: ArrayLike) -> Matrix:
+    """The array as a Matrix."""
+    return np.asarray(a, np.float64).view(Matrix)
