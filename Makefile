@@ -7,6 +7,8 @@ TERRAIN ?= fbm
 PREFIX ?= /usr/local
 SYSCONFDIR ?= /etc
 B := .venv/bin
+ROVER ?= .rover
+FLIES ?= .venv
 NATIVE := CMakeLists.txt pyproject.toml $(wildcard onboard/kernels/*.?pp hil/native/*.?pp)
 KERNEL_TESTS := tests/onboard/test_kernels.py tests/onboard/test_live_grid.py tests/onboard/test_pose_field.py \
 	tests/onboard/test_ldem.py tests/onboard/test_cell_classes.py tests/onboard/test_class_kernels.py \
@@ -123,14 +125,33 @@ docs: .venv/.project ## make anew the pages made from tables, the notebook page'
 	@$(B)/python -m tools.make_notebook
 	@$(B)/python -m tools.make_pictures
 
-install: .venv/.project ## the flight program as a service: PREFIX=/usr/local, DESTDIR=, SYSCONFDIR=/etc; docs/service.md
-	@$(B)/python -m tools.install install --prefix "$(PREFIX)" --destdir "$(DESTDIR)" --sysconfdir "$(SYSCONFDIR)"
+$(ROVER)/.packages: requirements-build.lock requirements-onboard.lock
+	@echo "setting up $(ROVER) (once; some minutes)"
+	@"$(PYTHON)" -c 'import sys; sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 13))' || \
+		{ echo "A rover needs Python 3.11 to 3.13: make PYTHON=/path/to/python3.12 rover" >&2; exit 1; }
+	@"$(PYTHON)" -m venv --clear "$(ROVER)"
+	@"$(ROVER)/bin/python" -m pip install --quiet --disable-pip-version-check --no-deps --only-binary :all: --require-hashes \
+		-r requirements-build.lock -r requirements-onboard.lock
+	@touch "$@"
 
-uninstall: .venv/.project ## take it away again, with the same PREFIX; configuration, state and records stay
-	@$(B)/python -m tools.install uninstall --prefix "$(PREFIX)" --destdir "$(DESTDIR)" --sysconfdir "$(SYSCONFDIR)"
+$(ROVER)/.project: $(ROVER)/.packages $(NATIVE) $(shell git ls-files '*.py')
+	@echo "building and installing the project"
+	@"$(ROVER)/bin/python" -m pip install --quiet --disable-pip-version-check --no-build-isolation --no-deps --force-reinstall .
+	@touch "$@"
 
-deb: .venv/.project ## the same as a Debian package in build/deb
-	@$(B)/python -m tools.make_deb
+rover: $(ROVER)/.project ## an environment in .rover with the extra `onboard` alone, Python 3.11 to 3.13; ROVER=folder
+
+locks: .venv/.packages ## the locks of the extras anew from requirements.lock, with their sizes
+	@$(B)/python -m tools.extras
+
+install: $(FLIES)/.project ## the flight program as a service: PREFIX=/usr/local, DESTDIR=, SYSCONFDIR=/etc, FLIES=.rover; docs/service.md
+	@"$(FLIES)/bin/python" -m tools.install install --prefix "$(PREFIX)" --destdir "$(DESTDIR)" --sysconfdir "$(SYSCONFDIR)"
+
+uninstall: $(FLIES)/.project ## take it away again, with the same PREFIX; configuration, state and records stay
+	@"$(FLIES)/bin/python" -m tools.install uninstall --prefix "$(PREFIX)" --destdir "$(DESTDIR)" --sysconfdir "$(SYSCONFDIR)"
+
+deb: $(FLIES)/.project ## the same as a Debian package in build/deb, for this machine's architecture
+	@"$(FLIES)/bin/python" -m tools.make_deb
 
 size: ## lines of each package
 	@git ls-files '*.py' '*.hpp' '*.cpp' | grep -v -e can_codec.py -e can_frames.py -e eldorado_dialect.py | xargs wc -l | sort -n | tail -40
@@ -141,4 +162,4 @@ clean: ## remove build and .venv
 help: ## this list
 	@grep -E '^[a-z-]+:.*##' Makefile | sed 's/:.*## /\t/' | expand -t 16
 
-.PHONY: demo sim test test-missions test-scenarios test-vcan test-mutation test-sanitize fuzz lint bench bench-link soak missions nightly codec clients docs install uninstall deb size clean help
+.PHONY: demo sim test test-missions test-scenarios test-vcan test-mutation test-sanitize fuzz lint bench bench-link soak missions nightly codec clients docs rover locks install uninstall deb size clean help

@@ -1,6 +1,7 @@
 """The command `onboard`: run the flight program, show its configuration, replay a record, bring maps in and out.
 
-By click alone: typer loads pydantic to read a command line, a fifth of a start.
+By click alone: typer loads pydantic to read a command line, a fifth of a start. A command is loaded when it is called
+or listed: a start of `run` loads no other.
 """
 
 from __future__ import annotations
@@ -9,14 +10,12 @@ import faulthandler
 import gc
 import sys
 from pathlib import Path
+from pkgutil import resolve_name
+from types import MappingProxyType
 
 import click
 from click.exceptions import Exit
 
-from onboard.bus_guard import command as guard_command
-from onboard.calibrate import command as calibrate_command
-from onboard.can_tool import command as can_command
-from onboard.can_tool import jog_command
 from onboard.command_line import (
     EX_CONFIG,
     EX_DATAERR,
@@ -29,17 +28,30 @@ from onboard.command_line import (
 )
 from onboard.config import ConfigError
 from onboard.config_text import to_toml
-from onboard.jitter.command import jitter
 from onboard.journal import say, say_error, to_journal
-from onboard.lidar_tool import command as lidar_command
-from onboard.maps import gdem_command, map_command
-from onboard.record import record_command
-from onboard.record.replay_command import replay
-from onboard.status.command import status
+
+COMMANDS = MappingProxyType({
+    "gdem": "onboard.maps.gdem_command:app", "map": "onboard.maps.map_command:app",
+    "lidar": "onboard.lidar_tool.command:app", "guard": "onboard.bus_guard.command:app",
+    "can": "onboard.can_tool.jog_command:app", "calibrate": "onboard.calibrate.command:calibrate",
+    "record": "onboard.record.record_command:app", "replay": "onboard.record.replay_command:replay",
+    "status": "onboard.status.command:status", "jitter": "onboard.jitter.command:jitter",
+})  # fmt: skip
 
 
 class Commands(click.Group):
-    """Where Ctrl-C ends a command that does not take it itself, it is told in one line."""
+    """Those of this file and of COMMANDS. Ctrl-C in one that does not take it itself is told in one line."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        """See click.Group."""
+        return sorted({*super().list_commands(ctx), *COMMANDS})
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        """See click.Group."""
+        if cmd_name not in COMMANDS:
+            return super().get_command(ctx, cmd_name)
+        command: click.Command = resolve_name(COMMANDS[cmd_name])
+        return command
 
     def invoke(self, ctx: click.Context) -> object:
         """See click.Group."""
@@ -67,21 +79,6 @@ def app() -> None:
       onboard can info --bus socketcan:can0
       onboard calibrate --config rover.toml --out calibrated.toml
     """
-
-
-app.add_command(gdem_command.app)
-app.add_command(map_command.app)
-app.add_command(lidar_command.app)
-app.add_command(guard_command.app)
-app.add_command(can_command.app)
-app.add_command(calibrate_command.calibrate)
-app.add_command(record_command.app)
-app.add_command(replay)
-app.add_command(status)
-app.add_command(jitter)
-can_command.app.add_command(jog_command.jog)
-can_command.app.add_command(jog_command.home)
-can_command.app.add_command(jog_command.reset)
 
 
 @app.command()

@@ -49,7 +49,7 @@ WAIT_S = 60.0  # wall-clock limit for bytes that the bench says are on their way
 EX_AGAIN = 75  # the operator had it end, to be started anew: what started the program does that
 DARK_TICKS = 50  # after the end, for the LIDAR to say that its laser is off
 # no first tick needs these, and they load longest
-LATER = ("filterpy.kalman:ExtendedKalmanFilter", *(job.function for job in JOBS.values()))
+LATER = ("onboard.perception.ekf:ExtendedKalmanFilter", *(job.function for job in JOBS.values()))
 
 
 class WallPorts:

@@ -17,7 +17,7 @@ ONE_IMPORTER = {
     "can": {f"onboard/drivers/can_{name}.py" for name in ("base", "bus", "log", "socketcan", "socketcand")},
     "zenoh": {"onboard/drivers/zenoh_end.py", "hil/link/emulator.py"},
     "pybullet": {"hil/plant/engine.py"},
-    "filterpy": {"onboard/perception/pose_filter.py"},
+    "filterpy": {"onboard/perception/ekf.py"},
     "viser": {f"hil/watch/{name}.py" for name in ("scene", "panel", "serve")},
     "rerun": {"hil/watch/rrd.py"},
     "rasterio": {"onboard/drivers/dem_file.py"},

@@ -5,7 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from tools.install import LOCK, Place, closure, install
+from tools.extras import LOCK, closure
+from tools.install import Place, install
 from tools.licences import licence, licence_texts, locked, notice, page
 
 ROOT = Path(__file__).parents[1]

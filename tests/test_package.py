@@ -20,7 +20,8 @@ from onboard.config import load
 from onboard.record import made_by
 from tools import install as installer
 from tools import make_deb
-from tools.install import PYTHON, Place, closure, install, uninstall
+from tools.extras import closure
+from tools.install import PYTHON, Place, install, uninstall
 
 ROOT = Path(__file__).parents[1]
 INTERPRETER = os.path.realpath(sys.executable)

@@ -7,7 +7,8 @@
     PREFIX/share/doc/el-dorado       licences of what is not ours
     SYSCONFDIR/el-dorado/rover.toml  only where there is none
 
-Nothing is fetched: the packages are copied from the environment that the tests run in: what was tested is what flies.
+Nothing is fetched: the packages of the extra `onboard` are copied from the environment that runs this, so what was
+tested there is what flies.
 DESTDIR goes before every path that is written, and into none of the files.
 """
 
@@ -17,26 +18,26 @@ import argparse
 import compileall
 import importlib.util
 import os
-import re
+import platform
 import shutil
 import subprocess
 import sys
+import sysconfig
 import tomllib
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
-from importlib.metadata import Distribution, PackageNotFoundError, distribution
+from importlib.metadata import Distribution, PackageNotFoundError
 from pathlib import Path
 from py_compile import PycInvalidationMode
 
 from onboard.record.made_by import COMMIT
+from tools.extras import closure
 
 ROOT = Path(__file__).parents[1]
 SERVICE = ROOT / "tools" / "service"
-LOCK = ROOT / "requirements.lock"
 PACKAGES = ("protocol", "onboard")
-ROOTS = ("numpy", "scipy", "filterpy", "small_gicp", "python-can", "pymavlink", "fastcrc", "eclipse-zenoh", "mcap",
-         "rasterio", "zstandard", "click", "rich")  # fmt: skip
-EXTENSIONS = ("_kernels_baseline", "_kernels_avx2", "_kernels_avx512", "_wakes")
+EXTENSIONS = ("_kernels_baseline", "_wakes")
+OF_MACHINE = {"x86_64": ("_kernels_avx2", "_kernels_avx512")}  # CMakeLists.txt builds them there only
 NOT_FLOWN = ("*.hpp", "*.cpp", "*.so", "__pycache__")
 PYTHON = f"python{sys.version_info.major}.{sys.version_info.minor}"
 
@@ -99,28 +100,6 @@ def _changed() -> bool:
     return bool(_git("status", "--porcelain", "--untracked-files=no"))
 
 
-def closure(roots: Iterable[str] = ROOTS) -> dict[str, Distribution]:
-    """The distributions that these need, themselves included, as they are installed here. By name."""
-    found: dict[str, Distribution] = {}
-    waiting = list(roots)
-    while waiting:
-        name = re.sub(r"[-_.]+", "-", waiting.pop()).lower()
-        if name in found:
-            continue
-        found[name] = distribution(name)
-        for requirement in found[name].requires or ():
-            needed, _, marker = requirement.partition(";")
-            if "extra" not in marker and _applies(marker):
-                waiting.append(re.split(r"[^A-Za-z0-9_.-]", needed.strip(), maxsplit=1)[0])
-    return dict(sorted(found.items()))
-
-
-def _applies(marker: str) -> bool:
-    from packaging.markers import Marker  # ours through pytest and scikit-build-core
-
-    return not marker.strip() or Marker(marker).evaluate()
-
-
 def install(place: Place) -> None:
     """All of it, the switch to this version last. Raises OSError, PackageNotFoundError."""
     new = place.at(place.versions / f".{place.version}.new")
@@ -180,13 +159,18 @@ def uninstall(place: Place) -> None:
 
 
 def extensions() -> list[Path]:
-    """The compiled modules, wherever Python finds them here. Raises FileNotFoundError where one is not built."""
+    """The compiled modules for this machine, of this environment. Raises FileNotFoundError where one is not built.
+
+    In .venv, which is editable, Python finds them; in .rover the source tree hides the installed package.
+    """
     found = []
-    for name in EXTENSIONS:
+    installed = Path(sysconfig.get_path("platlib")) / "onboard" / "native"
+    for name in (*EXTENSIONS, *OF_MACHINE.get(platform.machine(), ())):
         spec = importlib.util.find_spec(f"onboard.native.{name}")
-        if spec is None or spec.origin is None:
-            raise FileNotFoundError(f"{name} is not built here: `make test` builds it")
-        found.append(Path(spec.origin))
+        places = [Path(spec.origin)] if spec and spec.origin else sorted(installed.glob(f"{name}.*.so"))
+        if not places:
+            raise FileNotFoundError(f"{name} is not built here: `make rover` or `make test` builds it")
+        found.append(places[0])
     return found
 
 

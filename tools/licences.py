@@ -11,13 +11,13 @@ from collections.abc import Iterable, Sequence
 from importlib.metadata import Distribution, distribution
 from pathlib import Path
 
-from tools.install import LOCK, closure
+from tools.extras import LOCK, closure, plain
 
 _TEXTS = re.compile(r"(?i)(^|[-_.])(licen[cs]es?|copying|notice|copyright)([-_.]|$)")
 _MOST_CHARACTERS = 60  # more is a text, not a name
 _REPLACED = """The packages lie as files of their own in `lib/el-dorado/VERSION`, below `site-packages`. Anybody
-may put a changed version in the place of one, also of python-can and pymavlink (LGPL), which are Python
-files there, and of the shared libraries inside of others (`*.libs`; GEOS in rasterio, LGPL). None is linked into a
+may put a changed version in the place of one, also of python-can (LGPL), which is Python files there, and
+of the shared libraries inside of others (`*.libs`; GEOS in rasterio, LGPL). None is linked into a
 program of ours. eclipse-zenoh may be had under Apache 2.0 or the EPL 2.0; here it is shipped under Apache 2.0."""
 
 
@@ -41,7 +41,7 @@ def locked(text: str) -> list[str]:
 def page() -> str:
     """docs/licences.md."""
     flown = closure()
-    others = [distribution(name) for name in locked(LOCK.read_text()) if _plain(name) not in flown]
+    others = [distribution(name) for name in locked(LOCK.read_text()) if plain(name) not in flown]
     return "\n\n".join([
         "<!-- Made from requirements.lock and the packages' metadata by tools/make_docs.py: run `make docs`. -->",
         "# Licences of what is not ours",
@@ -78,11 +78,7 @@ def _inside(package: Distribution) -> str:
     return f"; inside: {', '.join(sorted(names))}" if names else ""
 
 
-def _plain(name: str) -> str:
-    return re.sub(r"[-_.]+", "-", name).lower()
-
-
 def _table(packages: Iterable[Distribution]) -> str:
     rows: list[Sequence[str]] = [("package", "version", "licence"), ("---", "---", "---")]
-    rows += sorted((_plain(p.metadata["Name"]), p.version, licence(p)) for p in packages)
+    rows += sorted((plain(p.metadata["Name"]), p.version, licence(p)) for p in packages)
     return "\n".join(f"| {' | '.join(row)} |" for row in rows)

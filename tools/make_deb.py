@@ -22,7 +22,8 @@ from tools.install import SERVICE, Place, install, version
 
 SCRIPTS = ("postinst", "prerm", "postrm")
 ARCHITECTURES = {"x86_64": "amd64", "aarch64": "arm64"}
-DEPENDS = "python3.11, libc6 (>= 2.34), libstdc++6 (>= 12), systemd | passwd"
+PYTHON_DEPENDS = f"python{sys.version_info.major}.{sys.version_info.minor}"  # whose packages were tested
+DEPENDS = f"{PYTHON_DEPENDS}, libc6 (>= 2.34), libstdc++6 (>= 12), systemd | passwd"
 ABOUT = """flight program of a four-wheel-steered rover
  Reads a scanner and a CAN bus, maps, plans and drives; commanded over a link.
  With its Python packages in an environment of its own, a systemd unit, and an

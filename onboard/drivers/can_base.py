@@ -19,6 +19,10 @@ _LOOK_EVERY = 64  # frames of a read between two looks at the clock
 _UNTIL_GOOD = (BusTrouble.PASSIVE, BusTrouble.WARNING)  # states of the controller: they hold until it is active again
 
 
+class NoCanError(OSError):
+    """This machine has no CAN at all: no waiting cures that."""
+
+
 class CanBus:
     """One open bus. `received` and `sent` count frames since it was opened; `state` is what the last call saw.
 

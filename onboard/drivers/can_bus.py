@@ -13,12 +13,9 @@ import re
 import threading
 from collections.abc import Callable, Sequence
 
-from can.interfaces.virtual import VirtualBus
-
 from onboard.config import ConfigError
 from onboard.drivers.can_base import CanBus as CanBus
-from onboard.drivers.can_socketcan import NoCanError, open_socketcan
-from onboard.drivers.can_socketcand import open_socketcand
+from onboard.drivers.can_base import NoCanError
 from onboard.ports import BUS_CLOSED
 from onboard.records import BusStatus, BusTrouble, Frame, PortState
 
@@ -35,13 +32,19 @@ def open_bus(uri: str, filtered: bool = False) -> CanBus:
 
 
 def _opener(uri: str, filtered: bool) -> Callable[[], CanBus]:
-    kind, _, rest = uri.partition(":")
+    kind, _, rest = uri.partition(":")  # each loads its own part of python-can: socketcand a parser of XML
     if kind == "socketcan" and re.fullmatch(r"[\w.-]{1,15}", rest):
+        from onboard.drivers.can_socketcan import open_socketcan
+
         return lambda: open_socketcan(rest, filtered)
     if kind == "virtual" and rest:
+        from can.interfaces.virtual import VirtualBus
+
         return lambda: CanBus(VirtualBus(rest))
     match = re.fullmatch(r"([^:/]+):(\d{1,5})/([\w.-]+)", rest)
     if kind == "socketcand" and match:
+        from onboard.drivers.can_socketcand import open_socketcand
+
         return lambda: open_socketcand(match[1], int(match[2]), match[3])
     raise ConfigError(f"can.uri = {uri!r} names no bus; write {FORMS}")
 

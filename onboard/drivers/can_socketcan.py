@@ -11,15 +11,11 @@ import can
 from can.interfaces.socketcan import SocketcanBus
 from can.typechecking import CanFilter
 
-from onboard.drivers.can_base import CanBus
+from onboard.drivers.can_base import CanBus, NoCanError
 from onboard.records import Frame
 from protocol.can_codec import TABLE
 
 _BLOCK_MASK = 0x7F0
-
-
-class NoCanError(OSError):
-    """This machine has no CAN at all: no waiting cures that."""
 
 
 def dbc_filters() -> list[CanFilter]:

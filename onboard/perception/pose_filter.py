@@ -29,7 +29,7 @@ from onboard.records import F64
 from protocol.conventions import wrap_rad
 
 if TYPE_CHECKING:
-    from filterpy.kalman import ExtendedKalmanFilter
+    from onboard.perception.ekf import ExtendedKalmanFilter
 
 X, Y, Z, YAW, BIAS, SLIP, SCALE, EXCESS, REACH = range(9)
 POSE, ANCHOR, STATES = slice(0, 4), slice(9, 13), 13
@@ -240,11 +240,11 @@ class PoseFilter:
     def _kalman(self) -> ExtendedKalmanFilter:
         """The filter with the state and covariance of now; made where it is first needed.
 
-        filterpy loads all of scipy.stats, twice what all else before a first tick takes, and nothing is predicted or
+        filterpy needs scipy.linalg, which loads longer than all else before a first tick, and nothing is predicted or
         corrected before the rover has moved or stood for half a second.
         """
         if self._filter is None:
-            from filterpy.kalman import ExtendedKalmanFilter
+            from onboard.perception.ekf import ExtendedKalmanFilter
 
             self._filter = ExtendedKalmanFilter(dim_x=STATES, dim_z=4)
             self._filter.predict_x = lambda u: None  # the state has moved already

@@ -25,6 +25,7 @@ from tests.bench import (
     next_position,
     planning,
     search,
+    start,
     visibility,
     wire,
 )
@@ -52,7 +53,7 @@ def measure(name: str, repeats: int, mission: flight.Mission) -> Measured:
     if name in jitter.ROWS:  # on all cores: the planner works on another
         return jitter.ROWS[name](repeats)
     if name == "start":
-        return flight.start(repeats)
+        return start.start(repeats)
     if name in ("tick-cost", "replay-rtf"):
         assert mission.result  # flown on all cores before
         return pinned(lambda: flight.ROWS[name](mission, repeats))

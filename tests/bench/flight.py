@@ -1,29 +1,20 @@
-"""Rows of whole programs: hil-rtf, memory, tick-cost, replay-rtf, start. One mission serves the first four."""
+"""Rows of whole programs: hil-rtf, memory, tick-cost, replay-rtf. One mission serves all."""
 
 from __future__ import annotations
 
-import compileall
 import gc
-import subprocess
-import sys
 from dataclasses import replace as changed
 from pathlib import Path
 from pkgutil import resolve_name
 from statistics import mean, median
-from tempfile import TemporaryDirectory
-from time import perf_counter, sleep
+from time import perf_counter
 
 import numpy as np
 from mcap.reader import make_reader
 from mcap.stream_reader import StreamReader
 
-from hil.bench.bench import Bench, Joined
-from hil.bench.truth import Truth
-from hil.can.hub import CanHub
-from hil.processes import Processes, free_ports
-from hil.run import NAMES, RunResult, run, write_station
+from hil.run import RunResult, run
 from hil.scenario.scenario import Scenario
-from hil.terrain.grounds import GROUNDS
 from onboard.app import LATER, load_gdem
 from onboard.config import load
 from onboard.core.tick import Rover, tick
@@ -38,7 +29,6 @@ from tests.bench.goals import Measured
 
 FLAT = Scenario(name="bench", terrain="flat", link="lan", limit_s=600.0)
 LIMIT_BYTES = 200e6
-UP_S = 5.0  # until link and ground have loaded and wait for the rover
 MEAN_LIMIT, TAIL_LIMIT = 0.05, 0.20
 
 
@@ -142,82 +132,6 @@ def replay_rtf(mission: Mission, repeats: int) -> Measured:
         verdict.first_difference or f"identical, {verdict.ticks} ticks",
         verdict.identical,
     )
-
-
-def start(repeats: int) -> Measured:
-    """From the launch of `onboard run` to DONE of its first tick; bench, link and ground are up already.
-
-    Byte code is there on both sides, as `make` leaves it, also where the environment forbids Python to write it.
-    """
-    for package in ("protocol", "onboard"):
-        compileall.compile_dir(package, quiet=2)
-    ours, theirs = [], []
-    for _ in range(repeats):
-        ours.append(_first_tick_s())
-        began = perf_counter()
-        subprocess.run([sys.executable, "-c", "import numpy, scipy, zenoh"], check=True)
-        theirs.append(perf_counter() - began)
-    return Measured(
-        median(ours) / median(theirs), median(ours), median(theirs), "python -c 'import numpy, scipy, zenoh'"
-    )
-
-
-def _first_tick_s() -> float:
-    with TemporaryDirectory() as name, Processes(Path(name)) as processes:
-        folder = Path(name)
-        joined = Joined(CanHub(), processes.check)
-        bench = Bench(GROUNDS["flat"](1).field, 1, load().rover, Truth(folder / "truth.mcap"), joined)
-        rover_side, ground_side = (f"tcp/127.0.0.1:{port}" for port in free_ports(2))
-        processes.start(
-            "link",
-            "hil",
-            [
-                "link",
-                "--profile",
-                "lan",
-                "--seed",
-                "1",
-                "--rover",
-                rover_side,
-                "--ground",
-                ground_side,
-                "--report",
-                str(folder / "link.json"),
-                "--barrier",
-                bench.barrier.address,
-            ],
-        )
-        write_station(folder / "ground.toml", ground_side, 1)
-        (folder / "script.txt").write_text("at 60.0: status\n")
-        processes.start(
-            "ground",
-            "ground",
-            [
-                "script",
-                "--station",
-                str(folder / "ground.toml"),
-                "--barrier",
-                bench.barrier.address,
-                str(folder / "script.txt"),
-            ],
-        )
-        sleep(UP_S)
-        began = perf_counter()
-        settings = {
-            "clock.mode": "lockstep",
-            "clock.barrier": bench.barrier.address,
-            "can.uri": bench.hub.uri,
-            "lidar.address": bench.lidar_server.address,
-            "link.endpoint": rover_side,
-            "link.bench_seed": 1,
-        }
-        processes.start("onboard", "onboard", ["run", *(w for k, v in settings.items() for w in ("--set", f"{k}={v}"))])
-        bench.gather(NAMES)
-        bench.step()
-        taken = perf_counter() - began
-        bench.close("measured")
-        processes.wait(10.0)
-        return taken
 
 
 ROWS = {"hil-rtf": hil_rtf, "memory": memory, "tick-cost": tick_cost, "replay-rtf": replay_rtf}

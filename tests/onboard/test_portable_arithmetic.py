@@ -35,7 +35,7 @@ ALLOWED = {  # (file, call): why it is the same everywhere
     ("onboard/native/linear.py", ".dot"): "`product` by that name",
     ("onboard/native/linear.py", "np.linalg"): "the name of an error",
     ("protocol/scip/block_reader.py", "np.dot"): "whole numbers of 18 bits, exact in float32 in any order",
-    ("onboard/perception/pose_filter.py", "from filterpy.kalman"):
+    ("onboard/perception/ekf.py", "from filterpy.kalman.EKF"):
         "its products are of `linear.Matrix`, and it inverts one number at a time",
     ("onboard/perception/cell_classes.py", "from statistics"): "rounded to 1e-9, none near a half (test_linear.py)",
     ("onboard/planning/cycle.py", "from scipy"): "ndimage: dilation and labels of whole numbers",
