@@ -40,7 +40,8 @@ def test_it_predicts_and_corrects_to_the_same_bits_as_the_package(seed):
         for one in (ours, whole):
             one.F, one.Q = motion, spread @ spread.T
             one.predict()
-            one.update(measured, lambda x, h: h, lambda x, h: np.tanh(h @ x), R=np.eye(2), args=measures, hx_args=measures)
+            both = {"args": measures, "hx_args": measures}
+            one.update(measured, lambda x, h: h, lambda x, h: np.tanh(h @ x), R=np.eye(2), **both)
     assert ours.x.tobytes() == whole.x.tobytes() and ours.P.tobytes() == whole.P.tobytes()
     assert np.abs(ours.x).max() > 0.0
 
