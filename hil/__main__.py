@@ -42,6 +42,7 @@ from hil.watch.command import PORT, AfterOption, PortOption, WatchOption, check_
 from hil.watch.command import main as watch_command
 from onboard.config import ConfigError, load
 
+DEMO_LIMIT_S = 3600.0  # the longest demo, 56 m over measured land, takes 1,600 s
 TALLIED = (
     "terrain", "seed", "goal_reached", "distance_to_goal_m", "collisions", "scans", "way_m", "rtf", "replay",
 )
@@ -89,7 +90,8 @@ def demo(
     Examples: hil demo --seed 3 | hil demo --lidar ideal | hil demo --lidar lost_ratio=0.03 --lidar rock_albedo=0.05
     """
     told = {"mission.strategy": strategy}
-    scenario = Scenario(terrain=_terrain(terrain), seed=seed, set=told, lidar=scenario_command.scanner(lidar, {}))
+    scenario = Scenario(terrain=_terrain(terrain), seed=seed, limit_s=DEMO_LIMIT_S, set=told,
+                        lidar=scenario_command.scanner(lidar, {}))
     check_film(video)
     with shown(out, watch, port):
         result = fly(scenario, out)

@@ -98,7 +98,8 @@ def run(
         interrupted.pop_all()
         bench.close(error or "the run is over")
         codes = processes.wait(_END_S)
-        error = error or _bad_ends(scenario, codes, processes)
+        cut = scenario.live or (not error and bench.ground_code is None)  # the bench ended before the script did
+        error = error or _bad_ends(cut, codes, processes)
     report = folder / "link.json"
     return RunResult(
         folder, accepted, bench.tick * TICK_NS / 1e9, wall_s,
@@ -204,9 +205,12 @@ def _ended(scenario: Scenario, bench: Bench) -> bool:
     return bench.ground_code is not None or now_s >= scenario.limit_s
 
 
-def _bad_ends(scenario: Scenario, codes: dict[str, int], processes: Processes) -> str:
-    """Who ended otherwise than a run ends: killed by a fault and an unfinished or failed script are no errors here."""
-    good = {"ground": (0, FAILED, UNFINISHED) if scenario.end_s or scenario.live else (0, FAILED)}
+def _bad_ends(cut: bool, codes: dict[str, int], processes: Processes) -> str:
+    """Who ended otherwise than a run ends.
+
+    No errors here: killed by a fault; a failed script, and where the bench cut it short an unfinished one.
+    """
+    good = {"ground": (0, FAILED, UNFINISHED) if cut else (0, FAILED)}
     return "\n".join(
         f"{name} ended with {code}:\n{processes.tail(name)}"
         for name, code in codes.items() if code not in good.get(name, (0,)) and not processes.killed(name)
