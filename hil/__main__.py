@@ -155,7 +155,7 @@ def sim(
 
 
 def _real(words: list[str]) -> tuple[str, list[str]]:
-    """Split the values of --lidar into the address of a real scanner and the other words. Exit 64 for both at once."""
+    """Split the values of --lidar into a real scanner's address and other words. Exit 64 for both, or two addresses."""
     addresses = [word for word in words if word.startswith(("tty:", "tcp:"))]
     others = [word for word in words if word not in addresses]
     if len(addresses) > 1 or (addresses and others):

@@ -84,7 +84,7 @@ class Watch:
 def _alone(folder: Path) -> Iterator[None]:
     """Lock the folder for one bench: two benches would overwrite each other's records and station file.
 
-    Raises ConfigError if no run made the folder; exits with EX_UNAVAILABLE if another bench uses it.
+    Raises ConfigError if a run may not use the folder; exits with EX_UNAVAILABLE if another bench uses it.
     """
     check(folder)
     folder.mkdir(parents=True, exist_ok=True)

@@ -183,7 +183,7 @@ class InMemory(World):
         return any(begin_s <= now_ns / NS < end_s for begin_s, end_s in zip(edges_s[::2], edges_s[1::2]))
 
     def _kept(self) -> tuple[Saved, ...]:
-        """Report all saves as done: without a record this disk stores nothing and never fails."""
+        """Report all saves of state as done; they are not stored."""
         saved, self._saves = tuple(Saved(save.name) for save in self._saves), ()
         return saved
 

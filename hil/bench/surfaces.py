@@ -50,7 +50,7 @@ class Surfaces:
     def met(self, origins_m: F64, directions: F64, ranges_m: F64) -> Surface:
         """Surface met by rays (n, 3), map frame, with ranges (n,).
 
-        Where the range is inf, nothing is met and the values have no meaning.
+        A range of inf means no surface; its values have no meaning.
         """
         errors, grid = self._errors, self.field.grid
         sine, reach_m = np.ones(len(ranges_m)), np.full(len(ranges_m), np.inf)

@@ -4,7 +4,7 @@
     lever_x_m = 0.12
 
 Sources: [DBC] the range of the wire; [STUDY] the study of scanner and tilt axis, 4096 counts a turn and backlash as of
-a small servo; [?] no source, a plain guess for the class of part: nobody measured the parts of a real rover. Sigma: one
+a small servo; [?] no source, a plain guess for the class of part: no parts of a real rover were measured. Sigma: one
 standard deviation. Errors of the scanner: hil/devices/lidar_profile.py.
 """
 

@@ -2,7 +2,7 @@
 
     bytes in -> request lines -> lidar_commands (on lidar_states.Machine) -> replies at the reply tick -+
     time     -> lidar_turns -> cast -> lidar_optics -> scans, some latency after their sweep ----------+-> pieces out
-                                                                       lidar_faults on all of it -----+
+                                                                        lidar_faults on all of it -----+
 
 All differences between sensors and links are in `lidar_profile.Profile`. The state machine follows C-42-03320B, the
 logs of real sensors and the experience of public drivers; nothing here was tested against a physical sensor.

@@ -128,7 +128,7 @@ def _patches(rows: Any, where: str) -> tuple[Patch, ...] | None:
 
 
 def lidar_table(words: Sequence[str], tree: Mapping[str, Any], option: str = "--lidar") -> dict[str, Any]:
-    """Words of the command line, `ideal` or `KEY=VALUE`, over a scenario's table. A profile replaces the whole table.
+    """Scenario's table [lidar], overridden by the words `ideal` or `KEY=VALUE`. A profile replaces the whole table.
 
     Raises ConfigError.
     """
