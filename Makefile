@@ -74,7 +74,7 @@ test-sanitize: .venv/.project build/sanitize/.built ## kernel tests and fuzz und
 	@$(FIXED) $(SANITIZED) $(B)/python -m tests.fuzz.kernels --seconds $(FUZZ_S) --seed $(SEED)
 	@$(FIXED) $(B)/python -m tests.fuzz.scip --seconds $(FUZZ_S) --seed $(SEED)
 	@$(FIXED) $(B)/python -m tests.fuzz.lidar --seconds $(FUZZ_S) --seed $(SEED)
-	@$(FIXED) $(B)/python -m tests.fuzz --blind --seconds $$(( $(FUZZ_S) / 17 )) --seed $(SEED)
+	@$(FIXED) $(B)/python -m tests.fuzz --blind --in-all $(FUZZ_S) --seed $(SEED)
 
 .venv/.atheris: .venv/.packages requirements-fuzz.lock
 	@$(B)/python -m pip install --quiet --disable-pip-version-check --no-deps --only-binary :all: --require-hashes -r requirements-fuzz.lock

@@ -1,1 +1,1 @@
-"""The hardware-in-the-loop bench: it replaces hardware, nothing else."""
+"""Hardware-in-the-loop bench: emulates the hardware around the unchanged flight program."""

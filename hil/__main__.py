@@ -1,4 +1,4 @@
-"""The command `hil`: the bench."""
+"""Command line `hil` of the bench."""
 
 from __future__ import annotations
 
@@ -42,6 +42,7 @@ from hil.watch.command import PORT, AfterOption, PortOption, WatchOption, check_
 from hil.watch.command import main as watch_command
 from onboard.config import ConfigError, load
 
+DEMO_LIMIT_S = 3600.0  # the longest demo, 56 m over measured land, takes 1,600 s
 TALLIED = (
     "terrain", "seed", "goal_reached", "distance_to_goal_m", "collisions", "scans", "way_m", "rtf", "replay",
 )
@@ -83,13 +84,14 @@ def demo(
 ) -> None:
     """Drive a rover across rocks to its goal; ends with the path of the report.
 
-    Exit codes: 0 goal reached, 1 not reached (and why), 64 no such kind of film, 69 port in use,
-    70 a process of the run failed, 78 something wrong in --lidar.
+    Exit codes: 0 goal reached, 1 goal not reached (with the reason), 64 unknown kind of film, 69 port in use,
+    70 a process of the run failed, 78 an error in --lidar.
 
     Examples: hil demo --seed 3 | hil demo --lidar ideal | hil demo --lidar lost_ratio=0.03 --lidar rock_albedo=0.05
     """
     told = {"mission.strategy": strategy}
-    scenario = Scenario(terrain=_terrain(terrain), seed=seed, set=told, lidar=scenario_command.scanner(lidar, {}))
+    scenario = Scenario(terrain=_terrain(terrain), seed=seed, limit_s=DEMO_LIMIT_S, set=told,
+                        lidar=scenario_command.scanner(lidar, {}))
     check_film(video)
     with shown(out, watch, port):
         result = fly(scenario, out)
@@ -125,11 +127,11 @@ def sim(
     watch: WatchOption = False,
     port: PortOption = PORT,
 ) -> None:
-    """Bench, onboard and link in real time until Ctrl-C, for `ground` commands from another terminal.
+    """Run bench, onboard and link in real time until Ctrl-C, for `ground` commands from another terminal.
 
-    With --lidar ADDRESS or --can that device is the real one and the rest is emulated; nothing is lock-step then.
+    With --lidar ADDRESS or --can that device is real and the others are emulated; the run is not in lock-step then.
 
-    Exit codes: 0 ended by Ctrl-C, 69 port in use, no such interface, 70 a process failed, 78 a wrong --lidar.
+    Exit codes: 0 ended by Ctrl-C, 69 port in use or no such interface, 70 a process failed, 78 an error in --lidar.
     """
     real, words = _real(lidar or [])
     scanner = scenario_command.scanner(words, {})
@@ -153,7 +155,7 @@ def sim(
 
 
 def _real(words: list[str]) -> tuple[str, list[str]]:
-    """The address of a real scanner, and the words that are none."""
+    """Split the values of --lidar into a real scanner's address and other words. Exit 64 for both, or two addresses."""
     addresses = [word for word in words if word.startswith(("tty:", "tcp:"))]
     others = [word for word in words if word not in addresses]
     if len(addresses) > 1 or (addresses and others):
@@ -165,9 +167,9 @@ def _real(words: list[str]) -> tuple[str, list[str]]:
 def urdf(
     config: Annotated[Path | None, typer.Option(help="Rover's configuration (TOML); default: the bench's own.")] = None,
 ) -> None:
-    """The rover's URDF on standard output, for RViz and other ROS tools: hil urdf > rover.urdf.
+    """Print the rover's URDF on standard output, for RViz and other ROS tools: hil urdf > rover.urdf.
 
-    Exit codes: 0 written, 66 no such file, 78 something wrong in the configuration.
+    Exit codes: 0 written, 66 no such file, 78 an error in the configuration.
     """
     from hil.plant.ros_urdf import ros_urdf
 
@@ -184,7 +186,7 @@ def tally(
     folder: Annotated[Path, typer.Argument(help="Folder of run folders with summary.json.")],
     need: Annotated[float, typer.Option(help="Share of the runs that must reach their goal.")] = 0.9,
 ) -> None:
-    """A table of many runs; exit 1 when too few reached their goal or any rover touched something."""
+    """Print a table of many runs; exit 1 if too few reached their goal, a rover had a contact or a replay differs."""
     rows = [json.loads(path.read_text()) for path in sorted(folder.glob("*/summary.json"))]
     table = Table("terrain", "seed", "goal", "distance", "collisions", "scans", "way", "rtf", "replay", "scanner")
     for r in rows:
@@ -200,7 +202,7 @@ def tally(
 
 
 def main() -> None:
-    """Entry point; starts itself anew where the environment is not the one that gives the same bits every time."""
+    """Entry point; restarts the process if FIXED_ENVIRONMENT is not set: without it runs do not repeat bit by bit."""
     if any(os.environ.get(name) != text for name, text in FIXED_ENVIRONMENT.items()):
         os.execve(sys.executable, [sys.executable, "-m", "hil", *sys.argv[1:]], {**os.environ, **FIXED_ENVIRONMENT})
     for number in (signal.SIGINT, signal.SIGTERM):  # both end a run in order, also where a shell ignores Ctrl-C

@@ -38,7 +38,15 @@ _PACKAGES = ("numpy", "scipy", "pybullet", "small-gicp", "filterpy", "python-can
 
 @dataclass(frozen=True, slots=True)
 class Told:
-    """What the flight program told of itself in its record."""
+    """Figures that the flight program reported in its record.
+
+    outcome: end of the last mission, see `outcome`
+    scans: number of scans
+    replans: number of changes of the global path, see `replans`
+    strategy: setting `mission.strategy`
+    decisions: texts of the DECISION events
+    events: all events
+    """
 
     outcome: str
     scans: int
@@ -49,7 +57,7 @@ class Told:
 
 
 def told(record: Path) -> Told:
-    """Outcome, scans and decisions from the events of a record."""
+    """Read outcome, scans, decisions and events from a record."""
     scans, decisions, global_paths = 0, [], []
     events: list[Event] = []
     with record.open("rb") as file:
@@ -70,7 +78,7 @@ def told(record: Path) -> Told:
 
 
 def outcome(events: Iterable[tuple[str, str]]) -> str:
-    """How the last mission ended, from (name, text) of each event: at its goal, in failure, or in another mode."""
+    """End of the last mission, from (name, text) of each event: arrived, failed, or the mode that ended it."""
     end = UNENDED
     for name, text in events:
         if name in ("ARRIVED", "FAILED"):
@@ -83,7 +91,7 @@ def outcome(events: Iterable[tuple[str, str]]) -> str:
 
 
 def summary(scenario: Scenario, result: RunResult, replay: dict[str, Any]) -> dict[str, Any]:
-    """What `build/demo/summary.json` holds; see docs/demo.md."""
+    """Contents of `build/demo/summary.json`; see docs/demo.md."""
     word = told(result.folder / "onboard.mcap")
     directions = {name: _direction(result.link.get(name, {})) for name in ("down", "up")}
     reached = result.ground_exit == 0 and result.distance_to_goal_m <= TOLERANCE_M[scenario.terrain]
@@ -128,15 +136,15 @@ def summary(scenario: Scenario, result: RunResult, replay: dict[str, Any]) -> di
 
 
 def verdicts(scenario: Scenario, result: RunResult, events: Sequence[Event]) -> tuple[Verdict, ...]:
-    """What the scenario promised of this run. When its faults showed is for `hil run --quick` to say."""
+    """Verdicts on the scenario's promises for this run; only `hil run --quick` judges when its faults showed."""
     facts = Facts(result.distance_to_goal_m, result.speed_mps, events, result.contacts, result.error)
     return judge(scenario.expect, facts)
 
 
 def tick_wall_ms(laps_ms: Sequence[tuple[float, float]]) -> dict[str, dict[str, Any]]:
-    """Wall time of the bench's own work in a tick, and of the whole until onboard has answered (both run at once).
+    """Wall time of a tick, ms: the bench's own work, and the time until onboard has answered. Both run at once.
 
-    Shares and histograms; what is shorter or longer than the histograms' edges counts in their outermost bins.
+    Percentiles and histograms. Values beyond the edges of a histogram count in its outermost bins.
     """
     columns = np.array(laps_ms).reshape(-1, 2).T
     names = ("plant_and_devices", "until_onboard_answered")
@@ -151,7 +159,7 @@ def tick_wall_ms(laps_ms: Sequence[tuple[float, float]]) -> dict[str, dict[str, 
 
 
 def link_note(profile: Profile) -> str:
-    """A link profile in words: rates, delay, losses, what it stands for."""
+    """Link profile in words: rates, delay, losses, meaning."""
     down, up = (f"{bps / 1e3:g} kbit/s" for bps in (profile.down_bps, profile.up_bps))
     words = [f"{down} both ways" if down == up else f"{down} to the ground, {up} to the rover"]
     words.append(f"{profile.one_way_s:g} s one way")
@@ -163,12 +171,12 @@ def link_note(profile: Profile) -> str:
 
 
 def replans(paths: Sequence[NDArray[np.float64]]) -> int:
-    """How often the global path, solved again at a stop, lay somewhere farther than REPLANNED_M from the one before."""
+    """Number of stops at which the new global path deviates by more than REPLANNED_M from the previous one."""
     return sum(_apart_m(new, old) > REPLANNED_M for old, new in pairwise(paths))
 
 
 def _apart_m(path: NDArray[np.float64], other: NDArray[np.float64]) -> float:
-    """Largest distance of a node of one path, (k, 2), to the polyline of the other."""
+    """Largest distance from a node of `path`, (k, 2), to the polyline `other`."""
     start, way = other[:-1], np.diff(other, axis=0)
     off = path[:, None, :] - start[None, :, :]
     share = np.clip((off * way).sum(axis=2) / np.maximum((way**2).sum(axis=1), 1e-12), 0.0, 1.0)
@@ -181,8 +189,8 @@ def _direction(row: dict[str, Any]) -> dict[str, int]:
 
 
 def certificate(scenario: Scenario, result: RunResult) -> dict[str, Any]:
-    """Hashes of every channel and of the plant's states: the same for the same seed, on any machine of the set."""
-    flown = {**asdict(scenario), "lidar": asdict(scanner_of(scenario.lidar))}  # whatever the default will be one day
+    """Hashes of every channel and of the plant's states: equal for the same seed on any machine of the set."""
+    flown = {**asdict(scenario), "lidar": asdict(scanner_of(scenario.lidar))}  # explicit, since the default may change
     flight = json.loads(json.dumps(flown, default=dict))
     link = {f"link_{d}_{end}": result.link[d][end] for d in ("down", "up") for end in ("in", "out") if d in result.link}
     config = json.dumps(flight, sort_keys=True).encode()
@@ -197,7 +205,7 @@ def certificate(scenario: Scenario, result: RunResult) -> dict[str, Any]:
 
 
 def differences(old: Any, new: Any, where: str = "") -> Iterator[tuple[str, Any, Any]]:
-    """Place, old and new value of each leaf of two certificates that is not the same."""
+    """Yield place, old and new value of each leaf that differs between two certificates."""
     if isinstance(old, dict) and isinstance(new, dict):
         for key in sorted({*old, *new}):
             yield from differences(old.get(key), new.get(key), f"{where}.{key}" if where else key)
@@ -206,12 +214,12 @@ def differences(old: Any, new: Any, where: str = "") -> Iterator[tuple[str, Any,
 
 
 def scanner_line(scanner: dict[str, Any]) -> str:
-    """A summary's scanner in a few words; '' for a summary from before it was told."""
+    """Scanner of a summary in a few words; '' for an old summary without the key."""
     return f"{scanner['profile']}, {100 * scanner['lost_ratio']:.2f} % lost" if scanner else ""
 
 
 def replay(folder: Path) -> dict[str, Any]:
-    """`onboard replay` of the run's record, in a process of its own."""
+    """Run `onboard replay` on the run's record in a child process; returns its JSON."""
     command = [sys.executable, "-m", "onboard", "replay", "--json", str(folder / "onboard.mcap")]
     done = subprocess.run(command, capture_output=True, text=True, env=_environment(), check=False)
     if done.returncode not in (0, 1) or not done.stdout.startswith("{"):
@@ -220,7 +228,7 @@ def replay(folder: Path) -> dict[str, Any]:
 
 
 def report(folder: Path) -> str:
-    """`ground report` of the run; returns what went wrong, or ''."""
+    """Run `ground report` on the run; returns the error text, or ''."""
     command = [sys.executable, "-m", "ground", "report", str(folder)]
     done = subprocess.run(command, capture_output=True, text=True, env=_environment(), check=False)
     return "" if done.returncode == 0 else done.stderr.strip()[-2000:]

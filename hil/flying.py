@@ -1,4 +1,4 @@
-"""What the commands that fly share: progress, exit codes, a run and what is written of it."""
+"""Common parts of the commands that run the rover: progress, exit codes, the run and its output files."""
 
 from __future__ import annotations
 
@@ -36,13 +36,13 @@ EX_DATA, EX_NOINPUT, EX_UNAVAILABLE, EX_SOFTWARE, EX_CONFIG = 65, 66, 69, 70, 78
 
 
 def fail(code: int, text: str) -> typer.Exit:
-    """One helpful line on standard error, and the exit code."""
+    """Print one line on standard error and return the exit with this code."""
     print(f"hil: {text}", file=sys.stderr)
     return typer.Exit(code)
 
 
 def line(progress: Progress, wall_s: float, live: bool = False) -> Text:
-    """The live progress line; with a live operator the bench does not know the goal."""
+    """Live progress line; with a live operator the bench does not know the goal."""
     doing = "scanning" if progress.sweeping else "driving" if progress.driving else "standing"
     if doing == "standing" and progress.turning:
         doing = "turning"
@@ -56,7 +56,10 @@ def line(progress: Progress, wall_s: float, live: bool = False) -> Text:
 
 
 class Watch:
-    """Shows a run's progress, and each contact once when it begins. `contacts`: of the run, as far as it has come."""
+    """Display of a run's progress; prints each contact once, when it begins.
+
+    contacts: contacts of the run so far
+    """
 
     def __init__(self, live: bool) -> None:
         self._live, self._console, self._shown = live, Console(stderr=True), 0
@@ -64,7 +67,7 @@ class Watch:
 
     @contextmanager
     def showing(self, first: str) -> Iterator[Callable[[Progress, float], None]]:
-        """The function that a run calls with its progress and the wall time since its begin."""
+        """Yield the function that a run calls with its progress and the wall time since its start, s."""
         with status(self._console, Text(first)) as tell:
             def show(progress: Progress, wall_s: float) -> None:
                 self.contacts = progress.contacts
@@ -79,7 +82,10 @@ class Watch:
 
 @contextmanager
 def _alone(folder: Path) -> Iterator[None]:
-    """Two benches in one folder would write over each other's records and station file. Raises ConfigError."""
+    """Lock the folder for one bench: two benches would overwrite each other's records and station file.
+
+    Raises ConfigError if a run may not use the folder; exits with EX_UNAVAILABLE if another bench uses it.
+    """
     check(folder)
     folder.mkdir(parents=True, exist_ok=True)
     with (folder / ".lock").open("w") as lock:
@@ -93,7 +99,7 @@ def _alone(folder: Path) -> Iterator[None]:
 
 @contextmanager
 def _told(folder: Path, watch: Watch) -> Iterator[None]:
-    """The folder for this run alone; what a user can mend, and Ctrl-C, in words and an exit code."""
+    """Lock the folder for this run; turn Ctrl-C and user errors into a message and an exit code."""
     try:
         with _alone(folder):
             yield
@@ -107,14 +113,14 @@ def _told(folder: Path, watch: Watch) -> Iterator[None]:
 
 
 def _left(folder: Path) -> list[str]:
-    """What a run that was ended leaves, and the command that makes its report."""
+    """Files that an interrupted run leaves, and the command that makes its report."""
     record = folder / "onboard.mcap"
     return [f"record: {record}", f"report: .venv/bin/ground report {folder}"] if record.is_file() else []
 
 
 def fly(scenario: Scenario, out: Path, pace: float = 0.0) -> RunResult:
-    """Run with its status on standard error; exit 130 on Ctrl-C, nothing left behind."""
-    from hil.run import run as run_scenario  # the engine is heavy: not for --help and `hil link`
+    """Run with its status on standard error; on Ctrl-C end all processes and exit 130."""
+    from hil.run import run as run_scenario  # the engine is slow to import: not for --help and `hil link`
 
     watch = Watch(scenario.live)
     with _told(out, watch), watch.showing("starting bench, onboard, link and ground ...") as show:
@@ -122,7 +128,7 @@ def fly(scenario: Scenario, out: Path, pace: float = 0.0) -> RunResult:
 
 
 def fly_mixed(scenario: Scenario, out: Path, lidar: str, can: str) -> None:
-    """Beside real devices until Ctrl-C, which is how it ends."""
+    """Run with real devices until Ctrl-C, which is the normal end."""
     from hil.bench.mixed import Real
     from hil.bench.mixed import fly as fly_beside
     from hil.processes import ProcessDiedError
@@ -139,7 +145,7 @@ def fly_mixed(scenario: Scenario, out: Path, lidar: str, can: str) -> None:
 
 
 def conclude(scenario: Scenario, result: RunResult) -> dict[str, object]:
-    """Replay, certificate and summary of a run, written beside its record."""
+    """Replay a run, write its summary and certificate next to its record, and return the summary."""
     replay = after.replay(result.folder)
     facts = after.summary(scenario, result, replay)
     facts["replay_difference"] = replay.get("first_difference", "")
@@ -150,7 +156,7 @@ def conclude(scenario: Scenario, result: RunResult) -> dict[str, object]:
 
 
 def show(facts: dict[str, object], contacts: Sequence[Contact]) -> None:
-    """The summary's main figures, and each contact."""
+    """Print the summary's main figures and each contact."""
     table = Table(show_header=False, box=None)
     for key in SHOWN:
         table.add_row(key, str(facts[key]))

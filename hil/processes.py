@@ -1,4 +1,4 @@
-"""The child processes of a run: started together, watched, and never left behind."""
+"""Child processes of a run: started together, monitored, and always ended with it."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 FIXED_ENVIRONMENT = {
-    # for the bench's own arithmetic; the flight program gives the same bits without: see docs/determinism.md
+    # for the bench's own arithmetic; the flight program computes the same bits without: see docs/determinism.md
     "PYTHONHASHSEED": "0",
     "OPENBLAS_NUM_THREADS": "1",
     "OPENBLAS_CORETYPE": "Haswell",
@@ -28,14 +28,14 @@ _PR_SET_PDEATHSIG = 1
 
 
 class ProcessDiedError(RuntimeError):
-    """A process of the run ended when it should not have; the text holds its name, exit code and last lines."""
+    """Unexpected end of a process of the run; the text has its name, exit code and last lines."""
 
 
 class Processes:
-    """Starts children of this Python and ends them all when the block is left: SIGTERM, after `grace_s` SIGKILL.
+    """Starts children of this Python and ends them when the block is left: SIGTERM, after `grace_s` SIGKILL.
 
-    Where this process is killed the kernel sends them SIGTERM. Start them from the main thread: the signal is sent at
-    the end of the thread that started them (prctl(2)).
+    If this process is killed, the kernel sends them SIGTERM. Start them from the main thread: the kernel sends the
+    signal when the thread that started them ends (prctl(2)).
     """
 
     def __init__(self, folder: Path, grace_s: float = 5.0) -> None:
@@ -56,7 +56,7 @@ class Processes:
                 [sys.executable, "-m", module, *arguments],
                 stdout=log, stderr=subprocess.STDOUT, stdin=subprocess.DEVNULL,
                 env={**os.environ, **FIXED_ENVIRONMENT, **(environment or {})},
-                start_new_session=True,  # Ctrl-C reaches the bench alone, which ends the others in order
+                start_new_session=True,  # Ctrl-C reaches only the bench, which ends the others in order
                 preexec_fn=_end_with_parent,
             )
 
@@ -65,7 +65,7 @@ class Processes:
         return self._children[name].pid
 
     def peak_rss_bytes(self, name: str) -> int:
-        """Largest resident memory of a child so far; 0 when it has ended."""
+        """Largest resident memory of a child so far, bytes; 0 after it has ended."""
         try:
             status = Path(f"/proc/{self.pid(name)}/status").read_text()
         except OSError:
@@ -74,40 +74,40 @@ class Processes:
         return int(row.split()[1]) * 1024
 
     def let_end(self, name: str, code: int) -> None:
-        """From now on an end of this child with this exit code is nobody's fault; `has_ended` tells."""
+        """From now on accept that this child ends with this exit code; see `has_ended`."""
         self._may_end[name] = code
 
     def has_ended(self, name: str, limit_s: float) -> bool:
-        """Whether a child ends, within a time, as `let_end` said."""
+        """True if the child ends within `limit_s` with the code given to `let_end`."""
         try:
             return self._children[name].wait(limit_s) == self._may_end.get(name)
         except subprocess.TimeoutExpired:
             return False
 
     def check(self) -> None:
-        """Raise ProcessDiedError if a child has ended that was not expected to."""
+        """Raise ProcessDiedError if a child has ended unexpectedly."""
         for name, child in self._children.items():
             code = child.poll()
             if code is not None and name not in self._expected and code != self._may_end.get(name):
                 raise ProcessDiedError(f"{name} ended with {_code(code)}:\n{self.tail(name)}")
 
     def kill(self, name: str) -> None:
-        """SIGKILL, as `kill -9` does; the end is expected."""
+        """Send SIGKILL, as `kill -9` does; the end is expected."""
         self._expected.add(name)
         self._children[name].kill()
         self._children[name].wait()
 
     def restart(self, name: str) -> None:
-        """Start a child that was killed with the same words; its log goes on."""
+        """Start a killed child again with the same arguments; its log continues."""
         self._expected.discard(name)
         self.start(name, *self._started[name])
 
     def killed(self, name: str) -> bool:
-        """Whether `kill` ended it."""
+        """True if `kill` ended it."""
         return name in self._expected
 
     def settle(self, limit_s: float) -> None:
-        """Wait a little for a child that is just dying, so that `check` sees it."""
+        """Wait up to `limit_s` for a child that is about to end, so that `check` sees it."""
         deadline = time.monotonic() + limit_s
         while time.monotonic() < deadline:
             if any(child.poll() is not None and name not in self._expected for name, child in self._children.items()):
@@ -115,12 +115,12 @@ class Processes:
             time.sleep(0.02)
 
     def tail(self, name: str, lines: int = 12) -> str:
-        """Last lines of what it printed."""
+        """Last lines of its output."""
         text = (self._folder / f"{name}.log").read_text(errors="replace")
         return "\n".join(f"  {line}" for line in text.splitlines()[-lines:])
 
     def wait(self, limit_s: float) -> dict[str, int]:
-        """Exit codes after the run was ended in order; whoever does not end is killed."""
+        """Exit codes after an orderly end of the run; a child that does not end within `limit_s` is killed."""
         codes = {}
         for name, child in self._children.items():
             try:
@@ -141,7 +141,7 @@ class Processes:
             for child in self._children.values():
                 with contextlib.suppress(subprocess.TimeoutExpired):
                     child.wait(self._grace_s)
-        finally:  # a second Ctrl-C shortens the farewell
+        finally:  # a second Ctrl-C skips the wait
             for child in self._children.values():
                 if child.poll() is None:
                     child.kill()
@@ -157,9 +157,9 @@ def _code(code: int) -> str:
 
 
 def free_ports(count: int) -> list[int]:
-    """Ports of the loopback that nobody listens on now, below those the system hands out for outgoing connections.
+    """Free ports of the loopback interface, below the range that the system uses for outgoing connections.
 
-    A port of that range could be taken by any connection before its child listens on it.
+    Any connection could take a port of that range before its child listens on it.
     """
     first, found = 20_000 + 16 * os.getpid() % 12_000, []
     with contextlib.ExitStack() as held:

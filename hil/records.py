@@ -1,4 +1,4 @@
-"""The bench's own records: the truth that onboard never sees, and what the emulated nodes exchange with the plant."""
+"""Bench records: the true state, which onboard never sees, and the exchange between emulated nodes and plant."""
 
 from __future__ import annotations
 
@@ -13,7 +13,13 @@ from onboard.records import Pose
 
 
 class WheelTruth(NamedTuple):
-    """One wheel as it really is. torque_nm: drive torque at the wheel; sinkage and load where the wheel meets soil."""
+    """True state of one wheel.
+
+    steer_rad, position_rad: steering angle and wheel angle
+    rate_radps: wheel rate
+    torque_nm: drive torque at the wheel
+    load_n: load where the wheel meets the soil
+    """
 
     steer_rad: float
     position_rad: float
@@ -23,17 +29,19 @@ class WheelTruth(NamedTuple):
 
 
 class WheelDrive(NamedTuple):
-    """What a wheel node's motor drivers ask of the plant: targets after the node's own ramps and timeouts."""
+    """Targets that a wheel node's motor drivers send to the plant, after the node's own ramps and timeouts."""
 
     steer_rad: float
     rate_radps: float
 
 
 class Turn(NamedTuple):
-    """One turn of the scanner as its rays truly went, by arrays that nobody writes to any more.
+    """One turn of the scanner with its true rays; the arrays are not changed after creation.
 
-    now_ns: of its last beam. sweep: number of the running sweep from 1, 0 outside one. origins_m, directions: (n, 3) in
-    the map frame. ranges_m: (n,), inf where nothing was met.
+    now_ns: time of its last beam
+    sweep: number of the running sweep from 1, 0 outside a sweep
+    origins_m, directions: (n, 3), map frame
+    ranges_m: (n,), inf where the ray meets nothing
     """
 
     now_ns: int
@@ -44,9 +52,12 @@ class Turn(NamedTuple):
 
 
 class Touch(NamedTuple):
-    """A part of the rover on what it must not touch, in one tick.
+    """Contact of one part of the rover with an obstacle, in one tick.
 
-    wheel: 1 to 4, 0: the body. rock_height_m, rock_m: of the rock; 0 and None: the ground. at_m: x, y of the point.
+    wheel: 1 to 4, 0 for the body
+    rock_height_m: height of the rock, 0 for the ground
+    rock_m: place of the rock, None for the ground
+    at_m: x, y of the point
     """
 
     wheel: int
@@ -56,19 +67,23 @@ class Touch(NamedTuple):
 
 
 def what(wheel: int, rock_height_m: float) -> str:
-    """What touches what, for people."""
+    """Text for people: the part and its obstacle."""
     part = f"wheel {wheel}" if wheel else "body"
     return f"{part} on a rock of {rock_height_m:.2f} m" if rock_height_m else f"{part} on the ground"
 
 
 @dataclass(frozen=True, slots=True)
 class PlantState:
-    """The rover as it really is at `now_ns`.
+    """True state of the rover at `now_ns`.
 
-    position_m (3,), quaternion_xyzw (4,): base_link in the map frame, float64. velocity_mps (3,): of base_link, map
-    axes. angular_radps (3,): base axes. specific_force_mps2 (3,): what an ideal accelerometer at base_link feels, base
-    axes, mean over the last tick. touches: of parts with what they must not touch, each pair once.
-    rockers_rad: left and right about +y, 0 level.
+    position_m: (3,) float64, base_link in the map frame
+    quaternion_xyzw: (4,) float64, base_link in the map frame
+    velocity_mps: (3,), of base_link, map axes
+    angular_radps: (3,), base axes
+    specific_force_mps2: (3,), reading of an ideal accelerometer at base_link, base axes, mean over the last tick
+    wheels: true state of wheels 1 to 4
+    touches: contacts of parts with obstacles, each pair once
+    rockers_rad: left and right about +y, 0 is level
     """
 
     now_ns: int
@@ -83,12 +98,12 @@ class PlantState:
 
     @property
     def contact(self) -> str:
-        """'' or what touches in this tick ("wheel 2 on a rock of 0.12 m; body on the ground")."""
+        """Contacts of this tick for people ("wheel 2 on a rock of 0.12 m; body on the ground"), or ''."""
         return "; ".join(what(touch.wheel, touch.rock_height_m) for touch in self.touches)
 
     @property
     def pose(self) -> Pose:
-        """base_link in the map frame; angles intrinsic z-y-x."""
+        """Pose of base_link in the map frame; angles intrinsic z-y-x."""
         x, y, z, w = self.quaternion_xyzw.tolist()
         roll_rad = math.atan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y))
         pitch_rad = math.asin(max(-1.0, min(1.0, 2.0 * (w * y - z * x))))

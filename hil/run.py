@@ -1,4 +1,4 @@
-"""One run of a scenario: the bench in this process, onboard, link and ground as children, and what came of it."""
+"""One run of a scenario: the bench in this process, onboard, link and ground as children, and the result."""
 
 from __future__ import annotations
 
@@ -34,12 +34,31 @@ from protocol.conventions import TICK_NS
 NAMES = frozenset({"onboard", "link", "ground"})
 _END_S = 20.0
 FAILED, UNFINISHED = 1, 75  # exit codes of the operator's script
-REBOOTS = 75  # exit code of the flight program after the order `reboot`
+REBOOTS = 75  # exit code of the flight program after the command `reboot`
 
 
 @dataclass(frozen=True, slots=True)
 class RunResult:
-    """What the bench saw. `error` empty: the run ended as the scenario meant it."""
+    """Result of a run.
+
+    folder: folder of the run
+    accepted: field of the run
+    bench_s, wall_s: bench time and wall time
+    distance_to_goal_m, speed_mps: true values at the end
+    contacts: all contacts
+    sweeps: number of sweeps
+    streams: counts and hashes of each channel
+    states, states_sha256: number and hash of the plant's states
+    link: report of the link emulator
+    ground_exit: exit code of the operator's script, None if it has not ended
+    faults: log of the injections
+    way_m: distance driven
+    onboard_rss_bytes: largest resident memory of onboard
+    overruns: number of ticks that were late by more than one tick
+    laps_ms: wall time of each tick: of plant and devices, and until onboard has answered
+    equipment: see hil.bench.equipment
+    error: '' if the run ended as the scenario intends, else the reason
+    """
 
     folder: Path
     accepted: Accepted
@@ -66,10 +85,10 @@ class RunResult:
 def run(
     scenario: Scenario, folder: Path, progress: Callable[[Progress, float], None], *, pace: float = 0.0
 ) -> RunResult:
-    """Run to the end of the operator's script. pace 0: as fast as it goes; 1: real time, overruns counted.
+    """Run to the end of the operator's script. pace 0: as fast as possible; 1: real time, overruns are counted.
 
-    The children's addresses are made here; each writes FOLDER/NAME.log. Ctrl-C ends them in order and re-raises.
-    Raises ConfigError where the folder holds what no run made.
+    Chooses the children's addresses; each child writes FOLDER/NAME.log. Ctrl-C ends them in order and is raised again.
+    Raises ConfigError if the folder contains files that no run made.
     """
     check(folder)
     accepted = ground_of(scenario)
@@ -98,7 +117,8 @@ def run(
         interrupted.pop_all()
         bench.close(error or "the run is over")
         codes = processes.wait(_END_S)
-        error = error or _bad_ends(scenario, codes, processes)
+        cut = scenario.live or (not error and bench.ground_code is None)  # the bench ended before the script did
+        error = error or _bad_ends(cut, codes, processes)
     report = folder / "link.json"
     return RunResult(
         folder, accepted, bench.tick * TICK_NS / 1e9, wall_s,
@@ -111,7 +131,7 @@ def run(
 
 
 def _start(scenario: Scenario, folder: Path, bench: Bench, processes: Processes) -> None:
-    """Onboard, link and ground, each with its addresses."""
+    """Start link, onboard and, without a live operator, ground, each with its addresses."""
     rover_side, ground_side = (f"tcp/127.0.0.1:{port}" for port in free_ports(2))
     barrier = ("--barrier", bench.barrier.address)
     write_station(folder / "ground.toml", ground_side, scenario.seed)
@@ -143,7 +163,7 @@ def _settings(scenario: Scenario, folder: Path, bench: Bench, rover_side: str) -
 
 
 def _profiles(scenario: Scenario, folder: Path) -> Path:
-    """The profile file; with this scenario's blackouts where it has some."""
+    """Profile file, with the scenario's blackouts if it has some."""
     if not scenario.blackout_s:
         return PROFILES
     head = f"[{scenario.link}]"
@@ -154,7 +174,7 @@ def _profiles(scenario: Scenario, folder: Path) -> Path:
 
 
 def write_station(path: Path, endpoint: str, seed: int) -> None:
-    """The ground station's file for this run: bench keys, from the seed; counters and archive in ground/ beside it."""
+    """Write the ground station's file for this run: bench keys from the seed; counters and archive in ground/."""
     path.write_text(f'endpoint = "{endpoint}"\nbench_seed = {seed}\nstate = "ground"\narchive = "ground/archive.db"\n')
 
 
@@ -170,7 +190,7 @@ def _loop(
         except ParticipantLostError:
             if not (scenario.live and processes.has_ended("onboard", _END_S)):
                 raise
-            bench.lose("onboard")  # as a service manager does; the bench's time stands still until it is up
+            bench.lose("onboard")  # as a service manager does; bench time stands still until onboard runs again
             keep_record(folder)
             processes.restart("onboard")
             bench.regain("onboard")
@@ -188,7 +208,7 @@ def _loop(
 
 
 def keep_record(folder: Path) -> None:
-    """The record of a start that has ended, all its parts, as onboard-bootN.mcap: the next one writes onboard.mcap."""
+    """Rename all parts of the record of an ended start to onboard-bootN.mcap; the next start writes onboard.mcap."""
     number = 1
     while (folder / f"onboard-boot{number}.mcap").exists():
         number += 1
@@ -204,9 +224,12 @@ def _ended(scenario: Scenario, bench: Bench) -> bool:
     return bench.ground_code is not None or now_s >= scenario.limit_s
 
 
-def _bad_ends(scenario: Scenario, codes: dict[str, int], processes: Processes) -> str:
-    """Who ended otherwise than a run ends: killed by a fault and an unfinished or failed script are no errors here."""
-    good = {"ground": (0, FAILED, UNFINISHED) if scenario.end_s or scenario.live else (0, FAILED)}
+def _bad_ends(cut: bool, codes: dict[str, int], processes: Processes) -> str:
+    """Error text for processes with an unexpected exit code, or ''.
+
+    Expected: a process killed by a fault; a failed script; an unfinished script if the bench ended first.
+    """
+    good = {"ground": (0, FAILED, UNFINISHED) if cut else (0, FAILED)}
     return "\n".join(
         f"{name} ended with {code}:\n{processes.tail(name)}"
         for name, code in codes.items() if code not in good.get(name, (0,)) and not processes.killed(name)
@@ -214,7 +237,7 @@ def _bad_ends(scenario: Scenario, codes: dict[str, int], processes: Processes) -
 
 
 def _why(lost: Exception, processes: Processes) -> str:
-    """The participant's own last words where its process has died."""
+    """Exit code and last lines of a process that has died, else the text of the exception."""
     try:
         processes.settle(2.0)
         processes.check()

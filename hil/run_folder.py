@@ -1,7 +1,7 @@
-"""The folder of a run: new, empty or an earlier run's; nothing that no run made is removed or written over.
+"""Folder of a run: new, empty or from an earlier run. Files that no run made are neither removed nor overwritten.
 
-A marker tells a run's folder from others. Runs of before there was one are known by their truth.mcap, which nothing
-else writes.
+A marker file identifies a run's folder. Older folders without marker are identified by truth.mcap, which nothing else
+writes.
 """
 
 from __future__ import annotations
@@ -13,12 +13,12 @@ from onboard.config import ConfigError
 
 MARKER = ".hil-run"
 _OLD_MARK, _LOCK = "truth.mcap", ".lock"
-KEPT = ("state", "mapping")  # folders of what outlives the flight program
+KEPT = ("state", "mapping")  # folders that outlive the flight program
 _WORDS = "The bench's runs write into this folder, and remove what earlier ones left in it.\n"
 
 
 def check(folder: Path) -> None:
-    """Raises ConfigError where a folder is not a run's to use."""
+    """Raise ConfigError if a run may not use the folder."""
     if not folder.exists():
         return
     if not folder.is_dir():
@@ -31,9 +31,9 @@ def check(folder: Path) -> None:
 
 
 def cleared(folder: Path) -> None:
-    """The folder, marked, without what an earlier run left that this one must not find. Raises ConfigError.
+    """Create or clean the folder and mark it. Removes files of an earlier run that this one must not find.
 
-    Links are removed, never followed.
+    Raises ConfigError. Links are removed, never followed.
     """
     check(folder)
     folder.mkdir(parents=True, exist_ok=True)

@@ -1,4 +1,4 @@
-"""The status of a run on standard error: one live line on a terminal, elsewhere a line every few seconds."""
+"""Status of a run on standard error: one live line on a terminal, elsewhere a line every few seconds."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from rich.console import Console
 from rich.live import Live
 from rich.text import Text
 
-EVERY_S = 9.0  # with half a second between two tellings, a log has a line within 10 s
+EVERY_S = 9.0  # with half a second between two reports, a log has a line within 10 s
 Tell = Callable[[Text, float], None]
 
 
 @contextmanager
 def status(console: Console, first: Text) -> Iterator[Tell]:
-    """tell(text, wall_s): the status after so much wall time. However the block is left, its last line is ended."""
+    """Yield tell(text, wall_s), which shows the status after that wall time; the last line is printed on every exit."""
     if console.is_terminal:
         with Live(first, console=console, refresh_per_second=4) as live:
             yield lambda text, _: live.update(text)
@@ -29,7 +29,7 @@ def status(console: Console, first: Text) -> Iterator[Tell]:
 
 
 class _Log:
-    """Prints what is EVERY_S after the line before, and the last."""
+    """Prints a text if EVERY_S have passed since the line before, and the last text."""
 
     def __init__(self, console: Console) -> None:
         self._console, self._printed_s, self._waiting = console, 0.0, Text()

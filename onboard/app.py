@@ -28,7 +28,7 @@ from onboard.drivers.folder_lock import FolderLock
 from onboard.drivers.lidar_ear import LidarEar
 from onboard.drivers.lidar_port import LidarPort, open_port
 from onboard.drivers.link_memory import LinkMemory
-from onboard.drivers.link_port import LinkPort, link_keys
+from onboard.drivers.link_port import LinkPort, endpoint_of, link_keys
 from onboard.drivers.machine import Probe, folders_written
 from onboard.drivers.memory import return_large
 from onboard.drivers.state_folder import StateFolder, count_boot, read_kept
@@ -209,7 +209,7 @@ def _fly(config: Config, announce: Announce) -> int:
         stack.callback(lidar.close)
         keys, told = link_keys(config), config.link
         forgets_not = LinkMemory(config.state.folder if told.command_keys else "", keys, wait=lockstep)
-        port = LinkPort(told.endpoint, keys, told.boot_count, forgets_not, told.rate_bps)
+        port = LinkPort(endpoint_of(config), keys, told.boot_count, forgets_not, told.rate_bps)
         link = stack.enter_context(port)
         workers = Workers(wait=lockstep)
         stack.callback(workers.close)

@@ -94,8 +94,7 @@ class Link:
     """The space link: endpoint, keys, rate."""
 
     endpoint: str = value("tcp/127.0.0.1:7447", "zenoh locator of the link's rover side; udp/HOST:PORT: listen there")
-    one_way_s: float = value(1.3, "delay of the link, one way; no part of the rover needs it any more",
-                             low=0, high=60)
+    remote_node: bool = value(False, "take a tcp/ endpoint on another computer: only on a closed bench network")
     rate_bps: float = value(256_000.0, "line rate of the downlink", low=1000, high=1e9)
     command_keys: str = value("", "file with the operator stations' keys (mode 0600)")
     downlink_key: str = value("", "file with the rover's key (mode 0600)")

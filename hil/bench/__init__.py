@@ -1,1 +1,1 @@
-"""Plant and devices in one world, and how the flight program is joined to it."""
+"""World of plant and devices, and its connections to the flight program."""

@@ -1,12 +1,13 @@
-"""The bench over sockets: a world, its buses, and the lock-step that ties it to the processes under test.
+"""Bench over sockets: a world, its buses, and the lock-step with the processes under test.
 
 One tick n (10 ms), in this order:
 
-    devices' bytes and frames up to n -> TICK n -> onboard thinks ... meanwhile plant and devices go on to n + 1
+    devices' bytes and frames up to n -> TICK n -> onboard computes ... meanwhile plant and devices step to n + 1
     onboard's DONE -> its frames and bytes are drained -> link (down) -> ground -> link (up)
 
-So a command sent in tick n acts in the plant from n + 1 to n + 2: one tick of transport, and two cores are busy at
-once. Only counts decide when a tick may run, never arrival time: same seed, same bytes, every run.
+A command sent in tick n therefore acts in the plant from n + 1 to n + 2: one tick of transport, and two cores work at
+the same time. Only counts decide when a tick may run, never arrival times: the same seed gives the same bytes in every
+run.
 """
 
 from __future__ import annotations
@@ -27,19 +28,23 @@ from onboard.config import Rover
 from protocol.barrier import CLOSED, OPEN, Channel
 from protocol.conventions import TICK_NS
 
-WIRE_LIMIT_S = 30.0  # wall time for bytes that onboard says it has sent
+WIRE_LIMIT_S = 30.0  # wall time limit for bytes that onboard reports as sent
 
 
 @dataclass(frozen=True, slots=True)
 class Joined:
-    """What a bench is joined to: its CAN bus, and `alive`, which raises when a process of the run has died."""
+    """Connections of a bench.
+
+    hub: its CAN bus
+    alive: raises if a process of the run has died
+    """
 
     hub: CanHub | CanSocket
     alive: Callable[[], None]
 
 
 class Bench(World):
-    """A world behind real sockets. `open` the ports, start the processes, `run`."""
+    """World behind real sockets. Open the ports, start the processes, then call `gather` and `step`."""
 
     def __init__(
         self, ground: Field, seed: int, rover: Rover, truth: Truth, joined: Joined, soil: str = "nominal"
@@ -47,20 +52,20 @@ class Bench(World):
         super().__init__(ground, seed, rover, truth, soil=soil)
         self._alive = joined.alive
         self.hub, self.lidar_server, self.barrier = joined.hub, LidarServer("127.0.0.1"), Barrier()
-        self.laps_ms: list[tuple[float, float]] = []  # wall time of a tick: plant, devices; and onboard
+        self.laps_ms: list[tuple[float, float]] = []  # of each tick: plant and devices; until onboard answered
         self.ground_code: int | None = None  # exit code of the operator's script once it has ended
         self._lidar_epoch = self._lidar_count = 0
-        self._began_tick = self._onboard_epoch = 0  # of the flight program that runs: its clock counts from there
+        self._began_tick = self._onboard_epoch = 0  # of the running flight program: its clock starts at this tick
         self._can_client = self._can_count = 0  # the client's number is the epoch of the channel
         self._link_counts: dict[str, int] = {}
-        self._sent_before = 0  # down, by the flight programs before this one: its count began anew
+        self._sent_before = 0  # datagrams sent down by earlier flight programs: each counts from zero
 
     def lose(self, participant: str) -> None:
-        """It was killed: the barrier waits for it no more."""
+        """Remove a killed participant from the barrier."""
         self.barrier.drop(participant)
 
     def regain(self, participant: str) -> None:
-        """It was started anew: its clock begins with the next tick, its ports are new and their counts zero."""
+        """Accept a restarted participant: its clock starts with the next tick, its ports' counts start from zero."""
         self.hub.disconnect(self._can_client)
         self.lidar_server.disconnect()
         if self.lidar_open:
@@ -77,7 +82,7 @@ class Bench(World):
     # -- one tick ----------------------------------------------------------------------------------------------------
 
     def gather(self, names: Set[str]) -> None:
-        """Wait until the processes are there, serving their handshakes meanwhile."""
+        """Wait until the processes are connected, and serve their handshakes meanwhile."""
         self._gather(names)
         self.advance(TICK_NS)
 
@@ -89,7 +94,7 @@ class Bench(World):
         self.barrier.gather(names, idle)
 
     def step(self) -> None:
-        """One tick of everything. ParticipantLostError where onboard has gone, after the tick is whole all the same."""
+        """Run one tick of everything. Raises ParticipantLostError if onboard is gone, after the tick is complete."""
         self.tick += 1
         now_ns, lost = self.tick * TICK_NS, None
         onboard = self.barrier.participants.get("onboard")
@@ -133,7 +138,7 @@ class Bench(World):
         return (self._can_channel(now_ns), self._lidar_channel(), link)
 
     def _us(self, stamp_ns: int) -> int:
-        """By the clock of the flight program that runs."""
+        """Convert to the clock of the running flight program, us."""
         return (stamp_ns - self._began_tick * TICK_NS) // 1000
 
     def _can_channel(self, now_ns: int) -> Channel:
@@ -163,7 +168,7 @@ class Bench(World):
         return Channel("lidar", self._lidar_count, OPEN, self._lidar_epoch, tuple(stamps))
 
     def _drain(self, sent: dict[str, int], connect: tuple[str, ...], now_ns: int) -> None:
-        stamp_ns = now_ns + TICK_NS  # the plant has gone on by a tick meanwhile
+        stamp_ns = now_ns + TICK_NS  # the plant has advanced by one tick meanwhile
         frames = self.hub.read_upto(self._can_client, sent.get("can", 0), WIRE_LIMIT_S, stamp_ns)
         data = self.lidar_server.poll_exactly(sent.get("lidar", 0), WIRE_LIMIT_S) if self.lidar_open else b""
         self.hear(frames, data, stamp_ns)
@@ -180,8 +185,11 @@ class Bench(World):
             self._can_count = 0
 
     def _let_in(self) -> None:
-        """Onboard has tried to connect. Without a cable it is cut off at once: left in the queue, it would be let in
-        when the cable is back, though it has gone."""
+        """Accept onboard's connection to the scanner.
+
+        Without a cable it is cut off at once: left in the queue, it would be accepted when the cable is back, though
+        onboard has given up.
+        """
         if not self.lidar_server.wait_client(WIRE_LIMIT_S):
             raise TimeoutError(f"onboard asked for {self.lidar_server.address} and did not come")
         if not self.wires.lidar_plugged:
@@ -217,7 +225,7 @@ class Bench(World):
             counts.update(link.finish(self._alive).sent)
 
     def close(self, reason: str) -> None:
-        """End the run for everyone."""
+        """End the run for all participants and close the ports."""
         self.barrier.close(reason)
         self.hub.close()
         self.lidar_server.close()

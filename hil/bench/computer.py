@@ -1,4 +1,4 @@
-"""The rover's computer as a bench has it: it runs every tick and says nothing of itself until a fault changes that."""
+"""Rover's computer in a bench: it runs every tick and reports no health data until a fault changes that."""
 
 from __future__ import annotations
 
@@ -8,15 +8,19 @@ from zlib import crc32
 
 from onboard.records import Machine
 
-SLOW_EVERY = 10  # ticks, of which a slow computer leaves out one
+SLOW_EVERY = 10  # a slow computer skips one tick of this many
 LOOK_TICKS = 100
 
 
 @dataclass(slots=True)
 class Computer:
-    """hangs: no tick runs. slow: every tenth is left out. machine: what it tells of itself once a second, if anything.
+    """State of the rover's computer.
 
-    left_out: ticks so far. crc: of all that it told.
+    hangs: no tick runs
+    slow: every tenth tick is skipped
+    machine: health data that it reports once a second, or None
+    left_out: number of skipped ticks so far
+    crc: CRC of all reported health data
     """
 
     hangs: bool = False
@@ -26,13 +30,13 @@ class Computer:
     crc: int = 0
 
     def leaves_out(self, tick: int) -> bool:
-        """Whether the flight program does not get to this tick; what comes meanwhile waits. Once for each tick."""
+        """True if the flight program skips this tick; its input waits. Call once for each tick."""
         late = self.hangs or (self.slow and tick % SLOW_EVERY == 0)
         self.left_out += late
         return late
 
     def says(self, tick: int) -> Machine | None:
-        """What it tells of itself in this tick. Once for each tick that runs."""
+        """Health data reported in this tick, or None. Call once for each tick that runs."""
         if self.machine is None or tick % LOOK_TICKS:
             return None
         self.crc = crc32(struct.pack(f"<{len(self.machine)}d", *self.machine), self.crc)

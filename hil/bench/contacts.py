@@ -1,4 +1,4 @@
-"""Contacts of the rover with what it must not touch: touches of single ticks, joined to one entry with begin and end.
+"""Contacts of the rover with obstacles: touches of single ticks, joined to entries with begin and end.
 
 A contact is one part of the rover (a wheel, or the body) on one rock, or the body on the ground. A wheel that bounces
 leaves the rock for some ticks: touches less than GAP_NS apart are one contact.
@@ -17,9 +17,12 @@ GAP_NS = 1_000_000_000
 
 @dataclass(frozen=True, slots=True)
 class Contact:
-    """One contact, from its first to its last touch; one that goes on ends now.
+    """One contact, from its first to its last touch; the end of an open contact is the current time.
 
-    wheel: 1 to 4, 0: the body. rock_height_m: 0: no rock, the ground. x_m, y_m: its first touch, map frame.
+    begin_s, end_s: times of the first and the last touch
+    wheel: 1 to 4, 0 for the body
+    rock_height_m: 0 for the ground
+    x_m, y_m: place of the first touch, map frame
     """
 
     begin_s: float
@@ -31,28 +34,31 @@ class Contact:
 
     @property
     def what(self) -> str:
-        """What touched what, without time and place."""
+        """Part and obstacle, without time and place."""
         return what(self.wheel, self.rock_height_m)
 
     @property
     def place(self) -> str:
-        """In the map frame, m."""
+        """Place in the map frame, m."""
         return f"({self.x_m:.2f}, {self.y_m:.2f})"
 
     def row(self) -> dict[str, Any]:
-        """For summary.json and truth.mcap."""
+        """Fields for summary.json and truth.mcap."""
         return {"t_s": self.begin_s, "what": self.what, **asdict(self)}
 
 
 class Contacts:
-    """Joins touches. `found`: all contacts in the order of their begin; entries that go on are replaced."""
+    """Collector that joins touches to contacts.
+
+    found: all contacts in the order of their begin; entries of open contacts are replaced
+    """
 
     def __init__(self) -> None:
         self.found: list[Contact] = []
         self._open: dict[tuple[object, ...], tuple[int, int]] = {}  # number in `found` and time of the last touch
 
     def add(self, now_ns: int, touches: Iterable[Touch]) -> tuple[int, ...]:
-        """One tick. Numbers of the contacts that began, and of those that are over now."""
+        """Add the touches of one tick; returns the numbers of the contacts that began and of those that ended."""
         told = [number for number, last_ns in self._open.values() if now_ns - last_ns >= GAP_NS]
         self._open = {key: entry for key, entry in self._open.items() if now_ns - entry[1] < GAP_NS}
         for touch in touches:
@@ -68,16 +74,16 @@ class Contacts:
 
     @property
     def going_on(self) -> tuple[int, ...]:
-        """Numbers of those that are not known to be over."""
+        """Numbers of the open contacts."""
         return tuple(number for number, _ in self._open.values())
 
 
 def lines(contacts: Iterable[Contact]) -> list[str]:
-    """For people: how many, and a line for each."""
+    """Number of contacts and one line for each, for people."""
     found = list(contacts)
     return [f"contacts: {len(found) or 'none'}", *(f"  {line(contact)}" for contact in found)]
 
 
 def line(contact: Contact) -> str:
-    """One contact for people: when, what, where."""
+    """One contact for people: time, parts, place."""
     return f"{contact.begin_s:.1f} to {contact.end_s:.1f} s: {contact.what} at {contact.place}"

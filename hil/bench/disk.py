@@ -1,4 +1,4 @@
-"""The rover's disk in a bench of one process: it can refuse, and unless it is told to, it keeps nothing."""
+"""Rover's disk in a one-process bench: it can refuse requests; by default it stores nothing."""
 
 from __future__ import annotations
 
@@ -10,9 +10,11 @@ ROOM_BYTES = 1 << 40
 
 
 class Disk:
-    """refuses: the errno of every request, 0: it does what it is asked. refused_ticks: how long that was so.
+    """Emulated disk.
 
-    keeps: its files are files of this machine.
+    refuses: errno of every request, 0 for success
+    refused_ticks: number of ticks during which it refused
+    keeps: True if its files are real files of this machine
     """
 
     def __init__(self) -> None:
@@ -20,22 +22,22 @@ class Disk:
         self.keeps = False
 
     def note(self) -> None:
-        """Each tick."""
+        """Count the tick; call each tick."""
         self.refused_ticks += self.refuses != 0
 
     def open(self, path: Path) -> OpenFile:
-        """Raises OSError while it refuses."""
+        """Open a file. Raises OSError while the disk refuses."""
         self.ask()
         return File(self, DiskFile(path) if self.keeps else None)
 
     def ask(self) -> None:
-        """Raises OSError while it refuses."""
+        """Raise OSError while the disk refuses."""
         if self.refuses:
             raise OSError(self.refuses, "the emulated disk refuses")
 
 
 class File:
-    """An onboard.drivers.record_file.OpenFile of this disk. kept: where its bytes go, if anywhere."""
+    """An onboard.drivers.record_file.OpenFile on this disk. kept: real file for its bytes, or None."""
 
     def __init__(self, disk: Disk, kept: DiskFile | None) -> None:
         self._disk, self._kept = disk, kept
@@ -47,7 +49,7 @@ class File:
             self._kept.put(data, offset)
 
     def force(self) -> None:
-        """See OpenFile. What is kept outlives this process, which is all that a test asks."""
+        """See OpenFile. Does not sync: the file survives this process, which is enough for a test."""
         self._disk.ask()
 
     def cut(self, size: int) -> None:

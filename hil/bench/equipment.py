@@ -1,4 +1,4 @@
-"""What a run was flown with, for its summary: scanner, soil and noise, from the devices and the plant that flew."""
+"""Equipment of a run for its summary: scanner, soil and noise, read from the devices and the plant."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from hil.devices.lidar_profile import Profile
 
 
 def equipment(world: World) -> dict[str, Any]:
-    """The summary's `scanner`, `soil` and `sensor_noise`."""
+    """Summary's `scanner`, `soil` and `sensor_noise`."""
     plant, profile = world.plant, world.lidar.profile
     return {
         "scanner": scanner(world.lidar),
@@ -21,10 +21,12 @@ def equipment(world: World) -> dict[str, Any]:
 
 
 def scanner(lidar: Lidar) -> dict[str, Any]:
-    """Profile and clock as set; ratios as they came out in this run.
+    """Profile and clock as configured; ratios as measured in this run.
 
-    lost_ratio, of the beams in the sector that the rover maps whose surface stands within near_m to far_m: those that
-    returned nothing; lost_by: the same by cause. The other ratios are of those that returned something.
+    lost_ratio: share of the due beams that returned nothing; a beam is due if it is in the sector that the rover maps
+        and its surface is within near_m to far_m
+    lost_by: the same by cause
+    outlier_ratio, mixed_ratio, speck_ratio: shares of the due beams that returned something
     """
     profile, count = lidar.profile, lidar.optics.light.count
     return {

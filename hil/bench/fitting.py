@@ -1,4 +1,4 @@
-"""What a world is fitted with, beside its field and its rover: ray caster, errors of nodes and scanner."""
+"""Fitting of a world besides its field and its rover: ray caster, errors of nodes and scanner."""
 
 from __future__ import annotations
 
@@ -12,7 +12,13 @@ from hil.rays.casters import DEFAULT
 
 @dataclass(frozen=True, slots=True)
 class Fitting:
-    """One world's. rays: row of hil.rays.casters; sector_rad: half sector that the flight program maps, ahead."""
+    """Fitting of one world.
+
+    rays: row of hil.rays.casters
+    sensors: errors of the nodes
+    lidar: errors of the scanner
+    sector_rad: half sector ahead that the flight program maps
+    """
 
     rays: str = DEFAULT
     sensors: SensorErrors = USUAL

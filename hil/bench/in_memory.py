@@ -1,13 +1,12 @@
 """A scenario in one process: the bench's world and the flight program's own tick, joined by calls. For campaigns.
 
-    frames, SCIP bytes, orders -> Inputs -> onboard.core.tick -> Outputs -> wheels, scanner, operator
+    frames, SCIP bytes, commands -> Inputs -> onboard.core.tick -> Outputs -> wheels, scanner, operator
 
-No socket, thread or wall clock, and no file but the record where it is asked for. Devices, plant, faults and the flight
-program are those of `hil run`; jobs run where lock-step would take their results. The timing is the Bench's as well:
-what tick n commands acts from n + 1 on. So the same scenario gives the same bytes as over sockets, as long as the
-orders come in the same ticks (tests/hil/test_in_memory.py). Without a link emulator and a station, the orders are an
-Operator's (operator.py), those of a scenario's `script` that have a time; in `blackout_s` nothing passes between the
-two.
+No socket, thread or wall clock, and no file except a requested record. Devices, plant, faults and the flight program
+are those of `hil run`; jobs run at the tick at which lock-step takes their results. The timing is that of Bench:
+outputs of tick n act from n + 1 on. So the same scenario gives the same bytes as over sockets, if the commands arrive
+in the same ticks (tests/hil/test_in_memory.py). There is no link emulator and no station: an Operator (operator.py)
+sends the timed commands of the scenario's `script`; during `blackout_s` nothing passes in either direction.
 
     flight = InMemory(Scenario(terrain="flat")).run()
     flight.arrived, flight.distance_to_goal_m, flight.contacts
@@ -60,9 +59,20 @@ CAMPAIGN_STEP_NS = 5_000_000  # of the physics: half the work, see docs/campaign
 
 @dataclass(frozen=True, slots=True)
 class Flight:
-    """What came of it. error: '' or why the plant ended the run; requests: the orders and their outcomes.
+    """Result of a run.
 
-    equipment: as hil.bench.equipment tells it.
+    bench_s: bench time
+    distance_to_goal_m: true distance at the end
+    way_m: distance driven
+    sweeps: number of sweeps
+    contacts: all contacts
+    events: all events
+    requests: the commands and their outcomes
+    faults: log of the injections
+    streams: counts and hashes of each channel
+    states_sha256: hash of the plant's states
+    error: '' or why the plant ended the run
+    equipment: see hil.bench.equipment
     """
 
     bench_s: float
@@ -80,18 +90,19 @@ class Flight:
 
     @property
     def arrived(self) -> bool:
-        """Whether the rover reports every order completed, the goto among them."""
+        """True if the rover reports every command completed, and one of them is goto."""
         done = all(request.state is State.COMPLETED for request in self.requests)
         return done and any(request.telecommand.name == "goto" for request in self.requests)
 
 
 class InMemory(World):
-    """One scenario, ready to `run`; or `step` it and look at world and `rover` between the ticks.
+    """One scenario, ready to `run`; or call `step` and read world and `rover` between the ticks.
 
-    orders: default those of the scenario's script. ground: a field of the caller's own in place of the scenario's.
-    built: the rover as it really is (`hil.faults.build_errors`); default, as the flight program believes.
-    record: where the flight program's record is kept; default nowhere.
-    Raises PlantAbortError where the rover cannot stand at the start. Call `free` where `run` is not used.
+    orders: commands; default those of the scenario's script
+    ground: field in place of the scenario's
+    built: the rover as it really is (`hil.faults.build_errors`); default as in the flight program's configuration
+    record: path of the flight program's record; default no record
+    Raises PlantAbortError if the rover cannot stand at the start. Call `free` if `run` is not used.
     """
 
     def __init__(
@@ -120,7 +131,7 @@ class InMemory(World):
     # -- one tick ----------------------------------------------------------------------------------------------------
 
     def step(self, observe: Observe | None = None) -> None:
-        """One tick of everything. observe(tick, inputs, outputs, rover, truth at the tick) sees it before it acts."""
+        """Run one tick. observe(tick, inputs, outputs, rover, true state) is called before the outputs act."""
         self._injector.step(self, self, self.tick * TICK_NS)
         self.tick += 1
         now_ns = self.tick * TICK_NS
@@ -131,7 +142,7 @@ class InMemory(World):
         self.note(now_ns)
 
     def _think(self, now_ns: int, observe: Observe | None) -> Outputs | None:
-        """The flight program's tick; None once it was killed, and where it is left out."""
+        """Run the flight program's tick; None if it was killed or skips this tick."""
         if self.rover is None:
             self.unheard()
             return None
@@ -149,7 +160,7 @@ class InMemory(World):
         return outputs
 
     def _inputs(self, now_ns: int) -> Inputs:
-        """What the ports hold: stamps are whole microseconds, as the barrier carries them."""
+        """Inputs of the tick; stamps are whole microseconds, as the barrier carries them."""
         pieces = self.lidar_says()
         return Inputs(
             self.tick, now_ns,
@@ -172,7 +183,7 @@ class InMemory(World):
         return any(begin_s <= now_ns / NS < end_s for begin_s, end_s in zip(edges_s[::2], edges_s[1::2]))
 
     def _kept(self) -> tuple[Saved, ...]:
-        """The disk of this bench forgets with it, and never fails."""
+        """Report all saves of state as done; they are not stored."""
         saved, self._saves = tuple(Saved(save.name) for save in self._saves), ()
         return saved
 
@@ -183,7 +194,7 @@ class InMemory(World):
     def _act(self, outputs: Outputs, now_ns: int) -> None:
         stamp_ns = now_ns + TICK_NS
         if outputs.can_connect:
-            self.can.hang_up()  # what the computer says while its port is closed is lost
+            self.can.hang_up()  # bytes that the computer sends while its port is closed are lost
         self.hear([Frame(f.can_id, f.data, stamp_ns) for f in outputs.can_frames], outputs.lidar_bytes, stamp_ns)
         if outputs.lidar_connect and not self.lidar_open and self.wires.lidar_plugged:
             self.plug_in()
@@ -196,14 +207,15 @@ class InMemory(World):
 
     @property
     def ended(self) -> bool:
-        """At the scenario's end, else when the outcome of every order is known; at the latest at its limit."""
+        """True at the scenario's end time, else when the outcome of every command is known; at the latest at its limit.
+        """
         now_s = self.tick * TICK_NS / 1e9
         if self.scenario.end_s:
             return now_s >= self.scenario.end_s
         return self.operator.done or now_s >= self.scenario.limit_s
 
     def run(self, observe: Observe | None = None, *, settle_s: float = 0.0) -> Flight:
-        """To its end and so much longer, and free what the engine holds."""
+        """Run to the end and `settle_s` longer, then free the engine."""
         error = ""
         try:
             while not self.ended:
@@ -223,7 +235,7 @@ class InMemory(World):
         )
 
     def free(self) -> None:
-        """What engine and record hold."""
+        """Free the engine and close the record."""
         super().free()
         if self._recorder:
             self._recorder.close()
@@ -231,28 +243,28 @@ class InMemory(World):
     # -- processes, for the injector ---------------------------------------------------------------------------------
 
     def kill(self, name: str) -> None:
-        """The flight program is gone; there is no other process here."""
+        """Remove the flight program; there is no other process here. Raises ValueError for another name."""
         if name != "onboard":
             raise ValueError(f"in one process there is no {name!r} to kill, only 'onboard'")
         self.rover = None
 
     def lose(self, participant: str) -> None:
-        """`kill` said it all."""
+        """Nothing to do: `kill` has already removed the flight program."""
 
 
 def scripted(scenario: Scenario, ground: Field) -> tuple[Order, ...]:
-    """The timed orders of the scenario's script; here nobody waits and nothing is fetched."""
+    """Timed commands of the scenario's script; its waits and file requests are ignored here."""
     return orders_of(script_of(scenario, ground))
 
 
 def goto(ground: Field, at_s: float = GOTO_S) -> tuple[Order, ...]:
-    """The order to drive to the field's goal."""
+    """Command to drive to the field's goal."""
     x_m, y_m = (float(word) for word in goal_words(ground).values())
     return (Order(at_s, "goto", {"x_m": x_m, "y_m": y_m}),)
 
 
 def _recorder(config: Config, bench: World, path: Path) -> Recorder:
-    """The flight program's own, on the bench's disk."""
+    """Flight program's own recorder, on the bench's disk."""
     record, clock = replace(config.record, path=str(path)), replace(config.clock, mode="lockstep")
     return Recorder(replace(config, record=record, clock=clock), bench.field.gdem, opener=bench.disk.open)
 

@@ -1,8 +1,8 @@
-"""The bench's end of the barrier: one master, several participants, each runs a tick when it is called.
+"""Bench's end of the barrier: one master, several participants; each runs a tick when it is called.
 
-`begin` sends TICK to one participant, `finish` waits for its DONE; between the two the bench may do work of its own
-(it computes the next step of the plant while onboard thinks). A participant that dies or does not answer within the
-limit ends the run with its name.
+`begin` sends TICK to one participant, `finish` waits for its DONE; between the two the bench can work itself (it
+computes the next step of the plant while onboard computes). A participant that dies or does not answer within the limit
+ends the run with its name.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from protocol.barrier import Channel, Done, Hello, Receiver, Stop, Tick, Welcome
 from protocol.conventions import TICK_NS
 
 ANSWER_LIMIT_S = 120.0
-GATHER_S = 0.001  # between two looks at the other ports while participants come: a handshake takes several
+GATHER_S = 0.001  # poll period of the other ports while participants connect: a handshake takes several polls
 
 
 class ParticipantLostError(RuntimeError):
@@ -41,7 +41,7 @@ class Participant:
     def begin(
         self, number: int, now_ns: int, channels: tuple[Channel, ...], machine: tuple[float, ...] = ()
     ) -> None:
-        """Tell it to run this tick."""
+        """Send TICK: the participant runs this tick."""
         self._waiting_for = number
         try:
             self._socket.sendall(encode(Tick(number, now_ns, channels, machine)))
@@ -49,7 +49,7 @@ class Participant:
             raise ParticipantLostError(self.name, f"gone before tick {number} ({error})") from error
 
     def finish(self, alive: Callable[[], None]) -> Done:
-        """Its DONE. `alive` is called now and then while waiting and raises when a process has died."""
+        """Wait for DONE. `alive` is called twice a second while waiting and raises if a process has died."""
         waited_s = 0.0
         while True:
             if not select.select([self._socket], [], [], 0.5)[0]:
@@ -72,17 +72,17 @@ class Participant:
                 return message
 
     def stop(self, reason: str) -> None:
-        """The run is over."""
+        """Send STOP: the run is over."""
         with contextlib.suppress(OSError):  # it may be gone already
             self._socket.sendall(encode(Stop(reason)))
 
     def close(self) -> None:
-        """Drop the connection."""
+        """Close the connection."""
         self._socket.close()
 
 
 class Barrier:
-    """Listens; participants register by name."""
+    """Server of the barrier; participants register by name."""
 
     def __init__(self, host: str = "127.0.0.1") -> None:
         self._server = socket.create_server((host, 0))
@@ -90,7 +90,7 @@ class Barrier:
         self.participants: dict[str, Participant] = {}
 
     def gather(self, names: Set[str], alive: Callable[[], None]) -> None:
-        """Wait until all of `names` have said HELLO."""
+        """Wait until all of `names` have sent HELLO."""
         while not names <= self.participants.keys():
             if not select.select([self._server], [], [], GATHER_S)[0]:
                 alive()
@@ -110,11 +110,11 @@ class Barrier:
             self.participants[hello.name] = Participant(hello.name, connection, receiver)
 
     def drop(self, name: str) -> None:
-        """Take a participant off the barrier (it was killed)."""
+        """Remove a killed participant from the barrier."""
         self.participants.pop(name).close()
 
     def close(self, reason: str = "") -> None:
-        """Stop everyone and close."""
+        """Stop all participants and close."""
         for participant in self.participants.values():
             participant.stop(reason)
         for participant in self.participants.values():

@@ -1,12 +1,12 @@
-"""Real hardware beside the bench's: the flight program on the wall clock, what is not there emulated in real time.
+"""Real hardware with emulated hardware: the flight program on the wall clock, missing devices emulated in real time.
 
     --lidar tty:/dev/ttyACM0        the scanner is real, wheels and ground are the bench's
-    --can socketcan:can0            the nodes are real; the bench only listens, and moves its rover by the orders it
-                                    hears, so that its scanner sees the ground pass
+    --can socketcan:can0            the nodes are real; the bench only listens, and moves its rover by the commands on
+                                    the bus, so that its scanner sees the ground pass
     neither                         all emulated: as `hil sim`, but nothing waits for anything
 
-Nothing repeats here: who is late is late. The link's keys are made anew for each run: bench keys are refused beside a
-real device.
+A mixed run does not repeat: a late process is late. Each run makes new link keys: bench keys are refused together with
+a real device.
 """
 
 from __future__ import annotations
@@ -36,19 +36,19 @@ from protocol.conventions import TICK_NS
 from protocol.link import DOWNLINK_KEY_ID, KEY_DOWN, KEY_UP, format_keys
 
 STATION = 1
-BEHIND_NS = 5 * TICK_NS  # a bench that is later than this lets the time go instead of chasing it
+BEHIND_NS = 5 * TICK_NS  # a bench that is later than this drops the lost time instead of catching up
 
 
 @dataclass(frozen=True, slots=True)
 class Real:
-    """Addresses of what is real, as the flight program's configuration names them; empty: emulated."""
+    """Addresses of real devices, as in the flight program's configuration; empty for an emulated device."""
 
     lidar: str = ""
     can: str = ""
 
 
 class MixedBench(World):
-    """A world in real time. Raises NoInterfaceError where the named CAN interface cannot be opened."""
+    """World in real time. Raises NoInterfaceError if the named CAN interface cannot be opened."""
 
     def __init__(
         self, ground: Field, seed: int, rover: Rover, truth: Truth, real: Real, fitting: Fitting = Fitting(),  # noqa: B008
@@ -64,12 +64,12 @@ class MixedBench(World):
 
     @property
     def addresses(self) -> dict[str, str]:
-        """What the flight program is to open: can.uri and lidar.address."""
+        """Addresses that the flight program opens: can.uri and lidar.address."""
         lidar = self.lidar_server.address if self.lidar_server else self._real.lidar
         return {"can.uri": self.bus.uri, "lidar.address": lidar}
 
     def step(self) -> None:
-        """One tick: what the devices said goes out, what was heard acts."""
+        """Run one tick: send the devices' output, then apply the received input."""
         self.tick += 1
         now_ns = self.tick * TICK_NS
         frames = self.frames()
@@ -82,7 +82,7 @@ class MixedBench(World):
         self.note(now_ns)
 
     def _serve_lidar(self) -> bytes:
-        """What the scanner said goes to its client; what the client asks."""
+        """Send the scanner's output to its client and return the client's requests."""
         server = self.lidar_server
         if server is None:
             self.lidar_says()
@@ -104,7 +104,7 @@ class MixedBench(World):
         return asked
 
     def close(self) -> None:
-        """Ports, engine, the truth's file."""
+        """Close ports, engine and the truth file."""
         self.bus.close()
         if self.lidar_server:
             self.lidar_server.close()
@@ -112,7 +112,7 @@ class MixedBench(World):
 
 
 def run(bench: MixedBench, processes: Processes, tell: Callable[[Progress, float], None]) -> None:
-    """In real time until Ctrl-C. Raises ProcessDiedError. Ticks that began more than one late are counted."""
+    """Run in real time until Ctrl-C. Raises ProcessDiedError. Counts ticks that began more than one tick late."""
     begun_ns = shown_ns = time.monotonic_ns()
     while True:
         bench.step()
@@ -130,13 +130,13 @@ def run(bench: MixedBench, processes: Processes, tell: Callable[[Progress, float
 
 
 def fly(scenario: Scenario, folder: Path, real: Real, tell: Callable[[Progress, float], None]) -> None:
-    """Bench, onboard and link until Ctrl-C; a station file lies in the folder. Each child writes FOLDER/NAME.log.
+    """Run bench, onboard and link until Ctrl-C. Writes a station file; each child writes FOLDER/NAME.log.
 
-    Raises NoInterfaceError, ConfigError, ProcessDiedError with the child's last words.
+    Raises NoInterfaceError, ConfigError, ProcessDiedError with the child's last lines.
     """
     check(folder)
     ground = ground_of(scenario).field
-    cleared(folder)  # the state would be of the keys before
+    cleared(folder)  # an old state belongs to the old keys
     (folder / "field.npz").write_bytes(field_file.to_npz(ground))
     (folder / "gdem.npz").write_bytes(to_npz(ground.gdem))
     rover_side, ground_side = (f"tcp/127.0.0.1:{port}" for port in free_ports(2))
@@ -167,7 +167,7 @@ def fly(scenario: Scenario, folder: Path, real: Real, tell: Callable[[Progress, 
 
 
 def write_keys(folder: Path) -> tuple[Path, Path]:
-    """New keys for this run: command keys and downlink key, readable by the owner alone."""
+    """Write new command keys and a new downlink key for this run, readable by the owner alone."""
     up, down = folder / "command.keys", folder / "downlink.key"
     for path, direction, key_id in ((up, KEY_UP, STATION), (down, KEY_DOWN, DOWNLINK_KEY_ID)):
         path.unlink(missing_ok=True)

@@ -1,12 +1,14 @@
-"""What the scanner's beams meet on a field: the angle to the surface, and how far it returns light. For lidar_light.py.
+"""Surfaces that the scanner's beams meet on a field: angle of incidence, and range up to which they return light.
 
-    hit point -> over a rock's disc and above the soil?  rock: albedo, normal of the sphere it was cut from
+Input of lidar_light.py.
+
+    hit point -> inside a rock's disc and above the soil?  rock: albedo, normal of the sphere it was cut from
                  else soil: albedo, normal of the slope over two cells
-                 within a dark patch: the dark albedo, whatever stands there
+                 within a dark patch: the dark albedo, for soil and rock
 
 The slope over two cells (0.1 to 0.2 m) is that of a beam's footprint, which is longer than a triangle of the mesh; a
-rock's facets are not told apart. A surface of albedo a is seen up to far_m * sqrt(a): light that comes back falls with
-the square of the range. The angle does not change that reach; `grazing_rad` stands for its part.
+rock's facets are not distinguished. A surface of albedo a is seen up to far_m * sqrt(a): the returned light falls with
+the square of the range. The angle does not change that range; `grazing_rad` models its effect.
 """
 
 from __future__ import annotations
@@ -22,13 +24,16 @@ from hil.terrain.field import Field
 from hil.terrain.mesh import soil_height
 from onboard.records import F32, F64, Grid
 
-ROCK_STREAM = 4  # of the scenario's seed
-ABOVE_M = 0.002  # a hit so far over the soil, in a rock's disc, is on the rock
+ROCK_STREAM = 4  # stream of the scenario's seed
+ABOVE_M = 0.002  # a hit that is higher above the soil, in a rock's disc, is on the rock
 I32 = NDArray[np.int32]
 
 
 class Surfaces:
-    """A field as light meets it. dark: which of its rocks are; the same for a seed whatever becomes of the soil."""
+    """Optical properties of a field.
+
+    dark: which rocks are dark; fixed for a seed, whatever happens to the soil
+    """
 
     def __init__(self, field: Field, errors: LidarErrors, seed: int) -> None:
         self.field, self._errors = field, errors
@@ -43,7 +48,10 @@ class Surfaces:
         self._rock_reach_m = self._far_m * np.sqrt(np.where(self.dark, errors.dark_albedo, errors.rock_albedo))
 
     def met(self, origins_m: F64, directions: F64, ranges_m: F64) -> Surface:
-        """By rays (n, 3) in the map frame and their ranges (n,), inf where nothing is met (there it means nothing)."""
+        """Surface met by rays (n, 3), map frame, with ranges (n,).
+
+        A range of inf means no surface; its values have no meaning.
+        """
         errors, grid = self._errors, self.field.grid
         sine, reach_m = np.ones(len(ranges_m)), np.full(len(ranges_m), np.inf)
         hit = np.flatnonzero(ranges_m < np.inf)
@@ -62,7 +70,7 @@ class Surfaces:
         return Surface(sine, reach_m, azimuth_rad)
 
     def _meet_rocks(self, rock: I32, points: F64, ways: F64, sine: F64, reach_m: F64) -> None:
-        """Changes sine and reach of the hits that are on a rock."""
+        """Set sine and reach of the hits that are on a rock."""
         near = np.flatnonzero(rock >= 0)
         if not len(near):
             return
@@ -77,7 +85,7 @@ class Surfaces:
 
 
 def asked(errors: LidarErrors) -> bool:
-    """Whether these errors depend on what the beams meet."""
+    """True if these errors depend on the surfaces that the beams meet."""
     dark = min(errors.ground_albedo, errors.rock_albedo) < 1 or errors.dark_rocks_ratio or errors.dark_patches_m
     return bool(errors.grazing_rad or errors.sun_ratio or dark)
 
@@ -90,12 +98,15 @@ def _normals(soil_z: F64, cell_m: float) -> F32:
 
 
 def _nearest(at_m: F64, first_m: float, cell_m: float, count: int) -> NDArray[np.intp]:
-    """Number of the node nearest to each coordinate; the last for what overhangs the rim."""
+    """Number of the node nearest to each coordinate, clipped to the field."""
     return np.minimum(np.maximum(np.rint((at_m - first_m) / cell_m), 0.0), count - 1.0).astype(np.intp)
 
 
 def _rock_raster(grid: Grid, rocks: F64) -> I32:
-    """The rock whose disc may cover a point nearest to each node, (rows, columns); -1: none. The nearest by centre."""
+    """Rock whose disc may cover a point nearest to each node, (rows, columns); -1 for none.
+
+    Of several the one whose disc is nearest.
+    """
     raster, best = np.full((grid.rows, grid.columns), -1, np.int32), np.full((grid.rows, grid.columns), np.inf)
     for number, (x, y, _, radius) in enumerate(rocks.tolist()):
         reach = radius + grid.cell_m

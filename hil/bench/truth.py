@@ -1,17 +1,17 @@
-"""What really happened: hashed, counted, and in a file of the bench's own (`truth.mcap`) that onboard never opens.
+"""True state of a run: hashed, counted, and recorded in a file of the bench (`truth.mcap`) that onboard never opens.
 
-The file's channels, ten times a second of bench time but for faults and contacts:
+Channels of the file. /truth and /turn have ten messages per second of bench time:
 
     /truth   JSON: position_m, quaternion_xyzw, wheel_rate_radps, wheel_rad, steer_rad, rockers_rad, contact
-    /turn    a turn of the scanner: sweep u32 (0 outside one), then (1 + n, 3) float32, m, map frame: where its middle
-             ray began, and what every fourth ray met
+    /turn    a turn of the scanner: sweep u32 (0 outside one), then (1 + n, 3) float32, m, map frame: origin of its
+             middle ray, and the hit points of every fourth ray
     /fault   JSON: t_s, fault, target, what ("begin", "heal")
-    /contact JSON, when a contact begins and again when it is over: number from 0, t_s, what, begin_s, end_s, wheel (0:
-             the body), rock_height_m (0: the ground), x_m, y_m; the last message of a number counts
-    /ground  other ground from now on: row, column u32 of the field's grid, rows, columns u32, then the new heights
-             there, float32, m
+    /contact JSON, when a contact begins and again when it ends: number from 0, t_s, what, begin_s, end_s, wheel (0:
+             the body), rock_height_m (0: the ground), x_m, y_m; the last message of a number is valid
+    /ground  changed ground: row, column u32 of the field's grid, rows, columns u32, then the new heights there,
+             float32, m
 
-It can be read while it is written: it reaches the disk within a second or two of bench time.
+The file can be read while it is written: data reach the disk within a second or two of bench time.
 """
 
 from __future__ import annotations
@@ -33,8 +33,8 @@ from hil.terrain.field import Field, truth_height
 from onboard.records import F32
 
 _PERIOD_NS = 100_000_000
-_CHUNK_BYTES = 1 << 13  # small: who watches a run sees no more than what is whole
-_EVERY = 4  # of a turn's rays
+_CHUNK_BYTES = 1 << 13  # small: a viewer of a running run sees only complete chunks
+_EVERY = 4  # one ray of this many is recorded
 _SWEEP, _PATCH = struct.Struct("<I"), struct.Struct("<4I")
 _SCHEMA = json.dumps({"type": "object", "properties": {
     "position_m": {"type": "array"}, "quaternion_xyzw": {"type": "array"}, "wheel_rate_radps": {"type": "array"},
@@ -43,7 +43,8 @@ _SCHEMA = json.dumps({"type": "object", "properties": {
 
 
 class TruthFile:
-    """The plant's state and a turn of the scanner ten times a second, and the faults."""
+    """Writer of truth.mcap: the plant's state and a turn of the scanner ten times a second, faults, contacts, ground.
+    """
 
     def __init__(self, path: Path) -> None:
         self._file = path.open("wb")
@@ -58,27 +59,27 @@ class TruthFile:
         self._turned_ns = -_PERIOD_NS
 
     def add(self, state: PlantState) -> None:
-        """One state a tick."""
+        """Write a state if it is due; call each tick."""
         if state.now_ns % _PERIOD_NS == 0:
             self._add(self._truth, state.now_ns, _row(state))
             self._file.flush()
 
     def add_turn(self, turn: Turn) -> None:
-        """One turn of the scanner."""
+        """Write a turn of the scanner if one is due."""
         if turn.now_ns - self._turned_ns >= _PERIOD_NS:
             self._turned_ns = turn.now_ns
             self._add(self._turn, turn.now_ns, _SWEEP.pack(turn.sweep) + _met(turn).astype("<f4").tobytes())
 
     def add_fault(self, now_ns: int, row: Mapping[str, object]) -> None:
-        """A fault begins or is healed."""
+        """Write the begin or heal of a fault."""
         self._add(self._fault, now_ns, json.dumps(row).encode())
 
     def add_contact(self, now_ns: int, number: int, contact: Contact) -> None:
-        """A contact begins or is over."""
+        """Write the begin or end of a contact."""
         self._add(self._contact, now_ns, json.dumps({"number": number, **contact.row()}).encode())
 
     def add_ground(self, now_ns: int, patch: Patch) -> None:
-        """The ground is another now."""
+        """Write a change of the ground."""
         place = _PATCH.pack(patch.row, patch.column, *patch.heights_m.shape)
         self._add(self._ground, now_ns, place + patch.heights_m.astype("<f4").tobytes())
 
@@ -92,7 +93,10 @@ class TruthFile:
 
 
 class Truth:
-    """Hashes the plant's state at every tick and counts contacts; with a path it keeps what it sees in a file, too."""
+    """Monitor of the true state: hashes it at every tick and counts contacts.
+
+    path: file for truth.mcap; None for no file
+    """
 
     def __init__(self, path: Path | None = None) -> None:
         self._file = TruthFile(path) if path else None
@@ -101,7 +105,7 @@ class Truth:
         self._contacts, self._now_ns = Contacts(), 0
 
     def add(self, state: PlantState) -> None:
-        """One state a tick."""
+        """Add the state of one tick."""
         self.states += 1
         wheels = [number for wheel in state.wheels for number in wheel]
         data = state.position_m.tobytes() + state.quaternion_xyzw.tobytes() + struct.pack(f"<{len(wheels)}d", *wheels)
@@ -115,7 +119,7 @@ class Truth:
 
     @property
     def contacts(self) -> Sequence[Contact]:
-        """All since the begin; the same list each time, it grows and its entries that go on are replaced."""
+        """All contacts since the start. Always the same list: it grows, and entries of open contacts are replaced."""
         return self._contacts.found
 
     def _tell(self, numbers: Iterable[int]) -> None:
@@ -124,27 +128,27 @@ class Truth:
                 self._file.add_contact(self._now_ns, number, self.contacts[number])
 
     def add_turn(self, turn: Turn) -> None:
-        """One turn of the scanner; for the file alone."""
+        """Record one turn of the scanner, if there is a file."""
         if self._file:
             self._file.add_turn(turn)
 
     def add_fault(self, now_ns: int, row: Mapping[str, object]) -> None:
-        """A fault begins or is healed; for the file alone."""
+        """Record the begin or heal of a fault, if there is a file."""
         if self._file:
             self._file.add_fault(now_ns, row)
 
     def add_ground(self, now_ns: int, before: Field, after: Field) -> None:
-        """The ground has changed; for the file alone."""
+        """Record a change of the ground, if there is a file."""
         patch = difference(truth_height(before), truth_height(after)) if self._file else None
         if self._file and patch:
             self._file.add_ground(now_ns, patch)
 
     def sha256(self) -> str:
-        """Over the states of all ticks."""
+        """SHA-256 over the states of all ticks."""
         return self._sum.hexdigest()
 
     def close(self) -> None:
-        """Finish the file; what still touches is told up to now."""
+        """Finish the file; open contacts are written with the current time as their end."""
         if self._file:
             self._tell(self._contacts.going_on)
             self._file.close()
@@ -152,7 +156,12 @@ class Truth:
 
 
 class Met(NamedTuple):
-    """A message of /turn. origin_m: (3,); points_m: (n, 3) float32."""
+    """Decoded message of /turn.
+
+    sweep: number of the sweep, 0 outside one
+    origin_m: (3,), origin of the middle ray
+    points_m: (n, 3) float32, hit points
+    """
 
     sweep: int
     origin_m: F32
@@ -160,13 +169,17 @@ class Met(NamedTuple):
 
 
 def read_turn(data: bytes) -> Met:
-    """A message of /turn. Raises ValueError, struct.error where it is none."""
+    """Decode a message of /turn. Raises ValueError, struct.error for other data."""
     rows = np.frombuffer(data, "<f4", offset=_SWEEP.size).reshape(-1, 3)
     return Met(_SWEEP.unpack_from(data)[0], rows[0], rows[1:])
 
 
 class Patch(NamedTuple):
-    """A message of /ground: the ground's heights from this cell of the field on. heights_m: (rows, columns) float32."""
+    """Decoded message of /ground: new heights of a rectangle of the field.
+
+    row, column: first cell
+    heights_m: (rows, columns) float32
+    """
 
     row: int
     column: int
@@ -174,7 +187,7 @@ class Patch(NamedTuple):
 
 
 def difference(before_m: F32, after_m: F32) -> Patch | None:
-    """The smallest rectangle outside which nothing has changed; None where nothing has."""
+    """Smallest rectangle that contains all changes; None if nothing changed."""
     rows, columns = np.nonzero(before_m != after_m)
     if len(rows) == 0:
         return None
@@ -183,7 +196,7 @@ def difference(before_m: F32, after_m: F32) -> Patch | None:
 
 
 def read_patch(data: bytes) -> Patch:
-    """A message of /ground. Raises ValueError, struct.error where it is none."""
+    """Decode a message of /ground. Raises ValueError, struct.error for other data."""
     row, column, rows, columns = _PATCH.unpack_from(data)
     return Patch(row, column, np.frombuffer(data, "<f4", offset=_PATCH.size).reshape(rows, columns))
 

@@ -1,10 +1,12 @@
-"""What the bench emulates, without its wires: plant, nodes, scanner, truth. Bench (sockets) and InMemory own one each.
+"""World that the bench emulates, without its wires: plant, nodes, scanner, true state.
 
-    advance  -> devices' frames and bytes up to n + 1 are kept
-    frames, lidar_says -> what the flight program hears in its next tick
-    hear     -> what it said reaches the devices; it acts from the next advance on
+Bench (sockets) and InMemory extend it.
 
-Faults of hil.faults.injection act on this class, so they are the same however the flight program is connected.
+    advance             -> devices' frames and bytes up to n + 1 are stored
+    frames, lidar_says  -> input of the flight program in its next tick
+    hear                -> its output reaches the devices; it acts from the next advance on
+
+Faults of hil.faults.injection act on this class, so they are the same for every connection of the flight program.
 """
 
 from __future__ import annotations
@@ -44,31 +46,35 @@ NS = 1_000_000_000
 STREAMS = ("can_to_onboard", "can_to_nodes", "lidar_to_onboard", "lidar_to_sensor")
 _HEAD = struct.Struct("<HB")
 DRIVING_MPS = 0.05  # base_link moves: not a turn on the spot
-TURNING_RADPS = 0.02  # a quarter of the slowest turn that the flight program orders
+TURNING_RADPS = 0.02  # a quarter of the slowest turn that the flight program commands
 
 
 class Stream:
-    """Cumulative count, bytes, SHA-256 and CRC of what passed on one channel in one direction."""
+    """Count, bytes, SHA-256 and CRC of the data that passed on one channel in one direction."""
 
     def __init__(self) -> None:
         self.pieces = self.bytes = self.crc = 0
         self._sum = hashlib.sha256()
 
     def add(self, data: bytes, pieces: int = 1) -> None:
-        """Some bytes more."""
+        """Add data."""
         self.pieces += pieces
         self.bytes += len(data)
         self.crc = crc32(data, self.crc)
         self._sum.update(data)
 
     def report(self) -> dict[str, object]:
-        """For the certificate."""
+        """Fields for the certificate."""
         return {"pieces": self.pieces, "bytes": self.bytes, "sha256": self._sum.hexdigest()}
 
 
 @dataclass(slots=True)
 class Wires:
-    """What faults may change on the bench's side of the wires. jobs_late_ticks: lock-step, which waits, has none."""
+    """Faults on the bench's side of the wires.
+
+    lidar_plugged: False if the scanner's cable is unplugged
+    jobs_late_ticks: delay of job results; not used in lock-step over sockets, which waits for them
+    """
 
     lidar_plugged: bool = True
     jobs_late_ticks: int = 0
@@ -76,7 +82,7 @@ class Wires:
 
 @dataclass(slots=True)
 class Progress:
-    """What a progress line shows."""
+    """Values of the progress line."""
 
     now_s: float = 0.0
     distance_to_goal_m: float = 0.0
@@ -91,10 +97,10 @@ class Progress:
 
 
 class World:
-    """Plant and devices on one field, their time, and what passed between them and the flight program.
+    """Plant and devices on one field, their time, and the data exchanged with the flight program.
 
-    rover: as it was built (`hil.faults.build_errors`), whatever the flight program believes. soil: a row of
-    hil.plant.soil.CLASSES.
+    rover: rover as it was built (`hil.faults.build_errors`), whatever the flight program's configuration
+    soil: row of hil.plant.soil.CLASSES
     """
 
     def __init__(
@@ -114,14 +120,14 @@ class World:
         self.progress = Progress()
         self.tick = 0
         self.state: PlantState = self.plant.reset(ground.start)
-        self.start = self.state.pose  # where it stands once it has settled: what the flight program is told
+        self.start = self.state.pose  # pose after settling; the flight program's configured start
         self._stamps_crc = self._controller_crc = 0
         self._frames: list[Frame] = []
         self._lidar_out: list[tuple[int, bytes]] = []
         self._directions = beam_directions()
 
     def fit(self, fitting: Fitting) -> None:
-        """Another ray caster, nodes and scanner, before the first tick."""
+        """Set ray caster, nodes and scanner, before the first tick."""
         self.fitting = fitting
         self.plant.ground.cast_by(fitting.rays)
         self.nodes = build_nodes(self.plant.seed, self._rover, fitting.sensors)
@@ -130,17 +136,17 @@ class World:
         self.lidar.optics.light.counted = sector(fitting.sector_rad)
 
     def lose(self, participant: str) -> None:
-        """A process of the run was killed: from now on nothing comes from it. Each kind of bench says how."""
+        """Accept that a process of the run was killed: it sends nothing from now on. Implemented by each bench."""
         raise NotImplementedError(participant)
 
     def regain(self, participant: str) -> None:
-        """A process that was killed has been started anew. A bench without processes has none to start."""
+        """Connect a restarted process. Implemented by benches with processes."""
         raise NotImplementedError(participant)
 
     # -- the world as the scanner sees it --------------------------------------------------------------------------
 
     def _cast(self, times_ns: NDArray[np.int64]) -> NDArray[np.float64]:
-        """Ranges of one turn: each beam at its own time, tilt and place of the rover."""
+        """Ranges of one turn: each beam with the tilt and the rover's pose at its own time."""
         positions, quaternions = self.plant.poses_at(times_ns)
         tilt = self.nodes.tilt.angles_at(times_ns)
         flat = self._directions
@@ -157,7 +163,7 @@ class World:
         return ranges
 
     def _look(self) -> Surface:
-        """What the beams of the turn just cast met."""
+        """Surfaces met by the beams of the newest turn."""
         if self._surfaces is None or self._surfaces.field is not self.plant.field:
             self._surfaces = Surfaces(self.plant.field, self.fitting.lidar, self.plant.seed)
         turn = self._turn
@@ -166,7 +172,7 @@ class World:
     # -- one tick ----------------------------------------------------------------------------------------------------
 
     def advance(self, until_ns: int) -> None:
-        """Plant and devices from the tick before to `until_ns`; what the devices say is kept for the next tick."""
+        """Step plant and devices to `until_ns`; the devices' output is stored for the next tick."""
         self.plant.apply(self.nodes.drives())
         self.state = self.plant.step(TICK_NS)
         self.truth.add(self.state)
@@ -176,22 +182,22 @@ class World:
         self._lidar_out += self.lidar.send()
 
     def frames(self) -> list[Frame]:
-        """The nodes' frames since the last call."""
+        """Nodes' frames since the last call."""
         frames, self._frames = self.can.to_computer(self._frames, self.tick * TICK_NS), []
         self._stamps_crc = crc32(array("q", [frame.stamp_ns for frame in frames]).tobytes(), self._stamps_crc)
         self.streams["can_to_onboard"].add(b"".join(map(pack_frame, frames)), len(frames))
         return frames
 
     def can_errors(self) -> list[BusTrouble]:
-        """What the computer's CAN controller tells of since the last call."""
+        """Errors that the computer's CAN controller reported since the last call."""
         errors = self.can.errors()
         self._controller_crc = crc32(bytes(errors), self._controller_crc)
         return errors
 
     def lidar_says(self) -> list[tuple[int, bytes]] | None:
-        """The scanner's pieces since the last call, each with its time; None while the port is closed.
+        """Scanner's pieces since the last call, each with its time; None while the port is closed.
 
-        A cable that was pulled closes it here, and what was on its way is lost.
+        An unplugged cable closes the port here, and bytes on their way are lost.
         """
         pieces, self._lidar_out = self._lidar_out, []
         if self.lidar_open and not self.wires.lidar_plugged:
@@ -204,11 +210,11 @@ class World:
         return pieces
 
     def unheard(self) -> None:
-        """Nobody listens in this tick: what the devices said is lost."""
+        """Discard the devices' output of this tick: no receiver."""
         self._frames, self._lidar_out = [], []
 
     def hear(self, frames: Iterable[Frame], lidar_bytes: bytes, now_ns: int) -> None:
-        """What the flight program said reaches the nodes and, while the port is open, the scanner."""
+        """Deliver the flight program's output to the nodes and, while the port is open, to the scanner."""
         frames = self.can.to_nodes(list(frames))
         self.streams["can_to_nodes"].add(b"".join(map(pack_frame, frames)), len(frames))
         for frame in frames:
@@ -218,12 +224,12 @@ class World:
             self.lidar.receive(lidar_bytes, now_ns)
 
     def plug_in(self) -> None:
-        """The flight program has opened the scanner's port."""
+        """Open the scanner's port for the flight program."""
         self.lidar_open = True
         self.lidar.connect()
 
     def note(self, now_ns: int) -> None:
-        """Progress and trace at the end of a tick."""
+        """Update progress and trace at the end of a tick."""
         sums = (stream.crc for stream in self.streams.values())
         ground = self.plant.ground_changes
         self.disk.note()
@@ -244,28 +250,28 @@ class World:
         p.sweeping = sweeping
 
     def free(self) -> None:
-        """The engine and the truth's file."""
+        """Close the engine and the truth file."""
         self.plant.close()
         self.truth.close()
 
 
 def _blind() -> None:
-    """For a scanner to which it is all the same what its beams meet."""
+    """No surfaces: for a scanner whose errors do not depend on them."""
 
 
 def pack_frame(frame: Frame) -> bytes:
-    """A frame as the certificate hashes it."""
+    """Bytes of a frame as hashed for the certificate."""
     return _HEAD.pack(frame.can_id, len(frame.data)) + frame.data
 
 
 def beam_directions() -> NDArray[np.float64]:
-    """x and y of the 1081 beams in the scanner's plane, (1081, 2)."""
+    """x and y of the 1081 beam directions in the scanner's plane, (1081, 2)."""
     angles = np.deg2rad(np.arange(1081) * 0.25 - 135.0)
     return np.column_stack([np.cos(angles), np.sin(angles)])
 
 
 def rotate(quaternions_xyzw: NDArray[np.float64], vectors: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Each of (n, 3) vectors by its (n, 4) quaternion."""
+    """Rotate each of (n, 3) vectors by its (n, 4) quaternion."""
     x, y, z, w = quaternions_xyzw.T
     a, b, c = vectors.T
     p, q, r = 2.0 * (y * c - z * b), 2.0 * (z * a - x * c), 2.0 * (x * b - y * a)

@@ -1,1 +1,1 @@
-"""The bench's side of the CAN bus."""
+"""Bench's end of the CAN bus."""

@@ -1,4 +1,4 @@
-"""`hil can`: the rover's emulated nodes on a hub or an interface, in real time, for any program on the bus."""
+"""Command `hil can`: the rover's emulated nodes on a hub or an interface, in real time, for any program on the bus."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from onboard.config import ConfigError
 
 NS = 1_000_000_000
 EX_USAGE, EX_UNAVAILABLE = 64, 69
-PORT = 29536  # socketcand's own
+PORT = 29536  # socketcand's default
 
 EPILOG = (
     "Examples:\n\n  hil can                     then: onboard can info --bus socketcand:127.0.0.1:29536/can0\n\n"
@@ -40,9 +40,9 @@ def main(
     seconds: Annotated[float, typer.Option(help="End after so long; 0: at Ctrl-C.", min=0)] = 0.0,
     as_json: Annotated[bool, typer.Option("--json", help="One JSON object a second on standard output.")] = False,
 ) -> None:
-    """Pretend to be the rover's CAN bus: four wheels on a stand, tilt axis, inertial sensor and power.
+    """Emulate the rover's CAN bus: four wheels on a stand, tilt axis, inertial sensor and power.
 
-    Exit codes: 0 ended by Ctrl-C or --seconds, 64 an option is wrong, 69 the port or interface cannot be had.
+    Exit codes: 0 ended by Ctrl-C or --seconds, 64 an option is wrong, 69 the port or interface is not available.
     """
     try:
         stand = faulty(Stand(seed), fault or [])
@@ -60,7 +60,7 @@ def main(
 
 
 def faulty(stand: Stand, words: list[str]) -> Stand:
-    """The stand with its faults begun. Raises ConfigError for one that does not exist."""
+    """Begin the faults of the command line on the stand. Raises ConfigError for an unknown fault or node."""
     for word in words:
         kind, _, node = word.partition("=")
         if kind not in FAULTS or node not in stand.by_name:
@@ -88,7 +88,7 @@ def _opened(uri: str) -> CanSocket:
 
 
 def serve(wire: CanHub | CanSocket, stand: Stand, go_on: Callable[[int], bool]) -> None:
-    """A tick every 10 ms of the wall clock until `go_on(now_ns)` is false; late ones are caught up."""
+    """Run a tick every 10 ms of the wall clock until `go_on(now_ns)` is false; late ticks are caught up."""
     begun_ns, now_ns = time.monotonic_ns(), 0
     while go_on(now_ns):
         now_ns += TICK_NS
@@ -103,7 +103,7 @@ def _fail(code: int, text: str) -> typer.Exit:
 
 
 class _Status:
-    """A line in a terminal, an object a second for programs."""
+    """Status display: a live line on a terminal, a JSON object a second for programs."""
 
     def __init__(self, as_json: bool) -> None:
         self._json, self._shown_s = as_json, -1
@@ -118,7 +118,7 @@ class _Status:
         self._live.stop()
 
     def go_on(self, wire: CanHub | CanSocket, stand: Stand, now_ns: int, seconds: float) -> bool:
-        """Shows what is due; whether to go on."""
+        """Show the status if due; False when the time is over."""
         if now_ns // NS > self._shown_s:
             self._shown_s = now_ns // NS
             rates = [round(drive.rate_radps, 2) for drive in stand.nodes.drives()]

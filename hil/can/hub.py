@@ -1,4 +1,4 @@
-"""The bench's CAN bus on a kernel without AF_CAN: a hub that speaks the socketcand protocol on the loopback.
+"""Bench's CAN bus on a kernel without AF_CAN: a hub that speaks the socketcand protocol on the loopback interface.
 
     client                         hub
       | -- connect ----------------> |
@@ -7,7 +7,7 @@
       | <------------------ < ok > - |
       | -- < rawmode > ------------> |
       | <------------------ < ok > - |     the client must read this alone: no frame may follow in the same read
-      | -- < echo > or < send .. > > |     the first word of the client in raw mode makes it live
+      | -- < echo > or < send .. > > |     the client's first message in raw mode makes it live
       | <-- < frame 181 .. > ...  -- |
 
 One thread, nothing blocks: the bench's loop calls `poll`. Frames of one client go to the other clients as on a wire.
@@ -28,7 +28,14 @@ _READ = 1 << 16
 
 
 class ClientState(NamedTuple):
-    """One client's books: frames put on its way, frames it sent, frames its full queue refused."""
+    """Counts of one client.
+
+    number: number of the client
+    state: state of its port
+    sent: frames queued for it
+    received: frames it sent
+    dropped: frames that its full queue refused
+    """
 
     number: int
     state: PortState
@@ -67,7 +74,7 @@ class _Client:
         self.stream.close()
 
     def read(self) -> str:
-        """What came, up to the last whole message."""
+        """Received text, up to the last complete message."""
         try:
             while self.state is PortState.OPEN:
                 data = self.stream.recv(_READ)
@@ -86,7 +93,7 @@ class _Client:
 
 
 class CanHub:
-    """The hub. `uri` is what a client's configuration names. Raises OSError when the address is taken."""
+    """CAN hub. `uri` is the value for a client's configuration. Raises OSError if the address is in use."""
 
     def __init__(self, host: str = "127.0.0.1", port: int = 0, bus: str = "rover") -> None:
         self._server: socket.socket | None = _server(host, port)
@@ -94,21 +101,21 @@ class CanHub:
         self.bus = bus
         self.uri = f"socketcand:{host}:{self._address[1]}/{bus}"
         self.malformed = 0
-        self._callers: list[_Client] = []  # every connection that is open
-        self._clients: list[_Client] = []  # those that asked for the bus, by number
+        self._callers: list[_Client] = []  # open connections
+        self._clients: list[_Client] = []  # clients that opened the bus, by number
 
     @property
     def clients(self) -> tuple[ClientState, ...]:
-        """The books of every client since the start, in the order of connection; lost ones stay as CLOSED or ERROR."""
+        """Counts of every client since the start, in the order of connection; lost clients stay as CLOSED or ERROR."""
         return tuple(ClientState(c.number, c.state, c.sent, c.received, c.dropped) for c in self._clients)
 
     @property
     def live(self) -> int:
-        """How many clients are past the handshake and still there: frames go to these."""
+        """Number of connected clients past the handshake: frames go to these."""
         return sum(c.live for c in self._clients)
 
     def listen(self, wanted: bool) -> None:
-        """Whether new clients are let in; until then they are refused as if nobody were there."""
+        """Accept new clients or refuse them, as if no server were there."""
         if wanted and self._server is None:
             self._server = _server(*self._address)
         elif not wanted and self._server is not None:
@@ -116,7 +123,7 @@ class CanHub:
             self._server = None
 
     def wait_client(self, number: int, limit_s: float) -> int:
-        """Blocks until client `number` is live; its number. Raises TimeoutError when it is not within `limit_s`."""
+        """Block until client `number` is live; returns its number. Raises TimeoutError after `limit_s`."""
         deadline = time.monotonic() + limit_s
         while len(self._clients) <= number or not self._clients[number].live:
             left = deadline - time.monotonic()
@@ -126,7 +133,7 @@ class CanHub:
         return number
 
     def poll(self) -> None:
-        """Takes new clients, reads and answers, sends what waits. Never blocks."""
+        """Accept new clients, read and answer, send queued data. Never blocks."""
         self._accept()
         for client in self._callers:
             self._serve(client)
@@ -135,7 +142,7 @@ class CanHub:
             self._callers = [client for client in self._callers if client.state is PortState.OPEN]
 
     def wait(self, limit_s: float) -> None:
-        """Blocks until a client has something to say, at most `limit_s`; then polls."""
+        """Block until a client has sent something, at most `limit_s`; then poll."""
         streams = [c.stream for c in self._callers if c.state is PortState.OPEN]
         if self._server:
             streams.append(self._server)
@@ -143,17 +150,18 @@ class CanHub:
         self.poll()
 
     def write(self, frames: Sequence[Frame]) -> None:
-        """Frames of the emulated nodes, to every live client in this order, stamped with their own times.
+        """Send frames of the emulated nodes to every live client in this order, stamped with their own times.
 
-        A client whose bus was opened before this call is live: its first word is read here if it waits.
+        A client that opened the bus before this call is live: its first message is read here if it waits.
         """
         if any(not client.live for client in self._callers):
             self.poll()
         self._spread(frames, None)
 
     def write_error(self, classes: int, detail: int = 0, stamp_ns: int = 0) -> None:
-        """An error frame of SocketCAN's classes (0x40 bus-off, 0x100 restarted) to every client; counts as a frame.
+        """Send an error frame to every client; it counts as a frame.
 
+        classes: SocketCAN's error classes (0x40 bus-off, 0x100 restarted)
         detail: byte 1 of its data, in bits 16 to 23 of the id as well: the client drops the data.
         """
         text = f"< error {0x20000000 | detail << 16 | classes:08X} {_seconds(stamp_ns)} >".encode()
@@ -162,7 +170,8 @@ class CanHub:
                 client.put(text, 1)
 
     def read(self, stamp_ns: int = 0) -> list[Frame]:
-        """The frames that clients sent since the last call, as stamped; client by client in the order of connection."""
+        """Frames that clients sent since the last call, with this stamp; client by client in the order of connection.
+        """
         got: list[Frame] = []
         for client in self._clients:
             got += [Frame(can_id, data, stamp_ns) for can_id, data, _ in client.frames]
@@ -170,9 +179,9 @@ class CanHub:
         return got
 
     def read_upto(self, number: int, total: int, limit_s: float, stamp_ns: int = 0) -> list[Frame]:
-        """Lock-step: blocks until client `number` has sent `total` frames since it connected, then as `read`.
+        """Block until client `number` has sent `total` frames since it connected, then return as `read`. For lock-step.
 
-        Raises TimeoutError with both counts when it has not within `limit_s`, ConnectionError when the client is gone.
+        Raises TimeoutError with both counts after `limit_s`, ConnectionError if the client is gone.
         """
         client = self._clients[number]
         deadline = time.monotonic() + limit_s
@@ -187,13 +196,13 @@ class CanHub:
         return self.read(stamp_ns)
 
     def disconnect(self, number: int) -> None:
-        """Unplugs one client (a fault of the scenario); harmless when it is gone."""
+        """Disconnect one client (a fault of the scenario); no effect if it is gone."""
         if self._clients[number].state is PortState.OPEN:
             self._clients[number].flush()
             self._clients[number].lose(PortState.CLOSED)
 
     def close(self) -> None:
-        """Every socket of the hub."""
+        """Close every socket of the hub."""
         for client in self._callers:
             if client.state is PortState.OPEN:
                 client.flush()

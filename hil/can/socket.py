@@ -1,8 +1,8 @@
-"""The bench's end of a CAN interface of the kernel, in place of its hub: `hil run --can socketcan:vcan0`.
+"""Bench's end of a CAN interface of the kernel, in place of its hub: `hil run --can socketcan:vcan0`.
 
-The kernel gives each frame to every socket of the interface but the sender's own, in order and at once; so counts alone
-decide here too when a tick may run, and candump, cantools or Wireshark may listen. Whoever else sends on the interface
-breaks the counts and so the run.
+The kernel delivers each frame to every socket of the interface but the sender's own, in order and at once; so counts
+alone decide here too when a tick may run, and candump, cantools or Wireshark may listen. Any other sender on the
+interface breaks the counts and so the run.
 """
 
 from __future__ import annotations
@@ -21,11 +21,15 @@ _ID, _ERROR = 0x1FFF_FFFF, 0x2000_0000
 
 
 class NoInterfaceError(OSError):
-    """The interface is not there, is down, or this kernel knows no CAN; the text says what to do."""
+    """The interface is missing or down, or this kernel has no CAN; the text names the remedy."""
 
 
 class CanSocket:
-    """One raw socket. `sent` and `received` count frames since it was opened; `uri` is what onboard's config names."""
+    """One raw socket.
+
+    sent, received: number of frames since it was opened
+    uri: value for onboard's configuration
+    """
 
     def __init__(self, uri: str) -> None:
         found = re.fullmatch(r"socketcan:([\w.-]{1,15})", uri)
@@ -47,7 +51,7 @@ class CanSocket:
         """Nothing to serve: the kernel does."""
 
     def write(self, frames: Sequence[Frame]) -> None:
-        """The emulated nodes' frames, in this order. Raises ConnectionError when the interface does not take them."""
+        """Send the emulated nodes' frames in this order. Raises ConnectionError if the interface does not take them."""
         try:
             for frame in frames:
                 self._socket.send(_FRAME.pack(frame.can_id, len(frame.data), frame.data))
@@ -56,11 +60,11 @@ class CanSocket:
             raise ConnectionError(f"{self.uri} takes no frame after {self.sent}: {error}") from error
 
     def wait(self, limit_s: float) -> None:
-        """Blocks until a frame is there, at most `limit_s`."""
+        """Block until a frame is there, at most `limit_s`."""
         select.select([self._socket], [], [], limit_s)
 
     def read(self, stamp_ns: int = 0) -> list[Frame]:
-        """The frames of others that are there now, stamped `stamp_ns`. Raises ConnectionError as `write`."""
+        """Frames of other senders that are there now, stamped `stamp_ns`. Raises ConnectionError as `write`."""
         frames: list[Frame] = []
         try:
             while True:
@@ -72,17 +76,17 @@ class CanSocket:
             raise ConnectionError(f"{self.uri} is gone after {self.received} frames: {error}") from error
 
     def write_error(self, classes: int, detail: int = 0, _stamp_ns: int = 0) -> None:
-        """An error frame of SocketCAN's classes, as a controller's driver makes them; counts as a frame.
+        """Send an error frame of SocketCAN's classes, as a controller's driver makes them; it counts as a frame.
 
         detail: byte 1 of its data.
         """
         self.write([Frame(_ERROR | classes, bytes([0, detail, 0, 0, 0, 0, 0, 0]))])
 
     def read_upto(self, _number: int, total: int, limit_s: float, stamp_ns: int = 0) -> list[Frame]:
-        """Lock-step: blocks until `total` frames of others came since the opening; those of now, stamped `stamp_ns`.
+        """Block until `total` frames of other senders came since the opening; returns the new ones, stamped `stamp_ns`.
 
-        There is one client. Raises TimeoutError with both counts after `limit_s`, ConnectionError when the interface
-        goes down or away.
+        For lock-step. There is one client. Raises TimeoutError with both counts after `limit_s`, ConnectionError if the
+        interface goes down or away.
         """
         frames: list[Frame] = []
         deadline = time.monotonic() + limit_s
@@ -102,20 +106,20 @@ class CanSocket:
         return frames
 
     def listen(self, wanted: bool) -> None:
-        """Everyone may open the interface. Raises ConnectionError where a fault would keep onboard from it."""
+        """Do nothing: any program may open the interface. Raises ConnectionError if a fault would refuse onboard."""
         if not wanted:
             raise ConnectionError(f"{self.uri}: no fault can unplug a CAN interface of the kernel; use the bench's hub")
 
     def disconnect(self, _number: int) -> None:
-        """Raises ConnectionError, as listen(False)."""
+        """Raise ConnectionError, as listen(False)."""
         self.listen(False)
 
     def wait_client(self, _number: int, _limit_s: float) -> int:
-        """Raises ConnectionError: that onboard has opened its socket anew cannot be seen from here."""
+        """Raise ConnectionError: the bench cannot detect that onboard has reopened its socket."""
         raise ConnectionError(f"{self.uri}: onboard opens its bus anew, and only the bench's hub can wait for it")
 
     def close(self) -> None:
-        """Closes the socket; the interface stays."""
+        """Close the socket; the interface stays."""
         self._socket.close()
 
 

@@ -1,7 +1,7 @@
-"""The rover on a stand: its emulated nodes with the wheels off the ground, for whoever talks to them over a bus.
+"""Rover on a stand: its emulated nodes with the wheels off the ground, for any program on a bus.
 
-No physics: a wheel steers at STEER_RADPS to where its node tells, turns as fast as its node drives it, and feels only
-its bearings. The inertial sensor feels the Earth.
+No physics: a wheel steers at STEER_RADPS to the target of its node, turns at the rate of its node, and its load is the
+friction of its bearings. The inertial sensor measures the Earth's gravity.
 """
 
 from __future__ import annotations
@@ -25,14 +25,14 @@ FOREIGN_VERSION = 99
 
 
 class Fault(NamedTuple):
-    """What may be wrong with a node: `begin(stand, node's name)`."""
+    """One fault of a node: `begin(stand, node's name)`."""
 
     means: str
     begin: Callable[[Stand, str], None]
 
 
 class Stand:
-    """`step` once a tick. Frames of the bus in, frames of the nodes out."""
+    """Emulated nodes on a stand; call `step` once a tick."""
 
     def __init__(self, seed: int = 1) -> None:
         self.nodes: Nodes = build_nodes(seed)
@@ -45,7 +45,7 @@ class Stand:
         self._then_ns = 0
 
     def step(self, heard: Iterable[Frame], now_ns: int) -> list[Frame]:
-        """One tick of all nodes; their frames in the order of arbitration."""
+        """Run one tick of all nodes with the received frames; returns their frames in the order of arbitration."""
         for frame in heard:
             self.nodes.receive(frame, now_ns)
         dt_s, self._then_ns = (now_ns - self._then_ns) / 1e9, now_ns
@@ -58,7 +58,7 @@ class Stand:
         return [self._damaged(frame) for frame in sorted(made, key=lambda f: (f.stamp_ns, f.can_id))]
 
     def double(self, name: str) -> None:
-        """A second node of this name comes onto the bus, started at another time."""
+        """Add a second node of this name to the bus, started at another time."""
         twin = build_nodes(self._seed + 1)
         for node in twin.all:
             node.silent = node.name != name

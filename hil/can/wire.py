@@ -1,11 +1,11 @@
-"""The CAN bus of the bench between the nodes and the computer's controller, with what a scenario does to it.
+"""CAN bus of the bench between the nodes and the computer's controller, with the faults of a scenario.
 
     nodes -- to_computer --> foreign, twin, babble, lose, corrupt, future --> computer
     nodes <-- to_nodes ----------------------------------------------------- computer
 
 Nothing passes either way while it is unplugged or bus-off.
 
-An error frame goes to the computer alone. `status` is what a controller's driver would say of it.
+An error frame goes to the computer alone. `status` is the report of a controller's driver.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from protocol.can_codec import DBC_VERSION, TABLE
 from protocol.conventions import TICK_NS
 
 BABBLE_PER_TICK = 10  # 1000 frames a second
-TWIN_LAG = 7  # of the second node's alive counter
+TWIN_LAG = 7  # offset of the second node's alive counter
 ERROR_FRAMES = {  # kind -> SocketCAN's error class, byte 1 of the data
     BusTrouble.BUS_OFF: (0x40, 0x00), BusTrouble.RESTARTED: (0x100, 0x00), BusTrouble.PASSIVE: (0x04, 0x30),
     BusTrouble.ACTIVE: (0x04, 0x40), BusTrouble.BUS_ERROR: (0x88, 0x00),
@@ -27,11 +27,14 @@ _HEARTBEAT = "NODE_HEARTBEAT_"
 
 
 class CanWire:
-    """The wire of one run. What a fault changes is an attribute:
+    """Wire of one run. Faults change these attributes:
 
-    corrupt_ratio, lost_ratio: share of the frames with a wrong bit, and lost. babble_id: sent again and again. foreign,
-    twin: a node's name.
-    ahead_ns: how far in the future the stamps are.
+    corrupt_ratio: share of the frames with a wrong bit
+    lost_ratio: share of the frames that are lost
+    babble_id: CAN id that is sent all the time, or None
+    foreign: name of the node with another DBC version, or ''
+    twin: name of the node that is doubled, or ''
+    ahead_ns: time by which the stamps are in the future
     """
 
     def __init__(self, seed: int) -> None:
@@ -46,13 +49,13 @@ class CanWire:
         self._newest: dict[int, bytes] = {}
 
     def error(self, kind: BusTrouble) -> None:
-        """The controller tells of it with the next tick's frames."""
+        """Let the controller report this error with the next tick's frames."""
         self._errors.append(kind)
         if kind in (BusTrouble.BUS_OFF, BusTrouble.RESTARTED):
             self.bus_off = kind is BusTrouble.BUS_OFF
 
     def to_computer(self, frames: list[Frame], now_ns: int) -> list[Frame]:
-        """The frames of the nodes as the computer receives them."""
+        """Frames of the nodes as the computer receives them."""
         if not self.connected or self.bus_off:
             return []
         if self.foreign:
@@ -68,13 +71,13 @@ class CanWire:
         return [Frame(f.can_id, f.data, f.stamp_ns + self.ahead_ns) for f in frames] if self.ahead_ns else frames
 
     def to_nodes(self, frames: list[Frame]) -> list[Frame]:
-        """The frames of the computer that the nodes hear."""
+        """Frames of the computer as the nodes receive them."""
         if not self.connected:
             self._refused += len(frames)
         return frames if self.connected and not self.bus_off else []
 
     def errors(self) -> list[BusTrouble]:
-        """The error frames since the last call; one that finds the computer unplugged is lost."""
+        """Error frames since the last call; those at an unplugged computer are lost."""
         errors, self._errors = self._errors, []
         if not self.connected:
             return []
@@ -84,31 +87,31 @@ class CanWire:
         return errors
 
     def unplug(self) -> None:
-        """The computer's port is closed from now on; plug() lets it be opened again."""
+        """Close the computer's port from now on; plug() allows it to be opened again."""
         self.plugged = self.connected = False
 
     def hang_up(self) -> None:
-        """As unplug() and plug() at once: closed, and free to be opened."""
+        """Close the port, free to be opened: unplug() and plug() at once."""
         self.connected = False
 
     def plug(self) -> None:
-        """The next attempt to open the port succeeds."""
+        """Let the next attempt to open the port succeed."""
         self.plugged = True
 
     def connect(self) -> None:
-        """The computer tries to open its port anew."""
+        """Try to open the computer's port again."""
         self._openings += 1
         self.connected, self._word = self.plugged, ""
 
     @property
     def status(self) -> BusStatus:
-        """After the newest errors(); for a computer without sockets."""
+        """Bus status after the newest errors(); for a computer without sockets."""
         state = PortState.CLOSED if not self.connected else PortState.ERROR if self.bus_off else PortState.OPEN
         word = self._word if self.connected else BUS_CLOSED
         return BusStatus(state, word, self._refused, self._openings, tuple(self._told))
 
     def _translated(self, frame: Frame) -> Frame:
-        """A heartbeat of the foreign node with another DBC version in it."""
+        """Frame with another DBC version, if it is a heartbeat of the foreign node."""
         row = TABLE[frame.can_id]
         if row.name == _HEARTBEAT + self.foreign:
             values = row.decode(frame.data)._replace(dbc_version=DBC_VERSION + 1 & 0xFF)
@@ -116,13 +119,13 @@ class CanWire:
         return frame
 
     def _of_twin(self, frame: Frame) -> Frame:
-        """The same word from a second node, which counts from elsewhere."""
+        """Same content from a second node, with another alive counter."""
         row = TABLE[frame.can_id]
         counter = (frame.data[6] >> 4) + TWIN_LAG & 15
         return Frame(frame.can_id, row.encode(*row.decode(frame.data), counter), frame.stamp_ns)
 
     def _babble(self, now_ns: int) -> list[Frame]:
-        """The newest frame of an id, or zeros, all through the tick before now."""
+        """Newest frame of an id, or zeros, BABBLE_PER_TICK times in the tick before now."""
         if self.babble_id is None:
             return []
         data, step_ns = self._newest.get(self.babble_id, bytes(8)), TICK_NS // BABBLE_PER_TICK

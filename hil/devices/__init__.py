@@ -1,1 +1,1 @@
-"""Twins of the rover's devices: what onboard talks to, emulated byte by byte."""
+"""Emulated devices of the rover: byte-exact counterparts of the devices that onboard talks to."""

@@ -1,11 +1,11 @@
-"""TABLE of what the emulated nodes get wrong: noise, offsets, lags, limits. A scenario's [sensors] may change each.
+"""TABLE of the errors of the emulated nodes: noise, offsets, lags, limits. A scenario's [sensors] may change each.
 
     [sensors.imu]
     lever_x_m = 0.12
 
 Sources: [DBC] the range of the wire; [STUDY] the study of scanner and tilt axis, 4096 counts a turn and backlash as of
-a small servo; [?] none known, a plain guess of the class of part: nobody measured the parts of a real rover. Sigma: one
-standard deviation. What the scanner gets wrong is in hil/devices/lidar_profile.py.
+a small servo; [?] no source, a plain guess for the class of part: no parts of a real rover were measured. Sigma: one
+standard deviation. Errors of the scanner: hil/devices/lidar_profile.py.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from onboard.config import value
 
 @dataclass(frozen=True, slots=True)
 class WheelErrors:
-    """Of each wheel node."""
+    """Errors of each wheel node."""
 
     pot_noise_rad: float = value(0.0005, "[?] steering pot, sigma of a sample", low=0, high=0.1)
     pot_offset_rad: float = value(0.001, "[?] steering pot, sigma of its offset, drawn once", low=0, high=0.1)
@@ -28,7 +28,7 @@ class WheelErrors:
 
 @dataclass(frozen=True, slots=True)
 class TiltErrors:
-    """Of the scanner's tilt axis."""
+    """Errors of the scanner's tilt axis."""
 
     lag_s: float = value(0.003, "[?] time constant of the servo", low=1e-4, high=0.5)
     encoder_step_rad: float = value(math.tau / 4096, "[STUDY] of the motor's encoder; 0: none", low=0, high=0.1)
@@ -38,7 +38,7 @@ class TiltErrors:
 
 @dataclass(frozen=True, slots=True)
 class ImuErrors:
-    """Of the inertial sensor. lever: where it sits from base_link, in base axes."""
+    """Errors of the inertial sensor. lever: its place relative to base_link, in base axes."""
 
     lever_x_m: float = value(0.0, "[?] ahead of base_link; the flight program takes 0 for granted", low=-3, high=3)
     lever_y_m: float = value(0.0, "[?] left of it", low=-3, high=3)
@@ -56,7 +56,7 @@ class ImuErrors:
 
 @dataclass(frozen=True, slots=True)
 class PowerErrors:
-    """Of battery and power node; its faults are its own."""
+    """Errors of battery and power node; its faults are separate."""
 
     capacity_j: float = value(500.0 * 3600.0, "[?] of the full battery", low=1e3, high=1e9)
     start_ratio: float = value(0.95, "[?] charge at the start", low=0, high=1)
@@ -69,7 +69,7 @@ class PowerErrors:
 
 @dataclass(frozen=True, slots=True)
 class SensorErrors:
-    """All nodes."""
+    """Errors of all nodes."""
 
     wheel: WheelErrors = WheelErrors()
     tilt: TiltErrors = TiltErrors()

@@ -1,11 +1,11 @@
-"""The scanner's twin: a Hokuyo that speaks SCIP, without I/O. Its bytes go out with the time they reach the wire.
+"""Emulated Hokuyo scanner that speaks SCIP, without I/O. Output bytes carry the time at which they reach the wire.
 
     bytes in -> request lines -> lidar_commands (on lidar_states.Machine) -> replies at the reply tick -+
     time     -> lidar_turns -> cast -> lidar_optics -> scans, some latency after their sweep ----------+-> pieces out
                                                                         lidar_faults on all of it -----+
 
-All that can differ between sensors and links is in `lidar_profile.Profile`. The state machine follows C-42-03320B, the
-logs of real sensors and what public drivers had to learn; nothing here was tried against a physical sensor.
+All differences between sensors and links are in `lidar_profile.Profile`. The state machine follows C-42-03320B, the
+logs of real sensors and the experience of public drivers; nothing here was tested against a physical sensor.
 """
 
 from __future__ import annotations
@@ -26,13 +26,19 @@ from hil.devices.lidar_states import Machine, State, Task
 from hil.devices.lidar_turns import BEAMS, STEPS_A_TURN, Turns
 from protocol import scip
 
-QUEUE_LIMIT = 1 << 20  # bytes on their way; beyond it requests are not heard and scans not sent
+QUEUE_LIMIT = 1 << 20  # bytes on their way; beyond this, requests are ignored and scans not sent
 Cast = Callable[[NDArray[np.int64]], NDArray[np.float64]]
 Look = Callable[[], Surface | None]
 
 
 class Piece(NamedTuple):
-    """Bytes that reach the wire together. begins: of a reply or scan; a cable that is full may drop whole scans."""
+    """Bytes that reach the wire together.
+
+    at_ns: time on the wire
+    data: the bytes
+    begins: True for the first piece of a reply or scan
+    scan: True for a piece of a scan; a full cable may drop whole scans
+    """
 
     at_ns: int
     data: bytes
@@ -41,13 +47,20 @@ class Piece(NamedTuple):
 
 
 class Lidar:
-    """One sensor. `cast(times_ns)` gives the 1081 ranges (m, inf = nothing there) of beams fired at these times, and
-    `look()` what the beams of the newest cast met, where the owner knows it.
+    """One sensor.
 
-    The owner calls receive, step and send (or pieces) in this order. `scans` counts the turns that were cast.
-    For injections, at any time: `faults`; and without them, `garble_ratio` of the scans leave with one byte changed,
-    replies and scans leave `slow_ns` later, while `stalled` no byte leaves, `unplugged` is for the owner of the cable;
-    dropout_ratio, reboot() and jump_clock().
+    `cast(times_ns)` gives the 1081 ranges (m, inf = nothing there) of beams fired at these times, and `look()` the
+    surfaces that the beams of the newest cast met, if the owner knows them. The owner calls receive, step and send (or
+    pieces) in this order.
+
+    scans: number of turns that were cast
+
+    For injections, at any time: `faults`, reboot(), jump_clock(), and without `faults`:
+    garble_ratio: share of the scans that leave with one byte changed
+    slow_ns: extra delay of replies and scans
+    stalled: True while no byte leaves
+    unplugged: True if the cable is unplugged; used by the owner of the cable
+    dropout_ratio: share of the beams that return nothing
     """
 
     def __init__(
@@ -68,17 +81,17 @@ class Lidar:
         self._cast, self._look = cast, look
         self._rng = np.random.default_rng(seed)
         self.optics = Optics(profile, self._rng, np.random.default_rng((seed, LIGHT_STREAM)))
-        self._turn = 0  # the next turn whose sweep is not over
+        self._turn = 0  # next turn whose sweep is not over
         self._input = bytearray()
         self._output: deque[Piece] = deque()
         self._left: list[Piece] = []
         self._queued = 0  # bytes in _output
         self._last_out_ns = 0
-        self._sweep: tuple[int, NDArray[np.int32]] = (-1, np.empty(0, np.int32))  # the last turn cast
+        self._sweep: tuple[int, NDArray[np.int32]] = (-1, np.empty(0, np.int32))  # last turn that was cast
 
     @property
     def laser_on(self) -> bool:
-        """Whether it measures."""
+        """True while the sensor measures."""
         return self.machine.laser_on
 
     @property
@@ -94,15 +107,15 @@ class Lidar:
 
     @property
     def reachable(self) -> bool:
-        """Whether a client can have a link: plugged in, and not in the first moments after power-on."""
+        """True if a client can connect: plugged in, and not in the first moments after power-on."""
         return self.machine.reachable and not self.unplugged
 
     def connect(self) -> None:
-        """A client opened the port."""
+        """Open the port for a client."""
         self.connected = True
 
     def disconnect(self) -> None:
-        """The client or the cable is gone. What was on its way is lost; over TCP stream and half requests as well."""
+        """End the connection: bytes on their way are lost; over TCP also the stream and incomplete requests."""
         self.connected = False
         self._lose_output()
         self._left.clear()
@@ -111,9 +124,9 @@ class Lidar:
             self.machine.stop()
 
     def receive(self, data: bytes, now_ns: int) -> None:
-        """Bytes of the client, arrived at `now_ns`. A request ends at LF or CR; an empty one is not answered.
+        """Receive bytes of the client that arrive at `now_ns`. A request ends at LF or CR; an empty one gets no reply.
 
-        A line keeps REQUEST_LIMIT bytes and one more, which says that it was too long.
+        A line is cut after REQUEST_LIMIT bytes and one more, which marks it as too long.
         """
         self._settle(now_ns)
         if not self.reachable:
@@ -126,8 +139,8 @@ class Lidar:
                 self._answer(scip.parse_request(bytes(line[: REQUEST_LIMIT + 1])))
 
     def step(self, now_ns: int) -> None:
-        """Let time pass: every sweep that ended by `now_ns` is cast, encoded and queued."""
-        while (due_ns := self._event_ns()) is not None and due_ns < now_ns:  # what a fault changes, it changes in time
+        """Advance the time: every sweep that ended by `now_ns` is cast, encoded and queued."""
+        while (due_ns := self._event_ns()) is not None and due_ns < now_ns:  # a fault acts at its own time
             self._sweep_until(due_ns)
             self._leave(due_ns)
             self._settle(due_ns)
@@ -142,7 +155,7 @@ class Lidar:
         self._turn = max(self._turn, ended + 1)
 
     def pieces(self) -> list[Piece]:
-        """All that left since the last call, in order."""
+        """Pieces that left since the last call, in order."""
         self._leave(self.machine.now_ns)
         out, self._left = self._left, []
         return out
@@ -155,11 +168,11 @@ class Lidar:
                 self._left.append(piece)
 
     def send(self) -> list[tuple[int, bytes]]:
-        """(time on the wire, bytes) of all that left since the last call, in order."""
+        """(time on the wire, bytes) of the pieces that left since the last call, in order."""
         return [(piece.at_ns, piece.data) for piece in self.pieces() if piece.data]
 
     def due_ns(self) -> int | None:
-        """When step() will have something to do; None: not before bytes arrive."""
+        """Time at which step() has work; None: not before bytes arrive."""
         times = [self._event_ns()]
         if self._output:
             times.append(self._output[0].at_ns)
@@ -173,17 +186,17 @@ class Lidar:
     # -- power and time ----------------------------------------------------------------------------------------
 
     def reboot(self) -> None:
-        """Power off and on: timer at zero, all that was on its way lost."""
+        """Power off and on: timer at zero, bytes on their way lost."""
         self.machine.power_on()
         self._input.clear()
         self._lose_output()
 
     def jump_clock(self, by_ms: float) -> None:
-        """The sensor's counter jumps."""
+        """Let the sensor's counter jump."""
         self.machine.counter.jump(by_ms)
 
     def clock_ms(self, at_ns: float) -> int:
-        """The sensor's own counter at a bench time: whole milliseconds, 24 bits."""
+        """Sensor's own counter at a bench time: whole milliseconds, 24 bits."""
         return self.machine.counter.ms(at_ns)
 
     def _settle(self, now_ns: int) -> None:
@@ -245,7 +258,7 @@ class Lidar:
         self._emit(frame, max(self._reply_ns(), self.turns.end_ns(turn) + self.profile.latency_ns))
 
     def _stream(self, task: Task, turn: int) -> None:
-        """The stream's next scan, or the status that takes its place."""
+        """Queue the stream's next scan, or the status sent in its place."""
         machine, asked = self.machine, task.asked
         status = machine.scan_status()
         if status == "99":

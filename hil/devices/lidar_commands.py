@@ -1,7 +1,7 @@
-"""TABLE of the commands: what the sensor does at each request and the statuses it refuses with.
+"""TABLE of the commands: action of the sensor for each request, and the statuses of its refusals.
 
-Order of the checks: command (0E), string (0G, 0H), length (0C, 0D), what the model has (0F, 03, 04), the state (10, 0L,
-0M), the fields. A status whose meaning no source gives is marked [?]; they are in docs/lidar.md.
+Order of the checks: command (0E), string (0G, 0H), length (0C, 0D), features of the model (0F, 03, 04), state (10, 0L,
+0M), fields. A status whose meaning no source gives is marked [?]; they are in docs/lidar.md.
 """
 
 from __future__ import annotations
@@ -15,11 +15,11 @@ from hil.devices.lidar_turns import BEAMS
 from protocol import scip
 
 REQUEST_LIMIT = 64  # bytes of a line; the longest legal one, MD with a string, has 32
-SHOTS_LIMIT = 8  # GD asked for and not yet answered
+SHOTS_LIMIT = 8  # GD requests without an answer yet
 RB_WITHIN_NS = 1_000_000_000
 BAUDS = ("019200", "038400", "057600", "115200", "250000", "500000", "750000")
 ALWAYS = frozenset(("VV", "PP", "II", "%ST", "QT", "RB"))
-# state -> (status of a refusal, what is not refused)
+# state -> (status of a refusal, commands that are not refused)
 CLOSED: Mapping[State, tuple[str, frozenset[str]]] = {
     State.BOOTING: ("10", ALWAYS),
     State.TIMING: ("10", frozenset(("TM", "QT", "RS", "RT", "RB", "%ST"))),
@@ -30,7 +30,7 @@ CLOSED: Mapping[State, tuple[str, frozenset[str]]] = {
 
 
 class Answer(NamedTuple):
-    """Status and lines of a reply; a quick one does not wait for the reply tick."""
+    """Status and lines of a reply. quick: True if it does not wait for the reply tick."""
 
     status: str
     lines: bytes = b""
@@ -38,14 +38,18 @@ class Answer(NamedTuple):
 
 
 class Row(NamedTuple):
-    """run(machine, request); absent(profile): the refusal of a model without it, "" with it."""
+    """One command.
+
+    run: run(machine, request) returns the answer, or None
+    absent: absent(profile) returns the refusal of a model without the command, "" with it
+    """
 
     run: Callable[[Machine, scip.Request], Answer | None]
     absent: Callable[[Profile], str] = lambda profile: ""
 
 
 def answer(machine: Machine, asked: scip.Request) -> Answer | None:
-    """What the sensor replies; None: nothing, or nothing yet."""
+    """Reply of the sensor; None for no reply, or not yet."""
     if len(asked.echo) > REQUEST_LIMIT:
         return Answer("0B")
     if machine.refusal:

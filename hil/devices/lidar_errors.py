@@ -1,15 +1,15 @@
-"""TABLE of what the emulated scanner gets wrong. A scenario's [lidar] and `--lidar KEY=VALUE` may change each.
+"""TABLE of the errors of the emulated scanner. A scenario's [lidar] and `--lidar KEY=VALUE` may change each.
 
     [lidar]
-    profile = "utm-30lx"        # which row of SETS the other keys start from
+    profile = "utm-30lx"        # row of SETS from which the other keys start
     lost_ratio = 0.03
 
-    profile ideal               nothing fails, nothing is late: IDEAL
+    profile ideal               no failure, no delay: IDEAL
     utm-30lx, utm-30lx-ew       times of the sensor and its link, and REAL's losses
 
-Sources as in lidar_profile.py: [LOG] byte logs of real sensors, [SPEC] data sheet, [SRC] public code, [?] none known,
-a plain guess. Angles are rad; azimuths count from the map's x axis to the left. What is lost and how: lidar_light.py;
-what is dark: hil/bench/surfaces.py.
+Sources as in lidar_profile.py: [LOG] byte logs of real sensors, [SPEC] data sheet, [SRC] public code, [?] none known, a
+plain guess. Angles are rad; azimuths count from the map's x axis to the left. Models of the losses: lidar_light.py;
+dark surfaces: hil/bench/surfaces.py.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ NEEDS_A_FIELD = frozenset({"ground_albedo", "rock_albedo", "dark_albedo", "dark_
 
 @dataclass(frozen=True, slots=True)
 class LidarErrors:
-    """The scanner, its clock, its link and what its light meets."""
+    """Errors of the scanner, its clock and its link, and optical properties of the surfaces."""
 
     profile: str = value("ideal", "sensor and link: a row of hil/devices/lidar_profile.py", one_of=tuple(PROFILES))
     rate_error_ppm: float = value(0.0, "[?] its clock runs fast by so much", low=-1e4, high=1e4)
@@ -65,7 +65,7 @@ class LidarErrors:
                               f"clump_most_beams = {self.clump_most_beams}")  # fmt: skip
 
     def applied(self) -> Profile:
-        """The sensor that this makes of its profile."""
+        """Profile of the sensor with these errors."""
         return replace(
             PROFILES[self.profile], rate_error=self.rate_error_ppm / 1e6, motor_jitter_ns=_ns(self.motor_jitter_s),
             latency_ns=round(self.latency_s * 1e9), jitter_ns=_ns(self.jitter_s),
@@ -83,7 +83,7 @@ def _ns(seconds: float) -> float:
 
 
 def plain(profile: str) -> LidarErrors:
-    """A sensor and its link alone: nothing lost but what its profile loses."""
+    """Sensor and link without added errors: only the losses of the profile itself."""
     row = PROFILES[profile]
     return LidarErrors(
         profile, latency_s=row.latency_ns * 1e-9, jitter_s=row.jitter_ns * 1e-9, grazing_rad=row.grazing_rad
@@ -104,9 +104,9 @@ DEFAULT = REAL
 
 
 def lidar_errors(tree: Mapping[str, Any], where: str, base: LidarErrors | None = None) -> LidarErrors:
-    """From a table [lidar]: its keys over those of base; default the row of SETS that `profile` names, or DEFAULT.
+    """Errors from a table [lidar]: its keys override those of `base`.
 
-    Raises ConfigError.
+    Default of base: the row of SETS named by `profile`, or DEFAULT. Raises ConfigError.
     """
     given = dict(tree)
     patches = _patches(given.pop(PATCHES, None), where)
@@ -128,7 +128,7 @@ def _patches(rows: Any, where: str) -> tuple[Patch, ...] | None:
 
 
 def lidar_table(words: Sequence[str], tree: Mapping[str, Any], option: str = "--lidar") -> dict[str, Any]:
-    """Words of the command line, `ideal` or `KEY=VALUE`, over a scenario's table. A profile replaces the whole table.
+    """Scenario's table [lidar], overridden by the words `ideal` or `KEY=VALUE`. A profile replaces the whole table.
 
     Raises ConfigError.
     """

@@ -1,6 +1,6 @@
 """TABLE of the faults of sensor and cable, and their schedule: `KIND[=VALUE]@BEGIN[+SECONDS]`.
 
-Where a fault acts:
+Place where each fault acts:
 
     state machine ------> scan ---------> bytes ----------> wire
     fail unstable drill   stamp echo      flip lose         split merge
@@ -29,7 +29,7 @@ NS = 1_000_000_000
 
 
 class Sensor(Protocol):
-    """What of a `lidar.Lidar` a fault lays its hand on."""
+    """Parts of a `lidar.Lidar` that a fault may change."""
 
     profile: Profile
     machine: Machine
@@ -47,18 +47,30 @@ Act = Callable[[Sensor, str], None]
 
 @dataclass(frozen=True, slots=True)
 class Kind:
-    """One fault: what VALUE means, its default, what its beginning and end change beyond `Faults.active`."""
+    """One kind of fault.
+
+    means: meaning of VALUE
+    value: default of VALUE
+    begin, heal: changes at its begin and end, besides `Faults.active`
+    words: allowed texts of VALUE; if empty, VALUE is a number that is not negative
+    """
 
     means: str
     value: str
     begin: Act | None = None
     heal: Act | None = None
-    words: frozenset[str] = frozenset()  # VALUE is one of these; without them a number, not negative
+    words: frozenset[str] = frozenset()
 
 
 @dataclass(frozen=True, slots=True)
 class Fault:
-    """One row of a schedule. `value` as in KINDS, "" for its default."""
+    """One row of a schedule.
+
+    kind: row of KINDS
+    at_s: begin, s
+    for_s: duration, s
+    value: as in KINDS, "" for the default
+    """
 
     kind: str = ""
     at_s: float = 0.0
@@ -74,7 +86,7 @@ class Fault:
 
 
 def parse_fault(text: str) -> Fault:
-    """`flip=0.001@10+5`: from second 10 on, for 5 s. Raises ConfigError."""
+    """Parse `flip=0.001@10+5`: from second 10 on, for 5 s. Raises ConfigError."""
     found = re.fullmatch(r"(\w+)(?:=([^@]+))?@(\d*\.?\d+)(?:\+(\d*\.?\d+))?", text)
     if not found:
         raise ConfigError(f"--fault {text!r} should look like KIND@BEGIN or flip=0.001@10+5 (KIND=VALUE@BEGIN+SECONDS)")
@@ -83,7 +95,7 @@ def parse_fault(text: str) -> Fault:
 
 
 def load_faults(path: Path) -> tuple[Fault, ...]:
-    """The rows `[[fault]]` (kind, at_s, for_s, value) of a TOML file. Raises FileNotFoundError, ConfigError."""
+    """Read the rows `[[fault]]` (kind, at_s, for_s, value) of a TOML file. Raises FileNotFoundError, ConfigError."""
     try:
         tree = read_toml(path)
     except TomlError as error:
@@ -98,7 +110,7 @@ def load_faults(path: Path) -> tuple[Fault, ...]:
 
 
 def _put(name: str) -> tuple[Act, Act]:
-    """A ratio of the optics, back to what it was in the profile."""
+    """Begin and heal functions for a ratio of the optics; heal restores the value of the profile."""
     def begin(sensor: Sensor, value: str) -> None:
         setattr(sensor.optics, name, float(value))
 
@@ -189,29 +201,32 @@ KINDS: Mapping[str, Kind] = {
 
 
 class Faults:
-    """The faults of one sensor: `active` kind -> value, the schedule, and what both do to scans and bytes."""
+    """Faults of one sensor: schedule, and effects on scans and bytes.
+
+    active: kind -> value of the running faults
+    """
 
     def __init__(self, seed: int, schedule: tuple[Fault, ...] = ()) -> None:
         self.active: dict[str, str] = {}
-        self._rng = np.random.default_rng((seed, 1))  # of its own: a fault changes nothing but what it damages
+        self._rng = np.random.default_rng((seed, 1))  # own generator: a fault changes only what it damages
         self._waiting = sorted(schedule, key=lambda fault: fault.at_s)
         self._running: list[tuple[int, str]] = []
         self._stamp = b""
 
     def begin(self, sensor: Sensor, kind: str, value: str = "") -> None:
-        """Start a fault; once more with another value changes it."""
+        """Begin a fault; a second call with another value changes it."""
         self.active[kind] = value or KINDS[kind].value
         if act := KINDS[kind].begin:
             act(sensor, self.active[kind])
 
     def end(self, sensor: Sensor, kind: str) -> None:
-        """Heal it."""
+        """Heal a fault."""
         value = self.active.pop(kind, "")
         if act := KINDS[kind].heal:
             act(sensor, value)
 
     def settle(self, sensor: Sensor, now_ns: int) -> None:
-        """Begin and heal what is due."""
+        """Begin and heal the faults that are due."""
         while self._waiting and int(self._waiting[0].at_s * NS) <= now_ns:
             fault = self._waiting.pop(0)
             self.begin(sensor, fault.kind, fault.value)
@@ -221,7 +236,7 @@ class Faults:
             self.end(sensor, row[1])
 
     def due_ns(self) -> int | None:
-        """When the schedule goes on, None at its end."""
+        """Time of the next begin or heal; None at the end of the schedule."""
         times = [int(fault.at_s * NS) for fault in self._waiting[:1]] + [end_ns for end_ns, _ in self._running]
         return min(times, default=None)
 
@@ -229,7 +244,7 @@ class Faults:
         return kind in self.active and self._rng.random() < float(self.active[kind])
 
     def scan(self, asked: scip.ScanRequest, frame: bytes) -> bytes:
-        """A whole scan as it leaves the sensor."""
+        """Apply the faults of whole scans, as the scan leaves the sensor."""
         lines = frame.split(b"\n")
         if len(lines) < 4:
             return frame
@@ -244,7 +259,7 @@ class Faults:
         return b"\n".join(lines)
 
     def damage(self, data: bytes) -> bytes:
-        """A reply or a part of a scan, as the cable delivers it."""
+        """Apply the faults of the cable to a reply or a part of a scan."""
         active, rng = self.active, self._rng
         raw = np.frombuffer(data, np.uint8)
         if "flip" in active:
@@ -258,17 +273,17 @@ class Faults:
         return noise + raw.astype(np.uint8).tobytes()
 
     def pieces(self, at_ns: int, data: bytes) -> list[tuple[int, bytes]]:
-        """When which bytes arrive together."""
+        """Split data into pieces that arrive together, with their times."""
         if "merge" in self.active:
             period_ns = max(1, int(float(self.active["merge"]) * 1e6))
             at_ns = -(-at_ns // period_ns) * period_ns
-        whole = max(1, len(data))  # nothing left of it is a piece too, an empty one
+        whole = max(1, len(data))  # an empty rest is also a piece
         size = max(1, int(float(self.active["split"]))) if "split" in self.active else whole
         return [(at_ns, data[k : k + size]) for k in range(0, whole, size)]
 
 
 def _with_sum(block: bytes, number: int, characters: int) -> bytes:
-    """A block whose sum is `;`: the last low digit of a value in it makes up the difference (at most 63 mm)."""
+    """Block whose sum is `;`: the last low digit of a value in it is changed to fit (by at most 63 mm)."""
     at = max((k for k in range(len(block)) if (number * scip.BLOCK + k) % characters == characters - 1), default=-1)
     if at < 0:
         return block + scip.checksum(block)

@@ -1,13 +1,14 @@
-"""Beams that return nothing, or a false range: at random, in clumps, grazing, dark, sunlit; outliers, specks.
+"""Beams that return nothing or a false range: at random, in clumps, grazing, dark, sunlit; outliers, specks.
 
     true ranges --mixed--> --lost: dark, grazing, sun, at random--> --outliers, specks--> lidar_optics: noise and codes
 
-The random numbers are a stream of the sensor's own, apart from that of its noise: a sensor without these effects sends
-the same bytes as before. Nothing here was measured on a real sensor; the ratios are those of a scenario's [lidar].
+The random numbers come from a separate stream of the sensor, not that of its noise: a sensor without these effects
+sends the same bytes as before. Nothing here was measured on a real sensor; the ratios are those of a scenario's
+[lidar].
 
-Grazing: the light that comes back goes with the sine of the angle between beam and surface. From `grazing_rad` on the
-share of lost beams rises evenly with the sine, to all at half of it. Level ground under a scanner 0.7 m high is met at
-5 degrees at 8 m and at 2.5 degrees at 16 m.
+Grazing: the returned light is proportional to the sine of the angle between beam and surface. Below the sine of
+`grazing_rad` the share of lost beams rises linearly as the sine falls, to all beams at half of that sine. Level ground
+under a scanner 0.7 m high is met at 5 degrees at 8 m and at 2.5 degrees at 16 m.
 """
 
 from __future__ import annotations
@@ -24,17 +25,18 @@ from hil.devices.lidar_turns import BEAMS, FRONT_STEP, STEPS_A_TURN
 
 F64 = NDArray[np.float64]
 Bool = NDArray[np.bool_]
-LIGHT_STREAM = 3  # of the sensor's seed
+LIGHT_STREAM = 3  # stream of the sensor's seed
 EDGE_M = 0.2  # neighbours that differ by more have an edge between them; the beam behind it meets both sides
 CAUSES = ("dark", "grazing", "sun", "random")
 BEAM_RAD = (np.arange(BEAMS) - FRONT_STEP) * (math.tau / STEPS_A_TURN)  # azimuth in the scanner's plane, left positive
 
 
 class Surface(NamedTuple):
-    """What the beams of a turn meet.
+    """Surfaces met by the beams of a turn.
 
-    sine (n,): of the angle between beam and surface, 1 upright, 0 or less along it. reach_m (n,): range up to which the
-    surface returns light. azimuth_rad (n,): of the beam in the map; None where nothing asks for it.
+    sine: (n,), of the angle between beam and surface; 1 perpendicular, 0 or less parallel
+    reach_m: (n,), range up to which the surface returns light
+    azimuth_rad: (n,), of the beam in the map; None if not needed
     """
 
     sine: F64
@@ -44,10 +46,12 @@ class Surface(NamedTuple):
 
 @dataclass(slots=True)
 class LightCount:
-    """Beams of the counted sector so far.
+    """Number of beams in the counted sector so far.
 
-    due: a surface stands where the sensor can see, near_m to far_m. lost: of these, by cause; a beam counts by the
-    first cause in the order of CAUSES.
+    turns: number of turns
+    due: beams whose surface is within the sensor's range, near_m to far_m
+    lost: of the due beams those without return, by cause; a beam counts for the first cause in the order of CAUSES
+    mixed, outliers, specks: beams with this false range
     """
 
     turns: int = 0
@@ -59,12 +63,12 @@ class LightCount:
 
     @property
     def lost_ratio(self) -> float:
-        """Share of the beams due that returned nothing."""
+        """Share of the due beams that returned nothing."""
         return sum(self.lost.values()) / self.due if self.due else 0.0
 
     @property
     def returns(self) -> int:
-        """Beams due that returned something."""
+        """Due beams that returned something."""
         return self.due - sum(self.lost.values())
 
     def ratio(self, count: int) -> float:
@@ -73,9 +77,10 @@ class LightCount:
 
 
 class Light:
-    """The effects of one sensor; they act on the true ranges (1081,) of a turn, inf where nothing is.
+    """Light effects of one sensor; they act on the true ranges (1081,) of a turn, inf where nothing is.
 
-    counted: the beams that `count` counts. dropout_ratio: of the profile until a fault changes it.
+    counted: beams that `count` counts
+    dropout_ratio: of the profile until a fault changes it
     """
 
     def __init__(self, profile: Profile, rng: np.random.Generator) -> None:
@@ -85,7 +90,7 @@ class Light:
         self.count = LightCount()
 
     def mixed(self, ranges_m: F64) -> F64:
-        """Some beams behind an edge tell a range between its two sides."""
+        """Ranges in which some beams behind an edge report a range between its two sides."""
         if not self._profile.mixed_ratio:
             return ranges_m
         with np.errstate(invalid="ignore"):
@@ -103,7 +108,7 @@ class Light:
         return made
 
     def lost(self, ranges_m: F64, surface: Surface | None) -> Bool | None:
-        """Beams that return nothing though something is there, and beams at random; None: none."""
+        """True for each beam that returns nothing, by its surface, the sun or at random; None if no effect is on."""
         profile = self._profile
         there = (ranges_m >= profile.near_m) & (ranges_m <= profile.far_m)
         causes = {
@@ -139,7 +144,7 @@ class Light:
         return np.asarray(inside & (self._rng.random(len(azimuth_rad)) < profile.sun_ratio))
 
     def _dropped(self) -> Bool:
-        """Single beams and clumps; together dropout_ratio, of which clump_ratio in clumps."""
+        """Lost single beams and clumps; together dropout_ratio, of which clump_ratio in clumps."""
         profile, rng, ratio = self._profile, self._rng, self.dropout_ratio
         in_clumps = min(ratio * profile.clump_ratio, 0.999)
         alone = (ratio - in_clumps) / (1.0 - in_clumps)
@@ -150,11 +155,11 @@ class Light:
                 first = int(rng.integers(BEAMS))
                 length = int(rng.integers(profile.clump_least, profile.clump_most + 1))
                 lost[first : first + length] = True
-                lost[: max(0, first + length - BEAMS)] = True  # so that each beam is met alike
+                lost[: max(0, first + length - BEAMS)] = True  # wrap: all beams equally likely
         return np.asarray(lost)
 
     def outliers(self, ranges_m: F64) -> F64:
-        """Some returns are off."""
+        """Ranges in which some returns are wrong."""
         profile, rng = self._profile, self._rng
         if not profile.outlier_ratio:
             return ranges_m
@@ -173,7 +178,7 @@ class Light:
         return made
 
     def specks(self) -> tuple[NDArray[np.int64], F64]:
-        """Beams that meet a speck of dust, and how far it is."""
+        """Beams that meet a speck of dust, and their ranges, m."""
         profile, rng = self._profile, self._rng
         count = rng.binomial(BEAMS, profile.speck_ratio) if profile.speck_ratio else 0
         if not count:
@@ -187,15 +192,15 @@ class Light:
 
 
 def sector(half_rad: float) -> slice:
-    """The beams within half_rad of straight ahead."""
+    """Beams within half_rad of straight ahead."""
     inside = np.flatnonzero(np.abs(BEAM_RAD) <= half_rad + 1e-9)
     return slice(int(inside[0]), int(inside[-1]) + 1)
 
 
 def grazing(ranges_m: F64, least_rad: float) -> Bool:
-    """Beams whose surface, by both neighbours in the line, is met flatter than `least_rad`.
+    """Beams that meet their surface at less than `least_rad`, judged from both neighbours in the line.
 
-    For a scanner of which only the ranges of a line are known: how the surface lies across the line is not seen.
+    For a scanner of which only the ranges of a line are known: the slope across the line is unknown.
     """
     with np.errstate(invalid="ignore"):
         steps = np.abs(np.diff(ranges_m)) / (np.minimum(ranges_m[1:], ranges_m[:-1]) * 2 * np.pi / STEPS_A_TURN)

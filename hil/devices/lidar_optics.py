@@ -1,4 +1,4 @@
-"""What the receiver makes of the true ranges: noise, codes, echoes, intensity, sector and clusters."""
+"""Receiver model from true ranges to measured values: noise, codes, echoes, intensity, sector and clusters."""
 
 from __future__ import annotations
 
@@ -13,19 +13,20 @@ from protocol import scip
 F64 = NDArray[np.float64]
 I32 = NDArray[np.int32]
 NO_RETURN, TOO_NEAR, INTERFERENCE, LAST_CODE = 1, 2, 3, 22
-SHORT_LIMIT = 4095  # of two characters
+SHORT_LIMIT = 4095  # largest value in two characters
 
 
 class Optics:
-    """Ranges (1081,) m, inf = nothing there, to values in mm or codes. The random numbers are the sensor's own.
+    """Converter of ranges (1081,), m, inf = nothing there, to values in mm or codes.
 
-    light_rng: of what makes beams fail; rng: of the noise.
+    rng: generator of the noise
+    light_rng: generator of the light effects
     """
 
     def __init__(self, profile: Profile, rng: np.random.Generator, light_rng: np.random.Generator) -> None:
         self._profile, self._rng = profile, rng
         self.light = Light(profile, light_rng)
-        self.clash_ratio = 0.0  # of the beams meet another sensor's light
+        self.clash_ratio = 0.0  # share of the beams that meet another sensor's light
 
     @property
     def dropout_ratio(self) -> float:
@@ -37,9 +38,9 @@ class Optics:
         self.light.dropout_ratio = ratio
 
     def measure(self, ranges_m: F64, surface: Surface | None = None) -> I32:
-        """What one turn gives, (1081, echoes): nearest echo first, scip.MISSING where there is none.
+        """Values of one turn, (1081, echoes): nearest echo first, scip.MISSING for no echo.
 
-        surface: what the beams met, where the owner of the rays knows it.
+        surface: surfaces that the beams met, if the owner of the rays knows them.
         """
         light = self.light
         lost = light.lost(ranges_m, surface)
@@ -60,7 +61,7 @@ class Optics:
         return _ranges_first(np.sort(self._measured(found.ravel()).reshape(BEAMS, 3), axis=1))
 
     def values(self, asked: scip.ScanRequest, measured: I32) -> I32:
-        """What is sent of it: (beams, channels), for a request of several echoes (beams, echoes, channels)."""
+        """Values to send: (beams, channels), for a request of several echoes (beams, echoes, channels)."""
         values = self._arranged(measured, asked)
         if asked.kind.echoes == 1:
             values = values[:, 0]
@@ -69,7 +70,7 @@ class Optics:
         return np.stack((values, brightness(values)), axis=-1) if asked.kind.intensity else values[..., None]
 
     def _measured(self, ranges_m: F64) -> I32:
-        """mm or codes of each range; NaN, an echo that is not there, becomes scip.MISSING."""
+        """Value in mm or code of each range; NaN, no echo, becomes scip.MISSING."""
         profile, count = self._profile, len(ranges_m)
         sigma_m = np.where(ranges_m > 10.0, profile.noise_far_m, profile.noise_near_m)
         noisy_m = ranges_m + self._rng.standard_normal(count) * sigma_m
@@ -84,7 +85,7 @@ class Optics:
         return values
 
     def _arranged(self, values: I32, asked: scip.ScanRequest) -> I32:
-        """The sector's rows; of each cluster the row that begins with the smallest range, or code if all are codes."""
+        """Rows of the requested sector. Of each cluster the row with the smallest range, or code if all are codes."""
         values, width = values[asked.first : asked.last + 1], asked.cluster
         if width <= 1:
             return values
@@ -96,12 +97,13 @@ class Optics:
 
 
 def brightness(values: I32) -> I32:
-    """An intensity that falls with the range; 0 for codes."""
+    """Intensity that falls with the range; 0 for codes."""
     return np.where(values > TOO_NEAR, 20_000 / (1 + values / 1000), 0).astype(np.int32)
 
 
 def echoes(ranges_m: F64) -> F64:
-    """Up to three ranges a beam, (n, 3), NaN = none: a beam just behind an edge meets the surface before it as well."""
+    """Up to three ranges a beam, (n, 3), NaN = none: a beam just behind an edge also meets the surface in front of it.
+    """
     padded = np.concatenate((ranges_m[:1], ranges_m, ranges_m[-1:]))
     found = np.full((len(ranges_m), 3), np.nan)
     found[:, 0] = ranges_m
@@ -110,12 +112,12 @@ def echoes(ranges_m: F64) -> F64:
         if column == 2:
             nearer &= ~(np.abs(beside - found[:, 1]) < EDGE_M)
         found[nearer, column] = beside[nearer]
-    found[np.isinf(ranges_m) & ~np.isnan(found[:, 1:]).all(axis=1), 0] = np.nan  # light that came back once
+    found[np.isinf(ranges_m) & ~np.isnan(found[:, 1:]).all(axis=1), 0] = np.nan  # the only echo is the nearer surface
     return found
 
 
 def _ranges_first(values: I32) -> I32:
-    """Rows sorted upwards, with scip.MISSING moved to the end and codes dropped where there is a range."""
+    """Rows sorted upwards, with scip.MISSING moved to the end and codes dropped if there is a range."""
     ranks = np.where(values == scip.MISSING, 2, np.where(values > LAST_CODE, 0, 1))
     order = np.argsort(ranks, axis=1, kind="stable")
     made = np.take_along_axis(values, order, axis=1)

@@ -1,7 +1,7 @@
-"""How emulated scanners differ: strings, quirks, times of sensor and link. Numbers are from logs of real sensors.
+"""Profiles of emulated scanners: strings, quirks, times of sensor and link.
 
-Marks as in the sources' order of trust: [LOG] byte logs of real sensors, [SPEC] C-42-03320B, [SRC] a public driver or
-simulator, [?] no source known, a plain guess that can be changed here.
+Numbers are from logs of real sensors. Marks in the order of trust: [LOG] byte logs of real sensors, [SPEC]
+C-42-03320B, [SRC] a public driver or simulator, [?] no source known, a plain guess that can be changed here.
 """
 
 from __future__ import annotations
@@ -14,7 +14,14 @@ Bursts = tuple[tuple[float, int], ...]
 
 @dataclass(frozen=True, slots=True)
 class Texts:
-    """What VV, PP and II say. modes: MESM of II for the states of %ST ("" for any other)."""
+    """Texts of the replies to VV, PP and II.
+
+    version, parameters: lines of VV and PP
+    speed: SCSP of II
+    link: SBPS of II
+    well, trouble: STAT of II without and with a failure
+    modes: MESM of II for the states of %ST ("" for any other)
+    """
 
     version: Pairs
     parameters: Pairs
@@ -25,20 +32,25 @@ class Texts:
     modes: Pairs
 
     def mode(self, state: str) -> str:
-        """MESM for a state."""
+        """MESM of II for a state."""
         return dict(self.modes).get(state, dict(self.modes)[""])
 
 
 @dataclass(frozen=True, slots=True)
 class Quirks:
-    """What firmware is known to do besides the standard. All off: the standard.
+    """Known deviations of firmware from the standard. All off: the standard.
 
-    state_command: %ST is known. timing_answers: commands that TM mode does not refuse. time_anywhere: TM1 answers
-    outside TM mode. time_twice: TM0 in TM mode is no error. deaf_quit: the first QT of a stream is not heard.
-    late_idle_ns: so long after QT, II still says what it said before. sum_with_semicolon: the sum of a text line covers
-    its `;` too. sum_stops_at_arrow: it covers nothing from `<-` on. leading_blanks: `DMIN: 23`. time_in_characters:
-    TIME of II in 4 characters instead of 6 hexadecimal digits. cluster_floor: beams that do not fill the last cluster
-    are left out.
+    state_command: %ST is known
+    timing_answers: commands that TM mode does not refuse
+    time_anywhere: TM1 gets a reply outside TM mode
+    time_twice: TM0 in TM mode is no error
+    deaf_quit: the first QT of a stream is ignored
+    late_idle_ns: time after QT during which II still reports the old state
+    sum_with_semicolon: the sum of a text line also covers its `;`
+    sum_stops_at_arrow: the sum covers nothing from `<-` on
+    leading_blanks: `DMIN: 23`
+    time_in_characters: TIME of II in 4 characters instead of 6 hexadecimal digits
+    cluster_floor: beams that do not fill the last cluster are omitted
     """
 
     state_command: bool = False
@@ -89,26 +101,43 @@ EW_TEXTS = Texts(  # PROD, FIRM, PROT, MESM, SBPS, STAT as in urg_stamped's simu
 class Profile:
     """One sensor and its link. Ratios of 1; times in ns of bench time.
 
-    Time: rate_error and start_ms of the counter; turn_ns of the motor, motor_jitter_ns (sigma) of each turn's start;
-    stamp_step is the step whose instant a scan's stamp names. reply_tick_ns: replies leave at the next multiple of it
-    (0: at once), TM1 after time_reply_ns. latency_ns: from the end of the sweep to the first byte of its scan;
-    jitter_ns: sigma of a half-normal added to it; spike_ratio of the scans wait spike_ns more (mean, exponential).
-    bursts: (share of the frame's bytes, time after its first byte). turn_bytes: what the link carries in a turn; a
-    longer scan takes more turns, and their bursts are as many times slower (0: no limit).
+    Time:
+    rate_error, start_ms: rate error and first count of the counter
+    turn_ns: period of the motor
+    motor_jitter_ns: sigma of each turn's start
+    stamp_step: step whose time is a scan's stamp
+    reply_tick_ns: replies leave at the next multiple of it; 0: at once
+    time_reply_ns: delay of the reply to TM1
+    latency_ns: from the end of the sweep to the first byte of its scan
+    jitter_ns: sigma of a half-normal added to it
+    spike_ratio, spike_ns: share of the scans that wait longer, and mean of their extra wait (exponential)
+    bursts: (share of the frame's bytes, time after its first byte)
+    turn_bytes: capacity of the link in a turn; a longer scan takes more turns, and its bursts are as many times slower;
+        0: no limit
 
-    Power: after power-on or RB the link is gone for dark_ns, then measuring and TM0 are denied for denied_ns; reboot_ns
-    from the second RB to that; wake_ns from QT in sleep to standby.
+    Power:
+    dark_ns: time without link after power-on or RB
+    denied_ns: time after that during which measuring and TM0 are denied
+    reboot_ns: from the second RB to the power-on
+    wake_ns: from QT in sleep to standby
 
-    usb: the stream outlives its client. baud: what SS does, "usb" (accepted without effect), "fixed" (refused)
-    or "network" (not known).
-    speeds, sensitivities, drills: CR, HS, DB are known. echoes: up to so many a beam, for ND, NE, HD, HE.
+    Features:
+    usb: True if the stream outlives its client
+    baud: effect of SS: "usb" (accepted without effect), "fixed" (refused) or "network" (not known)
+    speeds, sensitivities, drills: CR, HS, DB are known
+    echoes: largest number of echoes a beam, for ND, NE, HD, HE
 
-    Light: near_m and far_m bound what is seen, with noise_near_m (sigma) to 10 m and noise_far_m beyond; a surface seen
-    flatter than grazing_rad returns nothing (lidar_optics.py says how); dropout_ratio of the beams return nothing, of
-    these clump_ratio in clumps of clump_least to clump_most neighbours; of the beams into the sector of azimuth from
-    sun_from_rad to sun_to_rad, to the left, sun_ratio return nothing. mixed_ratio of the beams behind an edge tell a
-    range between both sides; outlier_ratio of the returns are off by up to outlier_m; speck_ratio of the beams meet a
-    speck of dust within speck_m. A scenario's [lidar] sets these (lidar_errors.py).
+    Light, set by a scenario's [lidar] (lidar_errors.py):
+    near_m, far_m: limits of the range
+    noise_near_m, noise_far_m: sigma up to 10 m, and beyond
+    grazing_rad: a surface met at a smaller angle returns nothing (details in lidar_light.py)
+    dropout_ratio: share of the beams that return nothing
+    clump_ratio: share of these that are lost in clumps of clump_least to clump_most neighbours
+    sun_ratio: share of the beams that return nothing, of those with an azimuth from sun_from_rad to sun_to_rad, to the
+        left
+    mixed_ratio: share of the beams behind an edge that report a range between both sides
+    outlier_ratio: share of the returns that are wrong by up to outlier_m
+    speck_ratio: share of the beams that meet a speck of dust within speck_m
     """
 
     name: str = "ideal"
@@ -166,7 +195,7 @@ UTM30LX = replace(
     dark_ns=1_500_000_000, usb=True, grazing_rad=0.02,
 )  # fmt: skip
 # [SRC urg_stamped] period, %ST, TM quirks, boot; scans leave right after the sweep. The reply tick is like that of the
-# logged UXM-30LX-E, one or two turns [LOG]. How long boot and waking take, grazing_rad [?].
+# logged UXM-30LX-E, one or two turns [LOG]. Durations of boot and waking, grazing_rad [?].
 UTM30LX_EW = replace(
     IDEAL, name="utm-30lx-ew", texts=EW_TEXTS, turn_ns=25.05e6, reply_tick_ns=25_050_000, time_reply_ns=950_000,
     latency_ns=200_000, jitter_ns=100_000.0, dark_ns=1_000_000_000, denied_ns=3_000_000_000,
@@ -177,6 +206,6 @@ PROFILES = {profile.name: profile for profile in (IDEAL, UTM30LX, UTM30LX_EW)}
 
 
 def stamp_to_first_byte_ns(profile: Profile) -> int:
-    """From the instant that a scan's stamp names to its first byte, without jitter: lidar.latency_ns of that sensor."""
+    """Time from a scan's stamp to its first byte, without jitter: lidar.latency_ns of that sensor."""
     steps = 1080 - profile.stamp_step
     return round(profile.turn_ns / (1.0 + profile.rate_error) * steps / 1440) + profile.latency_ns

@@ -1,11 +1,11 @@
-"""The sensor's states, and what changes them by itself: power, time, trouble and the vendor's fault drill (DB).
+"""State machine of the sensor: states, and changes by power, time, failures and the vendor's fault drill (DB).
 
                         BM                  MD ...
     power-on -> BOOTING -> STANDBY <-> SINGLE <-> MULTI      QT, RS, RT, the last scan: back to STANDBY, laser off
                              ^  |  TM0, TM2
                      QT      |  +<--------> TIMING
     SLEEP -> WAKING ---------+
-    FAULT from anywhere; only RB, power, DB10 or the end of the injected fault lead out
+    FAULT from any state; only RB, power, DB10 or the end of the injected fault leave it
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from protocol import scip
 
 
 class State(Enum):
-    """The value is what %ST tells; its first digit becomes 1 while the sensor is unstable."""
+    """State of the sensor. The value is the reply to %ST; its first digit becomes 1 while the sensor is unstable."""
 
     STANDBY = "000"
     BOOTING = "001"
@@ -34,7 +34,14 @@ class State(Enum):
 
 @dataclass(slots=True)
 class Task:
-    """Scans to deliver: of the turns that begin at or after from_ns; `left` of a counted stream."""
+    """Requested scans.
+
+    asked: the request
+    echo: its echo
+    from_ns: only turns that begin at or after this time count
+    left: remaining scans of a counted stream
+    skipped: turns skipped since the last scan
+    """
 
     asked: scip.ScanRequest
     echo: bytes
@@ -43,7 +50,7 @@ class Task:
     skipped: int
 
 
-# DB03..05: (turns of the stream since DB, status then sent); nothing is sent between "21" and the next row.
+# DB03..05: (turns of the stream since DB, status sent then); nothing is sent between "21" and the next row.
 DRILLS: Mapping[str, tuple[tuple[int, str], ...]] = {
     "01": (), "02": (), "03": ((10, "21"), (20, "98")), "04": ((10, "21"), (20, "50")), "05": ((20, "50"),),
 }  # fmt: skip
@@ -57,14 +64,14 @@ class Machine:
         self.now_ns = 0
         self.state = State.STANDBY
         self.unstable = False
-        self.refusal = ""  # a status that answers everything, as in a firmware update
+        self.refusal = ""  # status of the reply to every command, as in a firmware update
         self.stream: Task | None = None
         self.shots: list[Task] = []
-        self.laser_ns = 0  # since when the laser is on
+        self.laser_ns = 0  # time at which the laser was switched on
         self.boots = 0
         self.drill = ""
-        self.quits = 0  # QT heard by this stream
-        self.mode_ns, self.mode_before = 0, State.STANDBY  # what II says until then
+        self.quits = 0  # QT received during this stream
+        self.mode_ns, self.mode_before = 0, State.STANDBY  # state that II reports until then
         self.speed_step, self.sensitive, self.baud = 0, False, "115200"
         self.reboot_asked_ns, self._reboot_at_ns = -(1 << 62), -1
         self._dark_until_ns = self._ready_ns = 0
@@ -72,27 +79,27 @@ class Machine:
 
     @property
     def laser_on(self) -> bool:
-        """Whether it measures."""
+        """True while the sensor measures."""
         return self.state in (State.SINGLE, State.MULTI)
 
     @property
     def reachable(self) -> bool:
-        """Whether there is a link at all; not in the first moments after power-on."""
+        """True if there is a link; False in the first moments after power-on."""
         return self.now_ns >= self._dark_until_ns
 
     @property
     def report(self) -> str:
-        """What %ST says."""
+        """Reply to %ST."""
         steady = self.state in (State.BOOTING, State.SLEEP, State.WAKING, State.FAULT) or not self.unstable
         return self.state.value if steady else "1" + self.state.value[1:]
 
     def due_ns(self) -> int | None:
-        """When something will change by itself, None while nothing will."""
+        """Time of the next change by itself; None if there is none."""
         times = [t for t in (self._reboot_at_ns, self._ready_ns, self._dark_until_ns) if t > self.now_ns]
         return min(times, default=None)
 
     def settle(self, now_ns: int) -> None:
-        """Let time pass."""
+        """Advance the time."""
         self.now_ns = max(self.now_ns, now_ns)
         if 0 <= self._reboot_at_ns <= self.now_ns:
             self.power_on()
@@ -100,13 +107,13 @@ class Machine:
             self.state = State.STANDBY
 
     def light(self, state: State) -> None:
-        """To SINGLE or MULTI."""
+        """Switch the laser on: to SINGLE or MULTI."""
         if not self.laser_on:
             self.laser_ns = self.now_ns
         self.state = state
 
     def stop(self) -> None:
-        """Stream and laser off; a boot, a fault and sleep stay what they are."""
+        """Switch stream and laser off; BOOTING, FAULT and SLEEP stay."""
         self.stream, self.shots, self.quits = None, [], 0
         if self.state in (State.SINGLE, State.MULTI, State.TIMING):
             self.state = State.STANDBY
@@ -124,33 +131,33 @@ class Machine:
         self.state = State.BOOTING if self._ready_ns > self.now_ns else State.STANDBY
 
     def power_on_soon(self) -> None:
-        """After the second RB."""
+        """Reboot after reboot_ns, as after the second RB."""
         self.stop()
         self._reboot_at_ns = self.now_ns + self.profile.reboot_ns
 
     def to_default_speed(self) -> None:
-        """What RS and power-on do."""
+        """Restore default speed and baud rate, as RS and power-on do."""
         if self.speed_step:
             self.turns.slow_down(0, self.now_ns)
         self.speed_step, self.baud = 0, "115200"
 
     def wake(self) -> None:
-        """QT in sleep."""
+        """Wake up, as QT in sleep does."""
         self._ready_ns = self.now_ns + self.profile.wake_ns
         self.state = State.WAKING if self.profile.wake_ns else State.STANDBY
 
     def recover(self) -> None:
-        """Out of FAULT."""
+        """Leave FAULT."""
         self.drill = ""
         if self.state is State.FAULT:
             self.state = State.STANDBY
 
     def start_drill(self, code: str) -> None:
-        """DB01 to DB05."""
+        """Start a fault drill, DB01 to DB05."""
         self.drill, self._drill_turns = code, 0
 
     def scan_status(self) -> str:
-        """The status of the stream's next scan: "99", another for a scan without data, "" to send nothing."""
+        """Status of the stream's next scan: "99", another for a scan without data, "" to send nothing."""
         if self.state is State.FAULT:
             return "50"
         rows = DRILLS.get(self.drill, ())

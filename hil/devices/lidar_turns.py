@@ -1,4 +1,4 @@
-"""When the mirror is where, and what the sensor's own counter says then.
+"""Angle of the mirror over time, and the sensor's own counter.
 
 A turn is 1440 steps, of which 1081 are beams and the rest is blind:
 
@@ -19,11 +19,11 @@ BLOCK_TURNS, JITTER_STREAM = 1024, 2  # the seed's stream 1 is that of the fault
 
 
 class Turns:
-    """The motor: turn k as a function of k and the seed, so that nobody has to ask for the turns in between."""
+    """Motor: turn k is a function of k and the seed, independent of calls for other turns."""
 
     def __init__(self, seed: int, profile: Profile) -> None:
         self._seed, self._jitter_ns = seed, profile.motor_jitter_ns
-        self._standard_ns = profile.turn_ns / (1.0 + profile.rate_error)  # of bench time
+        self._standard_ns = profile.turn_ns / (1.0 + profile.rate_error)  # in bench time
         self._first, self._first_ns = 0, 0.0
         self._block, self._jitters_ns = -1, np.empty(0)  # jitter of the turns of one block, drawn together
         self.turn_ns = self._standard_ns
@@ -34,7 +34,7 @@ class Turns:
         self.sweep_ns = float(self.beam_offsets_ns[-1])
 
     def start_ns(self, turn: int) -> float:
-        """When beam 0 of a turn is fired. Before turn 0 the motor did not turn: such a number has no jitter."""
+        """Time at which beam 0 of a turn is fired. Turns before turn 0 have no jitter."""
         even_ns = self._first_ns + (turn - self._first) * self.turn_ns
         return even_ns + self._jitter_of(turn) if self._jitter_ns and turn >= 0 else even_ns
 
@@ -46,16 +46,16 @@ class Turns:
         return float(self._jitters_ns[place])
 
     def ended(self, now_ns: int) -> int:
-        """The last turn whose sweep is over; may be one less with motor jitter."""
+        """Number of the last turn whose sweep is over; may be one less with motor jitter."""
         turn = self._first + int((now_ns - self._first_ns - self.sweep_ns) // self.turn_ns)
         return turn if self.start_ns(turn) + self.sweep_ns <= now_ns else turn - 1
 
     def end_ns(self, turn: int) -> float:
-        """When the last beam of a turn is fired."""
+        """Time at which the last beam of a turn is fired."""
         return self.start_ns(turn) + self.sweep_ns
 
     def slow_down(self, percent: int, now_ns: int) -> None:
-        """From the turn under way on, turn so much slower than at first."""
+        """Slow the motor by `percent` of its standard period, from the first turn whose sweep is not over."""
         turn = self.ended(now_ns) + 1
         self._first, self._first_ns = turn, self._first_ns + (turn - self._first) * self.turn_ns
         self.turn_ns = self._standard_ns * (1.0 + percent / 100.0)
@@ -63,20 +63,20 @@ class Turns:
 
 
 class Counter:
-    """The sensor's 24-bit counter of milliseconds, with an error of rate and a start of its own."""
+    """Sensor's 24-bit counter of milliseconds, with a rate error and a start value."""
 
     def __init__(self, profile: Profile) -> None:
         self._rate = 1.0 + profile.rate_error
         self._zero_ms = -profile.start_ms
 
     def ms(self, at_ns: float) -> int:
-        """The count at a bench time."""
+        """Count at a bench time."""
         return int(at_ns * self._rate * 1e-6 - self._zero_ms) % scip.STAMP_MODULUS
 
     def reset(self, now_ns: int) -> None:
-        """Count from zero."""
+        """Restart the count at zero."""
         self._zero_ms = now_ns * self._rate * 1e-6
 
     def jump(self, by_ms: float) -> None:
-        """Count on from elsewhere."""
+        """Add a jump to the count."""
         self._zero_ms -= by_ms

@@ -1,4 +1,4 @@
-"""What every emulated node does: hears the bus through its guard, beats, latches an emergency stop, can be silent."""
+"""Common behaviour of emulated nodes: receive through the guard, heartbeat, latched emergency stop, silence."""
 
 from __future__ import annotations
 
@@ -26,16 +26,19 @@ class Noise:
         self._block: list[float] = []
 
     def next(self) -> float:
-        """The next number."""
+        """Next number."""
         if not self._block:
             self._block = self._rng.standard_normal(_BLOCK).tolist()
         return self._block.pop()
 
 
 class Node:
-    """One node. `out`: frames since the last `send`.
+    """One node.
 
-    Faults: `silent`, it neither sends nor hears, as if unplugged; `dbc_version`, what its heartbeat tells.
+    out: frames since the last `send`
+    hears: CAN ids that it receives
+    silent: fault: it neither sends nor receives, as if unplugged
+    dbc_version: version in its heartbeat; a fault may change it
     """
 
     def __init__(self, name: str, hears: set[int], rng: np.random.Generator) -> None:
@@ -53,13 +56,13 @@ class Node:
 
     @property
     def node_state(self) -> NodeState:
-        """What NODE_HEARTBEAT tells."""
+        """State in NODE_HEARTBEAT."""
         if self.latched:
             return NodeState.RESET_ARMED if self.armed else NodeState.EMERGENCY_STOP
         return NodeState.RUNNING
 
     def receive(self, frame: Frame, now_ns: int) -> None:
-        """One frame of the bus; what is not for this node or fails its checks changes nothing."""
+        """Receive one frame of the bus; a frame for other nodes or one that fails its checks changes nothing."""
         if self.silent or frame.can_id not in self.hears:
             return
         values = self.guard.receive(frame)
@@ -73,18 +76,18 @@ class Node:
             self.order(frame.can_id, values, now_ns)
 
     def send(self) -> list[Frame]:
-        """The frames since the last call."""
+        """Frames since the last call."""
         frames, self.out = self.out, []
         return [] if self.silent else frames
 
     def assert_stop(self, reason: StopReason, detail: int = 0) -> None:
-        """This node stops the rover, at 10 Hz until it is reset."""
+        """Send this node's emergency stop at 10 Hz until it is reset."""
         self.own_stop = (int(reason), detail)
         self._latch()
         self._stop.now()
 
     def beat(self, now_ns: int) -> None:
-        """NODE_HEARTBEAT and the own EMERGENCY_STOP, when due; at the end of each step."""
+        """Send NODE_HEARTBEAT and the own EMERGENCY_STOP when they are due; call at the end of each step."""
         if self.own_stop is not None and self._stop.due(now_ns):
             can_id = STOPS[self.name]
             self.out.append(Frame(can_id, self.sender.encode(can_id, *self.own_stop), now_ns))
@@ -95,10 +98,10 @@ class Node:
             self.out.append(Frame(can_id, data, now_ns))
 
     def order(self, can_id: int, values: Any, now_ns: int) -> None:
-        """A good frame for this kind of node."""
+        """Handle a valid frame for this kind of node."""
 
     def stopped(self) -> None:
-        """Called when an emergency stop latches."""
+        """Handle the latching of an emergency stop."""
 
     def _latch(self) -> None:
         if not self.latched:
@@ -107,7 +110,7 @@ class Node:
         self.armed = False
 
     def _reset(self, nonce: int, step: int) -> None:
-        """Two steps with one nonce release; each is answered with a heartbeat out of turn."""
+        """Two reset steps with the same nonce release the stop; each is answered by an extra heartbeat."""
         if step == 1:
             self.armed, self._nonce = self.latched, nonce
         elif self.latched and self.armed and nonce == self._nonce:

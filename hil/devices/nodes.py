@@ -1,6 +1,6 @@
-"""The rover's CAN nodes as the bench emulates them: wheels, tilt axis, inertial sensor, power.
+"""Emulated CAN nodes of the rover: wheels, tilt axis, inertial sensor, power.
 
-Each has `receive(frame, now_ns)`, `step(now_ns, truth)`, `send()`; `build_nodes` gives all in one. Faults are
+Each has `receive(frame, now_ns)`, `step(now_ns, truth)`, `send()`; `build_nodes` returns all in one object. Faults are
 attributes.
 """
 
@@ -29,13 +29,13 @@ WHEEL_COMMAND, WHEEL_FEEDBACK, WHEEL_STATUS = 0x100, 0x180, 0x1A0  # + number of
 COMMAND_TIMEOUT_NS, ENABLE_TIMEOUT_NS = 100_000_000, 500_000_000
 SLEW_RADPS2, STOP_RADPS2 = 1.0, 4.0
 TORQUE_NM_PER_A = 0.8
-STALL_NM, STALL_GAIN_NM_PER_RADPS = 8.0, 40.0  # the speed loop of a drive that cannot turn
+STALL_NM, STALL_GAIN_NM_PER_RADPS = 8.0, 40.0  # speed loop of a drive that cannot turn
 JUMP_SIGMA, JUMP_COUNTS = 2.0, 300.0  # a jumping encoder: 4.6 % of the samples jump, by this times a normal number
 DRAWING = Rover()
 
 
 class Encoder(Enum):
-    """What a wheel's encoder does."""
+    """State of a wheel's encoder."""
 
     GOOD = "counts"
     DEAD = "gives no more pulses: the count stays, the rate is 0"
@@ -50,10 +50,14 @@ def _clip(value: float, limit: float) -> float:
 class WheelNode(Node):
     """Steering and drive of wheel `n`.
 
-    Faults: `silent`; `drive_stuck`, the motor pushes with all its current against a gear that is jammed (the plant's
-    `jam`); `steer_stuck_rad`, where the steering stays; `encoder`; `pot_offset_rad`, what the pot reads too much (the
-    steering counts its own motor's turns and stands where it is ordered). Free or weak: the plant's `set_motor`.
-    zero_rad: where the wheel really stands when its unit says 0, as it was built.
+    zero_rad: true steering angle when the unit reports 0, from the build
+    Faults, besides `silent`:
+    drive_stuck: the motor pushes with all its current against a jammed gear (the plant's `jam`)
+    steer_stuck_rad: angle at which the steering is stuck, or None
+    encoder: state of the encoder
+    pot_offset_rad: error of the pot's reading; the steering counts its own motor's turns and reaches the commanded
+        angle
+    A free or weak drive: the plant's `set_motor`.
     """
 
     def __init__(
@@ -80,19 +84,19 @@ class WheelNode(Node):
 
     @property
     def node_state(self) -> NodeState:
-        """What the heartbeat and the feedback tell."""
+        """State in heartbeat and feedback."""
         state = super().node_state
         return NodeState.COMMAND_TIMEOUT if state is NodeState.RUNNING and self.timed_out else state
 
     def drive(self) -> WheelDrive:
-        """What the motor drivers ask of the plant, after ramp, timeout and faults."""
+        """Targets that the motor drivers send to the plant, after ramp, timeout and faults."""
         steer_rad = self.zero_rad + (self._steer_rad if self._held_rad is None else self._held_rad)
         if self.steer_stuck_rad is not None:
             steer_rad = self.steer_stuck_rad
         return WheelDrive(steer_rad, self._drive_radps)
 
     def order(self, can_id: int, values: Any, now_ns: int) -> None:
-        """DRIVE_ENABLE or this wheel's command."""
+        """Handle DRIVE_ENABLE or this wheel's command."""
         if can_id == DRIVE_ENABLE:
             self._enable, self._enable_ns = bool(values.enable), now_ns
         else:
@@ -100,7 +104,7 @@ class WheelNode(Node):
             self._command_ns = now_ns
 
     def step(self, now_ns: int, truth: PlantState) -> None:
-        """Ramps the drive, holds or releases the steering, measures, and puts the frames that are due into `out`."""
+        """Ramp the drive, hold or release the steering, measure, and put the due frames into `out`."""
         wheel = truth.wheels[self.n - 1]
         dt_s, self._then_ns = (now_ns - self._then_ns) / 1e9, now_ns
         self.timed_out = now_ns - self._command_ns > COMMAND_TIMEOUT_NS
@@ -134,7 +138,7 @@ class WheelNode(Node):
         self.out.append(Frame(can_id, data, now_ns))
 
     def _tell_status(self, now_ns: int, torque_nm: float, dt_s: float) -> None:
-        if self.drive_stuck:  # the gear holds the wheel; the motor feels the block, not the ground
+        if self.drive_stuck:  # the gear holds the wheel; the motor's load is the block, not the ground
             torque_nm = _clip(self._drive_radps * STALL_GAIN_NM_PER_RADPS, STALL_NM)
         drive_a = _clip(torque_nm / TORQUE_NM_PER_A + self._errors.current_noise_a * self._noise.next(), 20.47)
         steer_a = _clip(0.1 + self._errors.current_noise_a * self._noise.next(), 20.47)
@@ -145,10 +149,13 @@ class WheelNode(Node):
 
 
 class ImuNode(Node):
-    """Angular rate and specific force where it sits: white noise, walking bias, scale error, saturation.
+    """Inertial sensor: angular rate and specific force at its place.
 
-    Faults: `silent`; `gyro_bias_radps`, `accel_bias_mps2`, lists of three that a scenario may step. `rotation` is
-    how it was bolted on: rows that turn its axes into base_link's.
+    Errors: white noise, walking bias, scale error, saturation.
+
+    rotation: mounting, rows that turn its axes into base_link's
+    gyro_bias_radps, accel_bias_mps2: lists of three; a scenario may step them as a fault
+    silent: fault, see Node
     """
 
     def __init__(
@@ -166,7 +173,7 @@ class ImuNode(Node):
         self._accel_scale: list[float] = (1.0 + rng.normal(0.0, errors.scale_error_ratio, 3)).tolist()
 
     def step(self, now_ns: int, truth: PlantState) -> None:
-        """Measures once; the frames go to `out`."""
+        """Measure once; the frames go to `out`."""
         e = self._errors
         self._axes(
             GYRO, now_ns, rotated(self._into, truth.angular_radps.tolist()), self._gyro_scale, self.gyro_bias_radps,
@@ -179,7 +186,7 @@ class ImuNode(Node):
         self.beat(now_ns)
 
     def _felt(self, now_ns: int, truth: PlantState) -> NDArray[np.float64]:
-        """Specific force at the sensor, (3,): on its lever it also feels how base_link turns."""
+        """Specific force at the sensor, (3,); a lever adds the terms of base_link's rotation."""
         spin, lever_m = truth.angular_radps, self._lever_m
         grown, dt_s = spin - self._spun_radps, (now_ns - self._then_ns) / 1e9
         self._spun_radps, self._then_ns = spin, now_ns
@@ -203,9 +210,13 @@ class ImuNode(Node):
 
 
 class PowerNode(Node):
-    """Battery: an energy integral over what the wheels and the rest take; voltage by charge and current.
+    """Battery and power node.
 
-    Faults: `silent`; `charge_ratio` may be set; `sag_v`, taken from the voltage. Under `brown_out_v`: brown-out.
+    The charge falls by the integral of the power of wheels and other loads; voltage follows from charge and current.
+
+    Faults, besides `silent`:
+    charge_ratio: charge, may be set
+    sag_v: subtracted from the voltage; below `brown_out_v` the brown-out bit is set
     """
 
     def __init__(self, rng: np.random.Generator, errors: PowerErrors = USUAL.power) -> None:
@@ -218,7 +229,7 @@ class PowerNode(Node):
         self._status = Every(200_000_000)
 
     def step(self, now_ns: int, truth: PlantState) -> None:
-        """Takes the power of this step from the charge."""
+        """Subtract the energy of this step from the charge."""
         dt_s, self._then_ns = (now_ns - self._then_ns) / 1e9, now_ns
         power_w = self._errors.rest_w
         for wheel in truth.wheels:
@@ -247,31 +258,31 @@ class Nodes:
                 self._hearers.setdefault(can_id, []).append(node)
 
     def receive(self, frame: Frame, now_ns: int) -> None:
-        """One frame of the bus, to whom it concerns."""
+        """Deliver one frame of the bus to the nodes that receive its id."""
         for node in self._hearers.get(frame.can_id, ()):
             node.receive(frame, now_ns)
 
     def step(self, now_ns: int, truth: PlantState) -> None:
-        """One tick of every node."""
+        """Step every node by one tick."""
         for node in self.all:
             node.step(now_ns, truth)
 
     def send(self) -> list[Frame]:
-        """The tick's frames, by stamp; within one stamp by id, as arbitration would have it."""
+        """Frames of the tick, sorted by stamp, within one stamp by id, as in arbitration."""
         frames = [frame for node in self.all for frame in node.send()]
         for frame in frames:
-            if frame.can_id < 0x20:  # a node's stop is heard by the other nodes as well
+            if frame.can_id < 0x20:  # the other nodes receive a node's stop too
                 self.receive(frame, frame.stamp_ns)
         frames.sort(key=lambda frame: (frame.stamp_ns, frame.can_id))
         return frames
 
     def drives(self) -> tuple[WheelDrive, ...]:
-        """What the four wheels ask of the plant."""
+        """Targets of the four wheels for the plant."""
         return tuple(wheel.drive() for wheel in self.wheels)
 
 
 def build_nodes(seed: int, rover: Rover = DRAWING, errors: SensorErrors = USUAL) -> Nodes:
-    """The seven nodes of a rover as it was built; each has its own random generator, children of `seed`."""
+    """Seven nodes of a rover as built; each has its own random generator, a child of `seed`."""
     streams = [np.random.default_rng(child) for child in np.random.SeedSequence([seed, 0xCA]).spawn(7)]
     zeros = enumerate(steer_offsets_rad(rover), 1)
     wheels = tuple(WheelNode(n, streams[n - 1], zero, errors.wheel) for n, zero in zeros)

@@ -1,4 +1,4 @@
-"""The scanner's tilt axis as an emulated node: its clock, its segments of constant rate, its lag, its encoder.
+"""Emulated node of the scanner's tilt axis: clock, segments of constant rate, lag, encoder.
 
     angle        start_1                     Segments come as TILT_COMMAND at least 0.2 s ahead; the node holds the
       |  \\         |                          running one and the next two. Start times are bus time, which it knows
@@ -6,9 +6,9 @@
       |  end_0 = start_1  \\ ...
       +---------------------- bus time
 
-The true angle is linear between knots KNOT_NS apart. The encoder sits on the motor; the scanner follows it, and with
-backlash stays where it is when the motor turns back, until the play is taken up. Not modelled: acceleration limit other
-than the lag.
+The true angle is linear between knots KNOT_NS apart. The encoder is on the motor. The scanner follows the motor; with
+backlash it stays where it is when the motor turns back, until the play is taken up. Not modelled: acceleration limit
+other than the lag.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ FAST_NS, PARKED_NS = 5_000_000, 100_000_000
 SLEW_RADPS = math.radians(31.875)
 GAP_MS = 5.0
 PENDING = 2
-HISTORY = 16384  # knots; half of them, 20 s, stay when it is full
+HISTORY = 16384  # knots; when it is full, half of them, 20 s, stay
 
 
 class Segment(NamedTuple):
@@ -46,20 +46,23 @@ class Segment(NamedTuple):
 
     @property
     def end_ms(self) -> float:
-        """When it ends."""
+        """End time."""
         return self.start_ms + 1000.0 * abs(self.end_rad - self.start_rad) / max(self.rate_radps, 1e-6)
 
     def angle_rad(self, at_ms: float) -> float:
-        """Where the axis should be; held at either end."""
+        """Commanded angle; constant before the start and after the end."""
         way = self.end_rad - self.start_rad
         done = max(0.0, at_ms - self.start_ms) / 1000.0 * self.rate_radps
         return self.end_rad if done >= abs(way) else self.start_rad + math.copysign(done, way)
 
 
 class TiltNode(Node):
-    """Faults: `silent`; `stalled`, the axis does not move; `clock_jump_us`, added to the node's clock.
+    """Emulated tilt axis.
 
-    encoder_step_rad: of the angle it tells; 0 for one without steps.
+    encoder_step_rad: resolution of the reported angle; 0 for none
+    stalled: fault: the axis does not move
+    clock_jump_us: fault: added to the node's clock
+    silent: fault, see Node
     """
 
     def __init__(self, rng: np.random.Generator, errors: TiltErrors = USUAL.tilt) -> None:
@@ -86,7 +89,7 @@ class TiltNode(Node):
 
     @property
     def state(self) -> TiltState:
-        """What TILT_FEEDBACK tells."""
+        """State in TILT_FEEDBACK."""
         if self.latched:
             return TiltState.RESET_ARMED if self.armed else TiltState.EMERGENCY_STOP
         if self._running is not None:
@@ -95,12 +98,13 @@ class TiltNode(Node):
         return TiltState.MOVING if moving and not self.stalled else TiltState.PARKED
 
     def angles_at(self, times_ns: NDArray[np.int64]) -> NDArray[np.float64]:
-        """The true tilt angle, (n,) float64 in rad, at times of the last 20 s, (n,) int64; held past the newest."""
+        """True tilt angle, (n,) float64 in rad, at times of the last 20 s, (n,) int64; constant after the newest knot.
+        """
         n = self._filled
         return np.interp(np.asarray(times_ns, dtype=np.float64), self._times_ns[:n], self._angles_rad[:n])
 
     def step(self, now_ns: int, truth: PlantState) -> None:
-        """Moves the axis to `now_ns` and samples the encoder. The plant does not act on it."""
+        """Move the axis to `now_ns` and sample the encoder. The plant does not act on the axis."""
         if self.silent:
             self._set_rad = self._angle_rad
         while self._knots_ns + KNOT_NS <= now_ns:
@@ -123,7 +127,7 @@ class TiltNode(Node):
         return SLEW_RADPS if self._running or self._next else self._park_radps
 
     def _wanted_rad(self, at_ns: int) -> float:
-        """The commanded angle; takes up the next segment when its time has come."""
+        """Commanded angle; starts the next segment when its time has come."""
         if self._bus_minus_node_us is None or not (self._running or self._next):
             return self._park_rad
         bus_ms = (self._node_us(at_ns) + self._bus_minus_node_us) / 1000.0
@@ -144,7 +148,7 @@ class TiltNode(Node):
         self._running = segment
 
     def order(self, can_id: int, values: NamedTuple, now_ns: int) -> None:
-        """TIME_SYNC or TILT_COMMAND."""
+        """Handle TIME_SYNC or TILT_COMMAND."""
         if can_id == TIME_SYNC and isinstance(values, can_codec.TimeSyncFrame):
             self._bus_minus_node_us = values.bus_time_us - self._node_us(now_ns)
         elif isinstance(values, can_codec.TiltCommandFrame) and not self.latched:
@@ -164,7 +168,7 @@ class TiltNode(Node):
         if newest is not None and segment.start_ms <= newest.start_ms:
             return  # a repeat
         if segment.end_ms < bus_ms:
-            return  # a repeat of what has ended
+            return  # a repeat of an ended segment
         if len(self._next) < PENDING:
             self.gap |= newest is not None and start_ms < bus_ms - GAP_MS
             self._next.append(segment)
@@ -173,7 +177,7 @@ class TiltNode(Node):
         self._running, self._next, self.gap, self._park_rad = None, [], False, angle_rad
 
     def stopped(self) -> None:
-        """The axis stands where it is."""
+        """Hold the axis at its angle."""
         self._set_rad = self._angle_rad
         self._hold(self._angle_rad)
 
@@ -189,7 +193,7 @@ class TiltNode(Node):
         self._filled += 1
 
     def _sample(self, stamp_ns: int) -> None:
-        """TILT_FEEDBACK that arrives at `stamp_ns`: the encoder as it was 0.1 to 0.4 ms before."""
+        """Queue a TILT_FEEDBACK that arrives at `stamp_ns`, with the encoder's value 0.1 to 0.4 ms earlier."""
         state = self.state
         if state is TiltState.PARKED and not self._parked.due(stamp_ns):
             return

@@ -1,1 +1,1 @@
-"""What a scenario can break, by tables."""
+"""Fault injection: tables of the faults that a scenario can inject."""

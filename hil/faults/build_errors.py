@@ -1,10 +1,10 @@
-"""How a rover was built, against its drawing: what `onboard calibrate` has to find.
+"""Build errors of a rover against its drawing, which `onboard calibrate` estimates.
 
     built = BuildErrors(wheel_radius_ratio=1.02, steer_rad=(0.03, 0.0, 0.0, -0.02)).built(Rover())
-    InMemory(Scenario(), built=built)             the world is that of `built`, the flight program believes its config
+    InMemory(Scenario(), built=built)             the world uses `built`, the flight program its own configuration
 
-The bench builds plant, steering units, tilt unit and inertial sensor by the same keys that the flight program reads of
-its configuration (`onboard.mounting`); so a configuration with the keys of `built` knows the rover as it is.
+The bench builds plant, steering units, tilt unit and inertial sensor from the same keys that the flight program reads
+from its configuration (`onboard.mounting`); so a configuration with the keys of `built` describes the rover exactly.
 """
 
 from __future__ import annotations
@@ -21,7 +21,13 @@ Three = tuple[float, float, float]
 
 @dataclass(frozen=True, slots=True)
 class BuildErrors:
-    """What is off. steer_rad: of wheels 1 to 4. lidar_m: x, y, z; lidar_rad, imu_rad: roll, pitch, yaw."""
+    """Errors against the drawing.
+
+    wheel_radius_ratio: true wheel radius by that of the drawing
+    steer_rad: steering zeros of wheels 1 to 4
+    lidar_m: x, y, z
+    lidar_rad, imu_rad: roll, pitch, yaw
+    """
 
     wheel_radius_ratio: float = 1.0
     steer_rad: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
@@ -30,7 +36,7 @@ class BuildErrors:
     imu_rad: Three = (0.0, 0.0, 0.0)
 
     def built(self, drawing: Rover) -> Rover:
-        """The rover as it is, whose drawing says that."""
+        """Rover as built, from its drawing."""
         x, y, z = self.lidar_m
         mounted = {f"{unit}_{axis}_rad": angle for unit, angles in (("lidar", self.lidar_rad), ("imu", self.imu_rad))
                    for axis, angle in zip(("roll", "pitch", "yaw"), angles)}  # fmt: skip
@@ -43,8 +49,10 @@ class BuildErrors:
 
 
 def drawn(seed: int) -> BuildErrors:
-    """Errors as careful hands leave them, by chance (1 sigma): wheels 1 %, steering and scanner 1.5 degrees, inertial
-    sensor 1 degree, scanner's place 5 mm; its sideways place 1 mm, since that is taken from the drawing.
+    """Random errors of careful assembly, 1 sigma.
+
+    Wheels 1 %, steering and scanner 1.5 degrees, inertial sensor 1 degree, scanner's place 5 mm, but 1 mm sideways,
+    since that is taken from the drawing.
     """
     rng = np.random.default_rng([seed, 0xB01])
 

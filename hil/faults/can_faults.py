@@ -1,4 +1,4 @@
-"""TABLE of what a scenario does to the CAN bus: each row a change of hil.can.wire, and back."""
+"""TABLE of the faults of the CAN bus: each row changes hil.can.wire and restores it."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ AHEAD_NS = 500_000_000
 
 
 class CanCause(NamedTuple):
-    """begin and heal take the wire and the scenario's target."""
+    """One fault of the bus. begin and heal take the wire and the scenario's target."""
 
     means: str
     begin: Callable[[CanWire, int], None]
@@ -22,12 +22,12 @@ class CanCause(NamedTuple):
 
 
 def _set(name: str, value: Callable[[int], object], normal: object) -> tuple[Callable[[CanWire, int], None], ...]:
-    """begin and heal of one attribute."""
+    """Begin and heal functions that set one attribute."""
     return (lambda wire, target: setattr(wire, name, value(target))), (lambda wire, _: setattr(wire, name, normal))
 
 
 def _node(target: int) -> str:
-    """Its name; by the number of its heartbeat: 1 to 4 the wheels, 5 tilt, 6 IMU, 7 power. 0: the power node."""
+    """Name of a node by the number of its heartbeat: 1 to 4 the wheels, 5 tilt, 6 IMU, 7 power; 0: the power node."""
     return NODES[target - 1]
 
 

@@ -1,4 +1,4 @@
-"""TABLE of what can go wrong with the rover's own computer: fault -> begin and heal."""
+"""TABLE of the faults of the rover's own computer: fault -> begin and heal."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""TABLE of what a disk says when it does not write: fault -> errno."""
+"""TABLE of the errors of a disk that refuses to write: fault -> errno."""
 
 from __future__ import annotations
 

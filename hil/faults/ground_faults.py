@@ -1,14 +1,14 @@
-r"""Ground that changes in mid-run: a trench or a step across the way ahead, where the scans saw level ground.
+r"""Ground that changes during a run: a trench or a step across the route, where the scans saw level ground.
 
                   2 m across
     trench   ----+         +----  0.30 m along, 0.12 m deep       step       +-----------+   0.60 m along, 0.10 m high
                  |_________|                                             ----+           +----
-             way -->                                                     way -->
+           route -->                                                   route -->
 
-Their walls stand between two nodes of the field: 5 cm. The place is drawn from a seed, 2.5 to 7 m of way from where the
-rover stood: what lies nearer is the scan's business. Nothing heals it.
+The walls are one cell of the field wide: 5 cm. The seed gives the place, 2.5 to 7 m along the route from the rover's
+position: nearer obstacles are the task of the scan. Nothing heals it.
 
-`collapse` is another matter: the ground under the left wheels falls by 15 cm.
+`collapse` is another fault: the ground under the left wheels falls by 15 cm.
 """
 
 from __future__ import annotations
@@ -31,7 +31,11 @@ NEAREST_M, FARTHEST_M, BEFORE_END_M = 2.5, 7.0, 0.5
 
 @dataclass(frozen=True, slots=True)
 class Kind:
-    """rise_m: how much the ground changes; along_m: over so much of the way."""
+    """Shape of an obstacle.
+
+    rise_m: change of the height
+    along_m: length along the route
+    """
 
     rise_m: float
     along_m: float
@@ -43,7 +47,11 @@ SINKS, SINKS_ASIDE_M = Kind(-0.15, 2.40), 0.05
 
 @dataclass(frozen=True, slots=True)
 class Obstacle:
-    """One of KINDS whose near edge has its middle at x, y; yaw_rad: of the way that crosses it there."""
+    """Obstacle of one of KINDS.
+
+    x_m, y_m: middle of its near edge
+    yaw_rad: direction of the route that crosses it
+    """
 
     kind: Kind
     x_m: float
@@ -51,18 +59,18 @@ class Obstacle:
     yaw_rad: float
 
     def holds(self, x_m: F64, y_m: F64, margin_m: float = 0.0) -> Bool:
-        """Which points lie on it, or within a margin of it."""
+        """True for each point on the obstacle, or within a margin of it."""
         along = self.along_m(x_m, y_m)
         across = math.cos(self.yaw_rad) * (y_m - self.y_m) - math.sin(self.yaw_rad) * (x_m - self.x_m)
         within: Bool = (along >= -margin_m) & (along <= self.kind.along_m + margin_m)
         return within & (np.abs(across) <= ACROSS_M / 2 + margin_m)
 
     def along_m(self, x_m: F64, y_m: F64) -> F64:
-        """How far points lie beyond its near edge."""
+        """Distance of points beyond the near edge, along the route."""
         return math.cos(self.yaw_rad) * (x_m - self.x_m) + math.sin(self.yaw_rad) * (y_m - self.y_m)
 
     def dug(self, field: Field) -> F32:
-        """The field's soil with it, (rows, columns)."""
+        """Field's soil heights with the obstacle, (rows, columns)."""
         grid = field.grid
         x = grid.x0_m + np.arange(grid.columns) * grid.cell_m
         y = grid.y0_m + np.arange(grid.rows) * grid.cell_m
@@ -70,7 +78,7 @@ class Obstacle:
 
 
 def across(kind: Kind, way_m: F64, seed: int) -> Obstacle | None:
-    """An obstacle across a way (k, 2) at a place that `seed` draws; None where the way is too short for one."""
+    """Obstacle across a route (k, 2) at a place given by `seed`; None if the route is too short."""
     steps = np.diff(way_m, axis=0)
     lengths = np.hypot(*steps.T)
     at_m = np.concatenate([[0.0], np.cumsum(lengths)])
@@ -84,14 +92,14 @@ def across(kind: Kind, way_m: F64, seed: int) -> Obstacle | None:
 
 
 def put(bench: World, obstacle: Obstacle) -> None:
-    """Into the ground of a running bench."""
+    """Put an obstacle into the ground of a running bench."""
     before = bench.plant.field
     bench.plant.reshape(obstacle.dug(before))
     bench.truth.add_ground(bench.state.now_ns, before, bench.plant.field)
 
 
 def before_the_goal(name: str) -> Callable[[World], None]:
-    """What puts one of KINDS across the straight way from where the rover is to the goal, at a place by the seed."""
+    """Function that puts one of KINDS across the straight line from rover to goal, at a place given by the seed."""
 
     def begin(bench: World) -> None:
         obstacle = across(KINDS[name], np.array([bench.state.position_m[:2], bench.field.goal_m]), bench.field.seed)
@@ -102,7 +110,7 @@ def before_the_goal(name: str) -> Callable[[World], None]:
 
 
 def collapse(bench: World, _processes: object, _target: int) -> None:
-    """Lets the ground under the left wheels, from SINKS_ASIDE_M beside the rover's middle on, fall away."""
+    """Let the ground fall under the left wheels, starting SINKS_ASIDE_M to the left of the rover's middle."""
     q, (x, y, _) = tuple(bench.state.quaternion_xyzw.tolist()), bench.state.position_m.tolist()
     behind_x, behind_y, _ = rotate(q, (-SINKS.along_m / 2, SINKS_ASIDE_M + ACROSS_M / 2, 0.0))
     ahead_x, ahead_y, _ = rotate(q, (1.0, 0.0, 0.0))

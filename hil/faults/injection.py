@@ -1,4 +1,4 @@
-"""TABLE fault name -> how the bench causes and heals it."""
+"""TABLE of the fault injections: fault name -> functions that cause and heal it."""
 
 from __future__ import annotations
 
@@ -22,21 +22,22 @@ LATE_TICKS = 150
 
 
 class Processes(Protocol):
-    """Who can end what runs beside the bench."""
+    """Control of the processes that run with the bench."""
 
     def kill(self, name: str) -> None:
-        """At once, as `kill -9` does."""
+        """Kill at once, as `kill -9` does."""
 
     def restart(self, name: str) -> None:
-        """Start what was killed, as it was started before."""
+        """Start a killed process again with the same arguments."""
 
 
 @dataclass(frozen=True, slots=True)
 class Cause:
-    """begin and heal a fault; `target` is a wheel number where one is needed.
+    """Functions that begin and heal a fault; `target` is a wheel number where one is needed.
 
-    quick_only: it means nothing over sockets, where lock-step waits for what is late, and the disk is this machine's.
-    never_quick: it means nothing in one process.
+    means: description for people
+    quick_only: has no effect over sockets, where lock-step waits for late results and the disk is this machine's
+    never_quick: has no effect in one process
     """
 
     means: str
@@ -81,11 +82,11 @@ def _restart_onboard(bench: World, processes: Processes, _t: int) -> None:
 
 
 def _nothing(_b: World, _p: Processes, _t: int) -> None:
-    """What is killed stays dead."""
+    """Heal nothing: the effect is permanent."""
 
 
 def _of_lidar(kind: str) -> Cause:
-    """A fault of the emulated scanner, with its default value."""
+    """Fault of the emulated scanner, with its default value."""
     def begin(bench: World, _p: Processes, _t: int) -> None:
         bench.lidar.faults.begin(bench.lidar, kind)
 
@@ -130,7 +131,7 @@ def _of_can(cause: CanCause) -> Cause:
 
 
 def _of_ground(kind: str) -> Cause:
-    """A change of the ground on the way to the goal."""
+    """Change of the ground on the route to the goal."""
     put = ground_faults.before_the_goal(kind)
     return Cause(f"a {kind} across the straight way to the goal", lambda bench, _p, _t: put(bench), _nothing)
 
@@ -147,12 +148,12 @@ INJECTIONS: Mapping[str, Cause] = {
     **{name: _of_disk(name) for name in DISK_FAULTS},
     **{name: _of_can(cause) for name, cause in CAUSES.items()},
     **{f"ground_{kind}": _of_ground(kind) for kind in ground_faults.KINDS},
-    **{f"lidar_{kind}": _of_lidar(kind) for kind in KINDS if kind != "cable"},  # that is lidar_unplugged
+    **{f"lidar_{kind}": _of_lidar(kind) for kind in KINDS if kind != "cable"},  # cable is lidar_unplugged
 }
 
 
 class Injector:
-    """Walks a scenario's faults along the bench's time; `log` says what was done when."""
+    """Runs a scenario's faults in bench time. log: begin and heal of each fault, with its time."""
 
     def __init__(self, faults: tuple[Injection, ...]) -> None:
         unknown = [f.fault for f in faults if f.fault not in INJECTIONS]
@@ -164,7 +165,7 @@ class Injector:
         self.log: list[dict[str, object]] = []
 
     def step(self, bench: World, processes: Processes, now_ns: int) -> None:
-        """Before each tick."""
+        """Begin and heal the faults that are due; call before each tick."""
         for name, holds in (("sweep", bench.progress.sweeping), ("drive", bench.progress.driving)):
             if holds:
                 self._first_ns.setdefault(name, now_ns)

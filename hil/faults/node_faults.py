@@ -1,5 +1,6 @@
-"""TABLE of what can go wrong with the tilt axis, the inertial sensor, the power node and the buttons: fault -> begin
-and heal. What can go wrong with wheels: hil.faults.wheel_faults; with the bus: hil.faults.can_faults.
+"""TABLE of the faults of tilt axis, inertial sensor, power node and buttons: fault -> begin and heal.
+
+Faults of the wheels: hil.faults.wheel_faults; of the bus: hil.faults.can_faults.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ LOW_RATIO = 0.05
 
 
 class NodeFault(NamedTuple):
-    """begin(world), heal(world)."""
+    """One fault: begin(world), heal(world)."""
 
     means: str
     begin: Callable[[World], None]
@@ -58,7 +59,7 @@ def _press(world: World) -> None:
 
 
 def _stays(_world: World) -> None:
-    """A latched stop is released by the computer, a clock that jumped stays ahead, a battery stays empty."""
+    """Heal nothing: the computer releases a latched stop; a clock that jumped stays ahead, a battery stays empty."""
 
 
 NODE_FAULTS: Mapping[str, NodeFault] = {

@@ -1,6 +1,6 @@
-"""TABLE of what can go wrong with a wheel, its steering, its sensors and the ground under it: fault -> begin and heal.
+"""TABLE of the faults of a wheel, its steering, its sensors and the ground under it: fault -> begin and heal.
 
-Each takes the world and a wheel number 1..4; those of the ground take no wheel.
+Each function takes the world and a wheel number 1..4; those of the ground ignore the wheel.
 """
 
 from __future__ import annotations
@@ -15,12 +15,12 @@ from hil.plant.plant import DRIVE_NM
 
 WEAK_RATIO = 0.01  # 0.08 N m: enough on flat soil, not up a slope
 POT_OFFSET_RAD = math.radians(6.0)
-PATCH_M, PATCH_AHEAD_M = 1.5, 2.0  # radius and place of the soft patch: the front wheels meet it after 0.1 m
+PATCH_M, PATCH_AHEAD_M = 1.5, 2.0  # radius and place of the soft patch: the front wheels reach it after 0.1 m
 DUST_M = 1.0
 
 
 class WheelFault(NamedTuple):
-    """begin(world, wheel), heal(world, wheel)."""
+    """One fault: begin(world, wheel), heal(world, wheel)."""
 
     means: str
     begin: Callable[[World, int], None]
@@ -64,7 +64,7 @@ def _pot(offset_rad: float) -> Callable[[World, int], None]:
 
 
 def _patch(soil: str, radius_m: float, ahead_m: float) -> Callable[[World, int], None]:
-    """Soil of another kind in a circle on the line of the motion."""
+    """Function that puts another soil into a circle ahead in the direction of motion."""
 
     def lay(world: World, _n: int) -> None:
         x, y, _ = world.state.position_m

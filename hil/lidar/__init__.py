@@ -1,1 +1,1 @@
-"""The bench's side of the scanner's cable."""
+"""Bench's end of the scanner's cable."""

@@ -1,8 +1,8 @@
-"""What all ends of a scanner's cable have in common: one client, a backlog, counts; for a single-threaded loop.
+"""Common base of the ends of a scanner's cable: one client, a backlog, counts; for a single-threaded loop.
 
-`poll`, `write` and `put` never block, and a client that comes or goes is a state. What a slow reader does not take
-waits; beyond BACKLOG whole scans (of `write`, whole writes) are dropped and counted, never cut. For the lock-step
-`received` and `sent` count the bytes of this `epoch`; each client begins a new one.
+`poll`, `write` and `put` never block; the arrival or loss of a client is a state. Bytes that a slow reader does not
+take wait in the backlog; beyond BACKLOG whole scans (of `write`, whole writes) are dropped and counted, never cut. For
+the lock-step `received` and `sent` count the bytes of this `epoch`; each client begins a new one.
 """
 
 from __future__ import annotations
@@ -15,11 +15,11 @@ from hil.devices.lidar import Piece
 
 BACKLOG = 1 << 18
 POLL_LIMIT = 1 << 16
-REPLIES_BACKLOG = 1 << 20  # for a client that asks without end and never reads
+REPLIES_BACKLOG = 1 << 20  # for a client that sends requests without end and never reads
 
 
 class Cable(ABC):
-    """What both ends have in common: counts, backlog and waiting. `address` is what `onboard` gets as lidar.address."""
+    """Base class of both ends: counts, backlog and waiting. `address` is the value of onboard's lidar.address."""
 
     def __init__(self) -> None:
         self.address = ""
@@ -29,37 +29,37 @@ class Cable(ABC):
 
     @property
     def hung_up(self) -> bool:
-        """Whether fileno() is of no use to wait on: nobody has the terminal open."""
+        """True if waiting on fileno() is useless: no client has the terminal open."""
         return False
 
     @property
     def waits_to_send(self) -> bool:
-        """Whether the client has yet to take something."""
+        """True if bytes for the client wait in the backlog."""
         return bool(self._backlog)
 
     @property
     @abstractmethod
     def connected(self) -> bool:
-        """Whether a client is there, as of the last poll or write."""
+        """True if a client is connected, as of the last poll or write."""
 
     @abstractmethod
     def fileno(self) -> int:
-        """A descriptor to wait on for news, -1 while there is none."""
+        """Descriptor to wait on for input, -1 if there is none."""
 
     @abstractmethod
     def disconnect(self) -> None:
-        """Pull the plug."""
+        """Disconnect the client, as if the cable were unplugged."""
 
     @abstractmethod
     def close(self) -> None:
         """Free the port or the terminal."""
 
     def refuse(self, refusing: bool) -> None:
-        """While True nobody is let in (a sensor that boots)."""
+        """Refuse new clients while True (a sensor that boots)."""
         self._refusing = refusing
 
     def poll(self) -> bytes:
-        """Let in who waits and return what came since the last call; of a flood, a part."""
+        """Accept a waiting client and return the bytes since the last call; at most about POLL_LIMIT at once."""
         self._accept()
         self._flush()
         received = bytearray()
@@ -69,9 +69,9 @@ class Cable(ABC):
         return bytes(received)
 
     def poll_exactly(self, total_bytes: int, limit_s: float) -> bytes:
-        """poll() until `total_bytes` of this epoch were received; fewer if the client goes.
+        """Call poll() until `total_bytes` of this epoch were received; returns fewer if the client disconnects.
 
-        Raises TimeoutError if they do not come within `limit_s` of wall time.
+        Raises TimeoutError if they do not arrive within `limit_s` of wall time.
         """
         end_s, received = time.monotonic() + limit_s, self.poll()
         while self.received < total_bytes and self.connected:
@@ -81,7 +81,7 @@ class Cable(ABC):
         return received
 
     def wait_client(self, limit_s: float) -> bool:
-        """poll() for a client for at most `limit_s` of wall time; whether one is there. What it sent stays unread."""
+        """Wait for a client for at most `limit_s` of wall time; True if one is connected. Its bytes stay unread."""
         end_s = time.monotonic() + limit_s
         self._accept()
         while not self.connected and self._wait(end_s):
@@ -89,7 +89,7 @@ class Cable(ABC):
         return self.connected
 
     def write(self, data: bytes) -> int:
-        """Send, or keep for later; the number of bytes accepted: all, or 0 without a client or with a full backlog."""
+        """Send or queue; returns the number of bytes accepted: all, or 0 without a client or with a full backlog."""
         if not self.connected:
             self._backlog.clear()
             return 0
@@ -102,7 +102,7 @@ class Cable(ABC):
         return len(data)
 
     def put(self, piece: Piece) -> None:
-        """Send a piece of a reply or scan, or keep it for later; a scan that begins with a full backlog is left out."""
+        """Send or queue a piece of a reply or scan; a scan that begins with a full backlog is dropped."""
         if piece.begins:
             self._dropping = len(self._backlog) > (BACKLOG if piece.scan else REPLIES_BACKLOG)
             self.dropped += self._dropping
@@ -123,17 +123,17 @@ class Cable(ABC):
         if self.fileno() >= 0:
             waiting.register(self.fileno(), select.POLLIN)
         if left_s > 0 and any(event & select.POLLHUP for _, event in waiting.poll(left_s * 1000)):
-            time.sleep(min(left_s, 0.002))  # a terminal that nobody has open is always "ready"
+            time.sleep(min(left_s, 0.002))  # a terminal without client is always "ready"
         return left_s > 0
 
     @abstractmethod
     def _accept(self) -> None:
-        """Take who waits, if somebody does."""
+        """Accept a waiting client, if there is one."""
 
     @abstractmethod
     def _read(self) -> bytes:
-        """What the client sent, b'' for nothing."""
+        """Bytes that the client sent, b'' for none."""
 
     @abstractmethod
     def _flush(self) -> None:
-        """Send what the line takes now."""
+        """Send the bytes that the line takes now."""

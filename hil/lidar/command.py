@@ -1,4 +1,4 @@
-"""`hil lidar`: an emulated scanner for any driver, on TCP and a pseudo terminal."""
+"""Command `hil lidar`: an emulated scanner for any driver, on TCP and a pseudo terminal."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from protocol import scip
 
 NS = 1_000_000_000
 EX_USAGE, EX_NOINPUT, EX_UNAVAILABLE = 64, 66, 69
-PORT = 10940  # the factory's
+PORT = 10940  # factory default
 
 EPILOG = (
     "Examples:\n\n  hil lidar                                        an EW on 127.0.0.1:10940, in a room\n\n"
@@ -59,10 +59,10 @@ def main(
     seconds: Annotated[float, typer.Option(help="End after so long; 0: at Ctrl-C.", min=0)] = 0.0,
     as_json: Annotated[bool, typer.Option("--json", help="One JSON object a second on standard output.")] = False,
 ) -> None:
-    """Pretend to be a Hokuyo scanner, for a driver under test. Without --tcp and --pty: TCP on port 10940.
+    """Emulate a Hokuyo scanner for a driver under test. Without --tcp and --pty: TCP on port 10940.
 
     TCP and terminal have a sensor each, in the same place. Exit codes: 0 ended by Ctrl-C or --seconds, 64 an option is
-    wrong, 66 no such file, 69 the port cannot be had.
+    wrong, 66 no such file, 69 the port is not available.
     """
     try:
         made = _profile(profile, lidar or [], clock_start, rate_error)
@@ -86,7 +86,7 @@ def _fail(code: int, text: str) -> typer.Exit:
 
 
 def _profile(name: str, words: list[str], clock_start_ms: float, rate_error_ppm: float) -> Profile:
-    """The sensor of --profile alone, with the keys of --lidar over it."""
+    """Sensor of --profile without added errors, with the keys of --lidar over it."""
     if name not in PROFILES:
         raise ConfigError(f"--profile {name!r} should be one of {', '.join(PROFILES)}")
     table = lidar_table(words, {})
@@ -114,7 +114,7 @@ def _cables(stack: ExitStack, tcp: str, pty: bool, link: Path | None) -> list[Ca
         except OSError as error:
             hint = "; is another one running? --tcp 0 takes a free port" if error.errno == errno.EADDRINUSE else ""
             number = error.errno or 0
-            why = os.strerror(number) if number > 0 else error.strerror  # the errors of a host's name are below 0
+            why = os.strerror(number) if number > 0 else error.strerror  # errors of host name lookup are below 0
             raise _fail(EX_UNAVAILABLE, f"cannot serve {host}:{port}: {why}{hint}") from None
         stack.callback(cables[-1].close)
     if pty or link:

@@ -1,4 +1,4 @@
-"""What an emulated scanner can stand in when there is no rover: `SCENES` name -> rays cast exactly.
+"""Scenes for an emulated scanner without a rover: `SCENES` name -> rays cast exactly.
 
 The scanner is at the origin, x ahead, y to the left, z up. `room`, seen from above at the height of the scanner:
 
@@ -26,20 +26,20 @@ F64 = NDArray[np.float64]
 
 
 class Scene(Protocol):
-    """Something rays can meet."""
+    """Surfaces that rays can meet."""
 
     def cast(self, origin_m: F64, directions: F64) -> F64:
         """Ranges (n,) of rays from one origin (3,) along unit directions (n, 3); inf where nothing is met."""
 
 
 class Boxes:
-    """Boxes (n, 2, 3), lower and upper corners, parallel to the axes: walls, things, floor."""
+    """Boxes (n, 2, 3), lower and upper corners, parallel to the axes: walls, objects, floor."""
 
     def __init__(self, corners_m: F64) -> None:
         self._low, self._high = corners_m[:, 0], corners_m[:, 1]
 
     def cast(self, origin_m: F64, directions: F64) -> F64:
-        """See Scene. From inside a box its far side is met."""
+        """See Scene. From inside a box a ray meets its far side."""
         with np.errstate(divide="ignore", invalid="ignore"):
             a = (self._low - origin_m) / directions[:, None, :]
             b = (self._high - origin_m) / directions[:, None, :]
@@ -52,7 +52,7 @@ class Boxes:
 
 
 def room() -> Scene:
-    """9 m x 7 m with a door; a post 0.08 m beside the scanner shows the code of what is too near."""
+    """Room of 9 m x 7 m with a door; a post 0.08 m to the side of the scanner gives the code for too near."""
     return Boxes(np.array([
         [(-3.1, -3.0, -0.5), (-3.0, 4.0, 2.0)],  # wall behind
         [(6.0, -3.0, -0.5), (6.1, -0.5, 2.0)],  # wall ahead, right of the door
@@ -70,16 +70,16 @@ def flat() -> Scene:
 
 
 def empty() -> Scene:
-    """Nothing at all: every beam returns the code of no object."""
+    """Empty space: every beam returns the code of no object."""
     return Boxes(np.empty((0, 2, 3)))
 
 
 class Terrain:
-    """A field of the bench, its first one, from 0.5 m above where the rover would start."""
+    """First field of a terrain, seen from 0.5 m above the rover's start."""
 
     def __init__(self, name: str) -> None:
         from hil.terrain.field import height_at, truth_height
-        from hil.terrain.grounds import GROUNDS  # heavy: not for --help
+        from hil.terrain.grounds import GROUNDS  # slow to import: not for --help
         from hil.terrain.heightfield import HeightField
 
         field = GROUNDS[name](1).field
@@ -99,7 +99,7 @@ SCENES: Mapping[str, Callable[[], Scene]] = {
 
 
 def still(scene: Scene, tilt_rad: float = 0.0) -> Cast:
-    """A scanner that does not move, its front `tilt_rad` down: the same ranges each turn."""
+    """Cast function of a scanner that does not move, its front `tilt_rad` down: the same ranges each turn."""
     angles = (np.arange(BEAMS) - FRONT_STEP) * (2 * np.pi / STEPS_A_TURN)
     flat_x = np.cos(angles)
     directions = np.column_stack((flat_x * np.cos(tilt_rad), np.sin(angles), -flat_x * np.sin(tilt_rad)))

@@ -1,4 +1,4 @@
-"""The scanner's end of the cable: a TCP port or a pseudo terminal (see `hil.lidar.cable`)."""
+"""Scanner's end of the cable: a TCP port or a pseudo terminal (see `hil.lidar.cable`)."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from pathlib import Path
 
 from hil.lidar.cable import Cable
 
-SEND_BUFFER = 1 << 16  # a sensor has no megabytes of old scans for who comes back late
+SEND_BUFFER = 1 << 16  # a sensor does not buffer megabytes of old scans for a late client
 
 
 class LidarServer(Cable):
-    """TCP on `host`; port 0 takes a free one. A second client waits until the first has gone."""
+    """TCP server on `host`; port 0 takes a free one. A second client waits until the first has gone."""
 
     def __init__(self, host: str = "127.0.0.1", port: int = 0) -> None:
         super().__init__()
@@ -49,7 +49,7 @@ class LidarServer(Cable):
         self.refuse(True)
 
     def refuse(self, refusing: bool) -> None:
-        """While True the port is closed: who connects is refused by the system. Who is in stays."""
+        """Close the port while True: the system refuses new connections. A connected client stays."""
         super().refuse(refusing)
         if refusing and self._listener is not None:
             self._listener.close()
@@ -58,7 +58,7 @@ class LidarServer(Cable):
             self._listen()
 
     def _listen(self) -> None:
-        # a long queue: who comes while the client's place is taken must not wait for the system to try again
+        # a long queue: a client that connects while another is served must not wait for the system's retry
         self._listener = socket.create_server((self.host, self.port), backlog=128)
         self._listener.setblocking(False)
         self.host, self.port = self._listener.getsockname()[:2]
@@ -100,9 +100,9 @@ class LidarServer(Cable):
 
 
 class LidarTerminal(Cable):
-    """A pseudo terminal. `address` is a link whose name survives disconnect(): the next poll plugs in anew under it.
+    """Pseudo terminal. `address` is a link that disconnect() removes; the next poll makes a new terminal under it.
 
-    link: its name; without one it is in a folder of its own. Raises FileExistsError where something else has that name.
+    link: name of the link; default in a temporary folder. Raises FileExistsError if another file has that name.
     """
 
     def __init__(self, link: Path | None = None) -> None:

@@ -10,18 +10,18 @@ from hil.devices.lidar import Lidar
 from hil.lidar.cable import Cable
 
 IDLE_S = 0.1
-UNPLUGGED_S = 0.01  # a terminal that nobody has open, or no port at all: nothing to wait for but time
+UNPLUGGED_S = 0.01  # a terminal without client, or no port: only time to wait for
 
 
 class Outlet:
-    """A sensor and its cable."""
+    """Sensor with its cable."""
 
     def __init__(self, sensor: Lidar, cable: Cable) -> None:
         self.sensor, self.cable = sensor, cable
         self._epoch, self._boots = cable.epoch, 0
 
     def step(self, now_ns: int) -> None:
-        """Bytes in, time on, bytes out."""
+        """Run one step: bytes in, time on, bytes out."""
         sensor, cable = self.sensor, self.cable
         sensor.step(now_ns)
         if not sensor.reachable or sensor.machine.boots != self._boots:
@@ -41,7 +41,7 @@ class Outlet:
             cable.put(piece)
 
     def status(self, now_ns: int) -> dict[str, object]:
-        """For people and programs."""
+        """Status for people and programs."""
         sensor, machine = self.sensor, self.sensor.machine
         return {
             "address": self.cable.address, "client": self.cable.connected, "state": machine.state.name.lower(),
@@ -51,7 +51,7 @@ class Outlet:
 
 
 def serve(outlets: Sequence[Outlet], go_on: Callable[[int], bool]) -> None:
-    """Run until `go_on(now_ns)` is false; it is asked at least ten times a second. Time begins at 0."""
+    """Run until `go_on(now_ns)` is false; it is called at least ten times a second. Time begins at 0."""
     begun_ns = time.monotonic_ns()
     while go_on(now_ns := time.monotonic_ns() - begun_ns):
         for outlet in outlets:

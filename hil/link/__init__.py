@@ -1,1 +1,1 @@
-"""The bad link between rover and ground."""
+"""Emulated lossy link between rover and ground."""

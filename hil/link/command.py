@@ -1,4 +1,4 @@
-"""`hil link`: the bad link between rover and ground, by itself or as a part of a run."""
+"""Command `hil link`: the lossy link between rover and ground, alone or as part of a run."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def main(
     as_json: Annotated[bool, typer.Option("--json", help="Figures as a line of JSON a second.")] = False,
     list_them: Annotated[bool, typer.Option("--list", help="Show the profiles and end.")] = False,
 ) -> None:
-    """Carry datagrams between rover and ground through a bad link; live figures on a terminal."""
+    """Carry datagrams between rover and ground through a lossy link; live figures on a terminal."""
     signal.signal(signal.SIGTERM, signal.default_int_handler)  # the report is written at every end
     try:
         if list_them:
@@ -144,7 +144,7 @@ def _beside(p: Profile) -> str:
 
 
 def _watch(models: tuple[Impairment, Impairment], seconds: float, as_json: bool) -> Callable[[int], bool]:
-    """Ends the run when its time is over; shows figures once a second, on a terminal or as JSON."""
+    """Stop function of the run: True when its time is over; shows figures once a second, on a terminal or as JSON."""
     meters = [Meter(name, model) for name, model in zip(("down", "up"), models)]
     shown, next_ns = as_json or sys.stderr.isatty(), NS
 

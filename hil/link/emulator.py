@@ -1,14 +1,16 @@
-"""The lossy link of the bench: a zenoh node between rover and ground that delays and loses by `hil.link.impairment`.
+"""Lossy link of the bench: a zenoh node between rover and ground that delays and loses by `hil.link.impairment`.
 
     rover --- er2/d ---> [down model] --- er2/d ---> ground          two sessions, each on a TCP endpoint of its own
     rover <-- er2/u ---- [up model]   <-- er2/u ---- ground
 
-In lock-step the emulator is the participant "link". A TICK with the channels "down_in" and "up_in" says how many
-datagrams rover and ground have put so far; the emulator waits for that many, offers them at bench time, puts what is
-due and answers DONE with the cumulative "down_out" and "up_out" and the tick at which the next datagram is due. A
-channel that a TICK does not name has no news. A new epoch of a channel means that its sender has restarted and counts
-from zero again. With a live ground station whatever it has sent is taken, and the run does not repeat.
-Only the models lose: the sessions are reliable and blocking, and no tick starts before each side's probe was answered.
+In lock-step the emulator is the participant "link". The channels "down_in" and "up_in" of a TICK give the number of
+datagrams that rover and ground have sent so far. The emulator waits for that many, offers them at bench time, sends the
+due ones and answers DONE with the total "down_out" and "up_out" and the tick at which the next datagram is due. A
+channel that a TICK does not name has no new datagrams. A new epoch of a channel means that its sender has restarted and
+counts from zero again. With a live ground station the emulator takes all datagrams that have arrived from it, and the
+run does not repeat.
+Only the models lose datagrams: the sessions are reliable and blocking, and no tick starts before each side's probe was
+answered.
 """
 
 from __future__ import annotations
@@ -36,11 +38,11 @@ _RELIABLE: dict[str, Any] = {
 
 
 class LinkError(RuntimeError):
-    """The link cannot go on; the text is one line that says why."""
+    """The link cannot continue; the text is one line with the reason."""
 
 
 class _Stream:
-    """How many datagrams passed a point, and the SHA-256 of all of them, each after its length."""
+    """Number of datagrams that passed a point, and the SHA-256 of all of them, each after its length."""
 
     def __init__(self) -> None:
         self.count = self.size = 0
@@ -56,7 +58,7 @@ class _Stream:
 
 
 class Side:
-    """The session towards one end of the link. Use it inside `with`."""
+    """Session with one end of the link. Use it inside `with`."""
 
     def __init__(self, name: str, endpoint: str, key_in: str, key_out: str) -> None:
         self._name, self._endpoint, self._key_in, self._key_out = name, endpoint, key_in, key_out
@@ -84,7 +86,7 @@ class Side:
         self._stack.__exit__(kind, error, at)
 
     def serve_probes(self) -> None:
-        """Answers the probes that have arrived; sets `ready` once this side has had an answer."""
+        """Answer the probes that have arrived; set `ready` once this side has received an answer."""
         while (sample := self._questions.try_recv()) is not None:
             words = sample.payload.to_bytes()
             if words == carrier.READY:
@@ -93,7 +95,7 @@ class Side:
                 self._answers.put(words)
 
     def take(self, channel: barrier.Channel, limit_s: float) -> list[bytes]:
-        """What has arrived since the last call: exactly up to the channel's count."""
+        """Datagrams since the last call, exactly up to the channel's count. Raises LinkError after `limit_s`."""
         if channel.epoch != self._epoch:
             self._epoch, self._epoch_start = channel.epoch, self.taken.count
         missing = self._epoch_start + channel.count - self.taken.count
@@ -112,7 +114,7 @@ class Side:
         return got
 
     def take_now(self) -> list[bytes]:
-        """Whatever has arrived since the last call."""
+        """Datagrams that have arrived since the last call."""
         got = []
         while (sample := self._in.try_recv()) is not None:
             got.append(self._note(sample.payload.to_bytes()[: MAX_DATAGRAM + 1]))
@@ -123,14 +125,14 @@ class Side:
         return datagram
 
     def put(self, datagrams: list[bytes]) -> None:
-        """Hands datagrams to this end of the link."""
+        """Send datagrams to this end of the link."""
         for datagram in datagrams:
             self._out.put(datagram)
             self.put_out.add(datagram)
 
 
 class LinkEmulator:
-    """Both sides and both models. Use it inside `with`. recorder: where every datagram's fate is written."""
+    """Both sides and both models. Use it inside `with`. recorder: file for every datagram's fate, or None."""
 
     def __init__(
         self, profile: Profile, seed: int, rover_endpoint: str, ground_endpoint: str, recorder: Recorder | None = None
@@ -139,7 +141,7 @@ class LinkEmulator:
         self.down, self.up = both_directions(profile, seed)
         self.rover = Side(carrier.ROVER, rover_endpoint, KEY_DOWN, KEY_UP)
         self.ground = Side(carrier.GROUND, ground_endpoint, KEY_UP, KEY_DOWN)
-        self.limit_s = 30.0  # wall time: how long a counted datagram may take over the loopback
+        self.limit_s = 30.0  # wall time: longest transport of a counted datagram over the loopback
         self._stack = ExitStack()
 
     def __enter__(self) -> LinkEmulator:
@@ -153,12 +155,12 @@ class LinkEmulator:
         self._stack.__exit__(kind, error, at)
 
     def serve_probes(self) -> None:
-        """Answers the probes of both sides; an end that restarts in mid-run opens again by them."""
+        """Answer the probes of both sides; an end that restarts during a run reconnects by them."""
         self.rover.serve_probes()
         self.ground.serve_probes()
 
     def wait_ready(self, sides: tuple[Side, ...], limit_s: float) -> None:
-        """Serves probes until each of the sides has had its answer."""
+        """Serve probes until each of the sides has its answer. Raises LinkError after `limit_s`."""
         deadline_s = time.monotonic() + limit_s
         while not all(side.ready for side in sides):
             self.serve_probes()
@@ -168,7 +170,7 @@ class LinkEmulator:
             time.sleep(0.001)
 
     def step(self, now_ns: int, channels: tuple[barrier.Channel, ...] = (), live: tuple[str, ...] = ()) -> int | None:
-        """One call of the bench: take, offer, put what is due. Returns when the next datagram is due, or None."""
+        """Run one tick: take, offer, send the due datagrams. Returns the time of the next due datagram, or None."""
         by_name = {channel.name: channel for channel in channels}
         for side, model, name in ((self.rover, self.down, "down_in"), (self.ground, self.up, "up_in")):
             taken: list[bytes] = []
@@ -185,12 +187,12 @@ class LinkEmulator:
         return min((t for t in (self.down.next_due_ns, self.up.next_due_ns) if t is not None), default=None)
 
     def turn(self, now_ns: int) -> None:
-        """One call on the wall clock: whatever has come is taken."""
+        """Run one step on the wall clock; takes all datagrams that have arrived."""
         self.serve_probes()
         self.step(now_ns, live=("down_in", "up_in"))
 
     def report(self) -> dict[str, Any]:
-        """Per direction: what came in, what was lost by cause, what went out, and the SHA-256 of both streams."""
+        """Per direction: datagrams in, lost by cause, out, and the SHA-256 of both streams."""
         def direction(model: Impairment, source: Side, target: Side) -> dict[str, Any]:
             return {**model.counts.report(), "in": source.taken.report(), "out": target.put_out.report()}
 
@@ -199,7 +201,7 @@ class LinkEmulator:
 
 
 def run_lockstep(emulator: LinkEmulator, address: tuple[str, int], live_ground: bool, limit_s: float = 60.0) -> str:
-    """Serves the bench's barrier until STOP; returns its reason. Raises LinkError when the bench is gone."""
+    """Serve the bench's barrier until STOP; returns its reason. Raises LinkError if the bench is gone."""
     emulator.wait_ready((emulator.rover,) if live_ground else (emulator.rover, emulator.ground), limit_s)
     try:
         with socket.create_connection(address, timeout=limit_s) as bench:
@@ -213,7 +215,7 @@ def run_lockstep(emulator: LinkEmulator, address: tuple[str, int], live_ground: 
 def _serve(emulator: LinkEmulator, bench: socket.socket, live_ground: bool) -> str:
     receiver, tick_ns = barrier.Receiver(), 0
     while True:
-        # Between ticks a restarting end may probe: the bench waits for it while it holds us.
+        # Between ticks a restarting end may send probes: the bench waits for that end before the next tick.
         while not select.select([bench], [], [], 0.02)[0]:
             emulator.serve_probes()
         data = bench.recv(65_536)
@@ -241,7 +243,7 @@ def _run_tick(emulator: LinkEmulator, tick: barrier.Tick, tick_ns: int, live_gro
 
 
 def run_wall(turn: Callable[[int], object], stop: Callable[[int], bool], period_s: float = 0.002) -> None:
-    """Carries on the wall clock, by itself: turn(ns since the start) until stop(the same)."""
+    """Run on the wall clock: turn(ns since the start) until stop(ns since the start) is true."""
     start_ns, now_ns = time.monotonic_ns(), 0
     while not stop(now_ns):
         now_ns = time.monotonic_ns() - start_ns

@@ -1,12 +1,12 @@
-"""What a bad link does to datagrams: a pure, seeded model of one direction on bench time.
+"""Impairment model of a link: a pure, seeded model of one direction on bench time.
 
     offer -> drop-tail queue -> line at its rate -> blackout? shadow? noise? -> delay, jitter, reordering, copy -> due
 
-Rule 1: same profile, seed and offers (bytes and times) give the same drop list and the same times of arrival.
+Rule 1: same profile, seed and offers (bytes and times) give the same drop list and the same arrival times.
 Rule 2: a datagram is lost by the state of the link at the moment its last bit leaves the line.
 Rule 3: jitter keeps the order; only a datagram drawn for reordering is overtaken.
-Rule 4: nothing arrives at the instant it was offered, so a bench tick never feeds back into itself.
-Each cause draws from a generator of its own: changing one leaves the drop list of the others as it was.
+Rule 4: nothing arrives at the time it was offered, so a bench tick never depends on its own output.
+Each cause has a generator of its own: a change of one leaves the drop list of the others unchanged.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ import numpy as np
 from onboard.config import ConfigError, from_tree, value
 from onboard.toml_text import TomlError, read_toml
 
-OVERHEAD_BYTES = 28  # IPv4 + UDP, on the line beside every datagram
+OVERHEAD_BYTES = 28  # IPv4 + UDP, on the line with every datagram
 _S = 1_000_000_000
 CAUSES = ("queue_full", "blackout", "shadow", "noise")
 PROFILES = Path(__file__).with_name("profiles.toml")
@@ -29,7 +29,7 @@ PROFILES = Path(__file__).with_name("profiles.toml")
 
 @dataclass(frozen=True, slots=True)
 class Profile:
-    """One link: both rates, and what happens alike in both directions."""
+    """Properties of a link: both rates, and the impairments, equal in both directions."""
 
     note: str = value("", "what this link stands for")
     down_bps: float = value(256e3, "line rate rover to ground", low=1000, high=1e10)
@@ -51,7 +51,7 @@ class Profile:
 
 @dataclass(slots=True)
 class Counts:
-    """Datagrams of one direction since the start."""
+    """Number of datagrams of one direction since the start."""
 
     offered: int = 0
     offered_bytes: int = 0
@@ -66,20 +66,20 @@ class Counts:
 
     @property
     def lost(self) -> int:
-        """Of all causes."""
+        """Lost datagrams of all causes."""
         return sum(self.causes().values())
 
     def causes(self) -> dict[str, int]:
-        """Lost ones by their cause."""
+        """Lost datagrams by their cause."""
         return {cause: getattr(self, cause) for cause in CAUSES}
 
     def report(self) -> dict[str, int]:
-        """For the bench's report."""
+        """Fields for the bench's report."""
         return {**asdict(self), "lost": self.lost}
 
 
 def load_profile(name: str, path: Path = PROFILES) -> Profile:
-    """A named table of the profile file; ConfigError names file, key and what was probably meant."""
+    """Read a named table of the profile file. Raises ConfigError with file, key and a suggestion."""
     tables = _tables(path)
     if name not in tables:
         near = difflib.get_close_matches(name, tables, n=1)
@@ -91,7 +91,7 @@ def load_profile(name: str, path: Path = PROFILES) -> Profile:
 
 
 def profile_names(path: Path = PROFILES) -> tuple[str, ...]:
-    """The names in a profile file, in its order. Raises ConfigError as load_profile does."""
+    """Names in a profile file, in its order. Raises ConfigError as load_profile does."""
     return tuple(_tables(path))
 
 
@@ -112,7 +112,7 @@ def _pairs(given: object, what: str) -> tuple[float, ...]:
 
 
 class _Shadow:
-    """The Gilbert-Elliott state in continuous time: exponential stays in good and bad."""
+    """Gilbert-Elliott state in continuous time: exponential durations of good and bad."""
 
     def __init__(self, mean_good_s: float, mean_bad_s: float, rng: np.random.Generator) -> None:
         self._means_s = (mean_good_s, mean_bad_s)
@@ -125,7 +125,7 @@ class _Shadow:
         self._until_ns += 1 + int(self._rng.exponential(self._means_s[self._bad]) * _S)
 
     def bad(self, at_ns: int) -> bool:
-        """Whether the link is in shadow; times never go back."""
+        """True while the link is in shadow; times of successive calls must not decrease."""
         if not self._means_s[1]:
             return False
         while at_ns >= self._until_ns:
@@ -135,9 +135,9 @@ class _Shadow:
 
 
 class Impairment:
-    """One direction of a link. `offer` puts a datagram in, `due` takes out what has arrived.
+    """One direction of a link. `offer` puts a datagram in, `due` takes out the arrived ones.
 
-    arrivals_ns: when the datagram that was offered last will arrive, once for each copy; none where it is lost.
+    arrivals_ns: arrival times of the copies of the last offered datagram; empty if it is lost
     """
 
     def __init__(self, profile: Profile, rate_bps: float, rng: np.random.Generator) -> None:
@@ -154,16 +154,16 @@ class Impairment:
 
     @property
     def next_due_ns(self) -> int | None:
-        """When the next datagram arrives; None while nothing is under way."""
+        """Arrival time of the next datagram; None if there is none on its way."""
         return self._flying[0][0] if self._flying else None
 
     @property
     def under_way(self) -> int:
-        """Datagrams that will arrive and have not yet."""
+        """Number of datagrams that will arrive and have not yet."""
         return len(self._flying)
 
     def offer(self, datagram: bytes, now_ns: int) -> str:
-        """Hands a datagram to the link. Returns "" where it will arrive, else the cause of its loss (CAUSES)."""
+        """Offer a datagram to the link. Returns "" if it will arrive, else the cause of its loss (CAUSES)."""
         counts, self.arrivals_ns = self.counts, ()
         counts.offered += 1
         counts.offered_bytes += len(datagram)
@@ -181,7 +181,7 @@ class Impairment:
         return ""
 
     def due(self, now_ns: int) -> list[bytes]:
-        """The datagrams that have arrived by now, in their order."""
+        """Datagrams that have arrived by now, in their order."""
         arrived = []
         while self._flying and self._flying[0][0] <= now_ns:
             arrived.append(heapq.heappop(self._flying)[2])
@@ -198,7 +198,7 @@ class Impairment:
         return "noise" if noise else ""
 
     def dark(self, at_ns: int) -> bool:
-        """Whether a blackout is on."""
+        """True during a blackout."""
         p, at_s = self._profile, at_ns / _S
         if any(start_s <= at_s < end_s for start_s, end_s in zip(p.blackouts_s[::2], p.blackouts_s[1::2])):
             return True
@@ -229,6 +229,6 @@ class Impairment:
 
 
 def both_directions(profile: Profile, seed: int) -> tuple[Impairment, Impairment]:
-    """(down, up) of one link, each with a generator of its own from the seed."""
+    """(down, up) models of one link, each with a generator of its own from the seed."""
     down, up = np.random.default_rng(seed).spawn(2)
     return Impairment(profile, profile.down_bps, down), Impairment(profile, profile.up_bps, up)

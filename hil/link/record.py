@@ -1,7 +1,7 @@
-"""What the link did: a file with the fate of every datagram, and the figures of now.
+"""Record of the link: a file with the fate of every datagram, and the current figures.
 
-The file is CSV: time of the bench in s, direction, number, bytes, kind, fate ("" arrives, else the cause of its loss),
-and the times of arrival of each copy. The same profile, seed and datagrams give the same bytes.
+The file is CSV: time of the bench in s, direction, number, bytes, kind, fate ("" if it arrives, else the cause of its
+loss), and the arrival time of each copy. The same profile, seed and datagrams give the same bytes.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ _S = 1_000_000_000
 
 
 class Recorder:
-    """The file. Use it inside `with`. Raises OSError where it cannot be written."""
+    """Writer of the file. Use it inside `with`. Raises OSError if the file cannot be written."""
 
     def __init__(self, path: Path) -> None:
         self._kinds = {int(kind): kind.name for kind in (*Kind, *Word)}
@@ -36,7 +36,7 @@ class Recorder:
         self._file.close()
 
     def note(self, direction: str, datagram: bytes, now_ns: int, fate: str, arrivals_ns: Sequence[int]) -> None:
-        """One datagram that was offered. direction: down or up."""
+        """Write one offered datagram. direction: down or up."""
         number = self._numbers[direction] = self._numbers.get(direction, 0) + 1
         kind = self._kinds.get(datagram[0], "") if datagram else ""
         arrives = " ".join(f"{at_ns / _S:.6f}" for at_ns in arrivals_ns)
@@ -45,7 +45,16 @@ class Recorder:
 
 @dataclass(frozen=True, slots=True)
 class Now:
-    """One direction over the last while."""
+    """Figures of one direction, rates over the time since the last call.
+
+    direction: down or up
+    rate_bps: rate of the line
+    offered_bps, delivered_bps: with UDP and IP headers
+    offered: datagrams since the start
+    lost: lost datagrams since the start, by cause
+    under_way: datagrams on their way
+    blackout: True during a blackout
+    """
 
     direction: str
     rate_bps: float
@@ -57,11 +66,11 @@ class Now:
     blackout: bool
 
     def report(self) -> dict[str, Any]:
-        """For JSON."""
+        """Fields for JSON."""
         return asdict(self)
 
     def text(self) -> str:
-        """For a terminal."""
+        """One line for a terminal."""
         causes = ", ".join(f"{count} {cause.replace('_', ' ')}" for cause, count in self.lost.items() if count)
         lost = f"{sum(self.lost.values())} of {self.offered} lost" + (f" ({causes})" if causes else "")
         dark = "BLACKOUT, " if self.blackout else ""
@@ -70,14 +79,14 @@ class Now:
 
 
 class Meter:
-    """Rates of one direction between calls; counts since the start."""
+    """Meter of one direction: rates between calls, counts since the start."""
 
     def __init__(self, direction: str, model: Impairment) -> None:
         self._direction, self._model = direction, model
         self._before, self._before_ns = Counts(), 0
 
     def now(self, now_ns: int) -> Now:
-        """Since the last call. Offered bytes count with UDP and IP, as the line does."""
+        """Figures since the last call. Bytes include UDP and IP headers, as the line does."""
         counts, seconds = self._model.counts, max(1, now_ns - self._before_ns) / _S
         offered = counts.offered - self._before.offered
         in_bytes = counts.offered_bytes - self._before.offered_bytes + OVERHEAD_BYTES * offered

@@ -1,10 +1,10 @@
-"""Carrier B's link: a UDP relay that delays and loses by `hil.link.impairment`.
+"""Link of carrier B: a UDP relay that delays and loses by `hil.link.impairment`.
 
     rover, listens on UDP  <--- [up model] <--- this relay <--- ground, connects to the relay's UDP port
                             ---> [down model] --->
 
-Hellos and their answers (protocol.direct) are delayed and lost like everything else. Each port that speaks from the
-ground's side has a port of its own towards the rover, which tells its listeners apart by them. Wall clock only.
+Hellos and their answers (protocol.direct) are delayed and lost like other datagrams. Each sender port on the ground's
+side gets a separate port towards the rover, which distinguishes its listeners by these ports. Wall clock only.
 """
 
 from __future__ import annotations
@@ -18,13 +18,13 @@ from hil.link.impairment import Impairment, Profile, both_directions
 from hil.link.record import Recorder
 from protocol.link import MAX_DATAGRAM
 
-_MOST_SESSIONS = 64  # the oldest makes room
+_MOST_SESSIONS = 64  # beyond this the oldest session is dropped
 _BUFFER_BYTES = 1 << 20
 Address = tuple[str, int]
 
 
 class _Addressed(bytes):
-    """A datagram and who on the ground's side sent it or is to have it."""
+    """Datagram with its sender or receiver on the ground's side."""
 
     ground: Address
 
@@ -35,9 +35,10 @@ class _Addressed(bytes):
 
 
 class UdpRelay:
-    """Both sockets and both models. Use it inside `with`. Raises OSError where the ground's port cannot be had.
+    """Both sockets and both models. Use it inside `with`. Raises OSError if the ground's port is not available.
 
-    rover: where the rover listens. ground: where this listens for the ground; port 0: a free one, see `port`.
+    rover: address on which the rover listens
+    ground: address on which the relay listens for the ground; port 0: a free one, see `port`
     """
 
     def __init__(self, profile: Profile, seed: int, rover: Address, ground: Address, recorder: Recorder | None) -> None:
@@ -49,7 +50,7 @@ class UdpRelay:
         except OSError:
             self._to_ground.close()
             raise
-        self._to_rover: dict[Address, socket.socket] = {}  # by whom they stand for
+        self._to_rover: dict[Address, socket.socket] = {}  # by the ground address for which they stand
         self.port: int = self._to_ground.getsockname()[1]
 
     def __enter__(self) -> Self:
@@ -60,7 +61,7 @@ class UdpRelay:
             each.close()
 
     def turn(self, now_ns: int) -> None:
-        """Takes what has come, puts what is due."""
+        """Receive all waiting datagrams and send the due ones."""
         for datagram, sender in _received(self._to_ground):
             if sender not in self._to_rover:
                 self._open(sender)
@@ -71,7 +72,7 @@ class UdpRelay:
         for addressed in self.up.due(now_ns):
             assert isinstance(addressed, _Addressed)
             if addressed.ground in self._to_rover:
-                with suppress(ConnectionError):  # nobody is there now
+                with suppress(ConnectionError):  # no receiver at the moment
                     self._to_rover[addressed.ground].send(addressed)
         for addressed in self.down.due(now_ns):
             assert isinstance(addressed, _Addressed)
@@ -81,7 +82,7 @@ class UdpRelay:
         if len(self._to_rover) == _MOST_SESSIONS:
             self._to_rover.pop(next(iter(self._to_rover))).close()
         self._to_rover[ground] = _socket()
-        self._to_rover[ground].connect(self._rover)  # from nobody else
+        self._to_rover[ground].connect(self._rover)  # accept datagrams only from the rover
 
     def _offer(self, name: str, model: Impairment, datagram: _Addressed, now_ns: int) -> None:
         fate = model.offer(datagram, now_ns)

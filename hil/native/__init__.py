@@ -1,1 +1,1 @@
-"""The wheel-soil kernel (an extension of its own)."""
+"""Native kernels of the bench: wheel-soil forces and rays on heights and rocks."""

@@ -1,5 +1,5 @@
-// Rays on a raster of heights, and on one with rocks, for Python: unpacks arrays, releases the lock. Checks are in
-// hil/terrain/heightfield.py and hil/plant/ground_bodies.py.
+// Python bindings for rays on a raster of heights, and on one with rocks: unpack arrays, release the lock. The checks
+// are in hil/terrain/heightfield.py and hil/plant/ground_bodies.py.
 #include <nanobind/nanobind.h>
 #include <nanobind/ndarray.h>
 

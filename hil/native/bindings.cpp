@@ -1,4 +1,4 @@
-// Door from pybullet's link states to the soil kernel: one call a physics step for all four wheels.
+// Python bindings from pybullet's link states to the soil kernel: one call a physics step for all four wheels.
 #include <nanobind/nanobind.h>
 #include <nanobind/ndarray.h>
 
@@ -15,7 +15,7 @@ static soil::Vec vec(nb::handle row) {
 
 static nb::tuple tuple(soil::Vec v) { return nb::make_tuple(v.x, v.y, v.z); }
 
-// The left-pointing axis (0, 1, 0) of a link turned by its quaternion x, y, z, w.
+// Left-pointing axis (0, 1, 0) of a link rotated by its quaternion x, y, z, w.
 static soil::Vec axis(nb::handle q) {
     const double x = nb::cast<double>(q[0]), y = nb::cast<double>(q[1]), z = nb::cast<double>(q[2]), w = nb::cast<double>(q[3]);
     return {2 * (x * y - w * z), 1 - 2 * (x * x + z * z), 2 * (y * z + w * x)};

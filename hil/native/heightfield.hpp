@@ -1,13 +1,13 @@
 // Rays against a triangulated raster of heights, exact to rounding. No Python types, no exceptions, no heap.
 //
-// Heights stand on the corners of squares; each square is two triangles, cut from (i + 1, j) to (i, j + 1):
+// Heights are on the corners of squares; each square is two triangles, cut from (i + 1, j) to (i, j + 1):
 //
-//     j + 1  +---+      A ray walks from square to square (Amanatides and Woo 1987). Within one its height over either
-//            |\ 2|      triangle is linear in t, so it is looked at where it enters, where it crosses the cut and where
-//     j      | 1\|      it leaves: the first change from above to below is the hit.
+//     j + 1  +---+      A ray walks from square to square (Amanatides and Woo 1987). Within a square its height above
+//            |\ 2|      either triangle is linear in t: it is evaluated where the ray enters, crosses the cut and
+//     j      | 1\|      leaves. The first change from above to below is the hit.
 //            +---+
-//            i  i + 1   Squares whose highest corner lies under the ray's piece are passed over, and so is a whole tile
-//                       of squares at once. How its borders are counted does not change by that, not by a bit.
+//            i  i + 1   Squares whose highest corner is below the ray's piece are skipped, and so is a whole tile of
+//                       squares at once. Skipping does not change the computed borders by a single bit.
 #pragma once
 
 #include <algorithm>
@@ -32,7 +32,7 @@ struct Raster {
 };
 
 struct Ray {
-    double u, v, z;     // where it is, in cells and metres
+    double u, v, z;     // start, in cells and metres
     double du, dv, dz;  // per metre of way
 };
 
@@ -40,7 +40,7 @@ constexpr double kMiss = std::numeric_limits<double>::infinity();
 
 namespace detail {
 
-// Height of the ray over the lower (u + v <= 1) or the upper triangle of square (j, i), at t.
+// Height of the ray above the lower (u + v <= 1) or the upper triangle of square (j, i), at t.
 inline double over(const Raster& r, const Ray& ray, std::int64_t j, std::int64_t i, double t, bool lower) {
     const float* at = r.z + j * r.columns + i;
     const double z10 = at[1], z01 = at[r.columns];
@@ -50,7 +50,7 @@ inline double over(const Raster& r, const Ray& ray, std::int64_t j, std::int64_t
     return ray.z + t * ray.dz - ground;
 }
 
-// The way to the hit within [t0, t1] over one triangle, kMiss where the ray stays above.
+// Range of the hit within [t0, t1] on one triangle, kMiss if the ray stays above it.
 inline double piece(const Raster& r, const Ray& ray, std::int64_t j, std::int64_t i, double t0, double t1) {
     const double middle = 0.5 * (t0 + t1);
     const double sum = ray.u + middle * ray.du - static_cast<double>(i) + ray.v + middle * ray.dv - static_cast<double>(j);
@@ -70,13 +70,13 @@ inline double square(const Raster& r, const Ray& ray, std::int64_t j, std::int64
     return first < kMiss ? first : piece(r, ray, j, i, cut, t1);
 }
 
-// Squares of its tile that lie beyond `index` on the way.
+// Number of squares of the tile beyond `index` in the direction of travel.
 inline std::int64_t left(std::int64_t index, std::int64_t way) {
     const std::int64_t within = index & (kTile - 1);
     return way > 0 ? kTile - 1 - within : within;
 }
 
-// As a walk from square to square adds: not `next + count * step`, which rounds otherwise.
+// Add step by step, as a walk over squares does: `next + count * step` rounds differently.
 inline double added(double next, double step, std::int64_t count) {
     for (; count > 0; --count) next += step;
     return next;
@@ -84,8 +84,8 @@ inline double added(double next, double step, std::int64_t count) {
 
 }  // namespace detail
 
-// Calls visit(j, i, from, to) for the squares that a ray crosses between `t` and `end`, in their order, until it is true.
-// Those of a tile are left out where clear(tile, from, to) says that nothing of it reaches the ray's piece.
+// Calls visit(j, i, from, to) for the squares that a ray crosses between `t` and `end`, in order, until it returns
+// true. Skips the squares of a tile if clear(tile, from, to) is true: nothing in the tile reaches the ray's piece.
 template <typename Clear, typename Visit>
 inline void walk(const Raster& r, const Ray& ray, double t, double end, Clear clear, Visit visit) {
     const double width = static_cast<double>(r.columns - 1), height = static_cast<double>(r.rows - 1);
@@ -140,7 +140,7 @@ inline void walk(const Raster& r, const Ray& ray, double t, double end, Clear cl
     }
 }
 
-// Way to the first hit, kMiss where nothing is met within `range_m` or on the raster.
+// Range of the first hit, kMiss if nothing is met within `range_m` or on the raster.
 inline double cast(const Raster& r, const Ray& ray, double range_m) {
     double hit = kMiss;
     const auto clear = [&](std::int64_t tile, double from, double to) {

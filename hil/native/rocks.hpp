@@ -1,7 +1,8 @@
 // Rays against soil with rocks on it, exact to rounding: the soil is a raster, a rock a closed body of triangles.
 //
-// A ray walks over the raster's squares; each square names the rocks that may stand over it, and a rock is asked once a
-// ray (`asked`, a mark a rock, the caller's). Rocks that reach over the raster's rim are asked by every ray.
+// A ray walks over the raster's squares; each square lists the rocks that may cover it, and a rock is tested once per
+// ray (`asked`: one mark per rock, owned by the caller). Rocks that extend over the raster's rim are tested for every
+// ray.
 #pragma once
 
 #include <algorithm>
@@ -20,12 +21,12 @@ struct Rocks {
     const std::int32_t* first;    // (n + 1) first triangle of each rock
     const double* boxes;          // (n, 2, 3) lower and upper corners
     const std::int32_t* of;       // rocks, square after square
-    const std::int32_t* of_from;  // (squares + 1) where a square's rocks begin in `of`
-    const std::int32_t* rim;      // rocks that reach over the rim
+    const std::int32_t* of_from;  // (squares + 1) first entry of each square in `of`
+    const std::int32_t* rim;      // rocks that extend over the rim
     std::int64_t rims;
-    const float* reach;           // (squares) highest of soil and rocks over each
-    const float* tile_reach;      // likewise of each tile of the raster
-    double low_m, high_m;         // of soil and rocks
+    const float* reach;           // (squares) highest point of soil and rocks over each
+    const float* tile_reach;      // the same for each tile of the raster
+    double low_m, high_m;         // lowest and highest point of soil and rocks
 };
 
 inline Vector cross(const Vector& a, const double* b) {
@@ -34,7 +35,7 @@ inline Vector cross(const Vector& a, const double* b) {
 
 inline double dot(const Vector& a, const double* b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 
-// Whether the ray passes through a box before `best`.
+// True if the ray passes through a box before `best`.
 inline bool meets(const double* box, const Vector& from, const Vector& way, double best) {
     double t = 0.0;
     for (int k = 0; k < 3; ++k) {
@@ -49,7 +50,7 @@ inline bool meets(const double* box, const Vector& from, const Vector& way, doub
     return t <= best;
 }
 
-// Way to one triangle, kMiss beside it (Moeller and Trumbore 1997). Its rim belongs to it: no ray slips between two.
+// Range to one triangle, kMiss off it (Moeller and Trumbore 1997). Its rim is included: no ray slips between two.
 inline double triangle(const double* a, const Vector& from, const Vector& way) {
     constexpr double kRim = 1e-12;
     const double *ab = a + 3, *ac = a + 6;
@@ -73,7 +74,7 @@ inline double rock(const Rocks& all, std::int32_t n, const Vector& from, const V
     return best;
 }
 
-// Way to the first hit on soil or rock, kMiss where nothing is met within `range_m`. mark: another for each ray.
+// Range of the first hit on soil or rock, kMiss if nothing is met within `range_m`. mark: a different one per ray.
 inline double cast(const heightfield::Raster& soil, const Rocks& all, const Vector& from, const Vector& way,
                    double range_m, std::int32_t mark, std::int32_t* asked) {
     double best = kMiss, t = 0.0, end = range_m;

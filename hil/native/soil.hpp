@@ -23,7 +23,7 @@ inline double dot(Vec a, Vec b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 inline Vec cross(Vec a, Vec b) { return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x}; }
 inline Vec unit(Vec a) { return (1.0 / std::sqrt(dot(a, a))) * a; }
 
-// Height on the mesh: squares cut from (x + 1, y) to (x, y + 1); off the mesh the nearest edge.
+// Height on the mesh: squares cut from (x + 1, y) to (x, y + 1); off the mesh the height of the nearest edge.
 struct Ground {
     const float* z;
     int rows, columns;
@@ -46,9 +46,9 @@ struct Soil {  // one row of hil.plant.soil.CLASSES
     double stiffness, exponent, damping, unloading, cohesion, tan_phi, shear_length, shear_damping;
 };
 
-struct Wheel {  // what the soil remembers of one wheel
+struct Wheel {  // state of the soil under one wheel
     double along = 0, across = 0;  // shear displacement, m
-    double heading = 0;            // -1..1: which half trails; moves with the way rolled, so it holds when parked
+    double heading = 0;            // -1..1: trailing half; changes only while the wheel rolls, so it stays when parked
 };
 
 struct Motion {
@@ -71,7 +71,7 @@ inline Contact step(const Ground& ground, const Soil& soil, Wheel& wheel, const 
     const Vec ahead = unit(cross(m.axis, {0, 0, 1})), up = cross(ahead, m.axis);
     const double fore = ground.height(m.centre.x + 0.5 * radius * ahead.x, m.centre.y + 0.5 * radius * ahead.y);
     const double aft = ground.height(m.centre.x - 0.5 * radius * ahead.x, m.centre.y - 0.5 * radius * ahead.y);
-    const double middle = std::atan2(fore - aft, radius);  // the rim's angle that looks at the ground
+    const double middle = std::atan2(fore - aft, radius);  // angle of the rim that faces the ground
     const double piece = radius * STEP * width / SLICES;
 
     Vec push, moment;

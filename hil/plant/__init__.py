@@ -1,1 +1,1 @@
-"""The rover on its ground, by the physics engine and a soil model of our own."""
+"""Plant: the rover on its ground, with a physics engine and our own soil model."""

@@ -1,4 +1,4 @@
-"""The physics engine: the only import of pybullet, whose C code greets on file descriptor 2; here nobody hears it."""
+"""Physics engine: the only import of pybullet; suppresses the banner that its C code prints to standard error."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from collections.abc import Iterator
 
 @contextlib.contextmanager
 def _quiet_stderr() -> Iterator[None]:
-    """File descriptor 2 leads to nowhere inside the block. An exception passes and is told afterwards."""
+    """Redirect file descriptor 2 to the null device inside the block. Exceptions pass and are printed after it."""
     sys.stderr.flush()
     kept, nowhere = os.dup(2), os.open(os.devnull, os.O_WRONLY)
     try:

@@ -1,8 +1,8 @@
-"""The ground as bodies of the physics engine, and rays cast on it.
+"""Ground as bodies of the physics engine, and rays cast on it.
 
-Soil is concave triangle tiles of 100 x 100 squares, rocks are concave triangle meshes too. Rocks share one body a block
-of ground: each body costs a microsecond or more in every step. Rays on the same triangles are hil.rays: by a kernel of
-our own unless `cast_by` says otherwise. What else the engine cannot do: docs/engine.md.
+Soil is concave triangle tiles of 100 x 100 squares; rocks are concave triangle meshes too. The rocks of a block of
+ground share one body: each body costs a microsecond or more in every step. Rays on the same triangles are cast by
+hil.rays: by our own kernel unless `cast_by` selects another caster. Other limits of the engine: docs/engine.md.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ BLOCK_M, BLOCK_ROCKS = 5.0, 60  # inline meshes have a limit of vertices
 
 
 class Ground:
-    """A field built into an engine client: soil tiles and rocks, and `cast`."""
+    """Field built into an engine client: soil tiles and rocks, and `cast`."""
 
     def __init__(self, field: Field, client: int) -> None:
         self._client, self._caster = client, DEFAULT
@@ -38,7 +38,7 @@ class Ground:
             self._rocks[body] = (np.array([(rock.x_m, rock.y_m, rock.diameter_m / 2) for rock in rocks]), rocks)
 
     def reshape(self, field: Field) -> None:
-        """The soil of another field on the same grid and with the same rocks, from now on; equal tiles stay."""
+        """Use the soil of another field on the same grid and with the same rocks from now on; equal tiles stay."""
         self._field = field
         self._rays = ray_caster(self._caster, field, self._client)
         grid, z = field.grid, field.soil_z
@@ -56,7 +56,7 @@ class Ground:
                 self._tiles[j, i] = self._mesh(vertices, squares(*part.shape), SOIL, SOIL | BODY), part.copy()
 
     def rock_at(self, body: int, point_m: tuple[float, float, float]) -> Rock | None:
-        """The rock of a contact on an engine body, None if the body holds no rocks."""
+        """Rock of a contact on an engine body; None if the body contains no rocks."""
         if body not in self._rocks:
             return None
         discs, rocks = self._rocks[body]
@@ -78,17 +78,18 @@ class Ground:
         return body
 
     def cast_by(self, name: str) -> None:
-        """Rays by a row of hil.rays.casters.CASTERS from now on. ValueError for another name or a missing package."""
+        """Cast rays by a row of hil.rays.casters.CASTERS from now on. ValueError for another name or a missing package.
+        """
         if name != self._caster:
             self._rays, self._caster = ray_caster(name, self._field, self._client), name
 
     def cast(self, origins_m: F64, directions: F64, range_m: float) -> F64:
-        """Ranges of rays on soil and rocks, as hil.rays.casters.RayCaster says."""
+        """Ranges of rays on soil and rocks, see hil.rays.casters.RayCaster."""
         return self._rays.cast(origins_m, directions, range_m)
 
 
 def _blocks(rocks: tuple[Rock, ...]) -> list[list[Rock]]:
-    """Rocks by the square of ground they stand in, at most 60 together, in a fixed order."""
+    """Rocks grouped by square of ground, at most 60 in a group, in a fixed order."""
     order = sorted(rocks, key=lambda rock: (rock.y_m // BLOCK_M, rock.x_m // BLOCK_M, rock.y_m, rock.x_m))
     groups: list[list[Rock]] = []
     place: tuple[float, float] | None = None

@@ -1,9 +1,9 @@
-"""The rover on its ground, by pybullet: bodies and rocks are the engine's, wheels on soil are hil.plant.soil's.
+"""Rover on its ground, by pybullet: the engine simulates bodies and rocks, hil.plant.soil the wheels on soil.
 
 Only this file, ground_bodies.py and hil/rays/engine_rays.py use the engine. Same field, seed, step and commands give
-the same bits. Engine traps that shape this file (docs/engine.md has them all): links have a damping of 0.04 and joints
-a motor unless told otherwise; the base's pose is that of its centre of mass; an external force lives for one step; a
-rover off the mesh falls for ever, silently.
+the same bits. Engine traps that shape this file (all are in docs/engine.md): by default links have a damping of 0.04
+and joints a motor; the base's pose is that of its centre of mass; an external force lasts for one step; a rover off the
+mesh falls without end and without an error.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ STEP_NS = 2_000_000  # of the physics; 5 ms is for campaigns
 
 
 class PlantAbortError(RuntimeError):
-    """The run has no meaning from here on; the text says why."""
+    """The run is invalid from here on; the text has the reason."""
 
 
 class Plant:
@@ -120,9 +120,9 @@ class Plant:
         pybullet.changeConstraint(gear, gearRatio=1, erp=0.8, maxForce=1e4, physicsClientId=self._client)
 
     def reset(self, pose: Pose) -> PlantState:
-        """Put the rover at x, y, yaw of `pose` on the ground, wheels straight and still, let it settle; time is 0.
+        """Put the rover at x, y, yaw of `pose` on the ground, wheels straight and still, and let it settle.
 
-        Raises PlantAbortError if the rover does not stand there on its four wheels.
+        The time is 0 after settling. Raises PlantAbortError if the rover does not stand there on its four wheels.
         """
         at = stance(self.field, self.rover, pose)
         quaternion = pybullet.getQuaternionFromEuler([at.roll_rad, at.pitch_rad, pose.yaw_rad])
@@ -139,7 +139,7 @@ class Plant:
         self._rates, self._angles = [0.0] * len(WHEELS), [0.0] * len(WHEELS)
         self._history: deque[tuple[int, tuple[float, ...], tuple[float, ...]]] = deque(maxlen=HISTORY)
         self._now_ns, self._last = -SETTLE_TICKS * TICK_NS, None
-        most_n = [0.0] * len(WHEELS)  # in the last ticks: a wheel that slides on a steep slope bears no load at times
+        most_n = [0.0] * len(WHEELS)  # in the last ticks: a wheel that slides on a steep slope has no load at times
         for tick in range(SETTLE_TICKS):
             state = self.step()
             if tick >= SETTLE_TICKS - STANDING_TICKS:
@@ -150,24 +150,24 @@ class Plant:
         return state
 
     def apply(self, drives: tuple[WheelDrive, ...]) -> None:
-        """Targets of the four motor pairs from the next step on; the drivers' slew limits are in the plant."""
+        """Set the targets of the four motor pairs from the next step on; the drivers' slew limits are in the plant."""
         self._drives = drives
 
     def set_motor(self, wheel: int, torque_nm: float) -> None:
-        """Largest drive torque of wheel 1..4 from now on: 0 runs free, little is weak, 8 is sound."""
+        """Set the largest drive torque of wheel 1..4: 0 turns freely, a small value is weak, 8 is healthy."""
         self._limits_nm[wheel - 1] = torque_nm
 
     def jam(self, wheel: int, jammed: bool) -> None:
-        """Whether the gear of wheel 1..4 holds it where it is."""
+        """Block wheel 1..4 by its gear, or release it."""
         self._jammed[wheel - 1] = jammed
 
     def set_soil(self, wheel: int, name: str) -> None:
-        """Soil under wheel 1..4 from now on; a row of hil.plant.soil.CLASSES."""
+        """Set the soil under wheel 1..4, a row of hil.plant.soil.CLASSES."""
         self._soil.set_soil(wheel - 1, name)
         self._soils[wheel - 1] = name
 
     def reshape(self, soil_z: F32) -> None:
-        """Other ground from now on, (rows, columns) on the field's grid: for wheels, body and scanner alike."""
+        """Set new ground heights, (rows, columns) on the field's grid: for wheels, body and scanner."""
         self._soil.reshape(soil_z)
         self.field = replace(self.field, soil_z=soil_z)
         self.ground.reshape(self.field)
@@ -175,11 +175,11 @@ class Plant:
 
     @property
     def ground_changes(self) -> int:
-        """How often the ground has been changed: its shape or its soil."""
+        """Number of changes of the ground: of its shape or its soil."""
         return self._shapes + self.patches.changes
 
     def step(self, ticks_ns: int = TICK_NS) -> PlantState:
-        """One tick of physics; the truth at its end. Raises PlantAbortError."""
+        """Run one tick of physics and return the true state at its end. Raises PlantAbortError."""
         self._motors(ticks_ns * 1e-9)
         body, wheels, client, dt_s = self._body, self._wheels, self._client, self._dt_s
         states, forces, push, advance = (
@@ -190,7 +190,7 @@ class Plant:
             contacts = forces(states(body, wheels, computeLinkVelocity=1, physicsClientId=client), dt_s)
             for link, (force, point, load, _) in zip(wheels, contacts):
                 if load > 0:
-                    push(body, link, force, point, pybullet.WORLD_FRAME, client)  # lives for one step
+                    push(body, link, force, point, pybullet.WORLD_FRAME, client)  # lasts for one step
             advance(client)
         self._now_ns += ticks_ns
         if self.patches.laid:
@@ -248,14 +248,14 @@ class Plant:
         )
 
     def _torque_nm(self, k: int, told_nm: float) -> float:
-        """The engine repeats the last torque of a motor that has none left."""
+        """Limit a motor's torque: the engine repeats the last torque of a motor whose limit is 0."""
         return max(-self._limits_nm[k], min(self._limits_nm[k], told_nm))
 
     def _touches(self) -> tuple[Touch, ...]:
-        """Wheels on rocks of ROCK_LIMIT_M or more, body on anything; each pair once."""
+        """Contacts: wheels on rocks of ROCK_LIMIT_M or more, body on anything; each pair once."""
         found: dict[tuple[object, ...], Touch] = {}
         for contact in pybullet.getContactPoints(bodyA=self._body, physicsClientId=self._client):
-            if contact[8] > 0:  # still apart
+            if contact[8] > 0:  # not yet in contact
                 continue
             rock, (x_m, y_m, _) = self.ground.rock_at(contact[2], contact[6]), contact[6]
             wheel = self._wheels.index(contact[3]) + 1 if contact[3] in self._wheels else 0
@@ -285,20 +285,23 @@ class Plant:
             raise PlantAbortError(f"height jumped from {before:.3f} to {z:.3f} m at ({x:.2f}, {y:.2f})")
 
     def poses_at(self, times_ns: I64) -> tuple[F64, F64]:
-        """base_link at times (n,) within the last 100 ms: positions (n, 3), quaternions x y z w (n, 4)."""
+        """base_link at times (n,) within the last 100 ms: positions (n, 3), quaternions x y z w (n, 4).
+
+        Raises ValueError for other times.
+        """
         known = np.array([row[0] for row in self._history], np.int64)
         if len(times_ns) and (times_ns.min() < known[0] or times_ns.max() > known[-1]):
             asked = f"{times_ns.min()} to {times_ns.max()}"
             raise ValueError(f"poses are known from {known[0]} to {known[-1]} ns, asked for {asked}")
         positions, turns = (np.array([row[k] for row in self._history]) for k in (1, 2))
-        ahead = (turns[1:] * turns[:-1]).sum(axis=1) < 0  # q and -q are one orientation: no turn goes the long way
+        ahead = (turns[1:] * turns[:-1]).sum(axis=1) < 0  # q and -q are one orientation: take the short way
         turns[1:][np.logical_xor.accumulate(ahead)] *= -1.0
         columns = [np.interp(times_ns, known, column) for column in (*positions.T, *turns.T)]
         mixed = np.column_stack(columns[3:])
         return np.column_stack(columns[:3]), mixed / np.sqrt((mixed * mixed).sum(axis=1, keepdims=True))
 
     def cast(self, origins_m: F64, directions: F64, range_m: float) -> F64:
-        """Ranges (n,) of rays on soil and rocks, inf where none is met (see hil.plant.ground_bodies.Ground.cast)."""
+        """Ranges (n,) of rays on soil and rocks, inf where nothing is met (see hil.plant.ground_bodies.Ground.cast)."""
         return self.ground.cast(origins_m, directions, range_m)
 
     def close(self) -> None:

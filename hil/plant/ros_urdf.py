@@ -1,11 +1,11 @@
-"""The rover's URDF for RViz and other ROS tools: the engine's own (hil.plant.rover_model), told in ROS words.
+"""Rover's URDF for RViz and other ROS tools: that of the engine (hil.plant.rover_model) with ROS names.
 
     base_link -(fixed)- chassis -+- left_rocker, right_rocker - <corner>_steer - <corner>_wheel
                                  +- scanner_tilt - laser                corner: front_left, rear_left, ...
 
-What RViz needs and the engine does not is added: an empty root base_link on the ground, shapes to look at, the axis of
-the scanner (scanner_tilt_joint, positive looks down; frame laser at the scanner's centre), and the differential: the
-right rocker mimics the left one turned round. Joints are named LINK_joint, as users of robot_state_publisher expect.
+Added for RViz: an empty root base_link on the ground, visual shapes, the axis of the scanner (scanner_tilt_joint,
+positive looks down; frame laser at the scanner's centre), and the differential: the right rocker mimics the left one
+with the opposite sign. Joints are named LINK_joint, as users of robot_state_publisher expect.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ COLOURS = {"chassis": "0.80 0.80 0.78 1", "wheel": "0.25 0.25 0.27 1", "laser": 
 
 
 def ros_urdf(rover: Rover) -> str:
-    """The text; geometry from the configuration."""
+    """URDF text; geometry from the configuration."""
     robot = fromstring(rover_model.urdf(rover))
     robot.set("name", "el_dorado")
     for each in robot.iter():
@@ -44,7 +44,7 @@ def ros_urdf(rover: Rover) -> str:
 
 
 def _show(link: Element, rover: Rover) -> None:
-    """A look for what has a shape: its own shape, a cylinder for a wheel."""
+    """Add a visual to a link with a collision shape: the same boxes, a cylinder for a wheel."""
     name = str(link.get("name"))
     if name.endswith("_wheel"):
         cylinder = {"radius": str(rover.wheel_radius_m), "length": str(rover.wheel_width_m)}
@@ -73,7 +73,7 @@ def _joint(name: str, kind: str, parent: str, child: str, place: str) -> Element
 
 
 def _scanner(rover: Rover) -> list[Element]:
-    """The tilt axis through the scanner's centre and the scanner on it."""
+    """Tilt joint through the scanner's centre, and the scanner's link."""
     tilt = _joint("scanner_tilt", "revolute", "chassis", "laser", f"{rover.lidar_x_m} 0 {rover.lidar_z_m}")
     SubElement(tilt, "axis", xyz="0 1 0")
     SubElement(tilt, "limit", lower="-1.429", upper="1.429", effort="10", velocity="0.6")

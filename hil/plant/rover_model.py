@@ -1,13 +1,14 @@
-"""The rover for the physics engine, as URDF text.
+"""Rover model for the physics engine, as URDF text.
 
           mast  |  +0.70 scanner's centre
         ___deck_|_ 0.50
           [chassis] 0.15 .. 0.35      base_link: on the ground in the middle; the URDF's root frame is base_link itself
         o--rocker--o 0.18 pivot       left and right rocker, joined by a gear constraint in hil.plant.plant
 
-Names are chassis, rocker_left, rocker_right, steer_1..4, wheel_1..4 (joints carry their link's name). A wheel's shape
-for collisions is the tyre's cylinder, for rocks only: soil acts through soil.py (a cylinder rolling on triangles shakes
-by 0.5 m/s2). Spheres in its place reach beyond the tyre's side, by 0.08 m at the axle: rocks that no tyre meets count.
+Names are chassis, rocker_left, rocker_right, steer_1..4, wheel_1..4 (joints have their link's name). A wheel's
+collision shape is the tyre's cylinder, for rocks only: soil acts through soil.py (a cylinder rolling on triangles
+shakes by 0.5 m/s2). Spheres would extend beyond the tyre's side, by 0.08 m at the axle, and report contacts with rocks
+that no tyre touches.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ CHASSIS_KG, ROCKER_KG, STEER_KG, WHEEL_KG = 24.0, 1.0, 1.5, 2.0
 
 
 def urdf(rover: Rover) -> str:
-    """The text; geometry from the configuration, masses from the table of `10-navigation`, section 2 (40 kg)."""
+    """URDF text; geometry from the configuration, masses from the table of `10-navigation`, section 2 (40 kg)."""
     links = [_chassis(rover)]
     for side, sign in (("left", 1), ("right", -1)):
         links.append(_rocker(rover, side, sign))

@@ -1,4 +1,4 @@
-"""The rover on planes of one soil: how much of its way it loses driving up. Drawn by tools/draw_soil.py."""
+"""Slip of the rover driving up planes of one soil. Drawn by tools/draw_soil.py."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from onboard.config import Rover
 from onboard.records import Gdem, Grid, Pose
 
 SLOPES_DEG = (0.0, 2.5, 5.0, 7.5, 10.0, 12.5, 15.0, 17.5, 20.0, 22.5, 25.0)
-RATE_RADPS, WARM_S, DRIVE_S = 1.1, 10.0, 20.0  # soft soil takes some seconds to its last slip
+RATE_RADPS, WARM_S, DRIVE_S = 1.1, 10.0, 20.0  # soft soil needs some seconds to reach its final slip
 LENGTH_M, WIDTH_M, CELL_M = 16.0, 4.0, 0.1
 STEP_NS = 5_000_000
 
 
 def inclined(slope_deg: float) -> Field:
-    """A plane that rises along x, through the origin; the start is the origin."""
+    """Plane that rises along x, through the origin; the start is the origin."""
     rows, columns = round(WIDTH_M / CELL_M) + 1, round(LENGTH_M / CELL_M) + 1
     grid = Grid(-LENGTH_M / 2, -WIDTH_M / 2, CELL_M, rows, columns)
     x_m = grid.x0_m + np.arange(columns) * CELL_M
@@ -28,7 +28,7 @@ def inclined(slope_deg: float) -> Field:
 
 
 def slip(soil: str, slope_deg: float) -> float:
-    """Share of the wheels' way that is lost driving straight up: 1 where it digs in, over 1 where it slides back."""
+    """Slip driving straight up: lost share of the wheels' way; 1 if the rover digs in, over 1 if it slides back."""
     plant = Plant(inclined(slope_deg), step_ns=STEP_NS, soil=soil)
     plant.apply((WheelDrive(0.0, RATE_RADPS),) * 4)
     states = [plant.step() for _ in range(round(DRIVE_S * 100))]
@@ -39,6 +39,6 @@ def slip(soil: str, slope_deg: float) -> float:
 
 
 def rolled_m(state: PlantState) -> float:
-    """Way by the wheels, their mean."""
+    """Mean way of the wheels, m."""
     return Rover().wheel_radius_m * float(np.mean([wheel.position_rad for wheel in state.wheels]))
 

@@ -1,7 +1,7 @@
-"""Wheels on loose soil: the table of soils and the door to the native kernel (the law stands in native/soil.hpp).
+"""Wheels on loose soil: table of soils, and interface of the native kernel (equations in native/soil.hpp).
 
-Nominal values are like lunar simulant; slip comes out near 1.5, 8 and 20 % at 0, 10 and 20 degrees. On flat ground a
-rover slips 8 % on soft soil, 32 % on powder, and does not get on in dust.
+Nominal values are like lunar simulant; slip is near 1.5, 8 and 20 % at 0, 10 and 20 degrees. On flat ground a rover
+slips 8 % on soft soil, 32 % on powder, and does not advance in dust.
 """
 
 from __future__ import annotations
@@ -19,9 +19,13 @@ from onboard.records import Grid
 class SoilClass(NamedTuple):
     """Constants of one soil, in the kernel's order.
 
-    Pressure stiffness * z^exponent (N/m^(2 + exponent)); damping along the rim's normal (Pa s/m); share of the pressure
-    left on the trailing half; cohesion; tan of the friction angle; shear length K; damping of the shear per newton of
-    load (s/m).
+    stiffness_npm3, exponent: pressure stiffness * z^exponent, N/m^(2 + exponent)
+    damping_paspm: damping along the rim's normal, Pa s/m
+    unloading_ratio: share of the pressure left on the trailing half
+    cohesion_pa: cohesion
+    tan_phi: tangent of the friction angle
+    shear_length_m: shear length K
+    shear_damping_spm: damping of the shear per newton of load, s/m
     """
 
     stiffness_npm3: float
@@ -44,9 +48,9 @@ CLASSES = {
 
 
 def mixed(soil: SoilClass, other: SoilClass, share: float) -> SoilClass:
-    """Between two soils, share 0 to 1 of the other: stiffness by its logarithm, the rest straight.
+    """Mixture of two soils, share 0 to 1 of the other: stiffness by its logarithm, the rest linear.
 
-    Nobody has measured such a mixture; it serves to pass from one soil to the other without a step.
+    Nobody has measured such a mixture; it serves for a change from one soil to the other without a step.
     """
     between = [(1.0 - share) * a + share * b for a, b in zip(soil, other)]
     stiffness = soil.stiffness_npm3 ** (1.0 - share) * other.stiffness_npm3**share
@@ -54,7 +58,7 @@ def mixed(soil: SoilClass, other: SoilClass, share: float) -> SoilClass:
 
 
 class SoilContacts:
-    """The wheels' contacts with the soil of a field; keeps each wheel's shear displacement."""
+    """Contacts of the wheels with the soil of a field; stores each wheel's shear displacement."""
 
     def __init__(
         self, grid: Grid, soil_z: NDArray[np.float32], radius_m: float, width_m: float, soils: tuple[str, ...]
@@ -62,42 +66,42 @@ class SoilContacts:
         if grid.rows < 2 or grid.columns < 2:
             raise ValueError(f"grid: expected at least 2 x 2 nodes, given {grid.rows} x {grid.columns}")
         self._wheels = len(soils)
-        self._heights = np.empty((grid.rows, grid.columns), np.float32)  # the kernel reads them where they are
+        self._heights = np.empty((grid.rows, grid.columns), np.float32)  # the kernel reads them in place
         self.reshape(soil_z)
         self._contacts = _soil.Contacts(self._heights, grid.x0_m, grid.y0_m, grid.cell_m, radius_m, width_m, len(soils))
         for wheel, name in enumerate(soils):
             self.set_soil(wheel, name)
 
     def set_soil(self, wheel: int, name: str) -> None:
-        """Soil under one wheel (index from 0) from now on; `name` is a row of CLASSES."""
+        """Set the soil under one wheel (index from 0); `name` is a row of CLASSES."""
         if name not in CLASSES:
             raise ValueError(f"soil {name!r} is not one of {', '.join(CLASSES)}")
         self.set_constants(wheel, CLASSES[name])
 
     def set_constants(self, wheel: int, soil: SoilClass) -> None:
-        """As `set_soil`, by a soil that need not be in the table."""
+        """Set a soil that need not be in the table, as `set_soil`."""
         self._contacts.set_soil(wheel, tuple(soil))
 
     def reshape(self, soil_z: NDArray[np.float32]) -> None:
-        """Other heights from now on, (rows, columns); shear stays. Raises ValueError for a wrong shape or no number."""
+        """Set new heights, (rows, columns); shear stays. Raises ValueError for a wrong shape or values not finite."""
         heights = np.asarray(soil_z, np.float32)
         if heights.shape != self._heights.shape or not np.isfinite(heights).all():
             raise ValueError(f"soil {heights.shape} on a grid {self._heights.shape}, or heights not finite")
         self._heights[:] = heights
 
     def reset(self) -> None:
-        """Forget all shear."""
+        """Reset all shear to zero."""
         self._contacts.reset()
 
     def shear(self, wheel: int) -> tuple[float, float, float]:
-        """Shear displacement along and across (m) and which half trails (-1..1)."""
+        """Shear displacement along and across (m), and the trailing half (-1..1)."""
         return self._contacts.state(wheel)
 
     def step(self, states: tuple[Any, ...], dt_s: float) -> list[tuple[Any, Any, float, float]]:
-        """One step for all wheels: (force (3,) N, point (3,) m, load N, sinkage m) of each, map axes.
+        """Run one step for all wheels: (force (3,) N, point (3,) m, load N, sinkage m) of each, map axes.
 
-        states: one row per wheel as pybullet's getLinkStates tells it: [0] centre, [1] quaternion x y z w,
-        [6] velocity, [7] angular velocity, all in map axes. Raises ValueError for another number of wheels.
+        states: one row per wheel as returned by pybullet's getLinkStates: [0] centre, [1] quaternion x y z w, [6]
+            velocity, [7] angular velocity, all in map axes. Raises ValueError for another number of wheels.
         """
         if len(states) != self._wheels:
             raise ValueError(f"{len(states)} states for {self._wheels} wheels")

@@ -1,11 +1,11 @@
-"""How the rover stands on the ground: the pose of its body and its rockers that put all four wheels on the soil.
+"""Stance of the rover on the ground: the pose of its body and rockers with all four wheels on the soil.
 
     wheel centre = base + Rz(yaw) Ry(pitch) Rx(roll) (pivot + Ry(rocker) arm)       rocker right = -rocker left
 
-Four heights are given (one under each wheel), four numbers are sought: z, roll, pitch, rocker. x, y and yaw stay as
-asked. A rocker turns about a pivot above the ground, so its wheels move along x as well: the heights are taken where
-the wheels come to, by iteration. A rover put down with level rockers turns them while it settles, the wheels of the
-two sides are pushed apart, and its yaw goes with them: 1.3 degrees on twisted ground.
+Four heights are given (one under each wheel), four unknowns are solved for: z, roll, pitch, rocker. x, y and yaw are
+given. A rocker turns about a pivot above the ground, so its wheels move along x as well: the heights are those at the
+resulting wheel places, by iteration. A rover that starts with level rockers turns them while it settles; that pushes
+the wheels of the two sides apart and turns the yaw, by 1.3 degrees on twisted ground.
 """
 
 from __future__ import annotations
@@ -23,11 +23,16 @@ from onboard.config import Rover
 from onboard.records import Pose
 from protocol.conventions import WHEEL_SIGNS
 
-ITERATIONS = 8  # each takes the error down by ten on ground that a rover may stand on
+ITERATIONS = 8  # each divides the error by ten on ground that a rover may stand on
 
 
 class Stance(NamedTuple):
-    """z_m of base_link in the map frame, roll and pitch intrinsic z-y-x; rocker_rad: the left one about +y."""
+    """Stance of the rover.
+
+    z_m: of base_link, map frame
+    roll_rad, pitch_rad: intrinsic z-y-x
+    rocker_rad: left rocker about +y
+    """
 
     z_m: float
     roll_rad: float
@@ -36,7 +41,7 @@ class Stance(NamedTuple):
 
 
 def stance(field: Field, rover: Rover, pose: Pose) -> Stance:
-    """With base_link at x, y, yaw of `pose` and wheels straight; wheels touch the soil's surface, nothing sinks in."""
+    """Stance with base_link at x, y, yaw of `pose`, wheels straight and on the soil's surface, without sinkage."""
     found = Stance(0.0, 0.0, 0.0, 0.0)
     axle_m, track_m = 2 * rover.half_wheelbase_m, 2 * rover.half_track_m
     for _ in range(ITERATIONS):
@@ -68,6 +73,6 @@ def wheel_centres(rover: Rover, pose: Pose, at: Stance) -> NDArray[np.float64]:
 
 
 def _turned(along_m: float, up_m: float, nose_down_rad: float) -> tuple[float, float]:
-    """A turn that takes the first axis downwards where positive: pitch about +y as it is, roll about +x with -."""
+    """Rotate; positive angles turn the first axis downwards: pitch about +y, roll about +x with a minus sign."""
     cosine, sine = math.cos(nose_down_rad), math.sin(nose_down_rad)
     return along_m * cosine + up_m * sine, up_m * cosine - along_m * sine

@@ -1,4 +1,4 @@
-"""Orientations as the engine has them: unit quaternions x y z w, as tuples."""
+"""Orientations in the engine's format: unit quaternions x y z w, as tuples."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import math
 
 
 def rotate(q: tuple[float, ...], v: tuple[float, ...]) -> tuple[float, float, float]:
-    """The vector turned by a unit quaternion x y z w."""
+    """Rotate a vector by a unit quaternion x y z w."""
     x, y, z, w = q
     tx, ty, tz = 2 * (y * v[2] - z * v[1]), 2 * (z * v[0] - x * v[2]), 2 * (x * v[1] - y * v[0])
     return (
@@ -17,12 +17,12 @@ def rotate(q: tuple[float, ...], v: tuple[float, ...]) -> tuple[float, float, fl
 
 
 def inverse(q: tuple[float, ...]) -> tuple[float, float, float, float]:
-    """The turn back."""
+    """Inverse of a unit quaternion."""
     return -q[0], -q[1], -q[2], q[3]
 
 
 def middle(a: tuple[float, ...], b: tuple[float, ...]) -> tuple[float, ...]:
-    """Half way between two orientations near each other."""
+    """Orientation half way between two that are close."""
     sign = math.copysign(1.0, sum(p * q for p, q in zip(a, b)))
     added = [p + sign * q for p, q in zip(a, b)]
     size = math.sqrt(sum(p * p for p in added))

@@ -1,1 +1,1 @@
-"""Who casts the scanner's rays."""
+"""Casters of the scanner's rays."""

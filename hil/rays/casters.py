@@ -1,8 +1,8 @@
-"""Rays on a field's triangles behind one interface, and the TABLE of those that cast them.
+"""Rays on a field's triangles behind one interface, and the TABLE of the ray casters.
 
-All see the same triangles (hil.terrain.mesh), so a name of the table changes speed and rounding, not the world:
+All use the same triangles (hil.terrain.mesh), so a name of the table changes speed and rounding, not the world:
 
-    kernel   ground_rays.py: ours, double, exact to rounding. The default: fastest, needs nothing, has no limit of rays
+    kernel   ground_rays.py: ours, double, exact to rounding. The default: fastest, no dependency, no limit of rays
     engine   engine_rays.py: pybullet's, on the bodies that wheels and hull touch
     embree   embree_rays.py: Intel's, single precision; a package of its own (`pip install .[fast]`)
 """
@@ -19,12 +19,12 @@ DEFAULT = "kernel"
 
 
 class RayCaster(Protocol):
-    """A field to cast rays on. A field that changes gets a new one."""
+    """Caster of rays on one field. A field that changes needs a new caster."""
 
     def cast(self, origins_m: F64, directions: F64, range_m: float) -> F64:
         """Ranges (n,) float64 of rays from origins (n, 3) along unit directions (n, 3), map frame.
 
-        inf where nothing is met in range; the rover itself is not seen. ValueError where the two are not of one shape.
+        inf where nothing is met in range; the rover itself is not seen. ValueError if the two differ in shape.
         """
         ...
 
@@ -51,7 +51,7 @@ CASTERS: Mapping[str, Callable[[Field, int], RayCaster]] = {"kernel": _kernel, "
 
 
 def ray_caster(name: str, field: Field, client: int) -> RayCaster:
-    """The caster of a row; `client` holds the field's bodies. ValueError for another name or a missing package."""
+    """Ray caster of a row; `client` contains the field's bodies. ValueError for another name or a missing package."""
     if name not in CASTERS:
         raise ValueError(f"rays {name!r} should be one of {', '.join(CASTERS)}")
     return CASTERS[name](field, client)

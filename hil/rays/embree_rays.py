@@ -1,7 +1,7 @@
-"""Rays cast by Intel's Embree, where its package is installed (`pip install .[fast]`).
+"""Rays cast by Intel's Embree, if its package is installed (`pip install .[fast]`).
 
-Embree counts in single precision: the field is moved to its middle first, and where Embree names the triangle, the
-range is that of the triangle's plane in double precision.
+Embree computes in single precision: the field is first moved to its middle, and the range to the triangle that Embree
+returns is computed to the triangle's plane in double precision.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from onboard.records import F64
 
 
 class EmbreeRays:
-    """A field to cast rays on. Raises ConfigError where the package is not installed."""
+    """Caster on one field by Embree. Raises ConfigError if the package is not installed."""
 
     def __init__(self, field: Field) -> None:
         try:
@@ -33,7 +33,7 @@ class EmbreeRays:
         TriangleMesh(self._scene, (corners - self._middle_m).astype(np.float32))
 
     def cast(self, origins_m: F64, directions: F64, range_m: float) -> F64:
-        """As hil.rays.casters.RayCaster says."""
+        """See hil.rays.casters.RayCaster."""
         check_rays(origins_m, directions)
         found = self._scene.run(
             (origins_m - self._middle_m).astype(np.float32), directions.astype(np.float32),

@@ -1,7 +1,8 @@
-"""Rays cast by the physics engine, on its own bodies (hil.plant.ground_bodies makes them).
+"""Rays cast by the physics engine, on its own bodies (made by hil.plant.ground_bodies).
 
-Engine traps that shape this file: exactly 16,384 rays in a call return nothing without a word, more are refused, and a
-ray costs a look at every triangle its box covers. So rays go in pieces, and only between where ground can be.
+Engine traps that shape this file: a call with exactly 16,384 rays returns no hits and no error, larger ones are
+refused, and a ray tests every triangle that its box covers. So rays are cast in batches, and only inside the box of all
+ground.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ MARGIN_M = 0.01
 
 
 class EngineRays:
-    """Rays on the soil and rocks of an engine client, which holds the bodies of `field`."""
+    """Caster on the soil and rocks of an engine client, which contains the bodies of `field`."""
 
     def __init__(self, field: Field, client: int) -> None:
         grid = field.grid
@@ -29,7 +30,7 @@ class EngineRays:
         self._client = client
 
     def cast(self, origins_m: F64, directions: F64, range_m: float) -> F64:
-        """As hil.rays.casters.RayCaster says."""
+        """See hil.rays.casters.RayCaster."""
         check_rays(origins_m, directions)
         near_m, far_m = self._within(origins_m, directions, range_m)
         ranges_m = np.full(len(directions), np.inf)
@@ -47,8 +48,8 @@ class EngineRays:
         return ranges_m
 
     def _within(self, origins_m: F64, directions: F64, range_m: float) -> tuple[F64, F64]:
-        """Where each ray enters and leaves the box of all ground."""
+        """Ranges at which each ray enters and leaves the box of all ground."""
         with np.errstate(divide="ignore", invalid="ignore"):
             one, other = (self._low - origins_m) / directions, (self._high - origins_m) / directions
-        near_m, far_m = np.fmin(one, other), np.fmax(one, other)  # a ray along a side of the box: its NaN is no border
+        near_m, far_m = np.fmin(one, other), np.fmax(one, other)  # a ray along a side of the box: its NaN is no limit
         return np.fmax.reduce(near_m, axis=1, initial=0.0), np.fmin.reduce(far_m, axis=1, initial=range_m)

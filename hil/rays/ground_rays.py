@@ -1,7 +1,7 @@
-"""Rays on soil and rocks: the door to the native kernel (native/rocks.hpp). Exact to rounding, no limit of rays.
+"""Rays on soil and rocks: the interface of the native kernel (native/rocks.hpp). Exact to rounding, no limit of rays.
 
-Soil is the field's raster, rocks are their own triangles: the engine's bodies are made of these. It takes less than
-half of the engine's time for a turn of the scanner.
+Soil is the field's raster, rocks are their own triangles: the same as the engine's bodies. A turn of the scanner takes
+less than half of the engine's time.
 """
 
 from __future__ import annotations
@@ -17,11 +17,11 @@ from hil.terrain.rocks import Rock
 from onboard.records import F64, Grid
 
 I32 = NDArray[np.int32]
-MARGIN_M = 0.01  # over and under all ground: level ground is no empty layer
+MARGIN_M = 0.01  # above and below all ground: level ground is no empty layer
 
 
 class GroundRays:
-    """A field to cast rays on."""
+    """Caster on one field by the native kernel."""
 
     def __init__(self, field: Field) -> None:
         soil, rocks = HeightField(field.grid, field.soil_z), field.rocks
@@ -46,7 +46,7 @@ class GroundRays:
     def cast(self, origins_m: F64, directions: F64, range_m: float) -> F64:
         """Ranges (n,) of rays from origins (n, 3) along unit directions (n, 3); inf where nothing is met in range.
 
-        Raises ValueError where the two are not of one shape (n, 3).
+        Raises ValueError unless both have the same shape (n, 3).
         """
         check_rays(origins_m, directions)
         ranges_m = np.empty(len(directions))
@@ -56,12 +56,13 @@ class GroundRays:
 
 
 def _first(rocks: tuple[Rock, ...]) -> I32:
-    """(n + 1) first triangle of each rock."""
+    """First triangle of each rock, (n + 1)."""
     return np.cumsum([0, *(len(rock.triangles) for rock in rocks)]).astype(np.int32)
 
 
 def _squares(grid: Grid, box: F64) -> I32:
-    """The squares of the raster under a box, and one around against rounding, as numbers j * (columns - 1) + i."""
+    """Squares of the raster under a box, and one more on each side against rounding, as numbers j * (columns - 1) + i.
+    """
     (i0, j0), (i1, j1) = np.floor((box[:, :2] - (grid.x0_m, grid.y0_m)) / grid.cell_m).astype(int)
     i = np.arange(max(i0 - 1, 0), min(i1 + 2, grid.columns - 1))
     j = np.arange(max(j0 - 1, 0), min(j1 + 2, grid.rows - 1))
@@ -69,7 +70,7 @@ def _squares(grid: Grid, box: F64) -> I32:
 
 
 def _by_square(grid: Grid, squares: list[I32]) -> tuple[I32, I32]:
-    """Rocks by the square they stand over, square after square, and where each square's begin (squares + 1)."""
+    """Rocks by the square that they cover, square after square, and the first entry of each square, (squares + 1)."""
     where = np.concatenate([np.empty(0, np.int32), *squares])
     rocks = np.repeat(np.arange(len(squares), dtype=np.int32), [len(each) for each in squares])
     count = np.bincount(where, minlength=(grid.rows - 1) * (grid.columns - 1))
@@ -77,6 +78,6 @@ def _by_square(grid: Grid, squares: list[I32]) -> tuple[I32, I32]:
 
 
 def _overhangs(grid: Grid, box: F64) -> bool:
-    """Whether a box reaches over the raster's rim."""
+    """True if a box extends over the raster's rim."""
     far_m = grid.centre(grid.rows - 1, grid.columns - 1)
     return bool((box[0, :2] < (grid.x0_m, grid.y0_m)).any() or (box[1, :2] > far_m).any())

@@ -1,1 +1,1 @@
-"""What is flown, and what is promised of it."""
+"""Scenarios: the conditions of a run and the promises on its result."""

@@ -1,12 +1,12 @@
-"""How soon a fault was answered, and by which of the steps that its row of the fault table promises.
+"""Response time to a fault, and the steps taken of those that its row of the fault table promises.
 
     first bad sample        row is active          outputs hold STOP, REPORT ...        phase SCANNING ...
     ------|---------------------|--------------------------|-----------------------------------|----------->
       since_s               raised_s                   answered_s                       the steps that take time
           |<------------- at most detect_s of the row ---->|
 
-The first bad sample is what evidence.VIOLATES says, or the first trace of the injection against the run without it; of
-a row in COUNTS_WHEN the first after that in a state that shows it.
+The time of the first bad sample comes from evidence.VIOLATES, else it is the first difference that the injection makes
+against the run without it. For a row in COUNTS_WHEN it is the first tick after that in a state that shows the fault.
 """
 
 from __future__ import annotations
@@ -24,22 +24,22 @@ from protocol.faults import BY_NAME, Step
 
 
 class Spans:
-    """From which tick to which something held."""
+    """Intervals of ticks during which a condition was true."""
 
     def __init__(self) -> None:
         self._changes: list[int] = []  # it began, ended, began, ...
 
     def note(self, tick: int, holds: bool) -> None:
-        """Each tick in turn."""
+        """Record the condition at this tick; call for each tick in turn."""
         if holds != bool(len(self._changes) % 2):
             self._changes.append(tick)
 
     def began(self, since: int) -> int | None:
-        """The first tick, from `since` on, at which it began."""
+        """First tick, from `since` on, at which the condition became true; None if it did not."""
         return next((begin for begin in self._changes[::2] if begin >= since), None)
 
     def held(self, since: int) -> int | None:
-        """The first tick, from `since` on, at which it held."""
+        """First tick, from `since` on, at which the condition was true; None if it was not."""
         for begin, end in zip_longest(self._changes[::2], self._changes[1::2]):
             if end is None or end > since:
                 return max(begin, since)
@@ -47,7 +47,7 @@ class Spans:
 
 
 class Watcher:
-    """Watches rows of the fault table through a run: `observe` each tick, then `answer`."""
+    """Monitor of rows of the fault table through a run: call `observe` each tick, then `answers`."""
 
     def __init__(self, rows: Sequence[str]) -> None:
         self._rows = tuple(rows)
@@ -59,7 +59,7 @@ class Watcher:
         self._steps = {step: Spans() for row in rows for step in BY_NAME[row].response if step in SHOWS}
 
     def observe(self, tick: int, inputs: Inputs, outputs: Outputs, rover: Rover, state: PlantState) -> None:
-        """One tick of the flight, in and out."""
+        """Evaluate one tick: inputs and outputs of the flight program, and the true state."""
         if not self._rows:
             return
         sight = self._sight
@@ -78,12 +78,15 @@ class Watcher:
             spans.note(tick, SHOWS[step](sight))
 
     def answers(self, traced_s: float) -> tuple[Answer, ...]:
-        """Of each row; traced_s: when the injection first showed, below 0 where it did not or there was none."""
+        """Answer for each row.
+
+        traced_s: time of the first difference that the injection makes; below 0 if there is none.
+        """
         traced = round(traced_s * 1e9 / TICK_NS) if traced_s >= 0.0 else None
         return tuple(self._answer(row, self._began(row, traced)) for row in self._rows)
 
     def _began(self, row: str, traced: int | None) -> int | None:
-        """The tick of the first bad sample."""
+        """Tick of the first bad sample; None if there was none."""
         if row in VIOLATES:
             return self._since.get(row)
         return self._states[row].held(traced) if traced is not None and row in self._states else traced

@@ -1,4 +1,4 @@
-"""`hil run`, `hil list`, `hil explain`: scenarios by name or file."""
+"""Commands `hil run`, `hil list`, `hil explain`: scenarios by name or file."""
 
 from __future__ import annotations
 
@@ -44,10 +44,10 @@ def run(
 ) -> None:
     """Run a scenario and judge it: bench, onboard, link and ground in lock-step.
 
-    --quick flies bench and flight program in one process without link and ground, and says when each fault showed.
+    --quick runs bench and flight program in one process without link and ground, and reports when each fault showed.
 
-    Exit codes: 0 every promise kept, 1 one is not (which is said), 64 no such caster or film, 66 no such file, 69 no
-    such CAN interface or port in use, 70 a process failed, 78 something wrong in the scenario.
+    Exit codes: 0 every promise kept, 1 a promise broken (it is named), 64 no such caster or film, 66 no such file,
+    69 no such CAN interface or port in use, 70 a process failed, 78 an error in the scenario.
     """
     read = _read(scenario)
     if rays and rays not in CASTERS:
@@ -78,7 +78,7 @@ def run(
 
 
 def _refuse_what_cannot_be(scenario: Scenario, quick: bool) -> None:
-    from hil.faults.injection import INJECTIONS  # the engine is heavy
+    from hil.faults.injection import INJECTIONS  # the engine is slow to import
 
     for fault in scenario.faults:
         cause = INJECTIONS.get(fault.fault)
@@ -90,7 +90,7 @@ def _refuse_what_cannot_be(scenario: Scenario, quick: bool) -> None:
 
 
 def _quick(scenario: Scenario) -> None:
-    from hil.scenario.in_process import Twins  # the engine is heavy: not for --help
+    from hil.scenario.in_process import Twins  # the engine is slow to import: not for --help
     from hil.scenario.in_process import fly as fly_quickly
 
     twins = Twins()
@@ -103,7 +103,7 @@ def _quick(scenario: Scenario) -> None:
 
 
 def scanner(words: list[str] | None, table: Mapping[str, Any]) -> Mapping[str, Any]:
-    """A scenario's table [lidar] with the words of --lidar over it; exit 78 for a wrong one."""
+    """Scenario's table [lidar], overridden by the words of --lidar; exit 78 on an error."""
     try:
         return lidar_table(words or (), table)
     except ConfigError as error:
@@ -111,7 +111,7 @@ def scanner(words: list[str] | None, table: Mapping[str, Any]) -> Mapping[str, A
 
 
 def told_settings(words: Iterable[str]) -> dict[str, Any]:
-    """The settings of the command line, checked, its paths from where the user is; exit 78 for a wrong one."""
+    """Checked settings of the command line, paths relative to the current folder; exit 78 on an error."""
     try:
         told = dict(parse_override(word) for word in words)
         load(None, told)
@@ -121,7 +121,7 @@ def told_settings(words: Iterable[str]) -> dict[str, Any]:
 
 
 def list_scenarios(as_json: AsJson = False) -> None:
-    """The bench's own scenarios: what happens in each and how it should end."""
+    """List the bench's own scenarios: what happens in each and how it should end."""
     from hil.scenario.library import scenarios
 
     found = scenarios()
@@ -136,7 +136,7 @@ def list_scenarios(as_json: AsJson = False) -> None:
 
 
 def explain_scenario(scenario: Name) -> None:
-    """What happens in a scenario and when, what the fault table answers, what is promised."""
+    """Explain a scenario: its events and their times, the responses of the fault table, the promises."""
     from hil.scenario.library import explain
 
     read = _read(scenario)

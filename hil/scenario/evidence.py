@@ -1,7 +1,7 @@
-"""TABLES of evidence: by what the bench sees that a step of a response was taken, and when a fault's first bad sample
-came.
+"""TABLES of evidence: the bench's test that a step of a response was taken, and the time of a fault's first bad sample.
 
-It looks at what leaves the flight program, its mode and phase, and the truth; never at what the monitors think.
+The tests use the outputs of the flight program, its mode and phase, and the true state; never the state of the
+monitors.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from protocol.modes import Mode, Phase
 
 WHEEL_COMMANDS, TILT_COMMAND = (0x101, 0x102, 0x103, 0x104), 0x120
 ROVER_STATE = eldorado_dialect.MAVLINK_MSG_ID_ROVER_STATE
-QUIET_NS = 1_000_000_000  # twice the time between two words of housekeeping
+QUIET_NS = 1_000_000_000  # twice the period of housekeeping
 HALTING = ("stop", "safe", "emergency_stop")
 SLOW_RATIO = 0.7  # of the cruising speed, at the outer wheels of a curve
 TOLD_NS, KNOWN_NS, STILL_RADPS = 150_000_000, 5e6, 1e-3
@@ -35,13 +35,20 @@ REST_RADPS, REST_MPS = 0.01, 0.005
 
 
 class Sight:
-    """What the bench knows at a tick; `update` each tick.
+    """State that the bench knows at a tick; call `update` each tick.
 
-    rates_radps: newest order of each wheel; tilt_mode: of the axis. contact_ns: newest datagram that was accepted;
-    told_ns: newest housekeeping. plan: that came in this tick; rule: of the newest. halted: in this tick the operator
-    said stop, safe or emergency_stop. job_late: one was not there at its tick. hazard_ns: begin of the line that gave
-    the drive guard its verdict. dropped: frames and scans that the flight program threw away in this tick. keeps: of
-    this tick, in the record.
+    now_ns: time of the tick
+    contact_ns: time of the newest accepted datagram
+    told_ns: time of the newest housekeeping message
+    plan: plan result of this tick, or None
+    rule: rule of the newest plan
+    halted: True if the operator sent stop, safe or emergency_stop in this tick
+    rates_radps: newest commanded rate of each wheel, by CAN id
+    tilt_mode: newest commanded mode of the tilt axis
+    hazard_ns: start of the scan line on which the drive guard raised its verdict
+    job_late: True if a job's result is later than its tick
+    dropped: frames and scans that the flight program discarded in this tick
+    keeps: recording level of this tick
     """
 
     def __init__(self) -> None:
@@ -54,12 +61,12 @@ class Sight:
         self.job_late = False
         self.dropped = 0
         self._turns_radps: deque[float] = deque(maxlen=50)
-        self._due: dict[int, int] = {}  # jobs that run: tick of their result
-        self._lines_ns: dict[int, int] = {}  # jobs of the drive guard that run: begin of their last line
+        self._due: dict[int, int] = {}  # running jobs: tick of their result
+        self._lines_ns: dict[int, int] = {}  # running jobs of the drive guard: start of their last line
         self._dropped = 0
 
     def update(self, inputs: Inputs, outputs: Outputs, rover: Rover, state: PlantState) -> None:
-        """What went in, what came out, the flight program's core and the truth after it."""
+        """Update from the tick's inputs and outputs, the flight program's core and the true state after the tick."""
         self.now_ns, self.outputs, self.rover, self.state = inputs.now_ns, outputs, rover, state
         self.keeps = inputs.record.keeps
         self.contact_ns = max([self.contact_ns, *(m.rx_ns for m in inputs.link_messages if m.accepted)])
@@ -95,27 +102,27 @@ class Sight:
 
     @property
     def turns_radps(self) -> float:
-        """What the rover believes of its turn: the mean of half a second."""
+        """Rover's own estimate of its yaw rate: mean of half a second."""
         return sum(self._turns_radps) / len(self._turns_radps)
 
     @property
     def mode(self) -> Mode:
-        """The rover's."""
+        """Mode of the rover."""
         return self.rover.executive.mode
 
     @property
     def phase(self) -> Phase:
-        """The mission's."""
+        """Phase of the mission."""
         return self.rover.executive.phase
 
     @property
     def pose(self) -> Pose:
-        """Where it truly is."""
+        """True pose."""
         return self.state.pose
 
 
 def _messages(payload: bytes) -> Iterator[int]:
-    """Numbers of the MAVLink 2 messages in a datagram, unsigned: 10 bytes of head, the payload, 2 of checksum."""
+    """Message ids of the MAVLink 2 messages in a datagram, unsigned: 10 bytes of header, the payload, 2 of checksum."""
     at = 0
     while at < len(payload):
         yield int.from_bytes(payload[at + 7 : at + 10], "little")
@@ -129,7 +136,7 @@ def _slow(sight: Sight) -> bool:
 
 
 def _knows_anew(sight: Sight) -> bool:
-    """At rest it believes that it does not turn, and what scanner and axis say now has a time of now."""
+    """True if the re-estimated values are good: yaw rate about 0 at rest, scanner and axis data with current times."""
     heard_ns = sight.rover.nodes.tilt_track(sight.now_ns - TOLD_NS).times_ns
     in_time = len(heard_ns) > 0 and int(heard_ns[-1]) <= sight.now_ns
     clock = sight.rover.lidar.clock.quality

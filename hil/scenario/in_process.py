@@ -1,8 +1,8 @@
-"""A scenario flown in one process and judged, beside a twin without each of its faults: what `[expect]` says.
+"""A scenario run in one process and judged, with a twin run without each of its faults: verdicts on `[expect]`.
 
     fly(load_scenario(path), Twins()).verdicts
 
-The twin shows when an injection first made a difference: until then both runs are the same to the byte. Twins are kept:
+The twin shows when an injection first made a difference: until then both runs are equal byte by byte. Twins are cached:
 ten faults on the same ground share one.
 """
 
@@ -21,12 +21,19 @@ from hil.scenario.verdicts import Expect, Facts, Seen, Verdict, judge
 from protocol.conventions import TICK_NS
 
 KEPT = 2
-SETTLE_S = 2.0  # the rover says that it has arrived while its wheels still slow down
+SETTLE_S = 2.0  # the rover reports its arrival while its wheels still slow down
 
 
 @dataclass(frozen=True, slots=True)
 class Flown:
-    """What came of a flight."""
+    """Result of a run.
+
+    facts: facts for the verdicts
+    verdicts: one for each promise
+    bench_s: bench time
+    way_m: distance driven
+    sweeps: number of sweeps
+    """
 
     facts: Facts
     verdicts: tuple[Verdict, ...]
@@ -36,14 +43,14 @@ class Flown:
 
 
 class Twins:
-    """Runs without a fault, each flown as far as somebody asked; the last KEPT of them."""
+    """Cache of runs without a fault, each run as far as requested; the last KEPT are stored."""
 
     def __init__(self, step_ns: int = CAMPAIGN_STEP_NS) -> None:
         self._step_ns = step_ns
         self._kept: dict[str, InMemory] = {}
 
     def until(self, scenario: Scenario, at_s: float) -> Trace:
-        """The trace of a scenario until a time, or its end."""
+        """Trace of a scenario until `at_s`, or until its end."""
         plain = replace(scenario, name="", about="", expect=Expect())
         twin = self._kept.pop(repr(plain), None) or InMemory(plain, step_ns=self._step_ns)
         self._kept[repr(plain)] = twin
@@ -54,14 +61,14 @@ class Twins:
         return twin.trace
 
     def free(self) -> None:
-        """What the engines hold."""
+        """Free the engines of all twins."""
         for twin in self._kept.values():
             twin.free()
         self._kept.clear()
 
 
 def fly(scenario: Scenario, twins: Twins, step_ns: int = CAMPAIGN_STEP_NS, record: Path | None = None) -> Flown:
-    """To its end. record: where the flight program's record is kept."""
+    """Run a scenario to its end and judge it. record: path of the flight program's record, None for no record."""
     bench = InMemory(scenario, step_ns=step_ns, record=record)
     watcher = Watcher(scenario.expect.detects)
     flight = bench.run(watcher.observe, settle_s=SETTLE_S)
@@ -73,7 +80,7 @@ def fly(scenario: Scenario, twins: Twins, step_ns: int = CAMPAIGN_STEP_NS, recor
 
 
 def _seen(k: int, scenario: Scenario, trace: Trace, log: Sequence[Mapping[str, object]], twins: Twins) -> Seen:
-    """When fault k showed, against a twin without it."""
+    """Time at which fault k showed, against a twin without it."""
     fault = scenario.faults[k]
     begun = next((row for row in log if (row["fault"], row["target"]) == (fault.fault, fault.target)), None)
     if begun is None:

@@ -1,4 +1,4 @@
-"""The bench's own scenarios, and each in words: `hil list`, `hil explain`."""
+"""The bench's own scenarios and their description in words, for `hil list` and `hil explain`."""
 
 from __future__ import annotations
 
@@ -14,15 +14,12 @@ _START = {"time": "of the run", "sweep": "of the first scan", "drive": "of the f
 
 
 def scenarios() -> tuple[Scenario, ...]:
-    """All of them, by name."""
+    """All scenarios, sorted by name."""
     return tuple(load_scenario(path) for path in sorted(FOLDER.glob("*.toml")))
 
 
 def find(name: str) -> Path:
-    """The file of a name or a path: `wheel_stuck`, `hil/scenarios/wheel_stuck.toml`, `mine.toml`.
-
-    Raises FileNotFoundError.
-    """
+    """File of a scenario given by name or path: `wheel_stuck`, `hil/scenarios/wheel_stuck.toml`, `mine.toml`."""
     path, own = Path(name), FOLDER / f"{name}.toml"
     if path.is_file() or not own.is_file():
         path.open("rb").close()
@@ -31,7 +28,7 @@ def find(name: str) -> Path:
 
 
 def explain(scenario: Scenario) -> Iterator[str]:
-    """What happens in a scenario, what the flight program should do, and what is promised, line by line."""
+    """Yield the description line by line: events, expected responses of the flight program, promises."""
     yield scenario.about
     yield ""
     yield f"ground     {scenario.terrain}, seed {scenario.seed}"

@@ -1,4 +1,4 @@
-"""A scenario: ground, seed, link profile, operator's script, timed faults, limits, promise. A TOML file, checked."""
+"""Scenario: ground, seed, link profile, operator's script, timed faults, limits, promises. A TOML file, validated."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from onboard.records import Pose
 from onboard.toml_text import TomlError, read_toml, shown
 
 WHEN = ("time", "sweep", "drive")
-LAG_GOAL_NS = 200_000  # `onboard lidar lag` is as good
+LAG_GOAL_NS = 200_000  # `onboard lidar lag` is accurate to this
 PATHS = ("record.path", "mapping.folder", "state.folder", "mission.gdem", "link.command_keys", "link.downlink_key",
          "status.socket")  # of the flight program's values: files and folders
 _NO_PATH = {"status.socket": ("auto", "off")}
@@ -42,7 +42,10 @@ _NUMBERS = (
 
 @dataclass(frozen=True, slots=True)
 class Injection:
-    """One fault: `fault` is a row of INJECTIONS, begun `after_s` seconds after `when` first holds, for `for_s`."""
+    """One fault to inject; the fields' meanings are in their `value` texts.
+
+    The fault begins `after_s` after `when` is first true and lasts `for_s`.
+    """
 
     fault: str = value("", "row of hil.faults.injection.INJECTIONS")
     when: str = value("time", "start of the count: time, first sweep, first drive", one_of=WHEN)
@@ -53,10 +56,17 @@ class Injection:
 
 @dataclass(frozen=True, slots=True)
 class Scenario:
-    """What a run is; `script` may use {goal_x} and {goal_y}. `set`: onboard's values by dotted name.
+    """Conditions of a run.
 
-    start (x, y, yaw in degrees) and goal (x, y) in place of the ground's own, in its frame.
-    sensors: what the nodes get wrong, a table of hil.devices.errors; lidar: the scanner, of hil.devices.lidar_errors.
+    blackout_s: pairs of start and end of link blackouts
+    start: (x, y, yaw in degrees) in place of the ground's own start, in its frame
+    goal: (x, y) in place of the ground's own goal, in its frame
+    script: may use {goal_x} and {goal_y}
+    sensors: errors of the nodes, a table of hil.devices.errors
+    lidar: the scanner, a table of hil.devices.lidar_errors
+    faults: faults to inject
+    set: onboard's settings by dotted name
+    expect: promises
     """
 
     name: str = value("demo", "name in reports")
@@ -105,7 +115,7 @@ def load_scenario(path: Path) -> Scenario:
 
 
 def _numbers(items: Any, counts: tuple[int, ...], what: str) -> tuple[float, ...]:
-    """A list of numbers; counts: how many there may be, empty: any even number."""
+    """Check a list of numbers. counts: allowed lengths; empty: any even length. Raises ConfigError."""
     if not isinstance(items, list) or not all(isinstance(v, int | float) and v == v for v in items):
         raise ConfigError(f"{what}, found {shown(items)}")
     if len(items) not in counts if counts else len(items) % 2:
@@ -114,7 +124,7 @@ def _numbers(items: Any, counts: tuple[int, ...], what: str) -> tuple[float, ...
 
 
 def _refuse(name: str, script: str, settings: Mapping[str, Any], where: str) -> None:
-    """What a stranger's file must not do: name a folder outside that of the runs, or write there."""
+    """Reject a file that names a run folder outside the runs' folder or writes there. Raises ConfigError."""
     if not _NAME.fullmatch(name):
         raise ConfigError(f"{where}: `name` = {name!r} should be letters, digits, spaces and . + - _, 100 at most, and "
                           "begin with a letter or digit: the run's folder is called so")
@@ -128,14 +138,14 @@ def _refuse(name: str, script: str, settings: Mapping[str, Any], where: str) -> 
 
 
 def paths_in(folder: Path, settings: Mapping[str, Any]) -> dict[str, Any]:
-    """Settings whose relative paths are places in the folder of a run."""
+    """Settings with their relative paths resolved against the folder of a run."""
     places = {key: str((folder / settings[key]).absolute()) for key in PATHS
               if settings.get(key, "") not in ("", *_NO_PATH.get(key, ()))}  # fmt: skip
     return {**settings, **places}
 
 
 def _terrain(name: str, path: Path) -> str:
-    """A row of GROUNDS, or the file beside the scenario."""
+    """Name of a row of GROUNDS, or path of a file relative to the scenario's folder. Raises ConfigError."""
     if name in GROUNDS:
         return name
     if not name.endswith(".npz"):
@@ -149,9 +159,9 @@ def _terrain(name: str, path: Path) -> str:
 
 
 def scenario_of(tree: Mapping[str, Any]) -> Scenario:
-    """A scenario from its fields as a certificate keeps them. Raises KeyError, TypeError, ValueError, ConfigError.
+    """Build a scenario from its fields in a certificate. Raises KeyError, TypeError, ValueError, ConfigError.
 
-    Certificates from before there was [lidar] flew the ideal scanner.
+    Certificates from before the table [lidar] existed used the ideal scanner.
     """
     parts = {
         "faults": tuple(Injection(**row) for row in tree["faults"]), "set": dict(tree["set"]),
@@ -167,7 +177,7 @@ def scenario_of(tree: Mapping[str, Any]) -> Scenario:
 
 
 def ground_of(scenario: Scenario) -> Accepted:
-    """The field that a scenario is flown on. Raises ConfigError for a file that holds none, or a place beside it."""
+    """Field of a scenario. Raises ConfigError for a file without a field, or a start or goal outside the ground."""
     if scenario.terrain in GROUNDS:
         found = GROUNDS[scenario.terrain](scenario.seed)
     else:
@@ -188,37 +198,37 @@ def ground_of(scenario: Scenario) -> Accepted:
 
 
 def script_of(scenario: Scenario, ground: Field) -> str:
-    """The operator's script with the goal's numbers."""
+    """Operator's script with the goal's coordinates filled in."""
     words = goal_words(ground)
     return _WORD.sub(lambda match: words[match[1]], scenario.script)
 
 
 def goal_words(ground: Field) -> dict[str, str]:
-    """What a script may use: the goal in metres, to the millimetre."""
+    """Values for a script's placeholders: the goal in metres, to the millimetre."""
     return {"goal_x": f"{ground.goal_m[0]:.3f}", "goal_y": f"{ground.goal_m[1]:.3f}"}
 
 
 def sensor_errors(tree: Mapping[str, Any], where: str = "sensors") -> SensorErrors:
-    """What the nodes get wrong, from a scenario's table [sensors]. Raises ConfigError."""
+    """Errors of the nodes, from a scenario's table [sensors]. Raises ConfigError."""
     return from_tree(SensorErrors, tree, where, "sensors.")
 
 
 def scanner_of(tree: Mapping[str, Any], where: str = "lidar") -> LidarErrors:
-    """The scanner that flies, from a scenario's table [lidar]. Raises ConfigError."""
+    """Errors of the scanner, from a scenario's table [lidar]. Raises ConfigError."""
     if not isinstance(tree, Mapping):
         raise ConfigError(f"{where}: `lidar` should be a table, found {shown(tree)}")
     return lidar_errors(tree, where)
 
 
 def fitting_of(scenario: Scenario, sector_rad: float) -> Fitting:
-    """What a scenario's world is fitted with. sector_rad: half sector that the flight program maps."""
+    """Fitting of a scenario's world. sector_rad: half sector that the flight program maps."""
     return Fitting(scenario.rays, sensor_errors(scenario.sensors), scanner_of(scenario.lidar), sector_rad)
 
 
 def flight_settings(scenario: Scenario, start: Pose) -> dict[str, Any]:
-    """The flight program's values by dotted name, the same on sockets and in one process; `set` has the last word.
+    """Flight program's settings by dotted name, equal on sockets and in one process; `set` overrides the others.
 
-    start: where the rover truly stands once it has settled (`World.start`), not where it was put down.
+    start: true pose of the rover after settling (`World.start`), not the pose at which it was placed.
     """
     return {
         "localisation.start_x_m": start.x_m, "localisation.start_y_m": start.y_m,
@@ -229,20 +239,21 @@ def flight_settings(scenario: Scenario, start: Pose) -> dict[str, Any]:
 
 
 def measured_latency(profile: Profile) -> dict[str, Any]:
-    """lidar.latency_ns of this scanner, as a team sets it after `onboard lidar lag`; empty where the default is right
-    to what that measures.
+    """lidar.latency_ns of this scanner, as a team sets it after `onboard lidar lag`.
+
+    Empty if the default is right to the accuracy of that measurement.
     """
     own_ns = stamp_to_first_byte_ns(profile)
     return {} if abs(own_ns - Lidar().latency_ns) <= LAG_GOAL_NS else {"lidar.latency_ns": own_ns}
 
 
 def set_words(settings: Mapping[str, Any]) -> list[str]:
-    """Values by dotted name as `onboard run` takes them: --set NAME=VALUE, each."""
+    """Settings as arguments of `onboard run`: --set NAME=VALUE for each."""
     return [word for key, item in settings.items() for word in ("--set", f"{key}={json.dumps(item)}")]
 
 
 def _settings(table: Any, path: Path) -> dict[str, Any]:
-    """The table `[set]` by dotted names, of values that the flight program takes."""
+    """Table `[set]` by dotted names, checked against the flight program's configuration. Raises ConfigError."""
     if not isinstance(table, Mapping):
         raise ConfigError(f"{path}: `set` should be a table, found {shown(table)}")
     settings = dict(_dotted(table, ""))
@@ -251,7 +262,7 @@ def _settings(table: Any, path: Path) -> dict[str, Any]:
 
 
 def _dotted(table: Mapping[str, Any], prefix: str) -> Iterator[tuple[str, Any]]:
-    """Nested tables as dotted names: TOML reads an unquoted `mapping.folder` as a table in a table."""
+    """Flatten nested tables to dotted names: TOML reads an unquoted `mapping.folder` as a table in a table."""
     for key, item in table.items():
         if isinstance(item, Mapping):
             yield from _dotted(item, f"{prefix}{key}.")

@@ -1,11 +1,11 @@
-"""What a scenario promises, and whether a run kept it: Expect + Facts -> verdicts.
+"""Promises of a scenario and the judgement of a run: Expect + Facts -> verdicts.
 
-    ends      goal: it stands there and said so; stopped: it stands; anyhow
-    touched   body or wheels met what they must not
-    raises    the rows of the fault table that must be told, and no others but `may_raise`
-    detects   the rows of the fault table whose time and whose steps are judged: the run is theirs
+    ends      goal: the rover stands at the goal and reported its arrival; stopped: it stands; anyhow
+    touched   body or wheels were in contact with an obstacle
+    raises    rows of the fault table that must be reported, and no others but `may_raise`
+    detects   rows of the fault table whose time and steps are judged: this run tests them
     seen      each injection changed a byte on a wire, or the plant, soon after its time: against a run without it
-    died      a process that no fault of the scenario kills
+    died      a process ended that no fault of the scenario kills
 """
 
 from __future__ import annotations
@@ -30,7 +30,12 @@ _LISTS = ("raises", "may_raise", "detects")
 
 @dataclass(frozen=True, slots=True)
 class Expect:
-    """The promise of a scenario. says: words that the end of the mission must be told in."""
+    """Promises of a scenario.
+
+    raises: rows of the fault table that must be reported
+    may_raise: rows that may be reported too
+    detects: rows whose time and steps are judged
+    """
 
     ends: str = value("goal", "how the rover ends", one_of=ENDS)
     mode: str = value("", "the mode in which it ends; empty: any", one_of=_MODES)
@@ -44,7 +49,13 @@ class Expect:
 
 
 class Seen(NamedTuple):
-    """When and where an injection first showed against the run without it; channel '' and t_s -1: never."""
+    """First difference that an injection made against the run without it.
+
+    fault: name of the injection
+    begun_s: start of the injection, -1 if it did not start
+    t_s: time of the first difference, -1 if there is none
+    channel: channel of the first difference, '' if there is none
+    """
 
     fault: str
     begun_s: float
@@ -53,7 +64,14 @@ class Seen(NamedTuple):
 
 
 class Answer(NamedTuple):
-    """What came of one row; times of the bench, -1 where there is none. missing: steps that were not taken."""
+    """Response to one row; bench times, -1 if there is none.
+
+    row: row of the fault table
+    since_s: first bad sample
+    raised_s: row became active
+    answered_s: all immediate steps were taken
+    missing: steps that were not taken
+    """
 
     row: str
     since_s: float
@@ -63,16 +81,22 @@ class Answer(NamedTuple):
 
     @property
     def in_time(self) -> bool:
-        """Whether every step was taken, and those that are due at once within the row's time."""
+        """True if every step was taken and the immediate ones within the row's time."""
         took_s = self.answered_s - self.since_s
         return not self.missing and self.since_s >= 0.0 and 0.0 <= round(took_s, 6) <= BY_NAME[self.row].detect_s
 
 
 @dataclass(frozen=True, slots=True)
 class Facts:
-    """What a run shows, however it was flown. seen, answers: None where no run without the faults was flown beside it.
+    """Facts of a run, in one process or over sockets.
 
-    answers: one for each row that the scenario `detects`.
+    to_goal_m: distance to the goal at the end
+    speed_mps: speed at the end
+    events: all events
+    contacts: all contacts
+    error: '' or why the run failed
+    seen: one for each injection; None if no run without the faults was made
+    answers: one for each row that the scenario `detects`; None as for `seen`
     """
 
     to_goal_m: float
@@ -85,23 +109,28 @@ class Facts:
 
     @property
     def mode(self) -> str:
-        """In which it ended, by its own word."""
+        """Mode at the end, from the rover's own events."""
         told = [event.text for event in self.events if event.name == "MODE"]
         return told[-1].partition(" -> ")[2].partition(":")[0] if told else "STANDBY"
 
     @property
     def raised(self) -> tuple[str, ...]:
-        """The rows of the fault table that were told, each once, in order."""
+        """Rows of the fault table that were reported, each once, in order."""
         return tuple(dict.fromkeys(row_of(event) for event in self.events if event.name == "FAULT"))
 
     @property
     def end(self) -> Event | None:
-        """What ended the last mission."""
+        """Event that ended the last mission; None if there is none."""
         return next((event for event in reversed(self.events) if event.name in ("ARRIVED", "FAILED", "MODE")), None)
 
 
 class Verdict(NamedTuple):
-    """One promise, whether it was kept, and what was found."""
+    """Judgement of one promise.
+
+    promise: text
+    holds: True if it was kept
+    found: the observed fact, for people
+    """
 
     promise: str
     holds: bool
@@ -109,12 +138,12 @@ class Verdict(NamedTuple):
 
 
 def row_of(event: Event) -> str:
-    """The row that a FAULT event tells of."""
+    """Row of the fault table that a FAULT event names."""
     return event.text.partition(":")[0].partition(" ")[0]
 
 
 def expect_of(tree: Any, where: str) -> Expect:
-    """The table `[expect]`. Raises ConfigError: file, key, value, suggestion."""
+    """Read the table `[expect]`. Raises ConfigError: file, key, value, suggestion."""
     if not isinstance(tree, Mapping):
         raise ConfigError(f"{where}: `expect` should be a table, found {shown(tree)}")
     lists = {key: _rows(tree.get(key, []), f"{where}: `expect.{key}`") for key in _LISTS}
@@ -134,7 +163,7 @@ def _rows(names: Any, what: str) -> tuple[str, ...]:
 
 
 def judge(expect: Expect, facts: Facts) -> tuple[Verdict, ...]:
-    """Each promise in turn."""
+    """Judge each promise in turn."""
     verdicts = [Verdict("no process dies unasked", not facts.error, facts.error or "none did"), _ends(expect, facts)]
     touched = f"{len(facts.contacts)} times" + (f", first {line(facts.contacts[0])}" if facts.contacts else "")
     gentle = len(facts.contacts) <= expect.contacts

@@ -1,4 +1,4 @@
-"""`hil verify`: a certificate's scenario flown again, and every hash compared."""
+"""Command `hil verify`: run a certificate's scenario again and compare every hash."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ import typer
 from hil.flying import EX_DATA, EX_FAILED, EX_NOINPUT, EX_OK, EX_SOFTWARE, fail, fly
 from hil.scenario.scenario import Scenario, scenario_of
 
-_BURN = "import os\nwhile os.getppid() == {parent}: sum(range(100_000))"  # ends with whom it burns for
+_BURN = "import os\nwhile os.getppid() == {parent}: sum(range(100_000))"  # ends with its parent
 
 
 def verify(
@@ -25,9 +25,9 @@ def verify(
     times: Annotated[int, typer.Option(min=1, help="So many runs, each compared.")] = 1,
     busy: Annotated[bool, typer.Option("--busy", help="With every core of this machine at work beside it.")] = False,
 ) -> None:
-    """Fly a certificate's scenario again and compare every hash.
+    """Run a certificate's scenario again and compare every hash.
 
-    Exit codes: 0 all the same, 1 something differs (which is said), 65 no certificate, 66 no such file, 70 a process
+    Exit codes: 0 no difference, 1 differences (each is printed), 65 no certificate, 66 no such file, 70 a process
     failed.
 
     Examples: hil verify build/demo/certificate.json | hil verify build/demo/certificate.json --times 5 --busy
@@ -55,7 +55,7 @@ def _read(certificate: Path) -> tuple[dict[str, Any], Scenario]:
 
 
 def _compare(old: dict[str, Any], scenario: Scenario, certificate: Path, out: Path) -> int:
-    """Flies once; how many leaves differ, each said."""
+    """Run once, print each leaf that differs and return their number."""
     from hil.demo import certificate as certify
     from hil.demo import differences
 
@@ -72,7 +72,7 @@ def _compare(old: dict[str, Any], scenario: Scenario, certificate: Path, out: Pa
 
 @contextmanager
 def cores_at_work() -> Iterator[None]:
-    """As many processes that only burn time as this machine has cores."""
+    """Keep every core busy inside the block: one process for each core that only burns time."""
     burn = [sys.executable, "-c", _BURN.format(parent=os.getpid())]
     with ExitStack() as stack:
         for _ in range(os.cpu_count() or 1):

@@ -1,1 +1,1 @@
-"""The ground that is driven on: how it is made, kept and named."""
+"""Ground of the runs: synthesis, files and names."""

@@ -1,6 +1,6 @@
-"""Grounds built to a plan on gentle soil: what a mission should meet, at the same place for every seed.
+"""Grounds built to a plan on gentle soil: a given obstacle at the same place for every seed.
 
-    slope      12 degrees up, all the way          ridge     1 m high across the way, gentle, hides the goal
+    slope      12 degrees up, all the way          ridge     1 m high across the route, gentle, hides the goal
     dead_end   a U of walls, open to the start     pocket    the same with a baffle that hides half of its end
     ring       a closed wall round the goal        boulders  Golombek rocks, k = 0.12
     liar       the orbiter's map is upside down and shows a wall where there is none
@@ -27,7 +27,7 @@ from hil.terrain.rock_sizes import Golombek, PowerLaw, RockLaw
 from onboard.records import F64
 
 SLOPE_DEG = 12.0
-RIDGE_AT_M, RIDGE_HIGH_M, RIDGE_WIDE_M = 7.0, 1.0, 2.4  # its steepest: 14 degrees
+RIDGE_AT_M, RIDGE_HIGH_M, RIDGE_WIDE_M = 7.0, 1.0, 2.4  # steepest slope: 14 degrees
 WALL_HIGH_M, WALL_THICK_M = 0.6, 0.3
 U_FROM_M, U_TO_M, U_WIDE_M, BAFFLE_AT_M, BAFFLE_TO_M = 6.0, 11.0, 5.0, 8.5, 0.3
 RING_GOAL_M, RING_M = 11.0, 1.8
@@ -67,13 +67,13 @@ def _near(value_m: F64, wall_m: float) -> NDArray[np.bool_]:
 
 
 def gentle(seed: int, relief: Relief | None = None, rocks: RockLaw = FEW, away_m: float = 15.0) -> Field:
-    """Median slope 2.5 degrees before the relief, goal straight ahead."""
+    """Ground with a median slope of 2.5 degrees before the relief, goal straight ahead."""
     recipe = Recipe(0.8, median_slope_deg=2.5, rocks=rocks, relief=relief)
     return compose(recipe, Course(away_m=away_m), np.random.default_rng([seed, 80]), seed)
 
 
 def liar(seed: int) -> Field:
-    """The land is gentle; what the orbiter tells of it is wrong."""
+    """Gentle ground with a wrong orbital map."""
     field = gentle(seed)
     grid, heights_m = field.gdem.grid, -field.gdem.heights_m
     heights_m[:, grid.cell(LIE_AT_M, 0.0)[1]] += LIE_HIGH_M

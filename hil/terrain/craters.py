@@ -6,13 +6,14 @@ r"""Simple craters on top of the soil: a bowl, a raised rim, ejecta that thin ou
                        \____ depth ____/                 depth d, from rim to floor
 
 Depth and rim height are Pike's for fresh lunar craters under 15 km (Impact and Explosion Cratering, 1977, p. 489; D in
-km there): d = 0.196 D^1.010, h = 0.036 D^1.014. At a few metres this goes beyond what he measured: d = 0.18 D. The rim
+km there): d = 0.196 D^1.010, h = 0.036 D^1.014. Diameters of a few metres are an extrapolation: d = 0.18 D. The rim
 decays with the cube of the distance as ejecta do (McGetchin et al., Earth Planet. Sci. Lett. 20 (1973) 226; Melosh,
-Impact Cratering, 1989). Of a worn crater depth and rim have lost the same share, `wear`: 0 fresh, 1 gone.
+Impact Cratering, 1989). In a worn crater depth and rim have lost the same share, `wear`: 0 fresh, 1 gone.
 
 Sizes follow N(>= D) = per_m2 (D / 1 m)^-slope for each square metre. Small lunar craters are in a steady state of slope
 2 with a few per cent (Minton et al., Icarus 326 (2019) 63) of geometric saturation, 1.54 D^-2 (Gault, Radio Science 5
-(1970) 273). The default is 5 %. Their wear is spread evenly, as that of things that come and fade at a steady rate.
+(1970) 273). The default is 5 %. Their wear is uniformly distributed, as for craters that form and fade at a steady
+rate.
 """
 
 from __future__ import annotations
@@ -30,7 +31,12 @@ SATURATION = 1.54
 
 @dataclass(frozen=True, slots=True)
 class Crater:
-    """Where it lies, rim to rim across, and the share of its depth that time has taken."""
+    """One crater.
+
+    x_m, y_m: centre
+    diameter_m: rim to rim
+    wear: lost share of its depth, 0 to 1
+    """
 
     x_m: float
     y_m: float
@@ -40,7 +46,7 @@ class Crater:
 
 @dataclass(frozen=True, slots=True)
 class CraterLaw:
-    """N(>= D) = per_m2 (D / 1 m)^-slope between two diameters; wear is spread over 0 .. most_worn."""
+    """Law of sizes N(>= D) = per_m2 (D / 1 m)^-slope between two diameters; wear is uniform in 0 .. most_worn."""
 
     per_m2: float = 0.05 * SATURATION
     slope: float = 2.0
@@ -54,28 +60,28 @@ class CraterLaw:
             raise ValueError(f"per_m2 and slope should be positive, most_worn 0 to 1, found {self}")
 
     def number_per_m2(self, diameter_m: F64 | float) -> F64 | float:
-        """Craters of this diameter or larger on a square metre, without limit upwards."""
+        """Number of craters of this diameter or larger on a square metre, without an upper limit."""
         return self.per_m2 * diameter_m**-self.slope
 
     def diameters_m(self, area_m2: float, rng: np.random.Generator) -> F64:
-        """As many as the law gives, largest first, spread evenly over its quantiles."""
+        """Diameters of the craters on an area by the law, largest first, one from each of equally probable parts."""
         largest = self.number_per_m2(self.largest_m)
         number = self.number_per_m2(self.smallest_m) - largest
         return ((largest + even_shares(number * area_m2, rng) * number) / self.per_m2) ** (-1 / self.slope)
 
 
 def depth_m(diameter_m: F64 | float) -> F64 | float:
-    """From rim to floor of a fresh crater (Pike 1977)."""
+    """Depth of a fresh crater from rim to floor (Pike 1977)."""
     return 196.0 * (diameter_m / 1000) ** 1.010
 
 
 def rim_height_m(diameter_m: F64 | float) -> F64 | float:
-    """Of a fresh crater's rim over the ground around (Pike 1977)."""
+    """Height of a fresh crater's rim above the surrounding ground (Pike 1977)."""
     return 36.0 * (diameter_m / 1000) ** 1.014
 
 
 def profile_m(diameter_m: float, distance_m: F64, wear: float = 0.0) -> F64:
-    """Height a crater adds to the ground at distances from its centre, any shape of array (see the head of the file).
+    """Height that a crater adds to the ground at distances from its centre, any shape of array (see the module head).
 
     Continuous at the rim. Beyond REACH radii it is 0, a step of a thousandth of the rim's height.
     """
@@ -86,7 +92,8 @@ def profile_m(diameter_m: float, distance_m: F64, wear: float = 0.0) -> F64:
 
 
 def draw_craters(grid: Grid, law: CraterLaw, rng: np.random.Generator) -> tuple[Crater, ...]:
-    """Craters whose centres lie on the grid or up to the largest diameter beside it: its borders are like the rest."""
+    """Craters with centres on the grid or up to the largest diameter outside it, so that its borders are like the rest.
+    """
     margin = law.largest_m
     width, height = grid.columns * grid.cell_m + 2 * margin, grid.rows * grid.cell_m + 2 * margin
     diameters = law.diameters_m(width * height, rng)
@@ -97,7 +104,7 @@ def draw_craters(grid: Grid, law: CraterLaw, rng: np.random.Generator) -> tuple[
 
 
 def crater_relief(grid: Grid, craters: tuple[Crater, ...]) -> F64:
-    """What craters add to the heights of a grid, (rows, columns). Where they overlap their profiles add up."""
+    """Heights that craters add to a grid, (rows, columns). Where craters overlap, their profiles add up."""
     relief = np.zeros((grid.rows, grid.columns))
     x, y = grid.x0_m + np.arange(grid.columns) * grid.cell_m, grid.y0_m + np.arange(grid.rows) * grid.cell_m
     for crater in craters:

@@ -1,4 +1,4 @@
-"""A field: soil and rocks together, and the top of both."""
+"""Field of a run: soil and rocks together, and the top of both."""
 
 from __future__ import annotations
 
@@ -14,10 +14,16 @@ from onboard.records import F32, F64, Gdem, Grid, Pose
 
 @dataclass(frozen=True, slots=True)
 class Field:
-    """A piece of ground to drive on, in the map frame (origin at the start of the mission).
+    """Piece of ground to drive on, in the map frame (origin at the start of the mission).
 
-    soil_z: (rows, columns) float32 on `grid`. start: x, y, yaw count. goal_m: x, y. gdem: what the orbiter knows.
-    stats: median_slope_deg, p95_slope_deg, hurst, rock_area_ratio, rocks, and what the maker adds.
+    grid: grid of soil_z
+    soil_z: (rows, columns) float32
+    rocks: rocks on the soil
+    start: x, y, yaw are used
+    goal_m: x, y
+    gdem: orbital map
+    seed: seed of the field
+    stats: median_slope_deg, p95_slope_deg, hurst, rock_area_ratio, rocks, and entries added by the maker
     """
 
     grid: Grid
@@ -47,7 +53,7 @@ def truth_height(field: Field) -> F32:
 
 
 def height_at(field: Field, x_m: F64, y_m: F64) -> F64:
-    """Top of soil and rocks at points (n,): what a vertical ray meets first."""
+    """Top of soil and rocks at points (n,): the first hit of a vertical ray from above."""
     top = soil_height(field.grid, field.soil_z, x_m, y_m)
     for rock in field.rocks:
         near = np.hypot(x_m - rock.x_m, y_m - rock.y_m) < rock.diameter_m
@@ -57,13 +63,13 @@ def height_at(field: Field, x_m: F64, y_m: F64) -> F64:
 
 
 def inside(field: Field, x_m: float, y_m: float) -> bool:
-    """Whether a place lies on the field."""
+    """True if a place lies on the field."""
     j, i = field.grid.cell(x_m, y_m)
     return 0 <= j < field.grid.rows and 0 <= i < field.grid.columns
 
 
 def field_stats(grid: Grid, soil_z: F32, rocks: tuple[Rock, ...], hurst: float) -> dict[str, float]:
-    """What the fields are chosen by: slopes of the soil, roughness exponent, share of the area under rocks."""
+    """Statistics for the choice of fields: slopes of the soil, roughness exponent, share of the area under rocks."""
     slopes = slopes_deg(soil_z, grid.cell_m)
     area = grid.rows * grid.columns * grid.cell_m**2
     return {

@@ -1,4 +1,4 @@
-"""The true ground of a run as the bytes of an .npz, for reports and to fly on again; onboard never sees it.
+"""True ground of a run as the bytes of an .npz, for reports and for repeated runs; onboard never reads it.
 
     truth_heights_m  (rows, columns) float32, top of soil and rocks    x0_m y0_m cell_m   centre of cell (0, 0), size
     start            (3,) x, y, yaw      goal (2,) x, y                rocks              (n, 3) x, y, diameter
@@ -23,7 +23,7 @@ _KEYS = {
 
 
 def to_npz(field: Field) -> bytes:
-    """The ground as a file's bytes; the same ground gives the same bytes."""
+    """Bytes of the file; the same ground gives the same bytes."""
     buffer, grid = io.BytesIO(), field.grid
     rocks = np.array([(rock.x_m, rock.y_m, rock.diameter_m) for rock in field.rocks], dtype=np.float64)
     np.savez_compressed(
@@ -40,7 +40,7 @@ def to_npz(field: Field) -> bytes:
 
 
 def from_npz(data: bytes, seed: int = 0) -> Field:
-    """The ground of a file: its rocks are soil now, the orbiter's map its means over 2 m. Raises ValueError."""
+    """Field from the bytes of a file: rocks become soil, the orbital map is the mean over 2 m. Raises ValueError."""
     file = read_arrays(data, _KEYS)
     z, start, goal = (np.asarray(file[key], np.float64) for key in ("truth_heights_m", "start", "goal"))
     x0_m, y0_m, cell_m = (float(file[key]) for key in ("x0_m", "y0_m", "cell_m"))

@@ -1,16 +1,17 @@
-"""The demo's fields: rough ground with rocks, and craters if asked, accepted by rule before any run.
+"""Fields of the demo: rough ground with rocks, and optional craters, accepted by rules before any run.
 
-A field of 20 m x 20 m, 0.05 m cells, start 2.5 m from its left side, goal 15 m away. Of the seeds 1000 * index, + 1,
-+ 2, ... the first is taken whose field passes, in this order, on the true ground in 0.1 m cells:
-  1. median slope 4.5 to 7.5 degrees and rocks on 2.5 to 5 % of the area (drawn so; looked at all the same);
+A field is 20 m x 20 m in 0.05 m cells, with the start 2.5 m from its left side and the goal 15 m away. Of the seeds
+1000 * index, + 1, + 2, ... the first is taken whose field passes these rules, in this order, on the true ground in 0.1
+m cells:
+  1. median slope 4.5 to 7.5 degrees and rocks on 2.5 to 5 % of the area (checked, though drawn from such ranges);
   2. the start pose is free, and so is a pose within 0.1 m of the goal;
   3. the straight line is blocked: of the poses along it, heading along it, not all are free;
-  4. there is a way with room: over poses that stay free with step 0.07 m, under the belly 0.09 m, tilt 22 degrees
+  4. there is a route with room: over poses that stay free with step 0.07 m, under the belly 0.09 m, tilt 22 degrees
      (config: 0.08, 0.10, 25), and whose four neighbour cells are free too, so that noise of the scan and a few
      centimetres of drift do not close it.
-The seeds passed over and their reasons are kept: choosing is part of the result. Of the first 40 seeds 38 pass; the
-other two have a free straight line. Cratered fields (TERRAIN=craters) pass by the same rules, 16 of the first 20;
-the others have a crater or its rim where the rover should start or end.
+Rejected seeds and their reasons are stored: the choice is part of the result. Of the first 40 seeds 38 pass; the other
+two have a free straight line. Cratered fields (TERRAIN=craters) pass by the same rules, 16 of the first 20; the others
+have a crater or its rim at the rover's start or end.
 """
 
 from __future__ import annotations
@@ -32,13 +33,18 @@ from onboard.records import CellClass, Grid, Surface
 
 PLAN_CELL_M = 0.1
 SEEDS_PER_INDEX = 1000
-STEP_M = 0.07  # and no rule of tyres: the fields stay what they are, whatever the flight program allows itself
+STEP_M = 0.07  # without the rule of tyres: the fields stay the same, whatever limits the flight program uses
 NEAR_M = 0.1
 
 
 @dataclass(frozen=True, slots=True)
 class Accepted:
-    """A field that passed, and what was passed over before it: (seed, reason)."""
+    """Accepted field.
+
+    field: the field
+    seed: its seed
+    passed_over: (seed, reason) of the rejected seeds before it
+    """
 
     field: Field
     seed: int
@@ -46,17 +52,17 @@ class Accepted:
 
 
 def demo_field(seed_index: int) -> Accepted:
-    """The field of `make demo SEED=seed_index`. Raises ValueError if none of its seeds passes."""
+    """Field of `make demo SEED=seed_index`. Raises ValueError if none of its seeds passes."""
     return first_accepted(seed_index, make_field)
 
 
 def crater_field(seed_index: int) -> Accepted:
-    """The field of `make demo TERRAIN=craters SEED=seed_index`. Raises ValueError if none of its seeds passes."""
+    """Field of `make demo TERRAIN=craters SEED=seed_index`. Raises ValueError if none of its seeds passes."""
     return first_accepted(seed_index, make_crater_field)
 
 
 def first_accepted(seed_index: int, make: Callable[[int], Field]) -> Accepted:
-    """The first field of the seeds 1000 * seed_index ... that passes; ValueError if none does."""
+    """First field of the seeds 1000 * seed_index ... that passes; ValueError if none does."""
     passed_over: list[tuple[int, str]] = []
     for seed in range(SEEDS_PER_INDEX * seed_index, SEEDS_PER_INDEX * (seed_index + 1)):
         field = make(seed)
@@ -68,7 +74,7 @@ def first_accepted(seed_index: int, make: Callable[[int], Field]) -> Accepted:
 
 
 def make_field(seed: int) -> Field:
-    """The field of a seed, passed or not."""
+    """Field of a seed, accepted or not."""
     rng = np.random.default_rng([seed, 20])
     hurst, median_deg, ratio = rng.uniform(0.75, 0.9), rng.uniform(4.7, 7.3), rng.uniform(0.026, 0.049)
     course = draw_course(rng)
@@ -76,7 +82,7 @@ def make_field(seed: int) -> Field:
 
 
 def make_crater_field(seed: int) -> Field:
-    """The field of a seed, passed or not, with craters in steady state and rocks by Golombek's law."""
+    """Field of a seed, accepted or not, with craters in steady state and rocks by Golombek's law."""
     rng = np.random.default_rng([seed, 61])
     hurst, median_deg, k = rng.uniform(0.75, 0.9), rng.uniform(4.2, 5.8), rng.uniform(0.055, 0.075)
     course = draw_course(rng)
@@ -84,18 +90,18 @@ def make_crater_field(seed: int) -> Field:
 
 
 def draw_course(rng: np.random.Generator) -> Course:
-    """Start and goal, each 7 to 13 m and 4 to 16 m from the south side."""
+    """Random start 7 to 13 m and goal 4 to 16 m from the south side."""
     south_m = round(rng.uniform(7.0, 13.0), 1)
     return Course(south_m, math.asin(max(-0.5, min(0.5, (rng.uniform(4.0, 16.0) - south_m) / GOAL_AWAY_M))))
 
 
 def true_surface(field: Field) -> Surface:
-    """The true ground as a planner would know it at best: every cell of 0.1 m hit."""
+    """True ground as the best possible knowledge of a planner: every cell of 0.1 m hit."""
     return surface_of(field.grid, truth_height(field), PLAN_CELL_M)
 
 
 def surface_of(fine: Grid, top: NDArray[np.float32], cell_m: float) -> Surface:
-    """Heights (rows, columns) on `fine` as a surface of cells of `cell_m`, a whole multiple, every cell hit."""
+    """Surface in cells of `cell_m`, a whole multiple, from heights (rows, columns) on `fine`; every cell is hit."""
     factor = round(cell_m / fine.cell_m)
     if factor > 1:
         rows, columns = top.shape[0] // factor, top.shape[1] // factor
@@ -111,7 +117,7 @@ def surface_of(fine: Grid, top: NDArray[np.float32], cell_m: float) -> Surface:
 
 
 def refusal(field: Field) -> str:
-    """'' if the field passes, else the first rule it breaks (see the head of this file)."""
+    """'' if the field passes, else the first rule that it breaks (see the module head)."""
     median_deg, ratio = field.stats["median_slope_deg"], field.stats["rock_area_ratio"]
     if not (4.5 <= median_deg <= 7.5 and 0.025 <= ratio <= 0.05):
         return f"median slope {median_deg:.1f} deg, rocks on {100 * ratio:.1f} % of the area"
@@ -132,7 +138,7 @@ def refusal(field: Field) -> str:
 
 
 def free_with_room(surface: Surface, rover: Rover, planning: Planning) -> NDArray[np.bool_]:
-    """Poses free by the stricter limits whose four neighbour cells are so too, (8, rows, columns)."""
+    """True for poses that are free by the stricter limits, with their four neighbour cells, (8, rows, columns)."""
     strict = replace(planning, under_belly_m=0.09, tilt_limit_rad=math.radians(22))
     free = poses.pose_freedom(surface, rover, strict, tyres=False) == poses.Freedom.FREE
     shrunk = free.copy()
@@ -161,7 +167,7 @@ def goal_poses(grid: Grid, goal_m: tuple[float, float]) -> list[tuple[int, int, 
 
 
 def straight_line(grid: Grid, field: Field) -> list[tuple[int, int, int]]:
-    """The poses along the straight line from start to goal, heading along it."""
+    """Poses along the straight line from start to goal, heading along it."""
     x, y = field.goal_m[0] - field.start.x_m, field.goal_m[1] - field.start.y_m
     steps = math.ceil(math.hypot(x, y) / (grid.cell_m / 2))
     yaw = math.atan2(y, x)

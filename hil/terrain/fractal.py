@@ -10,7 +10,7 @@ u' = u N cell (Eq. 18). Each coefficient stands for 1 / (N cell)^2 of the plane 
 
     E|c|^2 = S / (N cell)^2 = (sigma (N cell)^H / (u'^2 + v'^2)^((H + 1) / 2))^2    (Eq. 15, 16, 20 corrected).
 
-What is printed differs in two ways. Eq. 15 divides by N cell once, as for a line; Eq. 20 then has (N cell)^(H + 3/2)
+The printed equations have two errors. Eq. 15 divides by N cell once, as for a line; Eq. 20 then has (N cell)^(H + 3/2)
 where |F| = (N cell)^2 |c| needs H + 2, and sigma would depend on the size of the map. And u', v' run from 0 to N - 1,
 which is not Hermitian (Eq. 19): they are signed here.
 """
@@ -30,10 +30,10 @@ STRIP = 64  # rows
 def fractal_heights(
     size: int, cell_m: float, hurst: float, sigma: float, rng: np.random.Generator, longest_m: float = math.inf
 ) -> F64:
-    """Periodic fBm map, (size, size) float64, mean 0 (Eq. 17, 20 corrected; see the head of this file).
+    """Periodic fBm map, (size, size) float64, mean 0 (Eq. 17, 20 corrected; see the module head).
 
     White noise is filtered: its spectrum is Hermitian, and the half spectrum's u = 0 and Nyquist columns keep their
-    power. Waves over `longest_m` are left out (detail to lay on ground known more coarsely).
+    power. Waves longer than `longest_m` are omitted, for detail on top of a coarse elevation grid.
     """
     spectrum = fft.rfft2(rng.standard_normal((size, size)))
     half = size // 2 + 1
@@ -41,14 +41,14 @@ def fractal_heights(
     spectrum *= size * sigma * (size * cell_m) ** hurst
     spectrum[:half] *= law
     spectrum[half:] *= law[size - half : 0 : -1]
-    # axis by axis, in place: the bits of irfft2, without its copy
+    # axis by axis, in place: the same bits as irfft2, without its copy
     return fft.irfft(fft.ifft(spectrum, axis=0, overwrite_x=True), n=size, axis=1)
 
 
 def _powers(squares: F64, least: float, exponent: float) -> F64:
     """(squares[j] + squares[i]) ** exponent, (k, k), and 0 where the sum is `least` or less.
 
-    The one half mirrors the other: a power takes five times as long as a copy.
+    One half mirrors the other: a power takes five times as long as a copy.
     """
     powers = squares[:, None] + squares
     powers[powers <= least] = np.inf

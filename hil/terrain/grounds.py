@@ -1,4 +1,4 @@
-"""TABLE of the grounds a scenario can name: each gives the n-th accepted field."""
+"""TABLE of the grounds that a scenario can name: each row returns the n-th accepted field."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ YARD_LEAN_RAD, YARD_CLEAR_M = math.radians(1.5), 2.1
 
 
 def flat_field(seed_index: int) -> Accepted:
-    """12 m x 12 m of flat soil without rocks, goal 5 m ahead: for tests of everything but the ground."""
+    """12 m x 12 m of flat soil without rocks, goal 5 m ahead: for tests that do not concern the ground."""
     grid = Grid(-3.0 + _CELL_M / 2, -_SIDE_M / 2 + _CELL_M / 2, _CELL_M, _COUNT, _COUNT)
     gdem = Gdem(Grid(-19.0, -19.0, 2.0, 20, 20), np.zeros((20, 20), np.float32), "flat ground")
     stats = {"median_slope_deg": 0.0, "p95_slope_deg": 0.0, "rock_area_ratio": 0.0, "rocks": 0.0}
@@ -32,8 +32,9 @@ def flat_field(seed_index: int) -> Accepted:
 
 
 def yard_field(seed_index: int) -> Accepted:
-    """12 m x 12 m that lean by 1.5 degrees, rocks all round and none where a square of 1.5 m to the left is driven:
-    a yard to calibrate on.
+    """Yard for calibration: 12 m x 12 m with a slope of 1.5 degrees and rocks around a free area.
+
+    The free area lies to the left, for a driven square of 1.5 m.
     """
     flat = flat_field(seed_index).field
     grid, rng = flat.grid, np.random.default_rng([seed_index, 0xCA1])
@@ -45,7 +46,7 @@ def yard_field(seed_index: int) -> Accepted:
 
 
 def _as_built(make: Callable[[int], Field]) -> Callable[[int], Accepted]:
-    """None is passed over: a plan that is there for what it is."""
+    """Wrap a maker of fields without rejection: a built ground is accepted as it is."""
     return lambda seed_index: Accepted(make(seed_index), seed_index, ())
 
 

@@ -1,7 +1,7 @@
-"""Rays on a raster of heights: the door to the native kernel (native/heightfield.hpp).
+"""Rays on a raster of heights: the interface of the native kernel (native/heightfield.hpp).
 
-For worlds without physics: the kinematic missions, and ground that has no engine bodies. Exact to rounding on the
-triangulation that `hil.terrain.field` describes; no engine, no limit of rays.
+For worlds without physics: the kinematic missions, and ground without engine bodies. Exact to rounding on the
+triangulation described in `hil.terrain.field`; no engine, no limit of rays.
 """
 
 from __future__ import annotations
@@ -32,7 +32,8 @@ class HeightField:
     def cast(self, origin_m: NDArray[np.floating], directions: F64, range_m: float) -> F64:
         """Ranges (n,) of rays from one origin (3,) along unit `directions` (n, 3); inf where nothing is met in range.
 
-        A ray that begins under the ground hits at once. Raises ValueError for wrong shapes or an origin not finite.
+        A ray that begins under the ground hits at once. Raises ValueError for wrong shapes or an origin that is not
+        finite.
         """
         origin = np.ascontiguousarray(origin_m, np.float64)
         if origin.shape != (3,) or not np.isfinite(origin).all():
@@ -50,6 +51,6 @@ class HeightField:
 
 
 def highest_of_tiles(top_m: F32) -> F32:
-    """Highest of each tile of squares, as the kernel cuts them: TILE x TILE, less at the last row and column."""
+    """Highest value of each tile of squares, with the kernel's tiles: TILE x TILE, less at the last row and column."""
     along_j = np.maximum.reduceat(top_m, np.arange(0, top_m.shape[0], _heightfield.TILE), axis=0)
     return np.ascontiguousarray(np.maximum.reduceat(along_j, np.arange(0, top_m.shape[1], _heightfield.TILE), axis=1))

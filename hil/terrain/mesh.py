@@ -1,6 +1,6 @@
-"""Heights on a grid: slope, mean, and the one triangulation that physics, soil, scanner and truth maps all read.
+"""Heights on a grid: slope, mean, and the one triangulation for physics, soil, scanner and truth maps.
 
-Heights stand on the centres of a grid; each square of four centres is two triangles, cut from (x + 1, y) to (x, y + 1).
+Heights are on the centres of a grid; each square of four centres is two triangles, cut from (x + 1, y) to (x, y + 1).
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ def block_mean(heights: F64, factor: int) -> F64:
 
 
 def soil_height(grid: Grid, soil_z: F32, x_m: F64, y_m: F64) -> F64:
-    """Height of the triangulated soil at points (n,); a point off the mesh takes the nearest edge."""
+    """Height of the triangulated soil at points (n,); a point off the mesh gets the height of the nearest edge."""
     u = np.clip((np.asarray(x_m) - grid.x0_m) / grid.cell_m, 0, grid.columns - 1)
     v = np.clip((np.asarray(y_m) - grid.y0_m) / grid.cell_m, 0, grid.rows - 1)
     i = np.minimum(u.astype(np.int64), grid.columns - 2)
@@ -39,7 +39,7 @@ def soil_height(grid: Grid, soil_z: F32, x_m: F64, y_m: F64) -> F64:
 
 
 def squares(rows: int, columns: int) -> I32:
-    """Triangles of a (rows, columns) grid of vertices, cut from (x + 1, y) to (x, y + 1), looking up: (n, 3) int32."""
+    """Triangles of a (rows, columns) grid of vertices, cut from (x + 1, y) to (x, y + 1), facing up: (n, 3) int32."""
     first = (np.arange(rows - 1)[:, None] * columns + np.arange(columns - 1)[None, :]).ravel()
     lower = np.column_stack((first, first + 1, first + columns))
     upper = np.column_stack((first + 1, first + columns + 1, first + columns))

@@ -1,9 +1,9 @@
 """Real ground for TERRAIN=real: a measured elevation grid, scaled to a rover's size, with detail below its resolution.
 
-The grid is the one that matplotlib ships as sample data (the Jacksboro fault, Tennessee, 344 x 403 heights in metres on
-cells of about 74 m x 93 m; read as a file, matplotlib is not imported). Its cells become 10 m x 10 m, heights shrink by
-10 / 84 * 0.6. What is real is the shape of the land; fractal detail shorter than 20 m and rocks are drawn by the seed.
-The rover's orbital map is the whole scaled grid without them.
+The grid is matplotlib's sample data (the Jacksboro fault, Tennessee, 344 x 403 heights in metres on cells of about 74 m
+x 93 m; read as a file, matplotlib is not imported). Its cells become 10 m x 10 m, heights shrink by 10 / 84 * 0.6. The
+shape of the land is real; fractal detail shorter than 20 m and rocks are drawn by the seed. The rover's orbital map is
+the whole scaled grid without them.
 
 A field is a window of 60 m x 60 m in 0.1 m cells, start 10 m from its west side, goal 40 m away to the east. Windows
 are drawn among those whose land is gentle (median slope of the grid's cells at most 4 degrees); of the windows of a
@@ -42,13 +42,13 @@ NOTE = (
 
 
 def real_field(seed_index: int) -> Accepted:
-    """The field of `make demo TERRAIN=real SEED=seed_index`. Raises ValueError if no window passes."""
+    """Field of `make demo TERRAIN=real SEED=seed_index`. Raises ValueError if no window passes."""
     heights = scaled_heights()
     return first_accepted(seed_index, lambda seed: make_field(heights, seed))
 
 
 def scaled_heights() -> F64:
-    """The whole grid, row 0 in the south, heights in metres after scaling. FileNotFoundError names what is missing."""
+    """Whole grid, row 0 in the south, heights in metres after scaling. Raises FileNotFoundError without the sample."""
     package = importlib.util.find_spec("matplotlib")
     if package is None or package.origin is None:
         raise FileNotFoundError("TERRAIN=real reads a sample file of the package matplotlib, which is not installed")
@@ -58,7 +58,7 @@ def scaled_heights() -> F64:
 
 
 def make_field(heights: F64, seed: int) -> Field:
-    """The window of a seed, passed or not. The start lies on a corner of four cells of the grid: the map's origin."""
+    """Window of a seed, accepted or not. The start lies on a corner of four cells of the grid: the map's origin."""
     rng = np.random.default_rng([seed, 60])
     corner_j, corner_i = _gentle_corner(heights, rng)
     median_deg, hurst, ratio = rng.uniform(4.0, 5.5), rng.uniform(0.75, 0.9), rng.uniform(0.026, 0.04)
@@ -82,7 +82,7 @@ def make_field(heights: F64, seed: int) -> Field:
 
 
 def _gdem(heights: F64, corner_j: int, corner_i: int) -> Gdem:
-    """The orbiter's map: GDEM_CELLS to each side of the corner, or to the border of the grid."""
+    """Orbital map: GDEM_CELLS to each side of the corner, or to the border of the grid."""
     low_j, low_i = max(0, corner_j - GDEM_CELLS), max(0, corner_i - GDEM_CELLS)
     part = heights[low_j : corner_j + GDEM_CELLS, low_i : corner_i + GDEM_CELLS].astype(np.float32)
     x0_m, y0_m = (0.5 - corner_i + low_i) * DEM_CELL_M, (0.5 - corner_j + low_j) * DEM_CELL_M
@@ -90,7 +90,7 @@ def _gdem(heights: F64, corner_j: int, corner_i: int) -> Gdem:
 
 
 def _gentle_corner(heights: F64, rng: np.random.Generator) -> tuple[int, int]:
-    """A corner (row, column) of the grid with gentle land from 10 m west to 50 m east of it and 30 m to each side."""
+    """Corner (row, column) of the grid with gentle land from 10 m west to 50 m east of it and 30 m to each side."""
     slopes = slopes_deg(heights, DEM_CELL_M)  # of cells 1 .. n - 2
     while True:
         j, i = (int(rng.integers(8, side - 8)) for side in heights.shape)

@@ -2,8 +2,8 @@
 
     field = compose(Recipe(hurst=0.8, median_slope_deg=5.0, craters=CraterLaw(), rocks=Golombek(0.05)), Course(), rng)
 
-The soil is cut from the middle of a tile twice as wide, whose borders would repeat; the orbiter's map is the whole tile
-in cells of 2 m, craters included, rocks not.
+The soil is cut from the middle of a tile twice as wide, whose borders would repeat; the orbital map is the whole tile
+in cells of 2 m, with craters and without rocks.
 """
 
 from __future__ import annotations
@@ -30,10 +30,13 @@ START_CLEAR_M, GOAL_CLEAR_M = 1.2, 0.6
 
 @dataclass(frozen=True, slots=True)
 class Recipe:
-    """What ground is made of. The soil's height is set by `sigma`, m^(1 - H), or by its median slope: give one.
+    """Parameters of the ground. The soil's height is set by `sigma` or by its median slope: give one.
 
-    craters, rocks: laws of their sizes, or None for none. relief: heights by x (1, columns) and y (rows, 1) of the map,
-    metres, on top of the soil and under the rocks.
+    hurst: Hurst exponent H, between 0 and 1
+    sigma: amplitude, m^(1 - H)
+    median_slope_deg: median slope
+    craters, rocks: laws of their sizes, or None for none
+    relief: heights by x (1, columns) and y (rows, 1) of the map, m, on top of the soil and under the rocks
     """
 
     hurst: float
@@ -54,7 +57,8 @@ class Recipe:
 class Course:
     """Start and goal on a field of 20 m x 20 m. The start is the map's origin, 2.5 m from the west side.
 
-    south_m: from the south side to the start. bearing_rad, away_m: of the goal.
+    south_m: distance from the south side to the start
+    bearing_rad, away_m: bearing and distance of the goal
     """
 
     south_m: float = 10.0
@@ -68,7 +72,7 @@ class Course:
 
 
 def compose(recipe: Recipe, course: Course, rng: np.random.Generator, seed: int = 0) -> Field:
-    """The field of a recipe; the same state of `rng` gives the same bytes. `seed` is only written down."""
+    """Field of a recipe; the same state of `rng` gives the same bytes. `seed` is only stored in the field."""
     margin, nodes = (TILE_M - SIDE_M) / 2, round(SIDE_M / CELL_M)
     inset = round(margin / CELL_M)
     window = (slice(inset, inset + nodes),) * 2
@@ -94,7 +98,7 @@ def compose(recipe: Recipe, course: Course, rng: np.random.Generator, seed: int 
 
 
 def _soil(recipe: Recipe, window: tuple[slice, slice], rng: np.random.Generator) -> F64:
-    """The tile's fBm, scaled to the recipe; a median slope is that of the window."""
+    """Tile of fBm, scaled to the recipe; a median slope is that of the window."""
     sigma = 1.0 if recipe.sigma is None else recipe.sigma
     tile = fractal_heights(round(TILE_M / CELL_M), CELL_M, recipe.hurst, sigma, rng)
     if recipe.median_slope_deg is not None:
@@ -112,7 +116,7 @@ def _places(grid: Grid) -> tuple[F64, F64]:
 
 
 def _gdem(tile: F64, west_m: float, south_m: float) -> Gdem:
-    """The whole tile in cells of 2 m whose borders are multiples of 2 m."""
+    """Whole tile in cells of 2 m whose borders are multiples of 2 m."""
     first_x, first_y = (math.ceil(edge / GDEM_CELL_M - 1e-9) * GDEM_CELL_M for edge in (west_m, south_m))
     i, j = round((first_x - west_m) / CELL_M), round((first_y - south_m) / CELL_M)
     heights = block_mean(tile[j:, i:], round(GDEM_CELL_M / CELL_M)).astype(np.float32)

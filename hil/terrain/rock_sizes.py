@@ -1,9 +1,9 @@
-"""How many rocks of which size: two laws, each a record with its dial.
+"""Size distributions of rocks: two laws, each a record with one main parameter.
 
 PowerLaw     N(>= D) ~ D^-2 until the rocks cover a given share of the area.
 Golombek     the share of the area under rocks of diameter >= D is F_k(D) = k exp(-q(k) D), q(k) = 1.79 + 0.152 / k,
              fitted to rocks at the Viking sites and on Earth (Golombek and Rapp, J. Geophys. Res. 102 (1997) 4117). The
-             dial k is the share under all rocks: about 0.07 at Viking 1 and 0.18 at Viking 2.
+             parameter k is the share under all rocks: about 0.07 at Viking 1 and 0.18 at Viking 2.
 A rock's share of the area is its disc, pi / 4 D^2. Both laws are cut at a smallest and a largest diameter.
 """
 
@@ -19,19 +19,19 @@ from scipy.special import expn
 from onboard.records import F64
 
 SMALLEST_M, LARGEST_M = 0.15, 1.2
-FULL = 0.5  # rocks that do not overlap find no room for more
+FULL = 0.5  # above this, rocks that do not overlap find no more room
 
 
 class RockLaw(Protocol):
-    """What a law of sizes can do."""
+    """Law of rock sizes."""
 
     def diameters_m(self, area_m2: float, rng: np.random.Generator) -> F64:
-        """Diameters of the rocks on so much ground, largest first."""
+        """Diameters of the rocks on an area, largest first."""
 
 
 @dataclass(frozen=True, slots=True)
 class PowerLaw:
-    """N(>= D) ~ D^-2. area_ratio: share of the area under the rocks, all of them."""
+    """N(>= D) ~ D^-2. area_ratio: share of the area under all rocks."""
 
     area_ratio: float
     smallest_m: float = SMALLEST_M
@@ -43,9 +43,9 @@ class PowerLaw:
             raise ValueError(f"area_ratio should be 0 or more and under {FULL}, found {self.area_ratio}")
 
     def diameters_m(self, area_m2: float, rng: np.random.Generator) -> F64:
-        """Rocks drawn until their discs fill the share, largest first.
+        """Diameters drawn until the rocks' discs fill the share, largest first.
 
-        A rock that would overshoot the target is drawn anew, so the few largest cannot spoil the ratio.
+        A rock that would overshoot the target is drawn again, so the few largest cannot spoil the ratio.
         """
         target, total, drawn = area_m2 * self.area_ratio, 0.0, []
         smallest, largest = self.smallest_m**-2, self.largest_m**-2
@@ -62,7 +62,7 @@ class PowerLaw:
 
 @dataclass(frozen=True, slots=True)
 class Golombek:
-    """F_k(D) = k exp(-q(k) D) between smallest_m and largest_m: what F_k gives to larger rocks is left out."""
+    """F_k(D) = k exp(-q(k) D) between smallest_m and largest_m; the share of larger rocks is omitted."""
 
     k: float
     smallest_m: float = SMALLEST_M
@@ -79,34 +79,35 @@ class Golombek:
         return 1.79 + 0.152 / self.k
 
     def area_ratio(self, diameter_m: F64 | float) -> F64 | float:
-        """F_k(D): share of the area under rocks of this diameter or larger, without limit upwards."""
+        """F_k(D): share of the area under rocks of this diameter or larger, without an upper limit."""
         return self.k * np.exp(-self.q_per_m * diameter_m)
 
     def number_per_m2(self, diameter_m: F64 | float) -> F64 | float:
-        """Rocks of this diameter or larger on a square metre, without limit upwards.
+        """Number of rocks of this diameter or larger on a square metre, without an upper limit.
 
         -dF / (pi / 4 D^2) integrated: 4 k q / pi * E2(q D) / D, where E2 is the exponential integral of order 2.
         """
         return 4 * self.k * self.q_per_m / math.pi * expn(2, self.q_per_m * diameter_m) / diameter_m
 
     def diameters_m(self, area_m2: float, rng: np.random.Generator) -> F64:
-        """As many as the law gives, largest first, spread evenly over its quantiles: each field follows the law."""
-        ladder = np.geomspace(self.largest_m, self.smallest_m, 1000)  # 0.2 % a rung
+        """Diameters by the law, largest first, one from each of equally probable parts: each field follows the law."""
+        ladder = np.geomspace(self.largest_m, self.smallest_m, 1000)  # 0.2 % a step
         number = (self.number_per_m2(ladder) - self.number_per_m2(self.largest_m)) * area_m2
         ranks = even_shares(number[-1], rng) * number[-1]
         return np.exp(np.interp(ranks, number, np.log(ladder)))
 
 
 def even_shares(expected: float, rng: np.random.Generator) -> F64:
-    """n numbers of 0..1 in rising order, one drawn in each of n equal parts; n is `expected`, rounded by chance.
+    """Stratified random numbers: n numbers of 0..1 in rising order, one in each of n equal parts.
 
-    Any function of them has the mean that n independent numbers give, and a far smaller scatter.
+    n is `expected`, randomly rounded. Any function of them has the mean that n independent numbers give, and a far
+    smaller scatter.
     """
     count = math.floor(expected + rng.random())
     return (np.arange(count) + rng.random(count)) / max(count, 1)
 
 
 def check_sizes(smallest_m: float, largest_m: float) -> None:
-    """ValueError unless 0 < smallest < largest."""
+    """Raise ValueError unless 0 < smallest < largest."""
     if not 0 < smallest_m < largest_m < math.inf:
         raise ValueError(f"diameters should be 0 < smallest_m < largest_m, found {smallest_m} and {largest_m}")

@@ -1,4 +1,4 @@
-"""Rocks on the ground: irregular polyhedra, half buried, that lie where there is room. Their sizes: rock_sizes.py."""
+"""Rocks on the ground: irregular polyhedra, half buried, without overlap. Their sizes: rock_sizes.py."""
 
 from __future__ import annotations
 
@@ -16,9 +16,13 @@ GOLDEN = (1 + math.sqrt(5)) / 2
 
 @dataclass(frozen=True, slots=True)
 class Rock:
-    """A closed polyhedron. vertices_m: (v, 3) float64 in the map frame. triangles: (t, 3) int32, outward.
+    """Closed polyhedron.
 
-    height_m: how far it stands above the soil at its centre.
+    x_m, y_m: centre, map frame
+    diameter_m: largest diameter
+    height_m: height above the soil at its centre
+    vertices_m: (v, 3) float64, map frame
+    triangles: (t, 3) int32, outward
     """
 
     x_m: float
@@ -30,10 +34,10 @@ class Rock:
 
 
 def rock_top(rock: Rock, x_m: F64, y_m: F64) -> F64:
-    """Height of a rock's upper surface at points (n,), -inf beside it."""
+    """Height of a rock's upper surface at points (n,), -inf off the rock."""
     a, b, c = (rock.vertices_m[rock.triangles[:, k]] for k in range(3))
     area = (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])
-    a, b, c, area = (part[area > 1e-12] for part in (a, b, c, area))  # those that look up
+    a, b, c, area = (part[area > 1e-12] for part in (a, b, c, area))  # triangles that face up
     dx, dy = np.asarray(x_m)[:, None] - a[:, 0], np.asarray(y_m)[:, None] - a[:, 1]
     beta = (dx * (c[:, 1] - a[:, 1]) - dy * (c[:, 0] - a[:, 0])) / area
     gamma = (dy * (b[:, 0] - a[:, 0]) - dx * (b[:, 1] - a[:, 1])) / area
@@ -45,9 +49,9 @@ def rock_top(rock: Rock, x_m: F64, y_m: F64) -> F64:
 def scatter_rocks(
     grid: Grid, soil_z: F32, law: RockLaw, clear: tuple[tuple[float, float, float], ...], rng: np.random.Generator
 ) -> tuple[Rock, ...]:
-    """Rocks over the whole grid that do not overlap and keep off the discs `clear` (x, y, radius).
+    """Rocks over the whole grid that do not overlap and avoid the discs `clear` (x, y, radius).
 
-    The largest find their place first; one that finds none in 200 tries is left out.
+    The largest are placed first; a rock without a free place after 200 tries is omitted.
     """
     width, height = grid.columns * grid.cell_m, grid.rows * grid.cell_m
     diameters = law.diameters_m(width * height, rng)
@@ -68,14 +72,14 @@ def scatter_rocks(
 
 
 def rock_of(x_m: float, y_m: float, z_m: float, width_m: float, height_m: float, rng: np.random.Generator) -> Rock:
-    """An irregular rock on soil of height z_m at its centre, so wide at its widest and so high above the soil."""
+    """Irregular rock on soil of height z_m at its centre, with this largest width and this height above the soil."""
     rock = _rock(0.0, 0.0, 0.0, width_m, rng)
     shape = rock.vertices_m * (1.0, 1.0, height_m / rock.height_m) + (x_m, y_m, z_m)
     return Rock(x_m, y_m, width_m, height_m, shape.astype(np.float32).astype(np.float64), rock.triangles)
 
 
 def _rock(x_m: float, y_m: float, z_m: float, diameter_m: float, rng: np.random.Generator) -> Rock:
-    """A sphere of 80 triangles, cut by random planes and squeezed, its centre near the soil."""
+    """Sphere of 80 triangles, cut by random planes and squeezed, its centre near the soil."""
     sphere, triangles = _sphere()
     normals = rng.standard_normal((9, 3))
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)

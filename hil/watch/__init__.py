@@ -1,1 +1,1 @@
-"""The picture of a run, live or afterwards, by a process that reads what the run writes; the run never hears of it."""
+"""Viewer of a run, live or afterwards: a separate process that reads the run's files and does not affect the run."""

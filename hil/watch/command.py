@@ -1,4 +1,4 @@
-"""`hil watch FOLDER`: the picture of a run in a browser, as a film, or as a file for Rerun."""
+"""Command `hil watch FOLDER`: a run in a browser, as a film, or as a file for Rerun."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def main(
 ) -> None:
     """Play a run in the browser, live or afterwards; Ctrl-C ends it.
 
-    Exit codes: 0 written, 64 no such kind of film, 66 no run there, 69 port in use or Rerun missing, 130 Ctrl-C.
+    Exit codes: 0 written, 64 unknown kind of film, 66 no run there, 69 port in use or Rerun missing, 130 Ctrl-C.
     """
     from hil.watch.tail import NoRunError
 
@@ -61,7 +61,7 @@ def _wait_for(folder: Path) -> None:
     import os
     import time
 
-    os.nice(10)  # the run goes first
+    os.nice(10)  # the run has priority
     while not (folder / "truth.mcap").is_file():
         time.sleep(0.1)
 
@@ -79,7 +79,7 @@ def _serve(folder: Path, port: int) -> None:
 
 @contextmanager
 def shown(folder: Path, watch: bool, port: int) -> Iterator[None]:
-    """The watcher beside a run where one is asked for; after the run it stays until Ctrl-C. Raises typer.Exit."""
+    """Start the viewer of a run if `watch` is set; after the run it stays until Ctrl-C. Raises typer.Exit."""
     if not watch:
         yield
         return
@@ -94,7 +94,7 @@ def shown(folder: Path, watch: bool, port: int) -> Iterator[None]:
 
 
 def check_film(path: Path | None) -> None:
-    """Before a run: whether its film can be written. Raises typer.Exit."""
+    """Check before a run that its film can be written. Raises typer.Exit."""
     try:
         if path:
             check_kind(path)
@@ -103,7 +103,7 @@ def check_film(path: Path | None) -> None:
 
 
 def film(folder: Path, path: Path) -> None:
-    """Write the film of a run and say so. Raises typer.Exit, NoRunError."""
+    """Write the film of a run and print its path. Raises typer.Exit, NoRunError."""
     check_film(path)
     from hil.watch.video import write
 

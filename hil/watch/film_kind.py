@@ -1,4 +1,4 @@
-"""Which kinds of film there are, and whether one can be made here: asked before a run, not after it."""
+"""Kinds of film, and the check that one can be made here: run before a run, not after it."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ KINDS = (".webp", ".gif", ".mp4")
 
 
 class KindError(ValueError):
-    """A film of this kind cannot be written here; the text says which can."""
+    """A film of this kind cannot be written here; the text names the kinds that can."""
 
 
 def check_kind(path: Path) -> None:
-    """Raise KindError where no film can be written under this name."""
+    """Raise KindError if no film can be written under this name."""
     if path.suffix not in KINDS:
         raise KindError(f"{path}: a film is one of {', '.join(KINDS)}")
     if path.suffix == ".mp4" and shutil.which("ffmpeg") is None:

@@ -1,9 +1,9 @@
-"""A run's folder as a story that grows while the run does: the bench's truth and the flight program's own record.
+"""Run folder as a story that grows during the run: the bench's truth and the flight program's own record.
 
-    field.npz      the true ground: needed      truth.mcap     what really happened: needed
-    onboard.mcap   events, plans, and where the flight program believes to be; without it the picture has none
+    field.npz      true ground: required      truth.mcap     true states: required
+    onboard.mcap   events, plans, and the pose estimate of the flight program; optional
 
-Both sources of a picture are this one: a run that goes on is a folder whose records are not finished yet. Nothing goes
+Live and finished runs use the same source: a running run is a folder whose records are not finished yet. No data go
 from here to the run, and no truth to the flight program.
 """
 
@@ -23,12 +23,12 @@ from hil.watch.tail import NoRunError, Said, Tail
 from onboard.planning import archive
 from onboard.records import Grid
 
-EVERY = 10  # of the ticks' believed poses: ten a second
+EVERY = 10  # one of this many estimated poses is used: ten a second
 _DAMAGE = (ValueError, KeyError, TypeError, struct.error)
 
 
 class Folder:
-    """The files of a run. Raises NoRunError where there is no run."""
+    """Files of a run. Raises NoRunError if there is no run."""
 
     def __init__(self, path: Path) -> None:
         for name in ("field.npz", "truth.mcap"):
@@ -40,11 +40,11 @@ class Folder:
 
     @property
     def finished(self) -> bool:
-        """Whether the run has ended: nothing more will come."""
+        """True if the run has ended: no more data will come."""
         return self._truth.finished
 
     def read(self) -> None:
-        """Add what has been written since. Raises NoRunError."""
+        """Add the data written since the last call. Raises NoRunError."""
         for tail, add in ((self._truth, self._add_truth), (self._record, self._add_record)):
             for said in tail.read():
                 try:
@@ -58,7 +58,7 @@ class Folder:
             return
         if said.topic == "/ground":
             patch = read_patch(said.data)
-            changed(self.ground, [patch])  # raises where it does not lie on this ground
+            changed(self.ground, [patch])  # raises if it does not lie on this ground
             self.story.patches.append((said.time_s, patch))
             return
         row = json.loads(said.data)
@@ -69,7 +69,7 @@ class Folder:
             name = f"{row['fault']} {row['target']}" if row["target"] else row["fault"]
             self.story.faults.append((said.time_s, name, row["what"] == "begin"))
             self.story.tell(Told(said.time_s, "fault", row["what"], name))
-        elif said.topic == "/contact" and row["number"] == self._contacts:  # it begins; a second message tells its end
+        elif said.topic == "/contact" and row["number"] == self._contacts:  # its begin; a second message has its end
             self._contacts += 1
             place = f"({row['x_m']:.2f}, {row['y_m']:.2f})"
             self.story.tell(Told(said.time_s, "fault", "contact", f"{row['what']} at {place}"))
@@ -85,7 +85,7 @@ class Folder:
 
 
 def read_ground(path: Path) -> TrueGround:
-    """The true ground of a run. Raises NoRunError."""
+    """Read the true ground of a run. Raises NoRunError."""
     try:
         with np.load(io.BytesIO(path.read_bytes())) as file:
             heights_m = file["truth_heights_m"]

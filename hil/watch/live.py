@@ -1,4 +1,4 @@
-"""`--watch`: the watcher of a run as a process of its own, which reads the run's files. The run never hears of it."""
+"""Viewer of a live run (`--watch`): a separate process that reads the run's files and does not affect the run."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ RECORDS = ("truth.mcap", "onboard.mcap", "field.npz")
 
 @contextmanager
 def watched(folder: Path, port: int) -> Iterator[str]:
-    """Inside the block the run that begins in this folder is shown; gives the address. Raises PortInUseError.
+    """Show the run that begins in this folder, inside the block; yields the address. Raises PortInUseError.
 
-    The records of an earlier run there are removed: they are not to be shown. The watcher may die, the run goes on.
+    Removes the records of an earlier run there, so that they are not shown. If the viewer dies, the run continues.
     """
     check_port(port)
     folder.mkdir(parents=True, exist_ok=True)
@@ -29,7 +29,7 @@ def watched(folder: Path, port: int) -> Iterator[str]:
 
 
 def until_ctrl_c() -> None:
-    """Hold, so that the run can still be looked at."""
+    """Wait for Ctrl-C, so that the viewer stays open."""
     try:
         while True:
             time.sleep(3600.0)

@@ -1,4 +1,4 @@
-"""The rover's parts for a picture, from the same URDF text that the physics engine reads; wheels as cylinders."""
+"""Parts of the rover for a picture, from the same URDF text that the physics engine reads; wheels as cylinders."""
 
 from __future__ import annotations
 
@@ -16,15 +16,22 @@ from protocol.conventions import WHEELS
 
 
 class Box(NamedTuple):
-    """centre_m, size_m: (3,) in the part's frame."""
+    """Box of a part.
+
+    centre_m, size_m: (3,) in the part's frame
+    """
 
     centre_m: tuple[float, ...]
     size_m: tuple[float, ...]
 
 
 class Part(NamedTuple):
-    """A link: its name after those of the links that carry it ("chassis/rocker_left/steer_1"), where it hangs, about
-    which axis it turns there, and its boxes.
+    """Link of the rover.
+
+    path: its name after those of the links that carry it ("chassis/rocker_left/steer_1")
+    origin_m: place of its joint in the carrier's frame
+    axis: axis of its joint
+    boxes: its boxes
     """
 
     path: str
@@ -34,17 +41,17 @@ class Part(NamedTuple):
 
     @property
     def name(self) -> str:
-        """The link's own."""
+        """Name of the link itself."""
         return self.path.rsplit("/", 1)[-1]
 
     @property
     def is_wheel(self) -> bool:
-        """Whether it is one of wheel_1 to wheel_4."""
+        """True for wheel_1 to wheel_4."""
         return self.name.startswith("wheel_")
 
 
 def parts(rover: Rover) -> tuple[Part, ...]:
-    """What carries before what is carried; the first is the chassis, whose frame is base_link."""
+    """Parts of the rover, carriers before carried parts; the first is the chassis, whose frame is base_link."""
     tree = ElementTree.fromstring(urdf(rover))
     boxes = {link.attrib["name"]: tuple(_boxes(link)) for link in tree.iter("link")}
     found = {"chassis": Part("chassis", (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), boxes["chassis"])}
@@ -58,14 +65,14 @@ def parts(rover: Rover) -> tuple[Part, ...]:
 
 
 def turns_rad(moment: Moment) -> dict[str, float]:
-    """Each link's angle about its axis."""
+    """Angle of each link about its axis."""
     rockers = dict(zip(("rocker_left", "rocker_right"), moment.rockers_rad))
     steers = {f"steer_{wheel}": angle for wheel, angle in zip(WHEELS, moment.steer_rad)}
     return {**rockers, **steers, **{f"wheel_{wheel}": angle for wheel, angle in zip(WHEELS, moment.wheel_rad)}}
 
 
 def about(axis: tuple[float, ...], angle_rad: float) -> F64:
-    """The turn as a unit quaternion w x y z."""
+    """Rotation about an axis as a unit quaternion w x y z."""
     return np.array([np.cos(angle_rad / 2), *(np.sin(angle_rad / 2) * np.asarray(axis))])
 
 

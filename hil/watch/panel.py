@@ -1,4 +1,4 @@
-"""The panel beside the scene: time, how it is played, what is shown, what has been told. Its clicks wait in a queue."""
+"""Control panel of the scene: time, playback, layers, events. Its clicks are stored in a queue."""
 
 from __future__ import annotations
 
@@ -24,7 +24,8 @@ LEGEND = (
 
 
 class Panel:
-    """Controls and words. The server's threads put clicks into `clicks`; the loop, the player's owner, takes them."""
+    """Controls and texts. The server's threads put clicks into `clicks`; the loop, which owns the player, takes them.
+    """
 
     def __init__(self, gui: GuiApi, scene: Scene, live: bool) -> None:
         self.clicks: SimpleQueue[Callable[[Player, float], None]] = SimpleQueue()
@@ -47,7 +48,7 @@ class Panel:
         put = self.clicks.put
 
         def sought(event: Any) -> None:
-            if event.client is not None:  # a hand's, not the loop's
+            if event.client is not None:  # a user's change, not the loop's
                 put(lambda player, _: player.seek(event.target.value))
 
         self._time.on_update(sought)
@@ -60,11 +61,11 @@ class Panel:
 
     @property
     def accompanies(self) -> bool:
-        """Whether the camera is to move with the rover."""
+        """True if the camera moves with the rover."""
         return self._accompany.value
 
     def show(self, instant: Instant, player: Player, end_s: float, rtf: float) -> None:
-        """Bring words and controls to this instant. rtf: how many times faster than real time, 0 unknown."""
+        """Update texts and controls to this instant. rtf: real-time factor of the run, 0 unknown."""
         if self._time.max < end_s:
             self._time.max = end_s
         if abs(self._time.value - instant.time_s) >= STEP_S:
@@ -80,7 +81,7 @@ class Panel:
 
 
 def status(instant: Instant, end_s: float, rtf: float) -> str:
-    """Time, speed of the run, faults that last, what is touched."""
+    """Time, speed of the run, active faults, contacts."""
     speed = f"   ×{rtf:.1f} real time" if rtf else ""
     lines = [f"**{instant.time_s:.1f} s** of {end_s:.1f} s{speed}"]
     lines += [f"⚡ **fault: {plain(name)}**" for name in instant.faults]
@@ -90,11 +91,11 @@ def status(instant: Instant, end_s: float, rtf: float) -> str:
 
 
 def event_line(told: Told) -> str:
-    """One row of the list."""
+    """One row of the list of events."""
     mark = MARKS.get(told.severity, "")
     return f"- {mark}{told.time_s:.1f} s **{plain(told.name)}** {plain(told.text)}"
 
 
 def plain(text: str) -> str:
-    """Text of a run as Markdown that shows it: control characters visible, neither HTML, link nor emphasis in it."""
+    """Text of a run as literal Markdown: control characters visible, neither HTML, link nor emphasis in it."""
     return _MARKUP.sub(lambda found: f"&#{ord(found[0])};", visible(text))

@@ -1,4 +1,4 @@
-"""Which time of a run is shown: played at a speed, held, sought, or always the newest."""
+"""Playback time of a run: played at a speed, paused, set by the user, or always the newest."""
 
 from __future__ import annotations
 
@@ -9,7 +9,13 @@ SPEEDS = (0.5, 1.0, 2.0, 5.0, 10.0, 20.0)
 
 @dataclass(slots=True)
 class Player:
-    """following: shows the newest, as far as the run has come; seeking or holding ends it."""
+    """Playback state.
+
+    time_s: time that is shown
+    speed: bench seconds per second
+    playing: False while paused
+    following: True to show the newest time of the run; seek or pause ends it
+    """
 
     time_s: float = 0.0
     speed: float = 5.0
@@ -17,7 +23,7 @@ class Player:
     following: bool = False
 
     def advance(self, wall_s: float, end_s: float) -> None:
-        """So much time has passed at the clock, and the run is known up to `end_s`."""
+        """Advance by `wall_s` of wall time; the run is known up to `end_s`."""
         if self.following:
             self.time_s = end_s
         elif self.playing:
@@ -28,7 +34,7 @@ class Player:
         self.following, self.time_s = False, max(0.0, time_s)
 
     def toggle(self, end_s: float) -> None:
-        """Hold, or play on; from the start where it has come to the end."""
+        """Pause, or continue; from the start if the end was reached."""
         if self.following:
             self.following = self.playing = False
             return
@@ -37,5 +43,5 @@ class Player:
             self.time_s = 0.0
 
     def follow(self, following: bool) -> None:
-        """Show the newest from now on, or play on from here."""
+        """Show the newest time from now on, or continue from here."""
         self.following, self.playing = following, True

@@ -1,4 +1,4 @@
-"""The watcher's address: a port of this machine's loopback, and whether it is free."""
+"""Address of the viewer: a port on this machine's loopback interface, and the check that it is free."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ HOST = "127.0.0.1"
 
 
 class PortInUseError(OSError):
-    """Somebody else listens there; the text says what to do."""
+    """Another program listens on the port; the text names the remedy."""
 
 
 def check_port(port: int) -> None:
-    """Raise PortInUseError if nothing can listen there."""
+    """Raise PortInUseError if the port is not free."""
     with socket.socket() as probe:
         probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:
@@ -22,5 +22,5 @@ def check_port(port: int) -> None:
 
 
 def address(port: int) -> str:
-    """For the browser."""
+    """Address for the browser."""
     return f"http://{HOST}:{port}"

@@ -1,4 +1,4 @@
-"""A run's folder as a file for the viewer Rerun; needs the extra [rerun]. Times are those of the bench."""
+"""Export of a run's folder for the viewer Rerun; needs the extra [rerun]. Times are bench times."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ ORANGE, BLACK, BLUE, PURPLE, PINK, RED = (
 
 
 def write(folder: Path, path: Path) -> None:
-    """Everything that `hil watch` shows. Raises NoRunError."""
+    """Write everything that `hil watch` shows. Raises NoRunError."""
     run = Folder(folder)
     run.read()
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -79,7 +79,7 @@ def _story(stream: rr.RecordingStream, run: Folder, rover: Rover) -> None:
 
 
 def _ways(stream: rr.RecordingStream, run: Folder, story: Story) -> None:
-    """The ways, once a second."""
+    """Log the driven path once a second."""
     for time_s in np.arange(0.0, story.end_s + 1.0, 1.0):
         stream.set_time(TIMELINE, duration=time_s)
         stream.log("/paths/driven", _line(on_ground(run.ground, story.way.until(time_s)), BLACK))

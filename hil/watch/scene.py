@@ -1,11 +1,11 @@
-"""The scene in the browser: made once from the ground, then brought to any instant of the run. z is up.
+"""Scene in the browser: created once from the ground, then updated to any instant of the run. z is up.
 
-    /ground /goal                          the truth: a trench comes when it is dug
+    /ground /goal                          true ground; a trench appears at its time
     /rover/chassis/rocker_left/steer_1/... the rover's parts, each turned about its joint
-    /scan/points /scan/rays                what the rays of the running sweep met, and those of the last turn
+    /scan/points /scan/rays                hits of the rays of the running sweep, and the rays of the last turn
     /map/surface                           the flight program's map at its last stop, in the colours of the node sets
-    /paths/driven /paths/believed          so far: truly, and as the flight program believes
-    /paths/global /paths/local /paths/next its last plan: all the way, what it drives now, where it will scan
+    /paths/driven /paths/believed          paths so far: true, and estimated by the flight program
+    /paths/global /paths/local /paths/next its last plan: whole path, current leg, next scan position
 """
 
 from __future__ import annotations
@@ -28,13 +28,13 @@ from onboard.records import F64
 ORANGE, AMBER, DARK, STEEL, LIGHT = (214, 92, 10), (245, 150, 40), (58, 58, 62), (165, 168, 172), (230, 230, 226)
 RED, BLUE, GREEN, PURPLE, BLACK = (213, 60, 30), (0, 114, 178), (0, 158, 115), (122, 45, 143), (20, 20, 20)
 POINT, RAY, SKY = (214, 39, 180), (255, 120, 200), (214, 222, 230)
-RAYS_EVERY = 6  # of the points of a turn
+RAYS_EVERY = 6  # one of this many points of a turn
 BODY = (ORANGE, AMBER, STEEL)  # chassis, deck, mast
 LAYERS = ("/map", "/paths", "/scan")  # can be hidden
 
 
 class Scene:
-    """Nodes of a viser scene by their names. `show` sends only what has changed."""
+    """Nodes of a viser scene by their names. `show` sends only changes."""
 
     def __init__(self, api: SceneApi, ground: TrueGround, rover: Rover) -> None:
         self._api, self.ground, self._first = api, ground, ground
@@ -51,7 +51,7 @@ class Scene:
             self._part(part, rover)
 
     def show(self, instant: Instant) -> None:
-        """Bring the scene to this instant."""
+        """Update the scene to this instant."""
         self._dig(instant.patches)
         self._pose(instant)
         self._scan(instant)
@@ -63,7 +63,7 @@ class Scene:
     # -- what stays ------------------------------------------------------------------------------------------------
 
     def _light(self) -> None:
-        """A low sun in the north-west, as in the report's pictures, a little light from everywhere, a pale sky."""
+        """Set a low sun in the north-west, as in the report's pictures, some ambient light, and a pale sky."""
         api = self._api
         api.configure_default_lights(enabled=False)
         api.configure_environment_map(None)
@@ -98,7 +98,7 @@ class Scene:
             lying = about((1.0, 0.0, 0.0), np.pi / 2)
             api.add_cylinder(f"{name}/tyre", rover.wheel_radius_m, rover.wheel_width_m, DARK, radial_segments=24,
                              flat_shading=True, wxyz=lying)
-            for k, size in enumerate(((1.7, 0.3), (0.3, 1.7))):  # a cross that shows how it rolls
+            for k, size in enumerate(((1.7, 0.3), (0.3, 1.7))):  # a cross that makes the rotation visible
                 size_m = (size[0] * rover.wheel_radius_m, rover.wheel_width_m + 0.012, size[1] * rover.wheel_radius_m)
                 api.add_box(f"{name}/spoke_{k}", LIGHT, size_m)
         if part.path == "chassis":
@@ -107,7 +107,7 @@ class Scene:
     # -- what changes ----------------------------------------------------------------------------------------------
 
     def _dig(self, patches: tuple[Patch, ...]) -> None:
-        """Ground as it was at first, with these changes."""
+        """Show the initial ground with these changes."""
         if self._same("/ground", len(patches)):
             return
         self._remove("/ground")
@@ -166,7 +166,7 @@ class Scene:
                 name, pieces, colour, thickness=width, thickness_units="screen")
 
     def _same(self, name: str, key: object) -> bool:
-        """Whether it is shown already; remembers it."""
+        """True if this key is already shown; stores the key."""
         before, self._shown[name] = self._shown.get(name), key
         return before == key
 

@@ -1,4 +1,4 @@
-"""The watcher's loop: reads what the run has written, and keeps the browsers' scene at the time the player shows."""
+"""Loop of the viewer: reads new data of the run, and updates the browsers' scene to the player's time."""
 
 from __future__ import annotations
 
@@ -25,23 +25,23 @@ from onboard.records import F64
 
 PERIOD_S = 0.1
 RTF_OVER_S = 5.0
-BACK_M, UP_M = 3.2, 2.4  # of the camera at first, from the rover
+BACK_M, UP_M = 3.2, 2.4  # initial position of the camera, from the rover
 
 
 def open_server(port: int) -> viser.ViserServer:
-    """A server for this machine's browsers only. Raises PortInUseError."""
+    """Open a server for this machine's browsers only. Raises PortInUseError."""
     check_port(port)
-    logging.getLogger("websockets").setLevel(logging.CRITICAL)  # browsers open connections to spare, which it deplores
-    with redirect_stdout(io.StringIO()):  # it greets
+    logging.getLogger("websockets").setLevel(logging.CRITICAL)  # browsers open spare connections: logged as errors
+    with redirect_stdout(io.StringIO()):  # it prints a banner
         server = viser.ViserServer(host=HOST, port=port, label="El Dorado", verbose=False)
-    if server.get_port() != port:  # taken meanwhile: it went on to the next one
+    if server.get_port() != port:  # another program took the port meanwhile: the server chose the next one
         server.stop()
         raise PortInUseError(f"port {port} of {HOST} is in use; choose another with --port")
     return server
 
 
 class Watcher:
-    """A folder, a server, and the player between them. `step` at each period, `close` at the end."""
+    """Viewer of one folder: server, player, scene and panel. Call `step` each period, `close` at the end."""
 
     def __init__(self, folder: Folder, server: viser.ViserServer, rover: Rover | None = None) -> None:
         folder.read()
@@ -57,7 +57,7 @@ class Watcher:
         look_from(server, folder.ground, self._here_m)
 
     def step(self, wall_s: float, now_s: float) -> None:
-        """So much wall time has passed since the step before; `now_s` by the same clock. Raises NoRunError."""
+        """Run one step. wall_s: time since the last step; now_s: time of the same clock. Raises NoRunError."""
         self.folder.read()
         story, player = self.folder.story, self.player
         while not self.panel.clicks.empty():
@@ -73,26 +73,26 @@ class Watcher:
         self._accompany(np.array(instant.moment.position_m))
 
     def _accompany(self, here_m: F64) -> None:
-        """Where it is asked for, the browsers' cameras move as the rover has; (3,)."""
+        """Move the browsers' cameras with the rover, at (3,), if selected."""
         moved_m, self._here_m = here_m - self._here_m, here_m
         if self.panel.accompanies and moved_m.any():
             for client in self.server.get_clients().values():
-                client.camera.position = client.camera.position + moved_m  # what it looks at goes with it
+                client.camera.position = client.camera.position + moved_m  # the point that it looks at moves too
 
     def close(self) -> None:
-        """Browsers are told, the port is free."""
+        """Stop the server, disconnect the browsers and free the port."""
         with redirect_stdout(io.StringIO()):
             self.server.stop()
 
 
 class Rtf:
-    """Bench time by wall time over the last seconds."""
+    """Real-time factor over the last seconds: bench time by wall time."""
 
     def __init__(self) -> None:
         self._seen: deque[tuple[float, float]] = deque()
 
     def at(self, now_s: float, end_s: float) -> float:
-        """`end_s`: how far the run has come. 0 until something is known."""
+        """Factor at `now_s`. end_s: newest bench time of the run. 0 if unknown."""
         self._seen.append((now_s, end_s))
         while now_s - self._seen[0][0] > RTF_OVER_S:
             self._seen.popleft()
@@ -101,7 +101,7 @@ class Rtf:
 
 
 def flown_rtf(folder: Path) -> float:
-    """As the summary of a finished run says; 0 where it does not."""
+    """Real-time factor from the summary of a finished run; 0 if it has none."""
     try:
         return float(json.loads((folder / "summary.json").read_text())["rtf"])
     except (OSError, ValueError, KeyError, TypeError):
@@ -109,7 +109,7 @@ def flown_rtf(folder: Path) -> float:
 
 
 def look_from(server: viser.ViserServer, ground: TrueGround, here: F64) -> None:
-    """A browser's first view: from behind a place (3,) and above it, towards the goal."""
+    """Set a browser's first view: from behind and above a place (3,), towards the goal."""
     goal = np.array([*ground.goal_m, here[2]])
     ahead = (goal - here) / max(float(np.linalg.norm(goal - here)), 1e-6)
     server.initial_camera.position = tuple(here - BACK_M * ahead + (0.0, 0.0, UP_M))
@@ -118,7 +118,7 @@ def look_from(server: viser.ViserServer, ground: TrueGround, here: F64) -> None:
 
 
 def serve(folder: Folder, port: int, ready: Callable[[str], None]) -> None:
-    """Until Ctrl-C, which is raised again. `ready` is told the address. Raises PortInUseError, NoRunError."""
+    """Serve until Ctrl-C, which is raised again. Calls `ready` with the address. Raises PortInUseError, NoRunError."""
     watcher = Watcher(folder, open_server(port))
     try:
         ready(address(port))

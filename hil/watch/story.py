@@ -1,4 +1,4 @@
-"""What is known of a run so far, as plain data, and how it stood at any time of it."""
+"""Data of a run so far, and its state at any time."""
 
 from __future__ import annotations
 
@@ -13,14 +13,20 @@ from hil.bench.truth import Met, Patch
 from onboard.planning.archive import PlanPicture
 from onboard.records import F32, F64, Grid
 
-STEP_M = 0.05  # of the ways that are drawn
-LAST_TURN_S = 0.3  # outside a sweep a turn of the scanner is shown for so long
+STEP_M = 0.05  # step of the drawn paths
+LAST_TURN_S = 0.3  # outside a sweep a turn of the scanner is shown for this time
 TOLD = 9  # events shown at once
 
 
 @dataclass(frozen=True, slots=True)
 class TrueGround:
-    """The true ground. heights_m: (rows, columns) float32. rocks: (n, 3) x, y, diameter."""
+    """True ground of a run.
+
+    grid: grid of heights_m
+    heights_m: (rows, columns) float32
+    rocks: (n, 3) x, y, diameter
+    goal_m: x, y of the goal
+    """
 
     grid: Grid
     heights_m: F32
@@ -29,7 +35,7 @@ class TrueGround:
 
 
 def changed(ground: TrueGround, patches: Sequence[Patch]) -> TrueGround:
-    """The ground after these changes. Raises ValueError for one that does not lie on it."""
+    """Ground after these changes. Raises ValueError for a change that does not lie on it."""
     heights_m = ground.heights_m.copy()
     for patch in patches:
         rows, columns = patch.heights_m.shape
@@ -38,7 +44,14 @@ def changed(ground: TrueGround, patches: Sequence[Patch]) -> TrueGround:
 
 
 class Moment(NamedTuple):
-    """Where the rover truly was. rockers_rad: left, right; steer_rad, wheel_rad: of wheels 1 to 4."""
+    """True state of the rover.
+
+    time_s: time
+    position_m, quaternion_xyzw: pose of base_link, map frame
+    rockers_rad: left, right
+    steer_rad, wheel_rad: of wheels 1 to 4
+    contact: contacts for people, or ''
+    """
 
     time_s: float
     position_m: tuple[float, ...]
@@ -50,7 +63,7 @@ class Moment(NamedTuple):
 
 
 class Told(NamedTuple):
-    """An event of the rover, or what the bench did to it: then `severity` is 'fault'."""
+    """Event of the rover, or an action of the bench: then `severity` is 'fault'."""
 
     time_s: float
     severity: str
@@ -60,9 +73,17 @@ class Told(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Instant:
-    """How a run stood. turns: of the running sweep, or the last one. way, believed_way: (k, 3) so far, true and as the
-    flight program believes it. plan: the last one, with its number from 1 (0 none). faults: those that last. patches:
-    how the ground has changed.
+    """State of a run at one time.
+
+    time_s: the time
+    moment: true state of the rover
+    turns: turns of the running sweep, or the last turn
+    plan: last plan, or None
+    plan_number: its number from 1, 0 for none
+    told: newest events
+    faults: active faults
+    way, believed_way: (k, 3) path so far, true and as estimated by the flight program
+    patches: changes of the ground so far
     """
 
     time_s: float
@@ -78,27 +99,27 @@ class Instant:
 
 
 class Way:
-    """A way as points STEP_M or more apart, with their times."""
+    """Path as points STEP_M or more apart, with their times."""
 
     def __init__(self) -> None:
         self._times_s: list[float] = []
         self._points_m: list[F64] = []
 
     def add(self, time_s: float, point_m: Any) -> None:
-        """One place more; (3,)."""
+        """Add a place, (3,)."""
         point = np.asarray(point_m, np.float64)
         if not self._points_m or np.abs(point - self._points_m[-1]).max() >= STEP_M:
             self._times_s.append(time_s)
             self._points_m.append(point)
 
     def until(self, time_s: float) -> F64:
-        """(k, 3)."""
+        """Points up to `time_s`, (k, 3)."""
         return np.array(self._points_m[: bisect_right(self._times_s, time_s)]).reshape(-1, 3)
 
 
 @dataclass(slots=True)
 class Story:
-    """Everything read so far, each list in the order of time."""
+    """All data read so far, each list in the order of time."""
 
     moments: list[Moment] = field(default_factory=list)
     turns: list[tuple[float, Met]] = field(default_factory=list)
@@ -111,20 +132,20 @@ class Story:
 
     @property
     def end_s(self) -> float:
-        """How far it goes; 0 when nothing is known."""
+        """Newest time; 0 if nothing is known."""
         return self.moments[-1].time_s if self.moments else 0.0
 
     def add_moment(self, moment: Moment) -> None:
-        """The truth, in order."""
+        """Add a true state; call in the order of time."""
         self.moments.append(moment)
         self.way.add(moment.time_s, moment.position_m)
 
     def tell(self, told: Told) -> None:
-        """An event, from whichever record: they need not come in order."""
+        """Add an event of any record, in any order of time."""
         insort(self.told, told, key=lambda row: row.time_s)
 
     def at(self, time_s: float) -> Instant | None:
-        """How it stood; before its first moment as in that one. None when nothing is known."""
+        """State at a time; before the first moment the state of that one. None if nothing is known."""
         if not self.moments:
             return None
         moment = self.moments[max(0, _until(self.moments, time_s) - 1)]
@@ -159,5 +180,5 @@ class Story:
 
 
 def _until(rows: list[Any], time_s: float) -> int:
-    """How many rows are not after it; a row's first entry is its time."""
+    """Number of rows up to `time_s`; a row's first entry is its time."""
     return bisect_right(rows, time_s, key=lambda row: row[0])

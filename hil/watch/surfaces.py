@@ -12,8 +12,8 @@ from hil.watch.story import TrueGround
 from onboard.planning.archive import PlanPicture
 from onboard.records import F32, F64, I32, U8, Bool, Grid, NodeSet
 
-LARGEST = 400_000  # nodes of the ground; a larger field is shown by every second node, and so on
-ABOVE_M = 0.03  # what is drawn on the ground lies so much higher
+LARGEST = 400_000  # nodes of the ground; of a larger field every second node is shown, and so on
+ABOVE_M = 0.03  # height of drawn objects above the ground
 SOIL_LOW, SOIL_HIGH, ROCK = (150, 138, 120), (205, 196, 180), (120, 86, 66)
 SETS = {  # as in the report's pictures
     NodeSet.OUTSIDE: (247, 247, 247), NodeSet.OCCLUDED: (120, 120, 150), NodeSet.OBSTACLE: (222, 110, 40),
@@ -22,9 +22,13 @@ SETS = {  # as in the report's pictures
 
 
 class Surface(NamedTuple):
-    """vertices_m: (v, 3) float32. triangles: (t, 3) int32, seen from above. colours: (v, 3) uint8.
+    """Coloured triangles.
 
-    The same colours as a texture: (rows, columns, 3) uint8, row along +y; uv: (v, 2) across columns and rows, 0 to 1.
+    vertices_m: (v, 3) float32
+    triangles: (t, 3) int32, seen from above
+    colours: (v, 3) uint8
+    texture: the same colours, (rows, columns, 3) uint8, row along +y
+    uv: (v, 2) place in the texture across columns and rows, 0 to 1
     """
 
     vertices_m: F32
@@ -35,7 +39,7 @@ class Surface(NamedTuple):
 
 
 def ground_surface(ground: TrueGround) -> Surface:
-    """Soil lighter where it is higher, rocks brown."""
+    """Surface of the ground: soil lighter where it is higher, rocks brown."""
     step = 1
     while ground.heights_m[::step, ::step].size > LARGEST:
         step += 1
@@ -49,7 +53,7 @@ def ground_surface(ground: TrueGround) -> Surface:
 
 
 def map_surface(plan: PlanPicture) -> Surface:
-    """The flight program's map at a stop: where it knows the height, in the colours of the node sets."""
+    """Flight program's map at a stop: cells with a known height, in the colours of the node sets."""
     known = np.isfinite(plan.heights_m) & (plan.node_sets != NodeSet.OUTSIDE)
     colours = np.zeros((*known.shape, 3), np.uint8)
     for node_set, colour in SETS.items():
@@ -58,23 +62,23 @@ def map_surface(plan: PlanPicture) -> Surface:
 
 
 def on_ground(ground: TrueGround, way: F64) -> F64:
-    """A way (k, 2 or more) as points (k, 3) a little above the ground."""
+    """Path (k, 2 or more) as points (k, 3) a little above the ground."""
     heights_m = soil_height(ground.grid, ground.heights_m, way[:, 0], way[:, 1])
     return np.column_stack((way[:, :2], heights_m + 2 * ABOVE_M))
 
 
 def lifted(points_m: F32) -> F32:
-    """Points (n, 3) so much above the ground that neither it nor the map on it hides them."""
+    """Points (n, 3) raised so that neither the ground nor the map on it hides them."""
     return points_m + np.float32((0.0, 0.0, 1.5 * ABOVE_M))
 
 
 def segments(points_m: F64) -> F64:
-    """A polyline (k, 3) as its pieces (k - 1, 2, 3)."""
+    """Segments (k - 1, 2, 3) of a polyline (k, 3)."""
     return np.stack((points_m[:-1], points_m[1:]), axis=1)
 
 
 def dashes(points_m: F64, dash_m: float = 0.15) -> F64:
-    """A polyline (k, 3) as dashes with gaps as long between them, (n, 2, 3)."""
+    """Dashes (n, 2, 3) of a polyline (k, 3), with gaps of the same length."""
     lengths_m = np.linalg.norm(np.diff(points_m, axis=0), axis=1)
     at_m = np.concatenate(([0.0], np.cumsum(lengths_m)))
     starts_m = np.arange(0.0, at_m[-1], 2 * dash_m)
@@ -87,7 +91,7 @@ def _axes(grid: Grid) -> tuple[F64, F64]:
 
 
 def _under_rocks(ground: TrueGround, x_m: F64, y_m: F64) -> Bool:
-    """Which nodes lie in the disc of a rock, (rows, columns)."""
+    """True for nodes in the disc of a rock, (rows, columns)."""
     under: NDArray[np.bool_] = np.zeros((len(y_m), len(x_m)), bool)
     for x, y, diameter in ground.rocks:
         i = slice(*np.searchsorted(x_m, (x - diameter / 2, x + diameter / 2)))
@@ -97,7 +101,7 @@ def _under_rocks(ground: TrueGround, x_m: F64, y_m: F64) -> Bool:
 
 
 def _surface(x_m: F64, y_m: F64, heights_m: F32, known: Bool, colours: NDArray[np.uint8]) -> Surface:
-    """Squares whose four corners are known, each cut as the physics cuts it (hil.terrain.mesh)."""
+    """Surface of the squares whose four corners are known, each cut as in the physics (hil.terrain.mesh)."""
     number = np.arange(known.size).reshape(known.shape)
     whole = known[:-1, :-1] & known[:-1, 1:] & known[1:, :-1] & known[1:, 1:]
     a, b, c, d = (corner[whole] for corner in (number[:-1, :-1], number[:-1, 1:], number[1:, :-1], number[1:, 1:]))

@@ -1,4 +1,4 @@
-"""A record that may still be written, from where reading stopped: every message that is whole, none twice."""
+"""Incremental reader of a record that may still be written: every complete message, each once."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ from mcap.records import Channel, Footer, Message
 from mcap.stream_reader import MAGIC_SIZE, StreamReader
 from zstandard import ZstdError
 
-_HEAD = struct.Struct("<BQ")  # of every MCAP record: its kind, and how many bytes follow
+_HEAD = struct.Struct("<BQ")  # of every MCAP record: its kind, and the number of bytes that follow
 _LARGEST_BYTES = 1 << 30
 _AT_ONCE_BYTES = 1 << 24
 
 
 class NoRunError(ValueError):
-    """The folder holds no run that can be watched; one line that says which file, and what to do."""
+    """The folder contains no run that can be watched; the text is one line with the file and the remedy."""
 
 
 class Said(NamedTuple):
-    """A message of a record."""
+    """Message of a record."""
 
     topic: str
     time_s: float
@@ -32,7 +32,7 @@ class Said(NamedTuple):
 
 
 class Tail:
-    """Reads an MCAP file in its order. `finished`: its writer has closed it."""
+    """Reader of an MCAP file in its order. `finished`: True if its writer has closed it."""
 
     def __init__(self, path: Path) -> None:
         self.path, self.finished = path, False
@@ -40,7 +40,7 @@ class Tail:
         self._topics: dict[int, str] = {}
 
     def read(self) -> Iterator[Said]:
-        """What is new since the last call; nothing while there is no file. Raises NoRunError."""
+        """Messages since the last call; none if there is no file. Raises NoRunError."""
         while part := self._whole():
             try:
                 yield from self._messages(part)
@@ -50,7 +50,7 @@ class Tail:
                 raise NoRunError(f"{self.path} is damaged: {type(error).__name__}: {error}") from error
 
     def _messages(self, part: bytes) -> Iterator[Said]:
-        """Of whole records; ends with EndOfFile where the part ends."""
+        """Messages of complete records; ends with EndOfFile at the end of the part."""
         for record in StreamReader(io.BytesIO(part), skip_magic=True, validate_crcs=True).records:
             if isinstance(record, Channel):
                 self._topics[record.id] = record.topic
@@ -60,7 +60,7 @@ class Tail:
                 self.finished = True
 
     def _whole(self) -> bytes:
-        """The next whole records, b'' where there are none."""
+        """Bytes of the next complete records, b'' for none."""
         if self.finished or not self.path.is_file():
             return b""
         with self.path.open("rb") as file:

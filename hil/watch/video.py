@@ -1,4 +1,4 @@
-"""A run's folder as a film from above: .webp or .gif, or .mp4 where ffmpeg is installed."""
+"""Film of a run's folder seen from above: .webp or .gif, or .mp4 if ffmpeg is installed."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ from pictures.film import Shot, film
 from pictures.terrain import Ground
 from protocol.conventions import WHEEL_SIGNS
 
-FRAMES_A_SECOND, SPEED = 10, 10.0  # of the film; bench seconds that pass in a second of it
-MOST_FRAMES = 600  # at most: a longer run goes by faster, in a minute; WebP's encoder holds 2 MB of each
+FRAMES_A_SECOND, SPEED = 10, 10.0  # of the film; bench seconds in a second of it
+MOST_FRAMES = 600  # a longer run plays faster, in a minute; WebP's encoder holds 2 MB of each frame
 TOLD, WIDTH_OF_WORDS = 4, 105
 Frames = Iterator[NDArray[np.uint8]]
 
 
 def write(folder: Path, path: Path) -> None:
-    """Raises KindError, NoRunError."""
+    """Write the film of a run. Raises KindError, NoRunError."""
     check_kind(path)
     run = Folder(folder)
     run.read()
@@ -38,18 +38,19 @@ def write(folder: Path, path: Path) -> None:
         raise NoRunError(f"{folder / 'truth.mcap'} holds no moment of a run")
     rover = load().rover
     path.parent.mkdir(parents=True, exist_ok=True)
-    body_m = (rover.body_length_m, 0.6 * rover.body_width_m)  # wheels stick out of it
+    body_m = (rover.body_length_m, 0.6 * rover.body_width_m)  # wheels extend beyond it
     save = _mp4 if path.suffix == ".mp4" else _animated
     save(film(drawn(run.ground), run.ground.goal_m, body_m, shots(run, rover)), path)
 
 
 def drawn(ground: TrueGround) -> Ground:
-    """The true ground as films draw it."""
+    """True ground as films draw it."""
     return Ground(ground.grid, ground.heights_m, ground.rocks, "the true ground")
 
 
 def shots(run: Folder, rover: Rover) -> Iterator[Shot]:
-    """One every SPEED / FRAMES_A_SECOND seconds of bench time, or MOST_FRAMES over the run; the end among them."""
+    """One shot every SPEED / FRAMES_A_SECOND seconds of bench time, or MOST_FRAMES over the run; the end is included.
+    """
     story, ground, changes = run.story, None, 0
     begin_s, end_s = story.moments[0].time_s, story.end_s
     step_s = max(SPEED / FRAMES_A_SECOND, (end_s - begin_s) / (MOST_FRAMES - 1))
@@ -63,7 +64,7 @@ def shots(run: Folder, rover: Rover) -> Iterator[Shot]:
 
 
 def shot(instant: Instant, rover: Rover, ground: Ground | None = None) -> Shot:
-    """The rover's body and wheels from above, and the words."""
+    """Rover's body and wheels from above, and the texts."""
     moment = instant.moment
     x, y, _ = moment.position_m
     heading_rad = _heading(rotate(moment.quaternion_xyzw, (1.0, 0.0, 0.0)))

@@ -83,6 +83,16 @@ def _real_device(config: Config) -> str:
     return ""
 
 
+def endpoint_of(config: Config) -> str:
+    """Where the rover's end is. Raises ConfigError for a zenoh node on another computer that nobody vouched for."""
+    link = config.link
+    if link.endpoint.startswith(carrier.DIRECT) or link.remote_node or _stays("tcp/", link.endpoint):
+        return link.endpoint
+    raise ConfigError(f"link.endpoint = {link.endpoint!r} is not on this computer: whoever reaches a zenoh node can "
+                      "keep others out of it. Use udp/HOST:PORT, which holds under floods, or on a closed bench "
+                      "network set link.remote_node = true (docs/link.md)")
+
+
 def _can_stays(uri: str) -> bool:
     """In this process, on a virtual interface of this kernel, or at a server on this computer."""
     return uri.startswith("virtual:") or bool(_VCAN.fullmatch(uri)) or _stays("socketcand:", uri, r"/[\w.-]+")

@@ -1,13 +1,20 @@
 // Products and equations of matrices for Python; shapes are checked in linear.py.
 #pragma once
 
+#include <optional>
+
 #include "bind.hpp"
 #include "linear.hpp"
 
 namespace eldorado {
 
+// Numbers from which Python's lock is released. The small matrices of a tick keep it: their product is quicker.
+constexpr std::size_t LARGE = 4096;
+
 static void product_into(Array<const double, 2> a, Array<const double, 2> b, Array<double, 2> to) {
     const std::size_t n = a.shape(0), k = a.shape(1), m = b.shape(1);
+    std::optional<nb::gil_scoped_release> unlocked;
+    if (n * (k + m) > LARGE) unlocked.emplace();
     if (k == 3 && m == 3)
         turned(a.data(), b.data(), to.data(), n);
     else
@@ -17,6 +24,8 @@ static void product_into(Array<const double, 2> a, Array<const double, 2> b, Arr
 // Each of many: a (count, n, n) is used up, b (count, n, m) becomes x.
 static bool solve_into(Array<double, 3> a, Array<double, 3> b) {
     const std::size_t n = a.shape(1), m = b.shape(2);
+    std::optional<nb::gil_scoped_release> unlocked;
+    if (a.size() > LARGE) unlocked.emplace();
     bool regular = true;
     for (std::size_t k = 0; k < a.shape(0); ++k)
         regular = solve(a.data() + k * n * n, b.data() + k * n * m, n, m) && regular;

@@ -17,22 +17,23 @@ if TYPE_CHECKING:  # the records import this module
     from onboard.records import F32, F64
 
 
-class _Each:
-    """One function."""
+class Each:
+    """One function, by its kernel into(from, to)."""
 
     def __init__(self, into: Callable[[F64, F64], None]) -> None:
         self._into = into
 
     def __call__(self, x: NDArray[np.floating[Any]]) -> F64:
-        flat = np.ascontiguousarray(x, np.float64).reshape(-1)
+        numbers = np.asarray(x, np.float64)
+        flat = np.ascontiguousarray(numbers).reshape(-1)
         out = np.empty_like(flat)
         self._into(flat, out)
-        return out.reshape(x.shape)
+        return out.reshape(numbers.shape)
 
 
-sin, cos, tan = _Each(kernels.sin_into), _Each(kernels.cos_into), _Each(kernels.tan_into)
-asin, acos = _Each(kernels.asin_into), _Each(kernels.acos_into)
-exp, log = _Each(kernels.exp_into), _Each(kernels.log_into)
+sin, cos, tan = Each(kernels.sin_into), Each(kernels.cos_into), Each(kernels.tan_into)
+asin, acos = Each(kernels.asin_into), Each(kernels.acos_into)
+exp, log = Each(kernels.exp_into), Each(kernels.log_into)
 
 
 def atan2(y: ArrayLike, x: ArrayLike) -> F64:

@@ -19,8 +19,8 @@ from onboard.records import F64
 def product(a: ArrayLike, b: ArrayLike) -> F64:
     """What `a @ b` is, of one or two axes each, of numbers as float64. Raises ValueError where they do not fit."""
     left, right = np.asarray(a, np.float64), np.asarray(b, np.float64)
-    n, k = left.shape if left.ndim == 2 else (1, left.shape[0])
-    rows, m = right.shape if right.ndim == 2 else (right.shape[0], 1)
+    n, k = left.shape if left.ndim == 2 else (1, *left.shape)
+    rows, m = right.shape if right.ndim == 2 else (*right.shape, 1)
     if k != rows:
         raise ValueError(f"no product of {left.shape} and {right.shape}: the inner sides differ")
     out = np.empty((n, m))
@@ -53,11 +53,12 @@ def solve(a: F64, b: F64) -> F64:
 
     Raises numpy.linalg.LinAlgError where one is singular, ValueError where shapes do not fit.
     """
-    n, many = a.shape[-1], a.ndim == 3
-    if a.shape[-2] != n or (b.shape != a.shape[:-1] if many else b.shape[0] != n):
+    a, b = np.asarray(a, np.float64), np.asarray(b, np.float64)
+    n, many = a.shape[-1] if a.ndim else 0, a.ndim == 3
+    if a.ndim not in (2, 3) or b.ndim not in (1, 2) or a.shape[-2] != n or (b.shape != a.shape[:-1] if many else b.shape[0] != n):
         raise ValueError(f"no equations: {a.shape} and {b.shape}")
-    used = np.array(a, np.float64, order="C").reshape(-1, n, n)
-    x = np.array(b, np.float64, order="C").reshape(len(used), n, 1 if many or b.ndim == 1 else b.shape[1])
+    used = np.array(a, order="C").reshape(-1, n, n)
+    x = np.array(b, order="C").reshape(len(used), n, 1 if many or b.ndim == 1 else b.shape[1])
     if not kernels.solve_into(used, x):
         raise np.linalg.LinAlgError("Singular matrix")
     return x.reshape(b.shape)

@@ -66,6 +66,7 @@ def main(words: Sequence[str]) -> int:
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("doors", nargs="*", metavar="DOOR", help=f"of {', '.join(DOORS)}; none: all")
     parser.add_argument("--seconds", type=float, default=120, help="of each door (120)")
+    parser.add_argument("--in-all", type=float, help="seconds of all doors together, in place of --seconds")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--blind", action="store_true", help="without looking at the code that is reached")
     parser.add_argument("--first", type=int, default=0, help="with --blind: the number of the first try")
@@ -81,8 +82,10 @@ def main(words: Sequence[str]) -> int:
         feed(DOORS[asked.doors[0]], asked.file.read_bytes())
         print(f"{asked.doors[0]}: takes or refuses {asked.file}")
         return 0
+    doors = asked.doors or list(DOORS)
+    asked.seconds = asked.seconds if asked.in_all is None else asked.in_all / len(doors)
     try:
-        return 0 if all([hunt(name, asked) for name in asked.doors or DOORS]) else 1
+        return 0 if all([hunt(name, asked) for name in doors]) else 1
     except KeyboardInterrupt:
         print("stopped", file=sys.stderr)
         return 130

@@ -21,7 +21,10 @@ from onboard.native import (
     cell_classes,
     cells,
     distance,
+    each,
+    elementary,
     global_field,
+    linear,
     pose_field,
     poses,
     range_filter,
@@ -113,6 +116,19 @@ class Row(NamedTuple):
     doors: tuple[ModuleType, ...]
     arguments: st.SearchStrategy[dict[str, Any]]
     call: Callable[..., tuple[np.ndarray, ...]]
+
+
+def _elementary(x: Any, y: float) -> tuple[np.ndarray, ...]:
+    """Of one number and of each of an array."""
+    one = elementary.kernels
+    names = ("sin", "cos", "tan", "asin", "acos", "exp", "log")
+    arrays = [each.Each(getattr(each.kernels, f"{name}_into"))(x) for name in names]
+    return (*arrays, each.atan2(x, y), each.hypot(x, y),
+            np.array([*(getattr(one, name)(y) for name in names), one.atan2(y, 2.0), one.hypot(y, 2.0)]))
+
+
+def _linear(a: Any, b: Any, square: Any) -> tuple[np.ndarray, ...]:
+    return linear.product(a, b), linear.solve(square, b)
 
 
 def _rasterise(grid: Grid, origin_m: Any, ends_m: Any, hit: Any, sigma_m: float) -> tuple[np.ndarray, ...]:
@@ -314,6 +330,11 @@ _wheels = st.tuples(SIDES, SIDES).flatmap(
     )
 )
 
+_vectors = together(x=SIZES.flatmap(lambda n: arrays((n,), np.float64)), y=mostly(st.floats(), st.just(0.0)))
+_matrices = st.tuples(SIDES, SIDES, SIDES).flatmap(
+    lambda n: together(a=arrays(n[:2], np.float64), b=arrays(n[1:], np.float64), square=arrays((n[1], n[1]), np.float64))
+)
+
 _images = st.tuples(SIDES, SIDES).flatmap(
     lambda n: together(
         ranges_m=arrays(n, np.float32), seen=arrays(n, np.bool_), tolerance_m=st.sampled_from((0.0, 0.085, math.nan))
@@ -321,6 +342,8 @@ _images = st.tuples(SIDES, SIDES).flatmap(
 )
 
 ROWS: dict[str, Row] = {
+    "elementary": Row((elementary, each), _vectors, _elementary),
+    "linear": Row((linear,), _matrices, _linear),
     "rasterise": Row((raster,), _beams, _rasterise),
     "live-points": Row(
         (cells,),

@@ -10,8 +10,9 @@ from pathlib import Path
 import pytest
 from mcap.reader import make_reader
 
+from hil.demo import told
 from hil.run import run
-from hil.scenario.scenario import load_scenario
+from hil.scenario.scenario import Scenario, load_scenario
 from onboard.record.replay import replay
 
 SCENARIOS = Path(__file__).parents[2] / "hil" / "scenarios"
@@ -49,6 +50,12 @@ def files_of_onboard(folder):
 
 def fault_times(result):
     return {row["what"]: row["t_s"] for row in result.faults}
+
+
+def test_a_run_that_its_time_limit_ends_is_no_error_and_was_not_finished(tmp_path):
+    result = run(Scenario(terrain="flat", limit_s=5.0), tmp_path, lambda *_: None)
+    assert (result.error, result.bench_s, result.ground_exit) == ("", 5.0, None)
+    assert not told(tmp_path / "onboard.mcap").outcome.startswith("arrived")
 
 
 def test_lidar_unplugged_in_mid_sweep_is_scanned_again_and_the_goal_is_reached(tmp_path):

@@ -7,7 +7,7 @@ import pytest
 import zenoh
 
 from onboard.config import ConfigError, load
-from onboard.drivers.link_port import LinkPort, LinkPortError, link_keys
+from onboard.drivers.link_port import LinkPort, LinkPortError, endpoint_of, link_keys
 from onboard.records import PortState
 from protocol import carrier
 from protocol.link import KEY_DOWN, KEY_UP, Kind, Opener, Sealer, bench_keys, format_keys
@@ -162,6 +162,18 @@ def test_bench_keys_come_from_the_seed_where_nothing_is_real():
     keys = link_keys(load(overrides=SAFE | {"link.bench_seed": 7}))
     assert keys.command.key(1) == KEYS.command.key(1)
     assert link_keys(load(overrides=SAFE | {"link.bench_seed": 0})).command.key(1) == bench_keys(0).command.key(1)
+
+
+@pytest.mark.parametrize("endpoint", ["tcp/192.168.0.1:7447", "tcp/rover:7447", "tcp/0.0.0.0:7447"])
+def test_a_zenoh_node_on_another_computer_is_taken_only_on_request(endpoint):
+    with pytest.raises(ConfigError, match=r"link\.endpoint = .* is not on this computer"):
+        endpoint_of(load(overrides={"link.endpoint": endpoint}))
+    assert endpoint_of(load(overrides={"link.endpoint": endpoint, "link.remote_node": True})) == endpoint
+
+
+@pytest.mark.parametrize("endpoint", ["tcp/127.0.0.1:7447", "tcp/[::1]:7447", "udp/0.0.0.0:7450", "udp/[::]:7450"])
+def test_a_node_on_the_loopback_and_the_carrier_without_sessions_are_taken(endpoint):
+    assert endpoint_of(load(overrides={"link.endpoint": endpoint})) == endpoint
 
 
 def test_no_keys_at_all_is_refused():
