@@ -210,7 +210,7 @@ class Receiver:
         self._buffer = bytearray()
 
     def receive(self, data: bytes) -> list[Message]:
-        """Return the messages that are complete now. Raises WireError on another peer version or a malformed message."""
+        """Return the messages that are complete now. Raises WireError on another version or a malformed message."""
         self._buffer += data
         return list(self._messages())
 

@@ -7,15 +7,16 @@
 
 Rule 1: each transmission has a serial number. The bitmap echoes the newest one received. A chunk sent clearly before it
         and not present was lost. So losses are detected without an estimate of the round trip, at any delay.
-Rule 2: when nothing new is left, idle capacity sends repair symbols (protocol.repair) over unconfirmed chunks: whichever
-        chunks were lost, the end of the object costs no further round trip.
+Rule 2: when nothing new is left, idle capacity sends repair symbols (protocol.repair) over unconfirmed chunks.
+        Whichever were lost, the end of the object costs no further round trip.
 Rule 3: without a bitmap for 10 s the sender only probes, every 2 s; the first bitmap after a blackout, or after a
         restart of either side, lists the missing chunks. An object's id is derived from its content and survives
         restarts. Serials start at the sender's milliseconds, so a bitmap of an earlier transfer is recognised as old.
 Rule 4: a newer object of the same name replaces an unfinished older one.
 Rule 5: a restarted receiver reloads its chunks (`recall`) from its shell's store and reports them when the object is
-        requested (`hint`), so that a restarted sender sends only the rest. A bitmap of an earlier transfer confirms; the
-        first of this one withdraws wrong confirmations. SHA-256 and length identify the bytes.
+        requested (`hint`), so that a restarted sender sends only the rest. A bitmap of an earlier transfer confirms;
+        the first of this one withdraws wrong confirmations. SHA-256 and length identify the bytes.
+
 Both ends are in one file, over the usual length: the rules bind both. The layouts are in `bulk_wire`.
 """
 
@@ -144,7 +145,7 @@ class Sender:
     def __init__(self, payload_limit: int) -> None:
         self._size = payload_limit - CHUNK.size - repair.HEAD_BYTES
         self._transfers: list[_Transfer] = []
-        self._hints: dict[int, tuple[int, int, bytes]] = {}  # bitmaps of objects that are not being sent, the newest last
+        self._hints: dict[int, tuple[int, int, bytes]] = {}  # bitmaps of objects that are not being sent, newest last
 
     def offer(self, name: str, data: bytes, codec: str, now_ns: int, priority: int = 0) -> int:
         """Queue an object; return its id. Higher priorities are sent first; a transfer of the same content continues.
@@ -207,7 +208,7 @@ class Sender:
         return None
 
     def send(self, now_ns: int, budget_bytes: float) -> list[bytes]:
-        """Return chunk payloads whose bytes on the line fit the budget: lost and new chunks first, then repair symbols."""
+        """Return chunk payloads whose bytes on the line fit the budget: lost and new chunks, then repair symbols."""
         out: list[bytes] = []
         cost = line_bytes(self._size + CHUNK.size + repair.HEAD_BYTES)
         for step in (_Transfer.next, _Transfer.repeat):
@@ -286,8 +287,8 @@ class Receiver:
     def recall(self, payload: bytes, now_ns: int) -> Product | None:
         """Reload a chunk received before a restart of this side, in any order, the newest objects first (rule 5).
 
-        Returns the object if it is complete now; do not use it before it is announced again. Beyond 32 objects, chunks of
-        other objects are ignored. Raises WireError.
+        Returns the object if it is complete now; do not use it before it is announced again. Chunks beyond 32 objects
+        are ignored. Raises WireError.
         """
         object_id, _, index = _chunk_head(payload)
         announced = _announced(payload[CHUNK.size :]) if index == ANNOUNCEMENT else None

@@ -210,7 +210,7 @@ def check(name: str, arguments: Arguments) -> dict[str, Value]:
 
 
 def parse(words: Sequence[str]) -> tuple[str, dict[str, Value]]:
-    """Parse a typed command, e.g. `goto 12 3 90`: arguments in the row's order, angles in degrees. Raises ValueError."""
+    """Parse a typed command (`goto 12 3 90`): arguments in the row's order, angles in degrees. Raises ValueError."""
     name, given = _name_of(words)
     row = command(name)
     arguments: dict[str, Value] = {}

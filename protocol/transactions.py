@@ -194,8 +194,8 @@ class Requester:
     def take_over(self, payload: bytes, known: Report | None, now_ns: int) -> None:
         """Take over a request of an earlier process of this station.
 
-        If this boot of the rover reported it, ask for its outcome. A request without a report is not sent, because it might be
-        executed late; its reports are accepted. Raises WireError.
+        If this boot of the rover reported it, ask for its outcome. A request without a report is not sent, because it
+        might be executed late; its reports are accepted. Raises WireError.
         """
         asked = commands.decode(payload)
         state = State.REQUESTED if known is None else known.state

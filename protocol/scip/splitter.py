@@ -16,8 +16,8 @@ class Splitter:
     A frame comes with the arrival time of its first byte, because the sensor pauses inside a frame. It is a view of the
     buffer, which never grows: no frame allocates memory.
 
-    echo: if set, the first line of each scan of the running stream. Where it is found inside a frame whose end was lost,
-        the frame is cut, so that one bad byte costs one scan.
+    echo: if set, the first line of each scan of the running stream. Where it is found inside a frame whose end was
+        lost, the frame is cut, so that one bad byte costs one scan.
     overflows: number of times that more than FRAME_LIMIT bytes without an end were dropped.
     """
 
