@@ -17,7 +17,7 @@ Two methods:
 
 On the bench dragging follows a path to 5 cm at any angle while there is enough force, so dragging is the default. Where
 `load_ratio` shows that the wheels would only dig, on a slope, the rover rolls. A stuck drive can only be dragged.
-    """
+"""
 
 from __future__ import annotations
 

@@ -18,7 +18,7 @@
 4. A wheel whose steering is fixed is commanded to its present angle, turns as its hub moves along it, and is not waited
    for. A stuck drive is commanded to stand (its motor would only heat up); a free one is commanded to roll along, like
    a sound one.
-    """
+"""
 
 from __future__ import annotations
 
