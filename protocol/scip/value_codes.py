@@ -1,4 +1,4 @@
-"""What a distance below DMIN says: it is no distance but a code, and each family of sensors has its own."""
+"""Codes that replace distances below DMIN; each family of sensors has its own."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from enum import IntEnum
 
 
 class Code(IntEnum):
-    """What a beam met instead of an object at a distance."""
+    """Reason why a beam has no distance."""
 
     NO_OBJECT = 1
     TOO_NEAR = 2
@@ -38,5 +38,5 @@ _FAMILIES = (("URG-04LX", URG_04LX), ("UBG-04LX", URG_04LX), ("UTM-30LX", UTM_30
 
 
 def codes_of(model: str) -> dict[int, Code]:
-    """The codes of the model named in MODL or PROD; of one that is in no list, those of the UTM-30LX."""
+    """Return the codes of the model named in MODL or PROD; an unknown model has those of the UTM-30LX."""
     return next((codes for name, codes in _FAMILIES if name in model), UTM_30LX)
