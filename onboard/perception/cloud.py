@@ -141,7 +141,7 @@ def _beams(image: _Image, tilt: TiltTrack, range_m: float) -> tuple[F64, Bool]:
 
 
 def hull_boxes(rover: Rover, margin_m: float = SELF_MARGIN_M) -> F64:
-    """Boxes (5, 2, 3) by lowest and highest corner in base_link: deck and wheels at any steering angle, plus a margin."""
+    """Boxes (5, 2, 3), lowest and highest corner in base_link: deck, wheels at any steering angle, plus a margin."""
     length, width, radius = rover.half_wheelbase_m, rover.half_track_m, rover.wheel_radius_m
     reach = hypot(radius, rover.wheel_width_m / 2)
     boxes = [[[-length, -width, rover.belly_m], [length, width, DECK_TOP_M]]]
