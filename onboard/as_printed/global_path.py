@@ -1,4 +1,4 @@
-"""Eq. 21 to 25 as printed; `onboard.planning.global_path` is what flies."""
+"""Eq. 21 to 25 as printed; the flight version is `onboard.planning.global_path`."""
 
 from __future__ import annotations
 
@@ -50,6 +50,6 @@ def eq_23_24(region_m: F64, cell_m: float) -> tuple[float, float]:
 
 
 def eq_25(roughness_m: float, length_m: float, thetas_rad: tuple[float, float], weights: Weights) -> float:
-    """What one node of a path costs."""
+    """Cost of one node of a path."""
     tilt = weights.theta_x * thetas_rad[0] + weights.theta_y * thetas_rad[1]
     return weights.roughness * roughness_m + weights.length * length_m + tilt

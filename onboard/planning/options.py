@@ -162,7 +162,7 @@ def viewpoint(fields: Fields, target_m: tuple[float, float], state: MissionState
 
 
 def nearest(fields: Fields) -> Nearest:
-    """The reachable pose nearest to the goal (R9), and the number of cells with blocked poses around the reachable ground.
+    """The reachable pose nearest to the goal (R9), and the number of cells with blocked poses next to reachable ones.
 
     The rover's own pose if no pose is reachable (a keep-out lies across the rover).
     """
