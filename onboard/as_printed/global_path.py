@@ -13,7 +13,12 @@ WHEELBASE_M, WIDTH_M = 0.75, 0.56
 
 @dataclass(frozen=True, slots=True)
 class Weights:
-    """W N of each index of Eq. 25: per metre of roughness, per metre of way, per radian about x and y."""
+    """Weights W N of the indices of Eq. 25.
+
+    roughness: per metre of roughness.
+    length: per metre of way.
+    theta_x, theta_y: per radian about x and y.
+    """
 
     roughness: float
     length: float

@@ -13,7 +13,12 @@ WHEEL_SIGNS = ((1, 1), (-1, 1), (-1, -1), (1, -1))
 
 @dataclass(frozen=True, slots=True)
 class Vehicle:
-    """Half wheelbase l, half track d, wheel radius r."""
+    """Dimensions of the vehicle.
+
+    l_m: half wheelbase l.
+    d_m: half track d.
+    r_m: wheel radius r.
+    """
 
     l_m: float = 0.375
     d_m: float = 0.25

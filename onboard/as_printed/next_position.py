@@ -17,7 +17,11 @@ NEIGHBOURS = ((-1, -1), (-1, 0), (-1, 1), (0, -1), (0, 1), (1, -1), (1, 0), (1, 
 
 
 def eq_27(nodes_m: F64, goal_m: F64) -> F64:
-    """L of each node: straight-line distance to the goal. nodes_m: (..., 3), goal_m: (3,). Returns (...,)."""
+    """L of each node: straight-line distance to the goal, (...,).
+
+    nodes_m: (..., 3).
+    goal_m: (3,).
+    """
     return np.asarray(np.sqrt(((goal_m - nodes_m) ** 2).sum(axis=-1)))
 
 
@@ -81,6 +85,7 @@ def algorithm_2(
     free: (rows, columns); the algorithm uses it only to check the starts.
     starts: (k, 2) the random nodes of line 2, each in `free`.
     step_limit: the printed `while TRUE` has none.
+
     Raises ValueError for a start outside chi_free.
     """
     best, best_eval, climbs = None, -np.inf, []

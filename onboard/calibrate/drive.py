@@ -36,9 +36,9 @@ from protocol.conventions import TICK_NS
 from protocol.modes import Mode
 
 LATE_RATIO, LATE_S = 2.0, 20.0  # a step may take this much longer than planned
-MOST_TRIES = 2  # of a scan
+MOST_TRIES = 2  # tries of a scan
 SLOPE_LIMIT_RAD = math.radians(12)
-MEAN_TICKS = 100  # of gyro and accelerometer
+MEAN_TICKS = 100  # time constant of the means of gyro and accelerometer
 EXPECTED = {"STEER_OFFSET", "SLIP_HIGH"}  # the drive measures the offset, and soft ground is no fault here
 DRIVEN, WITH_LAG = "CALIBRATE", "lag"  # the event that stores the side of the square in a record; a word of its text
 IMU_SILENT_NS = 100_000_000
@@ -65,7 +65,7 @@ class Drive:
         self._orders: tuple[WheelCommand, ...] = (WheelCommand(WheelMode.HOLD, 0.0, 0.0),) * 4
         self._imu: ImuSample | None = None
         self._bias_radps, self._force = 0.0, [0.0, 0.0, 0.0]
-        self._since_ns: int | None = None  # of the phase
+        self._since_ns: int | None = None  # start of the phase
         self._step_ns = 0
         self._doing = self._begun()
 
@@ -236,7 +236,7 @@ class Drive:
             for told in self.nodes.wheel_status
         )
 
-    # -- what is against it ----------------------------------------------------------------------------------
+    # -- reasons to stop ---------------------------------------------------------------------------------------
 
     def _unheard(self) -> Iterator[str]:
         names = [f"WHEEL_{n}" for n, wheel in enumerate(self.nodes.wheels, 1) if wheel is None]

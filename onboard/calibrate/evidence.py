@@ -37,7 +37,7 @@ class Pairs(NamedTuple):
 
     i, j: (n,) numbers of the two scans.
     turns: (n, 3, 3), ways_m: (n, 3): transform of j into the axes of i.
-    whiten: (n, 6, 6) converts an error of rotation and way, in the axes of j, into sigmas.
+    whiten: (n, 6, 6) converts an error of rotation and translation, in the axes of j, into sigmas.
     """
 
     i: NDArray[np.int64]
@@ -64,7 +64,7 @@ class Evidence:
     yaw_rad: (n,) yaw since the leg's start by the gyro.
     pairs: aligned pairs of scans.
     normals, depths_m: (p, 3) and (p,): the ground before the wheels, in the tilt unit's axes, at the stops where it is
-    seen; normal . p = -depth.
+        seen; normal . p = -depth.
     """
 
     forces_mps2: F64
@@ -171,7 +171,7 @@ def _guesses(legs: list[_Leg], before: Rover) -> list[F64]:
 
 
 def _mean_way(leg: _Leg, places: F64, before: Rover) -> F64:
-    """(2,) way of base_link in the axes of the leg's start."""
+    """(2,) translation of base_link in the axes of the leg's start."""
     direction = np.stack([np.cos(leg.steer_rad), np.sin(leg.steer_rad)], axis=-1)
     way = (before.wheel_radius_m * leg.rolled_rad[..., None] * direction).mean(axis=1)  # the wheels' mean place is 0
     cosine, sine = np.cos(leg.yaw_rad), np.sin(leg.yaw_rad)

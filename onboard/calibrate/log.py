@@ -18,7 +18,7 @@ from onboard.perception.tilt_lag import Lag, lag
 from onboard.records import F64, ImuSample, WheelState
 
 FIELDS = 4 + 4 + 3 + 3 + 4  # of a row after step, time, standing
-MOST_SIGMA_S = 0.001  # of a lag that is used
+MOST_SIGMA_S = 0.001  # largest sigma of a lag that is used
 
 
 @dataclass(frozen=True, slots=True)

@@ -85,7 +85,7 @@ def _steps(side_m: float) -> Iterator[Step]:
 
 
 def lag_steps(config: Config) -> tuple[Step, ...]:
-    """The sweeps before the square. Raises ValueError if the axis has too little way."""
+    """The sweeps before the square. Raises ValueError if the axis has too little travel."""
     return tuple(Step("sweep down" if nod.rate_radps > 0 else "sweep up", nod=nod) for nod in nods(config.scanning))
 
 

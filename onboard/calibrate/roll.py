@@ -13,7 +13,7 @@ from onboard.records import WheelCommand, WheelState
 from protocol.conventions import TICK_NS
 
 REST_NS = 1_000_000_000
-RAMP_RADPS2 = 1.0  # of the drives
+RAMP_RADPS2 = 1.0  # acceleration of the drives
 TICK_S = TICK_NS * 1e-9
 
 

@@ -120,7 +120,7 @@ def info_command(uri: str, seconds: float, as_json: bool) -> None:
 @click.option("--seconds", type=click.FloatRange(min=0), default=0.0, help="How long; 0: until Ctrl-C.")
 @json_option
 def watch_command(uri: str, only: tuple[str, ...], nodes: tuple[str, ...], seconds: float, as_json: bool) -> None:
-    """Show the newest signals of every frame as they change; once a second where the output is no terminal."""
+    """Show the newest signals of every frame as they change; once a second if the output is no terminal."""
     from onboard.can_tool.live import Screen
 
     chosen = chosen_frames(only, nodes)

@@ -24,7 +24,7 @@ class Seen(NamedTuple):
     node: its sender, None if the frame is not in the DBC.
     values: signals; None for a frame that the flight program drops.
     problems: fields of Counts that the frame raised, with the count if it is more than one ("lost 3"); or the kind of
-    frame, if it is not in the DBC.
+        frame, if it is not in the DBC.
     """
 
     stamp_ns: int | None
@@ -113,7 +113,7 @@ def _rate_hz(times: Times) -> float | None:
 
 
 def _raised(before: Counts, after: Counts) -> tuple[str, ...]:
-    if after[1:] == before[1:]:  # accepted alone
+    if after[1:] == before[1:]:  # only the count of accepted frames changed
         return ()
     steps = [(field, now - then) for field, then, now in zip(Counts._fields[1:], before[1:], after[1:])]
     return tuple(field if step == 1 else f"{field} {step}" for field, step in steps if step)

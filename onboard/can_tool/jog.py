@@ -64,10 +64,10 @@ class Jog:
         self.nodes.enabled = False
         self.phase = Phase.LISTENING
         self.problem = ""
-        self.stopped = False  # by `stop`
+        self.stopped = False  # set by `stop`
         self._silent_ns = can.silent_ns
         self._permit = Permit(self.nodes, move.nodes)
-        self._since_ns: int | None = None  # of the phase
+        self._since_ns: int | None = None  # start of the phase
         self._begun = _Begun()
         self._there_ns: int | None = None
 
@@ -165,7 +165,7 @@ class Jog:
             made.append(WheelCommand(mode if self.nodes.enabled else WheelMode.OFF, steer_rad, rate_radps))
         return tuple(made)
 
-    # -- what is against it ----------------------------------------------------------------------------------
+    # -- reasons to stop ---------------------------------------------------------------------------------------
 
     def _missing(self) -> Iterator[str]:
         """Reports of expected nodes and feedback that have not been received by now."""

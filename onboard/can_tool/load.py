@@ -47,7 +47,7 @@ class Row(NamedTuple):
 
 
 def analyse(case: Case, frames: Mapping[int, Layout] = FRAMES, bits_per_s: int = BITS_PER_S) -> list[Row]:
-    """Rows in the order of priority. Raises ValueError for a frame without interval, or when the bus is overloaded."""
+    """Rows in the order of priority. Raises ValueError for a frame without interval, or if the bus is overloaded."""
     taking = [frames[can_id] for can_id in sorted(frames) if case is not Case.OPERATION or not frames[can_id].event]
     periods_s = [_interval_s(layout, case) for layout in taking]
     wire_s = worst_bits(8) / bits_per_s

@@ -19,6 +19,7 @@ def heard_in(path: Path, tell: Callable[[str], None]) -> Iterator[Heard]:
     """The frames of a file.
 
     tell: receives a report for each of the first 20 lines that are no frame.
+
     Raises OSError, NoLogError, ValueError for a damaged .asc or .blf.
     """
     if path.suffix.lower() in OTHERS:

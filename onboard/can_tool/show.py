@@ -14,7 +14,7 @@ WIDTH = max(len(layout.name) for layout in FRAMES.values())
 _SIGNALS = {
     can_id: {s.name: (s, max(0, math.ceil(-math.log10(s.scale)))) for s in layout.signals}
     for can_id, layout in FRAMES.items()
-}  # with its decimals
+}  # signal and number of decimals
 _COUNTS = Counts._fields[1:]  # without the accepted ones
 
 

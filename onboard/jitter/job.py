@@ -10,7 +10,7 @@ from onboard.planning.mission_rule import MissionState
 from onboard.planning.plan_records import PlanRequest, Settings
 from onboard.records import Cloud, Grid, Pose
 
-BEAMS, LINES = 520, 400  # a sweep's, within the sector
+BEAMS, LINES = 520, 400  # of a sweep, within the sector
 GOAL_M = (9.0, 2.0)
 
 

@@ -52,6 +52,7 @@ def start(interval_ns: int, count: int, priority: int) -> Reference:
     """Start to measure this many wake-ups.
 
     priority: of SCHED_FIFO; 0: an ordinary thread.
+
     Raises ReferenceError.
     """
     program = shutil.which("cyclictest")

@@ -25,7 +25,7 @@ from onboard.records import Inputs, Outputs, Scan
 from protocol.modes import Mode
 
 CLOCK_NS = 3_000_000_000  # until the estimate of the scanner's clock has settled
-MOST_TRIES = 2  # of a sweep
+MOST_TRIES = 2  # tries of a sweep
 LATE_RATIO, LATE_S = 2.0, 40.0  # a sweep may take this much longer than planned
 
 
@@ -40,7 +40,8 @@ class LagSweeps:
 
     problem: one line with the reason of a refusal or an early end.
     sweeps: the sweeps so far.
-    Raises ValueError if the configured axis has too little way.
+
+    Raises ValueError if the configured axis has too little travel.
     """
 
     def __init__(self, config: Config) -> None:
@@ -50,7 +51,7 @@ class LagSweeps:
         self.phase, self.problem, self.stopped, self.agreed = Phase.LISTENING, "", False, False
         self.sweeps: list[Sweep] = []
         self._permit = Permit(self.nodes, ("TILT",))
-        self._since_ns: int | None = None  # of the phase
+        self._since_ns: int | None = None  # start of the phase
         self._sweep_ns = 0
         self._doing = begun(config, self.nods[0])
 
@@ -149,7 +150,7 @@ class LagSweeps:
         if now_ns - (self._since_ns or 0) >= OFF_NS:
             self._enter(Phase.DONE, now_ns)
 
-    # -- what is against it ----------------------------------------------------------------------------------
+    # -- reasons to stop ---------------------------------------------------------------------------------------
 
     def _blind(self) -> Iterator[str]:
         if self.nodes.tilt_angle_rad is None:

@@ -13,7 +13,7 @@ from onboard.lidar_tool.report import Report, findings
 from onboard.records import BeamStatus, Scan
 
 _BRAILLE = 0x2800
-_DOTS = np.array([[0x01, 0x08], [0x02, 0x10], [0x04, 0x20], [0x40, 0x80]])  # of a character, 4 rows by 2 columns
+_DOTS = np.array([[0x01, 0x08], [0x02, 0x10], [0x04, 0x20], [0x40, 0x80]])  # dots of a character, 4 rows by 2 columns
 
 
 def polar(scan: Scan, columns: int, rows: int, reach_m: float) -> list[str]:

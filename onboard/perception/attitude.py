@@ -46,11 +46,11 @@ class Attitude:
         self.roll_rad = self.pitch_rad = self.yaw_rate_radps = 0.0
         self.force_bias_mps2 = (0.0, 0.0)
         self._samples = 0
-        self._yaw_rad = 0.0  # since the start: which way the level's error lies in the body
+        self._yaw_rad = 0.0  # since the start: direction of the level error in the body
         self._force = [0.0, 0.0, 0.0]
         self._forces, self._moved, self._since_s = 0, False, 0.0
         self._bias = [0.0, 0.0, 0.0]
-        self._first_bias_radps = 0.0  # of yaw: the filter learns what comes to it, here it is for the level alone
+        self._first_bias_radps = 0.0  # of yaw: `localisation` estimates later changes, here it serves the level alone
         self._gravity_mps2 = 0.0
         self._covariance = np.diag(np.square([UNKNOWN_RAD, UNKNOWN_RAD, BIAS_MPS2, BIAS_MPS2]))
 
@@ -103,7 +103,7 @@ class Attitude:
         ax, ay, az = imu.accel_mps2
         length = math.sqrt(ax * ax + ay * ay + az * az)
         if abs(length - self._gravity_mps2) <= GRAVITY_TOLERANCE_RATIO * self._gravity_mps2:
-            level = cos(self.pitch_rad)  # sample by sample: the rover may turn on a slope meanwhile
+            level = cos(self.pitch_rad)  # per sample, because the rover may turn on a slope
             self._force[0] += ax + self._gravity_mps2 * sin(self.pitch_rad)
             self._force[1] += ay - self._gravity_mps2 * level * sin(self.roll_rad)
             self._forces += 1
@@ -130,7 +130,7 @@ class Attitude:
         if inner(off, solve(spread, off)) > SURPRISE_LIMIT:
             if not standing:  # the rover swings
                 return
-            # the gyro missed a tilt: levelled afresh
+            # the gyro missed a tilt: level again from the accelerometer
             P[:2] = P[:, :2] = 0.0
             P[:2, :2] = square(UNKNOWN_RAD) * np.eye(2)
             spread = chain(measures, P, measures.T) + noise

@@ -18,7 +18,7 @@ from onboard.records import Bool, Cloud, Grid, Ldem, Pose
 BLOCK_M = 5.0  # the map grows by whole blocks of this side
 LEAST_KNOWN_RATIO = 0.25  # cells between the lines of a coarse sweep get no hit
 REPLACING_HITS = 3  # R3: with this many near hits the newest scan replaces older values
-ROBUST_HITS = 8  # from this many hits on, a scan's highest and lowest hit are ignored, against one wrong range
+ROBUST_HITS = 8  # from this many hits on, a scan's highest and lowest hit are ignored, against a wrong range
 
 LAYERS: tuple[tuple[str, DTypeLike, float], ...] = (
     ("n", np.int32, 0),

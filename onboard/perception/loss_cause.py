@@ -29,7 +29,7 @@ BAD_RATIO = 0.2  # a sector with a larger lost share is bad
 NEARLY_ALL = 0.75  # of the sectors
 GROWTH_RATIO = 0.05  # from sweep to sweep, twice
 ALIKE_RATIO = 0.5  # of the bad sectors must be the same in both sweeps
-APART_RAD, APART_M = math.radians(20.0), 0.8  # a sweep farther away than this counts as another view
+APART_RAD, APART_M = math.radians(20.0), 0.8  # a sweep turned or moved by more than this counts as another view
 
 
 class Cause(Enum):

@@ -33,7 +33,7 @@ from onboard.perception.beam_tilt import tilt_at
 from onboard.records import F64, BeamStatus, Bool, Scan, TiltTrack
 from onboard.scan import of_one_geometry
 
-SECTORS = 13  # of 10 degrees each, with the 65 degrees to both sides of the default
+SECTORS = 13  # 10 degrees each, with the default sector of 65 degrees to each side
 BANDS_M = (0.0, 2.0, 4.0, 6.0, 8.0)  # of the range at which a beam meets the plane
 SURE_M = 4.0
 SURE_BANDS = sum(edge <= SURE_M for edge in BANDS_M) - 1
@@ -164,7 +164,7 @@ def _judged(
     hit: Bool, none: Bool, ranges_m: NDArray[np.float32], expected_m: F64, angles: F64, range_m: float
 ) -> tuple[Bool, Bool]:
     """Flags (lines, beams) of the lost beams and of the open beams."""
-    order = np.argsort(angles[:, angles.shape[1] // 2], kind="stable")  # flattest, and upwards, first
+    order = np.argsort(angles[:, angles.shape[1] // 2], kind="stable")  # upward beams first, then flat to steep
     sure = none & (expected_m <= SURE_M)
     far = none & (expected_m > SURE_M) & (expected_m <= min(range_m, BANDS_M[-1]))
     ground = hit & (ranges_m >= _GROUND_RATIO * expected_m)  # hits on the rover itself do not count

@@ -35,6 +35,7 @@ def witnessed(ranges_m: F32, seen: Bool, range_noise_m: float) -> Bool:
     ranges_m: float32 (lines, beams), m.
     seen: bool, the same shape, True where there is a return.
     range_noise_m: 1 sigma of a range.
+
     Raises ValueError for wrong shapes or dtypes.
     """
     tolerance_m = max(LEAST_M, SIGMAS * OF_A_DIFFERENCE * range_noise_m)

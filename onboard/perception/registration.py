@@ -27,15 +27,15 @@ NEIGHBOURS = 10
 LEAST_POINTS = 200
 LEAST_INLIERS_RATIO = 0.25
 SURE_RATIO = 0.5
-LEAST_OVERLAP_RATIO = 0.2  # at the guess; sectors that share 0.3 register to 30 mm or better, 0.1 to 0.4 m
+LEAST_OVERLAP_RATIO = 0.2  # at the guess; with an overlap of 0.3 the error is 30 mm or less, with 0.1 up to 0.4 m
 OVERLAP_CELL_M = 0.5
 UNKNOWN_M2 = 100.0  # variance in a direction that is not trusted
 MOST_ITERATIONS = 20  # of GICP: fixed directions are near by then, loose ones slide on
-NEAR_RAD, NEAR_M = 1e-3, 1e-2  # a step of GICP under this is its last
+NEAR_RAD, NEAR_M = 1e-3, 1e-2  # a smaller step of GICP is its last
 AXES = ("x", "y", "z")
 
 Prepared = tuple[small_gicp.PointCloud, small_gicp.KdTree]
-Loose = tuple[F64, F64]  # (3, k) directions that are not trusted: of the rotation, of the way
+Loose = tuple[F64, F64]  # (3, k) directions that are not trusted: of the rotation, of the translation
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,6 +44,7 @@ class RegistrationResult:
 
     accepted: False if it is refused.
     reason: reason of the refusal.
+
     T_map_base: (4, 4); if refused, the guess, unchanged.
     covariance: (4, 4) over x, y, z (m), yaw (rad) in the map frame, huge where nothing fixes it.
     converged: the iteration converged.
@@ -52,7 +53,7 @@ class RegistrationResult:
     moved_m, moved_rad: distance from the guess.
     degenerate: the directions of the body that kept the guess.
     told: False if there was nothing to compare (points, overlap or features are missing): such a refusal gives no
-    information on the pose. A refusal with told True contradicts the guess.
+        information on the pose. A refusal with told True contradicts the guess.
     """
 
     accepted: bool
@@ -132,7 +133,7 @@ class Alignment:
     """Alignment of two clouds of the same ground.
 
     T_target_source: (4, 4).
-    covariance: (6, 6) over a small rotation (rad) and way (m) in the source's axes, from the planes.
+    covariance: (6, 6) over a small rotation (rad) and translation (m) in the source's axes, from the planes.
     inlier_ratio: share of the source's points that matched.
     overlap_ratio: share of the source that overlaps the target at the guess.
     """
@@ -148,6 +149,7 @@ def align(source: Prepared, target: Prepared, guess: F64) -> Alignment | None:
 
     source, target: of `prepare`.
     guess: (4, 4) T_target_source.
+
     Returns None if the fit does not converge or hardly any points overlap or match.
     """
     moving = source[0]
@@ -241,7 +243,7 @@ def _covariance(found: Settled, config: Localisation) -> F64:
 
 
 def _told(found: Settled) -> F64:
-    """(6, 6) covariance over rotation and way in the source's axes, from the planes: huge in loose directions."""
+    """(6, 6) covariance over rotation and translation in the source's axes, huge in loose directions."""
     covariance: F64 = np.asarray(np.linalg.inv(found.information), np.float64)
     covariance[:3, :3] += UNKNOWN_M2 * found.loose[0] @ found.loose[0].T
     covariance[3:, 3:] += UNKNOWN_M2 * found.loose[1] @ found.loose[1].T

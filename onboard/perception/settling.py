@@ -5,9 +5,10 @@ across it, and tends to lay the patterns of two scans over each other: by 18 mm 
 information of the ground itself. On waves of 5 cm that is 4 mm, of 2 cm 20 mm, of 1 cm 80 mm, on a plane 0.7 m. Across
 the planes alone the same scans align within 1, 1 and 6 mm, and a plane fixes nothing.
 
-A normal is computed from noisy points, and its noise also seems to fix the way along the plane. Half the difference of
-a pair's normals has the noise of their mean and no information on the ground: a direction is trusted if the means give
-at least twice the information of the differences (on a plane 1.0 times, on waves of 1 cm 3 times, of 2 cm 7 times).
+A normal is computed from noisy points, and its noise also seems to fix the translation along the plane. Half the
+difference of a pair's normals has the noise of their mean and no information on the ground: a direction is trusted if
+the means give at least twice the information of the differences (on a plane 1.0 times, on waves of 1 cm 3 times, of
+2 cm 7 times).
 """
 
 from __future__ import annotations
@@ -44,8 +45,8 @@ class Settled:
     """Result of `settle`.
 
     T_target_source: (4, 4).
-    information: (6, 6) over a small rotation (rad) and way (m) in the source's axes, from the remaining distances.
-    loose: (3, k) directions of rotation, and of way, that nothing fixes: they keep the guess.
+    information: (6, 6) over a small rotation (rad) and translation (m) in the source's axes, from the distances left.
+    loose: (3, k) directions of rotation, and of translation, that nothing fixes: they keep the guess.
     apart_m: root mean square distance of the planes.
     matched: number of pairs.
     converged: the iteration converged.
@@ -101,7 +102,7 @@ class _Pairs:
     off_m: F64
 
     def jacobian(self, normals: F64) -> F64:
-        """(n, 6) derivative of off_m over rotation and way, with these normals for the planes."""
+        """(n, 6) derivative of off_m over rotation and translation, with these normals for the planes."""
         return np.concatenate([np.cross(self.points, normals), normals], axis=1)
 
 
@@ -160,7 +161,10 @@ def _under(step: F64, way_m: float, angle_rad: float) -> bool:
 
 
 def apart(T: F64, other: F64) -> tuple[F64, F64]:
-    """Rotation (3,) as axis times angle, well below half a turn, and way (3,) of `other` in the axes of `T`, (4, 4)."""
+    """Rotation (3,) as axis times angle, well below half a turn, and translation (3,) of `other` in the axes of `T`.
+
+    T, other: (4, 4).
+    """
     off = np.linalg.inv(T) @ other
     R = off[:3, :3]
     twice = np.array([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]])
@@ -171,7 +175,7 @@ def apart(T: F64, other: F64) -> tuple[F64, F64]:
 
 
 def transform(rotation: F64, way: F64) -> F64:
-    """(4, 4) of axis times angle (3,) (Rodrigues' formula) and way (3,)."""
+    """(4, 4) of axis times angle (3,) (Rodrigues' formula) and translation (3,)."""
     angle = float(np.linalg.norm(rotation))
     x, y, z = rotation
     cross: F64 = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])

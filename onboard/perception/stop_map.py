@@ -55,6 +55,7 @@ class StopMap:
     blocked_m: points whose cells no wheel may roll over, whatever the map says: the drive guard stopped at them.
     slippery_m: positions of the rover while SLIP_HIGH was active; ground there costs more.
     unseen_m: centres of cells that the beams should have seen and did not (`unseen_cells`), sorted.
+
     blocked_m, slippery_m and unseen_m are not stored on disk.
     """
 
@@ -90,6 +91,7 @@ def remember(
     """The map with one more cloud, entered at T_map_base; the first cloud starts the map.
 
     dark_base_m: as of a Look.
+
     If the map does not know the ground under the rover (the first stop, a stored map of another place), that ground is
     assumed to be the disc that the wheels stand on (R1).
     """

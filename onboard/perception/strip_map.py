@@ -33,7 +33,7 @@ class Line(NamedTuple):
 
     cloud: its beams.
     residual_m: (hits,) height of each hit over the map without height and roll of the line; NaN where the map knows no
-    height.
+        height.
     """
 
     cloud: Cloud

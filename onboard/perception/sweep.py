@@ -32,11 +32,16 @@ MOST_SEGMENTS = 24
 SHORTEST_MS = 200
 _MS_PER_STEP = 160  # 0.02 degrees at 0.125 degrees/s
 _HORIZON_RAD = math.radians(-3.0)
-_GROWTH_RATIO = 1.061  # of the step, line to line, beyond the horizon
+_GROWTH_RATIO = 1.061  # ratio of the step from line to line, beyond the horizon
 
 
 class TiltSegment(NamedTuple):
-    """One constant-rate part of a sweep; the next begins where and when it ends. Positive angles are down."""
+    """One constant-rate part of a sweep; the next begins where and when it ends. Positive angles are down.
+
+    start_rad, end_rad: angles at its ends.
+    rate_radps: signed rate.
+    duration_ns: duration.
+    """
 
     start_rad: float
     end_rad: float
@@ -47,8 +52,9 @@ class TiltSegment(NamedTuple):
 def line_angles(scanning: Scanning, height_m: float) -> F64:
     """Tilt at the start of each line, (lines,) float64 rad, falling: the smooth profile that the segments follow.
 
-    From the higher of start_rad and end_rad to the first angle at or under the lower one, a line every 25 ms
-    (`10-navigation` section 3). height_m: the tilt axis above the ground, over 0.
+    From the higher of start_rad and end_rad to the first angle at or below the lower one, a line every 25 ms
+    (`10-navigation` section 3).
+    height_m: height of the tilt axis above the ground, > 0.
     """
     angle = max(scanning.start_rad, scanning.end_rad)
     end = min(scanning.start_rad, scanning.end_rad)
@@ -142,7 +148,7 @@ def _fit(profile: _Profile, done: int, target: int, now_ms: float) -> tuple[int,
         steps, wanted_ms = end - done, profile.time_ms(end) - now_ms
         middle = _MS_PER_STEP * steps / max(wanted_ms, 1.0)
         for rate in range(max(1, int(middle * 0.9)), min(MOST_RATE_STEPS, int(middle * 1.1) + 1) + 1):
-            if (_MS_PER_STEP * steps) % rate and not final:  # few are whole milliseconds
+            if (_MS_PER_STEP * steps) % rate and not final:  # the duration must be whole milliseconds
                 continue
             lasts_ms = _MS_PER_STEP * steps / rate
             if lasts_ms >= SHORTEST_MS or final:

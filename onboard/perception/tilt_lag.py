@@ -27,13 +27,13 @@ from onboard.records import F64, Bool
 
 FLOOR_M = 0.15  # from the wheels' plane, at the wheels: farther points are not ground
 ASKEW_RATIO = 0.05  # added with distance: scanner or ground may lean by 3 degrees
-CELL_M = 0.2  # of the ground, each with a height of its own
+CELL_M = 0.2  # of the ground, each with its own height
 NEAR_M, FAR_M = 0.9, 8.0  # from the scanner: nearer is the rover itself
 RATE_STEPS = (220, 220, 44)  # of the sweeps, in steps of TILT_COMMAND: 27.5 degrees/s twice, 5.5 once
 UPPER_RAD, LEAST_WAY_RAD = math.radians(5.0), math.radians(15.0)
 _RATES_RATIO = 2.0  # slow and fast rates must differ by this to separate play from lag
 _REST_RADPS = math.radians(0.5)  # slower does not count as turning
-_LINES = 2  # before and after: the rate of a line is taken over them
+_LINES = 2  # before and after a line: its rate is computed over them
 _ROUNDS = 12
 _LEAST = 1000
 _SIGMA_OF_MEDIAN = 1.4826
@@ -59,7 +59,7 @@ class Lag(NamedTuple):
 def nods(scanning: Scanning) -> tuple[TiltSegment, ...]:
     """Sweeps that show a lag: down and up, fast and slow, each separate, in steps of TILT_COMMAND.
 
-    Raises ValueError if the axis has too little way below the horizon.
+    Raises ValueError if the axis has too little travel below the horizon.
     """
     upper = round(max(UPPER_RAD, min(scanning.start_rad, scanning.end_rad)) / ANGLE_STEP_RAD)
     lower = round(max(scanning.start_rad, scanning.end_rad) / ANGLE_STEP_RAD)
@@ -143,7 +143,7 @@ def _rows(scan: Scan3d, rover: Rover, floor_m: float) -> F64:
     made = points(scan, rover)
     line, beam = made.line, made.beam
     before, after = first[line], last[line]
-    with np.errstate(divide="ignore", invalid="ignore"):  # a sweep of one line has no rate
+    with np.errstate(divide="ignore", invalid="ignore"):  # a sweep of one line has no rate (0 / 0)
         rate = (tilt[after, beam] - tilt[before, beam]) / (time_s[after, beam] - time_s[before, beam])
     x, y, z = made.xyz_m.T
     away_m = np.hypot(x, y)

@@ -5,9 +5,9 @@ Keys, metres and radians in the map frame; grids are (rows, columns), row along 
     heights_m    float32, NaN unknown          x0_m y0_m cell_m   centre of cell (0, 0) and size
     node_sets    uint8 of NodeSet              score_map          float32, NaN where no candidate
     pose         (4,) x, y, z, yaw             goal_m             (2,)
-    kind rule reason                           heading_rad        to scan at once the path is driven
+    kind rule reason                           heading_rad        heading of the scan after the path
     path         (k, 3) x, y, yaw              target_m           (0 or 1, 2) target of the stop
-    global_path optimistic_path  (k, 2)        scoring            reason of the strategy's choice, empty if not asked
+    global_path optimistic_path  (k, 2)        scoring            reason of the strategy's choice, empty without one
     choice       (0 or 1, 4) x, y, heading, E  alternatives       (m, 4) the same for the next best
     stops        (k, 3) scanned from so far    marked             (k, 2) points that count as blocked
 """

@@ -51,7 +51,7 @@ from onboard.planning.tracks import barred
 from onboard.records import F64, U8, Bool, CellClass, Decision, Gdem, Grid, Path, Surface
 
 STAND_M = 0.25  # around a rover whose own pose is not free on the map
-MOST_RATIO = 0.5  # least share of the cells reachable from there
+MOST_RATIO = 0.5  # of the ground reachable with rocks ignored: from this share on, poses on rocks stay blocked
 DISC_PRICE = 2.0  # per metre left within the goal's disc, so that driving on is cheaper
 CONFIRM_M = 3.0  # R7: blocked poses farther than this from every stop may be wrong
 CONFIRM_RATIO = 0.5  # cost ratio added for a way over them

@@ -27,6 +27,7 @@ def cost_to_go(free: Bool, goals: Bool, cell_m: float, closeness: F32 | None = N
     """Cost in metres from each free cell to the nearest goal cell, float64 (rows, columns), inf where there is no way.
 
     closeness: float32 ratio >= 0; an edge costs its length times 1 + its mean at both ends.
+
     Goals that are not free are ignored. Raises ValueError for wrong shapes, dtypes or ratios.
     """
     return native.cost_to_go(free, goals, cell_m, closeness)

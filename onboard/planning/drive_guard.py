@@ -103,6 +103,7 @@ def hear(watch: Watch, line: Cloud, pose: Pose, tracks: Bool, settings: Settings
 
     line: its beams in the map frame by the estimated `pose`, in the order of their angles.
     tracks: (rows, columns), the cells that wheels of poses still to come roll over.
+
     Do not call it for a lost frame.
     """
     if not line.hit.any():

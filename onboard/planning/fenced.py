@@ -43,6 +43,7 @@ def fenced(freedom: U8, fences: Sequence[Fence], grid: Grid, rover: Rover, here_
     """A copy with every pose blocked whose body would touch a keep-out or come nearer to one than MARGIN_M.
 
     freedom: (8, rows, columns) on the grid.
+
     Within STAND_M of the rover the margin does not count.
     """
     cells = keep_out(fences, grid)

@@ -22,7 +22,7 @@ from onboard.records import F64, Bool
 Cell = tuple[int, int]
 Score = Callable[[NDArray[np.int64]], F64]  # (n, 2) cells (j, i) -> (n,) scores, higher is better
 
-SEEDS = 5  # as the chapter's Fig. 9
+SEEDS = 5  # as in the chapter's Fig. 9
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,6 +52,7 @@ def climb(score: Score, candidates: Bool, seeds: tuple[Cell, ...]) -> Climb:
     """The highest of the tops above the seeds.
 
     candidates: (rows, columns), the allowed nodes; no other node is scored.
+
     Raises ValueError without seeds and for a seed that is no candidate.
     """
     rows, columns = candidates.shape

@@ -279,7 +279,7 @@ def _no_way(state: MissionState, situation: Situation) -> tuple[Decision | Again
 
 
 def _failed_try(state: MissionState, situation: Situation, commit: Option) -> tuple[Decision | Again, MissionState]:
-    """R6: the commit would repeat a scan that showed nothing of its target."""
+    """R6: the commit would repeat a scan that showed nothing new at its target."""
     if commit.target_m is None:
         return _no_way(state, situation)
     view = situation.viewpoint

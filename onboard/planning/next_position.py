@@ -44,6 +44,7 @@ class Question:
     cost_m: float32, cost-to-go; not finite where there is no way.
     goal_m: direction to look in if no place shows anything new.
     stops_m: places of earlier stops; none is taken again.
+
     Raises ValueError for another shape or dtype, for infinite heights and for a goal that is not finite.
     """
 
@@ -71,6 +72,7 @@ class Criterion:
 
     gain: one of GAINS.
     weight_occlusion, weight_distance: W_occ and W_L of Eq. 28, >= 0.
+
     Raises ValueError for other values.
     """
 
@@ -96,7 +98,7 @@ class Choice:
     score: E = gain_term + distance_term.
     gain_term, distance_term: the two terms of Eq. 28 with their weights and signs.
     visibility, new_cells: Vis and the unknown cells seen, both in the sector of the heading; with the gain "newly-seen"
-    beyond the map too.
+        beyond the map too.
     cost_m: L.
     """
 

@@ -24,7 +24,7 @@ from onboard.planning.poses import Freedom
 from onboard.records import F32, F64, I32, U8, Bool, CellClass, Path, Surface
 
 LOOK_BEYOND_M = 1.5  # R5: look this far past the first pose that is not free
-HEADING_SLACK_RAD = math.radians(60)  # a heading this far off still has its target in the sector
+HEADING_SLACK_RAD = math.radians(60)  # with a heading this far off the target is still in the sector
 BACK_OFF_M = 1.5  # a stop moves back at most this far along its path to find room to turn
 VIEW_M, APART_M, TARGET_M = 4.0, 0.5, 0.55  # R6: reach of a viewpoint, distance from stops, radius of the targets
 

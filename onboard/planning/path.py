@@ -104,6 +104,7 @@ def drivable(
     """The path from the pose `start` (x, y, yaw) along a chain of free lattice poses (k, 3) that begins in its cell.
 
     end: a point in the last pose's cell to stop at instead of its centre.
+
     Raises ValueError if the chain is empty or leaves the free poses: it must come from a field over the same poses.
     """
     if len(states) == 0:
@@ -123,6 +124,7 @@ def shorten(points: list[tuple[float, float]], axes: list[int], yaw_rad: float, 
     points: (x, y), m.
     axes: orientation 0..7 at each.
     yaw_rad: of the rover at the first.
+
     Raises ValueError if two consecutive points are not joined over free poses.
     """
     legs: list[Leg] = []
@@ -137,7 +139,7 @@ def shorten(points: list[tuple[float, float]], axes: list[int], yaw_rad: float, 
         else:
             to = at + 1
             seen = _step(points[at], points[to], axes[to] * STEP_RAD, axis, ground)
-            if seen is None:  # first back to the chain's own orientation here
+            if seen is None:  # turn back to the chain's orientation here first
                 legs.append(Leg(*points[at], axes[at] * STEP_RAD))
                 seen = _step(points[at], points[to], axes[to] * STEP_RAD, axes[at] * STEP_RAD, ground)
             if seen is None:

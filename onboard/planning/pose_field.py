@@ -40,6 +40,7 @@ def cost_to_go(
     optimistic: unknown poses are passable at the same cost, else free ones only.
     closeness: ratio; the cost of an edge is multiplied by 1 + its mean at both ends.
     seed_costs_m: (k,) finite, the remaining cost from each seed (0 without it).
+
     Raises ValueError for seeds outside the grid.
     """
     least = Freedom.UNKNOWN if optimistic else Freedom.FREE

@@ -112,7 +112,10 @@ def tall(surface: Surface, step_m: float) -> Bool:
 
 
 def trail(freedom: U8, poses: NDArray[np.integer]) -> U8:
-    """A copy with the driven poses free (R2). poses: (k, 3) integers j, i, o; those outside the grid are left out."""
+    """A copy with the driven poses free (R2).
+
+    poses: (k, 3) integers j, i, o; poses outside the grid are ignored.
+    """
     j, i, o = np.asarray(poses, np.int64).reshape(-1, 3).T
     _, rows, columns = freedom.shape
     inside = (j >= 0) & (j < rows) & (i >= 0) & (i < columns)

@@ -35,7 +35,7 @@ MOST_STATIONS = 60
 _STRAIGHT_M = 0.02  # a station nearer than this to the line of its neighbours is left out
 _STRAIGHT_RAD = math.radians(3.0)
 _SPOT_M = 1e-6
-_PARK_S = 3.0  # the axis moves to the begin of the sweep, the stream starts
+_PARK_S = 3.0  # the axis moves to the start of the sweep, the stream starts
 _LOOK_AGAIN_M = 2.0  # farther than this from the last look the rover looks again before it reports arrival
 _STEER_S = 3.8  # the wheels steer before and after a turn on the spot, and the drives stop: measured on the bench
 

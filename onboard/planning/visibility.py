@@ -179,6 +179,7 @@ def total(
     """Visibility of observers on every node, with eyes `eye_m` above the ground there.
 
     progress: counts nodes and can stop the run.
+
     Raises ValueError for wrong shapes, dtypes or heights that are not finite, CancelledError when stopped.
     """
     question = Asked() if asked is None else asked
