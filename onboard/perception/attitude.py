@@ -50,7 +50,7 @@ class Attitude:
         self._force = [0.0, 0.0, 0.0]
         self._forces, self._moved, self._since_s = 0, False, 0.0
         self._bias = [0.0, 0.0, 0.0]
-        self._first_bias_radps = 0.0  # of yaw: `localisation` estimates later changes, here it serves the level alone
+        self._first_bias_radps = 0.0  # of yaw: the pose filter estimates later changes, here it serves the level alone
         self._gravity_mps2 = 0.0
         self._covariance = np.diag(np.square([UNKNOWN_RAD, UNKNOWN_RAD, BIAS_MPS2, BIAS_MPS2]))
 

@@ -34,10 +34,12 @@ def _spreads() -> F64:
     """Inward correction of the bounds of n hits, (COUNTS,), in sigmas of one hit; negative values move a bound outward.
 
     The correction is the expected largest of n normal deviates (from ROBUST_HITS on the second largest, as
-    `ldem.insert` uses it) minus SIGMAS of its own standard deviation. Expected value: the quantile (k - 3/8) / (n +
-    1/4) of the k-th smallest (Blom, Statistical Estimates and Transformed Beta-Variables, 1958). Variance: its first
-    term, p (1 - p) / ((n + 2) density^2) with p = k / (n + 1) (David and Johnson, Biometrika 41, 1954). That term is
-    too coarse for the largest of a few values, so a table is used below ROBUST_HITS.
+    `ldem.insert` uses it) minus SIGMAS of its own standard deviation.
+
+    Expected value: the quantile (k - 3/8) / (n + 1/4) of the k-th smallest (Blom, Statistical Estimates and Transformed
+    Beta-Variables, 1958). Variance: its first term, p (1 - p) / ((n + 2) density^2) with p = k / (n + 1) (David and
+    Johnson, Biometrika 41, 1954). That term is too coarse for the largest of a few values, so a table is used below
+    ROBUST_HITS.
     """
     normal, spread = NormalDist(), np.zeros(COUNTS)
     for n in range(1, COUNTS):

@@ -260,10 +260,10 @@ class Localisation:
 def slide_ratio(roll_rad: float, pitch_rad: float, config: LocalisationConfig) -> float:
     """Slide of a rover down its slope, as a ratio of the rim displacement times the sine of the slope.
 
-    Soil of internal friction phi bears a shear of tan(slope) at a displacement j, tan(slope) = tan(phi) * (1 - e^(-j /
-    K)) (Janosi and Hanamoto), and j grows with the rim displacement. The slide is slope_slip_ratio * -tan(phi) * ln(1 -
-    tan(slope) / tan(phi)) of it; for a small slope, slope_slip_ratio * tan(slope). Above 0.95 of tan(phi) the ratio
-    stays at its value there.
+    Soil of internal friction phi bears a shear of tan(slope) at a displacement j, tan(slope) = tan(phi) *
+    (1 - e^(-j / K)) (Janosi and Hanamoto), and j grows with the rim displacement. The slide, as a share of the rim
+    displacement, is slope_slip_ratio * -tan(phi) * ln(1 - tan(slope) / tan(phi)); for a small slope it is
+    slope_slip_ratio * tan(slope). Above 0.95 of tan(phi) the value at 0.95 is used.
     """
     cosine = cos(pitch_rad) * cos(roll_rad)
     sine = math.sqrt(1.0 - cosine * cosine)

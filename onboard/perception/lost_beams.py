@@ -139,7 +139,10 @@ def lost_beams(scans: Sequence[Scan], tilt: TiltTrack, rover: Rover, scanning: S
 def plane_range_m(azimuth_rad: F64, tilt_rad: F64 | float, rover: Rover) -> F64:
     """Range of beams to the plane through the wheels, inf at or above the horizon.
 
-    azimuth_rad: (n,) in the scanner's plane. tilt_rad: one value, or (lines, n). The result has their common shape.
+    azimuth_rad: (n,) in the scanner's plane.
+    tilt_rad: one value, or (lines, n).
+
+    The result has their common shape.
     """
     mount = lidar_rotation(rover)
     row = (0.0, 0.0, 1.0) if mount is None else mount[2].tolist()

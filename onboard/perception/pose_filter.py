@@ -184,7 +184,7 @@ class PoseFilter:
         self.covariance = self.covariance * np.outer(scale, scale)
 
     def doubt(self, innovation: F64) -> None:
-        """Increase the pose variance by the square of an innovation (4,): an unmeasured force moved the rover."""
+        """Increase the pose variance by the square of an innovation (4,): for motion that no sensor measured."""
         self.covariance = self.covariance.copy()
         self.covariance[POSE, POSE] += np.diag(np.square(innovation))
 
@@ -198,7 +198,8 @@ class PoseFilter:
         """Continue from x, y, z, yaw and their sigmas that an earlier run stored.
 
         The sigmas are also the error of the stored map, so the anchor has the same error: the first registration
-        corrects only the motion of the rover since then."""
+        corrects only the motion of the rover since then.
+        """
         self.reset(*place)
         kept = np.diag(np.square(sigma))
         self.covariance[POSE, POSE] = kept + np.diag(np.square(RESUME_SIGMA))
@@ -252,7 +253,7 @@ class PoseFilter:
     def _kalman(self) -> ExtendedKalmanFilter:
         """The filterpy filter with the current state and covariance, created at first use.
 
-        filterpy loads all of scipy.stats, which takes twice as long as everything else before the first tick. Nothing
+        filterpy loads all of scipy.stats, which costs twice as much as everything else before the first tick. Nothing
         is predicted or corrected before the rover has moved or stood for half a second.
         """
         if self._filter is None:

@@ -52,7 +52,7 @@ class StopMap:
 
     cells: the persistent map.
     target_points: (m, 3) points in the map frame, target of registrations.
-    blocked_m: points whose cells no wheel may roll over, whatever the map says: the drive guard stopped at them.
+    blocked_m: points whose cells no wheel may roll over, regardless of the map: the drive guard stopped at them.
     slippery_m: positions of the rover while SLIP_HIGH was active; ground there costs more.
     unseen_m: centres of cells that the beams should have seen and did not (`unseen_cells`), sorted.
 

@@ -1,5 +1,4 @@
-"""Strip map of the drive guard: lines of the scanner at a fixed tilt while the rover drives, each first levelled on the
-map.
+"""Strip map of the drive guard: scanner lines at a fixed tilt while the rover drives, each levelled on the map first.
 
     line (Cloud, map frame) -> residuals against the map -> height and roll removed -> strip (a separate Ldem)
 

@@ -228,7 +228,7 @@ def freedom_of(request: PlanRequest, surface: Surface) -> U8:
 def _stand(freedom: U8, surface: Surface, own: tuple[int, int, int], settings: Settings) -> U8:
     """Pose freedom with the poses around the rover freed, because sensor noise must not trap the rover.
 
-    Within 0.25 m, poses at its own and the adjacent orientations count as free whatever the map says, other
+    Within 0.25 m, poses at its own and the adjacent orientations count as free regardless of the map, other
     orientations unless they are blocked. Except for its own pose this needs all wheels on known cells. Poses that put a
     tyre on a cell that stands out stay as they are if at least half (MOST_RATIO) of the ground can be reached without
     them: a rock is not noise.

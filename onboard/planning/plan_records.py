@@ -37,11 +37,11 @@ class PlanRequest:
     state: mission state.
     settings: configuration.
     trail: (k, 3) x, y, yaw driven so far (R2).
-    blocked_m: points whose cells no wheel may roll over, whatever the map says: the drive guard stopped at them.
+    blocked_m: points whose cells no wheel may roll over, regardless of the map: the drive guard stopped at them.
     slippery_m: places where the wheels slipped; ground there costs more.
     fences: keep-outs are obstacles.
     sigma_m: 1 sigma of the rover's position in the plane.
-    unseen_m: centres of cells that are unknown whatever the map says: beams should have seen them and did not.
+    unseen_m: centres of cells that are unknown regardless of the map: beams should have seen them and did not.
     """
 
     ldem: Ldem

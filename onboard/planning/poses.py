@@ -131,7 +131,8 @@ def closeness(freedom: U8, planning: config.Planning, cell_m: float, sigma_m: fl
     is higher by `touching_ratio` where a neighbour cell or the next orientation is blocked: a wheel that passes there
     may brush the foot of a rock, so such a pose is used only if there is no other way. The same addition applies to
     poses nearer to a blocked pose than two sigmas of the rover's position (sigma_m, m). Unknown poses add no cost: an
-    optimistic way must not avoid them."""
+    optimistic way must not avoid them.
+    """
     cells = math.ceil(CLOSE_M / cell_m) + 2
     beyond_m = (np.sqrt(np.arange(cells * cells)) - 1.0) * cell_m  # by the square of the distance in cells
     falloff = planning.closeness_weight * np.clip(1.0 - beyond_m / CLOSE_M, 0.0, 1.0)
