@@ -37,7 +37,7 @@ class ByHandError(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Plan:
-    """What an operation does.
+    """Plan of one operation.
 
     steps: of the script; empty: only listen.
     barrier: address of the bench's barrier; "": wall clock.
@@ -199,7 +199,7 @@ def operate(settings: Settings, plan: Plan, teller: Teller, join: Join | None = 
 
 
 def _archive(settings: Settings, plan: Plan, utc_ns: int, teller: Teller, without: list[str]) -> Archive:
-    """Open the station's archive. A plan that halts the rover runs without it: the cause is then added to `without`."""
+    """Open the station's archive. A plan that halts the rover needs none: the cause is added to `without`."""
     path = settings.archive
     stops = plan.halts
     try:
