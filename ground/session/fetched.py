@@ -1,6 +1,6 @@
 """Reception of products: chunks in, whole objects out, including chunks received before a restart of the station.
 
-    asked(name)       -> loads the chunks from the archive and tells the rover which ones are there
+    asked(name)       -> loads the chunks from the archive and reports them to the rover
     receive(payload)  -> a whole product, its SHA-256 checked, or the progress of each transfer
     send(now)         -> bitmaps of the missing chunks
 """
