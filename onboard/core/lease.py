@@ -88,7 +88,7 @@ class Lease:
         data = (self.holder, *(other.station for other in self._line))
         self._downlink.report(order.request_id, State.COMPLETED, self._words(), data)
 
-    # -- who holds it ------------------------------------------------------------------------------------------
+    # -- holder -----------------------------------------------------------------------------------------------
 
     def _pass_on(self, ctx: Context, why: str) -> None:
         self.holder = 0

@@ -41,7 +41,7 @@ class Phase(IntEnum):
 
 CONNECTING = frozenset((Phase.DOWN, Phase.SYNC, Phase.TIMING, Phase.VERSION, Phase.GEOMETRY, Phase.PROBE, Phase.STATE,
                         Phase.WRONG))  # fmt: skip
-"""Phases in which the sensor has not yet reported all required data."""
+"""In these the sensor has not told all that must be known of it."""
 SEEDING = frozenset((Phase.TIME_ON, Phase.TIME, Phase.TIME_OFF))
 
 
@@ -84,7 +84,7 @@ EXCHANGES: dict[Phase, Exchange] = {
     Phase.DARK: Exchange(scip.request("II"), Phase.QUIET, twice=True),
 }
 PASSING = frozenset(("0A", "0B", "0L", "0M", "10"))
-"""Statuses of temporary refusals."""
+"""Statuses that refuse now and may not later."""
 
 
 def comparable(answer: scip.Reply) -> bytes | dict[str, str]:

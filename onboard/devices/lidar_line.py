@@ -29,7 +29,7 @@ class Frames:
     def append(self, turn: int, stamp_ms: int, arrival_ns: int) -> None:
         """Add a row; drop the oldest if there are more than `size`."""
         if self._end == 2 * self._size:
-            for column in self._columns:  # one by one: numpy would copy the whole, as it assumes that the halves overlap
+            for column in self._columns:  # one by one: numpy would copy the whole, assuming that the halves overlap
                 column[: self._size] = column[self._size :]
             self._begin, self._end = 0, self._size
         at, columns = self._end, self._columns

@@ -92,8 +92,8 @@ class ScanStream:
     def _countdown(self, got: scip.ScanReply) -> None:
         """Check the remaining count, which has no sum, against the stamps. Raises WireError("echo")."""
         before, self._left = self._left, got.remaining
-        if before is None or not self.request.scans:  # mostly: endless
         if before is None or not self.request.scans:  # usual case: an endless stream
+            return
         if turns := self.watch.turns(got.stamp_ms):
             due = before - round(turns / (self.request.skip + 1))
             if got.remaining != due:

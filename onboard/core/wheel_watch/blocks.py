@@ -1,7 +1,7 @@
 """One wheel's drive in blocks of 0.2 s: rate owed, rate turned, rate told, current drawn.
 
     owed    rate (rad/s): the order as the node ramps it, at 1 rad/s2, two ticks late
-    turned  rate by the encoder's position;   told  rate that the feedback reports;   current (A), mean
+    turned  rate by the encoder's position;   told  rate reported in the feedback;   current (A), mean
 """
 
 from __future__ import annotations
