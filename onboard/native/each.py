@@ -24,6 +24,7 @@ class Each:
         self._into = into
 
     def __call__(self, x: NDArray[np.floating[Any]]) -> F64:
+        """Return the function of each number, in the shape of x."""
         numbers = np.asarray(x, np.float64)
         flat = np.ascontiguousarray(numbers).reshape(-1)
         out = np.empty_like(flat)

@@ -332,7 +332,9 @@ _wheels = st.tuples(SIDES, SIDES).flatmap(
 
 _vectors = together(x=SIZES.flatmap(lambda n: arrays((n,), np.float64)), y=mostly(st.floats(), st.just(0.0)))
 _matrices = st.tuples(SIDES, SIDES, SIDES).flatmap(
-    lambda n: together(a=arrays(n[:2], np.float64), b=arrays(n[1:], np.float64), square=arrays((n[1], n[1]), np.float64))
+    lambda n: together(
+        a=arrays(n[:2], np.float64), b=arrays(n[1:], np.float64), square=arrays((n[1], n[1]), np.float64)
+    )
 )
 
 _images = st.tuples(SIDES, SIDES).flatmap(
