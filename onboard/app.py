@@ -191,7 +191,7 @@ def run(config: Config, announce: Announce) -> int:
 
 
 def _fly(config: Config, announce: Announce) -> int:
-    """Do `run` with the state folder locked."""
+    """Run the flight program, with the state folder locked."""
     return_large()
     config = _counted(config, announce)
     gdem = load_gdem(config.mission.gdem, config.mission.gdem_needed, announce)

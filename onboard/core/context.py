@@ -1,4 +1,4 @@
-"""Context of one tick: what the core passes to executive, mission and drive guard."""
+"""Context of one tick, passed by the core to executive, mission and drive guard."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
-"""Mission of one `goto`: scan -> map -> plan -> drive -> turn -> scan ... until arrived or failed (section 9).
+"""Mission of one `goto`: scan -> map -> plan -> drive -> turn -> scan ... until arrived or failed.
 
-If the map does not cover the ground under the rover, it scans ahead, turns round and scans behind (R1). A fault may
-end a leg (`back_off`). Each phase is one method; a phase ends by entering the next. Both maps outlive the mission.
-`core.errands` has the missions of other orders. Over 300 lines: the phases share one state.
+Section 9 of the chapter. If the map does not cover the ground under the rover, it scans ahead, turns round and scans
+behind (R1). A fault may end a leg (`back_off`). Each phase is one method; a phase ends by entering the next. Both maps
+outlive the mission. `core.errands` has the missions of other orders. Over 300 lines: the phases share one state.
 """
 
 from __future__ import annotations

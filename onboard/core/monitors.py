@@ -115,7 +115,7 @@ def _no_path(w: Watched) -> bool:
 
 
 def _loop(w: Watched) -> bool:
-    """Only for strategies other than `optimistic`: that is R5 alone, and a detour lowers nothing at first."""
+    """True if R10 overrules a strategy; not for `optimistic`: it is R5 alone, and a detour lowers nothing at first."""
     mission = w.config.mission
     guarded = w.in_mission and mission.guard and mission.strategy != "optimistic"
     return guarded and w.plan is not None and w.plan.state.since_record >= RECORD_STOPS

@@ -122,7 +122,7 @@ class Seeing:
     def ended(self) -> str:
         """Return the reason to end the mission after the last sweep of a place, '' if it goes on.
 
-        It goes on if dark ground or sunlight takes the beams, or may: from another place the scanner sees more.
+        It goes on if dark ground or sunlight takes the beams, or may take them: elsewhere the scanner sees more.
         """
         if self.row.stop and self._why() in ITS_OWN:
             self.dirty = f"the scanner sees too little: {self._loss()}"

@@ -24,7 +24,11 @@ _NAN = math.nan
 
 @dataclass(frozen=True, slots=True)
 class View:
-    """Values of the rover that telemetry samples in one tick. goal_m: x, y in map frame; fault_ids: active rows."""
+    """Values of the rover that telemetry samples in one tick.
+
+    goal_m: x, y in the map frame.
+    fault_ids: numbers of the active rows.
+    """
 
     mode: Mode = Mode.BOOT
     phase: Phase = Phase.NONE

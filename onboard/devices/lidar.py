@@ -96,7 +96,7 @@ class LidarSession:
         return sum(self.counts[kind] for kind in BAD)
 
     def stream(self, on: bool, turns: int = 1) -> None:
-        """Set what is wanted: scans as configured, each of at least `turns` turns (True), or no stream (False).
+        """Set the wanted output: scans as configured, each of at least `turns` turns (True), or no stream (False).
 
         It stays over reconnects. A stream with other turns is ended first.
         """
@@ -176,7 +176,7 @@ class LidarSession:
         return True
 
     def _next(self, now_ns: int) -> bool:
-        """Do the same when no reply is due, by the wanted state or the time without data."""
+        """Enter the next phase if no reply is due, by the wanted state or the time without data; return as `_move`."""
         passed_ns, before = now_ns - self._talk.sent_ns, self._talk.phase
         if before is Phase.STREAM and not (self._wanted and self._turns == self._stream.turns):
             self._stream.watch.pause()

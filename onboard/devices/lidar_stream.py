@@ -60,7 +60,8 @@ class ScanStream:
     def silent(self, now_ns: int, since_ns: int, turns: int = 1) -> bool:
         """Return whether no valid scan came for config.silent_ns or, if longer, 4 periods and 50 ms.
 
-        since_ns: earliest start of the silence. turns: between the wanted scans, whose request may only follow.
+        since_ns: earliest start of the silence.
+        turns: between the wanted scans; the present request may still have another number.
         """
         periods_ns = round(_SILENT_PERIODS * self._turn_ms * self._every(turns) * 1e6) + _SILENT_MARGIN_NS
         return now_ns - max(self.heard_ns, since_ns) > max(self._config.silent_ns, periods_ns)

@@ -64,7 +64,8 @@ class Nodes:
     """The rover's nodes: call `receive` once a tick, then read; give orders, then `send`.
 
     wheels: newest state of each; None if none was received; ages at the last `receive`.
-    bus: state of the bus. watch: errors in its frames.
+    bus: state of the bus.
+    watch: errors in its frames.
     from_future: frames stamped later than now by over a tick.
 
     Readings and orders are converted here between the nodes' own zeros and the rover's axes: steering offsets, mounting

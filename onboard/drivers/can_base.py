@@ -22,7 +22,8 @@ _UNTIL_GOOD = (BusTrouble.PASSIVE, BusTrouble.WARNING)  # states of the controll
 class CanBus:
     """One open bus.
 
-    received, sent: frames since it was opened. state: as seen by the last call.
+    received, sent: frames since it was opened.
+    state: as seen by the last call.
     errors: error frames by BusTrouble.
     error: one line about a present error; empty if all is well.
     clock_ns: clock that ends a read when its time is used up.

@@ -137,22 +137,22 @@ class CanPort:
         return self.state
 
     def read(self, stamp_ns: int) -> list[Frame]:
-        """Do CanBus.read; first take over a bus that has been opened."""
+        """Read as CanBus.read; first take over a bus that has been opened."""
         self._adopt()
         return self._bus.read(stamp_ns) if self._bus else []
 
     def forget(self) -> None:
-        """Do CanBus.forget."""
+        """Drop frames as CanBus.forget."""
         self._adopt()
         if self._bus:
             self._bus.forget()
 
     def read_upto(self, total: int, stamps_us: Sequence[int], limit_s: float) -> list[Frame]:
-        """Do CanBus.read_upto; empty if there is no bus."""
+        """Read as CanBus.read_upto; empty if there is no bus."""
         return self._bus.read_upto(total, stamps_us, limit_s) if self._bus else []
 
     def write(self, frames: Sequence[Frame]) -> int:
-        """Do CanBus.write."""
+        """Send as CanBus.write; count failures."""
         failures = self._bus.write(frames) if self._bus else len(frames)
         self._failures += failures
         return failures

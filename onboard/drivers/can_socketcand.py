@@ -41,7 +41,7 @@ class DaemonBus(CanBus):
         return self._socket.fileno()
 
     def write(self, frames: Sequence[Frame]) -> int:
-        """Do CanBus.write; a tick's frames are sent in one piece, or not at all while an earlier tick's wait."""
+        """Send as CanBus.write; a tick's frames are sent in one piece, or not at all while an earlier tick's wait."""
         if self.state is PortState.CLOSED or not self._flushed() or not frames:
             return len(frames)
         text = "".join([convert_can_message_to_ascii_message(message_of(frame)) for frame in frames]).encode("ascii")

@@ -150,7 +150,7 @@ class Keeper:
             self._tell(f"the map cannot be kept in {folder}: {error.strerror}")
 
     def keep(self, memory: StopMap | None) -> None:
-        """Give the map of this tick, None: there is none any more; called each tick, returns at once."""
+        """Start to save the map if it has changed; None: clear it. Called each tick, returns at once."""
         if self._folder is None or memory is self._given:
             return
         self._given = memory

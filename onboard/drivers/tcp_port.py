@@ -22,7 +22,7 @@ class TcpPort(LidarPort):
         self._socket: socket.socket | None = None
 
     def connect(self) -> None:
-        """Do one attempt without waiting (a host name's look-up may wait: give a numeric address)."""
+        """Make one attempt without waiting (a host name's look-up may wait: give a numeric address)."""
         if self._socket is None and self._fd < 0:
             self._start()
         self._advance()

@@ -29,7 +29,7 @@ _WHY = {
 
 
 class TtyPort(LidarPort):
-    """rate_bps None: USB, which has no rate. Else the line is searched for the sensor, then set to this rate."""
+    """Port on a tty. rate_bps: None for USB; on a serial line the sensor is searched, then set to this rate."""
 
     def __init__(self, address: str, path: str, rate_bps: int | None = None) -> None:
         super().__init__(address)
@@ -38,7 +38,7 @@ class TtyPort(LidarPort):
         self._search: BaudSearch | None = None
 
     def connect(self) -> None:
-        """Do one attempt; on a serial line it goes on until the sensor has answered at a rate, or at none."""
+        """Make one attempt; on a serial line it goes on until the sensor has answered at a rate, or at none."""
         if self._fd >= 0:
             return
         try:

@@ -206,7 +206,8 @@ class UdpRoverEnd(LinkEnd):
 class UdpGroundEnd(LinkEnd):
     """A station's end. Raises ValueError for an endpoint that is no locator.
 
-    one_way_s: delay of the link. first_nonce: see `direct.Caller`.
+    one_way_s: delay of the link.
+    first_nonce: see `direct.Caller`.
     """
 
     sends_unasked = True

@@ -1,4 +1,4 @@
-"""One wheel's drive in blocks of 0.2 s: rate owed, rate turned, rate told, current drawn.
+"""One wheel's drive in blocks of 0.2 s: rate owed, measured and reported, and current drawn.
 
     owed    rate (rad/s): the order as the node ramps it, at 1 rad/s2, two ticks late
     turned  rate by the encoder's position;   told  rate reported in the feedback;   current (A), mean

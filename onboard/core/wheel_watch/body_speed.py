@@ -2,9 +2,9 @@
 
     dv/dt = f - u - w x v + 1.6 / tau * e,    du/dt = -w x u - e / tau^2,    e = odometry's velocity - v
 
-f specific force, w rates, u the reaction to gravity in base axes: the mean force of the last stop, turned by the gyro
-since. The last terms let the odometry pull v, and tilt u, within tau: 4 s while the rover drives, so that slip or a
-stop shows within one second; 1.5 s while the wheels hardly move it (turning on the spot, steering); 10 s while the
+f specific force, w rates, u the reaction to gravity in base axes: the mean force of the last standstill, turned by the
+gyro since. The last terms let the odometry pull v, and tilt u, within tau: 4 s while the rover drives, so that slip or
+a stop shows within one second; 1.5 s while the wheels hardly move it (turning on the spot, steering); 10 s while the
 wheels are suspected of slip. In the Moon's gravity 0.1 degrees of tilt give 3 mm/s2. On 50 m of rough ground driven
 without a stop v was within 0.028 m/s of the truth (means over 1 s).
 """

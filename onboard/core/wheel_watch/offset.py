@@ -23,7 +23,11 @@ FAINT_RAD = math.radians(1.0)  # sum of |x| that decides from LAST_M on
 
 
 class OffsetWatch:
-    """Watch of one wheel at (a_m, b_m). verdict: True if the reading is wrong, None if open; a new offset reopens."""
+    """Watch of one wheel at (a_m, b_m).
+
+    off_rad: offset of the reading. A new value makes the verdict open again.
+    verdict: True if the reading is wrong, False if the wheel really stands so, None if open.
+    """
 
     def __init__(self, place_m: tuple[float, float], q_m2: float) -> None:
         self._place_m, self._q_m2 = place_m, q_m2
