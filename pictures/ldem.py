@@ -55,7 +55,7 @@ def set_picture(plan: PlanPicture) -> np.ndarray:
 
 
 def panel(axes: Axes, plan: PlanPicture, sector_rad: float, body_m: tuple[float, float]) -> None:
-    """One stop."""
+    """The panel of one stop."""
     left, right, bottom, top = extent(plan.grid)
     axes.imshow(set_picture(plan), origin="lower", extent=(left, right, bottom, top), interpolation="nearest")
     if len(plan.optimistic_path):

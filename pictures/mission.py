@@ -47,7 +47,7 @@ class Story:
 
 @drawn
 def mission(story: Story, sector_rad: float, body_m: tuple[float, float]) -> Figure:
-    """The whole story on one page. sector_rad: half the scan's sector. body_m: length and width."""
+    """One page with the whole mission. sector_rad: half the scan's sector. body_m: length and width."""
     rows = math.ceil(len(story.plans) / COLUMNS)
     side = PAGE_IN / COLUMNS
     below_in = (side + 0.05) * rows + 0.75

@@ -89,7 +89,7 @@ def turning(rovers: Sequence[Turning]) -> Figure:
 
 @drawn
 def carrots(ways: Sequence[tuple[str, F64]], law: Sequence[tuple[str, F64]]) -> Figure:
-    """Distances from a straight path, each (k, 2) of way and distance, m: the chapter's carrot, and the other laws."""
+    """Distances from a straight path, each (k, 2) of path length and distance, m; the carrot and the other laws."""
     made = figure(PAGE_IN, 3.3)
     colours = (RED, ORANGE, BLUE, GREEN, SKY)
     for axes, lines, title in zip(made.subplots(1, 2, sharey=True), (ways, law),

@@ -42,7 +42,7 @@ class Channel:
     name: name of the channel.
     count: cumulative pieces of its `epoch`.
     state: CLOSED, OPEN or ERROR.
-    epoch: number of the connection.
+    epoch: rises each time that the count restarts at zero.
     stamps_us: arrival times of the new pieces, us.
     """
 

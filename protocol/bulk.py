@@ -2,7 +2,7 @@
 
     sender, chunks by index                           receiver
       |  announce, 0, 1, 2, 3, 4, 5, 6 ...  ------>     |  has 0 1 . 3 4 . .     (2 lost, 5 and 6 on the way)
-      |  <------ bitmap every 0.5 s: echo of the newest serial heard, base 2, bits .3 4. .
+      |  <------ bitmap every 0.5 s: echo of the newest serial received, base 2, bits .3 4. .
       |  2 again (sent before the echo, not there), 7, 8 ...
 
 Rule 1: each transmission has a serial number. The bitmap echoes the newest one received. A chunk sent clearly before it
@@ -113,7 +113,7 @@ class _Transfer:
 
     def confirm(self, echo: int, base: int, bits: bytes, now_ns: int) -> None:
         """Process a bitmap: confirmed and lost chunks (rule 1)."""
-        self.heard_ns, news = now_ns, self.echo <= echo <= self.serial  # an old bitmap may confirm, but not take back
+        self.heard_ns, news = now_ns, self.echo <= echo <= self.serial  # an old bitmap only confirms
         if news and echo > self.echo:
             sent_ns = next((self.sent_ns[i] for i, s in enumerate(self.serial_of) if s == echo), None)
             self.round_ns = self.round_ns if sent_ns is None else now_ns - sent_ns
@@ -265,7 +265,7 @@ class Receiver:
     def __init__(self, payload_limit: int) -> None:
         self._bitmap_bytes = payload_limit - BITMAP.size
         self._partials: dict[int, _Partial] = {}
-        self._replaced: dict[int, int] = {}  # object id -> when a newer one of its name took its place
+        self._replaced: dict[int, int] = {}  # object id -> when a newer object of its name replaced it
         self.damaged = 0
 
     def receive(self, payload: bytes, now_ns: int) -> Product | None:

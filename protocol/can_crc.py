@@ -3,7 +3,7 @@
 from fastcrc import crc8 as _algorithms
 
 crc8 = _algorithms.sae_j1850  # (data[, checksum of the bytes before it])
-RESIDUE = crc8(bytes(1), 0)  # the checksum of any bytes that end in their own
+RESIDUE = crc8(bytes(1), 0)  # checksum of any bytes that end in their own checksum
 
 
 def sound(data: bytes, start: int) -> bool:

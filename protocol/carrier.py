@@ -22,7 +22,7 @@ ROVER, GROUND = "rover", "ground"  # the sides
 READY = b"ready"
 PROBE_PERIOD_NS = 20_000_000
 QUEUE_SAMPLES = 65_536
-_MESSAGE_BYTES = 4096  # a sample is a datagram; what is longer never becomes a sample
+_MESSAGE_BYTES = 4096  # a sample is a datagram; longer data never becomes a sample
 
 
 def question_key(side: str) -> str:
@@ -57,7 +57,7 @@ def settings(*, connect: str = "", listen: str = "") -> tuple[tuple[str, str], .
     return tuple((key, json.dumps(item)) for key, item in rows)
 
 
-DIRECT = "udp/"  # how the endpoints of carrier B begin
+DIRECT = "udp/"  # prefix of the endpoints of carrier B
 
 
 class Probe:

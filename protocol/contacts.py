@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from itertools import pairwise
 from typing import NamedTuple
 
-MOST = 16  # that the rover is told at once
+MOST = 16  # windows per command to the rover
 
 
 class Windows(NamedTuple):

@@ -146,7 +146,7 @@ class Listeners:
         self._places: dict[int, dict[Address, Place]] = {}  # by key id; the address silent longest first
         self._left: OrderedDict[tuple[int, Address], Place] = OrderedDict()  # former listeners
         self._answers: OrderedDict[tuple[int, int], int] = OrderedDict()  # to key id and nonce
-        self._challenges: dict[int, tuple[int, int]] = {}  # by key id: in which second, how many
+        self._challenges: dict[int, tuple[int, int]] = {}  # by key id: second, and challenges in it
 
     def receive(self, datagram: bytes, sender: Address, now_ns: int) -> tuple[bool, bytes | None]:
         """Process a datagram; return True if it was a word, and the answer to send."""
@@ -158,7 +158,7 @@ class Listeners:
             return True, None
         if said.word is Word.BYE:
             if proven:
-                self._admit(said, sender, now_ns)  # its number counts too
+                self._admit(said, sender, now_ns)  # the nonce of a BYE counts too
                 self._leave(said.key_id, sender)
             return True, None
         if not self._answerable(said, proven, now_ns):
@@ -179,7 +179,7 @@ class Listeners:
         return place.nonce if place is not None and now_ns - place.heard_ns <= 2 * _COOKIE_NS else -1
 
     def _answerable(self, said: Said, proven: bool, now_ns: int) -> bool:
-        """Rule 5."""
+        """Count an answer; return False if rule 5 forbids it."""
         known = (said.key_id, said.nonce)
         count = self._answers.pop(known, 0)
         second, challenges = self._challenges.get(said.key_id, (-1, 0))
@@ -234,7 +234,7 @@ class Copies:
 
     def __init__(self, rate_bps: float) -> None:
         self._rate_Bps = COPY_STREAMS * rate_bps / 8
-        self._level = self._full = max(self._rate_Bps, 4.0 * MAX_DATAGRAM)  # a second of it
+        self._level = self._full = max(self._rate_Bps, 4.0 * MAX_DATAGRAM)  # one second of it
         self._at_ns: int | None = None
         self._turn = 0
 
@@ -306,7 +306,7 @@ class Caller:
             self._answered_ns, self._answered_nonce = now_ns, said.nonce
             self._listening = said.word is Word.LISTENING
             if said.cookie != self._cookie and not self._listening:
-                self._next_ns = now_ns  # at once with this cookie
+                self._next_ns = now_ns  # send the next hello at once, with this cookie
             self._cookie = said.cookie
         return True
 

@@ -1,7 +1,7 @@
 """Cancellation of requests that were issued before a halt and arrive after it.
 
-    a station asks:   goto (7)    stop (8)                request ids rise in the order of asking
-    the rover hears:              stop (8)    goto (7)    -> not done: asked before the stop of request 8
+    a station sends:      goto (7)    stop (8)                request ids rise in the order of issue
+    the rover receives:               stop (8)    goto (7)    -> not executed: issued before the stop of request 8
 
 Rule 1: a request of the station that halted the rover is older than the halt if its request id is lower. This applies
         to requests that let the rover move. The highest halting request id is stored across restarts (`kept`).
@@ -10,7 +10,7 @@ Rule 2: request ids of two stations cannot be compared. A request of another sta
         The estimate is off by at most half a round trip. So, if both stations are equally far from the rover, a request
         issued before the halt was issued is cancelled, and one issued after receiving news of the halt is executed.
 Rule 3: a request of another station is executed if it has no issue time, because the station had not yet received
-        anything from the rover, or if the halt was before a restart: it cannot be told from a newer request.
+        anything from the rover, or if the halt was before a restart: it cannot be distinguished from a newer request.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ class _Halt(NamedTuple):
 
 
 class Halts:
-    """Newest halting request of each station. kept: request ids by station, stored before a restart."""
+    """Newest halting request of each station. kept: halting request ids by station, stored before a restart."""
 
     def __init__(self, kept: Mapping[int, int] = MappingProxyType({})) -> None:
         self._newest = {station: _Halt(request_id, "", -1) for station, request_id in kept.items()}

@@ -16,7 +16,7 @@ KEY_DOWN = "er2/d"
 DOWNLINK_KEY_ID = 0  # the rover's; operator stations have 1 to 255
 EPOCHS = 4  # loaded in new key files
 _KEY_BYTES = 32
-_HELLO = -1  # no epoch: where the hello key lies among those of the epochs
+_HELLO = -1  # not an epoch: index of the hello key among the epoch keys
 
 
 def hkdf(secret: bytes, info: bytes, length: int = _KEY_BYTES) -> bytes:

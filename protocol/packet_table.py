@@ -24,8 +24,8 @@ from protocol.telemetry import BY_NAME, FRAMES, Item
 from protocol.transactions import Code, State
 
 EVENT_APID, REPORT_APID, COMMAND_APID = 180, 181, 200
-NOT_SENT = 255  # state of a report on a packet that was no command, or one that cannot be asked
-NO_PACKET = 0xFFFF  # sequence count in a report on what did not come as a packet
+NOT_SENT = 255  # state of a report on a packet that was not a command, or a command that cannot be issued
+NO_PACKET = 0xFFFF  # sequence count in a report on a request that did not arrive as a packet
 LEFT_OUT = 255
 NUMBERS = 8  # of a report
 _FIRST_APID, _ITEMS_APID = 100, 140

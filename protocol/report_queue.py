@@ -8,8 +8,8 @@ from protocol.link import line_bytes
 from protocol.reports import Report, encode_report
 
 _COPIES, _COPY_NS = 2, 200_000_000
-_MOST_SAID, _HALTS = 256, 0  # of a station, requests; stations count from 1
-_Said = dict[int, list[tuple[int, bytes]]]  # reports that wait: request's key -> (due_ns, payload), in the order made
+_MOST_SAID, _HALTS = 256, 0  # most requests of a station; key of the halting queue, as stations count from 1
+_Said = dict[int, list[tuple[int, bytes]]]  # waiting reports: request's key -> (due_ns, payload), in order of creation
 
 
 def key_of(station: int, request_id: int) -> int:

@@ -47,7 +47,7 @@ class Code(IntEnum):
     VERSION = 7  # by the ground itself: the rover was built from another version
     LEASE = 8  # another station holds it
     RESTARTED = 9  # by the ground itself: the outcome is unknown
-    OVERTAKEN = 10  # CANCELLED: asked before what halted the rover, and arrived after it
+    OVERTAKEN = 10  # CANCELLED: issued before a halt, and arrived after it
 
 
 class Report(NamedTuple):

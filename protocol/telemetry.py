@@ -28,7 +28,7 @@ class Item(NamedTuple):
     id: number on the wire.
     name: name, with the unit.
     unit: SI unit.
-    rate_hz: sampling rate.
+    rate_hz: transmission rate.
     meaning: text for people.
     message, field: MAVLink message and field that carry it; "": ITEMS.
     scale: field value = item value * scale.
@@ -155,4 +155,4 @@ def _field(message: Any, row: Item) -> float:
     base, bracket, index = row.field.partition("[")
     found = getattr(message, base)
     value: float = found[int(index[:-1])] if bracket else found
-    return value if row.scale == 1.0 else value / row.scale  # an integer of 64 bits stays one
+    return value if row.scale == 1.0 else value / row.scale  # keeps a 64-bit integer an integer

@@ -383,7 +383,7 @@ class Executor:
             serial=known.report.serial + 1, state=state, code=int(code), text=text, data=tuple(map(float, data))
         )
         known.report = made
-        self._queue.drop(request_id)  # the newest says it all
+        self._queue.drop(request_id)  # the newest report contains all
         self._say(made, now_ns)
 
     def _say(self, report: Report, now_ns: int) -> None:

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from onboard.config import Motion
 
-GENTLE_RAD, STEEP_RAD = math.radians(10.0), math.radians(20.0)  # from here slower, and slowest
+GENTLE_RAD, STEEP_RAD = math.radians(10.0), math.radians(20.0)  # slopes of first slowing and of lowest speed
 STEEP_RATIO = 0.6  # slip more than doubles between the two angles: the wheels dig less when they turn slowly
 NEAR_M = 0.2  # distance to a blocked pose below which the rover slows down
 TOUCHING_RATIO = 0.6

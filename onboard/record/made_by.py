@@ -13,7 +13,7 @@ from pathlib import Path
 COMMIT = "commit.txt"  # in onboard's folder if the program was installed (tools/install.py)
 WIRES = ("rover.dbc", "eldorado.xml")
 _PACKAGES = ("numpy", "scipy", "filterpy", "small-gicp", "python-can", "pymavlink", "eclipse-zenoh", "mcap")
-_SITE = Path(__file__).parents[2]  # holds protocol and onboard
+_SITE = Path(__file__).parents[2]  # contains protocol and onboard
 _VERSIONS = "versions.json"
 _LIMIT_S = 5.0
 

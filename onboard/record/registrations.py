@@ -18,7 +18,7 @@ import numpy as np
 from onboard.records import F64, JobDone
 
 FAR_M, FAR_RAD = 1e-6, 1e-6
-FAR_RATIO = 1e-4  # of the covariance's sigmas, of the plain numbers
+FAR_RATIO = 1e-4  # of the covariance's sigmas, and of the other numbers
 _HEAD = struct.Struct("<II")
 _NUMBERS = ("inlier_ratio", "apart_m", "moved_m", "moved_rad")
 _WORDS = ("accepted", "converged", "told", "degenerate", "reason")

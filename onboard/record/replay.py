@@ -133,7 +133,7 @@ def config_of(record: Record, overrides: Mapping[str, Any] | None = None) -> Con
 
 
 def origin(record: Record) -> str:
-    """Text that says where the beginning of a record is that does not begin with its run."""
+    """Text for a record that does not begin with its run: the location of the beginning."""
     part: Mapping[str, str] = record.files[0].part
     if "cut_from" in part:
         return f"a slice of {part['cut_from']}, which can be replayed; `cut --replayable` keeps what a replay needs"

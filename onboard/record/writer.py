@@ -7,7 +7,7 @@ for the report; a replay computes them again.
 
 While the disk refuses, data waits in memory. The amount of waiting data determines how much of a tick is recorded:
 
-    nothing waits    all                       half of waiting_bytes    no outputs: a replay computes them
+    nothing waits    all                       half of waiting_bytes    of outputs only LEAN; a replay computes all
     something waits  all but /plan             waiting_bytes            nothing
 """
 
@@ -164,7 +164,7 @@ class Recorder:
 
     def _begin(self, part: Mapping[str, str]) -> None:
         """Begin the next file; each one contains the configuration and program that made it."""
-        from mcap.writer import CompressionType, Writer  # not for a run without a record
+        from mcap.writer import CompressionType, Writer  # not loaded for a run without a record
 
         self._number += 1
         path, config = part_path(self._first, self._number), self._config

@@ -30,8 +30,7 @@ class Place(NamedTuple):
     score: sum of the two terms.
     gain_term: term of the visibility gain.
     distance_term: term of the distance.
-    visibility: visible part of the sector of the heading.
-    new_cells: new cells visible in the sector of the heading.
+    visibility, new_cells: visibility and new cells from there, in the sector of the heading.
     cost_m: remaining cost to the goal.
     """
 

@@ -68,7 +68,7 @@ class ScanProduct(NamedTuple):
 
 
 def encode_scan(product: ScanProduct, step_m: float = STEP_M) -> bytes:
-    """Encode the product; lossy fields are exact within the steps above. Raises ValueError if shapes differ."""
+    """Encode the product; decoded lossy fields are within the steps above. Raises ValueError if shapes differ."""
     lines, beams = product.ranges_m.shape
     samples = len(product.tilt_ns)
     if product.status.shape != (lines, beams) or {len(product.start_ns), len(product.beam_ns)} != {lines}:

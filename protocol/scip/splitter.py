@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 FRAME_LIMIT = 32_768  # the longest reply (NE, 1081 beams with 3 echoes) has 22,000 bytes
 _FEEDS = re.compile(rb"\n*")
-_SCAN = (b"\n99b\n", b"\n00P\n")  # what follows the echo of a scan
+_SCAN = (b"\n99b\n", b"\n00P\n")  # the bytes after the echo of a scan
 
 
 class Splitter:
@@ -66,7 +66,7 @@ class Splitter:
 
     def _after_feeds(self, start: int) -> int:
         """Return the end of the empty frames from `start` on, in one step: a million line feeds cost no loop."""
-        if start == self._used or self._buffer[start] != 0x0A:  # mostly
+        if start == self._used or self._buffer[start] != 0x0A:  # the usual case
             return start
         feeds = _FEEDS.match(self._buffer, start, self._used)
         return feeds.end() if feeds else start
@@ -100,7 +100,7 @@ class Splitter:
         if not size:
             return
         left = self._used - size
-        if not left:  # mostly: the last piece brought the end of a frame
+        if not left:  # the usual case: the last piece ended with the end of a frame
             self._used = 0
             self._marks.clear()
             return

@@ -21,7 +21,7 @@ UTM_30LX = {1: Code.NO_OBJECT, 2: Code.TOO_NEAR, 3: Code.INTERFERENCE, 4: Code.N
 """UTM-30LX, UTM-30LX-EW (SCIP 2.0, table 4)."""
 
 URG_04LX = {
-    0: Code.NO_OBJECT,  # perhaps at 22 m
+    0: Code.NO_OBJECT,  # possibly at 22 m
     **dict.fromkeys(range(1, 6), Code.TOO_WEAK),
     6: Code.OTHER,
     7: Code.INTERFERENCE,  # the beams on both sides have errors
