@@ -32,7 +32,7 @@ def main(
     """Check for flat memory within 2 MB, no more descriptors or threads, no missed tick, over missions and idle time.
 
     In lock-step all of this applies. On the wall clock the rover is idle, and missed ticks are counted and printed
-    only.
+    only. Figures are printed.
 
     Exit codes: 0 all hold, 1 one does not (printed), 69 the daemon did not start on the wall clock.
     """
