@@ -132,7 +132,7 @@ def _errors(found: Estimate, built: Rover) -> tuple[float, ...]:
 
 
 def judge(rows: Sequence[Row]) -> list[str]:
-    """Check each figure against LIMITS, odometry against the true build's, and the whole against BETTER_RATIO."""
+    """Check each figure against LIMITS, odometry against that with the true build, all against BETTER_RATIO."""
     short, flown = [], [row for row in rows if row.outcome == "calibrated"]
     for row in rows:
         if row.outcome != "calibrated":
