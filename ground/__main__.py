@@ -1,10 +1,10 @@
-"""The ground command: parse, call, print; every way it can end has an exit code of sysexits.h.
+"""The command `ground`: parse the line, call the verb, print. Each kind of end has an exit code of sysexits.h.
 
 0 done, 1 the rover reported a failure or a command was cancelled, 64 usage, 66 no station or script file,
 69 no link or no rover, or the link's carrier closed, 73 cannot write a file, 75 not finished in time,
 78 wrong settings or keys, 130 ended by Ctrl-C.
 
-All verbs are named here, in the order of `--help`; what they do is in `verbs`, `shell`, `gateway` and `bridge`.
+All verbs are listed here, in the order of `--help`; their code is in `verbs`, `shell`, `gateway` and `bridge`.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ def _rotate(epoch: int, timeout_s: float, contact_s: float, station: Path | None
 
 
 def shell(contact: Contact = 20.0, station: StationFile = None) -> None:
-    """Type commands one after the other on one open session: history, completion; `help` there says what there is."""
+    """Type commands one after the other in one open session, with history and completion; `help` there lists them."""
     from ground.shell import terminal
 
     settings = load_settings(station)
@@ -82,11 +82,11 @@ app.command("gateway", epilog="Examples: ground gateway | ground gateway --origi
             "Then: mavproxy.py --master=udpout:127.0.0.1:14551, or QGroundControl as it is.")(gateway_command)
 app.command("report", epilog="Example: ground report build/demo")(report_command)
 
-_INTERRUPTED = "interrupted"  # before anything was asked; `operate` says what it leaves behind
+_INTERRUPTED = "interrupted"  # before any request; after one, `operate` reports what the rover goes on with
 
 
 def run(argv: list[str] | None = None) -> int:
-    """The command line; returns the exit code. A user's mistake is one line on stderr, never a traceback."""
+    """Run the command line and return its exit code. An error of the user is one line on stderr, never a traceback."""
     try:
         words = sys.argv[1:] if argv is None else argv
         command = typer.main.get_command(app)
@@ -101,7 +101,7 @@ def run(argv: list[str] | None = None) -> int:
     except (KeyboardInterrupt, typer.Abort):
         code, text = INTERRUPTED, _INTERRUPTED
     except tuple(kind for kind, _ in _CODES) as error:
-        unwritten = getattr(error, "__notes__", [])  # rows of the archive that are lost by it
+        unwritten = getattr(error, "__notes__", [])  # archive rows that are lost by this error
         code, text = next(code for kind, code in _CODES if isinstance(error, kind)), "; ".join([str(error), *unwritten])
         code = error.code if isinstance(error, ArchiveError) else CANNOT_CREATE if unwritten else code
     else:
@@ -113,7 +113,7 @@ def run(argv: list[str] | None = None) -> int:
 
 
 def main() -> None:
-    """Entry point; a termination closes the session as Ctrl-C does."""
+    """Entry point. SIGTERM closes the session as Ctrl-C does."""
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     sys.exit(run())
 

@@ -1,1 +1,1 @@
-"""The flight program of a four-wheel-steered rover."""
+"""Flight program of a four-wheel-steered rover."""

@@ -1,4 +1,4 @@
-"""The command `onboard`: run the flight program, show its configuration, replay a record, bring maps in and out.
+"""The command `onboard`: run the flight program, show its configuration, replay a record, import and export maps.
 
 By click alone: typer loads pydantic to read a command line, a fifth of a start. A command is loaded when it is called
 or listed: a start of `run` loads no other.
@@ -54,7 +54,7 @@ class Commands(click.Group):
         return command
 
     def invoke(self, ctx: click.Context) -> object:
-        """See click.Group."""
+        """Run click.Group.invoke; raise exit code 130 at Ctrl-C."""
         try:
             return super().invoke(ctx)
         except KeyboardInterrupt:
@@ -89,13 +89,13 @@ def run(config: Path | None, settings: tuple[str, ...], print_config: bool) -> N
     """Fly the rover until SIGTERM, Ctrl-C or the bench ends the run.
 
     Exit codes: 0 ended as asked, 65 a damaged orbiter's map, 66 no such file, 69 a port or the state folder cannot be
-    had, 70 a job of ours has failed, 75 ended by `reboot`, to be started anew, 78 something wrong in the configuration.
+    opened, 70 a job has failed, 75 ended by `reboot`, to be started again, 78 something wrong in the configuration.
     """
     tree = read_config(config, settings)
     if print_config:
         print(to_toml(tree), end="")
         return
-    gc.disable()  # until all is loaded: loading makes much and drops little, and a tenth of it would be collecting
+    gc.disable()  # until all is loaded: loading drops little, and collecting would take a tenth of its time
     from onboard.app import NoMapError
     from onboard.app import run as fly  # the drivers are heavy: not for --help and --print-config
     from onboard.drivers.clock import ClockLostError
@@ -118,7 +118,7 @@ def run(config: Path | None, settings: tuple[str, ...], print_config: bool) -> N
 def main() -> None:
     """Entry point."""
     if sys.stderr:
-        faulthandler.enable()  # where a watchdog ends a tick that hangs (SIGABRT), it is told where it hung
+        faulthandler.enable()  # if a watchdog ends a hung tick (SIGABRT), the traceback shows the place
     if to_journal():
         sys.excepthook = say_error
     app(prog_name="onboard")

@@ -1,6 +1,6 @@
-"""The composition root: configuration -> ports -> core -> the loop. The only file on board that knows all parts.
+"""Composition root: configuration -> ports -> core -> the loop. The only file on board that uses all parts.
 
-Over 300 lines: the two kinds of ports differ in what a tick may wait for, and are read best beside the loop.
+Over 300 lines: the two kinds of ports differ in what a tick may wait for, and are best read together with the loop.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ LATER = ("onboard.perception.ekf:ExtendedKalmanFilter", *(job.function for job i
 
 
 class WallPorts:
-    """Ports on the wall clock: a tick takes what is there. Stamps of CAN are the kernel's, of the LIDAR the ear's."""
+    """Ports on the wall clock: a tick takes what has arrived. CAN stamps are the kernel's, LIDAR stamps LidarEar's."""
 
     def __init__(self, can: CanPort, lidar: LidarPort, link: LinkPort, clock: WallClock, probe: Probe) -> None:
         self.can, self.lidar, self.link, self._clock, self._probe = can, lidar, link, clock, probe
@@ -61,11 +61,11 @@ class WallPorts:
         self.watch = Stopwatch()
 
     def forget(self) -> None:
-        """Drops the frames that came while the program opened: seconds of them in the first tick look like babble."""
+        """Drop the frames that came while the program opened: seconds of them in the first tick look like babble."""
         self.can.forget()
 
     def read(self, now: Tick) -> Inputs:
-        """Whatever the ports hold now."""
+        """Return the inputs of this tick: what the ports have now."""
         stamp_ns = self._clock.now_ns()
         return Inputs(
             now.number, now.now_ns,
@@ -76,11 +76,11 @@ class WallPorts:
         )
 
     def look(self) -> None:
-        """Beside the ticks: once a second the computer is looked at."""
+        """Read the load figures of the computer once a second, outside the tick."""
         self._probe.look(self._clock.now_ns())
 
     def write(self, outputs: Outputs) -> None:
-        """Never blocks."""
+        """Send the outputs; never blocks."""
         if outputs.lidar_connect:
             self.lidar.connect()
         if outputs.can_connect:
@@ -91,15 +91,15 @@ class WallPorts:
 
 
 def not_later(frames: Iterable[Frame], now_ns: int) -> tuple[Frame, ...]:
-    """A tick that began late reads frames that came since its time: they are of that time, not of the future.
+    """Limit the stamps to the tick's time: a tick that began late also reads frames that came after its time.
 
-    How late it began is an input of its own (Timing.late_ns), and has faults of its own.
+    The lateness itself is a separate input (Timing.late_ns), with faults of its own.
     """
     return tuple(frame if frame.stamp_ns <= now_ns else frame._replace(stamp_ns=now_ns) for frame in frames)
 
 
 class LockStepPorts:
-    """The same ports where the bench counts: a tick takes exactly what the barrier says has arrived."""
+    """Ports in lock-step: a tick takes exactly the number of pieces that the barrier announces."""
 
     def __init__(self, can: CanPort, lidar: LidarPort, link: LinkPort) -> None:
         self.can, self.lidar, self.link = can, lidar, link
@@ -109,7 +109,7 @@ class LockStepPorts:
             raise OSError(can.status.error)
 
     def read(self, now: Tick) -> Inputs:
-        """Blocks until each channel holds its count."""
+        """Return the inputs of this tick; blocks until each channel has its count."""
         channels = {channel.name: channel for channel in now.channels}
         lidar_state, chunks = self._read_lidar(channels.get("lidar"))
         self._tick, self._left_out = now.number, self._left_out + now.number - self._tick - 1
@@ -122,10 +122,10 @@ class LockStepPorts:
         )
 
     def look(self) -> None:
-        """What this machine does is no part of the run; the bench may say what the rover's computer does."""
+        """Do nothing: this machine's load is not part of the run; the bench may give the rover's figures."""
 
     def _read_can(self, channel: Channel | None) -> tuple[Frame, ...]:
-        """The bench serves an attempt to open before it counts the next tick: here it is decided."""
+        """Read frames. The bench serves an attempt to open before it counts the next tick: its result is final here."""
         state = self.can.wait_open(WAIT_S)
         if _state(channel) is not PortState.OPEN:
             self.can.close()
@@ -136,7 +136,7 @@ class LockStepPorts:
         return tuple(self.can.read_upto(channel.count, channel.stamps_us, WAIT_S))
 
     def _can_status(self, channel: Channel | None) -> BusStatus:
-        """While the bench says closed, without the words of an attempt: they name a port that no other run has."""
+        """While the bench reports closed, without an attempt's error text: it names a port that other runs lack."""
         status = self.can.status
         return status if _state(channel) is PortState.OPEN else status._replace(error=BUS_CLOSED)
 
@@ -160,29 +160,29 @@ class LockStepPorts:
         return state, tuple(chunks)
 
     def write(self, outputs: Outputs) -> None:
-        """Everything is on its way before the barrier hears of it."""
+        """Send the outputs; all of them are sent before the barrier gets the counts."""
         if outputs.lidar_connect:
             self.lidar.connect()
             self.lidar.wait_open(WAIT_S)
         if outputs.can_connect:
             self.can.connect()
-            if not self.can.served:  # the bench may send as soon as it knows
+            if not self.can.served:  # the bench may send as soon as the tick is done
                 self.can.wait_open(WAIT_S)
         self.can.write(outputs.can_frames)
         self.lidar.write(outputs.lidar_bytes)
         self.link.write(outputs.link_payloads)
 
     def sent(self) -> dict[str, int]:
-        """Cumulative pieces per channel, for the barrier."""
+        """Cumulative number of pieces sent per channel, for the barrier."""
         return {"can": self.can.sent, "lidar": self.lidar.sent, "link": self.link.sent}
 
 
 def run(config: Config, announce: Announce) -> int:
-    """The flight program: returns the exit code when the bench ends the run or a signal asks to stop.
+    """Run the flight program; return the exit code when the bench ends the run or a signal requests a stop.
 
-    announce: told in one line that all ports are open and the ticks begin, and what of a kept map cannot be used.
-    Raises NoMapError, and JobError where a job has failed: the rover stands and the record is closed by then; OSError
-    where a port or the state folder cannot be had.
+    announce: gets one line when all ports are open and the ticks begin, and one for each unusable part of a saved map.
+    Raises NoMapError; JobError if a job has failed: by then the rover stands and the record is closed; OSError if a
+    port or the state folder cannot be opened.
     """
     with FolderLock(config.state.folder) as lock:
         if lock.trouble:
@@ -191,7 +191,7 @@ def run(config: Config, announce: Announce) -> int:
 
 
 def _fly(config: Config, announce: Announce) -> int:
-    """`run`, with the state folder its own."""
+    """Run the flight program, with the state folder locked."""
     return_large()
     config = _counted(config, announce)
     gdem = load_gdem(config.mission.gdem, config.mission.gdem_needed, announce)
@@ -203,7 +203,7 @@ def _fly(config: Config, announce: Announce) -> int:
         lockstep = config.clock.mode == "lockstep"
         clock = LockStepClock(config.clock.barrier) if lockstep else WallClock()
         stack.callback(clock.close)
-        can = CanPort(config.can.uri, filtered=not lockstep)  # the lock-step counts every frame
+        can = CanPort(config.can.uri, filtered=not lockstep)  # lock-step counts every frame
         stack.callback(can.close)
         lidar = open_port(config.lidar.address)
         stack.callback(lidar.close)
@@ -229,13 +229,13 @@ def _fly(config: Config, announce: Announce) -> int:
             folders = str(Path(config.record.path).parent) if config.record.path else "", config.mapping.folder
             ports = WallPorts(can, lidar, link, clock, Probe(folders_written((*folders, config.state.folder))))
             clock.idle = ports.ear.listen
-            workers.preload(LATER).result()  # beside the ticks it would make them late
+            workers.preload(LATER).result()  # loading during the ticks would make them late
         rover = Rover(config, gdem, memory, state)
         books = Books(rover, lidar, recorder, keeper, announce, journal=to_journal())
         spare = Spare(config, rover, clock, recorder, announce)
         stack.callback(spare.close)
 
-        gc.freeze()  # what start-up made stays: collecting it anew would cost ticks of 30 ms
+        gc.freeze()  # start-up objects stay: collecting them again would cost ticks of 30 ms
         gc.enable()
         alarm = spare.go(workers, announce)
         if isinstance(ports, WallPorts):
@@ -253,11 +253,11 @@ def loop(
     rover: Rover, ports: LockStepPorts | WallPorts, clock: LockStepClock | WallClock,
     work: tuple[Workers, StateFolder], beside: tuple[Books, Spare],
 ) -> bool:
-    """Tick after tick until the clock says that the run is over; then the wheels stand and the LIDAR is quiet.
+    """Run ticks until the clock ends the run; then stop the wheels and the LIDAR.
 
-    So do they where a job or the core has failed. Returns whether the operator ended it, to have it started anew.
-    work: what runs beside the tick; its results are inputs. beside: what keeps each tick's inputs and outputs when they
-    have gone out, and what uses the time left.
+    They stop too if a job or the core has failed. Returns whether the operator ended the run for a restart.
+    work: workers outside the tick, whose results are inputs. beside: the store of each tick's inputs and outputs, and
+    the user of the time left after a tick.
     """
     try:
         return _ticks(rover, ports, clock, work, beside)
@@ -270,10 +270,10 @@ def _ticks(
     rover: Rover, ports: LockStepPorts | WallPorts, clock: LockStepClock | WallClock,
     work: tuple[Workers, StateFolder], beside: tuple[Books, Spare],
 ) -> bool:
-    """The ticks of `loop`.
+    """Run the ticks of `loop`.
 
-    In lock-step the modules in LATER load beside the ticks from the first one on: bench time stands where a tick must
-    wait for one, so that the load moves no result. On the wall clock they are there already.
+    In lock-step the modules in LATER load during the ticks from the first one on: bench time stops while a tick waits
+    for one, so the loading changes no result. On the wall clock they are loaded already.
     """
     (workers, folder), (books, spare) = work, beside
     watch = ports.watch
@@ -303,17 +303,17 @@ def _ticks(
 
 
 def _farewell(rover: Rover, ports: LockStepPorts | WallPorts, clock: LockStepClock | WallClock) -> None:
-    """The wheels stand, the laser is off."""
+    """Stop the wheels and switch the laser off."""
     ports.write(farewell(rover, clock.now_ns()))
     for now in clock.overtime(DARK_TICKS) if isinstance(clock, WallClock) else ():
-        asked = darken(rover, ports.read(now))  # a USB sensor streams on when its client has gone
+        asked = darken(rover, ports.read(now))  # a USB sensor goes on streaming without its client
         if asked is None:
             break
         ports.write(asked)
 
 
 def _counted(config: Config, announce: Announce) -> Config:
-    """The configuration with the number of this start: one more than the last one's, where there is a folder."""
+    """Configuration with the number of this start: one more than the last one's, if there is a folder."""
     number, trouble = count_boot(config.state.folder, config.link.boot_count)
     if trouble:
         announce(trouble, Level.ERROR)
@@ -321,7 +321,7 @@ def _counted(config: Config, announce: Announce) -> Config:
 
 
 class NoMapError(RuntimeError):
-    """The orbiter's map that the configuration needs is not there, or damaged; the text is one line for people."""
+    """The orbiter's map that the configuration needs is missing or damaged; the text is one line for people."""
 
     def __init__(self, text: str, damaged: bool) -> None:
         super().__init__(text)
@@ -329,9 +329,9 @@ class NoMapError(RuntimeError):
 
 
 def load_gdem(path: str, needed: bool = True, announce: Announce | None = None) -> Gdem | None:
-    """The orbiter's map named in the configuration; None where none is named, or it is no good and not needed.
+    """Load the orbiter's map named in the configuration; None if none is named, or it is unusable and not needed.
 
-    announce: told in one line that it flies without. Raises NoMapError.
+    announce: gets one line if the rover flies without it. Raises NoMapError.
     """
     if not path:
         return None
@@ -348,7 +348,7 @@ def load_gdem(path: str, needed: bool = True, announce: Announce | None = None) 
 
 
 def load_tiles(config: Config) -> Kept:
-    """The tiles in mapping.folder; none where none is named or it is not there yet."""
+    """Load the tiles in mapping.folder; none if no folder is named or it does not exist. Raises ConfigError."""
     folder = config.mapping.folder
     try:
         return load(Path(folder), config.mapping.cell_m) if folder else Kept()
@@ -359,7 +359,7 @@ def load_tiles(config: Config) -> Kept:
 
 
 def load_state(config: Config) -> dict[str, bytes]:
-    """What was kept in state.folder."""
+    """Load the saved state in state.folder. Raises ConfigError."""
     try:
         return read_kept(config.state.folder)
     except OSError as error:
@@ -367,10 +367,10 @@ def load_state(config: Config) -> dict[str, bytes]:
 
 
 def recall_map(config: Config, kept: Kept) -> StopMap | None:
-    """The map of kept tiles; None without any."""
+    """Build the map from saved tiles; None if there are none. Raises ConfigError."""
     if not kept.files:
         return None
-    from onboard.perception.stop_map import recall  # with the registration it is heavy, and most starts have no map
+    from onboard.perception.stop_map import recall  # heavy because of the registration; most starts have no map
 
     try:
         return recall(kept.tiles)

@@ -1,6 +1,6 @@
-"""What the shell does beside the ticks: keeps record and map, tells of ports, answers `onboard status`, collects.
+"""Work of the shell outside the core's tick: record, map, port messages, `onboard status`, garbage collection.
 
-`keep` belongs to the tick (the rate group `record`); `spare` uses what is left of its time.
+`Books.keep` belongs to the tick (the rate group `record`); `Spare` uses the time left after it.
 """
 
 from __future__ import annotations
@@ -25,12 +25,18 @@ from onboard.records import Inputs, Outputs
 from onboard.status.report import Shell, report
 
 Clock = LockStepClock | WallClock
-TRIM_NS = 10_000_000_000  # between two times that memory is given back, while no mission runs
+TRIM_NS = 10_000_000_000  # period of returning memory, while no mission runs
 
 
 @dataclass(slots=True)
 class Books:
-    """What is kept of a tick, and told of a port when it changes. journal: it hears every event of the core as well."""
+    """Writer of each tick's record and map, and reporter of changed port errors.
+
+    rover, lidar, recorder, keeper: sources and stores.
+    announce: gets a line for each change of a port.
+    journal: the core's events are announced too.
+    told: port -> last announced error text.
+    """
 
     rover: Rover
     lidar: LidarPort
@@ -41,7 +47,7 @@ class Books:
     told: dict[str, str] = field(default_factory=lambda: {"lidar": "", "can": "", "record": ""})
 
     def keep(self, inputs: Inputs, outputs: Outputs) -> None:
-        """One tick, when its outputs have gone out."""
+        """Store one tick, after its outputs are sent."""
         told, lidar = self.told, self.lidar.error or self.rover.lidar.complaint
         for port, word in (("lidar", lidar), ("can", inputs.can.error), ("record", inputs.record.error)):
             if word != told[port]:
@@ -54,9 +60,9 @@ class Books:
 
 
 class Spare:
-    """The use of spare time: `onboard status`, the collector, the service's manager, and memory given back.
+    """User of spare time: `onboard status`, garbage collector, service manager, return of memory.
 
-    It asks for real time, too.
+    It also requests the real-time options.
     """
 
     def __init__(self, config: Config, rover: Rover, clock: Clock, recorder: Recorder, announce: Announce) -> None:
@@ -64,10 +70,10 @@ class Spare:
         self._service = Service(os.environ)
         self._status = _status_port(config, announce)
         self._realtime: RealTime | None = None
-        self._trim_ns = TRIM_NS  # not as it starts: its modules are loading
+        self._trim_ns = TRIM_NS  # not at the start: its modules are loading
 
     def go(self, workers: Workers, announce: Announce) -> int:
-        """Ask for what [realtime] names, in the thread that ticks, and tell; the alarm's descriptor, -1 without one."""
+        """Request the options in [realtime], in the thread of the ticks; return the alarm's descriptor, -1 if none."""
         if isinstance(self._clock, LockStepClock):
             return -1
         self._realtime = RealTime(self._config.realtime, workers.thread_id())
@@ -77,7 +83,7 @@ class Spare:
         return self._realtime.alarm.fileno() if self._realtime.alarm else -1
 
     def use(self) -> None:
-        """After a tick, when all of it is done; never waits."""
+        """Use the time after a tick; never wait."""
         self._service.beat(self._clock.now_ns(), self._status_line)
         if self._status:
             self._status.serve(self._report, self._clock.now_ns())
@@ -92,15 +98,15 @@ class Spare:
 
     @property
     def grants(self) -> tuple[Grant, ...]:
-        """What of the real-time options holds."""
+        """Results of the real-time requests."""
         return self._realtime.grants if self._realtime else ()
 
     def stopping(self) -> None:
-        """The ticks have ended."""
+        """Report to the service manager that the ticks have ended."""
         self._service.tell("STOPPING=1", "STATUS=the rover stands, the record is being closed")
 
     def close(self) -> None:
-        """Give back what was granted; the socket goes."""
+        """Undo the real-time options and close the socket."""
         self._service.close()
         if self._status:
             self._status.close()
@@ -127,7 +133,7 @@ class Spare:
 
 
 def _status_port(config: Config, announce: Announce) -> StatusPort | None:
-    """None where nobody is to be answered, or it cannot be: the rover flies all the same, and says so."""
+    """Open the status socket; None if it is off or cannot be opened: the rover flies all the same and reports it."""
     path = place_of(config.status.socket, config.clock.mode == "lockstep")
     try:
         return StatusPort(path) if path else None

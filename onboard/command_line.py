@@ -1,4 +1,4 @@
-"""What the commands share: exit codes of sysexits.h, one helpful line on standard error, the configuration file."""
+"""Common parts of the commands: exit codes of sysexits.h, error line on standard error, configuration file."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ EX_INTERRUPTED = 130
 
 
 def fail(code: int, text: str) -> Exit:
-    """One helpful line on standard error, and the exit code to raise."""
+    """Print one helpful line on standard error and return the exit to raise."""
     say(text, Level.ERROR)
     return Exit(code)
 
 
 def agreed(question: str) -> bool:
-    """Whether the operator says yes; Ctrl-C is a no."""
+    """Return whether the operator answers yes; Ctrl-C means no."""
     previous = signal.signal(signal.SIGINT, signal.default_int_handler)
     try:
         return click.confirm(question, err=True)
@@ -35,7 +35,7 @@ def agreed(question: str) -> bool:
 
 
 def read_config(path: Path | None, settings: Iterable[str]) -> Config:
-    """The configuration, or exit 66 (no such file) or 78 (something wrong in it)."""
+    """Return the configuration, or exit 66 (no such file) or 78 (something wrong in it)."""
     try:
         return load(path, dict(parse_override(text) for text in settings))
     except FileNotFoundError:

@@ -1,8 +1,8 @@
-"""The configuration: one frozen tree with units and ranges, read from TOML, handed down in parts.
+"""Configuration: one frozen tree with units and ranges, read from TOML, handed down in parts.
 
 Each value is declared once, by `config_value.value`: default, range, unit, meaning. An unknown key, a wrong type or a
-value out of range is a ConfigError that names file, key and value, what is allowed and what was probably meant.
-`rover.toml` beside this file is `onboard run --print-config`.
+value out of range is a ConfigError that names file, key and value, the allowed values and the probable intention.
+`rover.toml` in this folder is the output of `onboard run --print-config`.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ class Rover:
 
 @dataclass(frozen=True, slots=True)
 class Can:
-    """The bus between computer and hardware."""
+    """CAN bus between computer and hardware."""
 
     uri: str = value("socketcan:can0", "socketcan:IF, socketcand:HOST:PORT/BUS or virtual:NAME")
     stale_ns: int = value(30_000_000, "wheel feedback older than this stops the rover", low=1e7, high=1e9)
@@ -64,7 +64,7 @@ class Can:
 
 @dataclass(frozen=True, slots=True)
 class Lidar:
-    """The scanner's port and model."""
+    """Port and model of the scanner."""
 
     address: str = value("tcp:192.168.0.10:10940", "tcp:HOST:PORT, tty:PATH or, of a serial line, tty:PATH@BITRATE")
     model: str = value("UTM-30LX", "what the sensor's name must hold; empty: any")
@@ -91,7 +91,7 @@ class Lidar:
 
 @dataclass(frozen=True, slots=True)
 class Link:
-    """The space link: endpoint, keys, rate."""
+    """Space link: endpoint, keys, rate."""
 
     endpoint: str = value("tcp/127.0.0.1:7447", "zenoh locator of the link's rover side; udp/HOST:PORT: listen there")
     remote_node: bool = value(False, "take a tcp/ endpoint on another computer: only on a closed bench network")
@@ -106,7 +106,7 @@ class Link:
 
 @dataclass(frozen=True, slots=True)
 class Clock:
-    """Who owns time."""
+    """Source of time."""
 
     mode: str = value("wall", "wall, or lockstep: the bench owns time", one_of=("wall", "lockstep"))
     barrier: str = value("", "tcp:HOST:PORT of the bench's barrier (lockstep only)")
@@ -114,7 +114,7 @@ class Clock:
 
 @dataclass(frozen=True, slots=True)
 class Scanning:
-    """The sweep of a stop (`10-navigation`, section 3). Angles in the body frame, positive down."""
+    """Sweep of a stop (`10-navigation`, section 3). Angles in the body frame, positive down."""
 
     start_rad: float = value(60 * RAD, "first tilt", low=-1.6, high=1.6)
     end_rad: float = value(-20 * RAD, "last tilt", low=-1.6, high=1.6)
@@ -127,9 +127,9 @@ class Scanning:
 
 @dataclass(frozen=True, slots=True)
 class LostBeams:
-    """The answer to beams that should meet ground within 4 m and return nothing (docs, lost-beams).
+    """Response to beams that should hit ground within 4 m and return nothing (docs, lost-beams).
 
-    A UTM-30LX loses about 1 % over ground it likes (grey soil, steep light); half of the beams lost was the old limit.
+    A UTM-30LX loses about 1 % over favourable ground (grey soil, steep light); the old limit was half of the beams.
     """
 
     slow_ratio: float = value(0.07, "share lost from which a sweep is made at half the rate", low=0.005, high=1)
@@ -145,7 +145,7 @@ class LostBeams:
 
 @dataclass(frozen=True, slots=True)
 class Mapping_:
-    """The LDEM and what is read from it."""
+    """The LDEM and its evaluation."""
 
     cell_m: float = value(0.1, "cell of the LDEM", low=0.02, high=1, takes=RESTART)
     size_m: float = value(20.0, "side of the LDEM, centred on the rover at each stop", low=4, high=100)
@@ -181,7 +181,7 @@ class Planning:
 
 @dataclass(frozen=True, slots=True)
 class Mission:
-    """The mission rule."""
+    """Mission rule."""
 
     strategy: str = value("optimistic", "row of planning.strategies.STRATEGIES: how the next stop is chosen",
                           one_of=("optimistic", "explore", "visibility", "hill-climb"))
@@ -203,7 +203,7 @@ class Mission:
 
 @dataclass(frozen=True, slots=True)
 class DriveGuard:
-    """The scanner held still while driving watches the wheels' tracks."""
+    """Drive guard: the scanner, held at one angle while driving, watches the wheels' tracks."""
 
     on: bool = value(False, "whether it rides along")
     tilt_rad: float = value(40 * RAD, "held while driving, positive down", low=0.3, high=1.1)
@@ -213,7 +213,7 @@ class DriveGuard:
 
 @dataclass(frozen=True, slots=True)
 class Motion:
-    """Following a path."""
+    """Path following."""
 
     cruise_mps: float = value(0.11, "speed on a path", low=0.005, high=2)
     look_ahead_m: float = value(0.35, "distance of the carrot", low=0.05, high=5)
@@ -230,7 +230,7 @@ class Motion:
 
 @dataclass(frozen=True, slots=True)
 class Localisation:
-    """The filter and its gate."""
+    """Localisation filter and its gate."""
 
     start_x_m: float = value(0.0, "where the rover stands at the start, in the map frame", low=-1e5, high=1e5)
     start_y_m: float = value(0.0, "likewise", low=-1e5, high=1e5)
@@ -253,7 +253,7 @@ class Localisation:
 
 @dataclass(frozen=True, slots=True)
 class Safety:
-    """Monitors of this rover; detection times are in protocol.faults."""
+    """Limits of the monitors of this rover; detection times are in protocol.faults."""
 
     command_lost_ns: int = value(300_000_000_000, "no authenticated contact: finish the leg, then STANDBY",
                                  low=1e9, high=1e14)
@@ -270,7 +270,7 @@ class Safety:
 
 @dataclass(frozen=True, slots=True)
 class Computer:
-    """Limits of the rover's own computer; past one of them it says so (COMPUTER_STRAINED)."""
+    """Limits of the rover's own computer; over one of them it reports COMPUTER_STRAINED."""
 
     cpu_ratio: float = value(0.98, "share of all cores at work", low=0.1, high=2)
     rss_bytes: float = value(1e9, "resident memory of the flight program", low=1e7, high=1e12)
@@ -280,7 +280,7 @@ class Computer:
 
 @dataclass(frozen=True, slots=True)
 class Jobs:
-    """Budgets of the long work, in ticks of 10 ms."""
+    """Budgets of the jobs, in ticks of 10 ms."""
 
     map_ticks: int = value(100, "registration and map", low=1, high=100_000)
     plan_ticks: int = value(200, "sets, fields, decision, path", low=1, high=100_000)
@@ -289,7 +289,7 @@ class Jobs:
 
 @dataclass(frozen=True, slots=True)
 class Record:
-    """The record of the run."""
+    """Record of the run."""
 
     path: str = value("", "MCAP file, or with / at its end a folder with one for each run; empty: no record")
     part_bytes: int = value(64 << 20, "a longer record goes on in another file", low=1 << 16, high=1e12)
@@ -300,14 +300,14 @@ class Record:
 
 @dataclass(frozen=True, slots=True)
 class State:
-    """What outlives a run, the map apart."""
+    """Saved state, without the map."""
 
     folder: str = value("", "where changed parameters and fences are kept; empty: they end with the run")
 
 
 @dataclass(frozen=True, slots=True)
 class Realtime:
-    """What is asked of the operating system for the tick, on the wall clock; the start says what was granted."""
+    """Real-time requests to the operating system, on the wall clock; the start reports what was granted."""
 
     fifo_priority: int = value(0, "SCHED_FIFO with this priority for the tick, 0: not", low=0, high=90)
     lock_memory: bool = value(False, "nothing of the program is ever swapped out (mlockall)")
@@ -318,14 +318,14 @@ class Realtime:
 
 @dataclass(frozen=True, slots=True)
 class Status:
-    """What `onboard status` asks."""
+    """Socket of `onboard status`."""
 
     socket: str = value("auto", "unix socket; auto: the usual place, and none in lock-step; off: none")
 
 
 @dataclass(frozen=True, slots=True)
 class Config:
-    """The whole tree."""
+    """Whole configuration tree."""
 
     rover: Rover = section(Rover)
     can: Can = section(Can)
@@ -352,10 +352,10 @@ class Config:
 def load(
     path: Path | None = None, overrides: Mapping[str, Any] | None = None, source: str = "command line"
 ) -> Config:
-    """The defaults, changed by a TOML file, changed by dotted overrides ({"can.uri": "virtual:a"}).
+    """Load the defaults, changed by a TOML file, then by dotted overrides ({"can.uri": "virtual:a"}).
 
-    source: where the overrides stand, for complaints where there is no file. Raises FileNotFoundError for a missing
-    file, ConfigError for everything wrong in it.
+    source: origin of the overrides, for error texts without a file. Raises FileNotFoundError for a missing file,
+    ConfigError for any error in it.
     """
     tree: dict[str, Any] = {}
     if path is not None:
@@ -373,7 +373,7 @@ def load(
 
 
 def parse_override(text: str) -> tuple[str, Any]:
-    """`can.uri=virtual:a` as (key, value); the value is TOML where it parses as such, else text."""
+    """Parse `can.uri=virtual:a` to (key, value); the value is TOML if it parses as such, else text."""
     key, sign, raw = text.partition("=")
     if not sign:
         raise ConfigError(f"command line: `{text}` should be section.key=value")

@@ -1,4 +1,4 @@
-"""The configuration as text: what `onboard run --print-config` prints, the record keeps and `param list` sends."""
+"""Configuration as text: for `onboard run --print-config`, the record and `param list`."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any
 
 
 def to_toml(config: Any) -> str:
-    """The tree as TOML with the meaning and range of each value as comments; `load` reads it back unchanged."""
+    """Write the tree as TOML with meaning and range of each value as comments; `load` reads it back unchanged."""
     lines: list[str] = []
     for section in dataclasses.fields(config):
         lines += ["", f"[{section.name}]"]
@@ -19,13 +19,13 @@ def to_toml(config: Any) -> str:
 
 
 def allowed(metadata: Any) -> str:
-    """` (low to high)` or ` (one | other)` of a field's metadata; '' where it may be anything."""
+    """` (low to high)` or ` (one | other)` of a field's metadata; '' without limits."""
     low, high, one_of = (metadata[k] for k in ("low", "high", "one_of"))
     return f" ({' | '.join(one_of)})" if one_of else f" ({low:g} to {high:g})" if low is not None else ""
 
 
 def word(item: Any) -> str:
-    """A value as TOML has it."""
+    """A value as a TOML word."""
     if isinstance(item, bool):
         return "true" if item else "false"
     if isinstance(item, str):

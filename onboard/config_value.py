@@ -1,4 +1,4 @@
-"""How a value of the configuration is declared, checked against a parsed table, and written as TOML.
+"""Declaration of configuration values, and their check against a parsed table.
 
 A tree is frozen dataclasses whose leaves are fields made by `value(...)` and whose branches are such dataclasses.
 """
@@ -14,14 +14,14 @@ from typing import Any, TypeVar, get_type_hints
 from onboard.toml_text import LARGEST, shown
 
 T = TypeVar("T")
-_LONGEST = 100  # of a name or word that something like it is looked for
+_LONGEST = 100  # characters of a name or word for which a similar one is searched
 
 
-_HEAD, _TAIL = 1200, 600  # characters of an error that quotes more than anybody reads
+_HEAD, _TAIL = 1200, 600  # characters of a long error text that are shown
 
 
 class ConfigError(ValueError):
-    """The start is refused; the text is one helpful line, its middle left out where it is very long."""
+    """The start is refused; the text is one helpful line; a very long one is cut in the middle."""
 
     def __init__(self, text: str) -> None:
         super().__init__(text if len(text) <= _HEAD + _TAIL else f"{text[:_HEAD]} … {text[-_TAIL:]}")
@@ -34,21 +34,21 @@ def value(
     default: Any, meaning: str, *, low: float | None = None, high: float | None = None, one_of: tuple[str, ...] = (),
     takes: str = "",
 ) -> Any:
-    """A field of the configuration with its default, meaning and range (the unit is in the field's name).
+    """Declare a field of the configuration with its default, meaning and range (its name ends with the unit).
 
-    takes: when a change of it in flight takes effect, where that is not as its section says.
+    takes: time at which a change in flight takes effect, if it differs from the section's.
     """
     metadata = {"meaning": meaning, "low": low, "high": high, "one_of": one_of, "takes": takes}
     return field(default=default, metadata=metadata)
 
 
 def section(kind: type[Any], takes: str = RESTART) -> Any:
-    """A part of the configuration. takes: when a change of its values takes effect; RESTART: it has none in flight."""
+    """Declare a part of the configuration. takes: when changes of its values take effect; RESTART: not in flight."""
     return field(default_factory=kind, metadata={"takes": takes})
 
 
 def from_tree(kind: type[T], tree: Mapping[str, Any], where: str, prefix: str = "") -> T:
-    """A frozen dataclass declared with `value(...)` from a parsed TOML table."""
+    """Build a frozen dataclass declared with `value(...)` from a parsed TOML table. Raises ConfigError."""
     hints, known = get_type_hints(kind), {f.name: f for f in dataclasses.fields(kind)}  # type: ignore[arg-type]
     made: dict[str, Any] = {}
     for key, item in tree.items():

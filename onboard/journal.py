@@ -1,8 +1,8 @@
-"""What the daemon says on standard error: lines for people, or with the levels of the journal where it listens.
+"""Messages of the daemon on standard error: lines for people, or lines with levels if the journal reads them.
 
-systemd sets JOURNAL_STREAM to device and inode of the stream that it gave to a service. Where that is our standard
-error, each line begins with `<3>` and the like, which the journal takes as its level (sd-daemon(3)); the name of the
-program is the journal's to say.
+systemd sets JOURNAL_STREAM to device and inode of the stream that it gave to a service. If that is our standard error,
+each line begins with `<3>` or similar, which the journal takes as its level (sd-daemon(3)); the journal adds the name
+of the program itself.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from typing import Protocol
 
 
 class Level(IntEnum):
-    """Levels of syslog(3) that are used, and the severities of events."""
+    """Levels of syslog(3) in use; they are also the severities of events."""
 
     CRITICAL = 2
     ERROR = 3
@@ -28,31 +28,31 @@ class Level(IntEnum):
 
 
 class Announce(Protocol):
-    """Whoever is told lines for the operator of the machine."""
+    """Interface of a function that takes lines for the operator of the machine."""
 
     def __call__(self, text: str, level: Level = Level.INFO) -> None:
-        """One message."""
+        """Report one message."""
 
 
 def to_journal() -> bool:
-    """Whether the journal reads what goes to standard error."""
+    """Return whether the journal reads standard error."""
     wanted = os.environ.get("JOURNAL_STREAM", "")
     try:
         at = os.fstat(sys.stderr.fileno())
-    except (OSError, ValueError, AttributeError):  # closed, or none of the system's
+    except (OSError, ValueError, AttributeError):  # closed, or not a stream of the system
         return False
     return wanted == f"{at.st_dev}:{at.st_ino}"
 
 
 def say(text: str, level: Level = Level.INFO) -> None:
-    """A message to standard error, each line with its level where the journal reads it. Nobody there: it is lost."""
+    """Write a message to standard error, each line with its level if the journal reads it. A dead reader is ignored."""
     head = f"<{level:d}>" if to_journal() else "onboard: "
     lines = text.splitlines() if to_journal() else [text]
-    with suppress(OSError):  # whoever read it has gone; the rover drives on
+    with suppress(OSError):  # the reader has gone; the rover drives on
         sys.stderr.write("".join(f"{head}{line}\n" for line in lines))
         sys.stderr.flush()
 
 
 def say_error(kind: type[BaseException], error: BaseException, at: TracebackType | None) -> None:
-    """For sys.excepthook: an error of our own with its way through the program."""
+    """Report an uncaught error with its traceback; for sys.excepthook."""
     say("".join(traceback.format_exception(kind, error, at)).rstrip(), Level.ERROR)

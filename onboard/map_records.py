@@ -1,4 +1,4 @@
-"""What is known of the ground: clouds, grids, the local map and its classes, the orbiter's map."""
+"""Records of the ground: clouds, grids, the local map and its classes, the orbiter's map."""
 
 from __future__ import annotations
 
@@ -19,8 +19,10 @@ Bool = NDArray[np.bool_]
 class Cloud:
     """Beams of one stop in the map frame.
 
-    origin_m: (3,) the scanner's centre, one for all beams (the rover stands). ends_m: (n, 3) float32, the hit, or for a
-    beam without a hit within the mapping range the point at that range. hit: (n,) bool. sigma_range_m: 1 sigma noise.
+    origin_m: (3,) the scanner's centre, one for all beams (the rover stands).
+    ends_m: (n, 3) float32, the hit; for a beam without a hit within the mapping range the point at that range.
+    hit: (n,) bool.
+    sigma_range_m: noise of a range, 1 sigma.
     """
 
     origin_m: F64
@@ -31,9 +33,13 @@ class Cloud:
 
 @dataclass(frozen=True, slots=True)
 class Entry:
-    """A cloud in base_link axes, the pose at which it enters the map, and the number of its stop.
+    """Entry of the map: a cloud with its pose and stop.
 
-    dark_base_m: (k, 3) float32 points of ground that the same sweep did not see, likewise (`perception.dark_regions`).
+    cloud_base: in base_link axes.
+    pose: at which the cloud enters the map.
+    stop: number of the stop.
+    dark_base_m: (k, 3) float32, points of ground that the same sweep did not see, in base_link axes
+        (`perception.dark_regions`).
     """
 
     cloud_base: Cloud
@@ -44,9 +50,10 @@ class Entry:
 
 @dataclass(frozen=True, slots=True)
 class Grid:
-    """Where a grid lies. Arrays on it are (rows, columns) = z[j, i], row j along +y, column i along +x.
+    """Placement of a grid. Arrays on it are (rows, columns) = z[j, i], row j along +y, column i along +x.
 
     x0_m, y0_m: centre of cell (0, 0); they lie on (k + 1/2) * cell_m, so moving a grid never resamples.
+    cell_m: side of a cell.
     """
 
     x0_m: float
@@ -56,11 +63,11 @@ class Grid:
     columns: int
 
     def cell(self, x_m: float, y_m: float) -> tuple[int, int]:
-        """(j, i) of the cell that holds the point; may lie outside the grid."""
+        """(j, i) of the cell that contains the point; may be outside the grid."""
         return round((y_m - self.y0_m) / self.cell_m), round((x_m - self.x0_m) / self.cell_m)
 
     def contains(self, j: int, i: int) -> bool:
-        """Whether the cell is on the grid."""
+        """Return whether the cell is on the grid."""
         return 0 <= j < self.rows and 0 <= i < self.columns
 
     def centre(self, j: int, i: int) -> tuple[float, float]:
@@ -70,12 +77,16 @@ class Grid:
 
 @dataclass(frozen=True, slots=True)
 class Ldem:
-    """The local digital elevation map: statistics of each cell, all (rows, columns); `10-navigation` section 3.
+    """Local digital elevation map: statistics of each cell, all (rows, columns); `10-navigation` section 3.
 
-    n: int32 hits. sum_z, sum_z2: float64 of heights (m, m2). z_hi, z_lo: float32 highest and lowest hit, NaN without.
-    sum_sigma: float32, sum of sigma_z of the hits. z_ray: float32, lowest height at which a beam crossed the cell
-    without hitting in it, +inf where none did. view_m: float32 distance of the nearest view, inf where none.
-    stop: int16 of the nearest view, -1 where none. assumed_z: float32, plane under the start, NaN where not assumed.
+    n: int32, hits.
+    sum_z, sum_z2: float64, sums of the heights (m) and their squares (m2).
+    z_hi, z_lo: float32, highest and lowest hit, NaN without one.
+    sum_sigma: float32, sum of sigma_z of the hits.
+    z_ray: float32, lowest height at which a beam crossed the cell without a hit in it, +inf without one.
+    view_m: float32, distance of the nearest view, inf without one.
+    stop: int16, stop of the nearest view, -1 without one.
+    assumed_z: float32, plane under the start, NaN where not assumed.
     """
 
     grid: Grid
@@ -93,9 +104,10 @@ class Ldem:
 
 @dataclass(frozen=True, slots=True)
 class Surface:
-    """What the planner knows of the ground, all (rows, columns); made from an Ldem by perception.cell_classes.
+    """Ground as the planner uses it, all (rows, columns); made from an Ldem by perception.cell_classes.
 
-    cell_class: uint8 of CellClass. z_mean, z_top, z_bot: float32 de-biased heights, NaN where unknown.
+    cell_class: uint8 of CellClass.
+    z_mean, z_top, z_bot: float32, de-biased heights, NaN where unknown.
     z_ray: float32, +inf where no beam crossed.
     """
 
@@ -108,7 +120,7 @@ class Surface:
 
 
 class CellClass(IntEnum):
-    """What the beams said of a cell."""
+    """Class of a cell by its beams."""
 
     OUTSIDE = 0
     OCCLUDED = 1
@@ -119,7 +131,7 @@ class CellClass(IntEnum):
 
 
 class NodeSet(IntEnum):
-    """The chapter's sets chi (Eq. 2 to 5, made non-circular)."""
+    """Node sets chi of the chapter (Eq. 2 to 5, made non-circular)."""
 
     OUTSIDE = 0
     OCCLUDED = 1
@@ -129,7 +141,7 @@ class NodeSet(IntEnum):
 
 @dataclass(frozen=True, slots=True)
 class Gdem:
-    """The orbiter's map: heights_m (rows, columns) float32, NaN = no data. `note` says where it came from."""
+    """The orbiter's map. heights_m: (rows, columns) float32, NaN = no data; note: its origin."""
 
     grid: Grid
     heights_m: F32

@@ -1,4 +1,4 @@
-"""Where the rover is, what it wants of its wheels, and which way: poses, twists, orders, paths, decisions."""
+"""Records of motion: poses, estimates, twists, wheel orders, paths, decisions."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ F64 = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class Pose:
-    """base_link in the map frame; roll, pitch, yaw intrinsic z-y-x (REP-103)."""
+    """Pose of base_link in the map frame; roll, pitch, yaw intrinsic z-y-x (REP-103)."""
 
     x_m: float
     y_m: float
@@ -43,7 +43,7 @@ class Pose:
 
 @dataclass(frozen=True, slots=True)
 class Estimate:
-    """The filter's word: pose, its covariance (4, 4) over x, y, z, yaw, and the body rates."""
+    """Estimate of the filter: pose, its covariance (4, 4) over x, y, z, yaw, and the body rates."""
 
     pose: Pose
     covariance: F64
@@ -68,7 +68,7 @@ class WheelMode(IntEnum):
 
 
 class WheelCommand(NamedTuple):
-    """One wheel's order."""
+    """Order of one wheel."""
 
     mode: WheelMode
     steer_rad: float
@@ -77,11 +77,13 @@ class WheelCommand(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Path:
-    """Stations to drive: (k, 3) float64 x, y, body yaw in the map frame, at most `spacing_m` apart along the way.
+    """Stations to drive.
 
-    Successive stations with the same place and other yaw are a turn on the spot. The body may move in any direction
-    relative to its yaw (crab, backwards): every station's pose was checked free. clearance_m: (k,) float64, distance of
-    each to the nearest blocked pose, at most what was looked for; None where nobody looked.
+    stations: (k, 3) float64 x, y, body yaw in the map frame, at most `spacing_m` apart along the path. Successive
+        stations with the same place and another yaw are a turn on the spot. The body may move in any direction
+        relative to its yaw (crab, backwards): every station's pose was checked free.
+    clearance_m: (k,) float64, distance of each to the nearest blocked pose, at most the search radius; None if not
+        computed.
     """
 
     stations: F64
@@ -89,7 +91,7 @@ class Path:
 
     @property
     def length_m(self) -> float:
-        """Length of the way of base_link."""
+        """Length of the path of base_link, m."""
         if len(self.stations) < 2:
             return 0.0
         return float(each.hypot(*np.diff(self.stations[:, :2], axis=0).T).sum())
@@ -97,9 +99,14 @@ class Path:
 
 @dataclass(frozen=True, slots=True)
 class Decision:
-    """What the mission rule chose and why. kind: 'drive' (then scan), 'goal' (then done), 'arrived', 'unreachable'.
+    """Choice of the mission rule and its reason.
 
-    `rule` is the rule's name (R4 ...). heading_rad: to look at when scanning at the stop.
+    kind: 'drive' (then scan), 'goal' (then done), 'arrived', 'unreachable'.
+    rule: name of the rule (R4 ...).
+    reason: in words.
+    path: to drive.
+    heading_rad: direction of the scan at the stop.
+    data: further values.
     """
 
     kind: str

@@ -1,9 +1,9 @@
-"""How sensors and steering units are bolted on, from the configuration: what `onboard calibrate` finds.
+"""Extrinsics of sensors and steering units, from the configuration; `onboard calibrate` finds them.
 
     v_base = R_z(yaw) R_y(pitch) R_x(roll) v_unit        a vector in the axes of the tilt unit or the inertial sensor
-    angle of a wheel = what its unit says + offset       so an order is the wanted angle less the offset
+    angle of a wheel = reading of its unit + offset      so an order is the wanted angle less the offset
 
-A unit without rotation gives None, and whoever asks leaves it out: the same bits as without any of this.
+A unit without rotation gives None, and callers skip the rotation: the result is bit-identical to none at all.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ Rows = tuple[Vector, Vector, Vector]
 
 
 def rotation(roll_rad: float, pitch_rad: float, yaw_rad: float) -> F64:
-    """(3, 3): about x, then y, then z, of fixed axes."""
+    """Rotation matrix (3, 3): about x, then y, then z, of fixed axes."""
     (sr, sp, sy), (cr, cp, cy) = ([f(angle) for angle in (roll_rad, pitch_rad, yaw_rad)] for f in (sin, cos))
     return np.array([
         [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
@@ -29,18 +29,18 @@ def rotation(roll_rad: float, pitch_rad: float, yaw_rad: float) -> F64:
 
 
 def lidar_place(rover: Rover) -> F64:
-    """(3,) the scanner's centre in base_link, m."""
+    """(3,) centre of the scanner in base_link, m."""
     return np.array([rover.lidar_x_m, rover.lidar_y_m, rover.lidar_z_m])
 
 
 def lidar_rotation(rover: Rover) -> F64 | None:
-    """(3, 3) from the tilt unit's axes, where its angle is 0, to base_link's."""
+    """(3, 3) rotation from the tilt unit's axes at its angle 0 to base_link's; None if there is none."""
     angles = rover.lidar_roll_rad, rover.lidar_pitch_rad, rover.lidar_yaw_rad
     return rotation(*angles) if any(angles) else None
 
 
 def imu_rotation(rover: Rover) -> Rows | None:
-    """Rows of the rotation from the inertial sensor's axes to base_link's."""
+    """Rows of the rotation from the inertial sensor's axes to base_link's; None if there is none."""
     angles = rover.imu_roll_rad, rover.imu_pitch_rad, rover.imu_yaw_rad
     if not any(angles):
         return None
@@ -49,7 +49,7 @@ def imu_rotation(rover: Rover) -> Rows | None:
 
 
 def rotated(rows: Rows | None, v: Vector) -> Vector:
-    """The vector turned; unchanged by None."""
+    """Return the rotated vector; unchanged if rows is None."""
     if rows is None:
         return v
     (ax, ay, az), (bx, by, bz), (cx, cy, cz) = rows
@@ -58,5 +58,5 @@ def rotated(rows: Rows | None, v: Vector) -> Vector:
 
 
 def steer_offsets_rad(rover: Rover) -> tuple[float, float, float, float]:
-    """Angle of wheels 1 to 4 where their units say 0."""
+    """Angles of wheels 1 to 4 at which their units read 0."""
     return rover.steer_1_offset_rad, rover.steer_2_offset_rad, rover.steer_3_offset_rad, rover.steer_4_offset_rad

@@ -1,7 +1,8 @@
 """Parameters: the keys of the configuration as an operator sees them in flight, and the changes made to them.
 
-Names, ranges, meanings and when a change takes effect all come from `onboard.config`: there is no second list. What is
-kept is JSON: {"version": 3, "values": {name: TOML word}, "changes": [...]}; values are those that differ by order.
+Names, ranges, meanings and the time at which a change takes effect all come from `onboard.config`: there is no second
+list. The saved form is JSON: {"version": 3, "values": {name: TOML word}, "changes": [...]}; values are those that an
+order changed.
 """
 
 from __future__ import annotations
@@ -32,7 +33,7 @@ class Parameter:
 
     @property
     def name(self) -> str:
-        """As in `--set`."""
+        """Name as in `--set`."""
         return f"{self.section}.{self.key}"
 
 
@@ -51,7 +52,14 @@ TABLE: Mapping[str, Parameter] = MappingProxyType(_rows())
 
 @dataclass(frozen=True, slots=True)
 class Change:
-    """One change: which version it made, of what, from what to what, when (onboard time) and in which boot, by whom."""
+    """One change of a parameter.
+
+    version: made by this change.
+    name: of the parameter.
+    old, new: values as TOML words.
+    at_ns, boot: onboard time and start number.
+    station: key id of the station that ordered it.
+    """
 
     version: int
     name: str
@@ -68,7 +76,13 @@ class Change:
 
 @dataclass(frozen=True, slots=True)
 class Settings:
-    """A configuration and the changes that led to it. version counts them; changes: the newest 256."""
+    """A configuration and the changes that led to it.
+
+    config: with the changes.
+    version: count of the changes.
+    values: name -> TOML word, of changed parameters.
+    changes: the newest 256.
+    """
 
     config: Config
     version: int = 0
@@ -81,11 +95,11 @@ class Settings:
         return word(getattr(getattr(self.config, row.section), row.key))
 
     def last(self, name: str) -> Change | None:
-        """The newest change of a parameter."""
+        """Newest change of a parameter, or None."""
         return next((change for change in reversed(self.changes) if change.name == name), None)
 
     def set(self, name: str, text: str, who: tuple[int, int, int]) -> Settings:
-        """With one parameter changed. who: onboard time ns, boot, station.
+        """Return the settings with one parameter changed. who: onboard time ns, boot, station.
 
         Raises ValueError with what is allowed: an unknown name, a value out of range, one that needs a restart.
         """
@@ -97,13 +111,13 @@ class Settings:
         return replace(made, values=values, changes=(*self.changes, change)[-MOST_CHANGES:])
 
     def to_json(self) -> bytes:
-        """What is kept."""
+        """Return the saved form."""
         changes = [dataclasses.asdict(change) for change in self.changes]
         return json.dumps({"version": self.version, "values": dict(self.values), "changes": changes}).encode()
 
 
 def changed(config: Config, name: str, text: str) -> Config:
-    """The configuration with one key changed to a TOML word, or to plain text. Raises ValueError (`Settings.set`)."""
+    """Return the configuration with one key changed to a TOML word or plain text. Raises ValueError as Settings.set."""
     row = TABLE[named(name, TABLE, "parameter")]
     if row.takes == RESTART:
         raise ValueError(f"{name} changes {RESTART} only: set it in the configuration file")
@@ -120,7 +134,7 @@ def _plain(text: str) -> Any:
 
 
 def recalled(config: Config, kept: bytes) -> tuple[Settings, list[str]]:
-    """The settings that were kept, on this configuration, and a line for each that this program does not take."""
+    """Apply saved settings to this configuration; return them and a line for each that this program does not take."""
     if not kept:
         return Settings(config), []
     try:
@@ -140,7 +154,7 @@ def recalled(config: Config, kept: bytes) -> tuple[Settings, list[str]]:
 
 
 def listing(settings: Settings) -> str:
-    """All parameters with value, range, meaning and when they change, then the changes made."""
+    """List all parameters with value, range, meaning and time of effect, then the changes made."""
     lines = [f"# version {settings.version}"]
     for name, row in TABLE.items():
         mark = "*" if name in settings.values else " "

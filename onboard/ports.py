@@ -1,4 +1,4 @@
-"""What the shell tells of its ports, CAN bus and record more than others, of its ticks and of its computer."""
+"""Status records that the shell passes to the core: ports, CAN bus, record, ticks, computer; and requests to save."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 
 class PortState(IntEnum):
-    """A port as the shell sees it."""
+    """State of a port."""
 
     CLOSED = 0
     OPEN = 1
@@ -15,7 +15,7 @@ class PortState(IntEnum):
 
 
 class BusTrouble(IntEnum):
-    """Kinds of error frame that a CAN controller or its driver tells of."""
+    """Kinds of error frames of a CAN controller or its driver."""
 
     BUS_OFF = 0
     PASSIVE = 1
@@ -29,11 +29,13 @@ class BusTrouble(IntEnum):
 
 
 class BusStatus(NamedTuple):
-    """The CAN bus as the shell sees it; counts since the start of the run.
+    """Status of the CAN bus; counts since the start of the run.
 
-    state: ERROR when it is open and nothing passes (bus-off, interface down), CLOSED when only opening it anew helps.
-    error: one line for people, what is wrong now; empty while all is well. send_failures: frames that it did not take.
-    openings: attempts to open it. error_frames: by BusTrouble.
+    state: ERROR if it is open and nothing passes (bus-off, interface down), CLOSED if only reopening helps.
+    error: one line for people about a present error; empty if all is well.
+    send_failures: frames that it did not take.
+    openings: attempts to open it.
+    error_frames: by BusTrouble.
     """
 
     state: PortState = PortState.OPEN
@@ -44,7 +46,7 @@ class BusStatus(NamedTuple):
 
 
 BUS_CLOSED = "the bus is closed"
-BUS_WORDS = {  # what a controller's error frame means for people
+BUS_WORDS = {  # meaning of a controller's error frame, for people
     BusTrouble.BUS_OFF: "bus-off: the controller has left the bus after too many errors",
     BusTrouble.PASSIVE: "error-passive: over 127 errors; cable, termination, bit rate?",
     BusTrouble.WARNING: "error warning: over 95 errors",
@@ -55,27 +57,32 @@ BUS_WORDS = {  # what a controller's error frame means for people
 }
 
 
-UNKEPT = "unkept"  # verdict of a command that was not to wait any longer for its mark (onboard.drivers.link_memory)
-EPOCH = "epoch"  # a Save of this name asks the link's port to put a key epoch in force, and to keep it
-HALTS = "halts"  # under this name the core is told, as JSON by station, the request ids that halted before a restart
+UNKEPT = "unkept"  # verdict of a command that runs before its mark is saved (onboard.drivers.link_memory)
+EPOCH = "epoch"  # a Save of this name orders the link's port to put a key epoch in force and to save it
+HALTS = "halts"  # saved name of the request ids that halted before a restart, JSON by station
 
 
 class Save(NamedTuple):
-    """What the core asks to be kept under a name, in place of what was kept under it: whole, or not at all."""
+    """Data that the core wants saved under a name, in place of the old data: whole, or not at all."""
 
     name: str
     data: bytes
 
 
 class Saved(NamedTuple):
-    """What became of a Save; `error` empty: it is on the disk."""
+    """Result of a Save; error: empty if it is on the disk."""
 
     name: str
     error: str = ""
 
 
 class Health(NamedTuple):
-    """What the shell tells of itself each tick. last_tick_ns: all work of a tick; slipped_ticks: since the start."""
+    """State of the shell in each tick.
+
+    last_tick_ns: all work of the last tick.
+    slipped_ticks: since the start.
+    utc_ns: 0: not known.
+    """
 
     last_tick_ns: int = 0
     slipped_ticks: int = 0
@@ -83,10 +90,14 @@ class Health(NamedTuple):
 
 
 class Machine(NamedTuple):
-    """What the computer tells of itself, about once a second. NaN: it does not say.
+    """Load figures of the computer, about once a second. NaN: not known.
 
-    cpu_ratio: share of all its cores' time at work. process_ratio: cores that this program took. rss_bytes: resident
-    memory of this program. temperature_c: of its hottest sensor. free_disk_bytes: least of the folders written to.
+    cpu_ratio: busy share of all its cores' time.
+    process_ratio: cores that this program used.
+    rss_bytes: resident memory of this program.
+    free_memory_bytes: memory available to programs.
+    temperature_c: of its hottest sensor.
+    free_disk_bytes: least of the folders written to.
     """
 
     cpu_ratio: float
@@ -98,10 +109,11 @@ class Machine(NamedTuple):
 
 
 class Timing(NamedTuple):
-    """What the shell measured of its own ticks. All empty or 0 in lock-step, unless a bench gives something.
+    """Measured times of the shell's ticks. All empty or 0 in lock-step, unless a bench gives values.
 
-    late_ns: this tick began so long after its deadline. group_ns: what each row of core.schedule.GROUPS took in the
-    tick before. job_ns: how long each job ran whose result is in these inputs, in their order.
+    late_ns: time from its deadline to the start of this tick.
+    group_ns: time of each row of core.schedule.GROUPS in the tick before.
+    job_ns: run time of each job whose result is in these inputs, in their order.
     """
 
     late_ns: int = 0
@@ -110,15 +122,15 @@ class Timing(NamedTuple):
 
 
 class Keeps(IntEnum):
-    """What the record keeps of a tick."""
+    """Parts of a tick that the record stores."""
 
     ALL = 0
-    LEAN = 1  # what a replay needs and people read: inputs, the state's digest, events
+    LEAN = 1  # enough for a replay and for people: inputs, the state's digest, events
     NOTHING = 2
 
 
 class RecordTrouble(IntEnum):
-    """Why the record cannot be written."""
+    """Reason why the record cannot be written."""
 
     NONE = 0
     FULL = 1  # no room on the disk, or less than has to stay free
@@ -126,10 +138,12 @@ class RecordTrouble(IntEnum):
 
 
 class RecordStatus(NamedTuple):
-    """The record as the shell sees it.
+    """Status of the record.
 
-    keeps: of this very tick. error: one line for people while it cannot be written. lost_ticks: of which nothing was
-    kept, since the start of the run.
+    keeps: what is stored of this tick.
+    trouble: present error.
+    error: one line for people while it cannot be written.
+    lost_ticks: ticks of which nothing was stored, since the start of the run.
     """
 
     keeps: Keeps = Keeps.ALL

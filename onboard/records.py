@@ -1,7 +1,7 @@
-"""The records that flow through the rover, one dataclass for each arrow of the data's way; all may be had from here.
+"""Records that flow through the rover, one dataclass for each arrow of the data flow; all can be imported from here.
 
-In this file: what goes in and out of a tick, and what the devices measured; the rest is in motion_records, map_records.
-Frozen; arrays inside are owned by the record and not written after it is built. Times are onboard
+This file has the inputs and outputs of a tick and the measurements of the devices; the rest is in motion_records and
+map_records. Frozen; arrays inside are owned by the record and not written after it is built. Times are onboard
 nanoseconds since the start of the run unless a name says otherwise; angles radians; SI.
 """
 
@@ -47,7 +47,7 @@ from onboard.ports import Timing as Timing
 from onboard.scan import BeamStatus as BeamStatus
 from onboard.scan import Scan as Scan
 
-# -- ports: what the shell tells the core, and what the core asks of the shell --------------------------------
+# -- ports: inputs from the shell to the core, and requests of the core to the shell ---------------------------
 
 class Frame(NamedTuple):
     """One CAN frame. `stamp_ns` is the time of its arrival (0 on frames to be sent)."""
@@ -58,16 +58,21 @@ class Frame(NamedTuple):
 
 
 class Chunk(NamedTuple):
-    """Bytes read from a stream in one piece, with the time they arrived."""
+    """Bytes read from a stream in one piece, with their time of arrival."""
 
     rx_ns: int
     data: bytes
 
 
 class LinkMessage(NamedTuple):
-    """One datagram after the shell checked its tag. `kind` is protocol.link.Kind; `station` the key id.
+    """One datagram after the shell checked its tag.
 
-    `accepted` False: the payload is empty and `verdict` says which check failed.
+    rx_ns: time of arrival.
+    accepted: if False, the payload is empty.
+    verdict: `ok`, `unkept` (onboard.ports), or the check that failed.
+    station: key id.
+    kind: protocol.link.Kind.
+    payload: without the tag.
     """
 
     rx_ns: int
@@ -79,7 +84,7 @@ class LinkMessage(NamedTuple):
 
 
 class JobDone(NamedTuple):
-    """A finished job, taken at this tick. `value` is what its function returned."""
+    """Result of a finished job, taken at this tick. value: return value of its function."""
 
     job_id: int
     value: Any
@@ -87,7 +92,7 @@ class JobDone(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class JobRequest:
-    """Long work for beside the tick: `function` ("module:name") of `arguments`; its result is taken at `due_tick`."""
+    """Job outside the tick: `function` ("module:name") of `arguments`; its result is taken at `due_tick`."""
 
     job_id: int
     name: str
@@ -98,7 +103,7 @@ class JobRequest:
 
 @dataclass(frozen=True, slots=True)
 class Inputs:
-    """Everything the outside tells the core in one tick: the schema of the record."""
+    """All inputs of the core in one tick: the schema of the record."""
 
     tick: int
     now_ns: int
@@ -112,12 +117,12 @@ class Inputs:
     health: Health = Health()
     saved: tuple[Saved, ...] = ()
     timing: Timing = Timing()
-    machine: Machine | None = None  # in the ticks after a look at it
+    machine: Machine | None = None  # only in a tick after new figures were read
     record: RecordStatus = RecordStatus()
 
 
 class Event(NamedTuple):
-    """Something worth telling a person, once. `name` is a row of protocol.modes.EVENTS."""
+    """Event to report once to people. name: a row of protocol.modes.EVENTS."""
 
     now_ns: int
     severity: str
@@ -128,7 +133,7 @@ class Event(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Outputs:
-    """Everything the core asks of the outside in one tick."""
+    """All outputs of the core in one tick."""
 
     can_frames: tuple[Frame, ...] = ()
     can_connect: bool = False
@@ -141,10 +146,10 @@ class Outputs:
     pose: tuple[float, float, float, float, float, float] = (0.0,) * 6  # estimate: x, y, z (m), roll, pitch, yaw (rad)
     state_digest: bytes = b""
     saves: tuple[Save, ...] = ()
-    reboot: bool = False  # the flight program is to end after this tick and be started anew
+    reboot: bool = False  # the flight program ends after this tick, to be started again
 
 
-# -- what the devices measured ---------------------------------------------------------------------------------
+# -- measurements of the devices -------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True)
@@ -156,7 +161,7 @@ class TiltTrack:
 
 
 class WheelState(NamedTuple):
-    """One wheel as its node last told. `position_rad` is the unwrapped encoder; `age_ns` counts from arrival."""
+    """Newest report of one wheel's node. position_rad: unwrapped encoder; age_ns: time since arrival."""
 
     steer_rad: float
     position_rad: float
@@ -174,11 +179,11 @@ class ImuSample(NamedTuple):
 
 
 class PowerState(NamedTuple):
-    """The power node's newest word. charge_ratio 0..1."""
+    """Newest status of the power node. charge_ratio: 0 to 1."""
 
     voltage_v: float
     current_a: float
     charge_ratio: float
     temperature_c: float
     age_ns: int
-    brown_out: bool = False  # in the node's own judgement
+    brown_out: bool = False  # by the node's own judgement

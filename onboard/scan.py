@@ -1,4 +1,4 @@
-"""One turn of the scanner: the record that all of perception begins with."""
+"""Scan: one turn of the scanner, the input of all perception."""
 
 from __future__ import annotations
 
@@ -16,13 +16,14 @@ U8 = NDArray[np.uint8]
 
 @dataclass(frozen=True, slots=True)
 class Scan:
-    """One turn of the scanner, all checks passed.
+    """One turn of the scanner that has passed all checks.
 
-    ranges_m: (n,) float32, NaN where `status` is not OK. status: (n,) uint8 of BeamStatus.
     Beam k was fired at start_ns + k*beam_ns in direction first_angle_rad + k*step_rad (counter-clockwise, 0 ahead).
-    The arrays are places of a ring: they hold as long as somebody keeps the scan.
-    intensity: (n,) int32, None where the sensor was not asked for it. further_m: (n, 2) float32, the second and third
-    echo, NaN where there was none; None where the sensor was asked for one.
+    ranges_m: (n,) float32, NaN where `status` is not OK.
+    status: (n,) uint8 of BeamStatus.
+    intensity: (n,) int32; None if it was not requested from the sensor.
+    further_m: (n, 2) float32, the second and third echo, NaN without one; None if only one echo was requested.
+    The arrays are places of a ring: they are valid while the scan is referenced.
     """
 
     start_ns: int
@@ -41,7 +42,7 @@ class Scan:
 
 
 class BeamStatus(IntEnum):
-    """What a beam said (protocol.scip.value_codes)."""
+    """Status of a beam (protocol.scip.value_codes)."""
 
     OK = 0
     NO_RETURN = 1
@@ -51,6 +52,6 @@ class BeamStatus(IntEnum):
 
 
 def of_one_geometry(scans: Sequence[Scan]) -> list[Scan]:
-    """The scans of the geometry that most of them have, in their order; at least one is asked for."""
+    """Return the scans of the most frequent geometry, in their order; needs at least one scan."""
     geometry = Counter(scan.geometry for scan in scans).most_common(1)[0][0]
     return [scan for scan in scans if scan.geometry == geometry]

@@ -1,6 +1,6 @@
-"""TOML of any origin: the one door to the parser. Bounded in size and depth, with one kind of error.
+"""TOML parser for text of any origin, bounded in size and depth, with one kind of error; the only use of tomllib.
 
-Python's parser goes one call deeper for each bracket and dot, and its numbers may be longer than Python prints.
+Python's parser recurses one call deeper for each bracket and dot, and its numbers may be longer than Python prints.
 """
 
 from __future__ import annotations
@@ -11,16 +11,16 @@ from typing import Any
 
 MOST_BYTES = 1 << 20  # a whole configuration with its comments has 30 kB
 DEEPEST = 12
-LARGEST = 2**63  # of a whole number, as TOML has it
+LARGEST = 2**63  # bound of whole numbers, by TOML
 _SHOWN = 80
 
 
 class TomlError(ValueError):
-    """The text is no TOML that is taken here; one line, without the file's name."""
+    """The text is not TOML, or exceeds a bound; one line, without the file's name."""
 
 
 def parse_toml(text: str) -> dict[str, Any]:
-    """The tables of a text. Raises TomlError."""
+    """Parse a text and return its tables. Raises TomlError."""
     if len(text) > MOST_BYTES:
         raise TomlError(f"longer than {MOST_BYTES} characters")
     try:
@@ -34,7 +34,7 @@ def parse_toml(text: str) -> dict[str, Any]:
 
 
 def read_toml(path: Path) -> dict[str, Any]:
-    """The tables of a file. Raises TomlError, OSError."""
+    """Parse a file and return its tables. Raises TomlError, OSError."""
     with path.open("rb") as file:
         data = file.read(MOST_BYTES + 1)
     try:
@@ -44,13 +44,13 @@ def read_toml(path: Path) -> dict[str, Any]:
 
 
 def shown(item: object) -> str:
-    """A value for a message: as Python writes it, cut where it is long."""
+    """Text of a value for a message: Python's repr, cut if it is long."""
     text = repr(item)
     return text if len(text) <= _SHOWN else f"{text[:_SHOWN]}..."
 
 
 def _check(tree: dict[str, Any]) -> None:
-    """Refuses what is nested deeper than anything here is, and numbers that TOML has not."""
+    """Refuse nesting over the bound, and numbers that TOML does not allow. Raises TomlError."""
     level: list[Any] = [tree]
     for _ in range(DEEPEST):
         inside = [item for each in level for item in (each.values() if isinstance(each, dict) else each)]

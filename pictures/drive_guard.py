@@ -1,4 +1,4 @@
-"""What the drive guard sees when it stops: its last line from the side, and its strip of the ground from above."""
+"""View of the drive guard when it stops: its last scan line from the side, and its strip of the ground from above."""
 
 from __future__ import annotations
 
@@ -17,12 +17,19 @@ from onboard.records import F64, Cloud, Pose
 from pictures.style import BLACK, BLUE, GREEN, GREY, PAGE_IN, RED, drawn, figure
 
 _WAY_M = (-0.6, 3.6)
-_NEAR_M = 0.12  # of the section: beams and cells so near to the middle of the way
+_NEAR_M = 0.12  # of the section: beams and cells this near to the middle of the leg
 
 
 @dataclass(frozen=True, slots=True)
 class Stopped:
-    """The moment at which a way along +x is ended. ground_m: (n, 2) x and true height along its middle."""
+    """State of the drive guard at the end of a leg along +x.
+
+    leg: the leg.
+    line: last scan line.
+    pose: pose of the rover.
+    bad: hazards found.
+    ground_m: (n, 2) x and true height along its middle.
+    """
 
     leg: Leg
     line: Cloud
@@ -33,7 +40,7 @@ class Stopped:
 
 @drawn
 def guard_figure(at: Stopped, config: Config) -> Figure:
-    """Above: rover, scanner, line and true ground from the side. Below: the strip's heights, tracks, what was bad."""
+    """Above: rover, scanner, line and true ground from the side. Below: heights of the strip, tracks, hazards."""
     page = figure(PAGE_IN, 6.4)
     side, above = page.subplots(2, 1, height_ratios=[1.0, 1.25])
     _side(side, at, config)

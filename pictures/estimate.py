@@ -1,4 +1,4 @@
-"""The estimate against the truth along a mission: error, the filter's own 95 % band, and odometry alone beside it."""
+"""Estimate against truth along a mission: error, the filter's own 95 % band, and odometry alone."""
 
 from __future__ import annotations
 
@@ -10,14 +10,19 @@ from matplotlib.figure import Figure
 from onboard.records import F64
 from pictures.style import BLUE, GREY, RED, SKY, drawn, figure
 
-BAND = 1.96  # sigmas of a band that holds 95 %
+BAND = 1.96  # sigmas of a band that contains 95 %
 NAMES = ("x error, mm", "y error, mm", "height error, mm", "heading error, deg")
 SCALES = (1e3, 1e3, 1e3, 57.29578)
 
 
 @dataclass(frozen=True, slots=True)
 class Trace:
-    """Samples of a mission. way_m: (k,). error, sigma, odometry: (k, 4) x, y, z (m), yaw (rad). stops_m: (s,)."""
+    """Samples of a mission.
+
+    way_m: (k,) driven distance.
+    error, sigma, odometry: (k, 4) x, y, z (m), yaw (rad).
+    stops_m: (s,) driven distance at each stop.
+    """
 
     way_m: F64
     error: F64
@@ -28,7 +33,7 @@ class Trace:
 
 @drawn
 def estimate_figure(trace: Trace) -> Figure:
-    """One panel for each of x, y, height and heading over the way; odometry may leave it."""
+    """One panel each for x, y, height and heading over the driven distance; odometry may leave the axes."""
     made = figure(9.0, 7.0)
     panels = made.subplots(4, 1, sharex=True)
     for k, axes in enumerate(panels):

@@ -1,6 +1,4 @@
-"""Series of a run that are no map: what the link lost, how long ticks took, how well the rover knew its pose, how its
-wheels turned.
-"""
+"""Figures of a run's time series: datagrams lost, tick times, pose error, motion of the wheels."""
 
 from __future__ import annotations
 
@@ -16,7 +14,7 @@ from pictures.style import BLACK, ORANGE, PAGE_IN, PURPLE, RED, SKY, YELLOW, dra
 from pictures.timelines import Span, Track, phase_patches, shade
 
 LOSS_COLOURS = (RED, ORANGE, PURPLE, BLACK)
-WHEEL_LINES: tuple[dict[str, Any], ...] = (  # each may lie under the next and still be seen
+WHEEL_LINES: tuple[dict[str, Any], ...] = (  # each remains visible under the next
     {"color": SKY, "linewidth": 5.0}, {"color": YELLOW, "linewidth": 3.0},
     {"color": RED, "linewidth": 1.5}, {"color": BLACK, "linewidth": 0.9, "linestyle": (0, (4, 3))},
 )
@@ -52,7 +50,7 @@ def link(sent: Mapping[str, int], lost: Mapping[str, Mapping[str, int]]) -> Figu
 
 @drawn
 def pose_error(estimated: Track, true: Track, spans: Sequence[Span]) -> Figure:
-    """Distance between estimated and true place, and of the yaws, over time."""
+    """Distance between estimated and true place, and difference of the yaws, over time."""
     made = figure(PAGE_IN, 4.2)
     place, yaw = made.subplots(2, 1, sharex=True)
     told = estimated.at(true.times_s)
@@ -74,7 +72,7 @@ def pose_error(estimated: Track, true: Track, spans: Sequence[Span]) -> Figure:
 
 @drawn
 def ticks(edges_ms: Sequence[float], counts: Mapping[str, Sequence[int]], period_ms: float) -> Figure:
-    """Histograms of a tick's wall time, a step line for each name. edges_ms: one more than counts, spaced by ratio."""
+    """Histograms of a tick's wall time, one step line per name. edges_ms: one more than counts, spaced by ratio."""
     made = figure(PAGE_IN, 3.2)
     axes = made.subplots()
     for (name, values), (colour, width) in zip(counts.items(), ((SKY, 3.6), (BLACK, 1.3))):
@@ -117,7 +115,7 @@ def motion(track: Track, wheel_times_s: F64, rates_radps: F64, steer_rad: F64, s
 
 
 def _speed(track: Track) -> tuple[F64, F64]:
-    """Times and speeds over the ground, each over about a second, so that steps of a record do not show as noise."""
+    """Times and speeds over the ground over about a second each, so that steps of a record do not look like noise."""
     if len(track.times_s) < 3:
         return track.times_s, np.zeros(len(track.times_s))
     times = np.arange(track.times_s[0], track.times_s[-1], _SMOOTH_S / 4)

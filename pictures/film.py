@@ -1,4 +1,4 @@
-"""A run from above as a film: the true ground, the rover on it, what it sees, knows, plans and tells."""
+"""Film of a run from above: true ground, rover, scan points, map, plan and texts."""
 
 from __future__ import annotations
 
@@ -20,16 +20,24 @@ from pictures.ldem import set_picture
 from pictures.style import BLACK, BLUE, GREEN, ORANGE, RED, drawn_frames, figure, literal
 from pictures.terrain import Ground, draw_ground, extent, height_scale, scale_bar, shaded
 
-WIDTH_IN, TOP_IN, WORDS_IN, DOTS_PER_INCH = 7.2, 0.35, 1.0, 100  # even numbers of dots: some films need them
+WIDTH_IN, TOP_IN, WORDS_IN, DOTS_PER_INCH = 7.2, 0.35, 1.0, 100  # even numbers of dots, which some films need
 RAYS, LOCAL, MAP_ALPHA = "#d627b4", "#7a2d8f", 0.55
 WHEEL_M = (0.2, 0.1)
 
 
 @dataclass(frozen=True, slots=True)
 class Shot:
-    """One picture of a film. pose: x, y, heading. wheels: (4, 3) x, y, heading of each. points: (n, 2 or more) met by
-    the scanner. way, believed: (k, 2 or more). plan: the last one. title, lines: words; alarm: those in red. ground:
-    as it is now, where it is not the one before.
+    """One picture of a film.
+
+    pose: x, y, heading.
+    title: text above the picture.
+    wheels: (4, 3) x, y, heading of each.
+    points: (n, 2 or more) hit by the scanner.
+    way, believed: (k, 2 or more) true and estimated path.
+    plan: the last plan.
+    lines: texts.
+    alarm: texts in red.
+    ground: the present ground, if it has changed.
     """
 
     pose: tuple[float, float, float]
@@ -45,7 +53,7 @@ class Shot:
 
 
 class Stage:
-    """A figure whose moving parts are set anew for each shot."""
+    """A figure whose moving parts are updated for each shot."""
 
     def __init__(self, ground: Ground, goal_m: tuple[float, float], body_m: tuple[float, float]) -> None:
         left, right, bottom, top = extent(ground.grid)
@@ -71,7 +79,7 @@ class Stage:
         self._words = self._figure.text(0.015, (WORDS_IN - 0.08) / total, "", va="top", fontsize=9, linespacing=1.35)
 
     def draw(self, shot: Shot) -> NDArray[np.uint8]:
-        """The picture, (rows, columns, 3)."""
+        """Draw one shot, (rows, columns, 3)."""
         self._draw_ground(shot.ground)
         self._draw_plan(shot.plan)
         plan, lines = shot.plan, self._lines
@@ -111,7 +119,7 @@ class Stage:
 def film(
     ground: Ground, goal_m: tuple[float, float], body_m: tuple[float, float], shots: Iterable[Shot]
 ) -> Iterator[NDArray[np.uint8]]:
-    """The pictures of the shots, all (rows, columns, 3) of one size, both even. body_m: length and width."""
+    """Pictures of the shots, all (rows, columns, 3) of one size, both even. body_m: length and width."""
     stage = Stage(ground, goal_m, body_m)
     for shot in shots:
         yield stage.draw(shot)

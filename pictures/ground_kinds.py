@@ -1,4 +1,4 @@
-"""What made ground is like: fractal soil by roughness, a crater from the side and many from above, sizes of rocks."""
+"""Properties of generated ground: fractal soil by roughness, a crater from the side and many from above, rock sizes."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _COLOURS = (BLUE, RED, BLACK, ORANGE)
 
 @dataclass(frozen=True, slots=True)
 class Profile:
-    """A crater cut through its middle. x_m, z_m: (n,), z over the ground around."""
+    """Section through the middle of a crater. x_m, z_m: (n,), z relative to the ground around."""
 
     name: str
     x_m: F64
@@ -29,7 +29,14 @@ class Profile:
 
 @dataclass(frozen=True, slots=True)
 class Sizes:
-    """Rocks drawn on so much ground, and the law at `law_m`: share of the area and number per square metre, >= D."""
+    """Sizes of sampled rocks, and the size law.
+
+    drawn_m: diameters of the sampled rocks.
+    area_m2: area of the ground.
+    law_m: diameters D of the law.
+    law_share: share of the area covered by rocks >= D.
+    law_number_per_m2: number of rocks >= D per square metre.
+    """
 
     name: str
     drawn_m: F64
@@ -41,7 +48,7 @@ class Sizes:
 
 @drawn
 def fractals(grounds: Sequence[Ground]) -> Figure:
-    """Grounds beside each other under the same light, each with its relief."""
+    """Grounds side by side under the same light, each with its relief."""
     made = figure(PAGE_IN, 3.6)
     for axes, ground in zip(made.subplots(1, len(grounds), sharey=True), grounds):
         draw_ground(axes, ground)
@@ -52,7 +59,7 @@ def fractals(grounds: Sequence[Ground]) -> Figure:
 
 @drawn
 def craters(profiles: Sequence[Profile], ground: Ground) -> Figure:
-    """Profiles over each other, heights drawn larger than lengths, and a field from above."""
+    """Profiles above each other, heights magnified over lengths, and a field from above."""
     made = figure(PAGE_IN, 4.5)
     side, above = made.subplots(1, 2)
     side.axhline(0, color=GREY, linewidth=0.8)
@@ -69,7 +76,7 @@ def craters(profiles: Sequence[Profile], ground: Ground) -> Figure:
 
 @drawn
 def rock_sizes(laws: Sequence[Sizes]) -> Figure:
-    """Share of the area and number of rocks of a diameter or larger: the law as a line, what was drawn as dots."""
+    """Share of the area and number of rocks of a diameter or larger: the law as a line, the samples as dots."""
     made = figure(PAGE_IN, 4.2)
     share, number = made.subplots(1, 2)
     for sizes, colour in zip(laws, _COLOURS):
@@ -86,7 +93,7 @@ def rock_sizes(laws: Sequence[Sizes]) -> Figure:
 
 
 def _logarithmic(axes: Axes, label: str) -> None:
-    """Both axes; three decades down from the highest point are enough to show the law."""
+    """Set logarithmic axes; three decades below the highest point are enough to show the law."""
     highest = max(float(line.get_ydata().max()) for line in axes.lines)
     axes.set(ylim=(highest / 1000, 2 * highest), xscale="log", yscale="log", xlabel="diameter D, m", ylabel=label)
     axes.set_xticks([0.15, 0.3, 0.6, 1.2])

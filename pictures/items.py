@@ -19,9 +19,11 @@ _TICKS = ["%Y", "%b", "%m-%d", "%H:%M", "%H:%M", "%H:%M:%S.%f"]  # years, months
 
 
 class Series(NamedTuple):
-    """An item's values. times_s: (k,) from a common zero, NaN breaks the line.
+    """Values of one item.
 
-    limits: what is well, ±inf where open; None: anything. names: of an enumeration's values, the ticks of its panel.
+    times_s: (k,) from a common zero; NaN breaks the line.
+    limits: normal range, ±inf where open; None: any value.
+    names: of an enumeration's values, the ticks of its panel.
     """
 
     name: str
@@ -34,7 +36,7 @@ class Series(NamedTuple):
 
 @drawn
 def items(series: Sequence[Series], zero_utc_ns: int = 0) -> Figure:
-    """All of them over one axis of time: UTC, where that of its zero is known (0: it is not), else s of the run."""
+    """All items over one time axis: UTC if `zero_utc_ns` is known (0: unknown), else seconds of the run."""
     zero = date2num(datetime.fromtimestamp(zero_utc_ns / 1e9, UTC)) if zero_utc_ns else None
     made = figure(PAGE_IN, 1.0 + 1.9 * len(series))
     panels = made.subplots(len(series), 1, squeeze=False, sharex=True).ravel()
@@ -63,13 +65,13 @@ def items(series: Sequence[Series], zero_utc_ns: int = 0) -> Figure:
 
 
 def _label(one: Series) -> str:
-    """The name, and the unit where the name does not end with it."""
+    """The name, and the unit if the name does not end with it."""
     said = one.unit in ("", "1") or one.name.endswith("_" + one.unit.lower().replace("/", "p").replace("°", ""))
     return literal(one.name if said else f"{one.name}\n{one.unit}")
 
 
 def _name(axes: Axes, values: F64, names: Mapping[int, str]) -> None:
-    """Ticks at the values that occur, by name; a number where it has none."""
+    """Ticks at the values that occur, with their names; a number if a value has no name."""
     seen = sorted({int(value) for value in values if math.isfinite(value)})
     axes.set_yticks(seen, [literal(names.get(value, str(value))) for value in seen])
     axes.set_ylim(min(seen, default=0) - 0.5, max(seen, default=0) + 0.5)

@@ -55,7 +55,7 @@ def set_picture(plan: PlanPicture) -> np.ndarray:
 
 
 def panel(axes: Axes, plan: PlanPicture, sector_rad: float, body_m: tuple[float, float]) -> None:
-    """One stop."""
+    """The panel of one stop."""
     left, right, bottom, top = extent(plan.grid)
     axes.imshow(set_picture(plan), origin="lower", extent=(left, right, bottom, top), interpolation="nearest")
     if len(plan.optimistic_path):
@@ -78,7 +78,7 @@ def panel(axes: Axes, plan: PlanPicture, sector_rad: float, body_m: tuple[float,
 
 
 def legend(plans: Sequence[PlanPicture]) -> list[Patch | Line2D]:
-    """What the panels of these stops show."""
+    """Legend entries for the panels of these stops."""
     dot = {"marker": "o", "linestyle": "none", "markeredgecolor": "white"}
     sets = [Patch(facecolor=c, edgecolor="#888888", label=SET_NAMES[s]) for s, c in SET_COLOURS.items()]
     lines = [

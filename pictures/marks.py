@@ -1,4 +1,4 @@
-"""What pictures of a stop's plan share: the rover, the goal, the next sensing position and what it looks at."""
+"""Marks that pictures of a stop's plan share: rover, goal, next sensing position and its sector."""
 
 from __future__ import annotations
 
@@ -27,14 +27,14 @@ def star(axes: Axes, place_m: F64) -> None:
 def sector(
     axes: Axes, pose: tuple[float, float, float], half_rad: float, colour: str = NEXT, reach_m: float = SECTOR_M
 ) -> None:
-    """The wedge that a scan from x, y, heading looks at, cut off at `reach_m`."""
+    """The sector of a scan from x, y, heading, limited to `reach_m`."""
     x, y, heading = pose
     a, b = (math.degrees(heading + part) for part in (-half_rad, half_rad))
     axes.add_patch(Wedge((x, y), reach_m, a, b, facecolor=colour, alpha=0.22, edgecolor=colour, linewidth=1))
 
 
 def goal(axes: Axes, plan: PlanPicture) -> None:
-    """The goal, or at the map's edge an arrow towards it."""
+    """The goal, or an arrow towards it at the map's edge."""
     left, right, bottom, top = extent(plan.grid)
     rim = 0.04 * (right - left)
     inside = np.clip(plan.goal_m, (left + rim, bottom + rim), (right - rim, top - rim))

@@ -1,4 +1,4 @@
-"""A mission stop by stop: the true ground with the way driven, the decisions in words, the map at each stop."""
+"""A mission stop by stop: the true ground with the driven path, the decisions as text, the map at each stop."""
 
 from __future__ import annotations
 
@@ -17,16 +17,22 @@ from pictures.paths import spread
 from pictures.style import BLACK, PAGE_IN, RED, SKY, drawn, figure, literal
 from pictures.terrain import Ground, draw_ground, scale_bar
 
-LINES_OF_TEXT = 30  # beside the ground
+LINES_OF_TEXT = 30  # next to the ground
 WIDTH_OF_TEXT = 54
 TOP_IN = 4.9
 
 
 @dataclass(frozen=True, slots=True)
 class Story:
-    """What came of a mission. way: (k, 2 or more) true x, y. stops: (n, 2 or more) where it truly stood.
+    """Result of a mission.
 
-    contacts: (m, 3) x, y and whether hard. outcome: in words. best: (k, 2 or more) the cheapest way of the truth.
+    ground, goal_m: true ground and goal.
+    way: (k, 2 or more) true x, y.
+    stops: (n, 2 or more) true places of the stops.
+    contacts: (m, 3) x, y and whether hard.
+    best: (k, 2 or more) the cheapest path on the true ground.
+    plans: one for each stop.
+    outcome: text.
     """
 
     ground: Ground
@@ -41,7 +47,7 @@ class Story:
 
 @drawn
 def mission(story: Story, sector_rad: float, body_m: tuple[float, float]) -> Figure:
-    """The whole story on one page. sector_rad: half the scan's sector. body_m: length and width."""
+    """One page with the whole mission. sector_rad: half the scan's sector. body_m: length and width."""
     rows = math.ceil(len(story.plans) / COLUMNS)
     side = PAGE_IN / COLUMNS
     below_in = (side + 0.05) * rows + 0.75
@@ -79,7 +85,7 @@ def _truth(axes: Axes, story: Story) -> None:
 
 
 def _words(axes: Axes, story: Story) -> None:
-    """The decisions and their reasons, as many as there is room for."""
+    """The decisions and their reasons, as many as fit."""
     lines = [line for n, plan in enumerate(story.plans, 1) for line in _decision(n, plan)]
     if len(lines) > LINES_OF_TEXT - 3:
         lines = [*lines[: LINES_OF_TEXT - 4], "..."]

@@ -1,4 +1,4 @@
-"""How the next sensing position was chosen: the score of every candidate, the best, its alternatives, their views."""
+"""Choice of the next sensing position: score of every candidate, the best, its alternatives, their sectors."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _ALTERNATIVE_M, _BEST_M = 1.0, 2.0
 def next_position(plan: PlanPicture, sector_rad: float, body_m: tuple[float, float]) -> Figure:
     """The map of one stop. sector_rad: half the scan's sector. body_m: length and width.
 
-    Cells with a score cover the node sets. Where the strategy scored nothing the picture says so.
+    Cells with a score cover the node sets. If the strategy scored nothing, the picture states that.
     """
     made = figure(PAGE_IN * 0.8, PAGE_IN * 0.8)
     axes = made.subplots()
@@ -46,7 +46,7 @@ def next_position(plan: PlanPicture, sector_rad: float, body_m: tuple[float, flo
 
 
 def _choices(axes: Axes, plan: PlanPicture, sector_rad: float) -> None:
-    """The best with its sector, the alternatives numbered in their order."""
+    """The best with its sector, and the alternatives numbered in order."""
     for number, (x, y, heading, _) in enumerate(plan.alternatives, 1):
         sector(axes, (x, y, heading), sector_rad, BLUE, _ALTERNATIVE_M)
         axes.plot(x, y, "o", color=BLUE, markersize=11, markeredgecolor="white", zorder=6)

@@ -38,7 +38,7 @@ def orientation(estimated: Track, true: Track | None, spans: Sequence[Span]) -> 
 
 
 def _degrees(track: Track, column: int) -> tuple[F64, F64]:
-    """Times and angles in (-180, 180], with a NaN between two of them where the angle goes round."""
+    """Times and angles in (-180, 180], with a NaN between two samples where the angle wraps."""
     angles = 180 - np.mod(180 - np.degrees(track.angles_rad[:, column]), 360)
     cuts = np.flatnonzero(np.abs(np.diff(angles)) > 180) + 1
     return np.insert(track.times_s, cuts, track.times_s[cuts]), np.insert(angles, cuts, np.nan)

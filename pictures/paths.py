@@ -1,4 +1,4 @@
-"""Figure 13a of the chapter: the global path, the local paths that replaced it, and the way that was driven."""
+"""Figure 13a of the chapter: the global path, the local paths that replaced it, and the driven path."""
 
 from __future__ import annotations
 
@@ -22,7 +22,13 @@ _HALO = [effects.withStroke(linewidth=3.2, foreground="white", alpha=0.75)]
 
 @dataclass(frozen=True, slots=True)
 class Ways:
-    """Lines on the map, each (k, 2 or more) x, y, ...; without rows it is not drawn. stops: (n, 2 or more)."""
+    """Lines on the map, each (k, 2 or more) x, y, ...; a line without rows is not drawn.
+
+    goal_m, tolerance_m: goal and its radius.
+    global_path, local_paths: planned paths.
+    estimated, true: driven path.
+    stops: (n, 2 or more) places of the stops.
+    """
 
     goal_m: tuple[float, float]
     tolerance_m: float = 0.3
@@ -35,7 +41,7 @@ class Ways:
 
 @drawn
 def paths(ground: Ground, ways: Ways) -> Figure:
-    """All ways on the shaded ground, equal axes in metres, cut to what the rover had to do with."""
+    """All paths on the shaded ground, equal axes in metres, limited to the relevant area."""
     left, right, bottom, top = _window(ground, ways)
     width, height = right - left, top - bottom
     page_in = min(PAGE_IN, 7.0 * width / height + 0.7)
@@ -82,7 +88,7 @@ def _marks(axes: Axes, ways: Ways) -> None:
 
 
 def spread(stops: F64) -> list[tuple[str, tuple[float, float]]]:
-    """Numbers of stops; those of one place share a label."""
+    """Labels of stops; stops at one place share a label."""
     places: list[tuple[list[str], tuple[float, float]]] = []
     for number, stop in enumerate(stops, 1):
         here = (float(stop[0]), float(stop[1]))
@@ -95,7 +101,7 @@ def spread(stops: F64) -> list[tuple[str, tuple[float, float]]]:
 
 
 def _window(ground: Ground, ways: Ways) -> tuple[float, float, float, float]:
-    """Bounds of all that is drawn, with a margin, inside the ground; never slimmer than 1 : 2."""
+    """Bounds of all lines with a margin, inside the ground; never narrower than 1 : 2."""
     lines = [np.array([ways.goal_m, (0.0, 0.0)]), ways.global_path, ways.estimated, ways.true, *ways.local_paths]
     points = np.concatenate([line[:, :2] for line in lines if len(line)])
     left, bottom = points.min(axis=0) - _MARGIN_M

@@ -1,4 +1,4 @@
-"""What the chapter's equations do as printed, beside what flies: the pictures of `docs/as-printed.md`."""
+"""Pictures of `docs/as-printed.md`: the chapter's equations as printed, and the flown ones."""
 
 from __future__ import annotations
 
@@ -19,7 +19,12 @@ from pictures.wheels import RING, draw_angle, draw_body, draw_wheel
 
 @dataclass(frozen=True, slots=True)
 class Scores:
-    """E over a grid of nodes, (rows, columns), NaN where none; climbs: (k, 2) nodes j, i; best: the node taken."""
+    """Score E over a grid of nodes.
+
+    score: (rows, columns), NaN where there is none.
+    climbs: (k, 2) nodes j, i.
+    best: the chosen node.
+    """
 
     title: str
     score: F64
@@ -29,7 +34,12 @@ class Scores:
 
 @dataclass(frozen=True, slots=True)
 class Steered:
-    """A rover's wheels: places (4, 2) m in body axes, angles (4,) rad, and the turn it was told to make."""
+    """Wheels of a rover for a turn.
+
+    places_m: (4, 2) in body axes.
+    angles_rad: (4,) steering angles.
+    v_mps, rate_radps: the commanded turn.
+    """
 
     title: str
     places_m: F64
@@ -56,7 +66,7 @@ def visibility(ground: Ground, nodes: Grid, maps: Sequence[tuple[str, F64]]) -> 
 
 @drawn
 def search(ground: Ground, nodes: Grid, goal_m: tuple[float, float], answers: Sequence[Scores]) -> Figure:
-    """E by several rules, with the climbs over it and the node that was taken."""
+    """E by several rules, with the climbs over it and the chosen node."""
     made = figure(PAGE_IN, 5.3)
     for axes, answer in zip(made.subplots(1, len(answers)), answers):
         axes.imshow(hillshade(ground.heights_m, ground.grid.cell_m), origin="lower", extent=extent(ground.grid),
@@ -89,7 +99,7 @@ def search(ground: Ground, nodes: Grid, goal_m: tuple[float, float], answers: Se
 
 @drawn
 def steering(turns: Sequence[Steered], rates_radps: F64, rims_mps: Sequence[tuple[str, F64]]) -> Figure:
-    """Wheels from above with their axles, and the rim's speed of wheel 1 over the rate of turn."""
+    """Wheels from above with their axles, and the rim speed of wheel 1 over the rate of turn."""
     made = figure(PAGE_IN, 2.9)
     *plans, chart = made.subplots(1, len(turns) + 1, width_ratios=[1.25] * len(turns) + [1])
     for axes, turn in zip(plans, turns):
@@ -108,8 +118,8 @@ def steering(turns: Sequence[Steered], rates_radps: F64, rims_mps: Sequence[tupl
 
 
 def _rover(axes: Axes, turn: Steered) -> None:
-    """A plan view, ahead upwards: map +x up, +y to the left."""
-    centre = -turn.v_mps / turn.rate_radps  # across the picture: the left is -x here
+    """Plan view, forward upwards: map +x up, +y to the left."""
+    centre = -turn.v_mps / turn.rate_radps  # across the picture: left is -x here
     for number, (place, angle) in enumerate(zip(turn.places_m, turn.angles_rad), 1):
         draw_angle(axes, place, float(angle))
         draw_wheel(axes, number, place, float(angle))
@@ -121,7 +131,7 @@ def _rover(axes: Axes, turn: Steered) -> None:
 
 @drawn
 def fractal(sizes: Sequence[int], sigmas: Sequence[tuple[str, F64]], grounds: Sequence[Ground]) -> Figure:
-    """The share of sigma that comes back over the map's size, and what the frequencies make of the ground."""
+    """Ratio of sigma measured over the map's size, and the effect of the frequencies on the ground."""
     made = figure(PAGE_IN, 3.7)
     chart, *maps = made.subplots(1, 1 + len(grounds), width_ratios=[1.25] + [1] * len(grounds))
     for (name, sigma), (colour, marker) in zip(sigmas, ((RED, "s"), (BLACK, "o"))):

@@ -1,4 +1,4 @@
-"""A 3D scan: its range image, its points from above, and what one tilt for a whole turn would do to the floor."""
+"""A 3D scan: its range image, its points from above, and the floor's error with one tilt for a whole turn."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _FLOOR_M = 0.02
 
 
 def held(scan: Scan3d) -> Scan3d:
-    """The same scan with one tilt for all beams of a turn: the one at its start."""
+    """The same scan with one tilt for all beams of a turn: the tilt at its start."""
     pixels = scan.pixels.copy()
     pixels["tilt_rad"] = pixels["tilt_rad"][:, :1]
     return Scan3d(pixels, scan.first_angle_rad, scan.step_rad)

@@ -14,7 +14,7 @@ _HIGHEST = 130.0  # %
 
 @drawn
 def slip(slopes_deg: Sequence[float], ratios: Mapping[str, Sequence[float]]) -> Figure:
-    """`ratios` of the way lost, by soil; what lies over 130 % leaves the picture."""
+    """Slip: `ratios` of the distance lost, by soil; values over 130 % are not drawn."""
     made = figure(PAGE_IN, 4.0)
     axes = made.subplots()
     axes.axhline(100, color=GREY, linewidth=0.8)

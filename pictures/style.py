@@ -1,6 +1,6 @@
-"""One look for every picture: colours that colour-blind eyes tell apart (Okabe and Ito), type legible at page size.
+"""Common style of all pictures: colours distinguishable by colour-blind people (Okabe and Ito), type legible on a page.
 
-Figures are drawn without pyplot and without a window; `png` makes the bytes of a figure, the same for the same figure.
+Figures are drawn without pyplot and without a window; `png` encodes a figure, with the same bytes for the same figure.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ _STYLE: dict[str, Any] = {
 
 
 def drawn(draw: Callable[P, Figure]) -> Callable[P, Figure]:
-    """Decorator of a drawing function: whatever it makes has this style, and nothing outside it changes."""
+    """Decorator of a drawing function: its figure has this style, and nothing outside it changes."""
 
     @functools.wraps(draw)
     def styled(*args: P.args, **kwargs: P.kwargs) -> Figure:
@@ -50,7 +50,7 @@ def drawn(draw: Callable[P, Figure]) -> Callable[P, Figure]:
 
 
 def drawn_frames(draw: Callable[P, Iterator[T]]) -> Callable[P, Iterator[T]]:
-    """Decorator of a generator of pictures: each is made in this style, and nothing between them changes."""
+    """Decorator of a generator of pictures: each picture has this style, and nothing between them changes."""
 
     @functools.wraps(draw)
     def styled(*args: P.args, **kwargs: P.kwargs) -> Iterator[T]:
@@ -67,7 +67,7 @@ def drawn_frames(draw: Callable[P, Iterator[T]]) -> Callable[P, Iterator[T]]:
 
 
 def figure(width_in: float, height_in: float) -> Figure:
-    """An empty figure with a canvas of its own; its parts make room for each other."""
+    """An empty figure with its own canvas and automatic layout."""
     made = Figure(figsize=(width_in, height_in), layout="constrained")
     FigureCanvasAgg(made)
     return made
@@ -88,5 +88,5 @@ def quiet(axes: Axes) -> None:
 
 
 def literal(words: str) -> str:
-    """A text from outside as it is: between two `$` matplotlib would read mathematics, and raise at what is none."""
+    """Escape a text from outside: matplotlib would parse text between two `$` as mathematics, and raise on errors."""
     return words.replace("$", r"\$")

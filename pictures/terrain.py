@@ -1,4 +1,4 @@
-"""Ground under a light from the north-west, with its rocks; the same ground as the orbiter's map knows it."""
+"""Shaded ground under a light from the north-west, with its rocks; true ground and the orbiter's map of it."""
 
 from __future__ import annotations
 
@@ -25,7 +25,13 @@ _NOTHING = (1.0, 1.0, 1.0)
 
 @dataclass(frozen=True, slots=True)
 class Ground:
-    """What lies under a picture. heights_m: (rows, columns) float32, NaN unknown. rocks: (n, 3) x, y, diameter."""
+    """Ground of a picture.
+
+    grid: its grid.
+    heights_m: (rows, columns) float32, NaN unknown.
+    rocks: (n, 3) x, y, diameter.
+    name: title.
+    """
 
     grid: Grid
     heights_m: F32
@@ -46,7 +52,7 @@ def extent(grid: Grid) -> tuple[float, float, float, float]:
 
 
 def hillshade(heights_m: F32, cell_m: float, exaggeration: float = 1.5) -> NDArray[np.float64]:
-    """Brightness 0..1 of each cell under the light, (rows, columns); a cell beside unknown ones takes what is known."""
+    """Brightness 0..1 of each cell under the light, (rows, columns); next to unknown cells it uses the known ones."""
     known = np.isfinite(heights_m)
     filled = np.where(known, heights_m, np.nanmean(heights_m) if known.any() else 0.0).astype(np.float64) * exaggeration
     slope_y, slope_x = np.gradient(filled, cell_m)
@@ -58,7 +64,7 @@ def hillshade(heights_m: F32, cell_m: float, exaggeration: float = 1.5) -> NDArr
 
 
 def height_scale(grounds: Sequence[Ground]) -> Normalize:
-    """One scale of colours for the heights of all of them."""
+    """One colour scale for the heights of all grounds."""
     heights = np.concatenate([ground.heights_m.ravel() for ground in grounds])
     known = heights[np.isfinite(heights)]
     return Normalize(*(np.percentile(known, (1, 99)) if len(known) else (0, 1)), clip=True)
@@ -94,7 +100,7 @@ def draw_rocks(axes: Axes, rocks: F64) -> None:
 
 
 def map_axes(axes: Axes) -> None:
-    """East and north in metres, one metre as long as the other."""
+    """East and north in metres, with equal scale."""
     axes.set_aspect("equal")
     for axis in (axes.xaxis, axes.yaxis):
         axis.set_major_locator(MaxNLocator(nbins=9, steps=(1, 2, 5, 10), integer=True))
@@ -114,7 +120,7 @@ def scale_bar(axes: Axes, length_m: float) -> None:
 
 @drawn
 def terrain(known: Ground, truth: Ground | None, goal_m: tuple[float, float]) -> Figure:
-    """The orbiter's map and, where it is given, the true ground with its rocks, beside each other."""
+    """The orbiter's map and, if given, the true ground with its rocks, side by side."""
     grounds = [known] if truth is None else [truth, known]
     scale = height_scale(grounds)
     made = figure(PAGE_IN if truth else PAGE_IN * 0.62, 4.9 if truth else 5.2)

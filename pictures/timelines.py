@@ -1,4 +1,4 @@
-"""What happened when: the record of a pose over time and the phases behind a time series."""
+"""Poses over time, and mission phases as background of a time series."""
 
 from __future__ import annotations
 
@@ -16,14 +16,19 @@ from pictures.style import PHASE_COLOURS
 
 @dataclass(frozen=True, slots=True)
 class Track:
-    """Poses over time. times_s: (k,) rising. position_m: (k, 3). angles_rad: (k, 3) roll, pitch, yaw."""
+    """Poses over time.
+
+    times_s: (k,) rising.
+    position_m: (k, 3).
+    angles_rad: (k, 3) roll, pitch, yaw.
+    """
 
     times_s: F64
     position_m: F64
     angles_rad: F64
 
     def at(self, times_s: F64) -> Track:
-        """The poses at other times, linear between the known ones; angles across the cut at pi."""
+        """The poses at other times, linearly interpolated; angles are unwrapped at pi."""
         def between(values: F64) -> F64:
             return np.column_stack([np.interp(times_s, self.times_s, column) for column in values.T])
 

@@ -1,4 +1,4 @@
-"""A predicted way on the rover's map: what is known ground, what is to be driven, what is hoped for behind it."""
+"""A predicted path on the rover's map: known ground, path to drive, straight rest to the goal."""
 
 from __future__ import annotations
 
@@ -14,7 +14,11 @@ from pictures.terrain import extent, map_axes
 
 
 class Sets(NamedTuple):
-    """A map. heights_m, node_sets: (rows, columns), NaN unknown, uint8 of NodeSet."""
+    """Map of a prediction.
+
+    heights_m: (rows, columns), NaN unknown.
+    node_sets: (rows, columns) uint8 of NodeSet.
+    """
 
     grid: Grid
     heights_m: F32
@@ -23,7 +27,11 @@ class Sets(NamedTuple):
 
 @drawn
 def way(sets: Sets, path: F64, beyond: F64, goal_m: tuple[float, float], title: str) -> Figure:
-    """path: (k, 2 or more) x, y to be driven; beyond: (m, 2), may have no rows."""
+    """Draw a predicted path.
+
+    path: (k, 2 or more) x, y to drive.
+    beyond: (m, 2) x, y of the rest to the goal; may have no rows.
+    """
     made = figure(7.0, 7.4)
     axes = made.subplots()
     axes.imshow(set_picture(sets), origin="lower", extent=extent(sets.grid), interpolation="nearest")

@@ -1,4 +1,4 @@
-"""The rover from above, ahead upwards (+x up, +y to the left): body, wheels, axles, turning centres, ways."""
+"""The rover from above, forward upwards (+x up, +y to the left): body, wheels, axles, turning centres, paths."""
 
 from __future__ import annotations
 
@@ -25,7 +25,13 @@ _REACH = np.array([-2.5, 2.5])
 
 @dataclass(frozen=True, slots=True)
 class Turning:
-    """A rover that moves: places (4, 2) m in body axes, angles (4,) rad, its twist; fixed: index of a stuck wheel."""
+    """A moving rover.
+
+    places_m: (4, 2) in body axes.
+    angles_rad: (4,) steering angles.
+    twist: vx, vy, yaw rate.
+    fixed: index of a stuck wheel.
+    """
 
     title: str
     places_m: F64
@@ -46,7 +52,7 @@ def draw_wheel(axes: Axes, number: int, place_m: F64, angle_rad: float, colour: 
 
 
 def draw_angle(axes: Axes, place_m: F64, angle_rad: float) -> None:
-    """A wheel's steering angle beside it, in degrees."""
+    """A wheel's steering angle next to it, in degrees."""
     a, b = place_m
     axes.text((-1 if b > 0 else 1) * 0.48, math.copysign(0.62, a), f"{math.degrees(angle_rad):+.1f}°", ha="center",
               va="center", fontsize=8.5, bbox=_PALE_BOX, zorder=6)
@@ -63,7 +69,7 @@ def draw_body(axes: Axes) -> None:
 
 @drawn
 def turning(rovers: Sequence[Turning]) -> Figure:
-    """Four rovers, each with its axles, which meet in the ring, and the way base_link goes."""
+    """Four rovers, each with its axles, which meet in the ring, and the path of base_link."""
     made = figure(PAGE_IN, 6.4)
     for axes, rover in zip(made.subplots(2, 2).ravel(), rovers):
         for k, (place, angle) in enumerate(zip(rover.places_m, rover.angles_rad)):
@@ -83,7 +89,7 @@ def turning(rovers: Sequence[Turning]) -> Figure:
 
 @drawn
 def carrots(ways: Sequence[tuple[str, F64]], law: Sequence[tuple[str, F64]]) -> Figure:
-    """Distances from a straight path, each (k, 2) of way and distance, m: the chapter's carrot, and the other laws."""
+    """Distances from a straight path, each (k, 2) of path length and distance, m; the carrot and the other laws."""
     made = figure(PAGE_IN, 3.3)
     colours = (RED, ORANGE, BLUE, GREEN, SKY)
     for axes, lines, title in zip(made.subplots(1, 2, sharey=True), (ways, law),

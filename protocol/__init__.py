@@ -1,8 +1,8 @@
-"""What crosses a wire: formats, tables, state machines over bytes. No I/O, clock, threads."""
+"""Wire formats, tables and state machines over bytes. No I/O, clock or threads."""
 
 
 class WireError(ValueError):
-    """One frame or message of the other side is bad; the receiver counts it by kind and goes on."""
+    """Error in one frame or message of the peer; the receiver counts it by kind and continues."""
 
     def __init__(self, kind: str, detail: str = "") -> None:
         super().__init__(f"{kind}: {detail}" if detail else kind)

@@ -1,9 +1,9 @@
-"""What an argument of a command can be, and for each kind its check, its words and its bytes.
+"""Command arguments: kinds, range check, parsing of typed words, and wire encoding.
 
     number   f64, NaN where it was left out             choice   f64, the index in `choices`
     text     length u8 and UTF-8, 0 B where left out    points   count u8, then x and y of each in whole mm, i32
 
-Texts and points are bounded (`most`): the longest telecommand fits a datagram of the slowest link.
+Texts and points have a maximum length (`most`), so that the longest telecommand fits a datagram of the slowest link.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ _MM = 1000.0
 
 
 class Kind(Enum):
-    """How an argument is written."""
+    """Encoding of an argument on the wire."""
 
     NUMBER = "number"
     CHOICE = "choice"
@@ -30,10 +30,20 @@ class Kind(Enum):
 
 
 class Argument(NamedTuple):
-    """One argument: a number from low to high in `unit`, one of `choices`, at most `most` bytes or points.
+    """Specification of one argument.
 
-    Points are one flat tuple x, y, x, y ... in `unit`, each coordinate from low to high, kept to the millimetre. A
-    text may have to be one of the names that are `known`.
+    name: name of the argument.
+    unit: SI unit of a number or of a point's coordinates.
+    low, high: allowed range of a number, or of each coordinate of a point.
+    meaning: text for help and docs.
+    required: False if the argument may be left out.
+    choices: allowed words of a choice.
+    text: True for a text.
+    most: maximum number of bytes of a text, or of points.
+    least: minimum number of points.
+    known: allowed texts; empty: any text.
+
+    Points are one flat tuple x, y, x, y ... in `unit`, rounded to 1 mm.
     """
 
     name: str
@@ -50,24 +60,24 @@ class Argument(NamedTuple):
 
     @property
     def kind(self) -> Kind:
-        """How it is written."""
+        """Encoding, derived from `choices`, `text` and `most`."""
         if self.choices:
             return Kind.CHOICE
         return Kind.TEXT if self.text else Kind.POINTS if self.most else Kind.NUMBER
 
     @property
     def is_angle(self) -> bool:
-        """Whether people type and read it in degrees."""
+        """True if people type and read the value in degrees."""
         return self.unit.startswith("rad")
 
     @property
     def takes_rest(self) -> bool:
-        """Whether it takes all words that are left."""
+        """True if the argument takes all remaining words of the line."""
         return self.kind in (Kind.TEXT, Kind.POINTS)
 
     @property
     def allowed(self) -> str:
-        """What it may be, in words."""
+        """Allowed values as text for people; angles in degrees."""
         low, high, unit = self.low, self.high, self.unit
         if self.is_angle:
             low, high, unit = math.degrees(low), math.degrees(high), unit.replace("rad", "degrees")
@@ -81,7 +91,7 @@ class Argument(NamedTuple):
 
 
 def check(argument: Argument, given: object) -> Value:
-    """The value as it crosses the wire. Raises ValueError with what was given and what is allowed."""
+    """Return the checked value to encode. Raises ValueError with the given value and the allowed values."""
     value = _CHECKS[argument.kind](argument, given)
     if value is None:
         raise ValueError(f"`{argument.name}` = {_told(argument, given)} should be {argument.allowed}")
@@ -89,7 +99,7 @@ def check(argument: Argument, given: object) -> Value:
 
 
 def _told(argument: Argument, given: object) -> str:
-    """What was given, as a person typed it."""
+    """Return the given value as text for the error message; angles in degrees."""
     if argument.is_angle and isinstance(given, (int, float)):
         return f"{math.degrees(given):g} degrees"
     if argument.kind is Kind.POINTS and isinstance(given, (tuple, list)) and len(given) % 2:
@@ -98,7 +108,7 @@ def _told(argument: Argument, given: object) -> str:
 
 
 def from_words(argument: Argument, words: Sequence[str]) -> Value:
-    """What a person typed: numbers in the argument's unit, angles in degrees. Raises ValueError."""
+    """Parse typed words: numbers in the argument's unit, angles in degrees. Raises ValueError."""
     if argument.kind in (Kind.CHOICE, Kind.TEXT):
         return " ".join(words)
     try:
@@ -109,7 +119,7 @@ def from_words(argument: Argument, words: Sequence[str]) -> Value:
 
 
 def pack(argument: Argument, value: Value | None) -> bytes:
-    """The bytes of a checked value; None: it was left out."""
+    """Encode a checked value; None encodes an argument that was left out."""
     if argument.kind is Kind.TEXT:
         data = str(value or "").encode()
         return bytes([len(data)]) + data
@@ -122,9 +132,9 @@ def pack(argument: Argument, value: Value | None) -> bytes:
 
 
 def unpack(argument: Argument, raw: bytes, at: int) -> tuple[Value | None, int]:
-    """The value, None where it was left out, and where the next one begins. Ranges are not checked here.
+    """Decode one argument at offset `at`: its value (None if left out) and the offset of the next argument.
 
-    Raises WireError("telecommand") on what `pack` cannot have written.
+    Ranges are not checked here. Raises WireError("telecommand") on bytes that `pack` cannot have written.
     """
     try:
         if argument.kind is Kind.TEXT:

@@ -1,4 +1,4 @@
-"""The lock-step's messages: the bench owns time, each participant runs one tick when it is told to.
+"""Lock-step protocol: the bench owns time, each participant runs one tick on request.
 
     bench                         participant
       |  HELLO <--------------------  |   name, protocol version
@@ -11,7 +11,7 @@
 Rule 1: counts are cumulative pieces (CAN frames, stream bytes, datagrams) since the channel's epoch began.
 Rule 2: a participant never acts on a piece before the TICK that counts it, whenever it arrived.
 Rule 3: DONE carries `wake_tick`: the participant need not be called before that tick unless a channel has news.
-Rule 4: TICKs may leave numbers out: the participant was to be late, and finds what came meanwhile.
+Rule 4: TICKs may skip numbers: the participant is meant to be late, and receives what arrived in between.
 
 On the stream each message is a 4-byte little-endian length, one version byte, one type byte, then the body.
 """
@@ -37,7 +37,14 @@ CLOSED, OPEN, ERROR = 0, 1, 2
 
 @dataclass(frozen=True, slots=True)
 class Channel:
-    """One channel at one tick: cumulative `count` of its `epoch`, and the arrival stamps (us) of what is new."""
+    """One channel at one tick.
+
+    name: name of the channel.
+    count: cumulative pieces of its `epoch`.
+    state: CLOSED, OPEN or ERROR.
+    epoch: rises each time that the count restarts at zero.
+    stamps_us: arrival times of the new pieces, us.
+    """
 
     name: str
     count: int
@@ -48,14 +55,14 @@ class Channel:
 
 @dataclass(frozen=True, slots=True)
 class Hello:
-    """First word of a participant."""
+    """First message of a participant."""
 
     name: str
 
 
 @dataclass(frozen=True, slots=True)
 class Welcome:
-    """The bench's answer: length of a tick and the number of the first one."""
+    """Bench's answer: length of a tick and number of the first one."""
 
     tick_ns: int
     first_tick: int
@@ -63,9 +70,12 @@ class Welcome:
 
 @dataclass(frozen=True, slots=True)
 class Tick:
-    """Run tick `number`: bench time `now_ns`, and what each channel holds by now.
+    """Request to run one tick.
 
-    machine: what the rover's computer is to see of itself in this tick, the fields of onboard.records.Machine; ().
+    number: number of the tick.
+    now_ns: bench time.
+    channels: state of each channel.
+    machine: figures of the rover's computer for this tick, the fields of onboard.records.Machine; (): none.
     """
 
     number: int
@@ -76,7 +86,13 @@ class Tick:
 
 @dataclass(frozen=True, slots=True)
 class Done:
-    """Tick `number` is done. sent: cumulative pieces per channel; connect: channels to be (re)opened."""
+    """Reply that a tick is done.
+
+    number: number of the tick.
+    wake_tick: tick before which the participant need not be called (rule 3).
+    sent: cumulative pieces per channel.
+    connect: channels to open or reopen.
+    """
 
     number: int
     wake_tick: int
@@ -86,7 +102,7 @@ class Done:
 
 @dataclass(frozen=True, slots=True)
 class Stop:
-    """The run is over."""
+    """End of the run."""
 
     reason: str = ""
 
@@ -95,7 +111,7 @@ Message = Hello | Welcome | Tick | Done | Stop
 
 
 def parse_address(text: str) -> tuple[str, int]:
-    """The bench's `tcp:HOST:PORT` as (host, port). Raises ValueError."""
+    """Parse the bench's address `tcp:HOST:PORT` into (host, port). Raises ValueError."""
     kind, _, rest = text.partition(":")
     host, _, port = rest.rpartition(":")
     if kind != "tcp" or not host or not port.isdigit():
@@ -109,7 +125,7 @@ def _text(value: str) -> bytes:
 
 
 def encode(message: Message) -> bytes:
-    """One message as it crosses the stream."""
+    """Encode one message for the stream."""
     match message:
         case Tick(number, now_ns, channels, machine):
             kind, parts = 3, [_TICK.pack(number, now_ns, len(channels), len(machine))]
@@ -188,13 +204,13 @@ def _decode(kind: int, body: bytes) -> Message:
 
 
 class Receiver:
-    """Bytes of the stream in, whole messages out."""
+    """Decoder of the stream: bytes in, complete messages out."""
 
     def __init__(self) -> None:
         self._buffer = bytearray()
 
     def receive(self, data: bytes) -> list[Message]:
-        """Every message that is complete now. Raises WireError on a peer of another version or a malformed message."""
+        """Return the messages that are complete now. Raises WireError on another version or a malformed message."""
         self._buffer += data
         return list(self._messages())
 

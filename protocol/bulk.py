@@ -2,20 +2,20 @@
 
     sender, chunks by index                           receiver
       |  announce, 0, 1, 2, 3, 4, 5, 6 ...  ------>     |  has 0 1 . 3 4 . .     (2 lost, 5 and 6 on the way)
-      |  <------ bitmap every 0.5 s: echo of the newest serial heard, base 2, bits .3 4. .
+      |  <------ bitmap every 0.5 s: echo of the newest serial received, base 2, bits .3 4. .
       |  2 again (sent before the echo, not there), 7, 8 ...
 
-Rule 1: each transmission has a serial number. The bitmap echoes the newest heard; what was sent clearly before it and
-        is not there was lost. So losses are known without a guess of the round trip, at any delay.
-Rule 2: when nothing new is left, idle capacity sends repair symbols (protocol.repair) over what is not yet confirmed:
-        whichever chunks were lost, the tail costs no further round trip.
+Rule 1: each transmission has a serial number. The bitmap echoes the newest one received. A chunk sent clearly before it
+        and not present was lost. So losses are detected without an estimate of the round trip, at any delay.
+Rule 2: when nothing new is left, idle capacity sends repair symbols (protocol.repair) over unconfirmed chunks.
+        Whichever were lost, the end of the object costs no further round trip.
 Rule 3: without a bitmap for 10 s the sender only probes, every 2 s; the first bitmap after a blackout, or after a
-        restart of either side, tells it what is missing. An object's id comes from its content and survives restarts.
-        Serials start at the sender's milliseconds: what is said of an earlier transfer of the object is known as old.
-Rule 4: a newer object of the same name takes the place of an unfinished older one.
-Rule 5: what a receiver had before it was restarted it takes in again (`recall`), from where its shell kept the chunks.
-        It says so when the object is asked for (`hint`), so a sender restarted too sends only the rest. A bitmap about
-        an earlier transfer confirms; the first of this one takes back what was not so. SHA-256 and length tell bytes.
+        restart of either side, lists the missing chunks. An object's id is derived from its content and survives
+        restarts. Serials start at the sender's milliseconds, so a bitmap of an earlier transfer is recognised as old.
+Rule 4: a newer object of the same name replaces an unfinished older one.
+Rule 5: a restarted receiver reloads its chunks (`recall`) from its shell's store and reports them when the object is
+        requested (`hint`), so that a restarted sender sends only the rest. A bitmap of an earlier transfer confirms;
+        the first of this one withdraws wrong confirmations. SHA-256 and length identify the bytes.
 
 Both ends are in one file, over the usual length: the rules bind both. The layouts are in `bulk_wire`.
 """
@@ -45,7 +45,7 @@ _MOST_HINTS, _HINT_COPIES, _HINTED, _MOST_RECALLED = 8, 3, 2, 32
 
 @dataclass(slots=True)
 class _Transfer:
-    """One object on its way out. serial_of, sent_ns: of each chunk's newest transmission, 0: none."""
+    """Transfer of one object, sender's side. serial_of, sent_ns: newest transmission of each chunk, 0: none."""
 
     object_id: int
     name: str
@@ -76,7 +76,7 @@ class _Transfer:
         return CHUNK.pack(self.object_id, self.serial, index) + self.chunks[index]
 
     def next(self, now_ns: int) -> bytes | None:
-        """What must be sent: announcement, lost chunks, new chunks; a probe while nothing is heard."""
+        """Next payload to send: announcement, lost chunks, new chunks; a probe while no bitmap arrives."""
         if now_ns - self.heard_ns > _SILENCE_NS:
             if now_ns - self.probed_ns < _PROBE_NS:
                 return None
@@ -95,7 +95,7 @@ class _Transfer:
         return None
 
     def repeat(self, now_ns: int) -> bytes | None:
-        """What idle capacity may send: a symbol over what is not confirmed, for each chunk of it once in 0.3 s."""
+        """Repair symbol over the unconfirmed chunks for idle capacity; for each of these chunks one symbol in 0.3 s."""
         if now_ns < self.repeat_ns or self.next_new < len(self.chunks) or now_ns - self.heard_ns > _SILENCE_NS:
             return None
         waiting = [i for i, there in enumerate(self.acked) if not there]
@@ -112,8 +112,8 @@ class _Transfer:
         return min(waiting, key=self.serial_of.__getitem__, default=ANNOUNCEMENT)
 
     def confirm(self, echo: int, base: int, bits: bytes, now_ns: int) -> None:
-        """Take a bitmap in: what is there, what was lost (rule 1)."""
-        self.heard_ns, news = now_ns, self.echo <= echo <= self.serial  # an old bitmap may confirm, but not take back
+        """Process a bitmap: confirmed and lost chunks (rule 1)."""
+        self.heard_ns, news = now_ns, self.echo <= echo <= self.serial  # an old bitmap only confirms
         if news and echo > self.echo:
             sent_ns = next((self.sent_ns[i] for i, s in enumerate(self.serial_of) if s == echo), None)
             self.round_ns = self.round_ns if sent_ns is None else now_ns - sent_ns
@@ -129,7 +129,7 @@ class _Transfer:
                     self.lost.append(index)
 
     def believe(self, flags: int, base: int, bits: bytes) -> None:
-        """Rule 5: what is there by a bitmap about an earlier transfer of these bytes."""
+        """Confirm chunks by a bitmap of an earlier transfer of these bytes (rule 5)."""
         for index in range(len(self.chunks)):
             at = index - base
             if at < 0 or flags & COMPLETE or (at < 8 * len(bits) and bits[at >> 3] >> (at & 7) & 1):
@@ -137,7 +137,7 @@ class _Transfer:
 
 
 class Sender:
-    """Objects in, chunk payloads out, as many as the budget of each call allows.
+    """Sender: objects in, chunk payloads out, within the budget of each call.
 
     payload_limit: longest payload of a datagram in bytes (link.payload_limit).
     """
@@ -145,12 +145,12 @@ class Sender:
     def __init__(self, payload_limit: int) -> None:
         self._size = payload_limit - CHUNK.size - repair.HEAD_BYTES
         self._transfers: list[_Transfer] = []
-        self._hints: dict[int, tuple[int, int, bytes]] = {}  # of objects that are not on their way, the newest last
+        self._hints: dict[int, tuple[int, int, bytes]] = {}  # bitmaps of objects that are not being sent, newest last
 
     def offer(self, name: str, data: bytes, codec: str, now_ns: int, priority: int = 0) -> int:
-        """Queue an object; its id. Higher priorities go first; the same content again goes on where it is.
+        """Queue an object; return its id. Higher priorities are sent first; a transfer of the same content continues.
 
-        Raises ValueError where it is empty or too long.
+        Raises ValueError if the object is empty or too long.
         """
         if not 0 < len(data) <= min(MAX_OBJECT_BYTES, self._size * REPAIR):
             raise ValueError(f"object `{name}` of {len(data)} B cannot be sent in chunks of {self._size} B")
@@ -159,7 +159,7 @@ class Sender:
         object_id = int.from_bytes(identity[:4], "little")
         known = next((t for t in self._transfers if t.object_id == object_id), None)
         if known is not None:
-            known.known, known.announced_ns = False, -(1 << 62)  # who waits for it hears that it was asked for anew
+            known.known, known.announced_ns = False, -(1 << 62)  # the receiver learns of the new request
             return object_id
         self._transfers = [t for t in self._transfers if t.name != name]
         head = ANNOUNCE.pack(len(data), self._size, sha, len(names[0]), len(names[1]))
@@ -175,20 +175,20 @@ class Sender:
         return object_id
 
     def cancel(self, object_id: int) -> None:
-        """Send no more of an object."""
+        """Stop sending an object."""
         self._transfers = [t for t in self._transfers if t.object_id != object_id]
 
     @property
     def busy(self) -> bool:
-        """Whether any object is unfinished."""
+        """True if any object is unfinished."""
         return bool(self._transfers)
 
     def progress(self) -> dict[str, tuple[int, int]]:
-        """Chunks confirmed and chunks in all, of each unfinished object by name."""
+        """Confirmed chunks and total chunks of each unfinished object, by name."""
         return {t.name: (sum(t.acked), len(t.chunks)) for t in self._transfers}
 
     def receive(self, payload: bytes, now_ns: int) -> str | None:
-        """A bitmap. The name of the object where it is complete with this, else None. Raises WireError."""
+        """Process a bitmap; return the object's name if it is complete now, else None. Raises WireError."""
         object_id, echo, flags, base, bits = _bits(payload)
         transfer = next((t for t in self._transfers if t.object_id == object_id), None)
         if transfer is None:
@@ -208,7 +208,7 @@ class Sender:
         return None
 
     def send(self, now_ns: int, budget_bytes: float) -> list[bytes]:
-        """Chunk payloads whose bytes on the line fit the budget; lost and new ones first, then repeats."""
+        """Return chunk payloads whose bytes on the line fit the budget: lost and new chunks, then repair symbols."""
         out: list[bytes] = []
         cost = line_bytes(self._size + CHUNK.size + repair.HEAD_BYTES)
         for step in (_Transfer.next, _Transfer.repeat):
@@ -223,7 +223,7 @@ class Sender:
 
 
 class Product(NamedTuple):
-    """A whole object, its hash checked."""
+    """A complete object with a verified hash."""
 
     object_id: int
     name: str
@@ -233,9 +233,9 @@ class Product(NamedTuple):
 
 @dataclass(slots=True)
 class _Partial:
-    """One object on its way in; `size` 0 until its announcement came. recalled: nothing of it was heard since.
+    """Transfer of one object, receiver's side. `size`: chunk size, 0 until the announcement came.
 
-    hints: bitmaps that are to go out though nothing is heard.
+    recalled: nothing of it was received since the restart. hints: bitmaps to send though nothing arrives.
     """
 
     object_id: int
@@ -260,16 +260,16 @@ class _Partial:
 
 
 class Receiver:
-    """Chunk payloads in, whole objects out; `send` gives the bitmaps. payload_limit: of the way back."""
+    """Receiver: chunk payloads in, complete objects out; `send` returns bitmaps. payload_limit: of the way back."""
 
     def __init__(self, payload_limit: int) -> None:
         self._bitmap_bytes = payload_limit - BITMAP.size
         self._partials: dict[int, _Partial] = {}
-        self._replaced: dict[int, int] = {}  # object id -> when a newer one of its name took its place
+        self._replaced: dict[int, int] = {}  # object id -> when a newer object of its name replaced it
         self.damaged = 0
 
     def receive(self, payload: bytes, now_ns: int) -> Product | None:
-        """A chunk. The object where it is whole with this one, else None. Raises WireError."""
+        """Process a chunk; return the object if it is complete now, else None. Raises WireError."""
         object_id, serial, index = _chunk_head(payload)
         if now_ns - self._replaced.get(object_id, -(1 << 62)) < _TOMBSTONE_NS:
             return None
@@ -285,10 +285,10 @@ class Receiver:
         return product
 
     def recall(self, payload: bytes, now_ns: int) -> Product | None:
-        """A chunk that came before a restart of this side, in any order, the newest objects first (rule 5).
+        """Reload a chunk received before a restart of this side, in any order, the newest objects first (rule 5).
 
-        The object where it is whole with this one: nothing is to be done with it before it is announced again. Of more
-        than 32 objects no more are taken. Raises WireError.
+        Returns the object if it is complete now; do not use it before it is announced again. Chunks beyond 32 objects
+        are ignored. Raises WireError.
         """
         object_id, _, index = _chunk_head(payload)
         announced = _announced(payload[CHUNK.size :]) if index == ANNOUNCEMENT else None
@@ -298,21 +298,21 @@ class Receiver:
         return self._enter(partial, payload, announced)
 
     def hint(self, name: str) -> None:
-        """An object of this name is asked for: tell the sender what is there of the two newest of it."""
+        """Schedule bitmaps of the two newest objects of this name, because an object of this name is requested."""
         named = sorted((p for p in self._partials.values() if p.name == name), key=lambda p: -p.heard_ns)
         for partial in named[:_HINTED]:
             partial.hints, partial.reported_ns = _HINT_COPIES, -(1 << 62)
 
     @property
     def hinting(self) -> bool:
-        """Whether bitmaps are to go out though nothing is heard."""
+        """True if bitmaps are scheduled though nothing arrives."""
         return any(p.hints for p in self._partials.values())
 
     def _enter(self, partial: _Partial, payload: bytes, announced: Announced | None) -> Product | None:
         _, serial, index = CHUNK.unpack_from(payload)
         body = payload[CHUNK.size :]
         if announced and announced[:3] != (partial.length, partial.size, partial.sha):
-            if partial.size:  # another object under the same id: nothing of the two is mixed
+            if partial.size:  # another object under the same id: the chunks are not mixed
                 partial.chunks, partial.solver, partial.complete = {}, repair.Solver(), False
             partial.length, partial.size, partial.sha, partial.name, partial.codec = announced
             self._adopt(partial)
@@ -328,7 +328,7 @@ class Receiver:
         return self._finish(partial)
 
     def _adopt(self, partial: _Partial) -> None:
-        """What is there of the same bytes in other cuts or under another name."""
+        """Copy chunks of the same bytes that came with another chunk size or under another name."""
         for other in self._partials.values():
             if other is partial or (other.sha, other.length) != (partial.sha, partial.length):
                 continue
@@ -362,12 +362,12 @@ class Receiver:
         return Product(partial.object_id, partial.name, partial.codec, data)
 
     def progress(self) -> dict[str, tuple[int, int]]:
-        """Chunks there and chunks in all, of each announced object that is on its way, by name."""
+        """Received chunks and total chunks of each announced unfinished object, by name."""
         moving = (p for p in self._partials.values() if p.size and not p.complete and not p.recalled)
         return {p.name: (len(p.chunks), p.count) for p in moving}
 
     def send(self, now_ns: int) -> list[bytes]:
-        """Bitmap payloads that are due: every 0.5 s while chunks come, every 5 s while they do not."""
+        """Return due bitmap payloads: every 0.5 s while chunks arrive, otherwise every 5 s."""
         out = []
         for partial in list(self._partials.values()):
             silent_ns = now_ns - partial.heard_ns

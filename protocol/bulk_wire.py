@@ -1,8 +1,9 @@
-"""The layouts of `bulk`, little-endian.
+"""Wire layouts of `bulk`, little-endian.
 
 A chunk's payload: object u32, serial u32, index u16, data. Index 0xFFFF is the announcement, 0xFFFE a repair symbol:
 base u16, span u8, data.
-A bitmap's payload: object u32, echo u32, flags u8, base u16, bits of base, base + 1 ... (all below base are there).
+A bitmap's payload: object u32, echo u32, flags u8, base u16, bits of base, base + 1 ... (all chunks below base are
+present).
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ Announced = tuple[int, int, bytes, str, str]  # length, size, SHA-256, name, cod
 
 
 def chunk_head(payload: bytes) -> tuple[int, int, int]:
-    """Object, serial and index. Raises WireError."""
+    """Decode a chunk's object id, serial and index. Raises WireError("chunk")."""
     if len(payload) < CHUNK.size:
         raise WireError("chunk", f"{len(payload)} B")
     object_id, serial, index = CHUNK.unpack_from(payload)
@@ -31,7 +32,7 @@ def chunk_head(payload: bytes) -> tuple[int, int, int]:
 
 
 def announced(body: bytes) -> Announced:
-    """What an announcement says. Raises WireError."""
+    """Decode and check an announcement. Raises WireError("chunk")."""
     try:
         length, size, sha, n_name, n_codec = ANNOUNCE.unpack_from(body)
         names = body[ANNOUNCE.size :]
@@ -48,7 +49,7 @@ def announced(body: bytes) -> Announced:
 
 
 def bits(payload: bytes) -> tuple[int, int, int, int, bytes]:
-    """Object, echo, flags, base and the bits of a bitmap. Raises WireError."""
+    """Decode a bitmap: object id, echo, flags, base and bits. Raises WireError("bitmap")."""
     if len(payload) < BITMAP.size:
         raise WireError("bitmap", f"{len(payload)} B")
     return (*BITMAP.unpack_from(payload), payload[BITMAP.size :])

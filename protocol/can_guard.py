@@ -1,17 +1,17 @@
-"""End-to-end protection of CAN frames: alive counter and CRC-8 of what is sent, checks and counts of what is received.
+"""End-to-end protection of CAN frames: alive counter and CRC-8 for sent frames, checks and counts for received ones.
 
     byte    0 .. 5        6                         7
           [ signals ][ counter | signals ][ CRC-8 over id and bytes 0 to 6 ]
                        bits 7-4   3-0
 
-A frame that fails a check is dropped and counted; nothing of it reaches whoever asked.
+A frame that fails a check is dropped and counted; none of its values reach the caller.
 
-Two nodes with one id interleave two counters: a frame that follows not the last one but the one before it, as
+Two nodes that send under one id interleave two counters. Each frame then follows the last frame but one:
 
     5 12 6 13 7 14      every frame but the first two follows the last but one
 
-is accepted and counted as `twin`, not as lost, if the one before it was out of order too. Plain loss does not look so:
-of three frames in a row the middle ones of two gaps would have to be 14 apart.
+Such a frame is accepted and counted as `twin`, not as lost, if the frame before it was out of order too. Loss alone
+does not produce this pattern: in three consecutive frames, the middle ones of two gaps would have to be 14 apart.
 """
 
 from __future__ import annotations
@@ -30,7 +30,17 @@ FrameLike = tuple[int, bytes, int]  # can id, data, stamp in ns: onboard.records
 
 
 class Counts(NamedTuple):
-    """What the receiver saw of one id: `accepted`, among them `late` and `twin`; `lost` never came."""
+    """Frame counts of one CAN id.
+
+    accepted: good frames, including `late` and `twin`.
+    late: accepted, more than LATE_CYCLES cycle times after the frame before.
+    lost: frames missing by the alive counter.
+    repeated: dropped, same counter as the frame before.
+    crc: dropped, wrong checksum.
+    out_of_range: dropped, a signal is outside its range.
+    length: dropped, not 8 bytes long.
+    twin: accepted, follows the last frame but one.
+    """
 
     accepted: int = 0
     late: int = 0
@@ -43,18 +53,18 @@ class Counts(NamedTuple):
 
     @property
     def bad(self) -> int:
-        """Frames that came and were dropped."""
+        """Number of frames that were received and dropped."""
         return self.repeated + self.crc + self.out_of_range + self.length
 
 
 class Sender:
-    """The alive counters of what one node sends."""
+    """Encoder of one node's frames, with their alive counters."""
 
     def __init__(self) -> None:
         self._next: dict[int, int] = {}
 
     def encode(self, can_id: int, *values: Any) -> bytes:
-        """The next frame of this id. Raises KeyError for an id that is not in the DBC, ValueError out of range."""
+        """Encode the next frame of this id. Raises KeyError for an id outside the DBC, ValueError out of range."""
         counter = self._next.get(can_id, 0)
         self._next[can_id] = (counter + 1) & 15
         data: bytes = TABLE[can_id].encode(*values, counter)
@@ -62,7 +72,7 @@ class Sender:
 
 
 class _Watch:
-    """Books of one id."""
+    """Counters and last frame of one id."""
 
     __slots__ = (
         "accepted", "counter", "crc", "decode", "late", "length", "limit_ns", "lost", "out_of_range", "repeated",
@@ -78,15 +88,18 @@ class _Watch:
         self.arm()
 
     def arm(self) -> None:
-        """The next frame is the first: no counter to follow, no interval to keep."""
+        """Treat the next frame as the first: no expected counter, no interval check."""
         self.counter = self.twin_counter = self.twin_accepted = self.stamp_ns = _NEVER
 
 
 class Guard:
-    """Checks every frame of the bus for one receiver and keeps the counts.
+    """Check of all received frames of a bus, for one receiver, with counts.
 
-    `bad`: frames of known ids that were dropped; `lost`: those that never came; `unknown`: ids that are not in the DBC;
-    `twins`: those that another node than the last sender seems to have sent; `gaps`: jumps of a counter, however far.
+    bad: frames of known ids that were dropped.
+    lost: frames missing by the alive counters.
+    unknown: frames whose id is not in the DBC.
+    twins: frames that another node than the last sender seems to have sent.
+    gaps: jumps of a counter, each counted once whatever its size.
     """
 
     def __init__(self) -> None:
@@ -94,16 +107,16 @@ class Guard:
         self.unknown = self.bad = self.lost = self.gaps = self.twins = 0
 
     def rearm(self) -> None:
-        """After a break of the bus: what came before says nothing of what comes next. The counts stay."""
+        """Restart counter and interval checks of all ids after an interruption of the bus. The counts stay."""
         for watch in self._watches.values():
             watch.arm()
 
     def accept(self, frame: FrameLike) -> bool:
-        """Whether the frame is good; counted either way."""
+        """Check and count a frame; return True if it is good."""
         return self.receive(frame) is not None
 
     def receive(self, frame: FrameLike) -> Any | None:
-        """The decoded values of a good frame (a record of can_codec), None for a bad one; counted either way."""
+        """Check and count a frame; return its decoded values (a record of can_codec), None for a bad frame."""
         can_id, data, stamp_ns = frame
         watch = self._watches.get(can_id)
         if watch is None:
@@ -135,7 +148,7 @@ class Guard:
         return values
 
     def _in_order(self, watch: _Watch, counter: int, step: int) -> bool:
-        """Books a counter that is not the next one; whether its frame is good all the same."""
+        """Count a frame whose counter is not the next one; return True if the frame is good anyway."""
         at_once = watch.accepted == watch.twin_accepted  # the frame before was out of order as well
         if at_once and (counter - watch.twin_counter) & 15 == 1:
             watch.twin += 1
@@ -153,17 +166,17 @@ class Guard:
         return True
 
     def counts(self, can_id: int) -> Counts:
-        """The counts of one id of the DBC."""
+        """Return the counts of one id of the DBC."""
         w = self._watches[can_id]
         return Counts(w.accepted, w.late, w.lost, w.repeated, w.crc, w.out_of_range, w.length, w.twin)
 
     def total(self) -> Counts:
-        """The sums over all ids; walks them, so not for each tick."""
+        """Return the sums over all ids. This loops over all ids: do not call it every tick."""
         return Counts(*map(sum, zip(*(self.counts(can_id) for can_id in self._watches), strict=True)))
 
 
 class Every:
-    """The releases of a cyclic frame, on the grid first_ns + k * period_ns."""
+    """Release times of a cyclic frame, on the grid first_ns + k * period_ns."""
 
     __slots__ = ("_due_ns", "_period_ns")
 
@@ -171,7 +184,7 @@ class Every:
         self._period_ns, self._due_ns = period_ns, first_ns
 
     def due(self, now_ns: int) -> bool:
-        """Whether it is time. After a missed release or `now` the grid begins again at this one."""
+        """True if the frame is due. After a missed release, or after `now`, the grid restarts at this time."""
         if now_ns < self._due_ns:
             return False
         self._due_ns += self._period_ns
@@ -180,5 +193,5 @@ class Every:
         return True
 
     def now(self) -> None:
-        """The next question is answered with yes."""
+        """Make the next call of `due` return True."""
         self._due_ns = -self._period_ns

@@ -1,6 +1,6 @@
-"""Carrier A: how datagrams pass over zenoh to whoever carries them on: settings, key names, the opening probe.
+"""Carrier A: link datagrams over zenoh to the node that carries them on. Settings, key names and opening probe.
 
-Carrier A, endpoints tcp/...: a reliable local bus to a node that carries on (the link emulator; else a modem's):
+Carrier A, endpoints tcp/...: a reliable local bus to a carrying node (the link emulator; otherwise a modem's node):
 
     link end (rover or ground)                     carrier (the link emulator)
       subscribes data, then probe answers            subscribes data, then probe questions
@@ -22,7 +22,7 @@ ROVER, GROUND = "rover", "ground"  # the sides
 READY = b"ready"
 PROBE_PERIOD_NS = 20_000_000
 QUEUE_SAMPLES = 65_536
-_MESSAGE_BYTES = 4096  # a sample is a datagram; what is longer never becomes a sample
+_MESSAGE_BYTES = 4096  # a sample is a datagram; longer data never becomes a sample
 
 
 def question_key(side: str) -> str:
@@ -38,7 +38,7 @@ def answer_key(side: str) -> str:
 def settings(*, connect: str = "", listen: str = "") -> tuple[tuple[str, str], ...]:
     """zenoh configuration of a session on the local bus, as (key, JSON5).
 
-    Nothing is searched for and nothing is offered but the named endpoint; a lost neighbour is called again for ever.
+    Scouting is off: the session connects only to the named endpoint. A lost connection is retried without limit.
     """
     rows: list[tuple[str, object]] = [
         ("mode", "peer"),
@@ -57,11 +57,11 @@ def settings(*, connect: str = "", listen: str = "") -> tuple[tuple[str, str], .
     return tuple((key, json.dumps(item)) for key, item in rows)
 
 
-DIRECT = "udp/"  # how the endpoints of carrier B begin
+DIRECT = "udp/"  # prefix of the endpoints of carrier B
 
 
 class Probe:
-    """The opening of one link end, without I/O: what to put on the question key, and whether the way is open."""
+    """Opening handshake of one link end, without I/O. `open` is True when the carrier has answered."""
 
     def __init__(self) -> None:
         self._number = 0
@@ -69,7 +69,7 @@ class Probe:
         self.open = False
 
     def send(self, now_ns: int) -> bytes | None:
-        """The next probe when it is time for one."""
+        """Return the next probe if one is due."""
         if self.open or now_ns < self._next_ns:
             return None
         self._number += 1
@@ -77,7 +77,7 @@ class Probe:
         return b"probe %d" % self._number
 
     def receive(self, answer: bytes) -> bytes | None:
-        """An answer; returns what to put once when it opens the way."""
+        """Process an answer; return the message to send once if this answer opens the link end, else None."""
         word, _, number = answer.partition(b" ")
         if self.open or word != b"probe" or not number.isdigit() or not 1 <= int(number) <= self._number:
             return None

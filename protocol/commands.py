@@ -1,4 +1,4 @@
-"""TABLE of commands: what the ground may ask, with units, ranges and the modes that allow it; and their wire form.
+"""TABLE of commands with arguments, units, ranges and the modes that allow them; wire encoding of telecommands.
 
 A telecommand's payload: request id u32, issued, expiry and start i64 ns each (onboard time; expiry 0: none, start: no
 earlier than this, 0: at once), command id u8, then the row's arguments in its order (protocol.arguments).
@@ -31,10 +31,16 @@ _FAR_M = 10_000.0
 
 @dataclass(frozen=True, slots=True)
 class Command:
-    """One row. `modes`: where it is allowed. The id is on the wire and never reused.
+    """One row of the command table.
 
-    `typed`: what a person writes for the name. example: arguments as typed, for the help. sends: name of the object
-    that its completion puts on its way down. free: it needs no control lease.
+    id: number on the wire, never reused.
+    name: name in code and reports.
+    arguments: arguments in wire order.
+    modes: modes in which the command is allowed.
+    meaning: text for people.
+    example: arguments as typed, for the help.
+    sends: name of the object that the completed command sends down.
+    free: True if the command needs no control lease.
     """
 
     id: int
@@ -48,19 +54,19 @@ class Command:
 
     @property
     def typed(self) -> str:
-        """`faults mask` where the name's first word is a family, else the name with dashes."""
+        """Name as people type it: `faults mask` if the first word is a family, else the name with dashes."""
         family, _, rest = self.name.partition("_")
         return f"{family} {rest}" if family in FAMILIES and rest else self.name.replace("_", "-")
 
     @property
     def moves(self) -> bool:
-        """Whether it begins a mode in which the wheels run: it is not to begin long after it was asked for."""
+        """True if the command starts a mode in which the wheels run: it must not start long after it was issued."""
         runs = {row.mode for row in MODES if row.wheels == "run"}
         return any(way.event == self.name and way.next in runs for way in TRANSITIONS)
 
     @property
     def frees(self) -> bool:
-        """Whether the rover moves by it, or may again: it `moves`, or leads out of a mode that holds the rover."""
+        """True if the command moves the rover or lets it move again: it `moves`, or leaves SAFE or ESTOP."""
         return self.moves or any(
             way.event == self.name and way.state in _HOLDS and way.next not in _HOLDS for way in TRANSITIONS)
 
@@ -160,11 +166,11 @@ _HALTING = frozenset(_BY_NAME[name].id for name in HALTING)
 
 
 class RefusedError(ValueError):
-    """A command cannot be obeyed as things are; the text says why and what would be allowed."""
+    """The command cannot be executed now; the text gives the reason and what is allowed."""
 
 
 def named(name: str, known: Collection[str], what: str) -> str:
-    """`name` where it is known. Raises RefusedError with what exists and what was probably meant."""
+    """Return `name` if it is known. Raises RefusedError with the known names and the nearest match."""
     if name in known:
         return name
     near = difflib.get_close_matches(name, known, n=1)
@@ -173,14 +179,14 @@ def named(name: str, known: Collection[str], what: str) -> str:
 
 
 def command(name: str) -> Command:
-    """The row of a name. Raises RefusedError with what exists and what was probably meant."""
+    """Return the row of a name. Raises RefusedError with the known names and the nearest match."""
     return _BY_NAME[named(name, _BY_NAME, "command")]
 
 
 def check(name: str, arguments: Arguments) -> dict[str, Value]:
-    """The arguments in the row's order, numbers as float, what was left out left out.
+    """Check arguments and return them in the row's order, numbers as float, without those left out.
 
-    Raises ValueError that names the argument, what was given and what is allowed.
+    Raises ValueError with the argument's name, the given value and the allowed values.
     """
     row = command(name)
     unknown = [key for key in arguments if key not in {a.name for a in row.arguments}]
@@ -204,7 +210,7 @@ def check(name: str, arguments: Arguments) -> dict[str, Value]:
 
 
 def parse(words: Sequence[str]) -> tuple[str, dict[str, Value]]:
-    """`goto 12 3 90` by the command's row: its arguments in their order, angles in degrees. Raises ValueError."""
+    """Parse a typed command (`goto 12 3 90`): arguments in the row's order, angles in degrees. Raises ValueError."""
     name, given = _name_of(words)
     row = command(name)
     arguments: dict[str, Value] = {}
@@ -223,7 +229,7 @@ def parse(words: Sequence[str]) -> tuple[str, dict[str, Value]]:
 
 
 def _name_of(words: Sequence[str]) -> tuple[str, Sequence[str]]:
-    """A row's name and the words after it: `faults mask X 60` and `emergency-stop` as well as their table names."""
+    """Split off the row's name; accepts `faults mask X 60` and `emergency-stop` as well as the names in the table."""
     if words[0] in FAMILIES:
         known = [row.typed.split()[1] for row in TABLE if row.typed.startswith(words[0] + " ")]
         return f"{words[0]}_{named(words[1] if len(words) > 1 else '', known, words[0] + ' command')}", words[2:]
@@ -236,17 +242,25 @@ def allowed_in(mode: Mode) -> tuple[str, ...]:
 
 
 def check_mode(name: str, mode: Mode) -> None:
-    """Raises RefusedError with where it is allowed, and what is allowed here, where `mode` does not allow it."""
+    """Raise RefusedError if `mode` does not allow the command, with the modes that do and the commands allowed now."""
     row = command(name)
     if mode not in row.modes:
-        others = sorted(allowed_in(mode), key=lambda other: len(command(other).modes))  # the telling ones first
+        others = sorted(allowed_in(mode), key=lambda other: len(command(other).modes))  # the most specific ones first
         where = ", ".join(allowed.name for allowed in row.modes)
         now = ", ".join(command(other).typed for other in others)
         raise RefusedError(f"{row.typed} is refused in {mode.name}: it needs {where}; allowed now: {now}")
 
 
 class Telecommand(NamedTuple):
-    """One request as it crosses the link. Times are onboard time; expiry_ns 0: never, start_ns 0: at once."""
+    """One request as sent over the link. Times are onboard time.
+
+    request_id: id of the request, unique within its station.
+    issued_ns: issue time; 0: unknown.
+    expiry_ns: the command is not executed after this time; 0: never expires.
+    name: name of the command.
+    arguments: values by name.
+    start_ns: the command is not started before this time; 0: at once.
+    """
 
     request_id: int
     issued_ns: int
@@ -257,7 +271,7 @@ class Telecommand(NamedTuple):
 
 
 def encode(telecommand: Telecommand) -> bytes:
-    """The payload. Raises ValueError where `check` would."""
+    """Encode the payload. Raises ValueError as `check` does."""
     row = command(telecommand.name)
     arguments = check(telecommand.name, telecommand.arguments)
     times_ns = telecommand.issued_ns, telecommand.expiry_ns, telecommand.start_ns
@@ -266,7 +280,7 @@ def encode(telecommand: Telecommand) -> bytes:
 
 
 def halts(payload: bytes) -> bool:
-    """Whether it is a telecommand, to be done at once, that only ends motion: no lease, boot id or version matters."""
+    """True for a telecommand to execute at once that only ends motion; no lease, boot id or version is required."""
     if len(payload) != _HEAD.size:
         return False
     *_, start_ns, command_id = _HEAD.unpack(payload)
@@ -274,12 +288,15 @@ def halts(payload: bytes) -> bool:
 
 
 def request_id_of(payload: bytes) -> int | None:
-    """The request id, readable even where the rest is not; None where the payload is too short."""
+    """Return the request id, also if the rest is malformed; None if the payload is too short."""
     return int.from_bytes(payload[:4], "little") if len(payload) >= 4 else None
 
 
 def decode(payload: bytes) -> Telecommand:
-    """The request; ranges are not checked here. Raises WireError("telecommand") on an unknown id or a wrong length."""
+    """Decode a request; ranges are not checked here.
+
+    Raises WireError("telecommand") on an unknown id or a wrong length.
+    """
     if len(payload) < _HEAD.size:
         raise WireError("telecommand", f"{len(payload)} B")
     request_id, issued_ns, expiry_ns, start_ns, command_id = _HEAD.unpack_from(payload)

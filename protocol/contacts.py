@@ -1,4 +1,4 @@
-"""Contact windows: the times at which the link may carry anything. Both ends obey the same rule, each on its clock."""
+"""Contact windows: the times at which the link may send. Both ends apply the same rule, each on its own clock."""
 
 from __future__ import annotations
 
@@ -6,41 +6,44 @@ from collections.abc import Iterable
 from itertools import pairwise
 from typing import NamedTuple
 
-MOST = 16  # that the rover is told at once
+MOST = 16  # windows per command to the rover
 
 
 class Windows(NamedTuple):
-    """Spans (begin, end) in ns, rising, none touching another; no span at all: always open. Make them by `windows`."""
+    """Contact windows; build them with `windows`.
+
+    spans: (begin, end) in ns, in rising order, not touching each other; empty: always open.
+    """
 
     spans: tuple[tuple[int, int], ...] = ()
 
     def is_open(self, now_ns: int) -> bool:
-        """Whether something may be sent now. A span holds its begin and not its end."""
+        """True if sending is allowed now. A span includes its begin and excludes its end."""
         return not self.spans or any(begin <= now_ns < end for begin, end in self.spans)
 
     def next_begin_ns(self, now_ns: int) -> int | None:
-        """When the next span begins that has not begun; None after the last."""
+        """Begin of the next span, ns; None after the last."""
         return next((begin for begin, _ in self.spans if begin > now_ns), None)
 
     def end_ns(self, now_ns: int) -> int | None:
-        """When the span of now ends; None outside, and where there are none."""
+        """End of the current span, ns; None outside of a span, and where there are no spans."""
         return next((end for begin, end in self.spans if begin <= now_ns < end), None)
 
     def over(self, now_ns: int) -> bool:
-        """Whether the last span lies behind; never where there is none."""
+        """True if the last span has ended; False if there are no spans."""
         return bool(self.spans) and self.spans[-1][1] <= now_ns
 
     def near(self, now_ns: int, margin_ns: int) -> bool:
-        """Whether a span is open, ended less than `margin_ns` ago or begins within it."""
+        """True if a span is open, ended less than `margin_ns` ago or begins within `margin_ns`."""
         return any(begin - margin_ns <= now_ns < end + margin_ns for begin, end in self.spans)
 
     def shifted(self, by_ns: int) -> Windows:
-        """The same spans on another clock."""
+        """Return the spans shifted by `by_ns`, for another clock."""
         return Windows(tuple((begin + by_ns, end + by_ns) for begin, end in self.spans))
 
 
 def windows(spans: Iterable[tuple[int, int]]) -> Windows:
-    """Checked and put in order. Raises ValueError that names the span in seconds."""
+    """Check and sort spans. Raises ValueError with the span in seconds if one is empty or two touch."""
     ordered = sorted(spans)
     for begin, end in ordered:
         if end <= begin:

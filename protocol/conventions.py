@@ -1,4 +1,4 @@
-"""Frames, axes, wheel numbers and the few helpers of angle that every part shares.
+"""Frames, axes, wheel numbers and small helpers that all packages share.
 
 REP-103: x forward, y left, z up; map frame east, north, up. `base_link` is the centre of the rectangle of the
 four wheel contact points, on the ground. Positive tilt is down (rotation about +y). Angles wrap to (-pi, pi].
@@ -20,7 +20,7 @@ TICK_NS = 10_000_000  # the fixed-rate scheduler: 100 Hz
 
 
 def cut(text: str, most_bytes: int) -> bytes:
-    """UTF-8 of a text for the wire; one that is longer ends with an ellipsis, which shows that it goes on."""
+    """Encode a text as UTF-8 of at most `most_bytes`; a text that is too long is cut and ends with an ellipsis."""
     raw = text.encode()
     if len(raw) <= most_bytes:
         return raw
@@ -28,6 +28,6 @@ def cut(text: str, most_bytes: int) -> bytes:
 
 
 def wrap_rad(angle_rad: float) -> float:
-    """The same angle in (-pi, pi]."""
+    """Wrap an angle to (-pi, pi]."""
     wrapped = math.remainder(angle_rad, math.tau)
     return math.pi if wrapped == -math.pi else wrapped

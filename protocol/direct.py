@@ -1,7 +1,7 @@
-"""Carrier B: datagrams of the link as plain UDP datagrams, and by whom the rover is heard. Sans-I/O.
+"""Carrier B: link datagrams over plain UDP, and the registration of listeners at the rover. Sans-I/O.
 
-There is no session: a datagram of `protocol.link` proves itself, so the rover takes it from any address. Where its own
-go it must be asked for, by somebody who has a key and is at the address that he sends from:
+There is no session. A datagram of `protocol.link` is authenticated by its tag, so the rover accepts it from any
+address. To receive the rover's datagrams, a sender must have a key and prove that it is at its source address:
 
     station                                    rover
       HELLO, cookie 0 ------------------------>  the tag holds: it has a key, and no place yet
@@ -16,14 +16,17 @@ go it must be asked for, by somebody who has a key and is at the address that he
                 tag = HMAC-SHA-256(hello key of the key id, all before it), first 16 B
 
 Rule 1: the hello key is derived from the secret of the key id: a station's command key, or with id 0, for a viewer, the
-        rover's downlink key. What a viewer has opens no place of a station.
+        rover's downlink key. A viewer's key cannot take a place of a station.
 Rule 2: without a key there is no answer, no state and no place. An answer is as long as its question.
-Rule 3: each station has places of its own, viewers share theirs; where all are taken the one not heard for
-        longest goes.
-Rule 4: what is no word of this table with the right tag is a datagram of the link, and is checked and counted there.
-Rule 5: one HELLO (key id and nonce) is answered 3 times, and 20 CHALLENGEs a second go to the senders of one key id.
-Rule 6: each HELLO and BYE has a higher nonce than the one before. With a good cookie one that is no higher than the
-        address's last one is ignored, also for 4 minutes after its BYE; so is an answer no higher than the last one.
+Rule 3: each station has places of its own, viewers share theirs. When all places are taken, the address that has been
+        silent longest loses its place.
+Rule 4: a datagram that is not a word of this table with the right tag is a datagram of the link; the link checks and
+        counts it.
+Rule 5: one HELLO (key id and nonce) is answered at most 3 times, and the senders of one key id get at most 20
+        CHALLENGEs a second.
+Rule 6: each HELLO and BYE has a higher nonce than the one before. The rover ignores a word with a valid cookie whose
+        nonce is not above the last one of its address, also for 4 minutes after a BYE. A station ignores an answer
+        whose nonce is not above that of the last answer.
 """
 
 from __future__ import annotations
@@ -41,13 +44,13 @@ from protocol.link import MAX_DATAGRAM
 _S = 1_000_000_000
 LEASE_NS = 90 * _S  # outlives a blackout of 60 s
 HELLO_NS, SILENT_NS = 5 * _S, 15 * _S
-_EAGER_NS, _AGAIN_NS = _S // 2, 2 * _S  # at most before the first answer; where answers have stopped
-_COOKIE_NS = 120 * _S  # good in its two minutes and the next two: outlives a blackout of 60 s at 8 s one way
-_NONCES = 1024  # an answer may be to one of so many hellos ago; of so many the rover knows that it has answered
+_EAGER_NS, _AGAIN_NS = _S // 2, 2 * _S  # longest interval before the first answer; interval after answers have stopped
+_COOKIE_NS = 120 * _S  # valid in its own period and the next: outlives a blackout of 60 s at 8 s one way
+_NONCES = 1024  # silence after which an address loses its place once another address of its key sends a hello
 ANSWERS, CHALLENGES_PER_S = 3, 20
 STATION_PLACES, VIEWER_PLACES = 8, 16
-QUIET_NS = 30 * _S  # an address silent for so long goes once another one of its key is heard
-COPY_STREAMS = 3  # copies beside the first one, by the downlink's rate
+QUIET_NS = 30 * _S  # multiple of the downlink's rate for the copies besides the first one
+COPY_STREAMS = 3  # copies besides the first one, as a multiple of the downlink's rate
 _FRAME = struct.Struct("<BBQ16s")
 TAG_BYTES = 16
 WORD_BYTES = _FRAME.size + TAG_BYTES
@@ -57,7 +60,7 @@ Address = tuple[str, int]
 
 
 class Word(IntEnum):
-    """First byte of what stations and rover say to each other about carrier B itself."""
+    """First byte of the words that stations and rover exchange about carrier B itself."""
 
     HELLO = 0x80
     BYE = 0x81
@@ -66,15 +69,21 @@ class Word(IntEnum):
 
 
 class Rank(IntEnum):
-    """Whose copies of a datagram come first."""
+    """Order in which listeners get copies of a datagram."""
 
-    NEWEST = 0  # of a station, its address that was heard last
+    NEWEST = 0  # most recent address of a station
     OTHER = 1
     VIEWER = 2
 
 
 class Said(NamedTuple):
-    """One word whose tag holds."""
+    """One word whose tag was verified.
+
+    word: the word.
+    key_id: key id of the sender.
+    nonce: number of the HELLO or BYE, also in its answer.
+    cookie: 16 B; zeros if the sender has none.
+    """
 
     word: Word
     key_id: int
@@ -83,32 +92,32 @@ class Said(NamedTuple):
 
 
 def opening_s(one_way_s: float) -> float:
-    """How long to wait before nobody is there: four trips, and the time of many hellos where some are lost."""
+    """Time limit for the first answer, s: four round trips, plus time for many hellos if some are lost."""
     return 8 * one_way_s + 5.0
 
 
 def eager_ns(one_way_s: float) -> int:
-    """Between two hellos, and two copies of a stop, before the first answer: often, for a flood lets few through.
+    """Interval between two hellos, or two copies of a stop, before the first answer, ns.
 
-    On a long way less often, for that line is slow.
+    Short, because a flood lets few datagrams through; longer on a long way, because that line is slow.
     """
     return min(max(_S // 20, round(one_way_s * _S / 2)), _EAGER_NS)
 
 
 def hello_key(keys: LinkKeys, key_id: int) -> bytes | None:
-    """The key of a sender's words; None where it is unknown."""
+    """Return the key of a sender's words; None if the key id is unknown."""
     ring = keys.downlink if key_id == DOWNLINK_KEY_ID else keys.command
     return ring.hello_key(key_id)
 
 
 def frame(said: Said, key: bytes) -> bytes:
-    """The datagram of a word."""
+    """Encode a word as a datagram."""
     body = _FRAME.pack(said.word, said.key_id, said.nonce, said.cookie)
     return body + hmac.digest(key, body, "sha256")[:TAG_BYTES]
 
 
 def parse(datagram: bytes, keys: LinkKeys) -> Said | None:
-    """The word in a datagram; None: it is none, or its tag is wrong."""
+    """Decode the word in a datagram; None if it is not a word or its tag is wrong."""
     if len(datagram) != WORD_BYTES or not Word.HELLO <= datagram[0] <= Word.LISTENING:
         return None
     word, key_id, nonce, cookie = _FRAME.unpack_from(datagram)
@@ -119,24 +128,28 @@ def parse(datagram: bytes, keys: LinkKeys) -> Said | None:
 
 
 class Place(NamedTuple):
-    """When an address was heard last, and the number of that hello."""
+    """Last hello of an address.
+
+    heard_ns: time of its arrival.
+    nonce: its nonce.
+    """
 
     heard_ns: int
     nonce: int
 
 
 class Listeners:
-    """The rover's side: addresses that its datagrams go to, by key id. secret: 16 random bytes of this process."""
+    """Rover's side: addresses that receive its datagrams, by key id. secret: 16 random bytes of this process."""
 
     def __init__(self, keys: LinkKeys, secret: bytes) -> None:
         self._keys, self._secret = keys, secret
-        self._places: dict[int, dict[Address, Place]] = {}  # by key id; the one heard longest ago first
-        self._left: OrderedDict[tuple[int, Address], Place] = OrderedDict()  # who had one
+        self._places: dict[int, dict[Address, Place]] = {}  # by key id; the address silent longest first
+        self._left: OrderedDict[tuple[int, Address], Place] = OrderedDict()  # former listeners
         self._answers: OrderedDict[tuple[int, int], int] = OrderedDict()  # to key id and nonce
-        self._challenges: dict[int, tuple[int, int]] = {}  # by key id: in which second, how many
+        self._challenges: dict[int, tuple[int, int]] = {}  # by key id: second, and challenges in it
 
     def receive(self, datagram: bytes, sender: Address, now_ns: int) -> tuple[bool, bytes | None]:
-        """Whether a datagram was a word, and what to answer."""
+        """Process a datagram; return True if it was a word, and the answer to send."""
         said = parse(datagram, self._keys)
         if said is None or said.word not in (Word.HELLO, Word.BYE):
             return False, None
@@ -145,7 +158,7 @@ class Listeners:
             return True, None
         if said.word is Word.BYE:
             if proven:
-                self._admit(said, sender, now_ns)  # its number counts too
+                self._admit(said, sender, now_ns)  # the nonce of a BYE counts too
                 self._leave(said.key_id, sender)
             return True, None
         if not self._answerable(said, proven, now_ns):
@@ -166,7 +179,7 @@ class Listeners:
         return place.nonce if place is not None and now_ns - place.heard_ns <= 2 * _COOKIE_NS else -1
 
     def _answerable(self, said: Said, proven: bool, now_ns: int) -> bool:
-        """Rule 5."""
+        """Count an answer; return False if rule 5 forbids it."""
         known = (said.key_id, said.nonce)
         count = self._answers.pop(known, 0)
         second, challenges = self._challenges.get(said.key_id, (-1, 0))
@@ -199,7 +212,7 @@ class Listeners:
             self._leave(key_id, oldest)
 
     def ranks(self, now_ns: int) -> dict[Address, Rank]:
-        """Where datagrams go now, and how much that matters."""
+        """Current listener addresses and their rank."""
         ranks: dict[Address, Rank] = {}
         for key_id, places in self._places.items():
             self._expire(key_id, now_ns - LEASE_NS)
@@ -209,24 +222,24 @@ class Listeners:
         return ranks
 
     def addresses(self, now_ns: int) -> list[Address]:
-        """Where datagrams go now, each address once."""
+        """Current listener addresses, each once."""
         return list(self.ranks(now_ns))
 
 
 class Copies:
-    """To whom a datagram goes. The first copy goes always, the others by a token bucket of their own.
+    """Selection of the listeners of a datagram. The first copy is always sent, further copies use a token bucket.
 
-    rate_bps: of the downlink. Viewers leave half of the bucket to stations. Listeners of a rank take turns.
+    rate_bps: rate of the downlink. Viewers leave half of the bucket to stations. Listeners of one rank take turns.
     """
 
     def __init__(self, rate_bps: float) -> None:
         self._rate_Bps = COPY_STREAMS * rate_bps / 8
-        self._level = self._full = max(self._rate_Bps, 4.0 * MAX_DATAGRAM)  # a second of it
+        self._level = self._full = max(self._rate_Bps, 4.0 * MAX_DATAGRAM)  # one second of it
         self._at_ns: int | None = None
         self._turn = 0
 
     def of(self, ranks: Mapping[Address, Rank], size: int, now_ns: int) -> list[Address]:
-        """Who gets this datagram of `size` bytes."""
+        """Return the addresses that get this datagram of `size` bytes."""
         past_s = 0.0 if self._at_ns is None else max(0, now_ns - self._at_ns) / _S
         self._level, self._at_ns = min(self._full, self._level + past_s * self._rate_Bps), now_ns
         self._turn += 1
@@ -243,10 +256,10 @@ class Copies:
 
 
 class Caller:
-    """A station's side: says hello until it is heard, and then keeps its place.
+    """Station's side: sends hellos until the rover answers, then renews its place.
 
-    first_nonce: 63 bit, higher than any that an earlier program of this station used, so made from the time.
-    keys: without a key of this station a viewer, who asks by the downlink key.
+    first_nonce: 63 bit, higher than any that an earlier program of this station used, therefore derived from the time.
+    keys: without a key of this station the caller is a viewer and uses the downlink key.
     """
 
     def __init__(self, keys: LinkKeys, station: int, first_nonce: int, one_way_s: float = 1.0) -> None:
@@ -260,15 +273,15 @@ class Caller:
 
     @property
     def open(self) -> bool:
-        """Whether the rover has answered."""
+        """True if the rover has answered."""
         return self._answered_ns is not None
 
     def linked(self, now_ns: int) -> bool:
-        """Whether the rover has answered within the lease."""
+        """True if the rover has answered within the lease."""
         return self._answered_ns is not None and now_ns - self._answered_ns <= LEASE_NS
 
     def send(self, now_ns: int) -> bytes | None:
-        """A hello when it is time for one."""
+        """Return a hello if one is due."""
         if self._next_ns is not None and now_ns < self._next_ns:
             return None
         silent = self._answered_ns is not None and now_ns - self._answered_ns > SILENT_NS
@@ -278,14 +291,14 @@ class Caller:
         return self._frame(Word.HELLO)
 
     def bye(self) -> bytes | None:
-        """What to send at the end; None: there is no place to give up."""
+        """Return the BYE to send at the end; None if there is no place to give up."""
         if not self._listening:
             return None
         self._nonce += 1
         return self._frame(Word.BYE)
 
     def receive(self, datagram: bytes, now_ns: int) -> bool:
-        """Whether a datagram was a word."""
+        """Process a datagram; return True if it was a word for this station."""
         said = parse(datagram, self._keys)
         if said is None or said.word not in (Word.CHALLENGE, Word.LISTENING) or said.key_id != self._key_id:
             return False
@@ -293,7 +306,7 @@ class Caller:
             self._answered_ns, self._answered_nonce = now_ns, said.nonce
             self._listening = said.word is Word.LISTENING
             if said.cookie != self._cookie and not self._listening:
-                self._next_ns = now_ns  # at once with this cookie
+                self._next_ns = now_ns  # send the next hello at once, with this cookie
             self._cookie = said.cookie
         return True
 

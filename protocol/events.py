@@ -1,11 +1,11 @@
-"""Events over the link: stored and sent again until the ground has acknowledged them; both ends.
+"""Events over the link, both ends: stored and retransmitted until the ground has acknowledged them.
 
     rover: EventSender                                     ground: EventReceiver
       |  EVENT serial 7, again after 2 s, 4 s, ... 30 s  -->  |  new or known, by serial
       |  <---- acknowledgement, at most one a second          |  all up to `base`, and bits of those after it
 
-An acknowledgement is a Kind.REPORT datagram going up: base u32, then bits (bit n: serial base + 1 + n). The rover keeps
-at most CAPACITY events; what is further behind the newest than that was dropped there, and the ground waits no longer.
+An acknowledgement is a Kind.REPORT datagram going up: base u32, then bits (bit n: serial base + 1 + n). The rover
+stores at most CAPACITY events and drops older ones; the ground does not wait for those.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ _FIRST_NS, _LONGEST_NS, _ACK_NS = 2_000_000_000, 30_000_000_000, 1_000_000_000
 
 
 class EventSender:
-    """Frames by serial number, from 1; over CAPACITY the oldest is dropped and counted."""
+    """Retransmission queue of event frames by serial number, from 1; over CAPACITY it drops and counts the oldest."""
 
     def __init__(self) -> None:
         self.serial, self.dropped = 0, 0
@@ -35,7 +35,7 @@ class EventSender:
         return len(self._waiting)
 
     def add(self, frame: bytes, now_ns: int) -> None:
-        """Store a frame under the next serial (which it carries: `serial` + 1 before the call)."""
+        """Store a frame under the next serial. The frame carries that serial: `serial` + 1 before the call."""
         self.serial += 1
         self._waiting[self.serial] = (frame, now_ns, _FIRST_NS)
         self._next_ns = min(self._next_ns, now_ns)
@@ -44,7 +44,7 @@ class EventSender:
             self.dropped += 1
 
     def due(self, now_ns: int) -> Iterator[tuple[int, bytes]]:
-        """Serial and frame of each that is due, oldest first; say `sent` of those that were sent."""
+        """Yield serial and frame of each due event, oldest first. Call `sent` for each one that was sent."""
         if now_ns < self._next_ns:
             return
         for serial, (frame, due_ns, _) in list(self._waiting.items()):
@@ -53,17 +53,17 @@ class EventSender:
         self._next_ns = min((row[1] for row in self._waiting.values()), default=1 << 62)
 
     def sent(self, serial: int, now_ns: int) -> None:
-        """The frame went out: it is due again after twice the time of before."""
+        """Schedule the retransmission of a sent frame; the interval doubles each time, up to 30 s."""
         frame, _, wait_ns = self._waiting[serial]
         self._waiting[serial] = (frame, now_ns + wait_ns, min(2 * wait_ns, _LONGEST_NS))
 
     def hurry(self, now_ns: int) -> None:
-        """Contact is back: all that wait are due now."""
+        """Make all stored events due now, because contact is back."""
         self._waiting = {s: (frame, now_ns, _FIRST_NS) for s, (frame, _, _) in self._waiting.items()}
         self._next_ns = now_ns
 
     def acknowledge(self, payload: bytes) -> None:
-        """Drop what the ground has. Raises WireError("ack") on a malformed payload."""
+        """Delete the events that the ground has acknowledged. Raises WireError("ack") on a malformed payload."""
         if not _BASE.size <= len(payload) <= _BASE.size + CAPACITY // 8:
             raise WireError("ack", f"{len(payload)} B")
         base, bits = _BASE.unpack_from(payload)[0], int.from_bytes(payload[_BASE.size :], "little")
@@ -73,14 +73,14 @@ class EventSender:
 
 
 class EventReceiver:
-    """The ground's end for one boot of the rover; a new boot needs a new one."""
+    """Ground's end for one boot of the rover. Create a new receiver for a new boot."""
 
     def __init__(self) -> None:
         self._base, self._later = 0, set[int]()
         self._news, self._acked_ns = False, -(1 << 62)
 
     def receive(self, serial: int) -> bool:
-        """Whether this serial is new."""
+        """Register a received serial; return True if it is new."""
         self._news = True
         if serial <= self._base or serial in self._later:
             return False
@@ -92,7 +92,7 @@ class EventReceiver:
         return True
 
     def send(self, now_ns: int) -> list[bytes]:
-        """The acknowledgement, where something came since the last one, at most once a second."""
+        """Return the acknowledgement if events arrived since the last one, at most once a second."""
         if not self._news or now_ns - self._acked_ns < _ACK_NS:
             return []
         self._news, self._acked_ns = False, now_ns

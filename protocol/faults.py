@@ -1,7 +1,8 @@
-"""TABLE of faults: what is watched, how fast it must be found, what the rover does about it.
+"""TABLE of faults: condition, detection time limit and response of each.
 
-The only list: the monitors yield these names, the executive walks the responses, docs page and tests come from here.
-Detection counts from the first missing or violating sample to the tick whose outputs hold the response.
+This is the only list: monitors yield these names, the executive runs the responses, docs page and tests are generated
+from it. Detection time counts from the first missing or violating sample to the tick whose outputs contain the
+response.
 """
 
 from __future__ import annotations
@@ -37,9 +38,17 @@ class Step(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Fault:
-    """One row. `number` is its number on the wire, never used again for another. tries: of BACK_OFF, in a mission.
+    """One row of the fault table.
 
-    maskable: an operator may order that its response is not taken for a while; not of a row that guards life.
+    number: number on the wire, never reused for another fault.
+    name: name of the fault.
+    condition: what is detected, text for people.
+    detect_s: detection time limit, s.
+    response: steps of the response.
+    latched: True if the fault or its response ends only by an operator's command.
+    suppressed_by: faults that explain this one; it is not reported while one of them is active.
+    tries: limit of BACK_OFF in a mission.
+    maskable: True if an operator may suspend its response for a while; False for faults that protect the rover.
     """
 
     number: int
@@ -145,5 +154,5 @@ BY_NAME = {fault.name: fault for fault in FAULTS}
 
 
 def named(bits: int) -> tuple[str, ...]:
-    """The rows of a telemetry word that has one bit for each, bit = number; bits of no row are left out."""
+    """Names of the faults in a telemetry word, bit = number; bits without a row are ignored."""
     return tuple(fault.name for fault in FAULTS if bits >> fault.number & 1)

@@ -1,16 +1,16 @@
-"""What was asked for before the rover was told to halt: arriving after that it is not done.
+"""Cancellation of requests that were issued before a halt and arrive after it.
 
-    a station asks:   goto (7)    stop (8)                request ids rise in the order of asking
-    the rover hears:              stop (8)    goto (7)    -> not done: asked before the stop of request 8
+    a station sends:      goto (7)    stop (8)                request ids rise in the order of issue
+    the rover receives:               stop (8)    goto (7)    -> not executed: issued before the stop of request 8
 
-Rule 1: of the station that halted the rover, what lets it move and has a lower request id is older. The highest id that
-        halted is kept over a restart (`kept`).
-Rule 2: request ids of two stations cannot be compared. What another station asked for before the halt came here, by
-        its own estimate of onboard time, is older: it could not know of it. The estimate is off by half a round trip at
-        most, so what was asked before the halt was asked does not pass, where both are as far from the rover, and what
-        is asked by who has heard of the halt does.
-Rule 3: an order of another station without a time, asked before that had heard the rover, or of before a restart,
-        cannot be told from a newer one and is done.
+Rule 1: a request of the station that halted the rover is older than the halt if its request id is lower. This applies
+        to requests that let the rover move. The highest halting request id is stored across restarts (`kept`).
+Rule 2: request ids of two stations cannot be compared. A request of another station is older if its issue time (that
+        station's estimate of onboard time) is before the arrival of the halt: the station could not know of the halt.
+        The estimate is off by at most half a round trip. So, if both stations are equally far from the rover, a request
+        issued before the halt was issued is cancelled, and one issued after receiving news of the halt is executed.
+Rule 3: a request of another station is executed if it has no issue time, because the station had not yet received
+        anything from the rover, or if the halt was before a restart: it cannot be distinguished from a newer request.
 """
 
 from __future__ import annotations
@@ -25,7 +25,12 @@ _AGAIN = "ask again if it is still wanted"
 
 
 class _Halt(NamedTuple):
-    """The newest of a station. at_ns: onboard time when it came; -1: in a boot before, and its name is not known."""
+    """Newest halting request of one station.
+
+    request_id: its id.
+    name: name of the command; '' if it was received in an earlier boot.
+    at_ns: onboard time of its arrival, ns; -1 if it was received in an earlier boot.
+    """
 
     request_id: int
     name: str
@@ -33,19 +38,19 @@ class _Halt(NamedTuple):
 
 
 class Halts:
-    """The newest halting request of each station. kept: request ids by station, of before a restart."""
+    """Newest halting request of each station. kept: halting request ids by station, stored before a restart."""
 
     def __init__(self, kept: Mapping[int, int] = MappingProxyType({})) -> None:
         self._newest = {station: _Halt(request_id, "", -1) for station, request_id in kept.items()}
 
     def note(self, station: int, asked: Telecommand, now_ns: int) -> None:
-        """A request that halts the rover, as it comes."""
+        """Store a halting request on arrival."""
         before = self._newest.get(station)
         if before is None or before.request_id < asked.request_id:
             self._newest[station] = _Halt(asked.request_id, asked.name, now_ns)
 
     def older(self, station: int, asked: Telecommand) -> str:
-        """Why a request is not done any more; '' where it is newer, or lets nothing move."""
+        """Return the reason to cancel a request; '' if it is newer than each halt, or does not let the rover move."""
         if not command(asked.name).frees:
             return ""
         own = self._newest.get(station)
@@ -59,5 +64,5 @@ class Halts:
         return ""
 
     def digest_items(self) -> tuple[int, ...]:
-        """What of this state enters the digest of the core's state."""
+        """State values that enter the digest of the core's state."""
         return (len(self._newest), sum(halt.request_id for halt in self._newest.values()))

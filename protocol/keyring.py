@@ -1,8 +1,8 @@
-"""The keys of the space link: independent secrets, one for each operator station up and one for the rover down.
+"""Keys of the space link: independent secrets, one for each operator station (up) and one for the rover (down).
 
-A secret never crosses the link and is never shown: what a person compares is its `fingerprint`. Epochs are derived from
-it (HKDF), so a key file that lists epochs has all of them loaded before they are used; which one is in force is the
-rover's to say (protocol.link, rule 5).
+A secret never crosses the link and is never shown; people compare its `fingerprint`. The keys of all epochs are derived
+from the secret (HKDF), so a key file that lists epochs makes all of them available in advance. The rover decides which
+epoch is in force (protocol.link, rule 5).
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ KEY_DOWN = "er2/d"
 DOWNLINK_KEY_ID = 0  # the rover's; operator stations have 1 to 255
 EPOCHS = 4  # loaded in new key files
 _KEY_BYTES = 32
-_HELLO = -1  # no epoch: where the hello key lies among those of the epochs
+_HELLO = -1  # not an epoch: index of the hello key among the epoch keys
 
 
 def hkdf(secret: bytes, info: bytes, length: int = _KEY_BYTES) -> bytes:
@@ -30,9 +30,10 @@ def hkdf(secret: bytes, info: bytes, length: int = _KEY_BYTES) -> bytes:
 
 
 class Keyring:
-    """The keys of one direction: a secret of 32 B for each key id, and the epochs in which they may be used.
+    """Keys of one direction: a secret of 32 B for each key id, and the epochs in which they may be used.
 
-    direction: KEY_UP or KEY_DOWN. epochs: those that are loaded, rising; the first is in force until a switch.
+    direction: KEY_UP or KEY_DOWN.
+    epochs: loaded epochs in rising order; the first is in force until a switch.
     """
 
     def __init__(self, direction: str, secrets: dict[int, bytes], epochs: tuple[int, ...] = (0,)) -> None:
@@ -51,11 +52,11 @@ class Keyring:
 
     @property
     def key_ids(self) -> tuple[int, ...]:
-        """Ids in rising order."""
+        """Key ids in rising order."""
         return tuple(sorted(self._secrets))
 
     def key(self, key_id: int, epoch: int | None = None) -> bytes | None:
-        """The key of an id in an epoch (default: the first), loaded or not; None where the id is unknown."""
+        """Return the key of an id in an epoch (default: the first), loaded or not; None if the id is unknown."""
         epoch = self.epochs[0] if epoch is None else epoch
         found = self._derived.get((key_id, epoch))
         if found is None and key_id in self._secrets:
@@ -64,7 +65,7 @@ class Keyring:
         return found
 
     def hello_key(self, key_id: int) -> bytes | None:
-        """The key by which a sender asks for the rover's datagrams (protocol.direct); None where the id is unknown."""
+        """Return the key to request the rover's datagrams with (protocol.direct); None if the id is unknown."""
         found = self._derived.get((key_id, _HELLO))
         if found is None and key_id in self._secrets:
             info = f"el dorado link {self.direction} hello ".encode() + bytes((key_id,))
@@ -72,13 +73,13 @@ class Keyring:
         return found
 
     def fingerprint(self, key_id: int) -> str:
-        """Ten hex digits by which people and files tell secrets apart; nothing of the secret can be got from them."""
+        """Ten hex digits that identify a secret for people and files; the secret cannot be derived from them."""
         info = f"el dorado link {self.direction} fingerprint ".encode() + bytes((key_id,))
         return hkdf(self._secrets[key_id], info, 5).hex()
 
 
 def parse_keys(text: str) -> Keyring:
-    """A key file: lines `er2/u ID 64-HEX-DIGITS` of one direction, and `epoch N ...`; # begins a comment.
+    """Parse a key file: lines `er2/u ID 64-HEX-DIGITS` of one direction, and `epoch N ...`; # begins a comment.
 
     Raises ValueError with the line's number; the text of a secret is never part of a message.
     """
@@ -106,20 +107,24 @@ def parse_keys(text: str) -> Keyring:
 
 
 def format_keys(direction: str, secrets: dict[int, bytes], epochs: tuple[int, ...] = (0,)) -> str:
-    """The text of a key file; `parse_keys` reads it back."""
+    """Format a key file that `parse_keys` can read."""
     lines = [f"epoch {' '.join(map(str, epochs))}"]
     return "\n".join(lines + [f"{direction} {i} {s.hex()}" for i, s in sorted(secrets.items())]) + "\n"
 
 
 class LinkKeys(NamedTuple):
-    """Both directions' keys. command: without a key at a viewer, who hears and cannot say anything."""
+    """Keys of both directions.
+
+    command: keys of the stations; empty for a viewer, who can receive but not command.
+    downlink: key of the rover.
+    """
 
     command: Keyring
     downlink: Keyring
 
 
 def bench_keys(seed: int, stations: int = 4) -> LinkKeys:
-    """Keys for a bench, known to everybody who knows the seed: stations 1 to n, and the rover's."""
+    """Keys for a bench, derived from the seed and therefore not secret: stations 1 to n, and the rover's."""
     root = hashlib.sha256(b"el dorado bench keys %d" % seed).digest()
     up = {i: hkdf(root, b"command %d" % i) for i in range(1, stations + 1)}
     return LinkKeys(Keyring(KEY_UP, up), Keyring(KEY_DOWN, {DOWNLINK_KEY_ID: hkdf(root, b"downlink")}))

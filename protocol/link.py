@@ -6,19 +6,20 @@
     +------+-------+------+------+----------+----------+------ ... ------+---------+
                                       tag = HMAC-SHA-256(epoch key, all before it), first 16 B
 
-Rule 1: checks run in the order length, tag (constant time), epoch, boot id, counter window; no state changes before all
-        have passed, so nothing forged can lock the genuine sender out.
-Rule 2: each direction has keys of its own and the direction enters the derivation: what was sealed for one direction
-        never opens in the other, even where somebody gave both the same secret.
-Rule 3: the rover opens only what names its present boot id, so its window may start empty at each boot. The ground
-        takes the newest boot id it has heard and starts a new window with it.
-Rule 4: a telecommand that halts the rover (commands.halts) may carry the flag HALT: it counts with any boot id and in
-        any loaded epoch, under a counter of its own that only rises. Who opens it keeps the highest one (`marks`) on
-        disk before anything is done, so a stop sent while the rover reboots stops it, once.
-Rule 5: one epoch is in force, and the rover says which; the ground follows to any later one that is loaded, and never
-        back. What is sealed in another epoch is refused.
-Rule 6: networks double datagrams. What is bit for bit one of the newest 256 that were accepted since the start is
-        refused as `copy`, three times: no alarm. More often, of longer ago, of before a restart: `replay`.
+Rule 1: checks run in the order length, tag (constant time), epoch, boot id, counter window. No state changes before all
+        checks have passed, so a forged datagram cannot lock out the genuine sender.
+Rule 2: each direction has its own keys and the direction enters the key derivation: a datagram sealed for one direction
+        never opens in the other, even if both were given the same secret.
+Rule 3: the rover opens only datagrams with its present boot id, so its window may start empty at each boot. The ground
+        follows the newest boot id it has received and starts a new window with it.
+Rule 4: a telecommand that halts the rover (commands.halts) may carry the flag HALT. It is valid with any boot id and in
+        any loaded epoch, and has a counter of its own that only rises. The receiver stores the highest counter
+        (`marks`) on disk before it executes anything, so a stop sent while the rover reboots stops it, once.
+Rule 5: one epoch is in force, and the rover decides which. The ground follows to any later epoch that is loaded, never
+        to an earlier one. A datagram sealed in another epoch is refused.
+Rule 6: networks duplicate datagrams. A bit-identical copy of one of the newest 256 datagrams accepted since the start
+        is refused as `copy`, up to three times, without an alarm. Further copies, older ones and ones from before a
+        restart are refused as `replay`.
 """
 
 from __future__ import annotations
@@ -45,8 +46,8 @@ MIN_LIMIT = 200
 UDP_IP_BYTES = 28
 TAG_BYTES = 16
 MAX_JUMP = 1 << 20
-WINDOW = 4096  # counters of a key that may come late
-RECENT, COPIES = 256, 3  # accepted datagrams whose copies are told from replays, and how many of each
+WINDOW = 4096  # counters of a key that may arrive late
+RECENT, COPIES = 256, 3  # accepted datagrams whose copies are distinguished from replays, and copies of each
 COPY = "copy"
 HALT = 1  # the flag of rule 4; no other is used
 _HEAD = struct.Struct("<BBBBQI")
@@ -64,7 +65,7 @@ class Kind(IntEnum):
 
 
 def numbers(datagram: bytes) -> tuple[int, int]:
-    """Counter and boot id as a datagram has them, checked or not. Raises ValueError where it is too short."""
+    """Read counter and boot id of a datagram without checks. Raises ValueError if it is too short."""
     if len(datagram) < OVERHEAD:
         raise ValueError(f"{len(datagram)} B")
     *_, counter, boot_id = _HEAD.unpack_from(datagram)
@@ -72,7 +73,7 @@ def numbers(datagram: bytes) -> tuple[int, int]:
 
 
 def datagram_limit(rate_bps: float) -> int:
-    """Longest datagram in bytes on a line: 0.1 s of it, never under 200, never over 1150."""
+    """Longest datagram on a line, bytes: 0.1 s of its rate, at least 200, at most 1150."""
     return int(min(MAX_DATAGRAM, max(MIN_LIMIT, 0.1 * rate_bps / 8)))
 
 
@@ -82,15 +83,17 @@ def payload_limit(rate_bps: float) -> int:
 
 
 def line_bytes(payload_bytes: int) -> int:
-    """What a payload costs on the line: frame, tag, UDP and IP included."""
+    """Bytes on the line for a payload: frame, tag, UDP and IP included."""
     return payload_bytes + OVERHEAD + UDP_IP_BYTES
 
 
 class Sealer:
-    """Payloads in, datagrams out. `key` is Keyring.key(key_id, epoch); `counter` the first one to use.
+    """Encoder of datagrams: payloads in, sealed datagrams out.
 
-    A sender that outlives a boot (the ground) keeps `counter` in blocks on disk, ahead of use. boot_id may be changed:
-    the ground sets it to what Opener.boot_id heard. next_halt: gives the counters of rule 4, each once and rising.
+    key: Keyring.key(key_id, epoch).
+    boot_id: boot id to seal with; may be changed: the ground sets it to the received Opener.boot_id.
+    counter: first counter to use. A sender that outlives a boot (the ground) reserves counters in blocks on disk.
+    next_halt: returns the counters of rule 4, each once and rising.
     """
 
     def __init__(self, key: bytes, key_id: int, boot_id: int, counter: int = 0, epoch: int = 0) -> None:
@@ -100,17 +103,17 @@ class Sealer:
         self.next_halt: Callable[[], int] = self._count_halt
 
     def use(self, key: bytes, epoch: int) -> None:
-        """From now on in this epoch; the counter goes on."""
+        """Switch to another epoch; the counter continues."""
         self._key, self.epoch = key, epoch
 
     def seal(self, kind: int, payload: bytes) -> bytes:
-        """One datagram. Raises ValueError where it would be longer than MAX_DATAGRAM."""
+        """Seal a payload. Raises ValueError if the datagram is longer than MAX_DATAGRAM."""
         datagram = self._sealed(kind, 0, self.counter, payload)
         self.counter += 1
         return datagram
 
     def seal_halt(self, payload: bytes) -> bytes:
-        """One datagram of rule 4. Raises ValueError for what is no telecommand that halts."""
+        """Seal a datagram of rule 4. Raises ValueError if the payload is not a telecommand that halts."""
         if not commands.halts(payload):
             raise ValueError("only a telecommand that halts the rover may be sealed so")
         return self._sealed(Kind.TELECOMMAND, HALT, self.next_halt(), payload)
@@ -127,7 +130,15 @@ class Sealer:
 
 
 class Opened(NamedTuple):
-    """A datagram all of whose checks passed. station: its key id. halt: it came by rule 4, its counter is of that."""
+    """A datagram that passed all checks.
+
+    kind: kind of the payload.
+    station: key id of the sender.
+    counter: counter of the sender; of rule 4 if `halt` is set.
+    boot_id: boot id in the datagram.
+    payload: the payload.
+    halt: True if the datagram was accepted by rule 4.
+    """
 
     kind: Kind
     station: int
@@ -138,7 +149,7 @@ class Opened(NamedTuple):
 
 
 def unsealed(keys: Keyring, datagram: bytes) -> bytes:
-    """The payload of a datagram that was opened once and kept: that it is whole and of one of these keys, no more.
+    """Return the payload of a datagram that was opened before and stored: checks only length and tag.
 
     Raises WireError of kind length or tag.
     """
@@ -155,7 +166,7 @@ def unsealed(keys: Keyring, datagram: bytes) -> bytes:
 
 
 class _Window:
-    """Counters seen of one sender in one boot; bit n of `seen` is counter highest - n."""
+    """Replay window of one sender in one boot; bit n of `seen` is counter highest - n."""
 
     __slots__ = ("highest", "seen")
 
@@ -164,11 +175,12 @@ class _Window:
 
 
 class Opener:
-    """Datagrams in, checked payloads out; nothing that fails a check changes anything.
+    """Decoder of datagrams: datagrams in, checked payloads out. A datagram that fails a check changes no state.
 
-    boot_id: the rover gives its own, and only that is opened. The ground gives none: the newest heard counts
-    (`newest_boot_id` may be kept over a restart, so that nothing of an earlier boot can be replayed to it).
-    epoch: in force at the start, default the first that is loaded. marks: highest counter of rule 4 of each key id.
+    boot_id: of the rover, which opens only datagrams with its own; None on the ground, which follows the newest one.
+    newest_boot_id: starting value on the ground; stored across restarts, it prevents replays from an earlier boot.
+    epoch: epoch in force at the start, default the first that is loaded.
+    marks: highest counter of rule 4 of each key id.
     """
 
     def __init__(
@@ -184,7 +196,7 @@ class Opener:
         self._recent: dict[bytes, int] = {}  # tag -> copies refused, the oldest first
 
     def open(self, datagram: bytes) -> Opened:
-        """The payload and who sent it. Raises WireError: length, tag, epoch, boot, copy, replay, jump or kind."""
+        """Check and open a datagram. Raises WireError: length, tag, epoch, boot, copy, replay, jump or kind."""
         try:
             opened = self._open(datagram)
         except WireError as error:
@@ -230,12 +242,12 @@ class Opener:
         return opened
 
     def highest(self, key_id: int) -> int:
-        """Highest counter opened of a sender in this boot; -1 before the first."""
+        """Highest counter opened from a sender in this boot; -1 before the first."""
         window = self._windows.get(key_id)
         return -1 if window is None else window.highest
 
     def heard_before(self, key_id: int, counter: int) -> None:
-        """What was heard before a restart of this side: up to this counter nothing of the sender opens any more."""
+        """Restore the window after a restart of this side: counters of the sender up to this one are refused."""
         self._windows[key_id] = _Window(counter, self._mask)
 
     def _count(self, windows: dict[int, _Window], key_id: int, counter: int) -> None:

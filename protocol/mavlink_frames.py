@@ -1,8 +1,8 @@
-"""Our frames to MAVLink's and back; nothing else in the project knows that MAVLink points down.
+"""Conversion between our frames and MAVLink's. No other module knows that MAVLink's z axis points down.
 
 Ours: map east, north, up (ENU); body forward, left, up (FLU); roll, pitch, yaw intrinsic z-y-x from ENU.
 MAVLink: local north, east, down (NED); body forward, right, down (FRD); the same angles from NED.
-Each function is its own inverse but the two of the attitude, which are each other's.
+The two vector functions are each their own inverse; the two attitude functions are inverses of each other.
 """
 
 from __future__ import annotations
@@ -15,12 +15,12 @@ Three = tuple[float, float, float]
 
 
 def ned_from_enu(east: float, north: float, up: float) -> Three:
-    """(north, east, down) of a vector in the map frame; also the way back, read (east, north, up)."""
+    """(north, east, down) of a vector in the map frame; also its own inverse, read as (east, north, up)."""
     return north, east, -up
 
 
 def frd_from_flu(forward: float, left: float, up: float) -> Three:
-    """(forward, right, down) of a vector in the body frame; also the way back."""
+    """(forward, right, down) of a vector in the body frame; also its own inverse."""
     return forward, -left, -up
 
 
@@ -30,5 +30,5 @@ def ned_angles(roll_rad: float, pitch_rad: float, yaw_rad: float) -> Three:
 
 
 def enu_angles(roll_rad: float, pitch_rad: float, yaw_rad: float) -> Three:
-    """(roll, pitch, yaw) of the FLU body in ENU from MAVLink's: the same formula, read backwards."""
+    """(roll, pitch, yaw) of the FLU body in ENU from MAVLink's angles: the same formula, inverted."""
     return ned_angles(roll_rad, pitch_rad, yaw_rad)

@@ -1,4 +1,4 @@
-"""TABLE of modes, phases, events and transitions: the one place where they are listed.
+"""TABLE of modes, phases, events and transitions. This is the only place where they are listed.
 
     BOOT --booted--> STANDBY --goto, mission, return, scan--> AUTONOMOUS --arrived, scanned, failed, stop--> STANDBY
                         |  \\--------- turn, drive ------> TELEOP --------- moved, failed, stop ---------> STANDBY
@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 
 class Mode(IntEnum):
-    """What the rover is about; numbers are on the wire and never reused."""
+    """Mode of the rover; numbers are on the wire and never reused."""
 
     BOOT = 0
     STANDBY = 1
@@ -25,7 +25,7 @@ class Mode(IntEnum):
 
 
 class Phase(IntEnum):
-    """What it is doing within AUTONOMOUS; ARRIVED and FAILED stay until the next goto."""
+    """Phase within AUTONOMOUS; ARRIVED and FAILED stay until the next goto."""
 
     NONE = 0
     SCANNING = 1
@@ -39,7 +39,12 @@ class Phase(IntEnum):
 
 
 class ModeRow(NamedTuple):
-    """One mode: what the wheels do in it."""
+    """One mode.
+
+    mode: number and name.
+    wheels: state of the wheels in this mode: off, hold or run.
+    meaning: text for the docs.
+    """
 
     mode: Mode
     wheels: str
@@ -58,7 +63,7 @@ TABLE = (
 
 
 class Transition(NamedTuple):
-    """In `state`, `event` leads to `next`."""
+    """One transition: in `state`, `event` leads to `next`."""
 
     state: Mode
     event: str
@@ -111,7 +116,7 @@ TRANSITIONS = (
 
 
 def next_mode(mode: Mode, event: str) -> Mode | None:
-    """Where `event` leads from `mode`; None where it leads nowhere (the mode stays)."""
+    """Return the mode after `event` in `mode`; None if the event does nothing in this mode (the mode stays)."""
     for row in TRANSITIONS:
         if row.state == mode and row.event == event:
             return row.next

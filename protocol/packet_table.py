@@ -1,10 +1,11 @@
-"""TABLE of the packets that the station speaks to CCSDS systems: made from the telemetry and the command dictionary.
+"""TABLE of the packets for CCSDS systems, generated from the telemetry and command dictionaries.
 
     telemetry    secondary header, then the fields of a row, big-endian, without gaps
     telecommand  command id u8, start_s f64 (onboard time; 0: at once), then the command's arguments
 
-Everything has a fixed size. A text ends with a zero byte and is filled with zeros; points are typed as a text of
-numbers; a number that is left out is NaN, a choice 255. `protocol.xtce` says all of this to machines.
+All fields have a fixed size. A text ends with a zero byte and is padded with zeros; points are typed as a text of
+numbers; a number that is left out is NaN, a choice 255. `protocol.xtce` describes these packets in machine-readable
+form.
 """
 
 from __future__ import annotations
@@ -23,8 +24,8 @@ from protocol.telemetry import BY_NAME, FRAMES, Item
 from protocol.transactions import Code, State
 
 EVENT_APID, REPORT_APID, COMMAND_APID = 180, 181, 200
-NOT_SENT = 255  # state of a report on a packet that was no command, or one that cannot be asked
-NO_PACKET = 0xFFFF  # sequence count in a report on what did not come as a packet
+NOT_SENT = 255  # state of a report on a packet that was not a command, or a command that cannot be issued
+NO_PACKET = 0xFFFF  # sequence count in a report on a request that did not arrive as a packet
 LEFT_OUT = 255
 NUMBERS = 8  # of a report
 _FIRST_APID, _ITEMS_APID = 100, 140
@@ -35,10 +36,16 @@ Values = Mapping[str, float | str]
 
 
 class Field(NamedTuple):
-    """One value in a packet. form: a key of `_FORMATS`, or "text" of `size` bytes, its zero byte included.
+    """One value in a packet.
 
-    names: of its numbers, where it is one of a list. limits: outside of them it is marked. required: an argument
-    that may not be left out.
+    name: name of the field.
+    form: a key of `_FORMATS`, or "text".
+    meaning: text for people.
+    unit: SI unit.
+    size: bytes of a text, including its zero byte.
+    names: name of each number, for an enumerated field.
+    limits: (low, high); a value outside is marked.
+    required: False for an argument that may be left out.
     """
 
     name: str
@@ -52,17 +59,17 @@ class Field(NamedTuple):
 
     @property
     def layout(self) -> str:
-        """For struct."""
+        """Format of the field for `struct`."""
         return f"{self.size}s" if self.form == "text" else _FORMATS[self.form]
 
     @property
     def bits(self) -> int:
-        """How many it takes."""
+        """Size of the field in bits."""
         return 8 * struct.calcsize(">" + self.layout)
 
 
 class TelemetryPacket(NamedTuple):
-    """One row: what is sent down as a packet of its own."""
+    """One telemetry packet, by APID."""
 
     apid: int
     name: str
@@ -112,7 +119,7 @@ OF_ITEM = {field.name: row for row in TABLE for field in row.fields if field.nam
 
 
 def encode(row: TelemetryPacket, values: Values) -> bytes:
-    """The fields' bytes. Raises KeyError where one is missing; a text is cut at a whole character."""
+    """Encode the fields. Raises KeyError if a value is missing; a text is cut at a whole character."""
     return struct.pack(">" + "".join(f.layout for f in row.fields), *(_packed(f, values[f.name]) for f in row.fields))
 
 
@@ -135,7 +142,7 @@ COMMAND_HEAD = (
 
 
 def field_of(argument: Argument) -> Field:
-    """An argument as a field of its packet."""
+    """Return the packet field of an argument."""
     name, meaning = argument.name, argument.meaning
     match argument.kind:
         case Kind.NUMBER:
@@ -151,17 +158,22 @@ def field_of(argument: Argument) -> Field:
 
 
 def left_out(argument: Argument) -> str:
-    """How an argument is written that is left out."""
+    """Text of an argument that is left out."""
     return {Kind.NUMBER: "NaN", Kind.CHOICE: "left_out"}.get(argument.kind, "")
 
 
 def fields_of(row: Command) -> tuple[Field, ...]:
-    """What follows the primary header."""
+    """Fields that follow the primary header of a telecommand packet."""
     return (*COMMAND_HEAD, *(field_of(argument) for argument in row.arguments))
 
 
 class Asked(NamedTuple):
-    """A telecommand packet's content; ranges are not checked here."""
+    """Content of a telecommand packet; ranges are not checked here.
+
+    name: name of the command.
+    arguments: values by name, without those left out.
+    start_s: onboard start time, s; 0: at once.
+    """
 
     name: str
     arguments: dict[str, Value]
@@ -172,7 +184,7 @@ _BY_ID = {row.id: row for row in COMMANDS}
 
 
 def decode_command(data: bytes) -> Asked:
-    """The content. Raises WireError("packet") on an unknown id, a wrong length, or a value that is none."""
+    """Decode a telecommand packet. Raises WireError("packet") on an unknown id, a wrong length or an invalid value."""
     row = _BY_ID.get(data[0]) if data else None
     if row is None:
         raise WireError("packet", f"no command has the id {data[0]}" if data else "no command in it")

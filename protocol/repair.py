@@ -1,11 +1,11 @@
-"""Repair symbols of bulk objects: XORs of chunks that make good whichever of them was lost.
+"""Repair symbols of bulk objects: XORs of chunks that restore lost chunks.
 
     chunks   a  b  c  d  e        symbol 7 = a^c^d      symbol 8 = b^e^...      each over `span` chunks from `base` on
     there    a  .  c  .  e        7: d = 7^a^c          8: b = ...              two losses, any two symbols that differ
 
-Which chunks a symbol holds follows from object, serial, base and span alone, so nothing but these is sent: half of them
-by the bits of a hash. Of m lost chunks m + 2 such symbols restore all in three of four cases. A chunk that is shorter
-than the others counts as filled up with zeros. Chunks are Python integers here: a thousand bytes are XORed in 0.1 us.
+Object, serial, base and span determine the chunks of a symbol, so nothing else is sent: the bits of a hash select half
+of the chunks. Of m lost chunks, m + 2 such symbols restore all in three of four cases. A chunk that is shorter than the
+others counts as padded with zeros. Chunks are Python integers here: a thousand bytes are XORed in 0.1 us.
 """
 
 from __future__ import annotations
@@ -23,14 +23,19 @@ HEAD_BYTES = _HEAD.size
 
 
 def members(object_id: int, serial: int, base: int, span: int) -> int:
-    """The chunks in a symbol, as bits: bit n is chunk base + n. Never none."""
+    """Chunks of a symbol as a bit mask: bit n is chunk base + n. Never 0."""
     digest = hashlib.sha256(struct.pack("<IIHB", object_id, serial, base, span)).digest()
     every = (1 << span) - 1
     return int.from_bytes(digest, "little") & every or every
 
 
 class Symbol(NamedTuple):
-    """What crosses the link of one symbol."""
+    """One repair symbol as sent over the link.
+
+    base: index of the first chunk of its span.
+    span: number of chunks in the span.
+    data: XOR of the selected chunks.
+    """
 
     base: int
     span: int
@@ -38,7 +43,7 @@ class Symbol(NamedTuple):
 
 
 def encode(object_id: int, serial: int, base: int, span: int, chunk: Callable[[int], bytes], size: int) -> bytes:
-    """A symbol's body: head and `size` bytes of data. chunk(index) gives the chunks."""
+    """Encode a symbol's body: head and `size` bytes of data. chunk(index) returns a chunk."""
     mask, total = members(object_id, serial, base, span), 0
     for n in range(span):
         if mask >> n & 1:
@@ -47,7 +52,7 @@ def encode(object_id: int, serial: int, base: int, span: int, chunk: Callable[[i
 
 
 def decode(body: bytes) -> Symbol:
-    """Raises WireError("chunk") where it is no symbol."""
+    """Decode a symbol's body. Raises WireError("chunk") if it is not a symbol."""
     if len(body) <= _HEAD.size or not body[2]:
         raise WireError("chunk", f"repair symbol of {len(body)} B")
     base, span = _HEAD.unpack_from(body)
@@ -55,7 +60,7 @@ def decode(body: bytes) -> Symbol:
 
 
 class Solver:
-    """Symbols in, chunks out: elimination over GF(2), as symbols and chunks come."""
+    """Incremental solver over GF(2): symbols and chunks in, restored chunks out."""
 
     def __init__(self) -> None:
         self._rows: dict[int, tuple[int, int]] = {}  # highest bit -> chunks (bit n is chunk n), their XOR
@@ -65,7 +70,7 @@ class Solver:
         return len(self._rows)
 
     def add(self, mask: int, symbol: Symbol, known: Mapping[int, bytes]) -> dict[int, bytes]:
-        """A symbol; the chunks that are known with it and were not. mask: `members`."""
+        """Add a symbol; return the chunks that it restores, by index. mask: result of `members`."""
         self._size = len(symbol.data)
         total, bits = int.from_bytes(symbol.data, "little"), 0
         for n in range(symbol.span):
@@ -79,7 +84,7 @@ class Solver:
         return self._solved()
 
     def learn(self, index: int, chunk: bytes) -> dict[int, bytes]:
-        """A chunk came by itself; what else is known with it."""
+        """Add a received chunk; return the further chunks that it restores, by index."""
         bit, value = 1 << index, int.from_bytes(chunk, "little")
         for pivot in [p for p, (bits, _) in self._rows.items() if bits & bit]:
             bits, total = self._rows.pop(pivot)
@@ -87,7 +92,7 @@ class Solver:
         return self._solved()
 
     def _insert(self, bits: int, total: int) -> None:
-        """Reduced by the rows that are there and these by it: each row's highest bit is in no other."""
+        """Insert an equation, fully reduced: the highest bit of each row is in no other row."""
         for pivot, (others, value) in self._rows.items():
             if bits >> pivot & 1:
                 bits, total = bits ^ others, total ^ value

@@ -1,4 +1,4 @@
-"""The reports that wait to leave the rover: those of what halts first, then each station's in turn; bounded."""
+"""Bounded queue of reports to send: those of halting requests first, then one of each station in turn."""
 
 from __future__ import annotations
 
@@ -8,17 +8,17 @@ from protocol.link import line_bytes
 from protocol.reports import Report, encode_report
 
 _COPIES, _COPY_NS = 2, 200_000_000
-_MOST_SAID, _HALTS = 256, 0  # of a station, requests; stations count from 1
-_Said = dict[int, list[tuple[int, bytes]]]  # reports that wait: request's key -> (due_ns, payload), in the order made
+_MOST_SAID, _HALTS = 256, 0  # most requests of a station; key of the halting queue, as stations count from 1
+_Said = dict[int, list[tuple[int, bytes]]]  # waiting reports: request's key -> (due_ns, payload), in order of creation
 
 
 def key_of(station: int, request_id: int) -> int:
-    """One number for a station's request."""
+    """Combine station and request id into one key."""
     return station << 32 | request_id
 
 
 class ReportQueue:
-    """Rule 7 of `protocol.transactions`. Of a station with too many waiting requests the oldest is dropped."""
+    """Queue of rule 7 of `protocol.transactions`. If a station has too many waiting requests, its oldest is dropped."""
 
     def __init__(self) -> None:
         self._queues: dict[int, _Said] = {_HALTS: {}}  # by station
@@ -27,12 +27,12 @@ class ReportQueue:
         return any(key in said for said in self._queues.values())
 
     def drop(self, key: int) -> None:
-        """What waits of a request is out of date."""
+        """Delete the waiting reports of a request, which are out of date."""
         for said in self._queues.values():
             said.pop(key, None)
 
     def add(self, report: Report, halts: bool, now_ns: int) -> None:
-        """A report and its copies. halts: it is of a request that halts the rover."""
+        """Queue a report and its copies. halts: True for a request that halts the rover."""
         payload, key = encode_report(report), key_of(report.station, report.request_id)
         said = self._queues.setdefault(_HALTS if halts else report.station, {})
         copies = [(now_ns + n * _COPY_NS, payload) for n in range(_COPIES)]
@@ -41,11 +41,11 @@ class ReportQueue:
             del said[next(iter(said))]
 
     def waiting(self, now_ns: int) -> bool:
-        """Whether a report is due."""
+        """True if a report is due."""
         return any(due_ns <= now_ns for said in self._queues.values() for rows in said.values() for due_ns, _ in rows)
 
     def send(self, now_ns: int, budget_bytes: float) -> list[bytes]:
-        """Payloads that are due, in their order, while their bytes on the line fit the budget."""
+        """Return due payloads in order, as long as their bytes on the line fit the budget."""
         out: list[bytes] = []
         for said, key in self._in_turn():
             for row in [row for row in said[key] if row[0] <= now_ns]:
@@ -60,6 +60,6 @@ class ReportQueue:
         return out
 
     def _in_turn(self) -> list[tuple[_Said, int]]:
-        """Where a request's reports wait and its key, in the order they leave."""
+        """Queue and key of each waiting request, in sending order."""
         halts, *others = ([(said, key) for key in said] for said in self._queues.values())
         return [*halts, *(row for rows in zip_longest(*others) for row in rows if row is not None)]

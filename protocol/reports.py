@@ -1,4 +1,4 @@
-"""The report of a request: where it is, why it failed, and its bytes on the link."""
+"""Report of a request: state, failure code, text and wire encoding."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _MAX_DATA = 8
 
 
 class State(IntEnum):
-    """Where a request is. REQUESTED is the ground's own: nothing was heard yet."""
+    """State of a request. REQUESTED is set by the ground: no report was received yet."""
 
     REQUESTED = 0
     RECEIVED = 1
@@ -30,12 +30,12 @@ class State(IntEnum):
 
     @property
     def final(self) -> bool:
-        """Whether nothing follows."""
+        """True if no further report follows."""
         return self >= State.COMPLETED
 
 
 class Code(IntEnum):
-    """Why a request ended without having been tried, or 0."""
+    """Reason why a request ended without being tried; NONE (0) otherwise."""
 
     NONE = 0
     UNKNOWN_COMMAND = 1
@@ -44,14 +44,22 @@ class Code(IntEnum):
     REUSED_ID = 4
     FORGOTTEN_ID = 5
     TOO_MANY = 6
-    VERSION = 7  # by the ground itself: the rover was built from something else
+    VERSION = 7  # by the ground itself: the rover was built from another version
     LEASE = 8  # another station holds it
-    RESTARTED = 9  # by the ground itself: nobody knows whether it was done
-    OVERTAKEN = 10  # CANCELLED: asked before what halted the rover, and arrived after it
+    RESTARTED = 9  # by the ground itself: the outcome is unknown
+    OVERTAKEN = 10  # CANCELLED: issued before a halt, and arrived after it
 
 
 class Report(NamedTuple):
-    """What the rover says of a request. data: at most 8 floats; text at most 110 bytes of UTF-8."""
+    """One report of the rover about a request.
+
+    request_id, station: the request.
+    serial: report number of this request, modulo 256.
+    state: state of the request.
+    code: reason of a failure (`Code`).
+    text: at most 110 bytes of UTF-8.
+    data: at most 8 floats.
+    """
 
     request_id: int
     station: int
@@ -63,14 +71,14 @@ class Report(NamedTuple):
 
 
 def encode_report(report: Report) -> bytes:
-    """The payload of a Kind.REPORT datagram; text is cut to what fits."""
+    """Encode the payload of a Kind.REPORT datagram; a text that is too long is cut."""
     data = report.data[:_MAX_DATA]
     head = _REPORT.pack(report.request_id, report.station, report.serial & 0xFF, report.state, report.code, len(data))
     return head + struct.pack(f"<{len(data)}d", *data) + cut(report.text, _TEXT_BYTES)
 
 
 def decode_report(payload: bytes) -> Report:
-    """Control characters in the text are visible. Raises WireError("report") on a malformed payload."""
+    """Decode a report; control characters in its text become visible. Raises WireError("report") if malformed."""
     try:
         request_id, station, serial, state, code, count = _REPORT.unpack_from(payload)
         at = _REPORT.size + 8 * count

@@ -1,12 +1,13 @@
-"""A step of a sequence as a line that a person writes and both ends of the link read.
+"""Grammar of one step of a sequence: a text line that people write and both ends of the link parse.
 
     [after S] [until ITEM OP VALUE within S] [or stop|continue|safe] [COMMAND ARGUMENTS...]
 
     goto 3 1                                    after 5 or continue scan
     until voltage_v > 24 within 600 goto 3 1    after 10
 
-after: seconds from the completion of the step before. until: a telemetry item of `protocol.telemetry` against a value;
-not met within its seconds the step has failed. or: what follows a failure (stop: the sequence ends). Angles in degrees.
+after: delay in seconds from the completion of the step before.
+until: comparison of a telemetry item of `protocol.telemetry` with a value; if it is not met in time, the step fails.
+or: reaction to a failure (stop: the sequence ends). Angles are in degrees.
 """
 
 from __future__ import annotations
@@ -30,7 +31,13 @@ MOST_STEPS, LONGEST_S = 32, 86_400.0
 
 
 class Condition(NamedTuple):
-    """A telemetry item compared with a value, waited for at most within_s."""
+    """Condition of a step.
+
+    item: name of a telemetry item.
+    compare: a key of OPERATORS.
+    value: value to compare with.
+    within_s: maximum waiting time, s.
+    """
 
     item: str
     compare: str
@@ -38,12 +45,20 @@ class Condition(NamedTuple):
     within_s: float
 
     def holds(self, now: float) -> bool:
-        """Whether it is met; an item that is not known (NaN) meets nothing."""
+        """True if the condition is met; an unknown item (NaN) meets no condition."""
         return OPERATORS[self.compare](now, self.value)
 
 
 class Step(NamedTuple):
-    """One step. name: of the command, '' where it only waits."""
+    """One step of a sequence.
+
+    line: the text.
+    after_s: delay, s.
+    condition: condition to wait for, or None.
+    policy: reaction to a failure, one of POLICIES.
+    name: name of the command; '' for a step that only waits.
+    arguments: arguments of the command.
+    """
 
     line: str
     after_s: float
@@ -54,7 +69,7 @@ class Step(NamedTuple):
 
 
 def parse(line: str) -> Step:
-    """Raises ValueError that says what was found and what is allowed."""
+    """Parse a step. Raises ValueError with what was found and what is allowed."""
     words = line.split()
     after_s, condition, policy = 0.0, None, "stop"
     if words[:1] == ["after"]:

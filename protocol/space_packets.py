@@ -1,4 +1,4 @@
-"""CCSDS space packets (133.0-B-2) and the time code in them (301.0-B-4): headers, and packets cut out of a stream.
+"""CCSDS space packets (133.0-B-2) and their time code (301.0-B-4): encoder, decoder and stream splitter.
 
     primary header, 6 B, big-endian    version 3 bit | type 1 | secondary header 1 | APID 11
                                        sequence flags 2 (3: whole) | sequence count 14
@@ -6,8 +6,8 @@
     secondary header of telemetry      P-field u8 = 0x2F, CUC of an agency's epoch with 4 + 3 octets:
                                        seconds u32, fraction u24 in 2**-24 s; then the boot id u32
 
-The epoch is the start of the flight program, which the boot id names: onboard time, as everywhere here. A fraction is
-60 ns, so a time is at most 30 ns off.
+The epoch is the start of the flight program, identified by the boot id: onboard time, as everywhere in this project.
+One fraction is 60 ns, so the error of a time is at most 30 ns.
 """
 
 from __future__ import annotations
@@ -28,7 +28,14 @@ _NS = 1_000_000_000
 
 
 class Packet(NamedTuple):
-    """One packet without its primary header. sequence: its number of its APID, modulo 16384."""
+    """One packet without its primary header.
+
+    kind: TELEMETRY or TELECOMMAND.
+    apid: application process id, 11 bits.
+    sequence: sequence count of its APID, modulo 16384.
+    data: the packet's data field.
+    secondary: True if the data begins with a secondary header.
+    """
 
     kind: int
     apid: int
@@ -38,7 +45,7 @@ class Packet(NamedTuple):
 
 
 def encode(packet: Packet) -> bytes:
-    """The whole packet. Raises ValueError where it has no data, or more than its length can say."""
+    """Encode a packet. Raises ValueError if it has no data or more than 65536 B."""
     if not 0 < len(packet.data) <= 65536:
         raise ValueError(f"a packet of {len(packet.data)} B of data")
     first = packet.kind << 12 | packet.secondary << 11 | packet.apid
@@ -46,7 +53,7 @@ def encode(packet: Packet) -> bytes:
 
 
 def decode(raw: bytes) -> Packet:
-    """The packet. Raises WireError("packet") where it is none, is a part of one, or has another length."""
+    """Decode a whole packet. Raises WireError("packet") for another version, a segment or a wrong length."""
     if len(raw) <= HEAD.size:
         raise WireError("packet", f"{len(raw)} B are no space packet")
     first, second, length = HEAD.unpack_from(raw)
@@ -60,20 +67,22 @@ def decode(raw: bytes) -> Packet:
 
 
 def stamp(onboard_ns: int, boot_id: int) -> bytes:
-    """The secondary header."""
+    """Encode the secondary header."""
     fractions = (onboard_ns * _FRACTIONS + _NS // 2) // _NS
     seconds, fraction = divmod(fractions, _FRACTIONS)
     return STAMP.pack(P_FIELD, seconds & 0xFFFFFFFF, fraction >> 16, fraction & 0xFFFF, boot_id)
 
 
 class Splitter:
-    """Packets out of a stream of bytes, in whatever pieces it comes."""
+    """Splitter of a byte stream into packets; pieces may have any size."""
 
     def __init__(self) -> None:
         self._held = bytearray()
 
     def receive(self, data: bytes) -> list[bytes]:
-        """The packets that are whole now. Raises WireError("packet") where no packet can begin: nothing is found after.
+        """Return the packets that are complete now.
+
+        Raises WireError("packet") where no packet can begin; no packet is found after that.
         """
         self._held += data
         found = []

@@ -1,7 +1,7 @@
 """TABLE of telemetry items: name, unit, rate, priority, limits, and the MAVLink field that carries each.
 
-An item without a field of its own rides in ITEMS, by its number. To add one: a row here, a sampler in
-onboard/core/telemetry.py. Numbers are on the wire and never reused.
+An item without a MAVLink field of its own is sent in ITEMS, by its number. To add an item: add a row here and a sampler
+in onboard/core/telemetry.py. Numbers are on the wire and never reused.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from protocol.mavlink_frames import enu_angles, frd_from_flu, ned_from_enu
 
 
 class Priority(IntEnum):
-    """Order in which the downlink's bytes are given out; the lowest number first."""
+    """Downlink priority; the lowest number is sent first."""
 
     REPORT = 1
     HOUSEKEEPING = 2
@@ -23,9 +23,17 @@ class Priority(IntEnum):
 
 
 class Item(NamedTuple):
-    """One row. message, field: where it rides ("" = ITEMS). scale: field value = item value * scale.
+    """One telemetry item.
 
-    limits: outside of (low, high) the ground marks it; None: no limit.
+    id: number on the wire.
+    name: name, with the unit.
+    unit: SI unit.
+    rate_hz: transmission rate.
+    meaning: text for people.
+    message, field: MAVLink message and field that carry it; "": ITEMS.
+    scale: field value = item value * scale.
+    limits: (low, high); the ground marks a value outside; None: no limit.
+    priority: downlink priority.
     """
 
     id: int
@@ -104,7 +112,7 @@ ITEMS_SLOTS = 8
 
 
 def rate_hz(message: str) -> float:
-    """How often a message is sent: the highest rate of what it carries."""
+    """Rate of a message: the highest rate of the items in it."""
     return max(row.rate_hz for row in TABLE if row.message == message)
 
 
@@ -120,17 +128,17 @@ def _frames() -> tuple[tuple[str, tuple[Item, ...]], ...]:
     return tuple(found)
 
 
-FRAMES = _frames()  # message and the items that one frame of it carries: they come together
+FRAMES = _frames()  # message and the items that one frame of it carries: they arrive together
 
 
 def out_of_limits(name: str, value: float) -> bool:
-    """Whether the ground should mark the value."""
+    """True if the value is outside the limits of its item."""
     limits = BY_NAME[name].limits
     return limits is not None and not limits[0] <= value <= limits[1]
 
 
 def values(message: Any) -> dict[str, float]:
-    """The items in a decoded MAVLink message (of protocol.eldorado_dialect), by name, in our frames and units."""
+    """Return the items of a decoded MAVLink message (of protocol.eldorado_dialect) by name, in our frames and units."""
     kind = message.get_type()
     if kind == "ITEMS":
         return {BY_ID[i].name: value for i, value in zip(message.item, message.value) if i in BY_ID}
@@ -147,4 +155,4 @@ def _field(message: Any, row: Item) -> float:
     base, bracket, index = row.field.partition("[")
     found = getattr(message, base)
     value: float = found[int(index[:-1])] if bracket else found
-    return value if row.scale == 1.0 else value / row.scale  # an integer of 64 bits stays one
+    return value if row.scale == 1.0 else value / row.scale  # keeps a 64-bit integer an integer

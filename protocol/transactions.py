@@ -1,4 +1,4 @@
-"""Telecommand transactions, both ends: every request is executed once and its outcome is known, over any loss.
+"""Telecommand transactions, both ends: each request is executed once and its outcome is reported, despite losses.
 
     ground: Requester                                  rover: Executor
       |  telecommand, every max(0.5 s, RTT/2) --------->  |  first: checked, RECEIVED and ACCEPTED or REFUSED
@@ -6,19 +6,19 @@
       |  telecommand, every max(5 s, 2 RTT) ----------->  |  (asks for the outcome, which may have been lost)
       |  <------------------ report: COMPLETED ...        |
 
-What halts the rover is sent every max(`halt_retry_ns`, RTT/2) until it is heard of.
+A request that halts the rover is sent every max(`halt_retry_ns`, RTT/2) until its first report arrives.
 
-Rule 1: a request id of a station names one request for ever, and ids rise in the order of asking, also over several
-        processes of it. The ground keeps its next id on disk, as it keeps its counter; an id with other content than
-        before is refused, one older than all that is remembered is refused too.
-Rule 2: a request that arrives after its expiry is never executed, and reported EXPIRED.
-Rule 3: a request with a start time waits on board until then (at most 32 do); its mode and expiry are looked at then.
-Rule 4: each report carries a serial number per request, so that a late one never overwrites a newer.
-Rule 5: a rover that restarts has forgotten what it did. A request that was sent before is not sent to it again, but
-        ends with that reason; only those that halt are, which do no harm twice.
-Rule 6: what was asked before a halt and arrives after it lets nothing move any more (protocol.halts).
-Rule 7: reports of what halts the rover leave first, then those of each station in turn. Of a station so many requests'
-        reports wait at most, then the oldest are dropped: it asks again.
+Rule 1: a request id of a station names one request for ever. Ids rise in the order of the requests, also across
+        processes of the station. The ground stores its next id on disk, as it stores its counter. The rover refuses a
+        known id with other content, and an id older than all that it remembers.
+Rule 2: a request that arrives after its expiry is never executed; it is reported EXPIRED.
+Rule 3: a request with a start time waits on board until then (at most 32 do). Mode and expiry are checked at that time.
+Rule 4: each report carries a serial number per request, so that a late report never overwrites a newer one.
+Rule 5: a rover that restarts has lost its transaction state. A request that was sent before is not sent to it again; it
+        ends with that reason. Requests that halt are sent again: executing them twice does no harm.
+Rule 6: a request issued before a halt that arrives after it never moves the rover (protocol.halts).
+Rule 7: reports of halting requests are sent first, then those of each station in turn. The number of requests with
+        waiting reports is limited per station; the oldest are dropped, and the station asks again.
 """
 
 from __future__ import annotations
@@ -47,7 +47,18 @@ _MOST_WAITING = 32
 
 @dataclass(slots=True)
 class Request:
-    """One request as the ground knows it. history: (ground time ns, report) as heard. asked_by: for people."""
+    """One request as the ground knows it.
+
+    telecommand, payload: the request and its encoding.
+    made_ns: ground time of its creation.
+    state: newest state.
+    report: newest report.
+    history: (ground time ns, report) of each received report.
+    sent: number of transmissions.
+    next_ns: ground time of the next transmission.
+    own: False if taken over from an earlier process of this station.
+    asked_by: originator, text for people.
+    """
 
     telecommand: commands.Telecommand
     made_ns: int
@@ -57,22 +68,24 @@ class Request:
     history: list[tuple[int, Report]] = field(default_factory=list)
     sent: int = 0
     next_ns: int = 0
-    own: bool = True  # False: taken over from a process of this station that has ended
+    own: bool = True
     asked_by: str = ""
 
 
 class Requester:
-    """The ground's end of one station. Times are the ground's; issue and expiry are given in onboard time.
+    """Ground's end for one station. Times are the ground's; issue and expiry are given in onboard time.
 
-    first_id: kept on disk ahead of use (rule 1); take_id: gives the next one, where several processes share them.
-    rtt_ns may be set at any time. remembered: requests in `requests`, the oldest of those whose outcome is known are
-    forgotten.
+    first_id: first request id, reserved on disk before use (rule 1).
+    rtt_ns: round-trip time; may be set at any time.
+    remembered: limit of `requests`; the oldest completed requests are deleted.
+    take_id: returns the next request id, if several processes share the ids.
+    halt_retry_ns: retransmission interval of a halting request.
     """
 
     def __init__(self, station: int, first_id: int = 1, rtt_ns: int = 0, remembered: int = 2048) -> None:
         self._remembered = remembered
         self.station, self.next_id, self.rtt_ns = station, first_id, rtt_ns
-        self.halt_retry_ns = _RETRY_NS  # less where the line carries it
+        self.halt_retry_ns = _RETRY_NS  # shorter if the line has the capacity
         self.take_id: Callable[[], int] = self.count_id
         self.requests: dict[int, Request] = {}
         self._open: dict[int, Request] = {}
@@ -81,7 +94,7 @@ class Requester:
         self, name: str, arguments: commands.Arguments, now_ns: int, *, issued_ns: int = 0, expiry_ns: int = 0,
         start_ns: int = 0,
     ) -> int:
-        """A new request; `send` gives its datagrams. Raises ValueError as commands.check does."""
+        """Create a request; `send` returns its datagrams. Raises ValueError as commands.check does."""
         checked = commands.check(name, arguments)
         telecommand = commands.Telecommand(self.take_id(), issued_ns, expiry_ns, name, checked, start_ns)
         made = Request(telecommand, now_ns, commands.encode(telecommand), next_ns=now_ns)
@@ -93,12 +106,12 @@ class Requester:
         return telecommand.request_id
 
     def count_id(self) -> int:
-        """The next of `next_id`, which nobody else counts."""
+        """Take the next request id from `next_id`; no other process uses this counter."""
         self.next_id += 1
         return self.next_id - 1
 
     def send(self, now_ns: int, halting_only: bool = False) -> list[bytes]:
-        """Payloads of Kind.TELECOMMAND that are due now; or of them those that halt the rover, the others wait."""
+        """Return the payloads of Kind.TELECOMMAND that are due now; with `halting_only` those that halt the rover."""
         out = []
         for request in self._open.values():
             if now_ns < request.next_ns or (halting_only and not commands.halts(request.payload)):
@@ -112,16 +125,16 @@ class Requester:
 
     @property
     def open(self) -> int:
-        """How many requests still wait for their outcome."""
+        """Number of requests without a final report."""
         return len(self._open)
 
     def next_due_ns(self, halting_only: bool = False) -> int | None:
-        """When `send` has something again; None while nothing is open."""
+        """Ground time of the next transmission; None if no request is open."""
         rows = (r for r in self._open.values() if not halting_only or commands.halts(r.payload))
         return min((r.next_ns for r in rows), default=None)
 
     def receive(self, payload: bytes, now_ns: int) -> Report | None:
-        """A Kind.REPORT payload. The report where it is news of one of this station's requests, else None.
+        """Process a Kind.REPORT payload; return the report if it is newer and of this station's request, else None.
 
         Raises WireError on a malformed payload.
         """
@@ -141,7 +154,7 @@ class Requester:
         return report
 
     def rover_booted(self, boot_id: int, now_ns: int) -> list[Report]:
-        """The rover came up anew (rule 5): what ends by that. Whoever asked it to has the answer by that."""
+        """End open requests after a restart of the rover (rule 5); a `reboot` request is completed by it."""
         reports = []
         for request_id, request in list(self._open.items()):
             if not request.sent or request.telecommand.name in commands.HALTING:
@@ -156,12 +169,12 @@ class Requester:
 
     @property
     def unheard_moves(self) -> list[int]:
-        """Requests that would let the rover move and of which nothing was heard: they are sent again and again."""
+        """Requests that let the rover move and have no report yet: they are retransmitted."""
         return [request_id for request_id, request in self._open.items()
                 if request.state is State.REQUESTED and commands.command(request.telecommand.name).frees]
 
     def refuse(self, text: str, now_ns: int) -> list[Report]:
-        """None of the open requests is sent any more, but those that halt the rover: the ground's own refusal."""
+        """End all open requests but halting ones: the ground refuses them itself."""
         reports = []
         for request_id, request in list(self._open.items()):
             if not commands.halts(request.payload):
@@ -169,7 +182,7 @@ class Requester:
         return reports
 
     def end(self, request_id: int, state: State, code: Code, text: str, now_ns: int) -> Report:
-        """The ground's own word on a request, which is sent no more. What the rover says of it later counts."""
+        """End a request with the ground's own report; it is not sent again. A later report of the rover replaces it."""
         request = self.requests[request_id]
         serial = request.report.serial + 1 if request.report else 0
         report = Report(request_id, self.station, serial & 0xFF, state, code, text)
@@ -179,9 +192,10 @@ class Requester:
         return report
 
     def take_over(self, payload: bytes, known: Report | None, now_ns: int) -> None:
-        """A request of an earlier process of this station. It is asked for where this boot of the rover reported it.
+        """Take over a request of an earlier process of this station.
 
-        Of one that it never did only a report is taken: sent again it might be done late. Raises WireError.
+        If this boot of the rover reported it, ask for its outcome. A request without a report is not sent, because it
+        might be executed late; its reports are accepted. Raises WireError.
         """
         asked = commands.decode(payload)
         state = State.REQUESTED if known is None else known.state
@@ -190,12 +204,12 @@ class Requester:
             self._open[asked.request_id] = made
 
     def close(self, text: str, now_ns: int) -> list[Report]:
-        """Nothing is sent any more: what never was is CANCELLED with that."""
+        """Cancel the requests that were never sent, because the station closes."""
         unsent = [i for i, request in self.requests.items() if not request.sent and not request.state.final]
         return [self.end(request_id, State.CANCELLED, Code.NONE, text, now_ns) for request_id in unsent]
 
     def abandon(self, request_id: int) -> None:
-        """Ask no longer. The rover may have executed it all the same: its state stays what was last heard."""
+        """Stop retransmitting a request. Its state stays as last reported; the rover may have executed it."""
         self._open.pop(request_id, None)
 
 
@@ -203,7 +217,13 @@ class Requester:
 
 
 class Order(NamedTuple):
-    """A command to be carried out, checked. request_id is unique over stations: use it in `report`."""
+    """A checked command to execute.
+
+    request_id: id that is unique over stations; use it in `report`.
+    name: name of the command.
+    arguments: checked values by name.
+    station: the station that issued it.
+    """
 
     request_id: int
     name: str
@@ -211,13 +231,13 @@ class Order(NamedTuple):
     station: int
 
     def number(self, name: str) -> float:
-        """An argument that is a number."""
+        """Return an argument that is a number."""
         value = self.arguments[name]
         assert isinstance(value, float)
         return value
 
     def points(self, name: str) -> tuple[tuple[float, float], ...]:
-        """An argument that is a list of points."""
+        """Return an argument that is a list of points."""
         flat = self.arguments[name]
         assert isinstance(flat, tuple)
         return tuple(zip(flat[::2], flat[1::2]))
@@ -225,17 +245,18 @@ class Order(NamedTuple):
 
 @dataclass(slots=True)
 class _Known:
-    """A request that was seen: its payload and the last report of it."""
+    """A received request: its payload and its last report."""
 
     payload: bytes
     report: Report
 
 
 class Executor:
-    """The rover's end for all stations: each request becomes an Order at most once.
+    """Rover's end for all stations: each request becomes an Order at most once.
 
-    capacity: requests remembered per station. halted: highest request id that halted, by station, of before a restart.
-    permit: raises RefusedError where a station may not give a command.
+    capacity: requests remembered per station.
+    halted: highest halting request id of each station, stored before a restart.
+    permit: raises RefusedError if a station may not issue a command.
     """
 
     def __init__(self, capacity: int = 4096, halted: Mapping[int, int] = MappingProxyType({})) -> None:
@@ -244,19 +265,19 @@ class Executor:
         self._known: dict[int, dict[int, _Known]] = {}
         self._forgotten: dict[int, int] = {}
         self._queue = ReportQueue()
-        self._waiting: dict[int, commands.Telecommand] = {}  # key -> what starts later, by its start time
+        self._waiting: dict[int, commands.Telecommand] = {}  # key -> requests with a later start time, by that time
         self.permit: Callable[[str, int], None] = lambda name, station: None
 
     def receive(self, station: int, payload: bytes, now_ns: int, mode: Mode) -> Order | None:
-        """A Kind.TELECOMMAND payload: an Order where it is new and may be done now.
+        """Process a Kind.TELECOMMAND payload; return an Order if it is new and may be executed now.
 
-        What may not be done is reported with what would be allowed. Raises WireError on a payload without a request id.
+        A refused request is reported with what is allowed. Raises WireError on a payload without a request id.
         """
         request_id = commands.request_id_of(payload)
         if request_id is None:
             raise WireError("telecommand", f"{len(payload)} B")
         seen = self._known.setdefault(station, {}).get(request_id)
-        halts = commands.halts(payload)  # obeyed under any id: a station that lost its numbers may stop the rover
+        halts = commands.halts(payload)  # executed under any id: a station that lost its numbers may stop the rover
         if seen is not None and not (halts and seen.payload != payload):
             self._again(seen, payload, now_ns)
             return None
@@ -313,17 +334,17 @@ class Executor:
 
     @property
     def held(self) -> int:
-        """How many requests wait for their start time."""
+        """Number of requests that wait for their start time."""
         return len(self._waiting)
 
     @property
     def waits(self) -> list[str]:
-        """Each of them in words, the earliest first: command, start, station and request id."""
+        """Waiting requests as text, the earliest first: command, start, station and request id."""
         return [f"{asked.name} at {asked.start_ns / 1e9:.1f} s ({key >> 32}#{key & 0xFFFFFFFF})"
                 for key, asked in self._waiting.items()]
 
     def due(self, now_ns: int, mode: Mode) -> list[Order]:
-        """Those whose start time has come and which may be done now, the earliest first."""
+        """Return the orders whose start time has come and that may be executed now, the earliest first."""
         orders = []
         for key in [key for key, asked in self._waiting.items() if asked.start_ns <= now_ns]:
             order = self._checked(key, self._waiting.pop(key), now_ns, mode)
@@ -331,7 +352,7 @@ class Executor:
         return orders
 
     def cancel_waiting(self, now_ns: int, reason: str) -> None:
-        """Nothing that waits for its start time is started any more."""
+        """Cancel all requests that wait for their start time."""
         for key in self._waiting:
             self.report(key, State.CANCELLED, now_ns, reason)
         self._waiting.clear()
@@ -354,7 +375,7 @@ class Executor:
     def report(
         self, request_id: int, state: State, now_ns: int, text: str = "", data: Sequence[float] = (), *, code: int = 0
     ) -> None:
-        """What becomes of an Order; two copies are sent. An unknown request id is ignored."""
+        """Report the progress or outcome of an Order; two copies are sent. An unknown request id is ignored."""
         known = self._known.get(request_id >> 32, {}).get(request_id & 0xFFFFFFFF)
         if known is None or known.report.state.final:
             return
@@ -362,7 +383,7 @@ class Executor:
             serial=known.report.serial + 1, state=state, code=int(code), text=text, data=tuple(map(float, data))
         )
         known.report = made
-        self._queue.drop(request_id)  # the newest says it all
+        self._queue.drop(request_id)  # the newest report contains all
         self._say(made, now_ns)
 
     def _say(self, report: Report, now_ns: int) -> None:
@@ -370,9 +391,9 @@ class Executor:
         self._queue.add(report, known is not None and commands.halts(known.payload), now_ns)
 
     def waiting(self, now_ns: int) -> bool:
-        """Whether a report is due that was not sent."""
+        """True if a report is due and was not sent."""
         return self._queue.waiting(now_ns)
 
     def send(self, now_ns: int, budget_bytes: float = float("inf")) -> list[bytes]:
-        """Payloads of Kind.REPORT that are due, as rule 7 says, while their bytes on the line fit the budget."""
+        """Return due payloads of Kind.REPORT in the order of rule 7, while their bytes on the line fit the budget."""
         return self._queue.send(now_ns, budget_bytes)

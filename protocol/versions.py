@@ -1,7 +1,7 @@
-"""What both ends must have alike to understand each other: command dictionary, CAN database, MAVLink dialect.
+"""Versions that both ends must share: command dictionary, CAN database, MAVLink dialect.
 
-Each is told by the first four bytes of a SHA-256 over its contract: names, numbers, units, ranges, layouts, and no
-words for people, so that a better sentence is no new version. Made at import from the one source of each.
+Each version is the first four bytes of a SHA-256 over its contract: names, numbers, units, ranges and layouts, without
+texts for people, so that a better sentence is no new version. Computed at import from the one source of each.
 """
 
 from __future__ import annotations
@@ -15,26 +15,26 @@ from protocol.can_codec import DBC_SHA256
 
 
 class Versions(NamedTuple):
-    """One side's. The names are those of the telemetry rows without `_version`."""
+    """Versions of one side. The names are those of the telemetry rows without `_version`."""
 
     dictionary: int
     dbc: int
     dialect: int
 
     def differences(self, rover: Versions) -> str:
-        """`dictionary 1a2b3c4d here, 5e6f7a8b on the rover` for each that differs; '' where none does."""
+        """Text `dictionary 1a2b3c4d here, 5e6f7a8b on the rover` for each that differs; '' if none does."""
         rows = zip(self._fields, self, rover)
         return "; ".join(f"{name} {here:08x} here, {there:08x} on the rover" for name, here, there in rows
                          if here != there)
 
 
 def digest(contract: Any) -> int:
-    """32 bits of plain data: numbers, texts, None and tuples of them, whose `repr` is the same everywhere."""
+    """32-bit digest of plain data: numbers, texts, None and tuples of them, whose `repr` is the same everywhere."""
     return int.from_bytes(hashlib.sha256(repr(contract).encode()).digest()[:4], "big")
 
 
 def dictionary() -> tuple[Any, ...]:
-    """The contract of commands, their reports, telemetry, modes, events and faults."""
+    """Contract of commands, their reports, telemetry, modes, events and faults."""
     rows = [(row.id, row.name, tuple(_argument(a) for a in row.arguments), tuple(map(int, row.modes)), row.sends,
              row.free) for row in commands.TABLE]
     items = [(r.id, r.name, r.unit, r.message, r.field, r.scale) for r in telemetry.TABLE]
@@ -50,7 +50,7 @@ def _argument(a: commands.Argument) -> tuple[Any, ...]:
 
 
 def dialect() -> tuple[Any, ...]:
-    """The contract of the messages: what the bytes of each mean. The values of enums are named in the common set."""
+    """Contract of the MAVLink messages: the meaning of their bytes. The values of enums are named in the common set."""
     kinds = eldorado_dialect.mavlink_map
     return tuple((number, kind.msgname, kind.crc_extra, tuple(kind.ordered_fieldnames), tuple(kind.lengths))
                  for number, kind in sorted(kinds.items()))

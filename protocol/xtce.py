@@ -1,4 +1,4 @@
-"""The packets of `packet_table` as an XTCE 1.2 file (CCSDS 660.1-G, OMG): what YAMCS and like systems read.
+"""Generator of the XTCE 1.2 file (CCSDS 660.1-G, OMG) of the packets of `packet_table`, for YAMCS and similar systems.
 
     SpaceSystem -> TelemetryMetaData: types, parameters, a container `space_packet` with the headers and one for each
                                       row, which inherits it where its APID says so
@@ -33,7 +33,7 @@ _PACKET = "space_packet"
 
 
 def xtce() -> str:
-    """The file's text."""
+    """Return the text of the file."""
     Xml.register_namespace("xsi", _INSTANCE)
     root = Xml.Element("SpaceSystem", {"name": SPACE_SYSTEM, "xmlns": _NAMESPACE,
                                        f"{{{_INSTANCE}}}schemaLocation": f"{_NAMESPACE} {_SCHEMA}"})
@@ -95,7 +95,7 @@ def _container(containers: Xml.Element, row: TelemetryPacket) -> None:
 
 
 def _type(types: Xml.Element, field: Field, of: str, name: str) -> None:
-    """A ParameterType or ArgumentType with its unit, encoding and limits."""
+    """Add a ParameterType or ArgumentType with its unit, encoding and limits."""
     if field.names is not None:
         made = Xml.SubElement(types, f"Enumerated{of}Type", name=name)
         _integer(made, field.bits)
@@ -133,7 +133,7 @@ def _text(made: Xml.Element, bits: int) -> None:
 
 
 def _limits(made: Xml.Element, field: Field, of: str) -> None:
-    """Where a parameter is marked, and what an argument may be. An argument that is left out is NaN: no range then."""
+    """Add a parameter's alarm limits, or the valid range of an argument. An optional argument may be NaN: no range."""
     if field.limits is None:
         return
     named = {word: repr(float(limit)) for word, limit in zip(("minInclusive", "maxInclusive"), field.limits)

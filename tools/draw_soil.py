@@ -1,4 +1,4 @@
-"""Measure and draw slip over slope for docs/soil.md: python -m tools.draw_soil [FOLDER]; a minute."""
+"""Measure and draw slip over slope for docs/soil.md: python -m tools.draw_soil [FOLDER]; takes a minute."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ SOILS = ("firm", "nominal", "soft")
 
 
 def main(folder: Path) -> None:
-    """Write the picture, tell the figures as a table for the page."""
+    """Write the picture, print the figures as a table for the page."""
     ratios = {soil: [slip(soil, deg) for deg in SLOPES_DEG] for soil in SOILS}
     (folder / "soil-slip.png").write_bytes(png(slopes.slip(SLOPES_DEG, ratios)))
     print(f"| slope | {' | '.join(SOILS)} |\n|{' --- |' * (len(SOILS) + 1)}")

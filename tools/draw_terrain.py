@@ -23,14 +23,14 @@ AREA_M2, SLOPE_DEG, CRATER_M = 400.0, 5.0, 5.0
 
 
 def ground(recipe: Recipe, name: str) -> Ground:
-    """The field of a recipe, always with the same seed, as a picture knows it."""
+    """The field of a recipe, always with the same seed, as ground of a picture."""
     field = compose(recipe, Course(), np.random.default_rng(7))
     rocks = np.array([(rock.x_m, rock.y_m, rock.diameter_m) for rock in field.rocks]).reshape(-1, 3)
     return Ground(field.grid, truth_height(field), rocks, name)
 
 
 def middle(whole: Ground) -> Ground:
-    """Half as wide and as high."""
+    """The middle part, half as wide and as high."""
     grid, rows, columns = whole.grid, whole.grid.rows // 2, whole.grid.columns // 2
     x0_m, y0_m = grid.x0_m + columns // 2 * grid.cell_m, grid.y0_m + rows // 2 * grid.cell_m
     part = whole.heights_m[rows // 2 :, columns // 2 :][:rows, :columns]
@@ -48,7 +48,7 @@ def profiles() -> list[Profile]:
 
 
 def sizes() -> list[Sizes]:
-    """Both laws, and one draw of each, cut at the same diameters."""
+    """Both laws, and one sample of each, limited to the same diameters."""
     golombek, power = Golombek(0.07), PowerLaw(0.04)
     d = np.geomspace(golombek.smallest_m, golombek.largest_m * 0.999, 300)
     low, high = golombek.smallest_m, golombek.largest_m

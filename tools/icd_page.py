@@ -1,4 +1,4 @@
-"""docs/icd.md: what a node of the bus must send, understand and do, from rover.dbc and the code's own figures."""
+"""Page docs/icd.md: frames and duties of a bus node, generated from rover.dbc and the code's own figures."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ sequenceDiagram
 
 
 def sections(table: Table) -> list[str]:
-    """The page below its title; `table(heads, rows)` makes the tables."""
+    """Sections of the page below its title; `table(heads, rows)` formats the tables."""
     families: dict[str, list[Layout]] = {}
     for layout in FRAMES.values():
         families.setdefault(layout.family, []).append(layout)
@@ -194,7 +194,7 @@ def _load(table: Table) -> Iterable[str]:
 
 
 def _prose(text: str) -> str:
-    """One paragraph on one line."""
+    """Join a paragraph to one line."""
     return " ".join(text.split())
 
 

@@ -1,4 +1,4 @@
-"""The picture of docs/icd.md: what each bit of each frame is, one row for frames of one layout, as SVG text."""
+"""Picture of docs/icd.md: every bit of every frame, one row for frames of one layout, as SVG text."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def svg() -> str:
 
 
 def family_title(members: list[Layout]) -> str:
-    """WHEEL_n_COMMAND for four frames of one layout, the name itself for one alone."""
+    """Title of frames of one layout: WHEEL_n_COMMAND for four frames, the name itself for one alone."""
     first = members[0]
     if len(members) == 1:
         return first.name
@@ -42,7 +42,7 @@ def family_title(members: list[Layout]) -> str:
 
 
 def ids_of(members: list[Layout]) -> str:
-    """The ids of frames of one layout, neighbours joined."""
+    """Ids of frames of one layout, consecutive ones joined."""
     runs: list[list[int]] = []
     for layout in members:
         if runs and layout.can_id == runs[-1][1] + 1:

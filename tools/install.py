@@ -1,4 +1,4 @@
-"""`make install` and `make uninstall`: the flight program with all it needs, its unit and an example configuration.
+"""`make install` and `make uninstall`: the flight program with its packages, its unit and an example configuration.
 
     PREFIX/lib/el-dorado/VERSION/    a virtual environment: bin/python, and in its site-packages what flies
     PREFIX/lib/el-dorado/current     the version that runs; changed at once, so an upgrade is whole or not at all
@@ -44,7 +44,13 @@ PYTHON = f"python{sys.version_info.major}.{sys.version_info.minor}"
 
 @dataclass(frozen=True, slots=True)
 class Place:
-    """Where to. destdir: goes before all paths that are written; python: the interpreter at run time."""
+    """Installation paths.
+
+    prefix, sysconfdir: as in make.
+    destdir: precedes all paths that are written.
+    version: version to install.
+    python: interpreter at run time.
+    """
 
     prefix: Path
     destdir: str
@@ -53,27 +59,27 @@ class Place:
     python: str
 
     def at(self, path: Path) -> Path:
-        """Where a path of the running system is written."""
+        """Path to write for a path of the running system."""
         return Path(f"{self.destdir}{path}") if self.destdir else path
 
     @property
     def versions(self) -> Path:
-        """The folder of all versions, on the running system."""
+        """Folder of all versions, on the running system."""
         return self.prefix / "lib" / "el-dorado"
 
     @property
     def home(self) -> Path:
-        """This version's environment, on the running system."""
+        """Environment of this version, on the running system."""
         return self.versions / self.version
 
     def filled(self, name: str) -> str:
-        """A file of tools/service with its places."""
+        """Text of a file of tools/service with the paths filled in."""
         text = (SERVICE / name).read_text()
         return text.replace("@PREFIX@", str(self.prefix)).replace("@SYSCONFDIR@", str(self.sysconfdir))
 
 
 def version() -> str:
-    """pyproject's, with the number of changes and the newest: later ones sort after earlier ones."""
+    """Version of pyproject with the number of commits and the newest: later versions sort after earlier ones."""
     base = str(tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["version"])
     try:
         count, short = _git("rev-list", "--count", "HEAD"), _git("rev-parse", "--short", "HEAD")
@@ -83,7 +89,7 @@ def version() -> str:
 
 
 def commit() -> str:
-    """What an installed program tells of itself in its records: the whole commit, and whether it was changed."""
+    """Text that an installed program writes to its records: the full commit, and whether the sources were changed."""
     try:
         return f"{_git('rev-parse', 'HEAD')}{', changed' if _changed() else ''}"
     except (OSError, subprocess.CalledProcessError):
@@ -101,10 +107,10 @@ def _changed() -> bool:
 
 
 def install(place: Place) -> None:
-    """All of it, the switch to this version last. Raises OSError, PackageNotFoundError."""
+    """Install everything; the switch to this version is last. Raises OSError, PackageNotFoundError."""
     new = place.at(place.versions / f".{place.version}.new")
     site = new / "lib" / PYTHON / "site-packages"
-    shutil.rmtree(new, ignore_errors=True)  # a copy that was cut off
+    shutil.rmtree(new, ignore_errors=True)  # an interrupted copy
     site.mkdir(parents=True)
     _environment(place, new)
     for package in closure().values():
@@ -126,8 +132,8 @@ def install(place: Place) -> None:
 
 
 def texts(place: Place) -> Iterator[tuple[Path, str, int]]:
-    """The small files: path on the running system, content, mode."""
-    from tools.licences import notice  # which needs `closure`
+    """Yield the small files: path on the running system, content, mode."""
+    from tools.licences import notice  # imported here, because it needs `closure`
 
     share = place.prefix / "share" / "el-dorado"
     yield place.prefix / "bin" / "onboard", place.filled("onboard.sh"), 0o755
@@ -139,7 +145,7 @@ def texts(place: Place) -> Iterator[tuple[Path, str, int]]:
 
 
 def switch(place: Place) -> None:
-    """`current` names this version from now on: by a rename, so that at any time one of the two is there."""
+    """Point `current` to this version by a rename, so that at any time one of the two versions is there."""
     current = place.at(place.versions / "current")
     new = current.with_name(".current.new")
     new.unlink(missing_ok=True)
@@ -148,7 +154,7 @@ def switch(place: Place) -> None:
 
 
 def uninstall(place: Place) -> None:
-    """Every version, the command, the unit. Configuration, state and records stay."""
+    """Remove every version, the command and the unit. Configuration, state and records stay."""
     shutil.rmtree(place.at(place.versions), ignore_errors=True)
     for path, _, _ in texts(place):
         place.at(path).unlink(missing_ok=True)
@@ -175,7 +181,7 @@ def extensions() -> list[Path]:
 
 
 def _replace(home: Path, new: Path) -> None:
-    """The new folder in place of one of the same version."""
+    """Replace a folder of the same version by the new one."""
     old = home.with_name(f".{home.name}.old")
     shutil.rmtree(old, ignore_errors=True)
     if home.exists():
@@ -185,7 +191,7 @@ def _replace(home: Path, new: Path) -> None:
 
 
 def _environment(place: Place, home: Path) -> None:
-    """What makes a folder a virtual environment (site, PEP 405): the interpreter, and where it came from."""
+    """Files that make a folder a virtual environment (site, PEP 405): the interpreter, and its origin."""
     (home / "bin").mkdir()
     (home / "bin" / PYTHON).symlink_to(place.python)
     (home / "bin" / "python").symlink_to(PYTHON)
@@ -194,7 +200,7 @@ def _environment(place: Place, home: Path) -> None:
 
 
 def _copy_distribution(package: Distribution, site: Path) -> None:
-    """Its files as its RECORD lists them, without commands and what Python compiles anew."""
+    """Copy the files listed in its RECORD, without commands and compiled Python files."""
     for file in package.files or ():
         if ".." in file.parts or "__pycache__" in file.parts or file.name == "direct_url.json":
             continue
@@ -210,7 +216,7 @@ def _write(path: Path, text: str, mode: int) -> None:
 
 
 def main() -> int:
-    """The command line of the Makefile's targets."""
+    """Command line of the Makefile's targets."""
     parser = argparse.ArgumentParser(prog="tools.install", description=__doc__)
     parser.add_argument("what", choices=("install", "uninstall", "version"))
     parser.add_argument("--prefix", type=Path, default=Path("/usr/local"))

@@ -1,7 +1,7 @@
-"""Licences of what is not ours, from the metadata of the installed packages: a page of the docs, a notice to ship.
+"""Licences of third-party packages, from the metadata of the installed packages: a page of the docs, a notice to ship.
 
-The page names every package of requirements.lock. The notice goes with what is installed: it has the licence texts that
-the packages bring, and names the libraries that lie inside of them.
+The page lists every package of requirements.lock. The notice is installed with the program: it contains the licence
+texts of the packages and lists the libraries inside them.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from pathlib import Path
 from tools.extras import LOCK, closure, plain
 
 _TEXTS = re.compile(r"(?i)(^|[-_.])(licen[cs]es?|copying|notice|copyright)([-_.]|$)")
-_MOST_CHARACTERS = 60  # more is a text, not a name
+_MOST_CHARACTERS = 60  # a longer field is a licence text, not a name
 _REPLACED = """The packages lie as files of their own in `lib/el-dorado/VERSION`, below `site-packages`. Anybody
 may put a changed version in the place of one, also of python-can (LGPL), which is Python files there, and
 of the shared libraries inside of others (`*.libs`; GEOS in rasterio, LGPL). None is linked into a
@@ -22,7 +22,7 @@ program of ours. eclipse-zenoh may be had under Apache 2.0 or the EPL 2.0; here 
 
 
 def licence(package: Distribution) -> str:
-    """Its licence as its own metadata names it; an expression of SPDX where there is one. Raises LookupError."""
+    """Licence of a package from its metadata; an SPDX expression if there is one. Raises LookupError."""
     fields = package.metadata
     named = fields.get("License-Expression") or fields.get("License") or ""
     classes = [row.split(" :: ")[-1] for row in fields.get_all("Classifier") or () if row.startswith("License ::")]
@@ -34,12 +34,12 @@ def licence(package: Distribution) -> str:
 
 
 def locked(text: str) -> list[str]:
-    """The names of a lock file, in its order."""
+    """Names in a lock file, in order."""
     return re.findall(r"^([A-Za-z0-9_.-]+)==", text, re.MULTILINE)
 
 
 def page() -> str:
-    """docs/licences.md."""
+    """Text of docs/licences.md."""
     flown = closure()
     others = [distribution(name) for name in locked(LOCK.read_text()) if plain(name) not in flown]
     return "\n\n".join([
@@ -57,7 +57,7 @@ def page() -> str:
 
 
 def notice() -> str:
-    """The file that goes with an installed program: licences, libraries inside, licence texts."""
+    """Text of the notice of an installed program: licences, libraries inside, licence texts."""
     parts = ["El Dorado is shipped with these packages; their licence texts follow.", _REPLACED]
     parts += [f"{p.metadata['Name']} {p.version}: {licence(p)}{_inside(p)}" for p in closure().values()]
     for package in closure().values():
@@ -67,13 +67,13 @@ def notice() -> str:
 
 
 def licence_texts(package: Distribution) -> list[tuple[str, str]]:
-    """Name and text of each licence file that a package brings."""
+    """Name and text of each licence file of a package."""
     found = [file for file in package.files or () if _TEXTS.search(file.name) and file.suffix not in (".py", ".pyc")]
     return [(str(file), Path(str(package.locate_file(file))).read_text(errors="replace")) for file in sorted(found)]
 
 
 def _inside(package: Distribution) -> str:
-    """The libraries of others that a package brings as compiled files, by name."""
+    """Names of third-party libraries that a package contains as compiled files."""
     names = {re.split(r"[-.]", file.name)[0] for file in package.files or () if file.parts[0].endswith(".libs")}
     return f"; inside: {', '.join(sorted(names))}" if names else ""
 

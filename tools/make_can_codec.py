@@ -1,6 +1,6 @@
-"""Writes protocol/can_codec.py from protocol/rover.dbc: `make codec`. A test compares the two.
+"""Generator of protocol/can_codec.py from protocol/rover.dbc: `make codec`. A test compares the two.
 
-The code it writes uses one integer per frame, shifts and masks; physical values scale as cantools does (divide, round
+The generated code uses one integer per frame, shifts and masks; physical values scale as in cantools (divide, round
 half to even), so both agree bit for bit.
 """
 
@@ -64,12 +64,12 @@ def _length(frame: str, data: bytes) -> WireError:
 
 
 def main() -> None:
-    """Reads the DBC, writes the module."""
+    """Read the DBC, write the module."""
     (ROOT / "protocol" / "can_codec.py").write_text(generate(ROOT / "protocol" / "rover.dbc"))
 
 
 def generate(dbc_path: Path) -> str:
-    """The text of the module for a DBC file."""
+    """Return the text of the module for a DBC file."""
     database: Any = cantools.database.load_file(dbc_path)
     whole = hashlib.sha256(dbc_path.read_bytes()).hexdigest()
     parts = [HEAD, f"DBC_VERSION = {int(database.version)}\nDBC_SHA256 = \"{whole}\"\n"]
@@ -91,7 +91,7 @@ def generate(dbc_path: Path) -> str:
 
 
 def family_name(name: str) -> str:
-    """WHEEL_1_COMMAND and its likes share one record and one decoder."""
+    """Family of a frame: WHEEL_1_COMMAND to WHEEL_4_COMMAND share one record and one decoder."""
     return re.sub(r"^(EMERGENCY_STOP|NODE_HEARTBEAT)_.*", r"\1", re.sub(r"_\d", "", name))
 
 
@@ -104,7 +104,7 @@ def _class_name(family: str) -> str:
 
 
 def _turns(database: Any) -> list[str]:
-    """A constant for each signal that says how many of its counts are a turn; one value for all signals of a name."""
+    """Constants for signals that define the counts of one turn; one value for all signals of a name."""
     found: dict[str, int] = {}
     for message in database.messages:
         for signal in message.signals:

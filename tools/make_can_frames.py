@@ -1,7 +1,7 @@
-"""Writes protocol/can_frames.py, the words of rover.dbc, for tools that run without a DBC parser: `make codec`.
+"""Generator of protocol/can_frames.py, the texts of rover.dbc for tools that run without a DBC parser: `make codec`.
 
-The codec (make_can_codec.py) holds what a tick needs; this holds what people need: layout, units, ranges, comments,
-receivers, cycle times. A test compares file and DBC.
+The codec (make_can_codec.py) contains what a tick needs; this file contains what people need: layout, units, ranges,
+comments, receivers, cycle times. A test compares file and DBC.
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ class Layout(NamedTuple):
 
 
 def generate(dbc_path: Path) -> str:
-    """The text of the module for a DBC file."""
+    """Return the text of the module for a DBC file."""
     database: Any = cantools.database.load_file(dbc_path)
     messages = sorted(database.messages, key=lambda m: m.frame_id)
     families = {family_name(m.name): m for m in reversed(messages)}
@@ -103,7 +103,7 @@ def _row(message: Any) -> str:
 
 
 def main() -> None:
-    """Reads the DBC, writes the module."""
+    """Read the DBC, write the module."""
     (ROOT / "protocol" / "can_frames.py").write_text(generate(ROOT / "protocol" / "rover.dbc"))
 
 

@@ -1,4 +1,4 @@
-"""`make deb`: a Debian package of what `make install` makes below build/deb/root, without Debian's tools.
+"""`make deb`: a Debian package of the tree that `make install` writes below build/deb/root, without Debian's tools.
 
 A .deb is an `ar` of three members: debian-binary ("2.0"), control.tar.gz (fields, conffiles, checksums, the scripts of
 tools/service) and data.tar.gz. Owners, times and order are fixed: the same tree gives the same bytes.
@@ -31,7 +31,7 @@ ABOUT = """flight program of a four-wheel-steered rover
 
 
 def fields(number: str, architecture: str, size_kib: int) -> str:
-    """The control file."""
+    """Text of the control file."""
     rows = {
         "Package": "el-dorado", "Version": number, "Architecture": architecture, "Section": "science",
         "Priority": "optional", "Maintainer": "El Dorado <root@localhost>", "Installed-Size": str(size_kib),
@@ -41,7 +41,7 @@ def fields(number: str, architecture: str, size_kib: int) -> str:
 
 
 def package(root: Path, number: str, architecture: str, epoch_s: int) -> bytes:
-    """The .deb of a tree; what lies in its etc/ are conffiles, which an upgrade leaves as the operator has them."""
+    """Build the .deb of a tree; files in its etc/ are conffiles, which an upgrade leaves unchanged."""
     paths = sorted(path for path in root.rglob("*"))
     files = [path for path in paths if path.is_file() and not path.is_symlink()]
     size_kib = sum(-(-path.stat().st_size // 1024) for path in files)
@@ -63,7 +63,7 @@ def package(root: Path, number: str, architecture: str, epoch_s: int) -> bytes:
 
 
 def ar(members: Mapping[str, bytes], epoch_s: int) -> bytes:
-    """The archive of ar(5): a head of 60 characters for each member, each at an even place."""
+    """Build an archive of ar(5): a header of 60 characters for each member, each at an even offset."""
     made = [b"!<arch>\n"]
     for name, data in members.items():
         made.append(f"{name:<16}{epoch_s:<12}{0:<6}{0:<6}{'100644':<8}{len(data):<10}`\n".encode())
@@ -102,7 +102,7 @@ def _zipped(data: bytes) -> bytes:
 
 
 def main() -> int:
-    """The command line of `make deb`."""
+    """Command line of `make deb`."""
     parser = argparse.ArgumentParser(prog="tools.make_deb", description=__doc__)
     parser.add_argument("--out", type=Path, default=Path("build/deb"))
     out: Path = parser.parse_args().out

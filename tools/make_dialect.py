@@ -1,7 +1,7 @@
-"""protocol/eldorado_dialect.py from protocol/eldorado.xml, by pymavlink's generator; no network.
+"""Generator of protocol/eldorado_dialect.py from protocol/eldorado.xml, by pymavlink's generator; no network.
 
 python -m tools.make_dialect [OUTPUT]. Of the common set, copied from the installed pymavlink, only the messages that
-the rover sends are kept, with their enums: all 219 cost each process 6 MB, and 70 MB where they are compiled anew.
+the rover sends are included, with their enums: all 219 cost each process 6 MB, and 70 MB while they are compiled.
 """
 
 import argparse
@@ -25,14 +25,15 @@ KEPT = {"HEARTBEAT", "SYS_STATUS", "ATTITUDE", "LOCAL_POSITION_NED", "STATUSTEXT
 
 
 def generate() -> str:
-    """The text of the Python dialect. Raises RuntimeError where the generator refuses the XML."""
+    """Return the text of the Python dialect. Raises RuntimeError if the generator rejects the XML."""
     return made("Python3", KEPT)
 
 
 def made(language: str, kept: Collection[str], commands: Collection[str] = ()) -> str:
-    """What the generator makes of the XML and the kept messages of the common set, in a language of its.
+    """Run the generator on the XML and the included messages of the common set; return its output in a language.
 
-    commands: entries of MAV_CMD that are kept; the others go, with their parameters.
+    kept: messages of the common set that are included.
+    commands: entries of MAV_CMD that are included; the others are removed, with their parameters.
     """
     common = Path(dialects.__path__[0]) / "v20"
     used = {f.get("enum", "") for name in FILES for f in _kept_fields(ET.parse(common / name), kept)}
@@ -63,7 +64,7 @@ def _kept_fields(tree: ET.ElementTree, kept: Collection[str]) -> list[ET.Element
 
 
 def _prune(source: Path, target: Path, wanted: dict[str, Collection[str]], commands: Collection[str]) -> None:
-    """A copy of a message set with the wanted messages and enums alone."""
+    """Write a copy of a message set with only the wanted messages and enums."""
     tree = ET.parse(source)
     for group, kept in wanted.items():
         for parent in tree.iter(group):

@@ -1,7 +1,8 @@
-"""protocol/eldorado.lua, the Wireshark dissector: messages by pymavlink's generator, datagrams of the link by ours.
+"""Generator of protocol/eldorado.lua, the Wireshark dissector of MAVLink messages and link datagrams.
 
-python -m tools.make_dissector [OUTPUT]. The first part knows the rover's messages and those that the gateway speaks.
-The second is made from the tables and structs of `protocol`; a struct whose fields are not all named here is an error.
+python -m tools.make_dissector [OUTPUT]. pymavlink's generator writes the first part: the rover's messages and those of
+the gateway. The second part comes from the tables and structs of `protocol`; a struct whose fields are not all named
+here is an error.
 """
 
 from __future__ import annotations
@@ -47,7 +48,7 @@ _TAIL = Path(__file__).with_name("dissector.lua")
 
 
 def generate() -> str:
-    """The text of the dissector. Raises RuntimeError where a struct has other fields than are named here."""
+    """Return the text of the dissector. Raises RuntimeError if a struct has other fields than are named here."""
     kept = {mavlink.enums["MAV_CMD"][number].name for number in ROWS}
     messages = made("WLua", KEPT | GATEWAY, kept).partition(_BINDINGS)[0]
     head = "-- Made from protocol/ by tools/make_dissector.py: run `make codec`. Use: docs/dissector.md\n\n"
@@ -69,7 +70,7 @@ def _link() -> str:
 
 
 def parts(name: str, layout: struct.Struct, names: Sequence[str]) -> list[tuple[str, str, int]]:
-    """Field, format and bytes of a struct's fields. Raises RuntimeError where it has others than are named."""
+    """Field, format and bytes of a struct's fields. Raises RuntimeError if the struct has other fields than named."""
     found = re.findall(r"(\d*)([a-zA-Z])", layout.format.removeprefix("<"))
     formats = [n + c if c == "s" else c for n, c in found for _ in range(1 if c == "s" else int(n or 1))]
     if len(formats) != len(names):
@@ -117,7 +118,7 @@ def _names(name: str, rows: Mapping[int, str]) -> str:
 
 
 def main(argv: Sequence[str]) -> None:
-    """Write it."""
+    """Write the dissector."""
     (Path(argv[0]) if argv else TARGET).write_text(generate(), encoding="utf-8")
 
 

@@ -1,4 +1,7 @@
-"""Writes the pages made from tables, the picture of the frames, the rover's URDF: `make docs`. A test compares."""
+"""Generator of the pages made from tables, the picture of the frames, the rover's URDF: `make docs`.
+
+A test compares.
+"""
 
 from __future__ import annotations
 
@@ -19,7 +22,7 @@ DOCS = ROOT / "docs"
 
 
 def faults() -> str:
-    """The fault table and what its steps mean."""
+    """Page of the fault table and the meaning of its steps."""
     rows = [
         (str(row.number), f"`{row.name}`", row.condition, f"{row.detect_s:g} s", _steps(row.response),
          "yes" if row.latched else "", "yes" if row.maskable else "",
@@ -37,7 +40,7 @@ def faults() -> str:
 
 
 def mode_page() -> str:
-    """Modes, phases, transitions as a drawing and as a table, events."""
+    """Page of modes, phases, transitions as a drawing and as a table, events."""
     arrows = [f"    {row.state.name} --> {row.next.name}: {row.event}" for row in modes.TRANSITIONS]
     drawing = "\n".join(["```mermaid", "stateDiagram-v2", "    [*] --> BOOT", *arrows, "```"])
     table = [(f"`{row.mode.name}`", row.wheels, row.meaning) for row in modes.TABLE]
@@ -53,7 +56,7 @@ def mode_page() -> str:
 
 
 def command_page() -> str:
-    """The commands with their arguments and the modes that allow them."""
+    """Page of the commands with their arguments and the modes that allow them."""
     rows = []
     for row in commands.TABLE:
         names = " ".join(_argument(argument) for argument in row.arguments)
@@ -76,22 +79,22 @@ def command_page() -> str:
 
 
 def icd() -> str:
-    """Frames, signals, protection, duties, load."""
+    """Page of frames, signals, protection, duties, load."""
     return _page("The bus, for who builds a node", "protocol/rover.dbc", *icd_page.sections(_table))
 
 
 def message_page() -> str:
-    """Every message of the dialect."""
+    """Page of every message of the dialect."""
     return _page("Messages of the rover", "protocol/eldorado.xml", *messages_page.messages(_table))
 
 
 def wire() -> str:
-    """What is on the link, byte for byte."""
+    """Page of the link's bytes."""
     return _page("The link on the wire", "protocol/", *wire_page.sections(_table))
 
 
 def gateway_page() -> str:
-    """Commands, messages and parameters as the gateway maps them."""
+    """Page of the gateway's mapping of commands, messages and parameters."""
     return _page("The gateway's tables", "ground/gateway", *messages_page.gateway(_table))
 
 

@@ -1,6 +1,6 @@
 #!/bin/sh
 # Makes requirements.lock from requirements.in: every version pinned, every hash named, no address in it.
-# requirements-source.lock, the one package without a wheel, is kept by hand (`pip hash` of its source).
+# requirements-source.lock, the one package without a wheel, is maintained by hand (`pip hash` of its source).
 # Needs a machine that reaches a package index; takes some minutes. Argument: a folder for the tool's own environment.
 set -eu
 home=${1:-build/lock}

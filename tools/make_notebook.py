@@ -1,6 +1,6 @@
-"""docs/planning-in-a-notebook.md: its Python blocks, run in order in one namespace, and what each prints below it.
+"""Runner of the Python blocks in docs/planning-in-a-notebook.md, in order in one namespace, with their output.
 
-`python -m tools.make_notebook` writes what they print now (`make docs`); a test holds the page to it.
+`python -m tools.make_notebook` writes the output below each block (`make docs`); a test compares it with the page.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ BLOCK = re.compile(r"^```python\n(.*?)^```(?:(\s+)^```text\n(.*?)^```)?", re.MUL
 
 
 def said(page: str) -> Iterator[str]:
-    """What each block of the page prints."""
+    """Run the blocks of the page; yield the output of each."""
     namespace: dict[str, object] = {}
     for number, block in enumerate(BLOCK.finditer(page), 1):
         out = io.StringIO()
@@ -27,7 +27,7 @@ def said(page: str) -> Iterator[str]:
 
 
 def main() -> None:
-    """Writes the page anew."""
+    """Write the page with the current output."""
     page = PAGE.read_text()
     words = said(page)
     PAGE.write_text(BLOCK.sub(lambda block: _anew(block, next(words)), page))

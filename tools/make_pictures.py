@@ -1,4 +1,4 @@
-"""Makes the pictures of as-printed.md, lidar-tool.md and motion.md anew, from the code that flies: `make docs`."""
+"""Generator of the pictures of as-printed.md, lidar-tool.md and motion.md, from the flight code: `make docs`."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ PICTURES = ROOT / "docs" / "pictures"
 CELL_M, SIZE, STRIDE, HURST = 0.1, 80, 2, 0.8
 RANGE_M, BEAMS, MAST_M = 4.0, 180, 0.7
 SIGMA = 0.006
-DOTS_PER_INCH = 100  # small files: the pages show them no wider
+DOTS_PER_INCH = 100  # small files: pages show them no wider
 NODES_SHAPE = (SIZE // STRIDE, SIZE // STRIDE)
 NODES = Grid(CELL_M / 2, CELL_M / 2, CELL_M * STRIDE, *NODES_SHAPE)
 GOAL_M = (7.3, 6.8)
@@ -51,7 +51,7 @@ def ground() -> Ground:
 
 
 def vis_as_printed(on: Ground, mended: seen_as_printed.Mended) -> F64:
-    """Vis of every second node by Algorithm 1 as printed, faults taken out or not."""
+    """Vis of every second node by Algorithm 1 as printed, with or without its errors corrected."""
     fan = seen_as_printed.Fan(RANGE_M, CELL_M, BEAMS)
     places = np.arange(0, SIZE, STRIDE)
     return np.array([[seen_as_printed.algorithm_1(on.heights_m, (j, i), fan, mended).vis for i in places]
@@ -59,12 +59,12 @@ def vis_as_printed(on: Ground, mended: seen_as_printed.Mended) -> F64:
 
 
 def vis_as_flown(on: Ground) -> F64:
-    """Vis of every node by what flies."""
+    """Vis of every node by the flight code."""
     return seen.total(seen.scene(on.heights_m), seen.beams(RANGE_M, CELL_M, BEAMS), MAST_M).index
 
 
 def visibility() -> Figure:
-    """Vis over a rocky field: as printed, with the ray moving on, and as it flies."""
+    """Vis over a rocky field: as printed, with the ray moving on, and as flown."""
     on, advancing = ground(), seen_as_printed.Mended(ray_advances=True)
     maps = (
         ("as printed", vis_as_printed(on, seen_as_printed.AS_PRINTED)),
@@ -75,9 +75,9 @@ def visibility() -> Figure:
 
 
 def search() -> Figure:
-    """E over the same field and what is made of it: Eq. 28 and Algorithm 2 as printed, and as they fly."""
+    """E over the same field and the choice from it: Eq. 28 and Algorithm 2 as printed, and as flown."""
     on = ground()
-    vis = vis_as_flown(on)  # the same on both sides: here only the search differs
+    vis = vis_as_flown(on)  # the same on both sides: only the search differs here
     length = straight_line_m(on.grid, on.heights_m, GOAL_M)
     as_printed = next_position.eq_28(vis, length.astype(np.float64), 0 * vis, (1.0, 0.1))
     starts = np.array([[24, 28], [54, 68], [66, 16], [16, 60]])
@@ -96,7 +96,7 @@ def search() -> Figure:
 
 
 def steering() -> Figure:
-    """A turn to the left at 0.11 m/s and 0.1 rad/s, and the rim's speed that a wheel gets for rates up to 0.4 rad/s."""
+    """A turn to the left at 0.11 m/s and 0.1 rad/s, and the rim speed of a wheel for rates up to 0.4 rad/s."""
     vehicle, rover = motion.Vehicle(), Rover(half_track_m=0.25)
     going = motion.Going(0.11, 0.0, 0.1)
     places = np.array(wheel_places(rover))
@@ -117,7 +117,7 @@ def steering() -> Figure:
 
 
 def fractal() -> Figure:
-    """Sigma that comes back from maps of 32 to 512 cells of 0.1 m, and ground of signed and unsigned frequencies."""
+    """Sigma measured in maps of 32 to 512 cells of 0.1 m, and ground of signed and unsigned frequencies."""
     sizes = (32, 64, 128, 256, 512)
     as_printed, mended = terrain.Mended(signed=True), MENDED
     shares = [(name, np.array([_sigma(size, how) for size in sizes]))
@@ -133,7 +133,7 @@ def _heights(size: int, mended: terrain.Mended) -> F64:
 
 
 def _sigma(size: int, mended: terrain.Mended) -> float:
-    """Share of sigma found in a map, its longest three waves left out."""
+    """Ratio of sigma measured in a map without its longest three waves."""
     u = np.fft.fftfreq(size, CELL_M)
     radius = np.hypot(u[:, None], u[None, :])
     band = (radius * size * CELL_M >= 4) & (radius * 2 * CELL_M < 1)
@@ -142,7 +142,7 @@ def _sigma(size: int, mended: terrain.Mended) -> float:
 
 
 def scan3d() -> Figure:
-    """The room of the geometry tests, swept by the emulated sensor and axis."""
+    """The room of the geometry tests, scanned by the emulated sensor and axis."""
     bench = nodding.Nodding(nodding.HARD)
     bench.settle(3)
     scan = bench.sweep(-25, 60, 30)

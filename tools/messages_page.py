@@ -1,4 +1,4 @@
-"""The pages about MAVLink: every message of the dialect, and what the gateway makes of commands and parameters."""
+"""Pages about MAVLink: every message of the dialect, and the gateway's mapping of commands and parameters."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _COMMON = Path(dialects.__path__[0]) / "v20"
 
 
 def messages(table: Table) -> list[str]:
-    """The sections of the page of messages."""
+    """Sections of the page of messages."""
     own = list(ET.parse(SOURCE).iter("message"))
     kept = [found for name in FILES for found in ET.parse(_COMMON / name).iter("message")
             if found.get("name") in KEPT]
@@ -72,7 +72,7 @@ def _text(element: ET.Element | None) -> str:
 
 
 def gateway(table: Table) -> list[str]:
-    """The sections of the page of what the gateway maps."""
+    """Sections of the page of the gateway's mapping."""
     numbers = read_listing(listing(Settings(Config())))
     commands = [(str(number), f"`{mavlink.enums['MAV_CMD'][number].name}`", row.means) for number, row in ROWS.items()]
     shown = [(f"`{name}`", "each second" if name == "HEARTBEAT" else f"with each news of `{row.items[0]}`" if row.items

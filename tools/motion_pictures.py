@@ -1,4 +1,4 @@
-"""The pictures of docs/motion.md, from the code that flies."""
+"""Pictures of docs/motion.md, from the flight code."""
 
 from __future__ import annotations
 
@@ -25,13 +25,13 @@ LENGTH_M = 8.0
 
 
 def _turning(title: str, twist: Twist, fixed: int | None = None) -> Turning:
-    """How the wheels stand for a twist, each turned as little as can be."""
+    """Steering angles of the wheels for a twist, each turned as little as possible."""
     angles = [nearest_steering(angle or 0.0, 0.0, ROVER.steer_limit_rad)[0] for angle in wheel_angles(twist, ROVER)]
     return Turning(title, np.array(wheel_places(ROVER)), np.array(angles), twist, fixed)
 
 
 def turns() -> Figure:
-    """An arc, a crab, a point turn, and the arc that is left with wheel 1 fixed."""
+    """An arc, a crab, a point turn, and the remaining arc with wheel 1 fixed."""
     wheels = (WheelHealth(steer_fixed_rad=FIXED_RAD), *SOUND[1:])
     left = rolling(ARC, wheels, ROVER)
     return turning([
@@ -43,7 +43,7 @@ def turns() -> Figure:
 
 
 def beside(**settings: Any) -> F64:
-    """Way and distance (k, 2), m, of a rover without slip that starts 5 cm beside a straight path."""
+    """Path length and distance (k, 2), m, of a rover without slip that starts 5 cm off a straight path."""
     follower = Follower(ROVER, Motion(**settings))
     path = Path(np.column_stack([np.linspace(0.0, 40.0, 801), np.zeros(801), np.zeros(801)]))
     x, y, yaw, rows = 0.0, START_M, 0.0, []
@@ -58,7 +58,7 @@ def beside(**settings: Any) -> F64:
 
 
 def overshoot() -> Figure:
-    """Figure 11b: the chapter's carrot at three look-aheads; beside it the laws at the rover's own settings."""
+    """Figure 11b: the chapter's carrot at three look-aheads, and the laws at the rover's own settings."""
     ways = []
     for ahead_m in (1.0, 0.5, 0.2):
         line = beside(law="carrot", heading_gain_hz=0.22, look_ahead_m=ahead_m)

@@ -1,4 +1,4 @@
-"""docs/sensors.md: what the emulated sensors get wrong, from the tables in hil/devices."""
+"""Page docs/sensors.md: errors of the emulated sensors, from the tables in hil/devices."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ _SCANNER = {
 
 
 def page() -> str:
-    """The text."""
+    """Return the text of the page."""
     parts = [_HEAD]
     for part in dataclasses.fields(USUAL):
         errors = getattr(USUAL, part.name)

@@ -1,4 +1,4 @@
-"""The page of the link's wire format, from the structs and tables that the code packs and reads with."""
+"""Page of the link's wire format, from the structs and tables that the code packs and unpacks with."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ Table = Callable[[Sequence[str], Iterable[Sequence[str]]], str]
 _WORD: Mapping[str, tuple[struct.Struct, tuple[str, ...]]] = {
     "word": (direct._FRAME, ("word", "key_id", "nonce", "cookie")),
 }
-# Where a payload is: heading, its layout, what the numbers mean and what follows them.
+# Payloads: heading, layout, meaning of the numbers and the data that follows them.
 _PAYLOADS = (
     ("Telecommand, up", "telecommand",
      "Times are onboard time in ns; an expiry of 0 is none, a start of 0 is at once. The command's arguments follow "
@@ -35,7 +35,7 @@ _PAYLOADS = (
 
 
 def sections(table: Table) -> list[str]:
-    """The sections of the page."""
+    """Sections of the page."""
     return [
         f"Between rover and ground go datagrams of at most {link.MAX_DATAGRAM} B. On a udp/ endpoint each is one UDP "
         f"datagram; on the bus of a tcp/ endpoint each is one "
@@ -78,7 +78,7 @@ def _layout(name: str, layouts: Mapping[str, tuple[struct.Struct, tuple[str, ...
 
 
 def _picture(text: str | None, end: str) -> str:
-    """The drawings of a docstring: its indented lines before the rules."""
+    """Drawings of a docstring: its indented lines before the rules."""
     before = (text or "").split(f"\n{end} ")[0].splitlines()
     drawn = [line for line in before if not line.strip() or line.startswith("    ")]
     return "```\n" + re.sub(r"\n{3,}", "\n\n", "\n".join(line[4:] for line in drawn).strip("\n")) + "\n```"

@@ -1,1 +1,1 @@
-"""The station's archive, one SQLite file: written turn by turn, read by time and name, kept within bounds, exported."""
+"""The station's archive: one SQLite file, written each turn, queried by time and name, limited in size, exported."""

@@ -1,4 +1,4 @@
-"""What the rows of an archive must hold before they are used: a file may be damaged, or of another program."""
+"""Checks of archive rows before they are used: a file may be damaged, or come from another program."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _NEEDED = ("utc_ns", "at_ns", "name", "severity", "state", "request_id", "statio
 
 
 class RowCheck:
-    """The check of one table's rows."""
+    """Check of the rows of one table."""
 
     def __init__(self, db: sqlite3.Connection, table: str, names: Sequence[str]) -> None:
         declared = {row[1]: row[2].lower() for row in db.execute(f"pragma table_info({table})")}
@@ -30,7 +30,7 @@ class RowCheck:
         self._kinds = [_KINDS.get(declared.get(name, "integer"), _KINDS[""]) for name in names]
 
     def __call__(self, row: Sequence[Any]) -> dict[str, Any]:
-        """The row by the names of its columns. Raises ArchiveError."""
+        """Return the row as a dictionary by column name. Raises ArchiveError."""
         for name, value, kinds in zip(self._names, row, self._kinds):
             if type(value) not in kinds or (value is None and name in _NEEDED):
                 raise damaged(self._table, name, value)
@@ -47,19 +47,19 @@ class RowCheck:
 
 
 def check_time(table: str, at_ns: Any) -> None:
-    """Raises ArchiveError where it is neither None nor a time that a calendar has."""
+    """Raises ArchiveError unless `at_ns` is None or a time in ns between -2^62 and 2^62."""
     if at_ns is not None and (type(at_ns) is not int or not -_MOST_NS <= at_ns <= _MOST_NS):
         raise damaged(table, "at_ns", at_ns)
 
 
 def check_state(state: Any) -> None:
-    """Raises ArchiveError where it is no state of a request."""
+    """Raises ArchiveError unless `state` is the name of a request state."""
     if not isinstance(state, str) or state not in State.__members__:
         raise damaged("reports", "state", state)
 
 
 def arguments_of(text: str) -> dict[str, Any]:
-    """The arguments of a request. Raises ArchiveError."""
+    """Decode the arguments of a request from JSON. Raises ArchiveError."""
     try:
         tree = json.loads(text)
     except (ValueError, RecursionError) as error:
@@ -70,7 +70,7 @@ def arguments_of(text: str) -> dict[str, Any]:
 
 
 def damaged(table: str, column: str, value: Any) -> ArchiveError:
-    """The error that names a place in the archive."""
+    """Build the error that names a damaged table and column."""
     shown = repr(value)
     return ArchiveError(f"damaged: {table}.{column} holds {shown[:60]}; move it away and a new one is "
                         "begun; `sqlite3 FILE .recover` saves what can be read", DATA)

@@ -1,4 +1,4 @@
-"""An archive's tables as files for other programs: CSV, Parquet (DuckDB), MCAP for Foxglove. Streams, row by row."""
+"""Export of archive tables for other programs: CSV, Parquet (DuckDB), MCAP (Foxglove). Rows are streamed."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _TYPES = {"integer": "bigint", "text": "varchar", "blob": "blob", "": "double"}
 
 
 def to_csv(db: sqlite3.Connection, tables: Sequence[str], span: Span, folder: Path) -> list[Path]:
-    """FOLDER/TABLE.csv of each, a head of column names; bytes as hexadecimal digits."""
+    """Write FOLDER/TABLE.csv for each table, column names first; bytes as hexadecimal digits. Returns the paths."""
     made = []
     for table in tables:
         path = folder / f"{table}.csv"
@@ -34,7 +34,7 @@ def to_csv(db: sqlite3.Connection, tables: Sequence[str], span: Span, folder: Pa
 
 
 def to_parquet(db: sqlite3.Connection, tables: Sequence[str], span: Span, folder: Path) -> list[Path]:
-    """FOLDER/TABLE.parquet of each, compressed by zstd."""
+    """Write FOLDER/TABLE.parquet for each table, compressed with zstd. Returns the paths."""
     import duckdb
 
     made = []
@@ -56,7 +56,7 @@ def to_parquet(db: sqlite3.Connection, tables: Sequence[str], span: Span, folder
 
 
 def _take(duck: Any, names: Sequence[str], part: list[list[Any]]) -> None:
-    """The rows of a part into DuckDB, by columns: a thousand times faster than row by row."""
+    """Insert rows into DuckDB column by column: a thousand times faster than row by row."""
     if not part:
         return
     data = {}
@@ -70,9 +70,9 @@ def _take(duck: Any, names: Sequence[str], part: list[list[Any]]) -> None:
 
 
 def to_mcap(db: sqlite3.Connection, tables: Sequence[str], span: Span, folder: Path) -> list[Path]:
-    """FOLDER/archive.mcap: /items/NAME with `value`, /events, /requests, /reports ... as JSON.
+    """Write FOLDER/archive.mcap: /items/NAME with `value`, /events, /requests, /reports ... as JSON. Returns the path.
 
-    Log time is ground time (UTC), publish time the rover's own where it is known.
+    Log time is ground time (UTC); publish time is onboard time where it is known.
     """
     path = folder / "archive.mcap"
     with path.open("wb") as file:
@@ -103,7 +103,7 @@ def _channel(writer: Writer, topic: str, row: dict[str, Any]) -> int:
 
 
 def _of(table: str, names: Sequence[str], span: Span) -> Span:
-    """Names choose items; other tables are whole."""
+    """Return the span for one table: names select items only, other tables are exported whole."""
     return span if table == "items" else span._replace(names=())
 
 

@@ -1,7 +1,7 @@
-"""How long an archive keeps what: bounded by age and size, never a command's chain; and what later data fills in.
+"""Retention of archive rows by age and size, and later entry of missing rows from a rover record (`fill`).
 
-Removed first is what is needed least: raw datagrams (what was in them is decoded), then values, products (never the
-newest of a name), events. Runs, requests and reports stay for ever.
+The least needed rows are removed first: raw datagrams (their content is stored decoded), then values, products (never
+the newest of a name), events. Runs, requests and reports are never removed, so each command's history stays whole.
 """
 
 from __future__ import annotations
@@ -15,20 +15,24 @@ from ground.archive.read import reading, sizes
 from ground.session.telemetry import Event, Value
 
 FIRST = ("datagrams", "items", "products", "events")
-_PART = 20  # a twentieth of a table's rows at once
+_PART = 20  # rows removed at once: one twentieth of a table
 
 
 class Removed(NamedTuple):
-    """Rows that went, by table, and the bytes that are in use afterwards."""
+    """Result of `prune`.
+
+    rows: number of removed rows, by table.
+    used_bytes: bytes in use after the removal.
+    """
 
     rows: dict[str, int]
     used_bytes: int
 
 
 def prune(db: sqlite3.Connection, before_utc_ns: int = 0, most_bytes: int = 0) -> Removed:
-    """Removes what is older than a time (0: none), then the oldest until at most so many bytes are in use (0: any).
+    """Remove rows older than `before_utc_ns` (0: none), then the oldest until `most_bytes` are in use (0: no limit).
 
-    What has no UTC, of runs in lock-step, has no age. The file keeps its size until it is packed.
+    Rows without UTC (runs in lock-step) have no age. The file keeps its size until `pack`.
     """
     gone = dict.fromkeys(FIRST, 0)
     for table in FIRST:
@@ -46,7 +50,10 @@ def prune(db: sqlite3.Connection, before_utc_ns: int = 0, most_bytes: int = 0) -
 
 
 def keep_within(path: str, days: float, most_mb: float, now_utc_ns: int) -> int:
-    """What the station file allows, at the start of a station: how many rows went. Raises ArchiveError."""
+    """Prune by the limits of the station file, at the start of a station. Returns the number of rows removed.
+
+    Raises ArchiveError.
+    """
     if not Path(path).is_file() or not (days or most_mb):
         return 0
     with reading(path) as db:
@@ -56,7 +63,7 @@ def keep_within(path: str, days: float, most_mb: float, now_utc_ns: int) -> int:
 
 
 def pack(db: sqlite3.Connection) -> None:
-    """Gives the free pages back to the disk; needs as much free disk as is in use."""
+    """Give free pages back to the disk. Needs as much free disk space as the archive has in use."""
     db.execute("vacuum")
     db.execute("pragma wal_checkpoint(truncate)")
 
@@ -74,10 +81,10 @@ def _delete(db: sqlite3.Connection, table: str, which: str, given: tuple[int, ..
 
 
 def fill(db: sqlite3.Connection, boot_id: int, heard: Iterable[Value | Event], note: str) -> tuple[int, int]:
-    """Enters what the rover said and the archive has not, as a run of its own; how many values and events.
+    """Enter values and events of a rover record that the archive lacks, as a run of its own.
 
-    Their `at_ns` is onboard time, `filled` is 1. What is there already (same boot, onboard time and name, or serial)
-    stays as it is.
+    Returns the number of values and of events entered. Their `at_ns` is onboard time, `filled` is 1. Rows that exist
+    already (same boot, onboard time and name, or same serial) do not change.
     """
     db.execute("begin immediate")
     try:
@@ -96,7 +103,7 @@ def fill(db: sqlite3.Connection, boot_id: int, heard: Iterable[Value | Event], n
 
 
 def _began(db: sqlite3.Connection, boot_id: int) -> int:
-    """UTC at which the boot's onboard time was 0, by what was heard of it; 0 where nothing tells."""
+    """Return the UTC in ns at onboard time 0 of a boot, estimated from received items; 0 if none has a UTC."""
     row = db.execute("select min(r.utc_ns + i.at_ns - i.onboard_ns) from items i join runs r on r.run = i.run "
                      "where i.boot_id = ? and i.filled is null and r.utc_ns > 0", (boot_id,)).fetchone()
     return int(row[0] or 0)

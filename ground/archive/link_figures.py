@@ -1,4 +1,4 @@
-"""Figures of the link from what an archive has of it: what came, what was lost or refused, how fast. Pure."""
+"""Link statistics from archived datagrams: received, lost and refused datagrams, data rates, silences. Pure."""
 
 from __future__ import annotations
 
@@ -9,7 +9,15 @@ from typing import NamedTuple
 
 
 class Row(NamedTuple):
-    """One datagram. utc_ns: when it was heard or sent; counter, boot_id: None where it had none. run: of a station."""
+    """One datagram.
+
+    utc_ns: time of reception or of sending.
+    direction: "up" or "down".
+    verdict: "ok", or the check that failed.
+    size: bytes of the datagram.
+    counter, boot_id: of the datagram; None if it has none.
+    run: station run that recorded it.
+    """
 
     utc_ns: int
     direction: str
@@ -21,11 +29,19 @@ class Row(NamedTuple):
 
 
 class Figures(NamedTuple):
-    """span_s: while a station was open, each from its first to its last datagram. lost: counters of the rover that
-    never came, of those between what one run of a station heard. apart_s, apart: time and counters between runs.
+    """Statistics of the link.
 
-    rates: bytes a second with 28 for UDP and IP each. silent_s: longest time without a word of the rover. refused: by
-    the check that failed.
+    span_s: time during which a station was open: from its first to its last datagram, overlaps counted once.
+    heard: downlink datagrams received, each once.
+    lost: downlink counters never received, between the lowest and highest counter that one station run received.
+    loss_ratio: lost / (heard + lost); None if nothing was received.
+    late: datagrams received out of order.
+    down_bytes_ps, up_bytes_ps: data rates in B/s, each datagram with 28 B for UDP and IP; None if span_s is 0.
+    sent: datagrams sent.
+    silent_s: longest time between two received datagrams while a station was open; None if nothing was received.
+    refused: refused datagrams, by the check that failed.
+    apart_s: time between station runs, while no station was open.
+    apart: counters that passed between station runs.
     """
 
     span_s: float
@@ -46,7 +62,7 @@ _UDP_IP = 28
 
 
 def figures(rows: Iterable[Row]) -> Figures:
-    """The figures of datagrams in the order of their times; what two stations heard counts once."""
+    """Compute the statistics of datagrams in time order. A datagram that two stations received counts once."""
     seen: dict[int, set[int]] = {}
     heard_by: dict[int, dict[int, Spread]] = {}
     opened: dict[int, Spread] = {}
@@ -89,7 +105,7 @@ def _widen(spreads: dict[int, Spread], key: int, value: int) -> None:
 
 
 def _merged(spreads: Iterable[Spread]) -> list[Spread]:
-    """Those that overlap or touch as one, in order: what several stations had open at once counts once."""
+    """Merge spreads that overlap or touch, in order: what several stations had open at once counts once."""
     found: list[Spread] = []
     for low, high in sorted(spreads):
         if found and low <= found[-1][1] + 1:
@@ -104,7 +120,7 @@ def _rate(size: int, span_s: float) -> float | None:
 
 
 def words(found: Figures) -> list[str]:
-    """Lines for people."""
+    """Return the statistics as lines for people."""
     def told(value: float | None, form: str) -> str:
         return "?" if value is None else form.format(value)
 

@@ -1,7 +1,8 @@
-"""Requests whose station process ended before their outcome: which they are, and what a later session makes of them.
+"""Requests whose station process ended before their outcome: how a later session finds and settles them.
 
-What this boot of the rover is known to have is asked for again, which does nothing twice; of what it never answered a
-late report is taken. The rest ends as FAILED, with words that say what is known: `fate`.
+If the newest report comes from the present boot of the rover, the session asks for the outcome again (the rover does
+not execute a request twice). If the rover never answered, a late report is still accepted. All others end as FAILED
+with a text that states what is known (`fate`).
 """
 
 from __future__ import annotations
@@ -18,12 +19,18 @@ from protocol import WireError, commands
 from protocol.transactions import State
 
 _ENDED = "its station ended before the outcome"
-_GRACE_NS = 600_000_000_000  # for what is on its way, and for the clocks of computers
+_GRACE_NS = 600_000_000_000  # allows for datagrams on their way and for clock differences between computers
 _FINAL = ", ".join(f"'{state.name}'" for state in State if state.final)
 
 
 class Orphan(NamedTuple):
-    """A request without an outcome. serial, state, text, boot_id: of its newest report; boot_id 0: not known."""
+    """Request without an outcome.
+
+    request_id, name, payload: of the request.
+    asked_utc_ns: UTC of the request.
+    serial, state, text: of its newest report; serial -1: no report.
+    boot_id: boot of the rover during that report; 0: not known.
+    """
 
     request_id: int
     name: str
@@ -36,7 +43,10 @@ class Orphan(NamedTuple):
 
 
 def fate(orphan: Orphan, boot_id: int, utc_ns: int) -> str | None:
-    """The words that it ends with; None: its outcome may still be heard. boot_id: of the rover that is heard now."""
+    """Return the text with which the request ends; None if its outcome may still arrive.
+
+    boot_id: present boot of the rover.
+    """
     heard = orphan.state != State.REQUESTED.name
     if heard and orphan.boot_id:
         told = f"; the rover has been restarted since (boot {boot_id}); until then: {orphan.state.lower()}"
@@ -48,7 +58,7 @@ def fate(orphan: Orphan, boot_id: int, utc_ns: int) -> str | None:
 
 
 def _lifetime_ns(payload: bytes) -> int:
-    """From when it was issued until it may not begin any more; 0 where nothing says so."""
+    """Return the time in ns from issue until the request may no longer begin; 0 if it has no limit."""
     try:
         asked = commands.decode(payload)
     except WireError:
@@ -57,7 +67,7 @@ def _lifetime_ns(payload: bytes) -> int:
 
 
 def find(db: sqlite3.Connection, station: int, own_run: int, lives: Callable[[int], bool]) -> list[Orphan]:
-    """Those of a station, of runs with a UTC whose process is gone, the oldest first."""
+    """Return the open requests of a station from runs with a UTC whose process has ended, the oldest first."""
     found = []
     for run, request_id, name, payload, utc_ns in db.execute(_OPEN, (station, own_run)).fetchall():
         if not lives(run):
@@ -78,17 +88,17 @@ order by rowid desc limit 1
 
 
 class Living:
-    """Which runs of an archive have a process: each holds a lock of its own in a file beside it, while it lives."""
+    """Process locks of archive runs: each run locks one byte of a file next to the archive while its process lives."""
 
     def __init__(self, path: Path | str, run: int) -> None:
         self._file = None
-        with suppress(OSError):  # without it nobody is taken for dead
+        with suppress(OSError):  # without the file no run counts as dead
             if str(path) != ":memory:":
-                self._file = open(f"{path}.runs", "ab", opener=private)  # noqa: SIM115  (held as long as the archive)
+                self._file = open(f"{path}.runs", "ab", opener=private)  # noqa: SIM115  (open as long as the archive)
                 fcntl.lockf(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB, 1, run)
 
     def lives(self, run: int) -> bool:
-        """Whether another process holds it, or nobody can tell."""
+        """Return whether another process has the lock of this run; True also where this cannot be determined."""
         if self._file is None:
             return True
         try:
@@ -99,6 +109,6 @@ class Living:
         return False
 
     def close(self) -> None:
-        """Gives the lock back."""
+        """Release the lock."""
         if self._file is not None:
             self._file.close()

@@ -1,6 +1,6 @@
-"""Questions to an archive: rows by name and time, what is missing, how large it is, chains of commands. Reads only.
+"""Queries of an archive: rows by name and time, gaps, sizes, histories of commands. Read only.
 
-A row's time for people is UTC: the run's start plus `at_ns`. A run in lock-step has no UTC; its times count from 1970.
+The time shown for a row is UTC: the run's start plus `at_ns`. A run in lock-step has no UTC; its times count from 1970.
 """
 
 from __future__ import annotations
@@ -15,11 +15,17 @@ from ground.archive.checks import RowCheck, check_state, check_time, damaged
 from ground.archive.schema import TABLES, VERSION, ArchiveError, open_checked, told
 from protocol.transactions import Code, State
 
-_SILENT_NS = 3_000_000_000  # housekeeping comes twice a second
+_SILENT_NS = 3_000_000_000  # housekeeping is sent twice a second
 
 
 class Span(NamedTuple):
-    """Which rows: UTC from and before, ns; names of items or events; one run; the newest so many (0: all)."""
+    """Selection of rows.
+
+    since_ns, until_ns: UTC in ns; rows from `since_ns` and before `until_ns`.
+    names: names of items or events; empty: all.
+    run: one run; 0: all.
+    last: only the newest rows, this many; 0: all.
+    """
 
     since_ns: int = 0
     until_ns: int = 1 << 62
@@ -32,9 +38,16 @@ ALL = Span()
 
 
 class Gap(NamedTuple):
-    """Something that was sent and not heard, or nothing heard. first, last: counters, serials or seconds of the run.
+    """Missing datagrams or events, or a silence.
 
-    station_open: a run of a station heard what came before and after; else none was open, and nothing was lost.
+    kind: "datagrams", "events" or "silence".
+    boot_id: boot of the rover.
+    first, last: first and last missing counter or serial; of a silence, seconds of the run.
+    missing: number of missing datagrams or events; 0 for a silence.
+    utc_ns: UTC at which reception went on.
+    station_open: True if one station run received both what came before and what came after. False: no station was
+        open,
+        so the link lost nothing.
     """
 
     kind: str
@@ -47,9 +60,10 @@ class Gap(NamedTuple):
 
 
 class Chain(NamedTuple):
-    """A request and all that was heard of it. reports: (at_ns of the run, state, text) by their serials.
+    """Request with all its reports.
 
-    asked_by: who, as the station knew it; "": not known, of an archive before version 5.
+    reports: (at_ns of the run, state, text), by serial.
+    asked_by: origin of the request, as the station knew it; "": not known (an archive before version 5).
     """
 
     request_id: int
@@ -62,13 +76,16 @@ class Chain(NamedTuple):
 
     @property
     def state(self) -> str:
-        """The newest reported one."""
+        """State of the newest report; "REQUESTED" without one."""
         return self.reports[-1][1] if self.reports else "REQUESTED"
 
 
 @contextmanager
 def reading(path: Path | str) -> Iterator[sqlite3.Connection]:
-    """An archive for reading; an old one is brought up to date first. Raises ArchiveError, also for later errors."""
+    """Open an archive for reading; an old one is migrated first.
+
+    Raises ArchiveError, also for later database errors.
+    """
     db = open_checked(path, create=False)
     try:
         yield db
@@ -81,14 +98,14 @@ def reading(path: Path | str) -> Iterator[sqlite3.Connection]:
 
 
 def columns(db: sqlite3.Connection, table: str) -> list[str]:
-    """Names of a table's columns, with utc_ns in front. Raises ValueError for an unknown table."""
+    """Return the column names of a table, `utc_ns` first. Raises ValueError for an unknown table."""
     if table not in TABLES:
         raise ValueError(f"no table `{table}`; known: {', '.join(TABLES)}")
     return ["utc_ns", *(row[1] for row in db.execute(f"pragma table_info({table})"))]
 
 
 def select(db: sqlite3.Connection, table: str, span: Span = ALL) -> sqlite3.Cursor:
-    """Rows of a table in the order of their times, `columns` each. Values and events heard twice come once."""
+    """Return rows of a table in time order, in the order of `columns`. Values and events received twice appear once."""
     names = columns(db, table)
     where, given = ["utc + t.at_ns >= ?", "utc + t.at_ns < ?"], [span.since_ns, span.until_ns]
     if span.run:
@@ -110,7 +127,7 @@ def select(db: sqlite3.Connection, table: str, span: Span = ALL) -> sqlite3.Curs
 
 
 def rows(db: sqlite3.Connection, table: str, span: Span = ALL) -> Iterator[dict[str, Any]]:
-    """`select`, each row by the names of its columns, checked. Raises ArchiveError at a damaged one."""
+    """Yield the rows of `select` as checked dictionaries by column name. Raises ArchiveError at a damaged row."""
     names = columns(db, table)
     checked = RowCheck(db, table, names)
     for row in select(db, table, span):
@@ -118,21 +135,22 @@ def rows(db: sqlite3.Connection, table: str, span: Span = ALL) -> Iterator[dict[
 
 
 def boots(db: sqlite3.Connection) -> dict[int, int]:
-    """UTC in ns at which each boot's onboard time was 0, as near as the quickest of its housekeeping tells.
+    """Return by boot id the UTC in ns at onboard time 0, estimated from the housekeeping message with the least delay.
 
-    Boots that were heard in lock-step only, and rows of a version that kept no boot, are not among them.
+    Boots received only in lock-step, and rows of a version that stored no boot, are not included.
     """
     found = db.execute(
         "select i.boot_id, min(r.utc_ns + i.at_ns - i.onboard_ns) from items i join runs r on r.run = i.run "
         "where i.name = 'mode' and i.boot_id is not null and i.filled is null and i.onboard_ns is not null "
-        "and r.utc_ns > 0 group by i.boot_id")  # one item: the others come with it, and an archive has millions
+        # one item is enough: the others come with it, and an archive has millions
+        "and r.utc_ns > 0 group by i.boot_id")
     return {boot: zero for boot, zero in found if type(boot) is int and type(zero) is int}
 
 
 def gaps(db: sqlite3.Connection, span: Span = ALL) -> list[Gap]:
-    """What is missing, in the order of time: downlink datagrams by counter, events by serial, silences over 3 s.
+    """Return what is missing, in time order: downlink datagrams by counter, events by serial, silences over 3 s.
 
-    What comes late, by the link or by `fill`, is not missing any more.
+    Datagrams and events that arrive late, over the link or by `fill`, are not missing.
     """
     bounds = (span.since_ns, span.until_ns)
     found = [Gap(kind, *row[:-1], bool(row[-1])) for kind, number, where in _NUMBERED for row in db.execute(
@@ -169,7 +187,7 @@ where at_ns > before + {_SILENT_NS} and utc >= ? and utc < ? order by utc
 
 
 def chains(db: sqlite3.Connection, span: Span = ALL) -> list[Chain]:
-    """Every request of every station that this archive knows, in the order asked."""
+    """Return every request of every station in the archive, in the order of the requests."""
     heard: dict[tuple[int, int], dict[tuple[int, bool], tuple[int, str, str]]] = {}
     for at_ns, request_id, station, serial, state, text, code in db.execute(
             "select at_ns, request_id, station, serial, state, text, code from reports order by rowid"):
@@ -182,14 +200,15 @@ def chains(db: sqlite3.Connection, span: Span = ALL) -> list[Chain]:
     for row in rows(db, "requests", span):
         reports = heard.get((row["station"], row["request_id"]), {})
         if any(State[state].final for (_, own), (_, state, _) in reports.items() if not own):
-            reports = {key: report for key, report in reports.items() if not key[1]}  # the rover knows better
+            # the rover's own report replaces the station's guess
+            reports = {key: report for key, report in reports.items() if not key[1]}
         found.append(Chain(row["request_id"], row["station"], row["name"], row["arguments"], row["utc_ns"],
                            tuple(reports[key] for key in sorted(reports)), row["asked_by"] or ""))
     return found
 
 
 def newest_product(db: sqlite3.Connection, name: str) -> tuple[int, str, bytes] | None:
-    """UTC ns, codec and bytes of the newest object of a name; None where none came."""
+    """Return UTC in ns, codec and bytes of the newest product of a name; None if there is none."""
     row = db.execute("select r.utc_ns + p.at_ns, p.codec, p.data from products p join runs r on r.run = p.run "
                      "where p.name = ? order by r.run desc, p.at_ns desc, p.rowid desc limit 1", (name,)).fetchone()
     if row is not None and tuple(map(type, row)) != (int, str, bytes):
@@ -198,7 +217,7 @@ def newest_product(db: sqlite3.Connection, name: str) -> tuple[int, str, bytes] 
 
 
 def info(db: sqlite3.Connection) -> dict[str, Any]:
-    """Rows of each table, first and last time, sizes in bytes, version."""
+    """Return row counts of each table, first and last time, sizes in bytes, version."""
     counts = {table: int(db.execute(f"select count(*) from {table}").fetchone()[0]) for table in ("runs", *TABLES)}
     first, last = db.execute("select min(r.utc_ns + d.at_ns), max(r.utc_ns + d.at_ns) from datagrams d "
                              "join runs r on r.run = d.run").fetchone()
@@ -208,7 +227,7 @@ def info(db: sqlite3.Connection) -> dict[str, Any]:
 
 
 def sizes(db: sqlite3.Connection) -> dict[str, int]:
-    """Bytes of the file's pages: used and free for new rows."""
+    """Return the bytes of the file's pages: in use, and free for new rows."""
     page, count, free = (int(db.execute(f"pragma {name}").fetchone()[0])
                          for name in ("page_size", "page_count", "freelist_count"))
     return {"used_bytes": page * (count - free), "free_bytes": page * free}

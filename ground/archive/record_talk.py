@@ -1,4 +1,4 @@
-"""What a rover's record says that it sent down: for the archive, where the link lost it."""
+"""Downlink content of a rover's record: values and events for the archive where the link lost them."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ _PAYLOAD = struct.Struct("<BH")  # of channel /out/link: kind, length, then the 
 
 
 class NoTalkError(ValueError):
-    """The file is no record of a rover, or damaged; one line that names it."""
+    """The file is not a rover record, or is damaged. One line that names the file."""
 
 
 class NoRecordError(NoTalkError):
-    """There is no such file, or it cannot be opened; one line that names it."""
+    """The file does not exist or cannot be opened. One line that names it."""
 
 
 def told_down(path: Path) -> tuple[int, list[Value | Event]]:
-    """Boot id, and every value and event that was put on the link, in order; of a growing record, so far.
+    """Return the boot id and every value and event sent on the link, in order. Of a growing record: those so far.
 
     Raises NoTalkError, NoRecordError.
     """

@@ -1,7 +1,8 @@
-"""The archive's tables and their versions. An old file is brought up to date as it is opened, a newer one refused.
+"""Tables of the archive and their versions. Opening migrates an old file and refuses a newer one.
 
-`pragma user_version` holds the version, `application_id` says whose file it is. A migration is one transaction: a
-station that is killed in it finds the old version, whole. A new version is a row of MIGRATIONS; rows never change.
+`pragma user_version` has the version, `application_id` identifies the program. A migration is one transaction: if the
+station is killed in it, the next one finds the old version intact. A new version is a new row of MIGRATIONS; existing
+rows never change.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from protocol.link import numbers
 
 APPLICATION_ID = 0x454C4452  # "ELDR"
 _OPEN_S = 5.0
-_DAY_NS, _MOST_CHUNKS = 86_400_000_000_000, 8192  # a tenth of a second to take in again; 9 MB
+_DAY_NS, _MOST_CHUNKS = 86_400_000_000_000, 8192  # limits of `recent_chunks`: it takes a tenth of a second and 9 MB
 DATA, CANNOT_CREATE, LOCKED = 65, 73, 75
 
 _FIRST = """
@@ -49,7 +50,7 @@ update items set boot_id = (select max(d.boot_id) from datagrams d where d.run =
     and d.verdict = 'ok');
 update events set boot_id = (select max(d.boot_id) from datagrams d where d.run = events.run and d.direction = 'down'
     and d.verdict = 'ok');
-"""  # a run hears one boot, but for a reboot within it: then the newest, which is what the rover was heard as last
+"""  # a run has one boot, unless the rover reboots in it: then the newest, as it was received last
 _CHUNKS = "direction = 'down' and verdict = 'ok' and substr(data, 1, 1) = x'02'"  # kind 2: a part of a product
 _THIRD = f"create index chunks_by_time on datagrams (run, at_ns) where {_CHUNKS}"
 _FOURTH = """
@@ -60,11 +61,14 @@ _FIFTH = "alter table requests add column asked_by text"
 MIGRATIONS: tuple[str, ...] = (_FIRST, _SECOND, _THIRD, _FOURTH, _FIFTH)
 VERSION = len(MIGRATIONS)
 TABLES = ("datagrams", "items", "requests", "reports", "events", "products")
-FOR_EVER = ("runs", "requests", "reports")  # every command's chain
+FOR_EVER = ("runs", "requests", "reports")  # the history of every command
 
 
 class ArchiveError(RuntimeError):
-    """The archive cannot be used; the text is one line that names the file. code: of sysexits.h."""
+    """The archive cannot be used. The text is one line that names the file.
+
+    code: exit code of sysexits.h.
+    """
 
     def __init__(self, text: str, code: int = CANNOT_CREATE) -> None:
         super().__init__(text)
@@ -72,26 +76,27 @@ class ArchiveError(RuntimeError):
 
 
 def private(path: Path | str, flags: int) -> int:
-    """An opener: what outlives a session tells of commands and places, so a new file is its owner's alone."""
+    """Opener for new files with mode 0600: files that outlive a session contain commands and places."""
     return os.open(path, flags, 0o600)
 
 
 def open_checked(path: Path | str, *, create: bool = True, wait_s: float | None = None) -> sqlite3.Connection:
-    """The file, of the present version. Raises ArchiveError. ":memory:" is a fresh one.
+    """Open the file at the present version. ":memory:" is an empty archive. Raises ArchiveError.
 
-    create False: a file that is not there is an error. wait_s: for another program that holds it; None: five seconds.
+    create: False: a missing file is an error.
+    wait_s: time to wait for another program that has the file locked; None: 5 s.
     """
     if str(path) != ":memory:":
         if not create and not Path(path).is_file():
             raise ArchiveError(f"{path}: no archive there; a station that has spoken to a rover makes one", 66)
         _folder(Path(path).parent)
-        with suppress(OSError):  # SQLite says why; its other files get the same mode
+        with suppress(OSError):  # SQLite reports the cause; its other files get the same mode
             os.close(private(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC))
     return guarded(path, lambda: _opened(path, wait_s), wait_s)
 
 
 def recent_chunks(db: sqlite3.Connection, utc_ns: int) -> list[bytes]:
-    """Datagrams with parts of products, the newest first: at most 8192, none older than a day before this UTC."""
+    """Return at most 8192 datagrams with parts of products, the newest first, none older than a day before `utc_ns`."""
     newest = f"select run, at_ns, data from datagrams indexed by chunks_by_time where {_CHUNKS} " \
              "order by run desc, at_ns desc limit ?"
     found = db.execute(f"select d.data from ({newest}) d join runs r on r.run = d.run where r.utc_ns > 0 and "
@@ -100,7 +105,7 @@ def recent_chunks(db: sqlite3.Connection, utc_ns: int) -> list[bytes]:
 
 
 def guarded(path: Path | str, work: Callable[[], sqlite3.Connection], waited_s: float | None) -> sqlite3.Connection:
-    """Does the work. Raises ArchiveError with what is wrong with the file, for people."""
+    """Call `work`. Raises ArchiveError with the cause in plain words."""
     try:
         return work()
     except sqlite3.Error as error:
@@ -108,7 +113,10 @@ def guarded(path: Path | str, work: Callable[[], sqlite3.Connection], waited_s: 
 
 
 def told(path: Path | str, error: sqlite3.Error, waited_s: float | None = None) -> ArchiveError:
-    """What an error of the database means to who runs a station. waited_s: None: as long as `open_checked` does."""
+    """Return the ArchiveError for a database error: cause and remedy, for the operator.
+
+    waited_s: time waited for a lock; None: that of `open_checked`.
+    """
     name = getattr(error, "sqlite_errorname", "")
     if "decode to UTF-8" in str(error):
         return ArchiveError(f"{path}: damaged: a text that is none: {str(error).partition(' with text')[0]}", DATA)
@@ -152,7 +160,7 @@ def _numbers(data: bytes) -> tuple[int | None, int | None]:
 
 
 def _check(path: Path | str, db: sqlite3.Connection) -> int:
-    """The file's version. Raises ArchiveError for a newer one and for another program's."""
+    """Return the version of the file. Raises ArchiveError for a newer version and for a file of another program."""
     version = int(db.execute("pragma user_version").fetchone()[0])
     whose = int(db.execute("pragma application_id").fetchone()[0])
     tables = {row[0] for row in db.execute("select name from sqlite_master where type = 'table'")}
@@ -165,7 +173,7 @@ def _check(path: Path | str, db: sqlite3.Connection) -> int:
 
 
 def _migrate(path: Path | str, db: sqlite3.Connection) -> None:
-    """Brings the file up to date, a step at a time; of two stations that open it one does, the other waits."""
+    """Migrate the file one version at a time. If two stations open it, one migrates and the other waits."""
     while True:
         if _check(path, db) == VERSION:
             return

@@ -1,10 +1,10 @@
 """The archive of a station: every datagram, value, request, report, event and product, in one SQLite file.
 
-Rows of a turn are written in one transaction of a write-ahead log before anything of the turn is sent: a killed station
-loses nothing it has acted on. Where the file cannot be written (locked, disk full) rows wait in memory and are written
-when it can be again; `trouble` says why. All times are int64 ns: `at_ns` is ground time of the run, `onboard_ns` the
-rover's own, `utc_ns` in `runs` the wall clock of the run's start (0 in lock-step, so that a repeated run makes the same
-rows). Several stations may write one file. Tables and versions: `schema`.
+The rows of a turn are written in one transaction of a write-ahead log before anything of the turn is sent, so a killed
+station loses nothing it has acted on. If the file cannot be written (locked, disk full), rows wait in memory until it
+can be; `trouble` states the cause. Times are int64 ns: `at_ns` is ground time of the run, `onboard_ns` the rover's
+time, `utc_ns` in `runs` the wall clock at the run's start (0 in lock-step, so that a repeated run makes the same rows).
+Several stations may write one file. Tables and versions: `schema`.
 """
 
 from __future__ import annotations
@@ -22,18 +22,21 @@ from ground.archive.schema import ArchiveError as ArchiveError
 from protocol import commands
 
 _TURN_MS, _CLOSE_MS = 100, 5000
-_RETRY = 50  # calls of `commit` between two tries: a quarter of a second
+_RETRY = 50  # calls of `commit` between two attempts: a quarter of a second
 _MOST_WAITING = 100_000
 _HALT_AFTER = f"""select name from requests where station = ? and run != ? and name in {commands.HALTING} and
     rowid > (select rowid from requests where run = ? and request_id = ?) limit 1"""
 
 
 class Archive:
-    """One file, opened for one run. Use it inside `with`. `path` ":memory:" keeps nothing. Raises ArchiveError.
+    """One archive file, opened for one run. Use it inside `with`. `path` ":memory:" stores nothing.
 
-    wait_s: for another program that holds the file, as it is opened; None: some seconds. later: one that is held longer
-    is opened when it can be; until then rows wait, and nothing can be asked of it.
-    trouble: why rows wait in memory; "": none do. lost: datagrams dropped because too many waited.
+    Raises ArchiveError.
+
+    wait_s: time to wait on opening for another program that has the file locked; None: 5 s.
+    later: True: a file that stays locked is opened later; until then rows wait in memory and queries find nothing.
+    trouble: cause for which rows wait in memory; "": no rows wait.
+    lost: number of datagrams dropped because too many rows waited.
     """
 
     def __init__(
@@ -66,7 +69,7 @@ class Archive:
 
     @property
     def late(self) -> bool:
-        """Whether the file could not be opened yet."""
+        """True while the file could not be opened yet."""
         return self._living is None
 
     def __enter__(self) -> Self:
@@ -81,7 +84,10 @@ class Archive:
             error.add_note(str(unwritten))
 
     def add(self, table: str, *values: Any) -> None:
-        """One row of a table, its columns in the order of the schema without `run`; what is left out is null."""
+        """Add one row to a table: columns in the order of the schema, without `run`; missing ones are null.
+
+        Raises ValueError for an unknown table or too many values.
+        """
         if table not in TABLES:
             raise ValueError(f"no table `{table}`; known: {', '.join(TABLES)}")
         rest = self._marks[table] - 1 - len(values)
@@ -90,7 +96,7 @@ class Archive:
         self._waiting.append((table, (*values, *(None,) * rest)))
 
     def commit(self) -> None:
-        """Makes the rows so far safe, where the file can be written; else they wait and `trouble` says why."""
+        """Write the rows so far if the file can be written; otherwise they wait and `trouble` states the cause."""
         if not self._waiting:
             return
         self._calls += 1
@@ -98,7 +104,7 @@ class Archive:
             self._write(0.0)
 
     def _write(self, wait_s: float) -> None:
-        """wait_s: for a file that could not be opened yet."""
+        """Write the waiting rows. wait_s: time to wait for a file that could not be opened yet."""
         if self.late and not self._opened_now(wait_s):
             self._bound()
             return
@@ -129,14 +135,14 @@ class Archive:
         return True
 
     def _bound(self) -> None:
-        """Raw datagrams are the most and the first to go: what was in them waits decoded."""
+        """Above the limit drop waiting raw datagrams: they are the most rows, and their content waits decoded."""
         if len(self._waiting) > _MOST_WAITING:
             kept = [row for row in self._waiting if row[0] != "datagrams"]
             self.lost += len(self._waiting) - len(kept)
             self._waiting = kept
 
     def rows(self, table: str) -> list[tuple[Any, ...]]:
-        """All rows of this run in the order they were added, without `run`; those that wait are not among them."""
+        """Return all rows of this run in the order added, without `run`. Waiting rows are not included."""
         if table not in TABLES:
             raise ValueError(f"no table `{table}`; known: {', '.join(TABLES)}")
         self.commit()
@@ -144,9 +150,9 @@ class Archive:
         return [row[1:] for row in found]
 
     def halt_after(self, request_id: int, station: int) -> str:
-        """What halts the rover and another process of the station asked for after this request; "": nothing.
+        """Return the halting command that another process of the station requested after this request; "": none.
 
-        Nothing too where the file cannot be read now, or has not yet this request.
+        "" also if the file cannot be read now, or does not have this request yet.
         """
         try:
             row = self._db.execute(_HALT_AFTER, (station, self.run, self.run, request_id)).fetchone()
@@ -155,9 +161,9 @@ class Archive:
         return "" if row is None else str(row[0])
 
     def chunks(self) -> list[bytes]:
-        """Datagrams with chunks of products heard in the day before this run, the newest first; none in lock-step.
+        """Return datagrams with chunks of products from the day before this run, the newest first; none in lock-step.
 
-        Raises ArchiveError where the file cannot be read.
+        Raises ArchiveError if the file cannot be read.
         """
         if self.late:
             raise ArchiveError(self.trouble, LOCKED)
@@ -167,14 +173,14 @@ class Archive:
             raise told(self._path, error) from error
 
     def orphans(self, station: int) -> list[Orphan]:
-        """Requests of a station that nobody waits for any more; none where the file cannot be read now."""
+        """Return a station's requests whose process ended before their outcome; none if the file is unreadable now."""
         try:
             return [] if self._living is None else find(self._db, station, self.run, self._living.lives)
         except sqlite3.Error:
             return []
 
     def close(self) -> None:
-        """Writes what waits and closes. Raises ArchiveError where that cannot be, with how many rows are lost."""
+        """Write the waiting rows and close. Raises ArchiveError with the number of lost rows if writing fails."""
         try:
             self._db.execute(f"pragma busy_timeout = {_CLOSE_MS}")
             if self._waiting:

@@ -1,1 +1,1 @@
-"""Bridges to other ground systems: CCSDS space packets of what the station hears, telecommand packets into requests."""
+"""Bridges to other ground systems: CCSDS telemetry from the session's news, telecommands into requests."""

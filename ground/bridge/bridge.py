@@ -1,9 +1,9 @@
-"""The CCSDS bridge without I/O: news of the session become telemetry packets, telecommand packets become requests.
+"""CCSDS bridge without I/O: news of the session become telemetry packets, telecommand packets become requests.
 
     news, receive(packet) --> Bridge --> session.request, send() -> packets
 
-A packet of telemetry is made when all items of its frame have come, as they do: a frame crosses the link whole. What a
-telecommand packet asks is checked by the command dictionary; what cannot be asked is answered with a report NOT_SENT.
+A telemetry packet is built when all items of its frame have arrived; a frame crosses the link whole. The command
+dictionary checks each telecommand packet; the answer to a packet that cannot become a request is a report NOT_SENT.
 """
 
 from __future__ import annotations
@@ -18,23 +18,23 @@ from protocol.modes import SEVERITIES
 from protocol.packet_table import NUMBERS, TelemetryPacket
 from protocol.transactions import Code
 
-LIFETIME_S = 60.0  # of a request, as of one that is typed
-_FORGET = 4096  # requests whose packets are remembered
+LIFETIME_S = 60.0  # of a request, as of one typed by hand
+_FORGET = 4096  # number of requests whose packet numbers are stored
 
 
 class Bridge:
-    """One bridge on one session. counts: packets made and taken, and what was refused, by kind."""
+    """Bridge on one session. counts: packets sent, requested and refused, by kind."""
 
     def __init__(self, session: Session) -> None:
         self._session = session
         self._out: list[bytes] = []
         self._numbers: Counter[int] = Counter()  # packets so far, by APID
-        self._part: dict[str, tuple[int, dict[str, float]]] = {}  # frame -> onboard time, items that have come
+        self._part: dict[str, tuple[int, dict[str, float]]] = {}  # frame -> onboard time, items received so far
         self._packet_of: dict[int, int] = {}  # request id -> sequence count of its packet
         self.counts: Counter[str] = Counter()
 
     def receive(self, raw: bytes, now_ns: int) -> None:
-        """One packet of the other system."""
+        """Process one packet from the other system."""
         sequence = packet_table.NO_PACKET
         try:
             packet = space_packets.decode(raw)
@@ -48,7 +48,7 @@ class Bridge:
             lifetime_s = LIFETIME_S if command(asked.name).moves else 0.0
             request_id = self._session.request(asked.name, asked.arguments, now_ns, lifetime_s, asked.start_s,
                                                asked_by=f"bridge packet {sequence}")
-        except ValueError as error:  # WireError is one
+        except ValueError as error:  # includes WireError
             self.counts["refused"] += 1
             self._not_sent(sequence, str(error), now_ns)
             return
@@ -58,7 +58,7 @@ class Bridge:
             del self._packet_of[next(iter(self._packet_of))]
 
     def turn(self, news: list[News], now_ns: int) -> None:
-        """What the session has heard."""
+        """Convert the news of one turn into packets."""
         for one in news:
             match one:
                 case Item():
@@ -69,7 +69,7 @@ class Bridge:
                     self._report(one, now_ns)
 
     def send(self) -> list[bytes]:
-        """Packets that are ready, in their order."""
+        """Return the packets that are ready, in order."""
         out, self._out = self._out, []
         return out
 
@@ -79,7 +79,7 @@ class Bridge:
             return
         at_ns, values = self._part.get(row.name, (item.onboard_ns, {}))
         if at_ns != item.onboard_ns:
-            self.counts["incomplete"] += 1  # a frame of a program that knows fewer items
+            self.counts["incomplete"] += 1  # a frame from a program with fewer items
             values = {}
         values[item.name] = item.value
         self._part[row.name] = item.onboard_ns, values
@@ -113,7 +113,7 @@ class Bridge:
         }, self._onboard_ns(now_ns))  # fmt: skip
 
     def _onboard_ns(self, now_ns: int) -> int:
-        """Reports carry no time of their own: the one at which they are heard, on the rover's clock."""
+        """Return the reception time on the rover's clock, ns: reports carry no time of their own."""
         return max(0, self._session.far_clock.onboard_ns(now_ns) or 0)
 
     def _put(self, row: TelemetryPacket, values: packet_table.Values, onboard_ns: int) -> None:

@@ -1,4 +1,4 @@
-"""`ground bridge ccsds`: its options, and the ports that they open."""
+"""The command `ground bridge ccsds`: its options and the ports that they open."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def ccsds(
     station: StationFile = None,
     as_json: Json = False,
 ) -> None:
-    """Speak CCSDS space packets with YAMCS or a like system, until Ctrl-C; docs/bridge.md has it step by step."""
+    """Speak CCSDS space packets with YAMCS or a similar system, until Ctrl-C; see docs/bridge.md for each step."""
     if write_xtce is not None:
         write_xtce.write_text(xtce(), encoding="utf-8")
         line_beside(f"{write_xtce} written: XTCE 1.2 of all telemetry packets and commands")

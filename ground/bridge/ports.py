@@ -1,9 +1,9 @@
-"""The bridge's sockets: telemetry packets out, telecommand packets in, each over UDP or TCP. Nothing here blocks.
+"""Sockets of the bridge: telemetry packets out, telecommand packets in, each over UDP or TCP. Nothing here blocks.
 
-    udp:HOST:PORT   telemetry is sent there; telecommands are heard there           one packet a datagram
-    tcp:HOST:PORT   listened at for both: who connects hears, or says, packets      one packet after the other
+    udp:HOST:PORT   telemetry is sent to it; telecommands are received on it        one packet a datagram
+    tcp:HOST:PORT   the bridge listens for both; each client gets or sends packets  one packet after the other
 
-A TCP client that does not read fast enough to keep its backlog under a megabyte is hung up on; it may come again.
+A TCP client whose backlog exceeds 1 MiB because it reads too slowly is disconnected; it may connect again.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ _WAKE_NS = 100_000_000
 
 
 class Address(NamedTuple):
-    """Where packets go to or come from."""
+    """Address to which packets go or from which they come."""
 
     carrier: str
     host: str
@@ -34,12 +34,12 @@ class Address(NamedTuple):
 
     @property
     def is_local(self) -> bool:
-        """Whether only this machine reaches it."""
+        """True if only this machine can reach the address."""
         return ipaddress.IPv4Address(self.host).is_loopback
 
 
 def parse_address(text: str) -> Address:
-    """`udp:127.0.0.1:10015`. Raises ValueError with what was found and what is allowed."""
+    """Parse an address like `udp:127.0.0.1:10015`. Raises ValueError with what was found and what is allowed."""
     carrier, _, rest = text.partition(":")
     host, _, port = rest.rpartition(":")
     try:
@@ -77,7 +77,10 @@ class _Client:
         self.peer, self.splitter, self.backlog = peer, space_packets.Splitter(), bytearray()
 
     def read(self) -> list[bytes]:
-        """Whole packets. Raises OSError where the client has gone, WireError where it speaks something else."""
+        """Return whole packets.
+
+        Raises OSError if the client has disconnected, WireError if its data are not space packets.
+        """
         try:
             data = self.peer.recv(65_536)
         except BlockingIOError:
@@ -87,7 +90,10 @@ class _Client:
         return self.splitter.receive(data)
 
     def write(self, data: bytes) -> None:
-        """As much as goes; the rest waits. Raises OSError where the client has gone, or does not read."""
+        """Send as much as the socket takes; the rest waits.
+
+        Raises OSError if the client has disconnected or does not read.
+        """
         self.backlog += data
         with suppress(BlockingIOError):
             del self.backlog[: self.peer.send(self.backlog)]
@@ -96,7 +102,7 @@ class _Client:
 
 
 class Port:
-    """One address, served. counts what came that is no packet: `damaged`."""
+    """One open address. damaged: number of TCP clients disconnected because their data were not packets."""
 
     def __init__(self, address: Address, listen: bool) -> None:
         self._address, self._at = address, _opened(address, listen or address.carrier == "tcp")
@@ -105,18 +111,18 @@ class Port:
 
     @property
     def bound(self) -> tuple[str, int]:
-        """The address that it is; port 0 asked for any free one."""
+        """Actual address and port; a configured port of 0 selects any free one."""
         host, port = self._at.getsockname()
         return host, port
 
     def close(self) -> None:
-        """Hangs up on everybody."""
+        """Close the socket and all client connections."""
         for client in self._clients:
             client.peer.close()
         self._at.close()
 
     def read(self) -> list[bytes]:
-        """Packets that came."""
+        """Return the packets received."""
         if self._address.carrier == "udp":
             return self._datagrams()
         self._accept()
@@ -132,13 +138,13 @@ class Port:
         return found
 
     def write(self, packets: list[bytes]) -> None:
-        """Sends packets to whoever is there; nobody there is no error."""
+        """Send packets to the UDP address or to all connected clients; having no receiver is not an error."""
         if self._address.carrier == "udp":
             for packet in packets:
                 try:
                     self._at.sendto(packet, self._address[1:])
                 except OSError:
-                    continue  # nobody listens, or the queue is full: telemetry comes again
+                    continue  # no receiver, or the queue is full: telemetry is sent again
             return
         self._accept()
         for client in list(self._clients):
@@ -172,9 +178,9 @@ class Port:
 
 
 class BridgeShell:
-    """The bridge with its ports, beside an operation of the station (`operate.Beside`). Use it inside `with`.
+    """The bridge with its ports, attached to an operation of the station (`operate.Beside`). Use it inside `with`.
 
-    telecommands None: nothing is taken.
+    telecommands: None: no telecommands are accepted.
     """
 
     def __init__(self, bridge: Bridge, telemetry: Address, telecommands: Address | None) -> None:
@@ -195,7 +201,7 @@ class BridgeShell:
             self.telecommands.close()
 
     def turn(self, news: list[News], now_ns: int) -> None:
-        """One turn of the operation."""
+        """Run one turn of the operation."""
         self._now_ns = now_ns
         for packet in self.telecommands.read() if self.telecommands is not None else ():
             self._bridge.receive(packet, now_ns)
@@ -203,5 +209,5 @@ class BridgeShell:
         self.telemetry.write(self._bridge.send())
 
     def next_due_ns(self) -> int:
-        """On the wall clock every turn looks at the sockets; a tenth of a second is soon enough else."""
+        """Return the time of the next turn. The wall clock polls the sockets each turn; otherwise 0.1 s is enough."""
         return self._now_ns + _WAKE_NS

@@ -6,5 +6,5 @@
                                    +-- vehicle <-----------------------+
                                          `--> HEARTBEAT, positions, STATUSTEXT, acknowledgements --> datagrams
 
-`Gateway` is the whole of it without I/O: datagrams, news of the session and time in, datagrams out. Sockets: `shell`.
+`Gateway` is all of this without I/O: datagrams, news of the session and time in, datagrams out. Sockets: `shell`.
 """

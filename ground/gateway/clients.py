@@ -1,7 +1,7 @@
-"""Who talks to the gateway: ground programs at the addresses of its doors, each known from its first frame that passed.
+"""Clients of the gateway: ground programs at the addresses of its doors, each known from its first accepted frame.
 
-A client is known until it is silent for 30 s; those that were named at the start are known always. What a door asks of
-a frame is checked here, and what a client is told goes out through its own writer, numbered and signed for it.
+A client is known until it is silent for 30 s; clients named at the start are known always. This module checks the
+frames of each door (format, checksum, signature) and writes the messages to each client, numbered and signed for it.
 """
 
 from __future__ import annotations
@@ -23,7 +23,12 @@ _MOST_CLIENTS = 32
 
 
 class Door(NamedTuple):
-    """One way in. verifier: what frames must show there; None: nothing."""
+    """One way into the gateway.
+
+    name: of the door.
+    verifier: check of signatures; None: frames need no signature.
+    key: signing key for frames to the clients; None: unsigned.
+    """
 
     name: str
     verifier: Verifier | None = None
@@ -31,7 +36,10 @@ class Door(NamedTuple):
 
 
 class Heard(NamedTuple):
-    """A message that has passed the checks of its door. first: it came as MAVLink 1."""
+    """Message that has passed the checks of its door.
+
+    first: True if it came as MAVLink 1.
+    """
 
     door: Door
     address: Address
@@ -41,9 +49,13 @@ class Heard(NamedTuple):
 
 @dataclass(slots=True)
 class Client:
-    """One ground program. heard_ns None: named at the start, known always. target: its system and component.
+    """One ground program.
 
-    joins: it speaks MAVLink 2, as its newest frame was or none has come, and joins the pieces of a text.
+    door, address: where its frames come from.
+    writer: encodes the frames to it.
+    heard_ns: time of its newest frame; None: named at the start, known always.
+    target: its system and component.
+    joins: True if it joins the pieces of a text: its newest frame was MAVLink 2, or it has sent none.
     """
 
     door: Door
@@ -55,17 +67,17 @@ class Client:
 
     @property
     def key(self) -> tuple[str, Address]:
-        """What it is known by."""
+        """Key of the client: door and address."""
         return self.door.name, self.address
 
     @property
     def asker(self) -> Asker:
-        """Who it is as one that asks."""
+        """Identity used in replies: client key, system and component id."""
         return Asker(self.key, self.target)
 
 
 class Clients:
-    """All of them. counts: frames that passed, and those refused, by kind."""
+    """All clients. counts: frames accepted ("ok"), and refused frames by kind."""
 
     def __init__(self) -> None:
         self.counts: dict[str, int] = {"ok": 0}
@@ -74,16 +86,16 @@ class Clients:
 
     @property
     def known(self) -> tuple[tuple[str, Address], ...]:
-        """Door and address of each."""
+        """Door and address of each client."""
         return tuple(self._clients)
 
     def know(self, door: Door, address: Address) -> None:
-        """A client that is told of the rover from the start, whether it says anything or not."""
+        """Add a client that gets telemetry from the start, without having sent anything."""
         client = Client(door, address, Writer(door.key), None)
         self._clients[client.key] = client
 
     def accept(self, door: Door, address: Address, datagram: bytes, stamp: int) -> list[Heard]:
-        """The messages of a datagram that pass; what does not is counted, and changes nothing."""
+        """Return the accepted messages of a datagram. Refused frames are counted and change nothing."""
         self._doors[door.name] = door
         heard = []
         for frame in frames.cut(datagram):
@@ -99,13 +111,16 @@ class Clients:
         return heard
 
     def marks(self) -> dict[str, int] | None:
-        """The newest signing times, where there are new ones: they are to be kept before what was heard is done."""
+        """Return the newest signing times if there are new ones.
+
+        The caller stores them before it acts on the messages.
+        """
         news = [door.verifier.news() for door in self._doors.values() if door.verifier is not None]
         known = [marks for marks in news if marks is not None]
         return {stream: at for marks in known for stream, at in marks.items()} if known else None
 
     def of(self, heard: Heard, now_ns: int) -> Client | None:
-        """Who has sent a message, known from now on; None, counted, where there are too many."""
+        """Return the sender of a message and register it if new; None, and counted, if there are too many clients."""
         key = (heard.door.name, heard.address)
         client = self._clients.get(key)
         if client is None:
@@ -119,13 +134,13 @@ class Clients:
         return client
 
     def forget(self, now_ns: int) -> None:
-        """Those that have been silent for long are known no more."""
+        """Remove clients that have been silent for more than 30 s."""
         for key, client in list(self._clients.items()):
             if client.heard_ns is not None and now_ns - client.heard_ns > _SILENT_NS:
                 del self._clients[key]
 
     def addressed(self, messages: Iterable[To], stamp: int) -> list[tuple[str, Address, bytes]]:
-        """Door, address and datagram of each message, in order; none for who is known no more."""
+        """Return door, address and datagram of each message, in order; none for a client that is no longer known."""
         out = []
         for key, message in messages:
             for client in self._clients.values() if key is None else filter(None, [self._clients.get(key)]):

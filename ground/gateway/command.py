@@ -1,4 +1,4 @@
-"""`ground gateway`: its options, and the doors that they open."""
+"""The command `ground gateway`: its options and the doors that they open."""
 
 from __future__ import annotations
 
@@ -84,7 +84,12 @@ def gateway_command(
 
 
 class _Ways(NamedTuple):
-    """The addresses that the options name. told: those who are told without a word of theirs."""
+    """Addresses from the options.
+
+    unsigned: of the unsigned door; None: closed.
+    told: clients that get telemetry without having sent anything first.
+    signed, key: of the signed door and its key file; None: closed.
+    """
 
     unsigned: tuple[str, int] | None
     told: list[tuple[str, int]]
@@ -93,8 +98,8 @@ class _Ways(NamedTuple):
 
 
 def _join(settings: Settings, ways: _Ways, place: tuple[float, float, float], home_first: bool) -> Join:
-    """Opens the doors around a gateway on the operation's session."""
-    # the common set of MAVLink takes 0.3 s to load: only this command pays it
+    """Return the context manager that opens the doors around a gateway on the operation's session."""
+    # MAVLink's common set takes 0.3 s to load: only this command pays for it
     from ground.gateway.clients import Door
     from ground.gateway.gateway import Gateway
     from ground.gateway.origin import Origin

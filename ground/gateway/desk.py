@@ -1,14 +1,14 @@
-"""Where MAVLink commands wait for the rover's word: one at a time of each command of each client.
+"""Queue of MAVLink commands that await the rover's report: one at a time of each command of each client.
 
     COMMAND_LONG ---> IN_PROGRESS at once, and each second     request id n ---> the rover
          <----------- the final COMMAND_ACK                    <--- report of n
 
 Rule 1: COMMAND_ACK names a command and nothing else, so a client's second request of a command waits, unsent, until the
-        first has its final acknowledgement. Each is confirmed by the report of its own request id, by nothing else.
-Rule 2: the same command with the same parameters while one is waited for is that one, sent again. After its end it is
-        that one only where `confirmation` says so; then the acknowledgement is repeated, nothing is executed.
-Rule 3: what stops the rover waits for nothing. What was asked before and has not begun is cancelled, and asked no more;
-        so is what waits while the rover comes up anew, which is to be armed again.
+        first has its final acknowledgement. Only the report with the request's own id confirms it.
+Rule 2: The same command with the same parameters, received while one waits, is a retransmission of that one. After its
+        end it is a retransmission only if `confirmation` is set: the acknowledgement is repeated, nothing is executed.
+Rule 3: A command that stops the rover waits for nothing. Earlier requests that have not begun are cancelled and sent no
+        more. Requests that wait while the rover restarts are cancelled too; the rover must then be armed again.
 """
 
 from __future__ import annotations
@@ -32,12 +32,21 @@ _CODES: dict[int, int] = {
     Code.MODE: m.MAV_RESULT_TEMPORARILY_REJECTED, Code.RANGE: m.MAV_RESULT_DENIED,
     Code.UNKNOWN_COMMAND: m.MAV_RESULT_UNSUPPORTED, Code.TOO_MANY: m.MAV_RESULT_TEMPORARILY_REJECTED,
 }
-Ack = Callable[[int], Any]  # a MAV_RESULT to the message that says it; None: nothing is said
+Ack = Callable[[int], Any]  # a MAV_RESULT to the message that carries it; None: no message
 
 
 @dataclass(slots=True)
 class _Job:
-    """One request of a client, waiting or asked. same: what a repetition is told by. asked_by: for the archive."""
+    """One request of a client, waiting or sent.
+
+    client: of the request.
+    made: what the order table returned.
+    ack: makes the acknowledgement.
+    same: text that identifies a retransmission.
+    asked_by: origin, for the archive.
+    request_id: of the rover's request; None: not sent yet.
+    told_ns: time of the newest IN_PROGRESS.
+    """
 
     client: ClientKey
     made: Request | Answer
@@ -50,7 +59,7 @@ class _Job:
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """How a request that had begun has ended."""
+    """Outcome of a request that had begun."""
 
     name: str
     state: State
@@ -58,28 +67,30 @@ class Outcome:
 
 
 def acknowledgement(command: int, target: tuple[int, int]) -> Ack:
-    """Makes COMMAND_ACKs of one command for one client."""
+    """Return a function that makes the COMMAND_ACKs of one command for one client."""
     return lambda result: m.MAVLink_command_ack_message(
         command, result, 255 if result == m.MAV_RESULT_IN_PROGRESS else 0, 0, *target)
 
 
 class Desk:
-    """The jobs of all clients on one session. enabled: by `arm`; texts: lines to be told to all, (severity, text).
+    """Queue of all clients' commands on one session.
 
-    wanted: messages that clients have asked for, by name.
+    enabled: True after `arm`.
+    texts: lines for all clients, (severity, text).
+    wanted: messages that clients have requested, by name.
     """
 
     def __init__(self, session: Session) -> None:
         self._session = session
         self._lines: dict[tuple[ClientKey, int], deque[_Job]] = {}
-        self._ended: dict[tuple[ClientKey, int], tuple[str, int, int]] = {}  # same, result, when
+        self._ended: dict[tuple[ClientKey, int], tuple[str, int, int]] = {}  # same, result, time
         self._begun: dict[int, str] = {}
         self.enabled = False
         self.texts: list[tuple[str, str]] = []
         self.wanted: list[tuple[ClientKey, str]] = []
 
     def command(self, client: Asker, message: Any, known: Known, now_ns: int) -> list[To]:
-        """COMMAND_LONG or COMMAND_INT."""
+        """Process COMMAND_LONG or COMMAND_INT."""
         asked = Asked.of(message)
         key, same = (client.key, asked.command), repr(asked)
         ack = acknowledgement(asked.command, client.target)
@@ -90,7 +101,7 @@ class Desk:
         return self.ask(client, asked, ack, known, now_ns)
 
     def ask(self, client: Asker, asked: Asked, ack: Ack, known: Known, now_ns: int) -> list[To]:
-        """A command in whatever form it came; `ack` says what becomes of it."""
+        """Process a command from any message; `ack` makes its acknowledgement."""
         key, same = (client.key, asked.command), repr(asked)
         line = self._lines.get(key, deque())
         if any(job.same == same for job in line):
@@ -109,7 +120,7 @@ class Desk:
         return out + self._advance(key, now_ns)
 
     def poll(self, now_ns: int) -> tuple[list[To], list[Outcome]]:
-        """What the rover's reports have ended, and IN_PROGRESS where it is due."""
+        """Return the messages that are due (acknowledgements, IN_PROGRESS) and the outcomes of begun requests."""
         out = [to for key in list(self._lines) for to in self._advance(key, now_ns)]
         ended = []
         self._ended = {key: row for key, row in self._ended.items() if now_ns - row[2] < _REPEAT_NS}
@@ -122,17 +133,17 @@ class Desk:
         return out, ended
 
     def rover_booted(self, now_ns: int) -> list[To]:
-        """Enabled no more; nothing that was allowed to move the boot before goes to the new one."""
+        """Withdraw the enabling after a reboot; requests that could move the rover do not go to the new boot."""
         self.enabled = False
         return self._make_way(None, now_ns)
 
     @property
     def stopping(self) -> bool:
-        """Whether something that stops the rover waits for its word."""
+        """True while a command that stops the rover awaits its report."""
         return any(isinstance(job.made, Request) and job.made.urgent for line in self._lines.values() for job in line)
 
     def next_due_ns(self) -> int | None:
-        """When an IN_PROGRESS is due."""
+        """Return the time at which the next IN_PROGRESS is due."""
         return min((line[0].told_ns + _TELL_NS for line in self._lines.values() if line), default=None)
 
     # -- a line of one client's requests of one command -----------------------------------------------------
@@ -193,9 +204,9 @@ class Desk:
         return _said(job.client, job.ack(result))
 
     def _make_way(self, urgent: tuple[ClientKey, int] | None, now_ns: int) -> list[To]:
-        """Cancels what lets the rover move and has not begun, of all clients, and the rest of the urgent one's line.
+        """Cancel all clients' requests that let the rover move and have not begun, and the rest of the urgent line.
 
-        What has ended already has its own word as its acknowledgement.
+        A request that has ended is acknowledged with its own result.
         """
         requests = self._session.requester.requests
         out: list[To] = []

@@ -1,6 +1,6 @@
-"""MAVLink frames: cut out of a datagram, checked and decoded, and made. The common set, as pymavlink has it.
+"""MAVLink frames: cut from a datagram, checked, decoded and encoded. The common set, as pymavlink defines it.
 
-Only the ground knows the whole common set (12 MB of memory, 0.3 s to load): the rover keeps protocol.eldorado_dialect.
+Only the ground loads the whole common set (12 MB of memory, 0.3 s); the rover has protocol.eldorado_dialect.
 """
 
 from __future__ import annotations
@@ -15,15 +15,15 @@ from protocol.visible import visible
 
 mavlink: Any = common
 
-SYSTEM_ID, COMPONENT_ID = 1, 1  # the rover's, as onboard/core/telemetry.py has it
+SYSTEM_ID, COMPONENT_ID = 1, 1  # the rover's, as in onboard/core/telemetry.py
 _V1, _V2 = 0xFE, 0xFD
 SIGNED = 0x01
 SIGNATURE_BYTES = 13
-_READER = mavlink.MAVLink(None)  # holds no key: it checks lengths and checksums, and keeps nothing of what it reads
+_READER = mavlink.MAVLink(None)  # has no key: it checks lengths and checksums, and stores nothing
 
 
 def cut(datagram: bytes) -> list[bytes]:
-    """The whole frames in a datagram; what is no frame ends it. Checksums are `decode`'s business."""
+    """Return the whole frames of a datagram, up to the first bytes that are no frame. `decode` checks the checksums."""
     frames, at = [], 0
     while at + 8 <= len(datagram):
         if datagram[at] == _V2:
@@ -40,17 +40,20 @@ def cut(datagram: bytes) -> list[bytes]:
 
 
 def first(frame: bytes) -> bool:
-    """Whether a frame of `cut` is of MAVLink 1."""
+    """Return whether a frame of `cut` is MAVLink 1."""
     return frame[0] == _V1
 
 
 def signed(frame: bytes) -> bool:
-    """Whether a frame of `cut` carries a signature."""
+    """Return whether a frame of `cut` carries a signature."""
     return frame[0] == _V2 and bool(frame[2] & SIGNED)
 
 
 def decode(frame: bytes) -> Any:
-    """The message of a frame of `cut`. Raises WireError("mavlink"), or "unknown" where it is not of the set."""
+    """Return the message of a frame of `cut`.
+
+    Raises WireError("mavlink"), or "unknown" for a message not in the set.
+    """
     if frame[0] == _V2 and frame[2] & ~SIGNED:
         raise WireError("mavlink", f"incompatibility flags {frame[2]:#x}")
     try:
@@ -63,7 +66,7 @@ def decode(frame: bytes) -> Any:
 
 
 def text_of(message: Any, field: str) -> str:
-    """A text field, without the zeros behind it, control characters visible."""
+    """Return a text field without trailing zeros, with control characters made visible."""
     raw = getattr(message, f"_{field}_raw", None)
     if raw is None:
         raw = str(getattr(message, field)).encode()
@@ -71,7 +74,7 @@ def text_of(message: Any, field: str) -> str:
 
 
 class Writer:
-    """Messages in, frames of the rover out; numbered for one client, signed where there is a key."""
+    """Encoder of the rover's frames for one client: numbered, and signed if there is a key."""
 
     def __init__(self, key: bytes | None = None, link: int = 0) -> None:
         self._mavlink = mavlink.MAVLink(None, srcSystem=SYSTEM_ID, srcComponent=COMPONENT_ID)
@@ -81,7 +84,10 @@ class Writer:
             self._mavlink.signing.sign_outgoing = True
 
     def write(self, message: Any, stamp: int) -> bytes:
-        """One frame. stamp: signing time, 10 us since 2015 in UTC; a frame's is always above the last one's."""
+        """Encode one frame.
+
+        stamp: signing time, in 10 us since 2015 UTC; each frame's is above that of the frame before.
+        """
         signing = self._mavlink.signing
         signing.timestamp = max(signing.timestamp, stamp)
         frame: bytes = message.pack(self._mavlink)

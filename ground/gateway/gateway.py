@@ -1,11 +1,11 @@
 """The gateway without I/O: datagrams of local clients, news of the session and time in, datagrams out.
 
-    clients.accept(door, address, datagram, stamp) -> messages whose checks have passed; nothing is done yet
-    clients.marks()                                -> what is to be on disk before they are acted upon
+    clients.accept(door, address, datagram, stamp) -> messages that pass the checks; nothing is done yet
+    clients.marks()                                -> signing times to store on disk before acting on the messages
     act(heard, now), turn(news, now)               -> requests to the session, messages into the outbox
     send(stamp)                                    -> (door, address, datagram) for each client
 
-What the rover tells goes to all, an answer to who asked.
+Telemetry goes to all clients, an answer to the client that asked.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ class Gateway:
     # -- in -------------------------------------------------------------------------------------------------
 
     def act(self, heard: Heard, now_ns: int) -> None:
-        """Does what an accepted message asks for, where it is meant for the rover."""
+        """Execute an accepted message if it is addressed to the rover."""
         message = heard.message
         source = (message.get_srcSystem(), message.get_srcComponent())
         client = self.clients.of(heard, now_ns)
@@ -66,7 +66,7 @@ class Gateway:
             self._outbox += handler(client, message, now_ns)
 
     def turn(self, news: Iterable[News], now_ns: int) -> None:
-        """News of the session become messages for all; what waits goes on."""
+        """Convert news of the session into messages for all clients, and advance all waiting work."""
         fresh: set[str] = set()
         for one in news:
             if isinstance(one, Item):
@@ -93,12 +93,12 @@ class Gateway:
     # -- out ------------------------------------------------------------------------------------------------
 
     def send(self, stamp: int) -> list[tuple[str, Address, bytes]]:
-        """Door, address and datagram of each message that waits, in order."""
+        """Return door, address and datagram of each waiting message, in order."""
         outbox, self._outbox = self._outbox, []
         return self.clients.addressed(outbox, stamp)
 
     def next_due_ns(self) -> int:
-        """When `turn` has something to do without news; 0: at once."""
+        """Return the time at which `turn` has work without news; 0: at once."""
         if self.parameters.busy or self._outbox:
             return 0
         dues = (self._heartbeat_ns, self.desk.next_due_ns(), self.missions.next_due_ns(), self._contact.next_due_ns())
@@ -130,7 +130,7 @@ class Gateway:
         return [*out, *self._wanted()]
 
     def _wanted(self) -> list[To]:
-        """The messages that clients have asked for by a command."""
+        """Return the messages that clients have requested by a command."""
         seen = self._seen()
         made = [To(key, MESSAGES[name].make(seen)) for key, name in self.desk.wanted]
         self.desk.wanted.clear()
@@ -141,7 +141,7 @@ class Gateway:
         return self.desk.ask(client.asker, Asked.of_set_mode(message), ack, self._known(), now_ns)
 
     def _item(self, client: Client, message: Any, now_ns: int) -> Iterable[To]:
-        """An item of an upload, or the single goal that older programs send as one with current = 2."""
+        """Process an item of an upload, or the single goal that older programs send as an item with current = 2."""
         if message.current != 2:
             return self.missions.item(client.key, client.target, message, now_ns)
         try:
@@ -166,13 +166,13 @@ class Gateway:
                      missions.begin, int(self._home_first), tuple(MESSAGES))
 
     def _watch_mode(self, mode: Mode | None) -> None:
-        """A rover that was put into SAFE or ESTOP is to be enabled anew."""
+        """Withdraw the enabling if the rover enters SAFE or ESTOP."""
         if mode in _HELD and self._mode not in (mode, None):
             self.desk.enabled = False
         self._mode = mode
 
     def _watch_boot(self, now_ns: int) -> None:
-        """So is one that came up anew; its mode before says nothing."""
+        """Withdraw the enabling if the rover has rebooted; its mode from before is invalid."""
         if self._session.boot_id != self._boot_id:
             self._boot_id, self._mode = self._session.boot_id, None
             self._outbox += self.desk.rover_booted(now_ns)

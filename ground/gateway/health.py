@@ -1,7 +1,7 @@
-"""TABLE of the devices that SYS_STATUS tells of: what shows that one is there, in use, and well.
+"""TABLE of the devices in SYS_STATUS: telemetry that shows each one present, enabled and healthy.
 
-Nothing is made up: until the rover has told its faults nothing is there, and what no telemetry shows stays absent. A
-row of the fault table that is masked on board is not told, so it makes nothing ill.
+Nothing is invented: until the rover has reported its faults no device is present, and a device that no telemetry shows
+stays absent. A fault that is masked on board is not reported, so it makes no device unhealthy.
 """
 
 from __future__ import annotations
@@ -16,12 +16,12 @@ from protocol.modes import TABLE as MODES
 if TYPE_CHECKING:
     from ground.gateway.vehicle import Seen
 
-_GRACE_NS = 1_000_000_000  # in which a rover that starts has no IMU_DEAD yet
+_GRACE_NS = 1_000_000_000  # in which a starting rover reports no IMU_DEAD yet
 _RATES = tuple(f"rate_{n}_radps" for n in (1, 2, 3, 4))
 
 
 class Masks(NamedTuple):
-    """The three fields of SYS_STATUS, a bit of MAV_SYS_STATUS_SENSOR each."""
+    """The three fields of SYS_STATUS, each a mask of MAV_SYS_STATUS_SENSOR bits."""
 
     present: int = 0
     enabled: int = 0
@@ -29,9 +29,13 @@ class Masks(NamedTuple):
 
 
 class Device(NamedTuple):
-    """One row. there: whether telemetry shows it, in words: means. faults: rows that make it ill.
+    """One row.
 
-    off: whether it is without power in modes whose wheels are off.
+    bit: of MAV_SYS_STATUS_SENSOR.
+    there: True if telemetry shows the device.
+    faults: rows of the fault table that make it unhealthy.
+    means: the condition of `there`, in words.
+    off: True if the device has no power in modes whose wheels are off.
     """
 
     bit: int
@@ -60,7 +64,7 @@ DEVICES = (
 
 
 def masks(seen: Seen) -> Masks:
-    """What is there, in use and well, as far as it is known."""
+    """Return the masks of devices present, enabled and healthy, from the telemetry so far."""
     told = seen.number("faults")
     if told is None:
         return Masks()

@@ -1,4 +1,4 @@
-"""Missions as goals: MAVLink's mission protocol, both ways. What is uploaded stays here until it is started.
+"""Missions as lists of goals: MAVLink's mission protocol in both directions. An upload stays here until it is started.
 
     ground program                        gateway
       MISSION_COUNT 2  ------------------>            an upload begins; one of another client's is cancelled
@@ -26,27 +26,31 @@ ClientKey = tuple[str, tuple[str, int]]  # door and address
 
 
 class Asker(NamedTuple):
-    """A client that asks for something. target: its system and component."""
+    """Client that sends a request.
+
+    key: door and address.
+    target: its system and component.
+    """
 
     key: ClientKey
     target: tuple[int, int]
 
     @property
     def words(self) -> str:
-        """As the archive has it: `gateway 127.0.0.1:14555 system 255, unsigned`."""
+        """The client as the archive names it: `gateway 127.0.0.1:14555 system 255, unsigned`."""
         door, (host, port) = self.key
         return f"gateway {host}:{port} system {self.target[0]}, {door}"
 
 
 class To(NamedTuple):
-    """A message for one client; None: for all."""
+    """Message for one client; client None: for all."""
 
     client: ClientKey | None
     message: Any
 
 
 class RefusedItemError(ValueError):
-    """An item is no goal; `result` is the MAV_MISSION_RESULT."""
+    """An item is not a goal. result: the MAV_MISSION_RESULT."""
 
     def __init__(self, result: int, text: str) -> None:
         super().__init__(text)
@@ -55,7 +59,7 @@ class RefusedItemError(ValueError):
 
 @dataclass(slots=True)
 class _Upload:
-    """One that is under way."""
+    """An upload in progress."""
 
     client: ClientKey
     target: tuple[int, int]
@@ -66,20 +70,20 @@ class _Upload:
 
 
 class Missions:
-    """The uploaded mission and the transfers. home_first: item 0 is the home of those programs that send one."""
+    """The uploaded mission and the transfers. home_first: True if item 0 of a mission is a home, not a goal."""
 
     def __init__(self, origin: Origin, home_first: bool = False) -> None:
         self._origin, self._home_first = origin, home_first
         self._upload: _Upload | None = None
         self.goals_m: tuple[tuple[float, float], ...] = ()
-        self.begin = 0  # the goal that a start without an item named begins with
-        self.at = 0  # the goal that the rover is on its way to
-        self.problem = ""  # why the last upload was refused, once
+        self.begin = 0  # first goal of a start that names no item
+        self.at = 0  # the goal to which the rover drives
+        self.problem = ""  # why the last upload was refused; reported once
 
     # -- what clients send ----------------------------------------------------------------------------------
 
     def count(self, client: ClientKey, target: tuple[int, int], message: Any, now_ns: int) -> list[To]:
-        """MISSION_COUNT: an upload begins."""
+        """Process MISSION_COUNT: begin an upload."""
         if message.mission_type != _MISSION:
             return [_ack(client, target, m.MAV_MISSION_UNSUPPORTED, message.mission_type)]
         if message.count > _MOST + self._home_first:
@@ -96,12 +100,12 @@ class Missions:
         return [*out, *self._ask(now_ns)]
 
     def item(self, client: ClientKey, target: tuple[int, int], message: Any, now_ns: int) -> list[To]:
-        """MISSION_ITEM or MISSION_ITEM_INT of an upload."""
+        """Process MISSION_ITEM or MISSION_ITEM_INT of an upload."""
         upload = self._upload
         if upload is None or upload.client != client:
             return [_ack(client, target, m.MAV_MISSION_INVALID_SEQUENCE)]
         if message.seq < len(upload.goals_m):
-            return []  # sent twice: the next one has been asked for
+            return []  # a retransmission: the next one has been requested
         if message.seq != len(upload.goals_m):
             return self._ask(now_ns)
         try:
@@ -117,19 +121,19 @@ class Missions:
         return [_ack(client, target, m.MAV_MISSION_ACCEPTED)]
 
     def clear(self, client: ClientKey, target: tuple[int, int], message: Any) -> list[To]:
-        """MISSION_CLEAR_ALL."""
+        """Process MISSION_CLEAR_ALL."""
         if message.mission_type in (_MISSION, m.MAV_MISSION_TYPE_ALL):
             self._upload = None
             self._take(())
         return [_ack(client, target, m.MAV_MISSION_ACCEPTED, message.mission_type)]
 
     def listed(self, client: ClientKey, target: tuple[int, int], message: Any) -> list[To]:
-        """MISSION_REQUEST_LIST: how many there are; of fences and rally points none."""
+        """Answer MISSION_REQUEST_LIST with the number of items; zero for fences and rally points."""
         count = self._items if message.mission_type == _MISSION else 0
         return [To(client, m.MAVLink_mission_count_message(*target, count, message.mission_type))]
 
     def asked(self, client: ClientKey, target: tuple[int, int], message: Any) -> list[To]:
-        """MISSION_REQUEST or MISSION_REQUEST_INT: the item, in whole numbers or not."""
+        """Answer MISSION_REQUEST or MISSION_REQUEST_INT with the item, as floats or as integers."""
         if message.mission_type != _MISSION or message.seq >= self._items:
             return [_ack(client, target, m.MAV_MISSION_INVALID_SEQUENCE, message.mission_type)]
         goals_m = ((0.0, 0.0), *self.goals_m) if self._home_first else self.goals_m
@@ -143,7 +147,7 @@ class Missions:
         return [To(client, m.MAVLink_mission_item_message(*head, m.MAV_FRAME_GLOBAL, *tail, lat, lon, height_m))]
 
     def set_current(self, message: Any) -> list[To]:
-        """MISSION_SET_CURRENT: where a mission without an item named begins."""
+        """Process MISSION_SET_CURRENT: set the first goal of a start that names no item."""
         goal = message.seq - self._home_first
         if 0 <= goal < len(self.goals_m):
             self.begin = self.at = goal
@@ -152,7 +156,7 @@ class Missions:
     # -- what is known --------------------------------------------------------------------------------------
 
     def poll(self, now_ns: int) -> list[To]:
-        """Asks again for an item that has not come; gives up after ten times."""
+        """Request a missing item again; cancel the upload after ten attempts."""
         upload = self._upload
         if upload is None or now_ns < upload.due_ns:
             return []
@@ -162,15 +166,15 @@ class Missions:
         return self._ask(now_ns)
 
     def next_due_ns(self) -> int | None:
-        """When `poll` has something to do."""
+        """Return the time at which `poll` has work."""
         return None if self._upload is None else self._upload.due_ns
 
     def current(self) -> Any:
-        """MISSION_CURRENT."""
+        """Make MISSION_CURRENT."""
         return m.MAVLink_mission_current_message(self.at + self._home_first)
 
     def heading_for(self, goal_m: tuple[float, float] | None) -> list[To]:
-        """The rover's present goal: which item that is, and which was reached where it goes on to the next."""
+        """Match the rover's goal to an item: MISSION_CURRENT, and MISSION_ITEM_REACHED if it went on to the next."""
         if goal_m is None or not self.goals_m:
             return []
         near = [i for i, (x_m, y_m) in enumerate(self.goals_m)
@@ -184,7 +188,7 @@ class Missions:
         return out
 
     def reached(self, goal: int) -> To:
-        """MISSION_ITEM_REACHED."""
+        """Make MISSION_ITEM_REACHED."""
         return To(None, m.MAVLink_mission_item_reached_message(goal + self._home_first))
 
     @property
@@ -208,7 +212,7 @@ class Missions:
 
 
 def goal_of(message: Any, origin: Origin) -> tuple[float, float]:
-    """The goal that a mission item names, in the map frame. Raises RefusedItemError."""
+    """Return the goal of a mission item in the map frame, m. Raises RefusedItemError."""
     if message.command != m.MAV_CMD_NAV_WAYPOINT:
         raise RefusedItemError(m.MAV_MISSION_UNSUPPORTED, f"command {message.command} is no goal: use NAV_WAYPOINT")
     scale = 1.0

@@ -1,4 +1,4 @@
-"""TABLE of MAVLink mode numbers: the few that the gateway takes. Every other number is denied with this list.
+"""TABLE of the MAVLink mode numbers that the gateway accepts. Every other number is denied with this list.
 
     base mode            custom mode      sub mode      sent by
     CUSTOM_MODE_ENABLED  100 + our mode   0             programs that know this rover
@@ -20,7 +20,7 @@ _AUTO = 4  # PX4_CUSTOM_MAIN_MODE_AUTO
 
 
 class Auto(IntEnum):
-    """Sub modes of PX4's AUTO that have a meaning here; PX4_CUSTOM_SUB_MODE_AUTO_*."""
+    """Sub modes of PX4's AUTO that have a meaning here (PX4_CUSTOM_SUB_MODE_AUTO_*)."""
 
     LOITER = 3
     MISSION = 4
@@ -33,19 +33,21 @@ _LIST = ", ".join((*(f"{_FIRST + mode} {mode.name}" for mode in SETTABLE),
 
 
 def custom_mode(mode: Mode) -> int:
-    """The custom mode that stands for one of our modes, in HEARTBEAT and in DO_SET_MODE."""
+    """Return the custom mode of one of our modes, for HEARTBEAT and DO_SET_MODE."""
     return _FIRST + mode
 
 
 def unpacked(packed: int) -> tuple[int, int]:
-    """Custom mode and sub mode of SET_MODE's one number: PX4 has the main mode in bits 16 to 23, the sub mode above."""
+    """Split SET_MODE's number into custom and sub mode: PX4 has the main mode in bits 16 to 23, the sub mode above."""
     if packed & 0xFFFF or not packed:
         return packed, 0
     return packed >> 16 & 0xFF, packed >> 24
 
 
 def asked_mode(base: float, custom: float, sub: float) -> Mode | Auto:
-    """The mode that parameters 1 to 3 of DO_SET_MODE name; a sub mode of NaN is none. Raises ValueError with the list.
+    """Return the mode named by parameters 1 to 3 of DO_SET_MODE; a sub mode of NaN counts as 0.
+
+    Raises ValueError with the list of modes.
     """
     flagged = base in range(256) and int(base) & m.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED
     sub = 0 if sub != sub else sub

@@ -1,5 +1,6 @@
-"""TABLE: what a MAVLink command becomes. Each row gives a request of protocol.commands, an answer of the gateway's own,
-or a refusal; nothing else in the gateway knows the commands' parameters.
+"""TABLE of MAVLink commands. Each row returns a request of protocol.commands, an answer of the gateway, or a refusal.
+
+Nothing else in the gateway knows the parameters of the commands.
 """
 
 from __future__ import annotations
@@ -18,16 +19,23 @@ from protocol.conventions import wrap_rad
 from protocol.mavlink_frames import enu_angles, ned_from_enu
 from protocol.modes import Mode
 
-CANCELLED = 6  # MAV_RESULT_CANCELLED, which this set of messages does not list
+CANCELLED = 6  # MAV_RESULT_CANCELLED, which this message set lacks
 _GLOBAL = (m.MAV_FRAME_GLOBAL, m.MAV_FRAME_GLOBAL_RELATIVE_ALT, m.MAV_FRAME_GLOBAL_INT,
            m.MAV_FRAME_GLOBAL_RELATIVE_ALT_INT, m.MAV_FRAME_GLOBAL_TERRAIN_ALT, m.MAV_FRAME_GLOBAL_TERRAIN_ALT_INT)
-_FORCE = 21196  # the value with which ground programs say "now, whatever it does"
+_FORCE = 21196  # parameter value with which ground programs force the command at once
 _RELATIVE_YAW = 2
 
 
 @dataclass(frozen=True, slots=True)
 class Asked:
-    """A COMMAND_LONG or COMMAND_INT, alike. x, y: the place as sent (degrees or metres); frame: MAV_FRAME."""
+    """Command from COMMAND_LONG or COMMAND_INT, in one form.
+
+    command: MAV_CMD.
+    params: parameters 1 to 4.
+    x, y: the place as sent, in degrees or m.
+    z: as sent.
+    frame: MAV_FRAME.
+    """
 
     command: int
     params: tuple[float, float, float, float]
@@ -38,7 +46,7 @@ class Asked:
 
     @staticmethod
     def of(message: Any) -> Asked:
-        """From the message. In COMMAND_INT a place is an integer: 1e-7 degrees, or 1e-4 m."""
+        """Build from the message. COMMAND_INT carries a place as integers: 1e-7 degrees, or 1e-4 m."""
         params = (message.param1, message.param2, message.param3, message.param4)
         if message.get_type() == "COMMAND_LONG":
             return Asked(message.command, params, message.param5, message.param6, message.param7)
@@ -47,15 +55,18 @@ class Asked:
 
     @staticmethod
     def of_set_mode(message: Any) -> Asked:
-        """From SET_MODE, the older message for DO_SET_MODE."""
+        """Build from SET_MODE, the older message for DO_SET_MODE."""
         custom, sub = unpacked(message.custom_mode)
         return Asked(m.MAV_CMD_DO_SET_MODE, (float(message.base_mode), float(custom), float(sub), 0.0))
 
 
 class Request(NamedTuple):
-    """Ask the rover. begun: a command that takes minutes is acknowledged when it has begun, not when it ends.
+    """Request to the rover.
 
-    urgent: it waits for nothing, and what it waits behind is cancelled. enables: what its success says of the enabling.
+    name, arguments: of protocol.commands.
+    begun: True: acknowledged when it has begun, not when it ends, because it takes minutes.
+    urgent: True: it waits for nothing, and the requests before it are cancelled.
+    enables: value of the enabling after success; None: unchanged.
     """
 
     name: str
@@ -66,7 +77,13 @@ class Request(NamedTuple):
 
 
 class Answer(NamedTuple):
-    """The gateway's own answer: a MAV_RESULT and why, the messages that follow it, and what it enables."""
+    """Answer of the gateway itself.
+
+    result: MAV_RESULT.
+    text: the reason.
+    messages: names of the messages that follow.
+    enables: new value of the enabling; None: unchanged.
+    """
 
     result: int
     text: str = ""
@@ -76,9 +93,15 @@ class Answer(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Known:
-    """What the rows may know. enabled: may it be moved; goals_m: the uploaded mission; begin: its goal to begin with.
+    """State that the rows may use.
 
-    home: items before goal 0; sends: messages that are made on request.
+    origin: of the map frame on the globe.
+    mode, yaw_rad: of the rover; None: not known.
+    enabled: True if the rover may be moved.
+    goals_m: the uploaded mission, x and y in the map frame, m.
+    begin: index of its first goal.
+    home: number of items before goal 0.
+    sends: messages that are made on request.
     """
 
     origin: Origin
@@ -95,7 +118,7 @@ Row = Callable[[Asked, Known], "Request | Answer"]
 
 
 def place_m(frame: int, x: float, y: float, origin: Origin) -> tuple[float, float]:
-    """x and y in the map frame. Raises ValueError for a frame that is not known or no place."""
+    """Return x and y in the map frame, m. Raises ValueError for an unknown frame or for numbers that are no place."""
     if not (math.isfinite(x) and math.isfinite(y)):
         raise ValueError("a place needs numbers")
     if frame in _GLOBAL:
@@ -109,7 +132,7 @@ def place_m(frame: int, x: float, y: float, origin: Origin) -> tuple[float, floa
 
 
 def goals_of(goals_m: tuple[tuple[float, float], ...]) -> dict[str, Value]:
-    """The arguments of our `mission`."""
+    """Return the arguments of our `mission`."""
     return {"goals_m": tuple(value for goal in goals_m for value in goal)}
 
 
@@ -245,7 +268,7 @@ def _always(request: Request) -> Row:
 
 
 class Mapped(NamedTuple):
-    """One row, and what it does in words for the page."""
+    """One row. means: its effect in words, for the docs page."""
 
     row: Row
     means: str
@@ -274,11 +297,11 @@ ROWS: dict[int, Mapped] = {
     m.MAV_CMD_USER_2: Mapped(_always(Request("scan", begun=True)), "`scan`"),
 }
 NEEDS_ENABLING = ("goto", "mission", "return", "turn", "scan")
-GIVES_WAY = (*NEEDS_ENABLING, "resume", "reset")  # what must not be executed after a stop that was asked later
+GIVES_WAY = (*NEEDS_ENABLING, "resume", "reset")  # must not be executed after a stop that was requested later
 
 
 def order(asked: Asked, known: Known) -> Request | Answer:
-    """What becomes of a command: a request of the rover's, or the answer at once."""
+    """Return the request to the rover for a command, or the immediate answer."""
     mapped = ROWS.get(asked.command)
     if mapped is None:
         return Answer(m.MAV_RESULT_UNSUPPORTED)

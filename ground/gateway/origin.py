@@ -1,4 +1,4 @@
-"""Where the map frame lies on the globe: its origin, and the way there and back (pymap3d, WGS 84)."""
+"""Position of the map frame on the globe: its origin, and conversion in both directions (pymap3d, WGS 84)."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import pymap3d
 
 @dataclass(frozen=True, slots=True)
 class Origin:
-    """The map frame's origin: degrees, and metres above the ellipsoid. x is east there, y north, z up."""
+    """Origin of the map frame: degrees, and metres above the ellipsoid. There x is east, y north, z up."""
 
     latitude_deg: float
     longitude_deg: float
@@ -18,19 +18,19 @@ class Origin:
 
     def __post_init__(self) -> None:
         inside = abs(self.latitude_deg) <= 89.9 and abs(self.longitude_deg) <= 180 and abs(self.height_m) <= 20_000
-        if not inside:  # NaN as well; at a pole north has no meaning
+        if not inside:  # also for NaN; at a pole north has no meaning
             found = f"{self.latitude_deg:g} {self.longitude_deg:g} {self.height_m:g}"
             raise ValueError(f"origin {found} should be a latitude "
                              "from -89.9 to 89.9, a longitude from -180 to 180, a height from -20000 to 20000 m")
 
     def globe(self, x_m: float, y_m: float, z_m: float) -> tuple[float, float, float]:
-        """Latitude and longitude in degrees, height in m, of a point of the map frame."""
+        """Return latitude and longitude in degrees and height in m of a point of the map frame."""
         lat, lon, height = pymap3d.enu2geodetic(
             x_m, y_m, z_m, self.latitude_deg, self.longitude_deg, self.height_m)
         return float(lat), float(lon), float(height)
 
     def map(self, latitude_deg: float, longitude_deg: float) -> tuple[float, float]:
-        """x and y in m of a place at the origin's height. Raises ValueError where it is no place."""
+        """Return x and y in m of a place at the origin's height. Raises ValueError if the numbers are no place."""
         if not (abs(latitude_deg) <= 90 and abs(longitude_deg) <= 360):
             raise ValueError(f"latitude {latitude_deg:g}, longitude {longitude_deg:g} is no place on the globe")
         x_m, y_m, _ = pymap3d.geodetic2enu(
@@ -41,5 +41,5 @@ class Origin:
 
 
 def e7(degrees: float) -> int:
-    """Degrees as MAVLink's integers have them."""
+    """Convert degrees to MAVLink's integers, 1e-7 degrees."""
     return round(degrees * 1e7)

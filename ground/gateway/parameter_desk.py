@@ -1,7 +1,7 @@
-"""PARAM_REQUEST_LIST, PARAM_REQUEST_READ and PARAM_SET, answered from the mirror and by the rover.
+"""Answers to PARAM_REQUEST_LIST, PARAM_REQUEST_READ and PARAM_SET, from the mirror and from the rover.
 
-The mirror is filled when a client first asks, and anew after a reboot of the rover and after a change by another
-station. A set is answered with PARAM_VALUE when the rover has reported it: with the new value, or with the one it kept.
+The mirror is filled at a client's first request, and again after a reboot of the rover or a change by another station.
+PARAM_SET is answered with PARAM_VALUE after the rover's report: the new value, or the unchanged one.
 """
 
 from __future__ import annotations
@@ -17,13 +17,19 @@ from ground.session.news import EventHeard
 from ground.session.session import Session
 from protocol.transactions import State
 
-_PER_TURN = 16  # values sent in one turn: a burst of all would overrun a client's socket
+_PER_TURN = 16  # values sent in one turn: all at once would overrun a client's socket
 _ALL = -2
 _MOST_WAITING = 256
 
 
 class _Wanted(NamedTuple):
-    """What a client waits for. number: its place, _ALL, or -1 for the id; value: what it sets."""
+    """Waiting request of a client.
+
+    client, target: its key, and its system and component.
+    id: of the parameter.
+    number: index of the parameter; _ALL: all; -1: `id` names it.
+    value: to set; None: a read.
+    """
 
     client: ClientKey
     target: tuple[int, int]
@@ -33,12 +39,12 @@ class _Wanted(NamedTuple):
 
     @property
     def asked_by(self) -> str:
-        """Who it is for, as the archive has it."""
+        """The client as the archive names it."""
         return Asker(self.client, self.target).words
 
 
 class _Setting(NamedTuple):
-    """One set that the rover was asked for."""
+    """One set requested from the rover."""
 
     wanted: _Wanted
     parameter: Parameter
@@ -47,21 +53,21 @@ class _Setting(NamedTuple):
 
 
 class ParameterDesk:
-    """The parameters of one session for all clients. texts: lines to be told to all, (severity, text)."""
+    """Parameters of one session for all clients. texts: lines for all clients, (severity, text)."""
 
     def __init__(self, session: Session) -> None:
         self._session, self._mirror = session, Mirror()
         self._stale = True
         self._boot_id = 0
         self._listing: int | None = None  # the request that fills the mirror
-        self._wanted: list[_Wanted] = []  # waits for the mirror
-        self._sets: deque[_Wanted] = deque()  # waits for the set before it
+        self._wanted: list[_Wanted] = []  # requests that wait for the mirror
+        self._sets: deque[_Wanted] = deque()  # sets that wait for the set before them
         self._setting: _Setting | None = None
         self._values: deque[To] = deque()
         self.texts: list[tuple[str, str]] = []
 
     def receive(self, client: ClientKey, target: tuple[int, int], message: Any, now_ns: int) -> None:
-        """One of the three messages."""
+        """Process one of the three messages."""
         kind = message.get_type()
         if kind == "PARAM_REQUEST_LIST":
             wanted = _Wanted(client, target, "", _ALL)
@@ -75,12 +81,12 @@ class ParameterDesk:
         self._serve(now_ns)
 
     def hear(self, event: EventHeard) -> None:
-        """A change by another station makes the mirror stale."""
+        """Mark the mirror as stale after a change by another station."""
         if event.name == "PARAMETER" and not event.text.endswith(f"by station {self._session.station}"):
             self._stale = True
 
     def poll(self, now_ns: int) -> list[To]:
-        """What the rover's reports and products have answered."""
+        """Return the answers that the rover's reports and products allow."""
         if self._session.boot_id != self._boot_id:
             self._boot_id, self._stale = self._session.boot_id, True
         self._fill()
@@ -90,7 +96,7 @@ class ParameterDesk:
 
     @property
     def busy(self) -> bool:
-        """Whether values wait for the next turn."""
+        """True if values wait for the next turn."""
         return bool(self._values)
 
     def _fill(self) -> None:

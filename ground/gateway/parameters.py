@@ -1,7 +1,7 @@
-"""The rover's parameters as MAVLink's: a mirror that is filled by `param list` and kept by the reports of `param set`.
+"""Mirror of the rover's parameters for MAVLink, filled by `param list` and updated by the reports of `param set`.
 
-MAVLink's names have at most 16 characters and its values are float32: texts are not mirrored, and what a ground
-program sets is sent as the shortest decimal that stands for its float32 (0.09, not 0.0900000035762787).
+MAVLink's names have at most 16 characters and its values are float32. Texts are therefore not mirrored, and a value set
+by a ground program is sent as the shortest decimal for its float32 (0.09, not 0.0900000035762787).
 """
 
 from __future__ import annotations
@@ -21,7 +21,13 @@ _LINE = re.compile(r"^[ *] ([\w.]+) = (.*?)  # ")
 
 
 class Parameter(NamedTuple):
-    """One of the mirror. id: MAVLink's name; whole: an integer or a truth value, sent as a float all the same."""
+    """Parameter in the mirror.
+
+    id: MAVLink's name.
+    name: the rover's name.
+    value: as a float.
+    kind: int, bool or float; all are sent as floats.
+    """
 
     id: str
     name: str
@@ -30,9 +36,9 @@ class Parameter(NamedTuple):
 
 
 def short_name(name: str) -> str:
-    """The id of a parameter's name: all of it where it fits, else a short section and the key's consonants.
+    """Return the id of a parameter's name: the whole name if it fits, else a short section and the key's consonants.
 
-    Capitals and underscores alone: ground programs turn what is typed into capitals and group by what is before `_`.
+    Only capitals and underscores: ground programs convert typed names to capitals and group by the part before `_`.
     """
     whole = name.replace(".", "_").upper()
     if len(whole) <= NAME_BYTES:
@@ -48,7 +54,7 @@ def short_name(name: str) -> str:
 
 
 def ids_of(names: Iterable[str]) -> dict[str, str]:
-    """Id to name, in the order given; of two that would be alike the later one ends in a number."""
+    """Return the names by id, in the order given. Of two equal ids the later one gets a number at its end."""
     found: dict[str, str] = {}
     for name in names:
         short, n = short_name(name), 2
@@ -59,7 +65,7 @@ def ids_of(names: Iterable[str]) -> dict[str, str]:
 
 
 def read_listing(text: str) -> dict[str, float | int | bool]:
-    """Numbers and truth values of what `param list` sends, in its order; texts and lists are left out."""
+    """Return numbers and truth values from the output of `param list`, in its order; texts and lists are left out."""
     found: dict[str, float | int | bool] = {}
     for line in text.splitlines():
         match = _LINE.match(line)
@@ -79,7 +85,7 @@ def _single(value: float) -> float:
 
 
 class Mirror:
-    """What is known of the parameters. Empty until `fill`."""
+    """The known parameters. Empty until `fill`."""
 
     def __init__(self) -> None:
         self._rows: list[Parameter] = []
@@ -89,33 +95,33 @@ class Mirror:
         return len(self._rows)
 
     def fill(self, listing: str) -> None:
-        """Takes what `param list` sent."""
+        """Load the output of `param list`."""
         values = read_listing(listing)
         by_name = {name: short for short, name in ids_of(values).items()}
         self._rows = [Parameter(by_name[name], name, float(v), type(v)) for name, v in values.items()]
         self._at = {row.id: i for i, row in enumerate(self._rows)}
 
     def find(self, short: str, index: int = -1) -> Parameter | None:
-        """A parameter by its id, or by its number where that is 0 or more."""
+        """Return a parameter by id, or by index if that is 0 or more; None if there is none."""
         if index >= 0:
             return self._rows[index] if index < len(self._rows) else None
         return self._rows[self._at[short.upper()]] if short.upper() in self._at else None
 
     def keep(self, parameter: Parameter, value: float) -> Parameter:
-        """Notes a value that the rover has taken."""
+        """Store a value that the rover has accepted."""
         made = parameter._replace(value=value)
         if parameter.id in self._at:
             self._rows[self._at[parameter.id]] = made
         return made
 
     def message(self, parameter: Parameter) -> Any:
-        """PARAM_VALUE."""
+        """Make PARAM_VALUE of one parameter."""
         at = self._at.get(parameter.id, _NO_INDEX)
         return m.MAVLink_param_value_message(
             parameter.id.encode(), parameter.value, m.MAV_PARAM_TYPE_REAL32, len(self._rows), at)
 
     def messages(self) -> list[Any]:
-        """PARAM_VALUE of all."""
+        """Make PARAM_VALUE of all parameters."""
         return [self.message(row) for row in self._rows]
 
 
@@ -123,7 +129,7 @@ _NO_INDEX = 65_535
 
 
 def word(parameter: Parameter, value: float) -> str:
-    """A value as `param set` takes it. Raises ValueError where the parameter cannot have it."""
+    """Return the value in the form that `param set` accepts. Raises ValueError if the parameter cannot have it."""
     if not np.isfinite(value):
         raise ValueError(f"{parameter.name}: {value} is no number")
     if parameter.kind is bool:
@@ -138,5 +144,5 @@ def word(parameter: Parameter, value: float) -> str:
 
 
 def same(parameter: Parameter, value: float) -> bool:
-    """Whether a float32 says the value that is known already."""
+    """Return whether a float32 equals the value already known."""
     return _single(parameter.value) == _single(value)

@@ -1,4 +1,4 @@
-"""The gateway's sockets and its file: UDP datagrams to and from the pure `Gateway`, signing times kept before use."""
+"""Sockets and file of the gateway: UDP datagrams to and from the pure `Gateway`; signing times, stored before use."""
 
 from __future__ import annotations
 
@@ -26,14 +26,14 @@ _DATAGRAM = 2048
 
 
 def utc_stamp() -> int:
-    """Signing time by the computer's clock."""
+    """Return the signing time by the computer's clock."""
     return stamp_of(time.time_ns())
 
 
 def read_signing_key(path: str) -> bytes:
-    """The key in a file: 64 hex digits, or `passphrase WORDS`, of which the key is the SHA-256.
+    """Read the key in a file: 64 hex digits, or `passphrase WORDS`, of which the key is the SHA-256.
 
-    Raises ConfigError in one line that never quotes what is in the file.
+    Raises ConfigError in one line that never quotes the file's content.
     """
     try:
         mode = stat.S_IMODE(Path(path).stat().st_mode)
@@ -55,13 +55,13 @@ def read_signing_key(path: str) -> bytes:
 
 
 class Marks:
-    """The newest signing time of each stream, in a file that is whole at every moment."""
+    """The newest signing time of each stream, in a file that is replaced atomically."""
 
     def __init__(self, path: Path) -> None:
         self._path = path
 
     def read(self) -> dict[str, int]:
-        """What was kept; nothing where there is no file yet. Raises ConfigError where it is damaged."""
+        """Return the stored times; empty if there is no file yet. Raises ConfigError if it is damaged."""
         try:
             return {str(stream): int(at) for stream, at in json.loads(self._path.read_text()).items()}
         except FileNotFoundError:
@@ -70,13 +70,13 @@ class Marks:
             raise ConfigError(f"{self._path}: damaged ({error}); take a new signing key and delete it") from error
 
     def keep(self, marks: dict[str, int]) -> None:
-        """Writes them, on the disk when it returns. Raises OSError."""
+        """Store the times; they are on the disk when this returns. Raises OSError."""
         self._path.parent.mkdir(parents=True, exist_ok=True)
         write_safely(self._path, marks)
 
 
 class Shell:
-    """Doors with their sockets around one gateway. Use it inside `with`; `stamp` gives the signing time."""
+    """Doors with their sockets around one gateway. Use it inside `with`. stamp: returns the signing time."""
 
     def __init__(self, gateway: Gateway, marks: Marks | None = None, stamp: Callable[[], int] = utc_stamp) -> None:
         self._gateway, self._marks, self._stamp = gateway, marks, stamp
@@ -90,7 +90,7 @@ class Shell:
         self._stack.close()
 
     def open(self, door: Door, address: Address) -> Address:
-        """Listens on an address; the one that it is (port 0: any free one). Raises StationError."""
+        """Listen on an address and return the actual one (port 0: any free one). Raises StationError."""
         at = self._stack.enter_context(socket.socket(socket.AF_INET, socket.SOCK_DGRAM))
         at.setblocking(False)
         try:
@@ -104,7 +104,7 @@ class Shell:
         return host, port
 
     def turn(self, news: list[News], now_ns: int) -> None:
-        """One turn of the operation: clients' datagrams, the session's news, what is to be said."""
+        """Run one turn of the operation: receive clients' datagrams, process the session's news, send what is due."""
         heard = []
         for door, at in self._sockets.values():
             for _ in range(_MOST_PER_TURN):
@@ -123,8 +123,8 @@ class Shell:
             try:
                 self._sockets[name][1].sendto(frame, address)
             except OSError:
-                continue  # nobody there, or its queue is full: telemetry comes again, requests are repeated
+                continue  # no receiver, or its queue is full: telemetry is sent again, clients repeat requests
 
     def next_due_ns(self) -> int:
-        """When the gateway is due; sockets are looked at in each turn of the clock."""
+        """Return the time at which the gateway is due; sockets are polled in each turn of the clock."""
         return self._gateway.next_due_ns()

@@ -1,13 +1,13 @@
-"""Signed MAVLink: what a frame must show before it changes anything here.
+"""Signed MAVLink: verification of frames before they change anything here.
 
 A frame ends in: link id u8, time u48 (10 us since 2015 in UTC, rising within a stream), the first 6 B of
 SHA-256(key, all before). A stream is link id, system, component.
 
-Rule 1: the signature is checked first, in constant time; until it is right nothing is remembered of the frame. (The
-        check of pymavlink stores the time before it verifies: one forged frame locks the genuine sender out.)
-Rule 2: the newest time of each stream outlives the program: `news` is to be kept before a frame is acted upon, so what
-        was captured is refused after a restart too.
-Rule 3: the first frame of a stream may be at most a minute old, and none may come from more than a minute ahead.
+Rule 1: The signature is checked first, in constant time; until it is right nothing of the frame is stored. (The check
+        of pymavlink stores the time before it verifies: one forged frame locks the genuine sender out.)
+Rule 2: The newest time of each stream outlives the program: the caller stores `news` before it acts on a frame, so
+        captured frames are refused after a restart too.
+Rule 3: The first frame of a stream may be at most a minute old, and no frame may be more than a minute ahead.
 """
 
 from __future__ import annotations
@@ -27,12 +27,12 @@ _SIGNATURE = 6
 
 
 def stamp_of(utc_ns: int) -> int:
-    """The signing time of a moment."""
+    """Return the signing time of a UTC time in ns."""
     return max(0, utc_ns // 10_000 - EPOCH_S * STAMPS_PER_S)
 
 
 class Verifier:
-    """The receiving end of one key. kept: newest time of each stream, as `news` gave it before."""
+    """Receiving end of one signing key. kept: newest time of each stream, from an earlier `news`."""
 
     def __init__(self, key: bytes, kept: Mapping[str, int] | None = None) -> None:
         if len(key) != 32:
@@ -42,9 +42,9 @@ class Verifier:
         self._told = dict(self._newest)
 
     def check(self, frame: bytes, now: int) -> None:
-        """Passes a genuine new frame. now: signing time here.
+        """Check that a frame is genuine and new. now: signing time here.
 
-        Raises WireError of kind unsigned, signature, replay or clock; then nothing has changed.
+        Raises WireError of kind unsigned, signature, replay, clock or streams; then nothing has changed.
         """
         if not signed(frame):
             raise WireError("unsigned")
@@ -66,7 +66,7 @@ class Verifier:
         self._newest[stream] = stamp
 
     def news(self) -> dict[str, int] | None:
-        """What is to be kept before the frames are acted upon; None where nothing has changed since the last call."""
+        """Return the times to store before acting on the frames; None if nothing has changed since the last call."""
         if self._told == self._newest:
             return None
         self._told = dict(self._newest)

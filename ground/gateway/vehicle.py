@@ -1,7 +1,7 @@
-"""What ground programs are shown of the rover: messages of the common set from the values that the session knows.
+"""Messages of the common set that show the rover to ground programs, from the values that the session knows.
 
-Nothing is made up: a value that is not known is sent as MAVLink's "unknown", and a message whose values have not come
-is not sent. HEARTBEAT stops while the rover is silent, so that a ground program tells the loss of contact by itself.
+Nothing is invented: an unknown value is sent as MAVLink's "unknown", and a message whose values have not arrived is not
+sent. HEARTBEAT stops while the rover is silent, so that a ground program detects the loss of contact itself.
 """
 
 from __future__ import annotations
@@ -30,9 +30,13 @@ _UNKNOWN_16, _MOST_32 = 65_535, 2**31 - 1
 
 
 class Seen(NamedTuple):
-    """The rover as it is known now. values: newest telemetry items in our units and frames.
+    """Present state of the rover.
 
-    enabled: by `arm` at this gateway; stopping: something that stops the rover waits for its word.
+    values: newest telemetry items in our units and frames.
+    onboard_ns: newest onboard time.
+    enabled: True after `arm` at this gateway.
+    origin: of the map frame on the globe.
+    stopping: True while a command that stops the rover awaits its report.
     """
 
     values: Mapping[str, float]
@@ -42,35 +46,35 @@ class Seen(NamedTuple):
     stopping: bool = False
 
     def number(self, name: str) -> float | None:
-        """An item's value; None where it has not come or is not known."""
+        """Return an item's value; None if it has not arrived or is not known."""
         value = self.values.get(name)
         return value if value is not None and math.isfinite(value) else None
 
     @property
     def mode(self) -> Mode | None:
-        """The rover's mode; None until it was heard."""
+        """The rover's mode; None until it is received."""
         number = self.number("mode")
         return Mode(int(number)) if number is not None and int(number) in set(Mode) else None
 
     @property
     def armed(self) -> bool:
-        """Enabled here, or its wheels run by somebody's order and nobody here is stopping them."""
+        """True if enabled here in STANDBY; in a mode whose wheels run, if enabled here or no stop is pending here."""
         return (self.enabled and self.mode is Mode.STANDBY) or (
             self.mode in RUNS and (self.enabled or not self.stopping))
 
     @property
     def boot_ms(self) -> int:
-        """Onboard time as MAVLink's stamps have it."""
+        """Onboard time in ms, as in MAVLink's time stamps."""
         return self.onboard_ns // 1_000_000 & 0xFFFF_FFFF
 
     def all(self, *names: str) -> list[float] | None:
-        """The values of all names; None where one is missing."""
+        """Return the values of all names; None if one is missing."""
         found = [self.number(name) for name in names]
         return None if None in found else [value for value in found if value is not None]
 
 
 def heartbeat(seen: Seen) -> Any:
-    """HEARTBEAT of a rover; armed: enabled at this gateway, or its wheels run."""
+    """Make HEARTBEAT of a rover; armed: enabled at this gateway, or its wheels run."""
     mode = seen.mode
     base = m.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED
     if seen.armed:
@@ -145,7 +149,7 @@ def _status(seen: Seen) -> Any:
 
 
 def _whole(value: float, low: int, high: int) -> int:
-    """The nearest whole number that the field holds."""
+    """Round to the nearest integer within the range of the field."""
     return round(min(max(value, low), high))
 
 
@@ -168,7 +172,11 @@ def _version(seen: Seen) -> Any:
 
 
 class Shown(NamedTuple):
-    """One message: what makes it, and which items' news send it (none: only on request)."""
+    """One message.
+
+    make: returns the message, or None if its values are not known.
+    items: items whose news send it; empty: only on request.
+    """
 
     make: Callable[[Seen], Any]
     items: tuple[str, ...] = ()
@@ -188,7 +196,7 @@ MESSAGES: dict[str, Shown] = {
 
 
 def told_by(seen: Seen, news: Iterable[str]) -> list[Any]:
-    """The messages that the news of some items send, each at most once."""
+    """Return the messages triggered by news of items, each at most once."""
     fresh = set(news)
     made = [shown.make(seen) for shown in MESSAGES.values() if fresh.intersection(shown.items)]
     return [message for message in made if message is not None]

@@ -1,4 +1,7 @@
-"""Bars for transfers where a terminal shows them; what is told goes above them. Elsewhere a Teller writes lines."""
+"""Progress bars of transfers in a terminal; other lines are printed above them.
+
+Without a terminal a Teller writes lines.
+"""
 
 from __future__ import annotations
 
@@ -24,14 +27,14 @@ class Bars(Teller):
         super().__init__(self._above, False, report_s)
 
     def _above(self, line: str) -> None:
-        """A line above the bars, where there are any."""
+        """Print a line, above the bars if there are any."""
         if self._bars is None:
             self._plain(line)
         else:
             self._console.print(visible_lines(line), markup=False, highlight=False, soft_wrap=True)
 
     def news(self, news: list[News]) -> None:
-        """Progress moves a bar, a product ends it, the rest is told."""
+        """Move a bar at progress, remove it when its product arrives, print all other news."""
         for one in news:
             if isinstance(one, Moved):
                 self._move(one)
@@ -40,7 +43,7 @@ class Bars(Teller):
         super().news([one for one in news if not isinstance(one, Moved)])
 
     def close(self) -> None:
-        """The bars go; the terminal is as it was."""
+        """Remove the bars and restore the terminal."""
         if self._bars is not None:
             self._bars.stop()
             self._bars = None

@@ -1,4 +1,4 @@
-"""What a station that ends leaves with the rover, in words: what was never sent, not heard of, or goes on."""
+"""Summary of open requests when a station ends: requests never sent, not confirmed, or still executed by the rover."""
 
 from __future__ import annotations
 
@@ -14,7 +14,10 @@ _ENDS = "`ground stop` ends it"
 
 
 def left(session: Session, steps: Sequence[Step] = ()) -> list[str]:
-    """A part for each kind of what is open; none where nothing is. steps: of a plan, unsent while nothing was asked."""
+    """Return one text for each kind of open request; none if nothing is open.
+
+    steps: of a plan; they count as not sent while nothing was requested.
+    """
     own = [request for request in session.requester.requests.values() if request.own]
     unsent = [step.name for step in steps if not own and step.verb in ("command", "contacts")]
     unsent += [_name(request) for request in own if _never_sent(request)]
@@ -45,6 +48,6 @@ def _moves(requests: Sequence[Request]) -> bool:
 
 
 def _never_sent(request: Request) -> bool:
-    """Also where that was its end, as the station closed."""
+    """Return whether a request was never sent, also if it was closed as such when the station ended."""
     closed = request.report is not None and request.report.text == NOT_SENT
     return not request.sent and (closed or not request.state.final)

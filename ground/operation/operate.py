@@ -26,20 +26,26 @@ from onboard.config import ConfigError
 from protocol import commands
 
 OK, FAILED, UNAVAILABLE, TEMPORARY = 0, 1, 69, 75
-SHORT_WAIT_S = 0.05  # for the archive: what another station takes to write a turn, no more
+SHORT_WAIT_S = 0.05  # wait for the archive: the time in which another station writes a turn
 _LINK_LIMIT_S, _ALONE_LIMIT_S = 20.0, 3.0
 CONNECT_S = (_LINK_LIMIT_S, _ALONE_LIMIT_S)
 
 
 class ByHandError(Exception):
-    """Ended by Ctrl-C; the text says what that leaves with the rover."""
+    """The operation was ended by Ctrl-C. The text states what the rover goes on with."""
 
 
 @dataclass(frozen=True, slots=True)
 class Plan:
-    """What to do. steps empty: only listen. contact_s, limit_s: wall or bench seconds; 0: for ever.
+    """Plan of one operation.
 
-    asked_by: in what way, for the archive.
+    steps: of the script; empty: only listen.
+    barrier: address of the bench's barrier; "": wall clock.
+    contact_s: time limit for the first datagram of the rover, in wall or bench seconds; 0: none.
+    limit_s: time limit of the operation, likewise; 0: none.
+    lifetime_s: lifetime of a command that moves the rover, s.
+    report_s: time between status lines, s.
+    asked_by: origin of the requests, for the archive.
     """
 
     steps: tuple[Step, ...] = ()
@@ -52,18 +58,18 @@ class Plan:
 
     @property
     def halts(self) -> bool:
-        """Whether all of it halts the rover, at once."""
+        """True if all steps halt the rover, at once."""
         return bool(self.steps) and all(
             step.name in commands.HALTING and not (step.start_s or step.start_utc_ns) for step in self.steps)
 
 
 def closed_words(session: Session) -> str:
-    """Why a station ends that has no carrier any more, and what that leaves."""
+    """Return why a station without a carrier ends, and which requests are open."""
     return "; ".join(["the link's carrier has closed", *left(session)])
 
 
 class Teller:
-    """Prints news as text or JSON through `out`; status lines every `report_s`."""
+    """Printer of news as text or JSON through `out`, with a status line every `report_s`."""
 
     def __init__(self, out: Callable[[str], None], as_json: bool, report_s: float) -> None:
         self._out, self._json, self._report_ns = out, as_json, round(report_s * 1e9)
@@ -74,7 +80,7 @@ class Teller:
         self._trouble = ""
 
     def news(self, news: list[News]) -> None:
-        """What was heard in one turn. Progress only each tenth part and at its end, an item only where it is new."""
+        """Print what one turn received: progress at each tenth part and at the end only, an item only if it changed."""
         for one in self._whole(news):
             if isinstance(one, Progress) and not self._moved(one):
                 continue
@@ -86,19 +92,19 @@ class Teller:
                 self._out(show.news_line(one) or "")
 
     def begun(self, lines: list[str], now_ns: int) -> None:
-        """Lines of the script that begin now."""
+        """Print the lines of the script that begin now."""
         for line in lines:
             if not self._json:
                 self._out(f"{show.clock(now_ns)}  script    {line}")
 
     def status(self, session: Session, now_ns: int) -> None:
-        """A status line when one is due."""
+        """Print a status line when one is due."""
         if not self._json and now_ns >= self._next_ns and session.heard_ns is not None:
             self._next_ns = now_ns + self._report_ns
             self._out(show.status_line(session, now_ns))
 
     def contact(self, session: Session, now_ns: int) -> None:
-        """In contact or not, where that has changed."""
+        """Print the contact state if it has changed."""
         inside = session.in_contact(now_ns)
         if inside != self._inside:
             self._inside = inside
@@ -107,22 +113,22 @@ class Teller:
                       else show.contact_line(session, now_ns))
 
     def silence(self, silent_s: float, now_ns: int) -> None:
-        """Nothing was heard of the rover for so long."""
+        """Print that nothing was received from the rover for `silent_s`."""
         self._out((show.silence_json if self._json else show.silence_line)(silent_s, now_ns))
 
     def trouble(self, why: str, now_ns: int) -> None:
-        """Why what is heard cannot be archived, once; "": it can be again."""
+        """Print once why rows cannot be archived; "": archiving works again."""
         if why != self._trouble:
             self.said(f"{why}; rows wait in memory, events stay with the rover" if why else "archived again", now_ns)
             self._trouble = why
 
     def said(self, text: str, now_ns: int) -> None:
-        """Something of the station itself."""
+        """Print a message of the station itself."""
         self._out(json.dumps({"news": "station", "at_ns": now_ns, "text": text}) if self._json
                   else f"{show.clock(now_ns)}  station   {text}")
 
     def close(self) -> None:
-        """Nothing more is told."""
+        """End the output."""
 
     def _moved(self, progress: Progress) -> bool:
         before = self._progress.get(progress.name)
@@ -134,7 +140,7 @@ class Teller:
         return before != item.value and not (before is not None and isnan(before) and isnan(item.value))
 
     def _whole(self, news: list[News]) -> Iterator[News]:
-        """The news, and before a product that its last chunk has come."""
+        """Yield the news, with the final progress of a transfer before its product."""
         for one in news:
             if isinstance(one, ProductHeard) and (at := self._progress.pop(one.product.name, None)) is not None:
                 yield Progress(one.at_ns, at.name, at.total, at.total)
@@ -147,22 +153,25 @@ def _tenth(progress: Progress) -> int:
 
 
 class Beside(Protocol):
-    """What works on the session beside the plan: takes each turn's news, makes requests, says when it is due again."""
+    """Participant that works on the session in parallel with the plan.
+
+    It takes the news, makes requests and names its next turn.
+    """
 
     def turn(self, news: list[News], now_ns: int) -> None:
-        """Called once a turn, after what was heard and before what is sent."""
+        """Called once a turn, after reception and before sending."""
 
     def next_due_ns(self) -> int:
-        """When it wants the next turn."""
+        """Return the time of the turn it needs next."""
 
 
 Join = Callable[[Session], AbstractContextManager[Beside]]
 
 
 def operate(settings: Settings, plan: Plan, teller: Teller, join: Join | None = None) -> tuple[int, Session]:
-    """Runs the plan to its end, `join` beside it; the exit code and what is known by then.
+    """Run the plan to its end, with `join` in parallel. Returns the exit code and the session.
 
-    Raises StationError, ClockError or ConfigError where link, bench or settings are at fault, ByHandError at Ctrl-C.
+    Raises StationError, ClockError or ConfigError if link, bench or settings are at fault, ByHandError at Ctrl-C.
     """
     with ExitStack() as stack:
         lockstep = bool(plan.barrier)
@@ -172,16 +181,17 @@ def operate(settings: Settings, plan: Plan, teller: Teller, join: Join | None = 
         archive = stack.enter_context(_archive(settings, plan, utc_ns, teller, without))
         station = stack.enter_context(Station(settings, archive, utc_ns if plan.halts else None))
         station.without[:0] = without
-        station.session.asked_by = plan.asked_by if lockstep else by_hand(plan.asked_by)  # a repeated run: like rows
+        # constant in lock-step: a repeated run makes the same rows
+        station.session.asked_by = plan.asked_by if lockstep else by_hand(plan.asked_by)
         if plan.steps and station.session.viewer:
             raise ConfigError(VIEWER)
         try:
-            # The emulator says HELLO only after our probe, the bench starts only after both: knock before the barrier.
+            # The emulator sends HELLO only after our probe; the bench starts only after both: probe before the barrier.
             limits_s = (6 * _LINK_LIMIT_S,) * 2 if lockstep else (_LINK_LIMIT_S, _ALONE_LIMIT_S)
             station.wait_open(*limits_s)
             clock: Clock = LockstepClock(plan.barrier) if lockstep else WallClock()
             stack.enter_context(clock)
-            station.session.utc_ns = 0 if lockstep else time.time_ns()  # the clock's zero is now
+            station.session.utc_ns = 0 if lockstep else time.time_ns()  # zero of the clock
             beside = stack.enter_context(join(station.session)) if join is not None else None
             return _turns(station, clock, plan, teller, beside), station.session
         except KeyboardInterrupt:
@@ -189,7 +199,7 @@ def operate(settings: Settings, plan: Plan, teller: Teller, join: Join | None = 
 
 
 def _archive(settings: Settings, plan: Plan, utc_ns: int, teller: Teller, without: list[str]) -> Archive:
-    """The station's archive; what stops the rover needs none: why it could not be opened is added to `without`."""
+    """Open the station's archive. A plan that halts the rover needs none: the cause is added to `without`."""
     path = settings.archive
     stops = plan.halts
     try:
@@ -249,7 +259,7 @@ def _watch(contact: Contact, station: Station, clock: Clock, teller: Teller, now
 
 
 def unheard(session: Session, waited_s: float) -> str:
-    """Why nothing was heard, as far as this end can know."""
+    """Return why nothing was received, as far as the station can determine."""
     refused = {kind: count for kind, count in session.counts.items() if kind != "ok" and count}
     if not refused:
         return f"nothing heard of the rover within {waited_s:g} s; {TO_HAVE_A_ROVER}"

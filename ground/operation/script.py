@@ -1,11 +1,11 @@
-"""A script of an operator: commands at exact times, waits, products. Pure: time and news in, requests out.
+"""Operator's script: commands at exact times, waits, products. Pure: time and news in, requests out.
 
     at 2.0: goto 12 3        # at bench time 2.0 s; heading in degrees as a third number
     wait goto                # until its outcome is reported
     get ldem                 # ask for a product and go on when it has arrived
     wait 5                   # seconds
-At the end of the script everything still open is waited for. The result is success when every command was completed and
-every product arrived.
+At its end the script waits for every open request. It succeeds if every command was completed and every product
+arrived.
 """
 
 from __future__ import annotations
@@ -18,13 +18,16 @@ from protocol.transactions import State
 
 
 class ScriptError(ValueError):
-    """A line cannot be read; the text names it and what is allowed."""
+    """A line cannot be read. The text names the line and what is allowed."""
 
 
 class Step(NamedTuple):
-    """One line. verb: 'command', 'contacts' (the station's own), 'wait' (of a command) or 'pause'.
+    """One line of a script.
 
-    at_s: not before this time; None: at once.
+    line, text: its number and content.
+    verb: "command", "contacts" (the station's own windows), "wait" (for a command) or "pause".
+    name, arguments: of the command.
+    at_s: earliest time of the step, s; None: at once.
     """
 
     line: int
@@ -34,12 +37,15 @@ class Step(NamedTuple):
     arguments: dict[str, commands.Value]
     at_s: float | None
     pause_s: float = 0.0
-    start_s: float = 0.0  # of a command: onboard time before which it is not to begin
-    start_utc_ns: int = 0  # likewise in UTC; it is asked once onboard time is known
+    start_s: float = 0.0  # of a command: onboard time before which it may not begin
+    start_utc_ns: int = 0  # likewise in UTC; requested once onboard time is known
 
 
 def parse(text: str, where: str = "script") -> list[Step]:
-    """The steps of a script. Raises ScriptError with file, line and what is allowed; an empty script is an error."""
+    """Return the steps of a script.
+
+    Raises ScriptError with file, line and what is allowed; also for an empty script.
+    """
     steps: list[Step] = []
     for number, raw in enumerate(text.splitlines(), 1):
         line = raw.split("#", 1)[0].strip()
@@ -81,7 +87,7 @@ def _step(number: int, line: str, asked: list[str]) -> Step:
 
 
 class Runner:
-    """Walks the steps on a session. `result` is None while it runs, then True or False."""
+    """Executes the steps on a session. result: None while it runs, then True or False."""
 
     def __init__(self, steps: list[Step], lifetime_s: float = 60.0) -> None:
         self._steps, self._lifetime_s = steps, lifetime_s
@@ -92,7 +98,7 @@ class Runner:
         self.result: bool | None = None
 
     def step(self, session: Session, now_ns: int) -> list[str]:
-        """Does what is due now. Returns the lines that were begun."""
+        """Execute the steps that are due. Returns the lines that have begun."""
         begun: list[str] = []
         while self.result is None and self._ready(session, now_ns):
             if self._next == len(self._steps):
@@ -106,7 +112,7 @@ class Runner:
         return begun
 
     def next_due_ns(self, now_ns: int) -> int | None:
-        """The next time at which something is due without news of the link."""
+        """Return the next time at which a step is due without news of the link; None: none."""
         if self._pause_until_ns is not None and self._pause_until_ns > now_ns:
             return self._pause_until_ns
         if self._next < len(self._steps) and self._waiting_for is None:
@@ -133,7 +139,7 @@ class Runner:
         elif step.verb == "wait":
             self._waiting_for = next(i for i, asked in reversed(self.asked) if asked.name == step.name)
         else:
-            # Stop and safe must act however late they come.
+            # A stop or safe must be executed however late it arrives, so it has no lifetime.
             lifetime_s = self._lifetime_s if commands.command(step.name).moves else 0.0
             start_s, arguments = step.start_s, step.arguments
             if step.start_utc_ns:

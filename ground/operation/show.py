@@ -1,4 +1,4 @@
-"""News as lines for people and as JSON for programs; degrees appear here and nowhere below."""
+"""News as lines for people and as JSON for programs. Degrees appear here and in no lower module."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ NAMED: dict[str, type[IntEnum]] = {"mode": Mode, "phase": Phase}
 
 
 def clock(now_ns: int) -> str:
-    """Time of the run, as `  12.34 s`."""
+    """Return the time of the run, as `  12.34 s`."""
     return f"{now_ns / 1e9:8.2f} s"
 
 
 def news_line(news: News) -> str | None:
-    """One line of text; None for what a status line says better (items)."""
+    """Return one line of text; None for items, which the status line shows."""
     match news:
         case EventHeard(at_ns, onboard_ns, _, severity, name, text):
             return f"{clock(at_ns)}  {severity:8}  {name}: {text}  (onboard {onboard_ns / 1e9:.2f} s)"
@@ -44,7 +44,7 @@ def news_line(news: News) -> str | None:
 
 
 def news_json(news: News) -> str:
-    """One JSON object on one line; `news` says what it is. Bytes are given by their length."""
+    """Return one JSON object on one line; `news` is its kind. Bytes appear as their length."""
     tree: dict[str, Any] = {"news": type(news).__name__.removesuffix("Heard").lower()}
     match news:
         case ReportHeard(at_ns, name, report):
@@ -59,7 +59,7 @@ def news_json(news: News) -> str:
 
 
 def way_words(data: bytes) -> str:
-    """The answer to a goto, in one line: length, time and the corners of the path. Raises WireError."""
+    """Return the answer to a goto in one line: length, time and the corners of the path. Raises WireError."""
     way = decode_way(data)
     if way.length_m is None:
         return f"none: {way.reason}"
@@ -75,7 +75,7 @@ def _way_or_why_not(data: bytes) -> str:
 
 
 def _way(product: Product) -> WayProduct | None:
-    """The answer to a goto; None where the product is no such answer or a damaged one."""
+    """Return the answer to a goto; None if the product is another one or damaged."""
     try:
         return decode_way(product.data) if product.name == WAY else None
     except WireError:
@@ -83,22 +83,22 @@ def _way(product: Product) -> WayProduct | None:
 
 
 def silence_line(silent_s: float, now_ns: int) -> str:
-    """That the rover was silent for so long."""
+    """Return the line for a silence of the rover."""
     return f"{clock(now_ns)}  link      no word from the rover for {silent_s:.0f} s"
 
 
 def silence_json(silent_s: float, now_ns: int) -> str:
-    """The same as one JSON object."""
+    """Return the silence as one JSON object."""
     return json.dumps({"news": "silence", "at_ns": now_ns, "silent_s": silent_s})
 
 
 def contact_line(session: Session, now_ns: int) -> str:
-    """Whether the link is in contact, and until or from when."""
+    """Return the line for the contact state."""
     return f"{clock(now_ns)}  contact   {contact_words(session, now_ns)}"
 
 
 def contact_words(session: Session, now_ns: int) -> str:
-    """In contact or not, until or from when."""
+    """Return the contact state, with the time to its end or to the next contact."""
     windows = session.windows(now_ns)
     if windows is None:
         return "the windows are in onboard time, which is not known until the rover is heard"
@@ -113,7 +113,7 @@ def contact_words(session: Session, now_ns: int) -> str:
 
 
 def clock_words(session: Session, now_ns: int) -> str:
-    """Onboard time now, which UTC its zero is, and how far off that may be."""
+    """Return onboard time, the UTC of its zero, and the error bound."""
     found = session.far_clock.at(now_ns)
     if found is None:
         return "not known until the rover is heard"
@@ -128,7 +128,7 @@ def _plain(item: Any) -> Any:
 
 
 def status(session: Session, now_ns: int) -> dict[str, Any]:
-    """What is known of the rover: every item's newest value, its age, and the link."""
+    """Return the known state of the rover: the newest value of every item, and the state of the link."""
     age_s = None if session.heard_ns is None else (now_ns - session.heard_ns) / 1e9
     clock = session.far_clock.at(now_ns)
     refused = {kind: n for kind, n in session.counts.items() if kind != "ok"}
@@ -141,13 +141,13 @@ def status(session: Session, now_ns: int) -> dict[str, Any]:
 
 
 def item_line(name: str, value: float | None) -> str:
-    """One line of an item, marked where its value is out of its limits; None: not known."""
+    """Return one line for an item, marked if its value is out of its limits; None: not known."""
     marked = value is not None and out_of_limits(name, value)
     return f"{name:24} {item_words(name, value)}{'  out of limits' if marked else ''}"
 
 
 def status_line(session: Session, now_ns: int) -> str:
-    """One line: mode, phase, pose, distance to the goal, age; or that none of them has come yet."""
+    """Return one line: mode, phase, pose, distance to the goal, age; or that none of them has arrived yet."""
     if session.heard_ns is None:
         return f"{clock(now_ns)}  nothing heard yet"
     parts = [clock(now_ns), " " + "/".join(_names(session))]
@@ -166,7 +166,7 @@ def status_line(session: Session, now_ns: int) -> str:
 
 
 def item_words(name: str, value: float | None) -> str:
-    """An item's value: the name of a mode or phase, names of faults, else the number, ? where it is not known."""
+    """Return an item's value in words: name of a mode or phase, names of faults, else the number; "?" if not known."""
     kind = NAMED.get(name)
     if value is None:
         return "?"

@@ -1,1 +1,1 @@
-"""What the rover sends as files: written as other tools open them, and what its planner would answer on its map."""
+"""Products of the rover as files for other tools, and the preview of a goto by the rover's own planner."""

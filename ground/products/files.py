@@ -1,4 +1,4 @@
-"""Products as files that other tools open, and what each file holds in a line."""
+"""Products as files for other tools, with a line that describes each file's content."""
 
 from __future__ import annotations
 
@@ -30,31 +30,38 @@ _VERTEX = np.dtype([("x", "<f4"), ("y", "<f4"), ("z", "<f4"), ("time", "<f4")])
 
 
 class Written(NamedTuple):
-    """A file's bytes, and what it holds."""
+    """File content.
+
+    data: bytes of the file.
+    holds: description, in a line.
+    """
 
     data: bytes
     holds: str
 
 
 def default_name(product: str) -> str:
-    """The file that a product is written to where none is named."""
+    """Return the default file name of a product."""
     return product + suffixes(product)[0]
 
 
 def suffixes(product: str) -> tuple[str, ...]:
-    """Endings of the files that a product can be written as."""
+    """Return the file name endings that a product can have."""
     known = tuple(suffix for name, suffix in _FORMATS if name == product)
     return (*(known or (TEXT,)), RAW)
 
 
 def check_name(product: str, path: Path) -> None:
-    """Raises ValueError where the product cannot be written as such a file."""
+    """Raises ValueError if the product cannot be written with the ending of `path`."""
     if path.suffix not in suffixes(product):
         raise ValueError(f"{path}: {product} is written as {', '.join(suffixes(product))}")
 
 
 def save(product: Product, path: Path) -> str:
-    """Writes the file and says what it holds. Raises ValueError as check_name, WireError, OSError."""
+    """Write the file and return the description of its content.
+
+    Raises ValueError like check_name, WireError, OSError.
+    """
     check_name(product.name, path)
     made = _FORMATS.get((product.name, path.suffix), _raw)(product.data)
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -84,7 +91,7 @@ def _ldem(data: bytes) -> Written:
 
 
 def ldem_arrays(data: bytes) -> dict[str, Any]:
-    """The arrays of a map's bytes: heights, sets, grid; and, where it has them, the poses. Raises WireError."""
+    """Return the arrays of an encoded map: heights, sets, grid, and the poses if present. Raises WireError."""
     ldem = decode_ldem(data)
     grid = ldem.grid
     tree: dict[str, Any] = {"heights_m": ldem.heights_m, "node_sets": ldem.node_sets, "x0_m": grid.x0_m,
@@ -110,7 +117,7 @@ def _height_std(data: bytes) -> Written:
 
 
 def image_of(scan: ScanProduct) -> Scan3d:
-    """The range image with the tilt and time of every beam, as on board."""
+    """Return the range image with tilt and time of every beam, as on board."""
     turns = [
         Scan(int(start_ns), float(beam_ns), scan.first_angle_rad, scan.step_rad, ranges_m, status)
         for start_ns, beam_ns, ranges_m, status in zip(scan.start_ns, scan.beam_ns, scan.ranges_m, scan.status)
@@ -119,7 +126,7 @@ def image_of(scan: ScanProduct) -> Scan3d:
 
 
 def points_map(scan: ScanProduct, image: Scan3d) -> tuple[NDArray[np.float64], Points]:
-    """(n, 3) points in the map frame, m, and their pixels."""
+    """Return (n, 3) points in the map frame, m, and their pixels."""
     at_scanner = Rover(lidar_x_m=0.0, lidar_y_m=0.0, lidar_z_m=0.0, lidar_roll_rad=0.0, lidar_pitch_rad=0.0,
                        lidar_yaw_rad=0.0)
     found = points(image, at_scanner)
@@ -162,7 +169,7 @@ def _scan_ply(data: bytes) -> Written:
 
 
 def explanation_tree(told: Explanation) -> dict[str, Any]:
-    """The explanation as JSON takes it; angles in radians, what is no number null."""
+    """Return the explanation as data for JSON: angles in radians, non-finite numbers as null."""
     tree = told._asdict() | {"places": [place._asdict() for place in told.places]}
     return {key: _plain(item) for key, item in tree.items()}
 

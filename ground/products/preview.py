@@ -1,7 +1,7 @@
-"""What a goto would be: the rover's own planner on the map that was fetched last, with the settings the rover flies.
+"""Preview of a goto: the rover's own planner on the newest fetched map, with the settings that the rover flies.
 
-The map is the product `ldem`; it holds the poses that the rover's planner found free, where the rover stood, and a
-digest of its settings. So path, length and time are those that the rover itself would answer on that map.
+The map is the product `ldem`. It contains the poses that the rover's planner found free, the rover's place, and a
+digest of its settings. Path, length and time are therefore those that the rover itself would answer on that map.
 """
 
 from __future__ import annotations
@@ -27,11 +27,15 @@ from protocol.products import LdemProduct, MapGrid, decode_ldem, poses_of
 from protocol.products.pose_map import PoseMap
 
 _FAR_M = 0.3
-READ = ("rover", "mapping", "planning", "mission", "scanning", "drive_guard", "motion", "jobs")  # sections of `digest`
+# config sections covered by `digest`
+READ = ("rover", "mapping", "planning", "mission", "scanning", "drive_guard", "motion", "jobs")
 
 
 class NoMapError(ValueError):
-    """There is no map to plan on, or it cannot be read; one line that says what to do. code: of sysexits.h."""
+    """No map to plan on, or it cannot be read. One line that states what to do.
+
+    code: exit code of sysexits.h.
+    """
 
     def __init__(self, text: str, code: int = 66) -> None:
         super().__init__(text)
@@ -39,7 +43,13 @@ class NoMapError(ValueError):
 
 
 class Map(NamedTuple):
-    """A map with its poses. at_utc_ns: when it came; 0: not known. where: for people."""
+    """Map with its poses.
+
+    product: the elevation map.
+    poses: free poses, the rover's pose, digest of the settings.
+    where: origin of the map, for people.
+    at_utc_ns: UTC of its arrival; 0: not known.
+    """
 
     product: LdemProduct
     poses: PoseMap
@@ -48,7 +58,7 @@ class Map(NamedTuple):
 
 
 def map_file(path: Path) -> Map:
-    """A map that `ground get ldem` wrote, .npz or as sent. Raises NoMapError."""
+    """Read a map that `ground get ldem` wrote, as .npz or raw. Raises NoMapError."""
     try:
         data = path.read_bytes()
         if data[:4] == b"LDM1":
@@ -72,7 +82,7 @@ def map_file(path: Path) -> Map:
 
 
 def newest_map(archive: Path) -> Map:
-    """The map that came last. Raises NoMapError or ArchiveError."""
+    """Return the newest map of an archive. Raises NoMapError or ArchiveError."""
     with reading(archive) as db:
         found = newest_product(db, "ldem")
     if found is None:
@@ -91,7 +101,7 @@ def _map(data: bytes, where: str) -> Map:
 
 
 def _standing(seen: Map) -> Map:
-    """The map where the rover stands on it. Raises NoMapError."""
+    """Return the map if the rover stands on it. Raises NoMapError."""
     grid, (x_m, y_m, _) = seen.product.grid, seen.poses.pose
     column, row = (x_m - grid.x0_m) / grid.cell_m, (y_m - grid.y0_m) / grid.cell_m
     if not (-0.5 <= column < grid.columns - 0.5 and -0.5 <= row < grid.rows - 0.5):
@@ -100,7 +110,12 @@ def _standing(seen: Map) -> Map:
 
 
 class Flown(NamedTuple):
-    """Settings, whose they are, and whether the map's digest says that the rover flies them."""
+    """Settings for the preview.
+
+    config: the settings.
+    whose: their origin, for people.
+    same: True if their digest equals that of the map: the rover flies them.
+    """
 
     config: Config
     whose: str
@@ -108,15 +123,16 @@ class Flown(NamedTuple):
 
     @property
     def warning(self) -> str:
-        """What is said where the rover flies others; "" where it does not."""
+        """Warning that the rover flies other settings; "" if it does not."""
         return "" if self.same else (f"the rover flies other settings than {self.whose}: the real way may differ; "
                                      "`ground param list` fetches them, or name its file with --config")
 
 
 def settings_for(seen: Map, config: Path | None, archive: Path | None) -> Flown:
-    """The rover's settings: of the file, else the defaults where the map was made with them, else as fetched last.
+    """Return the rover's settings.
 
-    Raises ConfigError or NoMapError.
+    Sources: `config`; else the defaults if the map was made with them; else the settings fetched last. Raises
+        ConfigError or NoMapError.
     """
     if config is not None:
         try:
@@ -129,7 +145,7 @@ def settings_for(seen: Map, config: Path | None, archive: Path | None) -> Flown:
 
 
 def fetched(seen: Map, listed: bytes) -> Flown | None:
-    """The settings in the rover's list of parameters; None where it cannot be read."""
+    """Return the settings from the rover's list of parameters; None if it cannot be read."""
     lines = (line[2:].partition("  # ")[0] for line in listed.decode(errors="replace").splitlines()
              if line[:2] in ("* ", "  "))
     try:
@@ -144,7 +160,7 @@ def fetched(seen: Map, listed: bytes) -> Flown | None:
 
 
 def assumed_words() -> str:
-    """What is assumed where the rover's parameters are not known."""
+    """Return the text that names the assumed defaults, for unknown parameters of the rover."""
     return f"assumed are the defaults of {', '.join(READ)}: `onboard --print-config` shows them"
 
 
@@ -159,7 +175,7 @@ def _listed(archive: Path) -> bytes | None:
 
 
 def gdem_file(path: Path | None) -> Gdem | None:
-    """The orbiter's map. Raises NoMapError."""
+    """Read the orbiter's map; None if no path is given. Raises NoMapError."""
     try:
         return None if path is None else read_gdem(path)
     except OSError as error:
@@ -169,12 +185,15 @@ def gdem_file(path: Path | None) -> Gdem | None:
 
 
 def look_ahead(seen: Map, goal_m: tuple[float, float], gdem: Gdem | None, config: Config) -> Prediction:
-    """The prediction on a map; the bits of the rover's own where its settings and orbiter's map are the same."""
+    """Return the prediction on a map.
+
+    It equals the rover's own bit by bit if settings and orbiter's map are the same.
+    """
     return predict(seen.product, seen.poses, goal_m, gdem, config)
 
 
 def warnings(seen: Map, goal_m: tuple[float, float], gdem: Gdem | None, archive: Path | None) -> list[str]:
-    """What makes the preview worth less: the goal beyond the map, a rover that stands elsewhere by now."""
+    """Return what reduces the accuracy of the preview: a goal outside the map, a rover that has moved since."""
     grid, told = seen.product.grid, []
     i, j = (goal_m[0] - grid.x0_m) / grid.cell_m, (goal_m[1] - grid.y0_m) / grid.cell_m
     if gdem is None and not (-0.5 <= i < grid.columns - 0.5 and -0.5 <= j < grid.rows - 0.5):

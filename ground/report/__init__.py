@@ -1,1 +1,1 @@
-"""A mission as one HTML file, from the files that its run left."""
+"""Report of a mission as one HTML file, from the files of its run."""

@@ -1,4 +1,4 @@
-"""The report's page: headings, tables and pictures as one HTML text that needs nothing from outside itself."""
+"""Page of the report: headings, tables and pictures as one self-contained HTML text."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ figure { margin: 1rem 0; } img { max-width: 100%; height: auto; display: block; 
 
 
 def escape(text: str) -> str:
-    """Text as HTML that shows it: control characters visible, no mark-up in it."""
+    """Return text as HTML: control characters visible, mark-up escaped."""
     return escape_html(visible_lines(text))
 
 
@@ -43,14 +43,14 @@ _SHORT = ' class="short"'
 
 
 class Section(NamedTuple):
-    """A heading with what stands under it, already HTML."""
+    """Heading with its body, which is HTML already."""
 
     title: str
     body: str
 
 
 def page(title: str, head: str, sections: Iterable[Section]) -> str:
-    """The whole file. head: HTML above the first section."""
+    """Return the whole file. head: HTML above the first section."""
     parts = "".join(f"<section><h2>{escape(s.title)}</h2>\n{s.body}</section>\n" for s in sections if s.body)
     return (
         '<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">'
@@ -60,30 +60,30 @@ def page(title: str, head: str, sections: Iterable[Section]) -> str:
 
 
 def paragraph(text: str, kind: str = "") -> str:
-    """Plain text as a paragraph."""
+    """Return plain text as a paragraph."""
     return f'<p class="{kind}">{escape(text)}</p>\n' if kind else f"<p>{escape(text)}</p>\n"
 
 
 def verdict(good: bool | None, text: str) -> str:
-    """A word on a coloured patch; None: neither good nor bad."""
+    """Return a word on a coloured patch; good None: neither good nor bad."""
     kind = "open" if good is None else "good" if good else "bad"
     return f'<span class="verdict {kind}">{escape(text)}</span>'
 
 
 def numbers(pairs: Sequence[tuple[str, str]]) -> str:
-    """Large numbers with what they are, side by side."""
+    """Return large numbers with their names, side by side."""
     boxes = "".join(f"<div><b>{escape(number)}</b>{escape(name)}</div>" for name, number in pairs)
     return f'<div class="numbers">{boxes}</div>\n'
 
 
 def facts(pairs: Sequence[tuple[str, str]]) -> str:
-    """Names and values under each other; '' where there are none."""
+    """Return names and values in two columns; "" if there are none."""
     rows = "".join(f"<tr><th>{escape(name)}</th><td>{escape(text)}</td></tr>\n" for name, text in pairs)
     return f'<table class="facts">\n{rows}</table>\n' if pairs else ""
 
 
 def table(heads: Sequence[str], rows: Sequence[Sequence[str]], hashes: bool = False) -> str:
-    """A table with heads; hashes: the last column is set in a narrow type that may break anywhere."""
+    """Return a table with column heads. hashes: the last column is in a narrow font that may break anywhere."""
     top = "".join(f"<th>{escape(head)}</th>" for head in heads)
     body = ""
     for row in rows:
@@ -95,7 +95,7 @@ def table(heads: Sequence[str], rows: Sequence[Sequence[str]], hashes: bool = Fa
 
 
 def picture(png: bytes, caption: str) -> str:
-    """A PNG inside the page, with a caption that is its text for those who cannot see it, too."""
+    """Return a PNG embedded in the page; the caption is also its alternative text."""
     data = base64.b64encode(png).decode()
     text = escape(caption)
     return f'<figure><img alt="{text}" src="data:image/png;base64,{data}"><figcaption>{text}</figcaption></figure>\n'

@@ -1,4 +1,4 @@
-"""What a run looks like: the chapter's figures drawn from its record."""
+"""Pictures of a run, drawn from its record like the figures of the paper."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from protocol.conventions import TICK_NS
 
 
 def paths_picture(run: Run) -> bytes:
-    """Fig. 13a: all ways on the ground, PNG."""
+    """Draw all paths on the ground, as in Fig. 13a. Returns PNG."""
     plans = [plan for _, plan in run.plans]
     local = [plan.path for plan in plans if len(plan.path) > 1]
     return png(paths(_ground(run), Ways(
@@ -35,36 +35,36 @@ def paths_picture(run: Run) -> bytes:
 
 
 def orientation_picture(run: Run) -> bytes:
-    """Fig. 13b: yaw, roll and pitch, PNG."""
+    """Draw yaw, roll and pitch, as in Fig. 13b. Returns PNG."""
     return png(orientation(run.estimated, run.truth.track if run.truth else None, run.spans()))
 
 
 def ldem_picture(run: Run) -> bytes:
-    """Fig. 9, a panel for each stop, PNG."""
+    """Draw the map of each stop in a panel, as in Fig. 9. Returns PNG."""
     return png(ldems([plan for _, plan in run.plans], *_looks(run)))
 
 
 def choice_picture(run: Run, plan: PlanPicture) -> bytes:
-    """What the strategy scored at one stop, PNG."""
+    """Draw the places that the strategy scored at one stop. Returns PNG."""
     return png(next_position(plan, *_looks(run)))
 
 
 def _looks(run: Run) -> tuple[float, tuple[float, float]]:
-    """Half the scan's sector; length and width of the body."""
+    """Return half the scan's sector in rad; length and width of the body in m."""
     rover = run.config.get("rover", {})
     body_m = (float(rover.get("body_length_m", 0.95)), float(rover.get("body_width_m", 0.56)))
     return float(run.config.get("scanning", {}).get("sector_rad", math.radians(65))), body_m
 
 
 def terrain_picture(run: Run) -> bytes:
-    """The true ground and the orbiter's map, PNG."""
+    """Draw the true ground and the orbiter's map. Returns PNG."""
     if run.gdem is None:
         return png(terrain(_ground(run), None, _goal(run)))
     return png(terrain(ground_of(run.gdem), run.ground, _goal(run)))
 
 
 def link_picture(run: Run) -> bytes:
-    """Datagrams delivered and lost in each direction, PNG."""
+    """Draw delivered and lost datagrams in each direction. Returns PNG."""
     causes = ("queue_full", "blackout", "shadow", "noise")
     names = {"down": "rover to ground", "up": "ground to rover"}
     rows = {text: run.link[key] for key, text in names.items() if key in run.link}
@@ -74,19 +74,19 @@ def link_picture(run: Run) -> bytes:
 
 
 def tick_picture(histogram: dict[str, list[float]]) -> bytes:
-    """Wall times of the ticks, PNG. histogram: edges_ms and counts, as in summary.json."""
+    """Draw the wall times of the ticks. Returns PNG. histogram: edges_ms and counts, as in summary.json."""
     counts = {name.replace("_", " "): [int(n) for n in row] for name, row in histogram.items() if name != "edges_ms"}
     return png(figures.ticks(histogram["edges_ms"], counts, TICK_NS / 1e6))
 
 
 def error_picture(run: Run) -> bytes:
-    """Estimated against true pose, PNG. Needs the truth."""
+    """Draw the estimated against the true pose. Returns PNG. Needs the truth."""
     assert run.truth
     return png(figures.pose_error(run.estimated, run.truth.track, run.spans()))
 
 
 def motion_picture(run: Run) -> bytes:
-    """Speed, and with the truth wheel rates and steering, PNG."""
+    """Draw the speed, and with the truth wheel rates and steering. Returns PNG."""
     truth = run.truth
     none, no_wheels = np.empty(0), np.empty((0, 4))
     return png(figures.motion(
@@ -104,12 +104,12 @@ def _goal(run: Run) -> tuple[float, float]:
 
 
 def _stops(run: Run) -> F64:
-    """Where plans were made: one row for each, x, y."""
+    """Return where plans were made: one row of x, y in m for each."""
     return np.array([plan.pose[:2] for _, plan in run.plans]).reshape(-1, 2)
 
 
 def _ground(run: Run) -> Ground:
-    """The best that is known: the truth, else the orbiter's map, else an empty plain."""
+    """Return the best known ground: the truth, else the orbiter's map, else an empty plain."""
     if run.ground is not None:
         return run.ground
     if run.gdem is not None:

@@ -1,6 +1,6 @@
-"""`ground report FOLDER`: a mission as one HTML file, good enough to show to somebody.
+"""`ground report FOLDER`: report of a mission as one HTML file.
 
-Its facts come from the rover's record and the bench's files beside it; nothing is computed that is not in them.
+All facts come from the rover's record and the bench's files in the same folder; nothing else is computed.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ def write_paths(folder: Path, file: Path, with_truth: bool = True) -> Path:
 
 
 def html(run: Run) -> str:
-    """The page of a run."""
+    """Return the page of a run."""
     title = f"Mission report: {_title(run)}"
     ways = (
         "The way from the start (0, 0) to the goal. The global path was planned on the orbiter's map; at each stop a "
@@ -100,7 +100,7 @@ def _head(run: Run, title: str) -> str:
 
 
 def _facts(run: Run) -> list[tuple[str, str]]:
-    """Names and values of the facts table; what a run's files do not hold has no row."""
+    """Return names and values of the facts table; a fact that the run's files lack has no row."""
     known, ground = run.facts, run.facts.get("field", {})
     down, up = (known.get("link_by_direction", {}).get(name) for name in ("down", "up"))
     rows: list[tuple[str, Any]] = [
@@ -134,7 +134,7 @@ def _facts(run: Run) -> list[tuple[str, str]]:
 
 
 def _scanner(known: dict[str, Any]) -> str | None:
-    """What the rover's scanner was and what it lost in this run."""
+    """Return the rover's scanner and its losses in this run."""
     if not known:
         return None
     lost = ", ".join(f"{100 * ratio:.2f} % {name}" for name, ratio in known["lost_by"].items() if ratio)
@@ -145,7 +145,7 @@ def _scanner(known: dict[str, Any]) -> str | None:
 
 
 def _filled(text: str, known: dict[str, Any]) -> str | None:
-    """The text with its numbers; None where one is missing."""
+    """Return the text with its numbers; None if one is missing."""
     try:
         return text.format(**known)
     except KeyError:
@@ -157,7 +157,7 @@ def _count(contacts: Sequence[Contact]) -> str:
 
 
 def _contacts(contacts: Sequence[Contact] | None) -> str:
-    """Each with its time and place; that there were none is said as well."""
+    """Return the contacts with time and place; an empty list is reported as well."""
     if contacts is None:
         return ""
     if not contacts:
@@ -214,7 +214,7 @@ def _link_and_tick(run: Run) -> str:
 
 
 def _rhythm(rhythm: dict[str, Any]) -> str:
-    """Jobs against their ticks; on the wall clock, where a run measures itself, rate groups and slips as well."""
+    """Return jobs against their ticks; on the wall clock, where a run measures itself, also rate groups and slips."""
     ticks, body = rhythm.get("ticks", {}), ""
     if sum(ticks.get("lateness", ())):
         below = ticks["late_below_us"]
@@ -261,7 +261,7 @@ def _certificate(known: dict[str, Any]) -> str:
 
 
 def _laps(laps: dict[str, dict[str, Any]]) -> str:
-    """Wall time of a tick in words."""
+    """Return the wall time of a tick in words."""
     return "; ".join(
         f"{name.replace('_', ' ')}: " + ", ".join(f"{share.replace('_', '.')} {ms:.2f} ms" for share, ms in row.items())
         for name, row in laps.items() if row and name != "histogram"

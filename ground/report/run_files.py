@@ -1,4 +1,4 @@
-"""A run's folder as plain data: the rover's own record and, where they lie beside it, what the bench knows.
+"""A run's folder as plain data: the rover's own record and, if present, the files of the bench.
 
     onboard.mcap   poses, events and plans: needed     summary.json certificate.json link.json   facts of the bench
     truth.mcap     what really happened: optional      field.npz                                 the true ground
@@ -27,16 +27,16 @@ from onboard.toml_text import parse_toml
 from pictures.terrain import Ground
 from pictures.timelines import Span, Track
 
-EVERY = 10  # of the ticks' poses: ten a second
+EVERY = 10  # every tenth tick: ten poses a second
 _DAMAGE = (McapError, ZstdError, EOFError, ValueError, KeyError, UnicodeDecodeError)
 
 
 class NoRunError(ValueError):
-    """The folder holds no record of a run, or one that cannot be read; one line that says which file and what to do."""
+    """The folder has no record of a run, or a damaged one. One line that names the file and what to do."""
 
 
 class Told(NamedTuple):
-    """An event of the rover. name: a row of protocol.modes.EVENTS."""
+    """Event of the rover. name: a row of protocol.modes.EVENTS."""
 
     time_s: float
     severity: str
@@ -45,7 +45,7 @@ class Told(NamedTuple):
 
 
 class Contact(NamedTuple):
-    """Wheel or body on what it must not touch, by the bench. x_m, y_m: its first touch, map frame."""
+    """Contact of wheel or body with something it must not touch, from the bench. x_m, y_m: first contact, map frame."""
 
     begin_s: float
     end_s: float
@@ -56,9 +56,11 @@ class Contact(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Truth:
-    """The bench's truth, ten times a second. wheel_rates_radps, steer_rad: (k, 4).
+    """The bench's truth, ten times a second.
 
-    contacts: None where the file is of a bench that did not write them.
+    track: true pose.
+    wheel_rates_radps, steer_rad: (k, 4), wheels 1 to 4.
+    contacts: None if the file comes from a bench that did not write them.
     """
 
     track: Track
@@ -69,7 +71,11 @@ class Truth:
 
 @dataclass(frozen=True, slots=True)
 class Run:
-    """What is known of a run. plans: (time_s, plan) in order. facts, certificate, link, rhythm: {} where not there."""
+    """Data of a run.
+
+    plans: (time_s, plan) in order.
+    facts, certificate, link, rhythm: {} if the file is missing.
+    """
 
     folder: Path
     estimated: Track
@@ -87,19 +93,19 @@ class Run:
 
     @property
     def contacts(self) -> tuple[Contact, ...] | None:
-        """By the truth, else by the summary; None where neither says."""
+        """Contacts from the truth, else from the summary; None if neither has them."""
         if self.truth and self.truth.contacts is not None:
             return self.truth.contacts
         rows = self.facts.get("contacts")
         return None if rows is None or any("x_m" not in row for row in rows) else tuple(map(_contact, rows))
 
     def spans(self) -> tuple[Span, ...]:
-        """The phases with their times."""
+        """Return the phases with their times."""
         return spans_of(self.events, float(self.estimated.times_s[-1]) if len(self.estimated.times_s) else 0.0)
 
 
 def read_run(folder: Path, with_truth: bool = True) -> Run:
-    """All of a run's folder; without truth what the bench alone knows of rover and ground. Raises NoRunError."""
+    """Read a run's folder. with_truth False: without the bench's truth about rover and ground. Raises NoRunError."""
     record = folder / "onboard.mcap"
     if not record.is_file():
         raise NoRunError(f"no record {record}; `hil demo --out {folder}` makes one")
@@ -115,7 +121,7 @@ def read_run(folder: Path, with_truth: bool = True) -> Run:
 
 
 def spans_of(events: Sequence[Told], end_s: float) -> tuple[Span, ...]:
-    """Phases by their PHASE events; the mode's end of a mission ends the last one."""
+    """Return the phases from their PHASE events; the mode change at a mission's end ends the last one."""
     spans: list[Span] = []
     start: tuple[float, str] | None = None
     for event in events:
@@ -131,7 +137,7 @@ def spans_of(events: Sequence[Told], end_s: float) -> tuple[Span, ...]:
 
 
 def angles_rad(quaternion_xyzw: F64) -> F64:
-    """(k, 4) unit quaternions as (k, 3) roll, pitch, yaw, intrinsic z-y-x."""
+    """Convert (k, 4) unit quaternions to (k, 3) roll, pitch, yaw in rad, intrinsic z-y-x."""
     x, y, z, w = quaternion_xyzw.T
     roll = np.arctan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y))
     pitch = np.arcsin(np.clip(2 * (w * y - z * x), -1, 1))
@@ -180,7 +186,7 @@ def _truth(path: Path) -> Truth | None:
 
 
 def _contacts(reader: McapReader) -> tuple[Contact, ...] | None:
-    """Of each number the last message: it was written when the contact began, and when it was over."""
+    """Return the last message of each contact number: one is written when a contact begins, one when it ends."""
     summary = reader.get_summary()
     if summary and "/contact" not in {channel.topic for channel in summary.channels.values()}:
         return None

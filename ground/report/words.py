@@ -1,4 +1,4 @@
-"""What the report explains in words: the mission rule's rows, events that look worse than they are, wheel numbers."""
+"""Explanations in the report: rows of the mission rule, events that look worse than they are, wheel numbers."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ RULES = {  # `onboard/planning/mission_rule.py`
     "R11": ("look again", "the rule would give up on a side of which the scanner saw too little, so the rover turns to "
             "it and sweeps it again, slowly and twice."),
 }
-ALWAYS = ("R1", "R2")  # they decide nothing that a record tells, and hold at each stop
+ALWAYS = ("R1", "R2")  # they decide nothing that a record shows, and apply at each stop
 EXPECTED_REFUSAL = (
     "A refused registration at the first stop is expected: the second scan looks the other way and shares no ground "
     "with the first. A scan that is refused is mapped where the rover's own estimate places it."

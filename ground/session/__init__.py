@@ -1,1 +1,1 @@
-"""One station's end of the link without I/O: what was asked, what is known of the rover and of its time."""
+"""One station's end of the link without I/O: requests, the known state of the rover, and its clock."""

@@ -1,7 +1,7 @@
-"""Whether rover and carrier are still there: says when it is silent for long, ends where nobody carries any more.
+"""Monitors of the contact: one reports a long silence of the rover and a closed carrier, one a refused uplink.
 
-Pure: times and facts in. A silent rover is told and never an end: it may be in a blackout. A carrier that has closed
-is one, on the wall clock: nothing that is sent then arrives.
+Pure: times and facts in. A silent rover is reported and never ends a session: it may be in a blackout. A closed carrier
+ends it, on the wall clock: nothing that is sent then arrives.
 """
 
 from __future__ import annotations
@@ -17,14 +17,14 @@ CLOSED_NS = 5_000_000_000
 
 
 class Uplink:
-    """Whether the rover hears this station: tells once when it does not, by its own count of what it refused."""
+    """Uplink monitor: reports once that the rover refuses this station, from the rover's count of refused datagrams."""
 
     def __init__(self) -> None:
         self._first: float | None = None
         self._told = False
 
     def refused(self, session: Session, now_ns: int) -> bool:
-        """True once, when a request is unanswered for 10 s and the rover has refused datagrams since it was heard."""
+        """True once: a request has no answer for 10 s, and the rover has refused datagrams since first received."""
         item = session.items.get("link_refused")
         if self._told or item is None:
             return False
@@ -38,7 +38,7 @@ class Uplink:
 
 
 class Contact:
-    """One operation's watch. Times are the station's clock, which starts at 0."""
+    """Contact monitor of one operation. Times are the station's clock, which starts at 0."""
 
     def __init__(self) -> None:
         self._since_ns = 0
@@ -46,7 +46,7 @@ class Contact:
         self._linked_ns = 0
 
     def silent_s(self, heard_ns: int | None, now_ns: int) -> float | None:
-        """How long nothing was heard, each time another 15 s of it are over; else None. heard_ns None: never heard."""
+        """Return the silence in s each time another 15 s have passed; else None. heard_ns None: never received."""
         if heard_ns is not None and heard_ns > self._since_ns:
             self._since_ns, self._told = heard_ns, 0
         whole = (now_ns - self._since_ns) // SILENT_NS
@@ -56,11 +56,11 @@ class Contact:
         return (now_ns - self._since_ns) / 1e9
 
     def closed(self, linked: bool, now_ns: int) -> bool:
-        """Whether the station has had no peer for 5 s."""
+        """Return whether the station has had no peer for 5 s."""
         if linked:
             self._linked_ns = now_ns
         return now_ns - self._linked_ns >= CLOSED_NS
 
     def next_due_ns(self) -> int:
-        """When `silent_s` has something to say if nothing is heard until then."""
+        """Return the time at which `silent_s` reports next if nothing is received until then."""
         return self._since_ns + (self._told + 1) * SILENT_NS

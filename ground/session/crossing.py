@@ -1,4 +1,4 @@
-"""What was on its way up as the rover restarted: its new start refuses that, which is no reason to warn."""
+"""Datagrams in flight while the rover restarts: the new boot refuses them, which needs no warning."""
 
 from __future__ import annotations
 
@@ -6,27 +6,27 @@ from collections import deque
 
 from ground.session.news import EventHeard
 
-_LATE_NS = 30_000_000_000  # onboard time in which what was addressed to the boot before may still come
+_LATE_NS = 30_000_000_000  # onboard time in which datagrams for the old boot may still arrive
 
 
 class Crossing:
-    """Counts what only one boot takes, by when it went. Times are the station's clock."""
+    """Counter of sent datagrams that only one boot accepts, by time of sending. Times are the station's clock."""
 
     def __init__(self) -> None:
         self._said_ns: deque[int] = deque(maxlen=256)
-        self._met = 0  # datagrams that may have met the next boot
+        self._met = 0  # datagrams that may have reached the new boot
 
     def said(self, datagrams: int, now_ns: int) -> None:
-        """So many went now."""
+        """Count datagrams sent now."""
         self._said_ns.extend([now_ns] * datagrams)
 
     def booted(self, since_ns: int) -> None:
-        """The rover is up anew; since then it may have heard nothing as the boot before."""
+        """The rover has rebooted; datagrams sent since `since_ns` may have reached the new boot."""
         self._met = sum(at_ns >= since_ns for at_ns in self._said_ns)
         self._said_ns.clear()
 
     def expected(self, event: EventHeard) -> EventHeard:
-        """No warning where a rover that came up anew refused no more than was on its way from here to the old boot."""
+        """Make a LINK_REFUSED event "info" if the new boot refused no more than was in flight for the old one."""
         kind, _, count = event.text.partition(" ")
         if event.name != "LINK_REFUSED" or kind != "boot" or not count.isdecimal():
             return event

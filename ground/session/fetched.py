@@ -1,8 +1,8 @@
-"""Products on their way down: chunks in, whole objects out, and what a station before this one had heard of them.
+"""Reception of products: chunks in, whole objects out, including chunks received before a restart of the station.
 
-    asked(name)       -> the chunks that were kept are taken in, and the rover is told what is there
-    receive(payload)  -> a whole product, its SHA-256 checked, or how far each transfer is
-    send(now)         -> bitmaps that say what is missing
+    asked(name)       -> loads the chunks from the archive and reports them to the rover
+    receive(payload)  -> a whole product, its SHA-256 checked, or the progress of each transfer
+    send(now)         -> bitmaps of the missing chunks
 """
 
 from __future__ import annotations
@@ -16,16 +16,21 @@ from protocol.link import Keyring, unsealed
 
 _WAKE_NS = 100_000_000
 _TAIL_NS = 10_000_000_000
-_MOST_BYTES = 4_000_000  # beside the newest of each name; the archive has them all
+_MOST_BYTES = 4_000_000  # limit next to the newest of each name; the archive has them all
 
 
 def product_name(asked: Telecommand) -> str:
-    """Name of the product that a request sends; "": none."""
+    """Return the name of the product that a request sends; "": none."""
     return str(asked.arguments.get("product") or command(asked.name).sends)
 
 
 class Fetched:
-    """products: whole ones by object id. kept_chunks: what was kept; asked once, when of use. texts: to be told."""
+    """Receiver of products.
+
+    products: whole ones by object id.
+    kept_chunks: returns the datagrams stored before a restart; called once, at first need.
+    texts: messages for people are appended here.
+    """
 
     def __init__(self, limit_bytes: int, keys: Keyring, texts: list[str]) -> None:
         self._bulk, self._keys, self._texts = bulk.Receiver(limit_bytes), keys, texts
@@ -33,25 +38,26 @@ class Fetched:
         self.kept_chunks: Callable[[], Iterable[bytes]] | None = None
         self._heard_ns: int | None = None
         self._product_ns: dict[int, int] = {}
-        self._recalled: dict[int, bulk.Product] = {}  # whole by what was kept; they count once they are announced anew
+        # complete from stored chunks; they count once the rover announces them again
+        self._recalled: dict[int, bulk.Product] = {}
 
     @property
     def transfers(self) -> dict[str, tuple[int, int]]:
-        """Chunks there and chunks in all of each product that is on its way."""
+        """Present and total number of chunks of each product in transfer."""
         return self._bulk.progress()
 
     def asked(self, name: str, now_ns: int) -> None:
-        """A product of this name was asked for."""
+        """Prepare for a product of this name, which was requested."""
         self._recall(now_ns)
         self._bulk.hint(name)
 
     def newest(self, name: str, since_ns: int) -> bulk.Product | None:
-        """The newest whole product of a name that was announced since then."""
+        """Return the newest whole product of a name announced since `since_ns`; None if there is none."""
         return next((p for p in reversed(self.products.values())
                      if p.name == name and self._product_ns[p.object_id] >= since_ns), None)
 
     def receive(self, payload: bytes, now_ns: int) -> list[News]:
-        """A Kind.BULK_CHUNK payload. Raises WireError."""
+        """Process a Kind.BULK_CHUNK payload. Raises WireError."""
         self._recall(now_ns)
         self._heard_ns = now_ns
         product = self._bulk.receive(payload, now_ns)
@@ -68,20 +74,21 @@ class Fetched:
         return [Progress(now_ns, name, have, total) for name, (have, total) in self._bulk.progress().items()]
 
     def send(self, now_ns: int) -> list[bytes]:
-        """Payloads of Kind.BULK_BITMAP that are due."""
+        """Return the Kind.BULK_BITMAP payloads that are due."""
         return self._bulk.send(now_ns)
 
     def next_due_ns(self, now_ns: int) -> int | None:
-        """When `send` may have something again; None: not before something was heard."""
+        """Return the time at which `send` may be due; None: not before the next reception."""
         tail = self._heard_ns is not None and now_ns - self._heard_ns < _TAIL_NS
         if self._bulk.progress() or self._bulk.hinting or tail:
             return (now_ns // _WAKE_NS + 1) * _WAKE_NS
         return None
 
     def _recall(self, now_ns: int) -> None:
-        """Takes in the bulk chunks that this station heard before it was restarted, the newest first, once.
+        """Load the chunks that this station received before its restart, the newest first, once.
 
-        What is damaged or of another rover is told in one line and dropped; of the rest a transfer goes on.
+        Chunks that are damaged or from another rover are dropped, with one line for people. The rest continues its
+        transfer.
         """
         ask, self.kept_chunks = self.kept_chunks, None
         if ask is None:

@@ -1,4 +1,4 @@
-"""What outlives a station: it knows the rover again after a restart, by this."""
+"""Link state that a station saves across restarts, to recognise the rover."""
 
 from __future__ import annotations
 
@@ -6,9 +6,12 @@ from typing import NamedTuple
 
 
 class Kept(NamedTuple):
-    """What a station still knows of the rover from before: newest boot id, epoch (-1: the first), newest counter of it.
+    """Saved link state.
 
-    heard: highest downlink counter of that boot, -1: none. rtt_ns: 0: not known.
+    boot_id: newest boot id of the rover; 0: none.
+    epoch: newest key epoch; -1: the first.
+    heard: highest downlink counter of that boot; -1: none.
+    rtt_ns: round-trip time; 0: not known.
     """
 
     boot_id: int = 0

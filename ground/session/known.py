@@ -1,4 +1,4 @@
-"""What the present boot of the rover has told by telemetry: its values, its events, what it was built from."""
+"""Telemetry of the rover's present boot: values, events, versions."""
 
 from __future__ import annotations
 
@@ -12,7 +12,12 @@ _VERSION_ITEMS = tuple(f"{name}_version" for name in Versions._fields)
 
 
 class Known:
-    """items: the newest value of each, by onboard time. events: acknowledges them. versions: None until they came."""
+    """Telemetry of one boot.
+
+    items: newest value of each item, by onboard time.
+    versions: of protocol and tables on board; None until received.
+    events: decoder; it also acknowledges the events.
+    """
 
     def __init__(self, far_clock: FarClock, crossing: Crossing) -> None:
         self._far_clock, self._crossing = far_clock, crossing
@@ -21,14 +26,14 @@ class Known:
         self.events = TelemetryReceiver()
 
     def forget(self) -> None:
-        """Another boot: onboard time begins anew, and nothing of before says anything of it."""
+        """Discard everything at a new boot: onboard time restarts, and values of the old boot are invalid."""
         self._far_clock.forget()
         self.items.clear()
         self.versions = None
         self.events = TelemetryReceiver()
 
     def receive(self, payload: bytes, now_ns: int) -> list[News]:
-        """A Kind.MAVLINK payload: what it tells, in its order. Raises WireError."""
+        """Process a Kind.MAVLINK payload and return its news in order. Raises WireError."""
         news: list[News] = []
         values: list[Value] = []
         for one in self.events.receive(payload, now_ns):

@@ -1,4 +1,4 @@
-"""What a station's end of the link tells, a record each. at_ns: the station's clock. onboard_ns: the rover's."""
+"""News from a station's end of the link, one record each. at_ns: station's clock. onboard_ns: rover's clock."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from protocol import bulk, transactions
 
 
 class Item(NamedTuple):
-    """A telemetry value; the newest wins."""
+    """Telemetry value; the newest wins."""
 
     at_ns: int
     onboard_ns: int
@@ -17,7 +17,7 @@ class Item(NamedTuple):
 
 
 class EventHeard(NamedTuple):
-    """An event of the rover, once."""
+    """Event of the rover, once."""
 
     at_ns: int
     onboard_ns: int
@@ -28,7 +28,7 @@ class EventHeard(NamedTuple):
 
 
 class ReportHeard(NamedTuple):
-    """News of one of this station's requests."""
+    """Report on one of this station's requests."""
 
     at_ns: int
     name: str
@@ -36,14 +36,14 @@ class ReportHeard(NamedTuple):
 
 
 class ProductHeard(NamedTuple):
-    """A whole object, its SHA-256 checked."""
+    """Whole object, its SHA-256 checked."""
 
     at_ns: int
     product: bulk.Product
 
 
 class Progress(NamedTuple):
-    """How far a transfer is, in chunks."""
+    """Progress of a transfer, in chunks."""
 
     at_ns: int
     name: str

@@ -1,4 +1,4 @@
-"""The station's contact windows, from a file, on the station's own clock.
+"""Contact windows of the station, from a file, converted to the station's clock.
 
     2026-11-22T12:00:00Z 2026-11-22T12:10:00Z   # UTC, one window a line
     600 1200                                    # or seconds of onboard time; one kind in a file
@@ -16,20 +16,24 @@ _FORM = "should be `BEGIN END`, both in UTC like 2026-11-22T12:00:00Z or both in
 
 
 class Schedule(NamedTuple):
-    """The windows of a file. utc: in UTC, else in onboard time; both in ns."""
+    """Contact windows of a file.
+
+    windows: in ns.
+    utc: True: in UTC; False: in onboard time.
+    """
 
     windows: Windows = Windows()
     utc: bool = False
 
     def here(self, utc_ns: int, far: FarClock, now_ns: int) -> Windows | None:
-        """On the station's clock, whose zero is at `utc_ns`; None while onboard time is not known and needed."""
+        """Return the windows on the station's clock (zero: `utc_ns`); None while a needed onboard time is unknown."""
         if self.utc or not self.windows.spans:
             return self.windows.shifted(-utc_ns)
         onboard_ns = far.onboard_ns(now_ns)
         return None if onboard_ns is None else self.windows.shifted(now_ns - onboard_ns)
 
     def for_rover(self, utc_ns: int, far: FarClock, now_ns: int) -> tuple[float, ...] | None:
-        """Begin and end in s of onboard time of the next windows, as `contacts_set` takes them; None: not known yet."""
+        """Return the edges of the next windows in s of onboard time, for `contacts_set`; None: not yet known."""
         here, onboard_ns = self.here(utc_ns, far, now_ns), far.onboard_ns(now_ns)
         if here is None or onboard_ns is None:
             return None
@@ -38,7 +42,7 @@ class Schedule(NamedTuple):
 
 
 def parse(text: str, where: str) -> Schedule:
-    """Raises ValueError, one line that names the file and its line."""
+    """Parse a file of windows. Raises ValueError, one line that names the file and its line."""
     spans: list[tuple[int, int]] = []
     kinds: set[bool] = set()
     for number, raw in enumerate(text.splitlines(), 1):
@@ -63,7 +67,7 @@ def parse(text: str, where: str) -> Schedule:
 
 
 def utc_ns(word: str) -> int:
-    """UTC like 2026-11-22T12:00:00Z in ns since 1970. Raises ValueError, also for a time without a zone."""
+    """Convert UTC like 2026-11-22T12:00:00Z to ns since 1970. Raises ValueError, also for a time without a zone."""
     at = datetime.fromisoformat(word)
     if at.tzinfo is None:
         raise ValueError(f"`{word}` says no zone: end it with Z")
@@ -72,7 +76,7 @@ def utc_ns(word: str) -> int:
 
 
 def utc_words(at_ns: int) -> str:
-    """The same as text, to the second."""
+    """Return UTC as text, to the second."""
     return datetime.fromtimestamp(at_ns // 1_000_000_000, UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
 
 

@@ -1,12 +1,12 @@
 """One operator station's end of the link without I/O: datagrams and time in, datagrams and news out.
 
     receive(datagram, now) -> news: items, events, reports, products, progress
-    request(name, arguments, now) -> request id, kept asking until its outcome is known
+    request(name, arguments, now) -> request id; the request is retransmitted until its outcome is known
     send(now) -> datagrams: requests, bitmaps of transfers, acknowledgements of events
 
-Nothing but what halts the rover is sent before it was heard: its boot id is part of every uplink datagram, and what it
-was built from has to be as here. Times are the station's clock; `FarClock` turns them into onboard time, `Known` has
-what telemetry told, `Fetched` the products, `Crossing` what a restart of the rover meets.
+Until the first downlink arrives the station sends only halting commands: all others carry the rover's boot id and need
+matching versions. Times are the station's clock; `FarClock` converts them to onboard time, `Known` has the telemetry,
+`Fetched` the products, `Crossing` the datagrams in flight while the rover restarts.
 """
 
 from __future__ import annotations
@@ -32,13 +32,16 @@ ALWAYS = Schedule()
 
 
 class Session:
-    """The station's state: what was asked, what is known of the rover, what is on its way."""
+    """State of one station: requests, known state of the rover, transfers."""
 
     def __init__(
         self, keys: LinkKeys, station: int, *, up_bps: float = 256e3, kept: Kept = NOTHING,
         schedule: Schedule = ALWAYS, utc_ns: int = 0,
     ) -> None:  # fmt: skip
-        """schedule: of contacts. utc_ns: at the zero of the station's clock."""
+        """schedule: contact windows. utc_ns: UTC at the zero of the station's clock.
+
+        Raises ValueError without a station key.
+        """
         self.viewer = not keys.command.key_ids
         if not self.viewer and keys.command.key(station) is None:
             raise ValueError(f"no key of station {station}")
@@ -54,78 +57,81 @@ class Session:
         self._crossing = Crossing()
         self._known = Known(self.far_clock, self._crossing)
         self.items = self._known.items
-        self.texts: list[str] = []  # to be told to people; who tells them clears it
-        self.asked_by = ""  # who asks, where a request does not say it
-        self.only_halts = False  # True: there are no counters for anything else
-        self.keeps = True  # False: what is heard cannot be kept, so events are not acknowledged
+        self.texts: list[str] = []  # messages for people; the reader clears the list
+        self.asked_by = ""  # origin of a request that does not name one
+        self.only_halts = False  # True: no counters are left for any other command
+        self.keeps = True  # False: the archive cannot be written, so events are not acknowledged
         self.counts: dict[str, int] = {"ok": 0}
         self.heard_ns: int | None = None
         self._fetched = Fetched(payload_limit(up_bps), keys.downlink, self.texts)
         self.products = self._fetched.products
-        self._timed: dict[int, int] = {}  # when each first went to a rover that is heard: the round trip
-        self._awaited: set[int] = set()  # requests that are completed and whose product is to come
+        self._timed: dict[int, int] = {}  # request id -> first sending to a rover in contact; for the round trip
+        self._awaited: set[int] = set()  # completed requests whose product has not arrived
         self._unsaid: list[News] = []
 
     @property
     def versions(self) -> Versions | None:
-        """What the rover was built from; None until this boot has said it."""
+        """Versions of the rover; None until this boot has sent them."""
         return self._known.versions
 
     @property
     def boot_id(self) -> int:
-        """The newest heard of the rover; 0 until then."""
+        """Newest boot id of the rover; 0 until the first reception."""
         return self._opener.boot_id
 
     @property
     def kept(self) -> Kept:
-        """What should outlive this station."""
+        """Link state to save across restarts of the station."""
         heard = self._opener.highest(DOWNLINK_KEY_ID)
         return Kept(self.boot_id, self._opener.epoch, heard, self.far_clock.rtt_ns)
 
     @property
     def mismatch(self) -> str:
-        """What the rover was built from that is not as here, both named; '' where all is alike or nothing is known."""
+        """Versions in which the rover differs from this station, both named; "" if none differs or none is known."""
         return "" if self.versions is None else OURS.differences(self.versions)
 
     @property
     def commanding(self) -> bool:
-        """Whether ordinary commands go out: the rover was heard and is of our versions. What halts it always does."""
+        """True if ordinary commands are sent: the rover was received and has our versions.
+
+        Halting commands are always sent.
+        """
         return bool(self.boot_id) and self.versions == OURS
 
     def windows(self, now_ns: int) -> Windows | None:
-        """Of contact, on this station's clock; None while they are in onboard time and that is not known."""
+        """Return the contact windows on this station's clock; None while they need onboard time and it is not known."""
         return self._schedule.here(self.utc_ns, self.far_clock, now_ns)
 
     def in_contact(self, now_ns: int) -> bool:
-        """Whether something may be sent now."""
+        """Return whether a contact window is open now."""
         windows = self.windows(now_ns)
         return windows is not None and windows.is_open(now_ns)
 
     def contact_since_ns(self, now_ns: int) -> int | None:
-        """When the present contact began, 0 where there are no windows; None outside."""
+        """Return the begin of the present contact, 0 if there are no windows; None outside of contact."""
         windows = self.windows(now_ns)
         if windows is None or not windows.is_open(now_ns):
             return None
         return max((begin for begin, _ in windows.spans if begin <= now_ns), default=0)
 
     def onboard_of_utc_ns(self, utc_ns: int, now_ns: int) -> int | None:
-        """Onboard time of a UTC instant; None until the rover was heard."""
+        """Return the onboard time of a UTC instant, ns; None until the rover is received."""
         onboard_ns = self.far_clock.onboard_ns(now_ns)
         return None if onboard_ns is None else onboard_ns + (utc_ns - self.utc_ns - now_ns)
 
     def windows_for_rover(self, now_ns: int) -> tuple[float, ...] | None:
-        """The next contact windows as `contacts_set` takes them; None until the rover was heard."""
+        """Return the next contact windows as `contacts_set` takes them; None until the rover is received."""
         return self._schedule.for_rover(self.utc_ns, self.far_clock, now_ns)
 
     def request(self, name: str, arguments: commands.Arguments, now_ns: int, lifetime_s: float = 0.0,
                 start_s: float = 0.0, *, asked_by: str = "") -> int:
-        """A new request, its id. It is not executed when it arrives later than its lifetime (0: any time).
+        """Make a request and return its id. The rover does not execute it after its lifetime (0: no limit).
 
-        start_s: onboard time before which it is not to begin (0: at once); the lifetime counts from then.
-        asked_by: for the archive; else `asked_by` of the session.
+        start_s: onboard time before which it may not begin (0: at once); the lifetime counts from then.
+        asked_by: origin, for the archive; "": `asked_by` of the session.
 
-        Raises ValueError as commands.check does, and at a viewer. Where the rover is known to be of other versions it
-        has FAILED at once, unless it halts the rover.
+        Raises ValueError like commands.check, and on a viewer. If the rover's versions differ, the request is FAILED at
+        once, unless it halts the rover.
         """
         if self.viewer:
             raise commands.RefusedError(VIEWER)
@@ -148,22 +154,22 @@ class Session:
         return request_id
 
     def halted(self, request_id: int, by: str, now_ns: int) -> None:
-        """What halts the rover was asked for after this unheard request, which is sent no more."""
+        """Cancel an unconfirmed request because a halting command was requested after it."""
         text = f"`{commands.command(by).typed}` was asked for after it; not sent again, nothing was heard of it"
         report = self.requester.end(request_id, transactions.State.CANCELLED, transactions.Code.NONE, text, now_ns)
         self._unsaid += self._heard([report], now_ns)
 
     def unsaid(self) -> list[News]:
-        """News that no datagram brought: what was refused here as it was asked. Each once."""
+        """Return news that no datagram brought, such as requests refused here. Each once."""
         news, self._unsaid = self._unsaid, []
         return news
 
     def close(self, now_ns: int) -> list[News]:
-        """The station ends: news of what it has never sent."""
+        """End the station; returns news of the requests never sent."""
         return self._heard(self.requester.close(NOT_SENT, now_ns), now_ns)
 
     def _refuse(self, now_ns: int) -> list[News]:
-        """Both ends do not speak of the same thing: no command but those that halt the rover."""
+        """Refuse all commands that do not halt the rover: the versions of both ends differ."""
         reports = self.requester.refuse(f"not sent: {self.mismatch}; only stop, safe, emergency-stop", now_ns)
         return self._heard(reports, now_ns)
 
@@ -173,20 +179,20 @@ class Session:
 
     @property
     def transfers(self) -> dict[str, tuple[int, int]]:
-        """Chunks there and chunks in all of each product that is on its way."""
+        """Present and total number of chunks of each product in transfer."""
         return self._fetched.transfers
 
     def recall(self, kept_chunks: Callable[[], Iterable[bytes]]) -> None:
-        """Where the chunks are that were heard before a restart of the station; asked once, when of use."""
+        """Set the source of datagrams received before a restart of the station; it is called once, at first need."""
         self._fetched.kept_chunks = kept_chunks
 
     def awaits_product(self, request_id: int) -> bool:
-        """Whether a request is completed and what it sends is to come, or has."""
+        """Return whether a request is completed and sends a product, arrived or not."""
         request = self.requester.requests[request_id]
         return bool(product_name(request.telecommand)) and request.state == transactions.State.COMPLETED
 
     def product_of(self, request_id: int) -> bulk.Product | None:
-        """What a completed request brought: the object that its report names, else the newest announced since."""
+        """Return the product of a completed request: the object its report names, else the newest announced since."""
         request = self.requester.requests[request_id]
         if request.report is not None and request.report.data:
             return next((p for p in self.products.values() if p.object_id == request.report.data[0]), None)
@@ -194,7 +200,7 @@ class Session:
         return self._fetched.newest(product_name(asked), since_ns)
 
     def receive(self, datagram: bytes, now_ns: int) -> tuple[str, list[News]]:
-        """One datagram of the link: the verdict ("ok" or the check that failed), and what is new by it."""
+        """Process one datagram. Returns the verdict ("ok" or the check that failed) and the news."""
         before, news = self.boot_id, list[News]()
         try:
             opened = self._opener.open(datagram)
@@ -213,7 +219,7 @@ class Session:
         return "ok", news
 
     def _rover_booted(self, before: int, now_ns: int) -> list[News]:
-        """What was known of the boot before is known no more; news of the requests that end by it."""
+        """Discard the state of the old boot; returns news of the requests that end by the reboot."""
         self.sealer.boot_id = self.boot_id
         if not before:
             return []
@@ -255,9 +261,9 @@ class Session:
         return [ReportHeard(now_ns, request.telecommand.name, report)]
 
     def send(self, now_ns: int) -> list[bytes]:
-        """Sealed datagrams that are due; none outside of contact.
+        """Return the sealed datagrams that are due; none outside of contact.
 
-        What halts the rover goes to any boot; nothing else does before the rover was heard.
+        Halting commands are valid for any boot; all others wait until the rover is received.
         """
         if self.viewer or not self.in_contact(now_ns):
             return []
@@ -278,7 +284,7 @@ class Session:
         return sealed
 
     def next_due_ns(self, now_ns: int) -> int | None:
-        """When `send` should be called again; None: not before something was heard."""
+        """Return the time of the next `send`; None: not before the next reception."""
         due = [self.requester.next_due_ns(halting_only=not self.commanding or self.only_halts)]
         if self.viewer:
             return None

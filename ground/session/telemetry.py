@@ -1,4 +1,4 @@
-"""MAVLink bundles of the rover, decoded: values by the rows of protocol.telemetry, events once each, acknowledged."""
+"""Decoder of the rover's MAVLink bundles: values by the rows of protocol.telemetry; events once each, acknowledged."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from protocol import eldorado_dialect as dialect
 
 _SEVERITIES = ("critical", "critical", "critical", "error", "warning", "info", "info", "debug")
 _ACK_NS = 1_000_000_000
-_MAGIC, _FRAME_BYTES = 0xFD, 12  # MAVLink 2: header and checksum around the payload; none here is signed
+_MAGIC, _FRAME_BYTES = 0xFD, 12  # MAVLink 2: bytes of header and checksum; no frame here is signed
 
 
 class Value(NamedTuple):
-    """One item at onboard time; messages without a stamp have that of the message before."""
+    """One item at onboard time; messages without a stamp take that of the message before."""
 
     onboard_ns: int
     name: str
@@ -21,7 +21,7 @@ class Value(NamedTuple):
 
 
 class Event(NamedTuple):
-    """One event that was not known yet."""
+    """One new event."""
 
     onboard_ns: int
     serial: int
@@ -31,7 +31,7 @@ class Event(NamedTuple):
 
 
 class TelemetryReceiver:
-    """The ground's decoder for one boot of the rover."""
+    """Decoder for one boot of the rover."""
 
     def __init__(self) -> None:
         self._mavlink = dialect.MAVLink(None)
@@ -42,7 +42,7 @@ class TelemetryReceiver:
         self._ack_due_ns: int | None = None
 
     def receive(self, payload: bytes, now_ns: int) -> list[Value | Event]:
-        """Values and new events of one bundle. Raises WireError("mavlink") on a malformed one."""
+        """Return values and new events of one bundle. Raises WireError("mavlink") on a malformed one."""
         heard: list[Value | Event] = []
         for message in self._messages(payload):
             self._read_stamp(message)
@@ -57,24 +57,24 @@ class TelemetryReceiver:
         return heard
 
     def acknowledgements(self, now_ns: int) -> list[bytes]:
-        """Kind.REPORT payloads that acknowledge events; at most one a second."""
+        """Return Kind.REPORT payloads that acknowledge events; at most one a second."""
         payloads = self._events.send(now_ns)
         if payloads:
             self._acked_ns, self._ack_due_ns = now_ns, None
         return payloads
 
     def next_due_ns(self) -> int | None:
-        """When an acknowledgement is due that waits for its second; None while none waits."""
+        """Return the time of the acknowledgement that waits for its second; None if none waits."""
         return self._ack_due_ns
 
     def _values(self, message: Any) -> list[Value]:
         try:
             return [Value(self.onboard_ns, name, value) for name, value in telemetry.values(message).items()]
-        except (ValueError, OverflowError) as error:  # an angle that is infinite has no place on the circle
+        except (ValueError, OverflowError) as error:  # an infinite angle cannot be wrapped
             raise WireError("mavlink", f"{message.get_type()}: {error}") from error
 
     def _messages(self, payload: bytes) -> list[Any]:
-        """The messages that can be read: of one whose layout is not ours only the length is taken; it is counted."""
+        """Return the readable messages. A message with a foreign layout is skipped by its length, and counted."""
         found, at = list[Any](), 0
         while at < len(payload):
             if payload[at] != _MAGIC or at + _FRAME_BYTES > len(payload):

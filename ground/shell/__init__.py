@@ -1,1 +1,1 @@
-"""`ground shell`: many verbs on one open session."""
+"""`ground shell`: many verbs in one open session."""

@@ -1,10 +1,10 @@
-"""`ground shell`: lines of an operator on one open session of the link; the verbs are those of the command line.
+"""`ground shell`: an operator's lines in one open session of the link, with the verbs of the command line.
 
-    line -> a request on the session, which goes on while the next line is typed; or a verb that asks the archive
+    line -> a request in the session, which goes on while the next line is typed; or a verb that queries the archive
     news of the link -> printed above the prompt
 
-`Shell` is the logic, without terminal, clock or socket. In a terminal (`terminal`) there are history, completion
-and a line with the rover's state; from a pipe each line waits for the outcome of the one before.
+`Shell` is the logic, without terminal, clock or socket. A terminal (`terminal`) adds history, completion and a line
+with the rover's state; from a pipe each line waits for the outcome of the one before.
 """
 
 from __future__ import annotations
@@ -30,7 +30,11 @@ _HELP = (
 
 
 class Shell:
-    """verbs: carries out what needs no link, as the command line would; its exit code. codes: of what was asked."""
+    """Interpreter of the lines.
+
+    verbs: runs a verb that needs no link, as the command line would; returns its exit code.
+    codes: exit codes of the verbs so far.
+    """
 
     def __init__(self, verbs: Callable[[list[str]], int], lifetime_s: float = 60.0) -> None:
         self._verbs, self._lifetime_s = verbs, lifetime_s
@@ -40,7 +44,10 @@ class Shell:
         self.codes: list[int] = []
 
     def line(self, text: str, session: Session, now_ns: int) -> list[str]:
-        """One line typed; what is to be said of it at once. Never raises on what a person may type."""
+        """Process one line and return the immediate answer.
+
+        Typing errors never raise; they are answered with a line.
+        """
         try:
             words = shlex.split(text, comments=True)
             if words and words[0] == "ground":
@@ -82,7 +89,7 @@ class Shell:
         return [show.item_line(item, value) for item, value in known.items()]
 
     def arrived(self, session: Session) -> list[tuple[str, Path]]:
-        """Products that came for a request that named a file: (name, where to), each once."""
+        """Return the arrived products of requests that named a file: (name, path), each once."""
         found = []
         for request_id, path in list(self._files.items()):
             product = session.product_of(request_id) if session.awaits_product(request_id) else None
@@ -92,11 +99,11 @@ class Shell:
         return found
 
     def settled(self, session: Session) -> bool:
-        """Whether the outcome of everything that was asked is known, and what it sends has come."""
+        """Return whether all requests have their outcome and their products have arrived."""
         return all(self._settled(session, request_id) for request_id in self.asked)
 
     def code(self, session: Session) -> int:
-        """The exit code of all of it: the worst of the verbs', 1 where a request did not succeed."""
+        """Return the exit code of the shell: the highest of the verbs', at least 1 if a request did not succeed."""
         done = all(session.requester.requests[one].state is State.COMPLETED for one in self.asked)
         return max([0 if done else 1, *self.codes])
 
@@ -115,7 +122,7 @@ _TAKES = {"--start", "--expires", "--out", "--heading"}
 
 
 def _options(words: Sequence[str]) -> tuple[list[str], dict[str, str]]:
-    """The words without options, and the options. Raises ValueError for one that is not known here."""
+    """Return the words without options, and the options. Raises ValueError for an unknown one."""
     left: list[str] = []
     options: dict[str, str] = {}
     rest = iter(words)
@@ -141,7 +148,7 @@ def _options(words: Sequence[str]) -> tuple[list[str], dict[str, str]]:
 
 
 def completions() -> dict[str, object]:
-    """What may follow what, nested, for the prompt."""
+    """Return the words that may follow each word, nested, for the prompt."""
     from onboard.parameters import TABLE as PARAMETERS
     from protocol.telemetry import BY_NAME
 

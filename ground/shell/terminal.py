@@ -1,4 +1,4 @@
-"""The edge of `ground shell`: link, clock and archive in turns; lines from a terminal or a pipe."""
+"""Terminal and pipe of `ground shell`: runs link, clock and archive in turns, and reads the lines."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class _ClearedError(Exception):
 
 
 class Live:
-    """One session, turn by turn. contact_s: how long to wait for the first word of the rover; 0: for ever."""
+    """One session, turn by turn. contact_s: time limit for the first datagram of the rover, s; 0: none."""
 
     def __init__(self, station: Any, clock: Clock, teller: Teller, shell: Shell, save: Save, contact_s: float) -> None:
         self._station, self._clock, self._teller = station, clock, teller
@@ -46,7 +46,7 @@ class Live:
         return self._station.session
 
     def turn(self) -> None:
-        """Hears, tells, sends. Raises StationError where link or rover are not there."""
+        """Receive, print, send. Raises StationError if link or rover are absent."""
         turn = self._clock.turn(self._station.sent, None)
         assert turn is not None, "the wall clock does not end"
         self.now_ns = turn.now_ns
@@ -64,13 +64,13 @@ class Live:
             raise StationError(f"nothing heard of the rover within {self._contact_s:g} s")
 
     def line(self, text: str) -> list[str]:
-        """A line that was typed."""
+        """Process a typed line."""
         return self.shell.line(text, self.session, self.now_ns)
 
 
 def run(settings: Settings, station: Path | None, contact_s: float, teller: Teller,
         verbs: Callable[[list[str]], int], save: Save) -> int:  # fmt: skip
-    """Opens the link and takes lines until `quit`, the end of the pipe, or Ctrl-D; the exit code."""
+    """Open the link and process lines until `quit`, the end of the pipe, or Ctrl-D. Returns the exit code."""
     began_s = time.monotonic()
 
     def offline(words: list[str]) -> int:
@@ -78,7 +78,7 @@ def run(settings: Settings, station: Path | None, contact_s: float, teller: Tell
         if words == ["link"]:
             words = ["link", "--since", f"{time.monotonic() - began_s + 1:.0f}s"]
         if words[0] == "preview":
-            words = [*words, "--no-fetch"]  # the session that could ask is this one: `param list`
+            words = [*words, "--no-fetch"]  # this session is the one that could ask: `param list`
         return verbs([*words, *named])
 
     with ExitStack() as stack:
@@ -98,12 +98,12 @@ def run(settings: Settings, station: Path | None, contact_s: float, teller: Tell
 
 
 def opened(settings: Settings, utc_ns: int) -> Archive:
-    """The station's archive; the shell waits for nobody who holds it: what is heard is written when it can be."""
+    """Open the station's archive without waiting for a lock: rows are written when the file is free."""
     return Archive(settings.archive or ":memory:", utc_ns, "shell", wait_s=SHORT_WAIT_S, later=True)
 
 
 def from_pipe(live: Live, lines: Iterator[str | None]) -> int:
-    """Each line when all before it has its outcome. lines: None while there is none yet."""
+    """Process each line after all lines before it have their outcome. lines: None while no line is available."""
     for line in lines:
         live.turn()
         if line is not None:
@@ -117,7 +117,7 @@ def from_pipe(live: Live, lines: Iterator[str | None]) -> int:
 
 
 def piped(descriptor: int) -> Iterator[str | None]:
-    """Lines of a file or pipe as they come, None while none does; ends with it."""
+    """Yield lines of a file or pipe as they arrive, None while there is none; ends with the file."""
     waiting = b""
     while True:
         if not select.select([descriptor], [], [], 0)[0]:
@@ -134,7 +134,7 @@ def piped(descriptor: int) -> Iterator[str | None]:
 
 
 async def in_terminal(live: Live, history: Path | None, **terminal: Any) -> int:
-    """The prompt, and the link's turns beside it. terminal: input and output, for who is no terminal."""
+    """Run the prompt and the link's turns in parallel. terminal: input and output for tests without a terminal."""
     from prompt_toolkit import PromptSession
     from prompt_toolkit.auto_suggest import AutoSuggestFromHistory
     from prompt_toolkit.completion import NestedCompleter
@@ -158,7 +158,7 @@ async def in_terminal(live: Live, history: Path | None, **terminal: Any) -> int:
                 done, _ = await asyncio.wait({asked, turning}, return_when=asyncio.FIRST_COMPLETED)
                 if turning in done:
                     asked.cancel()
-                    await turning  # raises what ended it
+                    await turning  # raises the error that ended it
                 try:
                     _print(live.line(asked.result()))
                 except EOFError:

@@ -1,1 +1,1 @@
-"""The session on a real link: settings, keys, clock, the memory of counters."""
+"""The session on a real link: settings, keys, clock, saved counters."""

@@ -1,7 +1,7 @@
-"""The station's time: the wall, or bench time handed out turn by turn by the barrier.
+"""The station's clock: wall time, or bench time granted turn by turn by the barrier.
 
-Both clocks have the same face: `turn(sent, wake_ns)` says how many datagrams were put so far and when the station wants
-to be called again, and returns the next Turn, or None when the bench has ended the run.
+Both clocks have the same interface. `turn(sent, wake_ns)` reports how many datagrams were sent so far and when the
+station needs the next turn; it returns that Turn, or None after the bench has ended the run.
 """
 
 from __future__ import annotations
@@ -20,23 +20,30 @@ _POLL_NS = 5_000_000
 
 
 def first_nonce() -> int:
-    """For a station's first hello, 63 bit: higher than an earlier program used while the wall clock is not set back."""
+    """Return a 63-bit nonce for a station's first hello.
+
+    It is above that of every earlier program unless the wall clock was set back.
+    """
     return time.time_ns() >> 20 << 20 | secrets.randbits(20)
 
 
 class ClockError(RuntimeError):
-    """The bench cannot be reached or has gone; the text is one line."""
+    """The bench cannot be reached or has closed. The text is one line."""
 
 
 class Turn(NamedTuple):
-    """Now, and how many datagrams the link has delivered since the start (None: take what is there)."""
+    """One turn.
+
+    now_ns: time of the station's clock.
+    delivered: datagrams the link has delivered since the start; None: take all that have arrived.
+    """
 
     now_ns: int
     delivered: int | None
 
 
 class WallClock:
-    """Time since the clock was made; looks at the link every 5 ms."""
+    """Time since the clock was created; polls the link every 5 ms."""
 
     repeatable = False
 
@@ -50,7 +57,7 @@ class WallClock:
         pass
 
     def turn(self, sent: int, wake_ns: int | None) -> Turn | None:
-        """Sleeps until `wake_ns`, at most 5 ms."""
+        """Sleep until `wake_ns`, at most 5 ms."""
         now_ns = time.monotonic_ns() - self._start_ns
         until_ns = now_ns + _POLL_NS if wake_ns is None else min(wake_ns, now_ns + _POLL_NS)
         if until_ns > now_ns:
@@ -58,7 +65,7 @@ class WallClock:
         return Turn(time.monotonic_ns() - self._start_ns, None)
 
     def finish(self, sent: int, code: int) -> None:
-        """Nothing to say to anybody."""
+        """Nothing to do: no bench waits for the end."""
 
 
 class LockstepClock:
@@ -86,7 +93,7 @@ class LockstepClock:
         welcome = self._hear()
         if not isinstance(welcome, barrier.Welcome):
             raise ClockError(f"the bench did not answer HELLO with WELCOME but {type(welcome).__name__}")
-        peer.settimeout(None)  # how long a tick may take is the bench's business: it names who does not answer
+        peer.settimeout(None)  # the bench limits the time of a tick, and names the participant that does not answer
         self._tick_ns = welcome.tick_ns
         return self
 
@@ -94,7 +101,7 @@ class LockstepClock:
         self._stack.close()
 
     def turn(self, sent: int, wake_ns: int | None) -> Turn | None:
-        """Answers the tick before with DONE and waits for the next one; None after STOP."""
+        """Answer the last tick with DONE and wait for the next; None after STOP."""
         if self._tick is not None:
             self._say(barrier.Done(self._tick.number, self._wake_tick(self._tick, wake_ns), {"up_in": sent}))
         message = self._hear()
@@ -110,7 +117,7 @@ class LockstepClock:
         return Turn(message.now_ns, self._delivered)
 
     def finish(self, sent: int, code: int) -> None:
-        """Answers the last tick and tells the bench that the script is over: "finished" is 1 + exit code."""
+        """Answer the last tick and report the end of the script to the bench: "finished" is 1 + exit code."""
         if self._tick is not None:
             self._say(barrier.Done(self._tick.number, NEVER_TICK, {"up_in": sent, "finished": 1 + code}))
             self._tick = None

@@ -1,17 +1,18 @@
-"""The counter of a halting command, also where the station's disk refuses it, and where it did so before.
+"""Counter of a halting command, also if the station's disk cannot be written now or could not be before.
 
-The rover takes a counter that is above its mark and at most MAX_JUMP above it; its mark is then that counter. The
-station's file has `halt`, the next one, and `told`, the one after the newest that the rover is known to have taken.
+The rover accepts a counter that is above its mark and at most MAX_JUMP above it; its mark is then that counter. The
+station's file has `halt`, the next counter, and `told`, the one after the newest that the rover is known to have
+accepted. `unheard` counts halting datagrams without an answer.
 
     told      halt            told + 2^18             told + 2^19             told + 2^20
     |---------|---------------|-----------------------|-----------------------|
               ^ kept          ^ unkept, unheard       ^ kept, unheard         no jump goes further
 
-Rule 1: while the file can be written each command takes `halt` and leaves halt + 1.
-Rule 2: while it cannot, the seconds of UTC are added, modulo 2^16: two processes that both cannot write differ, and the
-        later is above the earlier. Such a counter is in no file, so the mark may be ahead of the file after that.
-Rule 3: of every four halting datagrams that are not answered the next goes a step further: the mark may be ahead. Steps
-        count from `told`, not from each other, so no number of unheard stops leads out of the rover's jump.
+Rule 1: While the file can be written, each command takes `halt` and stores halt + 1.
+Rule 2: While it cannot, the seconds of UTC are added, modulo 2^16. Two processes that both cannot write then differ,
+        and the later is above the earlier. No file has such a counter, so the mark may be ahead of the file after that.
+Rule 3: After every four halting datagrams without an answer the counter goes a step further, since the mark may be
+        ahead. Steps count from `told`, not from each other, so no number of unanswered stops exceeds the rover's jump.
 """
 
 from __future__ import annotations
@@ -21,12 +22,15 @@ _CLOCK, _UNKEPT, _UNKEPT_STEP, _KEPT, _KEPT_STEP = 1 << 16, 1 << 18, 1 << 16, 1 
 
 
 def kept(halt: int, told: int, unheard: int) -> int:
-    """Where the file can be written. unheard: halting datagrams of this process since the rover answered one."""
+    """Return the counter if the file can be written.
+
+    unheard: halting datagrams of this process since the rover answered one.
+    """
     step = min(unheard // UNHEARD, STEPS)
     return max(halt, told + _KEPT + (step - 1) * _KEPT_STEP) if step else halt
 
 
 def unkept(halt: int, told: int, unheard: int, utc_s: int) -> int:
-    """Where it cannot."""
+    """Return the counter if the file cannot be written."""
     step, clock = min(unheard // UNHEARD, STEPS), utc_s % _CLOCK
     return max(halt, told + _UNKEPT + (step - 1) * _UNKEPT_STEP if step else 0) + clock

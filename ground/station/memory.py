@@ -1,13 +1,13 @@
-"""What a station must not forget: its next numbers, and what it last knew of the rover.
+"""Saved state of a station: its next counters and request ids, and the last known state of the rover.
 
-The file always says more than was used: a block is reserved, written and synced before its first number is sealed,
-so after a crash no counter is used twice. Several processes of one station reserve blocks of their own (file lock); one
-whose numbers fall behind those of the others takes a new block, or the rover's replay window would pass over it.
-Request ids tell which of two requests was asked first, so none is taken of a block that is not the newest. The counters
-of halting commands only rise on board, so they are taken one by one (`halt_numbers`).
+The file is always ahead of the numbers in use: a block is reserved, written and synced before its first number is
+sealed, so no counter is used twice after a crash. Several processes of one station reserve blocks of their own (file
+lock). A process whose numbers fall behind those of the others takes a new block; otherwise the rover's replay window
+would pass over it. Request ids give the order of two requests, so they come from the newest block only. The rover
+accepts counters of halting commands only in rising order, so these are taken one by one (`halt_numbers`).
 
 A process that cannot write the file may still halt the rover (`unkept`). Its request ids lie in a gap before each
-block, which no other process uses: above all that was asked before, below all that is asked when the disk writes again.
+block, which no other process uses: above all earlier ids, below all ids taken when the disk can be written again.
 """
 
 from __future__ import annotations
@@ -27,14 +27,20 @@ from onboard.config import ConfigError
 from protocol.link import WINDOW
 
 COUNTERS, REQUESTS = 640, 256
-GAP = 4096  # request ids before a block, for processes that cannot write: by the second, they come again after an hour
-BEHIND = WINDOW - 2 * COUNTERS  # four processes at once stay nearer together than this
+GAP = 4096  # request ids before a block for processes that cannot write: one a second, repeated after an hour
+BEHIND = WINDOW - 2 * COUNTERS  # four processes at once stay closer together than this
 _NEW = {"counter": 0, "request_id": 1, "boot_id": 0}
-_LATER = {"halt": 0, "told": -1, "epoch": -1, "heard": -1, "rtt_ns": 0}  # files of before have none of these
+_LATER = {"halt": 0, "told": -1, "epoch": -1, "heard": -1, "rtt_ns": 0}  # older files lack these
 
 
 class Block(NamedTuple):
-    """Numbers from the first to before the end belong to this process. kept: what is known of the rover."""
+    """Numbers of this process, from the first to before the end.
+
+    counter, counter_end: datagram counters.
+    request_id, request_end: request ids.
+    boot_id: newest boot id of the rover.
+    kept: saved link state.
+    """
 
     counter: int
     counter_end: int
@@ -45,15 +51,15 @@ class Block(NamedTuple):
 
 
 class Memory:
-    """One station's file in a state folder; without a folder numbers start from zero and nothing is kept (a bench)."""
+    """File of one station in a state folder. Without a folder (a bench) numbers start at zero and nothing is saved."""
 
     def __init__(self, folder: str, station: int) -> None:
         self._path = Path(folder) / f"station-{station}.json" if folder else None
         self._bench = _NEW | _LATER
-        self._read_ns, self._reserved = -1, 0  # when the file was that was read last; the end of all blocks in it
+        self._read_ns, self._reserved = -1, 0  # mtime of the file at the last read; end of all blocks in it
 
     def reserve(self, boot_id: int = 0) -> Block:
-        """The next block; also notes the newest boot id. Raises OSError or ConfigError where that fails."""
+        """Reserve the next block, and store the newest boot id. Raises OSError or ConfigError on failure."""
         with self._changed() as tree:
             counter, request_id = tree["counter"], tree["request_id"] + (GAP if self._path is not None else 0)
             tree["counter"], tree["request_id"] = counter + COUNTERS, request_id + REQUESTS
@@ -62,34 +68,34 @@ class Memory:
             return Block(counter, counter + COUNTERS, request_id, request_id + REQUESTS, kept.boot_id, kept)
 
     def unkept(self, utc_s: int) -> Block:
-        """Numbers for halting the rover, where `reserve` has failed; as far as the file can be read, by that."""
+        """Return numbers for halting the rover after `reserve` has failed, from the file if it can be read."""
         tree = self._readable()
         return Block(tree["counter"], tree["counter"], tree["request_id"] + utc_s % GAP, tree["request_id"] + GAP,
                      tree["boot_id"], _kept(tree))
 
     def overtaken(self, block: Block) -> bool:
-        """Whether another process of the station has reserved numbers since: what it asks for has higher ids."""
+        """Return whether another process of the station has reserved numbers since: its requests have higher ids."""
         return self._path is not None and self._read()["request_id"] > block.request_end
 
     def next_halt(self, unheard: int = 0) -> int:
-        """The counter of one halting command, on the disk before it is used. Raises as `reserve` does."""
+        """Return the counter of one halting command, stored on the disk before use. Raises like `reserve`."""
         with self._changed() as tree:
             tree["halt"] = halt_numbers.kept(tree["halt"], _told(tree), unheard) + 1
             return tree["halt"] - 1
 
     def unkept_halt(self, unheard: int, utc_s: int) -> int:
-        """The same where `next_halt` has failed."""
+        """Return such a counter after `next_halt` has failed."""
         tree = self._readable()
         return halt_numbers.unkept(tree["halt"], _told(tree), unheard, utc_s)
 
     def halt_told(self, counter: int) -> None:
-        """The rover has answered a halting command of up to this counter. Raises as `reserve` does."""
+        """Store that the rover has answered halting commands up to this counter. Raises like `reserve`."""
         with self._changed() as tree:
             tree["told"] = max(_told(tree), counter + 1)
             tree["halt"] = max(tree["halt"], tree["told"])
 
     def note(self, kept: Kept) -> None:
-        """What is known of the rover now; an older boot or counter than is there changes nothing."""
+        """Store the link state; an older boot or counter than the stored one changes nothing."""
         with self._changed() as tree:
             _note_boot(tree, kept.boot_id)
             tree["epoch"] = max(tree["epoch"], kept.epoch)
@@ -98,7 +104,7 @@ class Memory:
             tree["rtt_ns"] = kept.rtt_ns or tree["rtt_ns"]
 
     def behind(self, counter: int) -> bool:
-        """Whether the blocks of other processes are so far on that this number is soon too old for the rover."""
+        """Return whether other processes' blocks are so far ahead that the rover will soon refuse this counter."""
         if self._path is None:
             return False
         changed_ns = self._path.stat().st_mtime_ns
@@ -114,7 +120,7 @@ class Memory:
 
     @contextmanager
     def _changed(self) -> Iterator[dict[str, int]]:
-        """The file's content, changed within; nobody else does meanwhile."""
+        """Yield the file's content for a change, under the lock, and write it afterwards."""
         if self._path is None:
             yield self._bench
             return
@@ -142,7 +148,7 @@ class Memory:
 
 
 def write_safely(path: Path, tree: Mapping[str, int]) -> None:
-    """Writes JSON, on the disk when it returns: whole, or what was there before. Raises OSError."""
+    """Write JSON atomically; it is on the disk when this returns. Raises OSError."""
     fresh = path.with_suffix(".new")
     with open(fresh, "w", opener=private) as file:
         json.dump(tree, file)
@@ -153,7 +159,7 @@ def write_safely(path: Path, tree: Mapping[str, int]) -> None:
 
 
 def force_names(folder: Path) -> None:
-    """The names in a folder are on the disk when this returns: without it a crash may bring a file of before back."""
+    """Sync the names in a folder to the disk: without it a crash may restore an older file."""
     descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
     try:
         os.fsync(descriptor)
@@ -166,11 +172,11 @@ def _kept(tree: Mapping[str, int]) -> Kept:
 
 
 def _told(tree: Mapping[str, int]) -> int:
-    """A file of before does not say it: then all were."""
+    """Return `told`; an older file lacks it: then the rover accepted all."""
     return tree["told"] if tree["told"] >= 0 else tree["halt"]
 
 
 def _note_boot(tree: dict[str, int], boot_id: int) -> None:
-    """A newer boot counts its datagrams anew."""
+    """Store a newer boot; its datagram counter restarts."""
     if boot_id > tree["boot_id"]:
         tree["boot_id"], tree["heard"] = boot_id, -1

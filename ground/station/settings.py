@@ -1,4 +1,4 @@
-"""The station's own settings: which link, which keys, where its memory and archive are. One flat TOML file."""
+"""Settings of the station: link, keys, state folder, archive. One flat TOML file."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ PLACES = (Path("ground.toml"), Path("build/sim/ground.toml"))
 
 @dataclass(frozen=True, slots=True)
 class Settings:
-    """One station. Relative paths are taken from the file's own folder."""
+    """Settings of one station. Relative paths are relative to the file's folder."""
 
     endpoint: str = value("tcp/127.0.0.1:7448", "zenoh locator of the link's ground side; udp/HOST:PORT: the rover")
     one_way_s: float = value(1.3, "delay of a udp/ link, one way: nobody there after 8 of it and 5 s", low=0, high=60)
@@ -37,11 +37,11 @@ class Settings:
 
 
 class NoStationError(ConfigError):
-    """No station file was named and none lies where it is looked for."""
+    """No station file was named and none exists in the default places."""
 
 
 def load_settings(path: Path | None) -> Settings:
-    """The named file, or the first of PLACES that exists. Raises NoStationError or ConfigError, one line each."""
+    """Load the named file, or the first of PLACES that exists. Raises NoStationError or ConfigError, one line each."""
     if path is None:
         path = next((place for place in PLACES if place.exists()), None)
         if path is None:
@@ -61,7 +61,7 @@ def load_settings(path: Path | None) -> Settings:
 
 
 def station_keys(settings: Settings) -> LinkKeys:
-    """Both directions' keys, from the files or from the bench's seed. Raises ConfigError."""
+    """Return both directions' keys, from the files or from the bench's seed. Raises ConfigError."""
     if settings.downlink_key:
         if not settings.state:
             raise ConfigError("state: with key files a folder is needed, where the counters outlive the station")
@@ -82,7 +82,7 @@ def station_keys(settings: Settings) -> LinkKeys:
 
 
 def load_schedule(settings: Settings) -> Schedule:
-    """The contact windows that the settings name. Raises ConfigError, one line."""
+    """Return the contact windows that the settings name. Raises ConfigError, one line."""
     if not settings.contacts:
         return Schedule()
     try:

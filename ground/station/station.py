@@ -1,4 +1,4 @@
-"""The station's shell: its end of the link, the memory of counters, the archive; the logic is in `session`."""
+"""The station: its end of the link, saved counters and archive, around the logic in `session`."""
 
 from __future__ import annotations
 
@@ -29,20 +29,20 @@ _S = 1_000_000_000
 _SPARE = 512  # more numbers than one turn can use
 _MOST_PER_TURN = 2000
 _NOTE_NS = 10_000_000_000
-_LIMIT_S = 30.0  # for what the bench has counted
+_LIMIT_S = 30.0  # for datagrams that the bench has counted
 
 
 class StationError(RuntimeError):
-    """The link does not answer; the text is one line."""
+    """The link does not answer. The text is one line."""
 
 
 class Station:
-    """One station on the link. Use it inside `with`: an open zenoh session hangs the interpreter at its end."""
+    """One station on the link. Use it inside `with`: an open zenoh session blocks the interpreter's exit."""
 
     def __init__(self, settings: Settings, archive: Archive, halts_utc_ns: int | None = None) -> None:
-        """halts_utc_ns: where all that is to be asked halts the rover, the UTC now: then no file of its own stops it.
+        """halts_utc_ns: UTC now, if all requests will halt the rover: then no unusable file of the station stops them.
 
-        `without` has a line for each that could not be used.
+        `without` has a line for each file that could not be used.
         """
         keys = self._keys = station_keys(settings)
         self.without: list[str] = []
@@ -50,7 +50,7 @@ class Station:
         self._settings, self._archive = settings, archive
         self._memory = Memory(settings.state, settings.station)
         self._block = self._reserved(halts_utc_ns)
-        kept = self._block.kept if settings.downlink_key else Kept(self._block.boot_id)  # a bench may begin anew
+        kept = self._block.kept if settings.downlink_key else Kept(self._block.boot_id)  # a bench may restart its boots
         self.session = Session(keys, settings.station, up_bps=settings.up_bps, kept=kept,
                                schedule=self._schedule(halts_utc_ns is not None))
         self.session.only_halts = self._block.counter == self._block.counter_end
@@ -86,7 +86,7 @@ class Station:
         self.session.sealer.counter, self.session.requester.next_id = block.counter, block.request_id
 
     def _next_halt(self) -> int:
-        """The counter of a halting command: a stop goes out though this station's own disk refuses."""
+        """Return the counter of a halting command: a stop is sent even if this station's disk cannot be written."""
         try:
             self._last_halt = self._memory.next_halt(self._unheard)
         except (OSError, ConfigError):
@@ -103,7 +103,7 @@ class Station:
                 self._memory.halt_told(self._last_halt)
 
     def _take_id(self) -> int:
-        """The id of a request: above all that processes of this station have asked for, where the disk lets us know."""
+        """Return a request id above all ids of this station's processes, as far as the disk can be read."""
         requester = self.session.requester
         if self.session.only_halts:
             return requester.count_id()
@@ -122,7 +122,7 @@ class Station:
             return []
 
     def _note(self) -> None:
-        with suppress(OSError, ConfigError):  # it only narrows what could be replayed to the next start
+        with suppress(OSError, ConfigError):  # it only limits replays until the next start
             self._memory.note(self.session.kept)
 
     def __enter__(self) -> Self:
@@ -154,15 +154,15 @@ class Station:
 
     @property
     def linked(self) -> bool:
-        """Whether anybody is at the other end now. Without a session also while what halts the rover is repeated."""
+        """True if the link has a peer now; on a link without sessions also while a halting command is retransmitted."""
         return self._end.linked or (self._end.sends_unasked and any(
             request.own and not request.state.final and commands.halts(request.payload)
             for request in self.session.requester.requests.values()))
 
     def wait_open(self, limit_s: float, alone_s: float) -> None:
-        """Knocks until the link's carrier answers; with no peer at all only for alone_s. Raises StationError.
+        """Probe until the link's carrier answers; without any peer only for `alone_s`. Raises StationError.
 
-        Where all that is to be asked halts the rover, and the carrier needs no answer first, nothing is waited for.
+        Returns at once if all requests will halt the rover and the carrier needs no answer first.
         """
         if self._only_halts and self._end.sends_unasked:
             return
@@ -171,7 +171,10 @@ class Station:
             raise StationError(f"no link at {self._settings.endpoint}: {found}; {TO_HAVE_A_ROVER}")
 
     def turn(self, turn: Turn) -> list[News]:
-        """Takes what the turn counts (or what is there), and hands it to the session. Commits nothing yet."""
+        """Receive the datagrams of the turn (or all that arrived) and process them in the session.
+
+        Commits nothing yet.
+        """
         news: list[News] = []
         for datagram in self._take(turn.delivered):
             verdict, heard = self.session.receive(datagram, turn.now_ns)
@@ -192,7 +195,7 @@ class Station:
             raise StationError(str(error)) from error
 
     def flush(self, now_ns: int) -> list[News]:
-        """Makes the turn's rows safe, then puts what is due on the link; news of the station's own."""
+        """Commit the turn's rows, then send what is due; returns news of the station itself."""
         self._now_ns = now_ns
         self._renew_block()
         self._add_requests()
@@ -222,10 +225,10 @@ class Station:
             self._archive.add("requests", requests[request_id].made_ns, request_id, self.session.station, asked.name,
                               json.dumps(asked.arguments), requests[request_id].payload, requests[request_id].asked_by)
             self._archived.add(request_id)
-        self._archived &= requests.keys()  # what the session has forgotten
+        self._archived &= requests.keys()  # requests that the session has forgotten
 
     def _take_over(self, now_ns: int) -> list[News]:
-        """Once, as the rover is heard: what earlier processes of this station asked and did not see the end of."""
+        """Take over, once the rover is received, open requests of earlier processes of this station."""
         session, settings = self.session, self._settings
         if self._took_over or session.heard_ns is None or session.viewer or not (settings.state and session.utc_ns):
             return []
@@ -241,7 +244,7 @@ class Station:
                                         text=words)
                 news.append(ReportHeard(now_ns, one.name, ended))
                 continue
-            with suppress(WireError):  # of an archive that had no payloads
+            with suppress(WireError):  # of an archive without payloads
                 here = one.serial >= 0 and one.boot_id == session.boot_id
                 session.requester.take_over(one.payload, report if here else None, now_ns)
                 self._archived.add(one.request_id)
@@ -249,7 +252,7 @@ class Station:
 
     @property
     def trouble(self) -> str:
-        """Why what is heard cannot be archived now; "": it is."""
+        """Cause for which rows cannot be archived now; "": none."""
         return self._archive.trouble
 
     def _log(self, at_ns: int, direction: str, verdict: str, datagram: bytes) -> None:
@@ -267,7 +270,7 @@ class Station:
             due = used_up or self._memory.behind(session.sealer.counter)
             if due or (self._settings.state and session.boot_id > block.boot_id):
                 self._use(self._memory.reserve(session.boot_id))
-        except OSError as error:  # a newer boot is worth a try, no more
+        except OSError as error:  # storing a newer boot is optional
             if used_up:
                 session.only_halts = True
                 self._use(self._memory.unkept((session.utc_ns + self._now_ns) // _S))

@@ -1,4 +1,4 @@
-"""Who sits at this station, for the archive: where several people share it, one asks who sent the rover there."""
+"""User at this station, for the archive: with several people at one station it records the author of each request."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import socket
 
 
 def by_hand(way: str) -> str:
-    """A way of asking with user and computer: `command line alice@desk`."""
+    """Return the origin of a request with user and computer: `command line alice@desk`."""
     try:
         user = getpass.getuser()
     except (KeyError, OSError):  # a user id without a name

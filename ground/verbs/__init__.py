@@ -1,1 +1,1 @@
-"""The command line: what is asked of the rover, and of the archive; the options that verbs share."""
+"""The command line: requests to the rover, queries of the archive, and the options that verbs share."""

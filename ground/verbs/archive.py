@@ -1,4 +1,4 @@
-"""The verbs `ground archive ...`: what an archive holds, what is missing, copies for other programs, less of it."""
+"""The verbs `ground archive ...`: content and gaps of an archive, export, removal of old rows, entry of lost ones."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ Name = Annotated[list[str] | None, typer.Option(
 
 @app.command(epilog="Examples: ground archive info | ground archive info --archive old.db --json")
 def info(file: File = None, station: StationFile = None, as_json: Json = False) -> None:
-    """How much of what, from when to when, how large."""
+    """Show row counts, first and last time, and size."""
     path = archive_path(file, station)
     with read.reading(path) as db:
         known = read.info(db)
@@ -62,7 +62,7 @@ def show(
     name: Name = None, since: Since = "", until: Until = "", run: Run = 0, last: Last = 0, file: File = None,
     station: StationFile = None, as_json: Json = False,
 ) -> None:  # fmt: skip
-    """Rows of a table by name and time."""
+    """Show rows of a table, selected by name and time."""
     asked = span(since, until, name or (), run, last)
     with read.reading(archive_path(file, station)) as db:
         try:
@@ -75,7 +75,7 @@ def show(
 
 
 def _line(row: dict[str, Any], zeros: dict[int, int]) -> str:
-    """zeros: of onboard time, by boot, where a row's own time is to be told."""
+    """zeros: UTC in ns at onboard time 0, by boot, where a row's onboard time is shown."""
     at, onboard_ns = row.pop("utc_ns"), row.get("onboard_ns")
     onboard = when.onboard(onboard_ns, zeros.get(row.get("boot_id", 0)))
     words = (f"{len(value)} B" if isinstance(value, bytes) else str(value)
@@ -87,7 +87,7 @@ def _line(row: dict[str, Any], zeros: dict[int, int]) -> str:
 def gaps(
     since: Since = "", until: Until = "", file: File = None, station: StationFile = None, as_json: Json = False
 ) -> None:
-    """What was sent and not heard: datagrams, events; silences of more than 3 s; when no station was open."""
+    """Show gaps: datagrams and events not received, silences over 3 s, times without an open station."""
     with read.reading(archive_path(file, station)) as db:
         found = read.gaps(db, span(since, until))
     for gap in found:
@@ -135,7 +135,7 @@ def prune(
     mb: Annotated[float, typer.Option(min=0, metavar="MB", help="Then the oldest, until no more is in use.")] = 0.0,
     yes: Yes = False, file: File = None, station: StationFile = None, as_json: Json = False,
 ) -> None:  # fmt: skip
-    """Remove old rows, raw datagrams first; the chain of every command stays for ever. Gives the space back."""
+    """Remove old rows, raw datagrams first; the history of every command stays. Gives the space back to the disk."""
     if not older and not mb:
         raise typer.BadParameter("say what may go: --older AGE, --mb MB, or both")
     before_ns = span(older, "").since_ns
@@ -157,7 +157,7 @@ def fill(
     record: Annotated[Path, typer.Argument(metavar="RECORD", help="Record of the rover, or a slice of one (.mcap).")],
     file: File = None, station: StationFile = None, as_json: Json = False,
 ) -> None:  # fmt: skip
-    """Enter what a rover's record says it told and the link lost: values and events, marked as filled."""
+    """Enter values and events from a rover's record that the link lost; they are marked as filled."""
     from ground.archive.record_talk import NoRecordError, NoTalkError, told_down
 
     try:

@@ -1,4 +1,4 @@
-"""One verb as one operation: its words a plan, the link opened and closed, how it ended as exit code and last line."""
+"""Execution of one verb as one operation: its words become a plan, its outcome an exit code and a last line."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ from protocol.transactions import Code, State
 
 
 def ask(station: Path | None, plan: Plan, as_json: bool) -> tuple[int, Session]:
-    """Carries out a plan by a station's file, and tells; the exit code, and the session as it was left."""
+    """Run a plan with a station's file and print its news. Returns the exit code and the session."""
     settings = load_settings(station)
     return operate(settings, plan, _teller(as_json, plan.report_s or settings.report_s))
 
 
 def _teller(as_json: bool, report_s: float) -> Teller:
-    """Bars in a terminal, lines elsewhere."""
+    """Return bars in a terminal, lines elsewhere."""
     if as_json or not sys.stdout.isatty():
         return Teller(line_out, as_json, report_s)
     from ground.operation.bars import Bars
@@ -35,7 +35,7 @@ def _teller(as_json: bool, report_s: float) -> Teller:
 
 
 def leave(code: int, session: Session) -> NoReturn:
-    """Ends the command; what did not succeed is told in one last line."""
+    """Exit with the code; if the command did not succeed, the last line states why."""
     if code == TEMPORARY:
         last_words(_unfinished(session))
     elif code == FAILED:
@@ -44,7 +44,7 @@ def leave(code: int, session: Session) -> NoReturn:
 
 
 def _unfinished(session: Session) -> str:
-    """What goes on where the station has no more time for it."""
+    """Return what goes on after the station's time limit."""
     still = [r for r in session.requester.requests.values() if r.own and not r.state.final]
     if len(still) != 1 or still[0].telecommand.name != "lease_ask" or still[0].state != State.STARTED:
         return "; ".join(["not finished in time", *(left(session) or ["nothing was sent"])])
@@ -54,7 +54,7 @@ def _unfinished(session: Session) -> str:
 
 
 def _failure(session: Session) -> str:
-    """What the rover said of what did not succeed: cancelled, where nothing worse happened."""
+    """Return the rover's report of a failed request; "cancelled" if nothing worse happened."""
     lost = [r for r in session.requester.requests.values() if r.own and r.state != State.COMPLETED]
     own = [r.report.text for r in lost if r.report is not None and r.report.code == Code.VERSION]
     if own:
@@ -66,16 +66,16 @@ def _failure(session: Session) -> str:
 
 
 def last_words(text: str) -> None:
-    """The one line that says why."""
+    """Print the last line, with the cause."""
     line_beside(f"ground: {text}")
 
 
 def _start(word: str) -> tuple[float, int]:
-    """Onboard time in s, or UTC in ns; the other one is 0."""
+    """Return onboard time in s, or UTC in ns; the other one is 0."""
     try:
         if "T" in word:
             return 0.0, utc_ns(word)
-        if (start_s := float(word)) >= 0.0:  # no NaN passes
+        if (start_s := float(word)) >= 0.0:  # excludes NaN
             return start_s, 0
     except ValueError:
         pass
@@ -84,7 +84,7 @@ def _start(word: str) -> tuple[float, int]:
 
 
 def plan_of(words: list[str], contact_s: float, timeout_s: float, lifetime_s: float = 60.0, start: str = "0") -> Plan:
-    """The plan of a single command."""
+    """Return the plan of a single command."""
     try:
         name, arguments = commands.parse(words)
     except ValueError as error:
@@ -95,7 +95,7 @@ def plan_of(words: list[str], contact_s: float, timeout_s: float, lifetime_s: fl
 
 
 def carry_out(words: list[str], options: dict[str, Any]) -> None:
-    """Carries out a verb that is made from the table."""
+    """Run a verb that was made from the table."""
     plan = plan_of(words, options["contact"], options["timeout"], start=options["start"])
     code, session = ask(options["station"], plan, options["as_json"])
     sent = commands.command(plan.steps[0].name).sends

@@ -1,4 +1,4 @@
-"""`ground contacts show` and `send`: the station's own contact windows, here and to the rover."""
+"""The verbs `ground contacts show` and `send`: the station's contact windows, here and to the rover."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ Run = Callable[[Plan, Path | None, bool], None]
 
 
 def add(family: typer.Typer, run: Run, out: Callable[[str], None]) -> None:
-    """Both verbs, beside those of the dictionary. run(plan, station file, as_json) carries one out and leaves."""
+    """Add both verbs to the family. run(plan, station file, as_json) runs one and exits."""
 
     @family.command("show", epilog="Example: ground contacts show")
     def show_windows(station: StationFile = None) -> None:
-        """List the station's contact windows, and whether one is open now; the rover is not asked."""
+        """List the station's contact windows and the present contact state; the rover is not asked."""
         settings = load_settings(station)
         schedule = load_schedule(settings)
         for begin_ns, end_ns in schedule.windows.spans:
@@ -37,7 +37,7 @@ def add(family: typer.Typer, run: Run, out: Callable[[str], None]) -> None:
     def send_windows(
         timeout: Timeout = 60.0, contact: Contact = 20.0, station: StationFile = None, as_json: Json = False
     ) -> None:
-        """Tell the rover the station's next windows (at most 16), in onboard time as it is known here."""
+        """Send the station's next windows (at most 16) to the rover, in onboard time as estimated here."""
         if not load_schedule(load_settings(station)).windows.spans:
             raise typer.BadParameter("the station has none: name a file of windows as `contacts` in the station file")
         step = Step(1, "contacts send", "contacts", "contacts_set", {}, None)

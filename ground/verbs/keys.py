@@ -1,10 +1,12 @@
-"""`ground keys`: makes and pairs keys, names them, puts the next epoch in force. No secret is ever shown.
+"""The verbs `ground keys ...`: make and pair keys, show their fingerprints, activate the next epoch.
+
+Secrets stay hidden.
 
     FOLDER/rover/command.keys, downlink.key       for the rover: every station's command key, its own downlink key
     FOLDER/station-1/command.key, downlink.key    for operator station 1: its own command key alone
-    FOLDER/viewer/downlink.key                    for who may watch and not command
+    FOLDER/viewer/downlink.key                    for a station that may watch and not command
 
-The first pairing is by file: each folder is carried to where it belongs by a way that nobody else can read.
+The first pairing is by file: each folder is carried to its owner by a way that nobody else can read.
 """
 
 from __future__ import annotations
@@ -28,9 +30,9 @@ Rotate = Callable[[int, float, float, Path | None, bool], None]
 
 
 def write_keys(folder: Path, stations: int, epochs: int) -> list[Path]:
-    """Makes new keys for a rover and its stations, each file of mode 0600, each folder of 0700.
+    """Make new keys for a rover and its stations: files with mode 0600, folders with mode 0700.
 
-    Raises ConfigError where one of the files is there already, before any is written; OSError.
+    Raises ConfigError before any is written if one of the files exists already; OSError.
     """
     up = {station: secrets.token_bytes(32) for station in range(1, stations + 1)}
     down = {DOWNLINK_KEY_ID: secrets.token_bytes(32)}
@@ -52,7 +54,7 @@ def write_keys(folder: Path, stations: int, epochs: int) -> list[Path]:
 
 
 def id_lines(where: str, keys: Keyring) -> list[str]:
-    """What may be known of the keys of a file: direction, id, fingerprint, epochs."""
+    """Return the public description of a file's keys: direction, id, fingerprint, epochs."""
     epochs = " ".join(map(str, keys.epochs))
     return [f"{where}  {keys.direction}  {_whose(keys, key_id)}  {keys.fingerprint(key_id)}  epochs {epochs}"
             for key_id in keys.key_ids]
@@ -63,7 +65,7 @@ def _whose(keys: Keyring, key_id: int) -> str:
 
 
 def app(rotate: Rotate) -> typer.Typer:
-    """The family of commands. rotate(epoch, timeout, contact, station file, as_json) carries the switch out."""
+    """Return the family of commands. rotate(epoch, timeout, contact, station file, as_json) changes the epoch."""
     made = typer.Typer(help="Keys of the link: made and paired by file, told by fingerprints, rotated by epoch.",
                        no_args_is_help=True)
 
@@ -85,7 +87,7 @@ def app(rotate: Rotate) -> typer.Typer:
         files: Annotated[list[Path] | None, typer.Argument(metavar="[FILE...]", help="Else the station's own.")] = None,
         station: StationFile = None,
     ) -> None:
-        """Name the keys of files, or of the station, by their fingerprints; they are alike where the keys are."""
+        """Show the fingerprints of the keys in files, or of the station's keys; equal keys have equal fingerprints."""
         if files:
             _say(*(line for path in files for line in id_lines(str(path), read_any_keys(str(path)))))
             return
@@ -97,7 +99,7 @@ def app(rotate: Rotate) -> typer.Typer:
         epoch: Annotated[int, typer.Argument(min=0, max=255, metavar="EPOCH", help="A later one that is loaded.")],
         timeout: Timeout = 60.0, contact: Contact = 20.0, station: StationFile = None, as_json: Json = False,
     ) -> None:
-        """Put a loaded epoch in force on the rover, for good; every station that has it loaded follows."""
+        """Activate a loaded epoch on the rover, irreversibly; every station that has it loaded follows."""
         keys = station_keys(load_settings(station))
         if epoch not in keys.downlink.epochs or epoch not in keys.command.epochs:
             known = " ".join(map(str, keys.downlink.epochs))

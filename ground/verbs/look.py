@@ -1,4 +1,4 @@
-"""Verbs that look: `ground events`, `requests`, `link`, `plot`. All but `link` ask the archive, not the rover."""
+"""The verbs `ground events`, `requests`, `link`, `plot`. All but `link` query the archive, not the rover."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ _FINAL = {state.name for state in State if state.final}
 
 
 def add(app: typer.Typer) -> None:
-    """The verbs of this file."""
+    """Add the verbs of this file."""
     app.command(epilog="Examples: ground events --last 20 | ground events --severity warning --since 1d")(events)
     app.command(epilog="Examples: ground requests --open | ground requests --last 5 --json")(requests)
     app.command(epilog="Examples: ground link | ground link --for 60 | ground link --since 1h")(link)
@@ -58,7 +58,7 @@ def events(
     since: Since = "", until: Until = "", last: Last = 50, file: File = None, station: StationFile = None,
     as_json: Json = False,
 ) -> None:  # fmt: skip
-    """What the rover told, from the archive; `ground watch` shows it as it comes."""
+    """Show events of the rover from the archive; `ground watch` shows them as they arrive."""
     if severity not in SEVERITIES:
         raise typer.BadParameter(f"`{severity}` should be one of {', '.join(SEVERITIES)}", param_hint="--severity")
     least = SEVERITIES.index(severity)
@@ -87,7 +87,7 @@ def requests(
     since: Since = "", until: Until = "", last: Last = 20, file: File = None, station: StationFile = None,
     as_json: Json = False,
 ) -> None:  # fmt: skip
-    """Every command that was asked, with what became of it; also those that wait for their start time."""
+    """Show every request with its outcome, including those that wait for their start time."""
     with read.reading(archive_path(file, station)) as db:
         found = [chain for chain in read.chains(db, span(since, until))
                  if not (still and chain.state in _FINAL)]
@@ -117,7 +117,7 @@ def link(
     since: Since = "", until: Until = "", file: File = None, contact: Contact = 20.0, station: StationFile = None,
     as_json: Json = False,
 ) -> None:  # fmt: skip
-    """Figures of the link: what comes, what is lost, how fast. Listens, or, with --since, asks the archive."""
+    """Show statistics of the link: received, lost, data rates. Listens, or, with --since, queries the archive."""
     if since or until or file is not None:
         _figures(archive_path(file, station), span(since, until), as_json, {})
         return
@@ -158,7 +158,7 @@ def plot(
     picture: Annotated[Path, typer.Option("--out", metavar="FILE", help="Where to, a PNG file.")] = Path("plot.png"),
     file: File = None, station: StationFile = None, as_json: Json = False,
 ) -> None:  # fmt: skip
-    """Items over time, from the archive, as a picture; with --json the values instead, one line an item."""
+    """Draw items over time, from the archive, as a picture; with --json print the values instead, one line an item."""
     known, asked = check_items(names), span(since, until)
     with read.reading(archive_path(file, station)) as db:
         rows = [(row["name"], row["utc_ns"], row["value"])
@@ -187,7 +187,7 @@ def _draw(names: Iterable[str], rows: list[tuple[str, int, float]], path: Path) 
     for name in names:
         mine = [((at - zero_ns) / 1e9, float(value)) for item, at, value in rows if item == name]
         times, values = np.array(mine, dtype=float).reshape(-1, 2).T
-        holes = np.flatnonzero(np.diff(times) > _HOLE_S) + 1  # where nothing was heard no line is drawn
+        holes = np.flatnonzero(np.diff(times) > _HOLE_S) + 1  # no line is drawn across a silence
         times, values = np.insert(times, holes, np.nan), np.insert(values, holes, np.nan)
         kind = NAMED.get(name)
         names = None if kind is None else {one.value: one.name for one in kind}

@@ -1,4 +1,4 @@
-"""Options that several verbs share, and how they print."""
+"""Options that several verbs share, and their output."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ Yes = Annotated[bool, typer.Option("--yes", help="Do it without asking.")]
 
 
 def span(since: str, until: str, names: Iterable[str] = (), run: int = 0, last: int = 0) -> Span:
-    """What the options say. Raises typer.BadParameter."""
+    """Return the rows that the options select. Raises typer.BadParameter."""
     try:
         begin_ns, end_ns = (when.utc_ns(text) if text else bound for text, bound in ((since, 0), (until, 1 << 62)))
         return Span(begin_ns, end_ns, tuple(names), run, last)
@@ -38,7 +38,7 @@ def span(since: str, until: str, names: Iterable[str] = (), run: int = 0, last: 
 
 
 def archive_path(file: Path | None, station: Path | None) -> Path:
-    """The archive that is meant. Raises ArchiveError where the station keeps none."""
+    """Return the archive: the named file, else the station's. Raises ArchiveError if the station has none."""
     if file is not None:
         return file
     named = load_settings(station).archive
@@ -48,7 +48,7 @@ def archive_path(file: Path | None, station: Path | None) -> Path:
 
 
 def as_line(tree: dict[str, Any]) -> str:
-    """One JSON object on a line; bytes by their length, what is no number as null."""
+    """Return one JSON object on a line: bytes as their length, non-finite numbers as null."""
     return json.dumps({key: _plain(value) for key, value in tree.items()})
 
 
@@ -59,13 +59,13 @@ def _plain(value: Any) -> Any:
 
 
 def fail(code: int, text: str) -> typer.Exit:
-    """The end of a verb with one line of why."""
+    """Print why a verb ends and return its exit."""
     line_beside(f"ground: {text}")
     return typer.Exit(code)
 
 
 def confirm(what: str, yes: bool) -> None:
-    """Asks before something is lost. Raises typer.Exit where the answer is no, or nobody is there to answer."""
+    """Ask before data are lost. Raises typer.Exit if the answer is no, or if there is no terminal to answer."""
     if yes:
         return
     if not sys.stdin.isatty():
@@ -77,12 +77,12 @@ def confirm(what: str, yes: bool) -> None:
 
 
 def items(incomplete: str) -> list[tuple[str, str]]:
-    """Names of telemetry items for the shell's completion, each with its meaning."""
+    """Return names of telemetry items for the shell's completion, each with its meaning."""
     return [(row.name, row.meaning) for row in BY_NAME.values() if row.name.startswith(incomplete)]
 
 
 def check_items(names: Iterable[str]) -> tuple[str, ...]:
-    """The names where all are items. Raises typer.BadParameter with what was probably meant."""
+    """Return the names if all are items. Raises typer.BadParameter with the most similar name."""
     from protocol.commands import named
 
     try:

@@ -1,4 +1,4 @@
-"""Verbs with code of their own: go, ask for the status, fetch a product, watch, run a script."""
+"""Verbs with code of their own: drive, show the status, fetch a product, watch, run a script."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def goto(
     station: StationFile = None,
     as_json: Json = False,
 ) -> None:
-    """Drive to a place by itself; ends when the rover reports the outcome."""
+    """Drive to a place autonomously; ends when the rover reports the outcome."""
     words = ["goto", repr(x_m), repr(y_m)] + ([] if heading is None else [repr(heading)])
     leave(*ask(station, plan_of(words, contact, timeout, expires, start), as_json))
 
@@ -42,7 +42,7 @@ def goto(
 def status(
     timeout: Timeout = 60.0, contact: Contact = 20.0, station: StationFile = None, as_json: Json = False
 ) -> None:
-    """What the rover is doing, where it is, how the link is."""
+    """Show the rover's mode, place and values, and the state of the link."""
     code, session = ask(station, plan_of(["status"], contact, timeout), as_json)
     known: dict[str, Any] = show.status(session, session.heard_ns or 0)
     if as_json:
@@ -68,9 +68,13 @@ def get(
     station: StationFile = None,
     as_json: Json = False,
 ) -> None:
-    """Fetch a product of the rover and write it to a file: the map around it (ldem, .npz), how far the heights within
-    its cells lie apart (height_std, .npz), its newest scan (scan, .npz
-    or .ply), why it goes where it goes (nsp, .json), a part of its record (record, .mcap); any of them .bin as sent."""
+    """Fetch a product of the rover and write it to a file.
+
+    Products: the map around it (ldem, .npz), the spread of the heights within its cells (height_std, .npz), its newest
+        scan
+    (scan, .npz or .ply), why it goes where it goes (nsp, .json), a part of its record (record, .mcap); any of them .bin
+    as sent.
+    """
     words = ["get", product, *(word for word in (from_s, to_s, channels) if word is not None)]
     plan, path = plan_of(words, contact, timeout), out or Path(files.default_name(product))
     _checked_name(product, path)
@@ -88,7 +92,7 @@ def _checked_name(product: str, path: Path) -> None:
 
 
 def save_product(session: Session, name: str, path: Path, as_json: bool = False) -> None:
-    """Writes the newest product of a name and says what was written; with as_json as one more line of news."""
+    """Write the newest product of a name and print its content; with as_json also as a line of news."""
     found = next(p for p in reversed(session.products.values()) if p.name == name)
     holds = files.save(found, path)
     if as_json:

@@ -44,9 +44,9 @@ def goto(
                                         "known here are not what it flies.")] = True,
     file: File = None, station: StationFile = None, as_json: Json = False,
 ) -> None:  # fmt: skip
-    """Path, length and time of a goto, by the rover's own planner on the map fetched last.
+    """Show path, length and time of a goto, by the rover's own planner on the newest fetched map.
 
-    Beforehand `ground scan`, `ground get ldem`. The rover's parameters are asked for where they are not known.
+    Beforehand `ground scan`, `ground get ldem`. The rover is asked for its parameters if they are not known.
 
     Exit codes: 0 there is a way, 1 there is none, 65 a damaged map, 66 no map.
     """
@@ -85,7 +85,7 @@ def goto(
 
 
 def _asked(seen: Map, known: Flown, station: Path | None) -> Flown:
-    """The settings that the rover flies by its own word, where one answers; else those known. Says which."""
+    """Return the settings fetched from the rover if it answers, else the known ones. Prints which."""
     from ground.products import preview
 
     plan = replace(plan_of(["param", "list"], _CONTACT_S, _FETCH_S), asked_by="preview")
@@ -106,7 +106,7 @@ def _asked(seen: Map, known: Flown, station: Path | None) -> Flown:
 
 
 def _archive(file: Path | None, station: Path | None, has_map: bool) -> Path | None:
-    """The archive, which may be missing where a map was named."""
+    """Return the archive; it may be missing if a map was named."""
     try:
         path = archive_path(file, station)
     except (ArchiveError, NoStationError):

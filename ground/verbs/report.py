@@ -1,4 +1,4 @@
-"""The verb `ground report`; what draws is loaded only when it is asked for."""
+"""The verb `ground report`. The drawing code is loaded only when the verb runs."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""Lines to people and programs: the one place where `ground` writes to its output and beside it.
+"""Output of `ground`: the only place that writes to stdout and stderr.
 
-Whatever a line holds of the rover, a file or a client, its control characters are visible in it.
+Control characters from the rover, a file or a client are made visible in every line.
 """
 
 from __future__ import annotations
@@ -11,17 +11,17 @@ from protocol.visible import visible, visible_lines
 
 
 def line_out(line: str) -> None:
-    """One line for whoever reads, at once; a line feed in it makes no second one."""
+    """Write one line to stdout at once; line feeds in it are made visible."""
     text_out(visible(line))
 
 
 def text_out(text: str) -> None:
-    """Text of several lines, at once."""
+    """Write text of several lines to stdout at once."""
     sys.stdout.write(visible_lines(text) + "\n")
     sys.stdout.flush()
 
 
 def line_beside(text: str) -> None:
-    """Text beside the output, at once."""
+    """Write text to stderr at once."""
     sys.stderr.write(visible_lines(text) + "\n")
     sys.stderr.flush()

@@ -1,4 +1,4 @@
-"""The verbs of the station that need no code of their own: made from the rows of protocol.commands.
+"""Verbs of the station that need no code of their own: made from the rows of protocol.commands.
 
 `faults_mask` becomes `ground faults mask FAULT LASTING_S`; arguments are typed in the row's order, angles in degrees.
 """
@@ -36,19 +36,19 @@ ASKS = {
     "reboot": "the flight program ends and comes up anew; what was not saved is lost",
     "fence_clear": "all fences go out of force",
     "sequence_clear": "the rover forgets the sequence",
-}  # what is lost; who is not asked says --yes
+}  # what is lost; --yes skips the question
 _LONG_S, _SHORT_S = 0.0, 60.0
 Run = Callable[[list[str], dict[str, Any]], None]
 
 
 def typed(argument: Argument) -> str:
-    """Its name as the help shows it: degrees where the table has radians."""
+    """Return an argument's name as the help shows it: degrees where the table has radians."""
     name = argument.name.replace("rad", "deg").upper()
     return f"{name}..." if argument.kind is Kind.POINTS else name
 
 
 def add(app: typer.Typer, rows: Sequence[Command], run: Run) -> dict[str, typer.Typer]:
-    """One verb for each row; the families made. run(words, options) carries it out.
+    """Add one verb for each row and return the families. run(words, options) runs a verb.
 
     options: timeout, contact, station, as_json, start.
     """

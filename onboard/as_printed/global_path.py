@@ -1,4 +1,4 @@
-"""Eq. 21 to 25 as printed; `onboard.planning.global_path` is what flies."""
+"""Eq. 21 to 25 as printed; the flight version is `onboard.planning.global_path`."""
 
 from __future__ import annotations
 
@@ -13,7 +13,12 @@ WHEELBASE_M, WIDTH_M = 0.75, 0.56
 
 @dataclass(frozen=True, slots=True)
 class Weights:
-    """W N of each index of Eq. 25: per metre of roughness, per metre of way, per radian about x and y."""
+    """Weights W N of the indices of Eq. 25.
+
+    roughness: per metre of roughness.
+    length: per metre of way.
+    theta_x, theta_y: per radian about x and y.
+    """
 
     roughness: float
     length: float
@@ -50,6 +55,6 @@ def eq_23_24(region_m: F64, cell_m: float) -> tuple[float, float]:
 
 
 def eq_25(roughness_m: float, length_m: float, thetas_rad: tuple[float, float], weights: Weights) -> float:
-    """What one node of a path costs."""
+    """Cost of one node of a path."""
     tilt = weights.theta_x * thetas_rad[0] + weights.theta_y * thetas_rad[1]
     return weights.roughness * roughness_m + weights.length * length_m + tilt

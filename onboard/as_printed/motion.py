@@ -1,4 +1,4 @@
-"""Eq. 29 to 40 as printed; `onboard.motion.kinematics` and `onboard.motion.follower` are what flies.
+"""Eq. 29 to 40 as printed; the flight versions are `onboard.motion.kinematics` and `onboard.motion.follower`.
 
 Angles are radians and not wrapped, as the equations leave them. Wheel i stands at (+-l, +-d) as in Eq. 31 and 32.
 """
@@ -13,7 +13,12 @@ WHEEL_SIGNS = ((1, 1), (-1, 1), (-1, -1), (1, -1))
 
 @dataclass(frozen=True, slots=True)
 class Vehicle:
-    """Half wheelbase l, half track d, wheel radius r."""
+    """Dimensions of the vehicle.
+
+    l_m: half wheelbase l.
+    d_m: half track d.
+    r_m: wheel radius r.
+    """
 
     l_m: float = 0.375
     d_m: float = 0.25
@@ -22,7 +27,12 @@ class Vehicle:
 
 @dataclass(frozen=True, slots=True)
 class Going:
-    """How the body moves: speed v_0 along its heading theta_0, and the heading's rate."""
+    """Motion of the body.
+
+    v_mps: speed v_0 along its heading.
+    theta_rad: heading theta_0.
+    rate_radps: rate of the heading.
+    """
 
     v_mps: float
     theta_rad: float
@@ -30,7 +40,7 @@ class Going:
 
 
 def eq_29(x_mps: float, y_mps: float, phi_rad: float) -> float:
-    """The sideways speed that Eq. 29 (body, phi_0 = theta_0) and 30 (wheel, phi_i = theta_0 + delta_i) want to be 0."""
+    """Sideways speed that Eq. 29 (body, phi_0 = theta_0) and 30 (wheel, phi_i = theta_0 + delta_i) require to be 0."""
     return x_mps * math.sin(phi_rad) - y_mps * math.cos(phi_rad)
 
 
@@ -42,7 +52,7 @@ def offset_rates_mps(wheel: int, going: Going, vehicle: Vehicle) -> tuple[float,
 
 
 def eq_34(wheel: int, going: Going, vehicle: Vehicle) -> float:
-    """delta_i, radians. Raises ZeroDivisionError where the denominator is 0."""
+    """Steering angle delta_i, radians. Raises ZeroDivisionError if the denominator is 0."""
     dx, dy = offset_rates_mps(wheel, going, vehicle)
     y, x = going.v_mps * math.sin(going.theta_rad) - dy, going.v_mps * math.cos(going.theta_rad) - dx
     return math.atan(y / x) - going.theta_rad
@@ -54,7 +64,7 @@ def eq_35(hub_mps: float, steer_rad: float, vehicle: Vehicle) -> float:
 
 
 def eq_37(wheel: int, going: Going, steer_rad: float, vehicle: Vehicle) -> float:
-    """omega_i of a wheel steered to delta_i, rad/s. Raises ZeroDivisionError where cos or sin of phi_i is 0."""
+    """omega_i of a wheel steered to delta_i, rad/s. Raises ZeroDivisionError if cos or sin of phi_i is 0."""
     dx, dy = offset_rates_mps(wheel, going, vehicle)
     phi = going.theta_rad + steer_rad
     if going.theta_rad <= math.pi / 4:

@@ -1,4 +1,4 @@
-"""Eq. 27, 28 and Algorithm 2 as printed; `onboard.planning.next_position` is what flies.
+"""Eq. 27, 28 and Algorithm 2 as printed; the flight version is `onboard.planning.next_position`.
 
 Line numbers in comments are the chapter's. E depends on the node alone, so the climb reads it from a map.
 """
@@ -17,32 +17,41 @@ NEIGHBOURS = ((-1, -1), (-1, 0), (-1, 1), (0, -1), (0, 1), (1, -1), (1, 0), (1, 
 
 
 def eq_27(nodes_m: F64, goal_m: F64) -> F64:
-    """L of each node: straight-line distance to the goal. nodes_m: (..., 3), goal_m: (3,). Returns (...,)."""
+    """L of each node: straight-line distance to the goal, (...,).
+
+    nodes_m: (..., 3).
+    goal_m: (3,).
+    """
     return np.asarray(np.sqrt(((goal_m - nodes_m) ** 2).sum(axis=-1)))
 
 
 def eq_28(vis: F64, length: F64, obs: F64, weights: tuple[float, float]) -> F64:
-    """E of each node; the highest is taken. weights: W_occ, W_L. length: of Eq. 27, in whatever unit it has."""
+    """E of each node; the highest is taken.
+
+    weights: W_occ, W_L.
+    length: of Eq. 27, in any unit.
+    """
     return weights[0] * vis + weights[1] * length + obs
 
 
 def obs_of_the_text(in_obstacle: Bool) -> F64:
-    """The penalty of Eq. 28 as the text has it: "takes large values if the inspected node is contained in chi_obs"."""
+    """Penalty of Eq. 28 as in the text: "takes large values if the inspected node is contained in chi_obs"."""
     return np.where(in_obstacle, LARGE, 0.0)
 
 
 def obs_of_algorithm_2(in_obstacle: Bool) -> F64:
-    """The same as lines 10 to 14 have it, the other way round: low within chi_obs, high elsewhere."""
+    """Penalty of Eq. 28 as in lines 10 to 14, which is the opposite: low within chi_obs, high elsewhere."""
     return np.where(in_obstacle, 0.0, LARGE)
 
 
 @dataclass(frozen=True, slots=True)
 class Mended:
-    """Which faults are taken out; none of them: as printed.
+    """Corrected faults; none: as printed.
 
-    compares_with_current: line 22 asks whether the best neighbour is better than where the climb stands, not than the
-    neighbour it happened to look at last. tries_every_seed: line 23 ends the climb, not the algorithm.
-    keeps_the_better: the node where a climb stood is its result, not the neighbour that was no better.
+    compares_with_current: line 22 compares the best neighbour with the current node, not with the neighbour visited
+        last.
+    tries_every_seed: line 23 ends the climb, not the algorithm.
+    keeps_the_better: the result of a climb is its last node, not the neighbour that was no better.
     """
 
     compares_with_current: bool = False
@@ -52,9 +61,11 @@ class Mended:
 
 @dataclass(frozen=True, slots=True)
 class Search:
-    """node: (j, i) found, None where the first climb did not end. climbs: nodes stood on in turn, (k, 2) int32 each.
+    """Result of a search.
 
-    endless: a climb was given up after the limit of steps.
+    node: (j, i) found, None if a climb did not end.
+    climbs: visited nodes of each climb in order, (k, 2) int32 each.
+    endless: a climb was ended at the step limit.
     """
 
     node: tuple[int, int] | None
@@ -70,8 +81,11 @@ def algorithm_2(
 ) -> Search:
     """Hill climbing over E.
 
-    score: (rows, columns) E of every node, obstacles included. starts: (k, 2) the random nodes of line 2, each in
-    `free`; the algorithm asks for no more of `free` than that. step_limit: as printed `while TRUE` knows none.
+    score: (rows, columns) E of every node, obstacles included.
+    free: (rows, columns); the algorithm uses it only to check the starts.
+    starts: (k, 2) the random nodes of line 2, each in `free`.
+    step_limit: the printed `while TRUE` has none.
+
     Raises ValueError for a start outside chi_free.
     """
     best, best_eval, climbs = None, -np.inf, []
@@ -92,7 +106,7 @@ def algorithm_2(
 def _climb(
     score: F64, start: tuple[int, int], mended: Mended, step_limit: int
 ) -> tuple[list[tuple[int, int]], tuple[int, int] | None]:
-    """The nodes stood on from one start, and the node of line 23; None after too many steps."""
+    """The visited nodes from one start, and the node of line 23; None after too many steps."""
     current, stood = start, [start]  # 3
     while len(stood) <= step_limit:  # 4
         following, following_eval, last_eval = current, -np.inf, -np.inf  # 6

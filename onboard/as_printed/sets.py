@@ -1,4 +1,4 @@
-"""Eq. 2 to 5 and the numbering of section 5.1.1 as printed; `onboard.planning.poses.node_sets` is what flies."""
+"""Eq. 2 to 5 and the numbering of section 5.1.1 as printed; flight version: `onboard.planning.poses.node_sets`."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ def node_numbers(nodes: int) -> range:
 
 
 def eq_2_to_5_hold(workspace: Set[int], free: Set[int], obs: Set[int], occ: Set[int]) -> bool:
-    """Whether three sets of nodes are what Eq. 2 to 5 define: each of them by the other two."""
+    """True if three sets of nodes satisfy Eq. 2 to 5, which define each of them by the other two."""
     return (
         free == workspace - obs - occ  # 2
         and obs == workspace - free - occ  # 3

@@ -1,4 +1,4 @@
-"""Fractal ground by Eq. 14 to 20 as printed; `hil` makes the corrected one."""
+"""Fractal ground by Eq. 14 to 20 as printed; `hil` has the corrected version."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ C128 = NDArray[np.complex128]
 
 @dataclass(frozen=True, slots=True)
 class Mended:
-    """Which faults are taken out; none of them: as printed.
+    """Corrected faults; none: as printed.
 
-    signed: frequencies above N / 2 count as negative. per_area: Eq. 15 divides by the map's area (N Delta)^2, so the
-    exponent of Eq. 20 is H + 2 instead of H + 3/2.
+    signed: frequencies above N / 2 count as negative.
+    per_area: Eq. 15 divides by the map's area (N Delta)^2, so the exponent of Eq. 20 is H + 2 instead of H + 3/2.
     """
 
     signed: bool = False

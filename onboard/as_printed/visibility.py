@@ -1,6 +1,6 @@
-"""Algorithm 1 and Eq. 6 as printed; `onboard.planning.visibility` is what flies.
+"""Algorithm 1 and Eq. 6 as printed; the flight version is `onboard.planning.visibility`.
 
-Line numbers in comments are the chapter's. All beams of line 1 run side by side; the steps of line 7 are a loop.
+Line numbers in comments are the chapter's. All beams of line 1 run in parallel; the steps of line 7 are a loop.
 """
 
 from __future__ import annotations
@@ -16,7 +16,12 @@ from onboard.records import F32, F64, I32
 
 @dataclass(frozen=True, slots=True)
 class Fan:
-    """The virtual beams: how far they go, the map's resolution d_Res, how many lie round the circle."""
+    """The virtual beams.
+
+    range_m: their range.
+    cell_m: the map's resolution d_Res.
+    beams: their number around the circle.
+    """
 
     range_m: float
     cell_m: float
@@ -25,10 +30,12 @@ class Fan:
 
 @dataclass(frozen=True, slots=True)
 class Mended:
-    """Which faults are taken out; none of them: as printed.
+    """Corrected faults; none: as printed.
 
-    ray_advances: line 8 goes on from the sample before. flat_is_seen: S_max starts at -inf and an equal slope is seen.
-    mast_m: the sensor stands this high above its node. plan_steps: u_i lies in the plan, and j stays below j_max.
+    ray_advances: line 8 continues from the previous sample.
+    flat_is_seen: S_max starts at -inf and an equal slope is seen.
+    mast_m: height of the sensor above its node.
+    plan_steps: u_i lies in the horizontal plane, and j stays below j_max.
     """
 
     ray_advances: bool = False
@@ -39,14 +46,18 @@ class Mended:
 
 @dataclass(frozen=True, slots=True)
 class Classified:
-    """How often each node was put into chi_noc and chi_occ, (rows, columns) int32: a node may be in both."""
+    """Number of times that each node was put into each set; a node may be in both.
+
+    noc: (rows, columns) int32, chi_noc.
+    occ: (rows, columns) int32, chi_occ.
+    """
 
     noc: I32
     occ: I32
 
     @property
     def vis(self) -> float:
-        """Eq. 6 of the samples, which is what the algorithm counts."""
+        """Eq. 6 of the samples, as the algorithm counts them."""
         return float(self.noc.sum() / max((self.noc + self.occ).sum(), 1))
 
     @property
@@ -56,7 +67,7 @@ class Classified:
 
     @property
     def vis_of_shares(self) -> float:
-        """Eq. 6 with each sample weighing 1 / (samples in its node), the correction that flies."""
+        """Eq. 6 with each sample weighing 1 / (samples in its node), the correction used in flight."""
         samples = self.noc + self.occ
         return float((self.noc[samples > 0] / samples[samples > 0]).sum() / max((samples > 0).sum(), 1))
 
@@ -65,9 +76,10 @@ AS_PRINTED = Mended()
 
 
 def algorithm_1(heights_m: F32, at: tuple[int, int], fan: Fan, mended: Mended = AS_PRINTED) -> Classified:
-    """Classify the nodes that the beams from node `at` (j, i) sample. heights_m: (rows, columns), all known.
+    """Classify the nodes that the beams from node `at` (j, i) sample.
 
-    Samples off the map and in the sensor's own node, which has no slope, are left out; the chapter is silent on them.
+    heights_m: (rows, columns), all known. Samples off the map and in the sensor's own node, which has no slope, are
+        left out; the chapter does not specify them.
     """
     rows, columns = heights_m.shape
     p_org = np.array([at[1] * fan.cell_m, at[0] * fan.cell_m, float(heights_m[at]) + mended.mast_m])
@@ -99,7 +111,7 @@ def algorithm_1(heights_m: F32, at: tuple[int, int], fan: Fan, mended: Mended = 
 
 
 def _ways(heights_m: F32, p_org: F64, fan: Fan, mended: Mended) -> F64:
-    """Each L_i, (beams, 3): from the sensor to the node at the beam's end, in the plan where that is mended."""
+    """Each L_i, (beams, 3): from the sensor to the node at the beam's end, horizontal if `plan_steps` is set."""
     azimuth = np.arange(fan.beams) * (math.tau / fan.beams)
     plan = fan.range_m * np.column_stack([np.cos(azimuth), np.sin(azimuth)])
     end = np.rint((p_org[:2] + plan) / fan.cell_m).astype(np.int64)

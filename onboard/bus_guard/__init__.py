@@ -1,1 +1,1 @@
-"""A process of its own that watches what the computer orders on the bus and can do one thing: stop the rover."""
+"""Bus guard: a separate process that monitors the computer's orders on the bus and can only stop the rover."""

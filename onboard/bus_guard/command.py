@@ -19,7 +19,7 @@ from onboard.records import PortState
 if TYPE_CHECKING:
     from onboard.drivers.can_bus import CanBus
 
-LOOK_S = 0.01  # how often it looks where no frame wakes it
+LOOK_S = 0.01  # period of the checks when no frame arrives
 EXAMPLES = """\b
 Examples:
   onboard guard --bus socketcan:can0
@@ -34,10 +34,11 @@ Examples:
 @click.option("--watch-only", is_flag=True, help="Say what would be stopped, send nothing.")
 @click.option("--json", "as_json", is_flag=True, help="One object a line, for programs.")
 def app(bus: str | None, config: Path | None, settings: tuple[str, ...], watch_only: bool, as_json: bool) -> None:
-    """Watch the computer's orders on the bus, in a process of its own, and stop the rover where they make no sense.
+    """Watch the computer's orders on the bus, in a separate process, and stop the rover if they make no sense.
 
-    It checks rate, range, counter and checksum of every order, and that who orders motion beats and has enabled the
-    drive. It can send EMERGENCY_STOP and nothing else; the computer's two-step reset releases it.
+    It checks rate, range, counter and checksum of every order, and that the sender of motion orders also sends its
+    heartbeat and has enabled the drive. It can send EMERGENCY_STOP and nothing else; the computer's two-step reset
+    releases it.
 
     Exit codes: 0 ended by SIGTERM or Ctrl-C, 66 no such file, 69 the bus cannot be opened or is lost, 78 something
     wrong in the configuration.
@@ -76,7 +77,7 @@ def watch(
     bus: CanBus, guard: BusGuard, tell: Callable[[str, Verdict | None], None], ended: Callable[[], bool], *,
     send: bool = True, now_ns: Callable[[], int] = time.monotonic_ns,
 ) -> None:
-    """Until `ended` or the bus closes; what the guard latches and what releases it is told."""
+    """Run until `ended` or the bus closes; report each latched offence and each release."""
     from onboard.drivers.clock import wait_for
 
     told = guard.verdict

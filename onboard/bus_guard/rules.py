@@ -1,16 +1,16 @@
-"""What the guard tolerates on the bus: a small state machine over frames. It sends EMERGENCY_STOP_GUARD, nothing else.
+"""Rules of the bus guard: a small state machine over frames. It sends EMERGENCY_STOP_GUARD and nothing else.
 
     frames of the computer -> the rules below -> the first offence latches -> EMERGENCY_STOP at once, then at 10 Hz
-    RESET_REQUEST, both steps with one nonce -> released, with clean books
+    RESET_REQUEST, both steps with one nonce -> released, with empty counters
 
 | offence   | when                                                                                   |
 |-----------|----------------------------------------------------------------------------------------|
-| RATE      | an order comes more than 1.5 times as often as the DBC says, and 2 more, within 0.2 s  |
+| RATE      | within 0.2 s, an order comes more than 1.5 times its number by the DBC, and 2 more     |
 | RANGE     | a good frame orders what this rover cannot do, or what the DBC does not allow          |
 | COUNTER   | 8 orders of one id within 1 s do not follow the one before: a second master, or replay |
 | CHECKSUM  | 8 orders of one id within 1 s fail their checksum                                      |
-| HEARTBEAT | motion is ordered though the computer has not beaten for 0.35 s                        |
-| ENABLE    | motion is ordered though DRIVE_ENABLE says no, or nothing for 0.35 s                   |
+| HEARTBEAT | motion is ordered without a heartbeat of the computer for 0.35 s                       |
+| ENABLE    | motion is ordered while DRIVE_ENABLE is off, or was not sent for 0.35 s                |
 """
 
 from __future__ import annotations
@@ -28,16 +28,16 @@ from protocol.can_guard import Every, Guard, Sender
 STOP, RESET_REQUEST, DRIVE_ENABLE, HEARTBEAT = 0x01F, 0x020, 0x100, 0x300
 WHEEL_ORDERS = (0x101, 0x102, 0x103, 0x104)
 REPEAT_NS = 100_000_000
-SILENT_NS = 350_000_000  # three beats at 10 Hz and half a one
-MOVING_NS = 100_000_000  # an order of motion holds so long: the wheels' own timeout
+SILENT_NS = 350_000_000  # three and a half heartbeats at 10 Hz
+MOVING_NS = 100_000_000  # an order of motion is in force for this time: the wheels' own timeout
 RATE_WINDOW_NS, RATE_FACTOR, RATE_MORE = 200_000_000, 1.5, 2
 ODD_WINDOW_NS, ODD_FRAMES = 1_000_000_000, 8
-MARGIN = 1e-3  # of a limit, for the DBC's steps
+MARGIN = 1e-3  # above a limit, for the DBC's resolution
 ORDERS = {can_id: row for can_id, row in TABLE.items() if row.sender == "COMPUTER" and not row.event}
 
 
 class Offence(IntEnum):
-    """Why the guard stops the rover; bits 12 to 15 of the stop's `detail`, with the id below."""
+    """Reason of a stop by the guard; bits 12 to 15 of the stop's `detail`, with the id below."""
 
     RATE = 1
     RANGE = 2
@@ -48,7 +48,7 @@ class Offence(IntEnum):
 
 
 class Verdict(NamedTuple):
-    """The offence that latched, in words for people too."""
+    """The offence that latched, with its text for people."""
 
     offence: Offence
     can_id: int
@@ -56,19 +56,19 @@ class Verdict(NamedTuple):
 
     @property
     def detail(self) -> int:
-        """16 bits for the frame."""
+        """Detail field of the frame, 16 bits."""
         return self.offence << 12 | self.can_id
 
 
 class _Window:
-    """Stamps of the last while."""
+    """Counter of stamps in a sliding window."""
 
     def __init__(self, span_ns: int) -> None:
         self._span_ns = span_ns
         self._stamps: deque[int] = deque()
 
     def add(self, stamp_ns: int) -> int:
-        """One more; how many lie within the span before it."""
+        """Add a stamp; return how many are within the window before it."""
         self._stamps.append(stamp_ns)
         while self._stamps[0] <= stamp_ns - self._span_ns:
             self._stamps.popleft()
@@ -76,7 +76,7 @@ class _Window:
 
 
 class BusGuard:
-    """Watches from `start_ns` on. `verdict`: why it stops the rover now, None while it does not."""
+    """Guard, active from `start_ns` on. verdict: reason of the present stop; None if there is none."""
 
     def __init__(self, rover: Rover, start_ns: int = 0) -> None:
         self._rover = rover
@@ -95,7 +95,7 @@ class BusGuard:
         self._armed: int | None = None  # nonce of the first step of a reset
 
     def step(self, now_ns: int, frames: Sequence[Frame]) -> list[Frame]:
-        """Frames as they came since the last call, stamped on this clock; what the guard sends now."""
+        """Process the frames since the last call, stamped on this clock; return the frames to send now."""
         for frame in frames:
             if frame.can_id in ORDERS or frame.can_id == RESET_REQUEST:
                 self._take(frame)
@@ -126,7 +126,7 @@ class BusGuard:
             self._repeat.now()
 
     def _note(self, frame: Frame, values: Any) -> None:
-        """What the orders say, for the rules about motion."""
+        """Record the orders that the rules about motion need."""
         can_id, stamp_ns = frame.can_id, frame.stamp_ns
         if can_id == HEARTBEAT:
             self._beat_ns = stamp_ns
@@ -136,7 +136,7 @@ class BusGuard:
             self._moving = can_id, stamp_ns
 
     def _judge(self, frame: Frame, strange: tuple[bool, bool]) -> Verdict | None:
-        """How often an id comes, and how it is made."""
+        """Judge the rate of an id, its counters and checksums."""
         can_id, stamp_ns = frame.can_id, frame.stamp_ns
         row = ORDERS[can_id]
         most = int(RATE_FACTOR * RATE_WINDOW_NS / row.cycle_ns) + RATE_MORE
@@ -153,7 +153,7 @@ class BusGuard:
         return None
 
     def _range(self, can_id: int, values: Any, refused: bool) -> Verdict | None:
-        """What the DBC refuses in a frame whose checksum is good, and what this rover cannot do."""
+        """Judge a value that the DBC refuses in a frame with a good checksum, or that this rover cannot do."""
         name = ORDERS[can_id].name
         if refused:
             return Verdict(Offence.RANGE, can_id, f"{name} holds a value that the DBC does not allow")
@@ -169,7 +169,7 @@ class BusGuard:
         return None
 
     def _while_moving(self, now_ns: int) -> Verdict | None:
-        """Who orders motion beats, and has enabled the drive."""
+        """Judge motion without heartbeat or without DRIVE_ENABLE."""
         if self._moving is None or now_ns - self._moving[1] > MOVING_NS:
             return None
         can_id = self._moving[0]
@@ -183,7 +183,7 @@ class BusGuard:
         return None
 
     def _reset(self, values: Any, stamp_ns: int) -> None:
-        """Two steps with one nonce release, as on every node."""
+        """Release after two steps with one nonce, as on every node."""
         if values.step == 1:
             self._armed = values.nonce
         elif self._armed == values.nonce and self.verdict is not None:

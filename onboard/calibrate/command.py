@@ -1,4 +1,4 @@
-"""The command `onboard calibrate`: drive, or take a record of a drive, and say what the rover is really like."""
+"""The command `onboard calibrate`: drive, or read the record of a drive, and estimate the rover's true dimensions."""
 
 from __future__ import annotations
 
@@ -56,12 +56,13 @@ def calibrate(
 ) -> None:  # fmt: skip
     """Find wheel radius, steering offsets, mounting of scanner and inertial sensor. THE ROVER DRIVES A SQUARE.
 
-    Before it, the scanner sweeps down and up, which shows its lag. It needs level, firm ground, free as far as it says
-    before it starts, with rocks or boxes around it. It stops at Ctrl-C, at any fault, and where a step takes too long.
+    Before the square, the scanner sweeps down and up, which shows its lag. The drive needs level, firm ground, free
+    within the distance that it reports before it starts, with rocks or boxes around it. It stops at Ctrl-C, at any
+    fault, and if a step takes too long.
 
     Exit codes: 0 done, 1 the drive ended early (its record can still be tried), 64 an option is wrong, 65 the record
-    does not hold what is needed, 66 no such file, 69 refused or no port, 73 a file cannot be written, 78 something
-    wrong in the configuration, 130 Ctrl-C.
+    lacks the needed data, 66 no such file, 69 refused or no port, 73 a file cannot be written, 78 something wrong in
+    the configuration, 130 Ctrl-C.
     """
     from onboard.calibrate import report
     from onboard.calibrate.estimate import estimate
@@ -119,7 +120,7 @@ def _driven(config: Config, uri: str | None, side_m: float, yes: bool, record: P
 
 
 def _drive(drive: Drive, config: Config, side_m: float, yes: bool) -> None:
-    """From listening to wheels off."""
+    """Run the drive from listening to wheels off."""
     from onboard.calibrate.plan import room_m
     from onboard.calibrate.ports import ports
     from onboard.can_tool.jog import Phase

@@ -1,11 +1,11 @@
-"""The drive as a state machine: inputs of a tick in, outputs out. Nothing is sent before `go`.
+"""State machine of the calibration drive: inputs of a tick in, outputs out. Nothing is sent before `go`.
 
     LISTENING --1.2 s, nothing against it--> READY --go--> MOVING: step after step --all done--> STOPPING --> DONE
         \\--> DONE (refused)                                  \\------ problem, stop ----------------^ at rest, then off
 
-A step rolls (`roll`) or scans (the flight program's `Sensing`). What ends the drive: whatever forbids a movement by
-hand (`can_tool.permit`), a wheel, the inertial sensor or the scanner gone silent, a fault of the flight program's wheel
-monitors, a slope, and a step that takes too long.
+A step rolls (`roll`) or scans (the flight program's `Sensing`). These end the drive: any condition that forbids a
+movement by hand (`can_tool.permit`), a wheel, the inertial sensor or the scanner gone silent, a fault of the flight
+program's wheel monitors, a slope, and a step that takes too long.
 """
 
 from __future__ import annotations
@@ -35,17 +35,21 @@ from onboard.records import Event, ImuSample, Inputs, Outputs, Scan, WheelComman
 from protocol.conventions import TICK_NS
 from protocol.modes import Mode
 
-LATE_RATIO, LATE_S = 2.0, 20.0  # a step may take so much longer than planned
-MOST_TRIES = 2  # of a scan
+LATE_RATIO, LATE_S = 2.0, 20.0  # a step may take this much longer than planned
+MOST_TRIES = 2  # tries of a scan
 SLOPE_LIMIT_RAD = math.radians(12)
-MEAN_TICKS = 100  # of gyro and accelerometer
-EXPECTED = {"STEER_OFFSET", "SLIP_HIGH"}  # an offset is what is looked for, and soft ground is no fault here
-DRIVEN, WITH_LAG = "CALIBRATE", "lag"  # the event by which a record keeps the side of the square, a word of its text
+MEAN_TICKS = 100  # time constant of the means of gyro and accelerometer
+EXPECTED = {"STEER_OFFSET", "SLIP_HIGH"}  # the drive measures the offset, and soft ground is no fault here
+DRIVEN, WITH_LAG = "CALIBRATE", "lag"  # the event that stores the side of the square in a record; a word of its text
 IMU_SILENT_NS = 100_000_000
 
 
 class Drive:
-    """`tick` by tick. `problem`: one line why it was refused or ended early; `log` is the record as far as it came."""
+    """State machine of the drive, run by `tick`.
+
+    problem: one line with the reason of a refusal or an early end.
+    log: the readings so far.
+    """
 
     def __init__(self, config: Config, side_m: float, with_lag: bool = True) -> None:
         self._config = replace(config, scanning=nod(config))
@@ -61,12 +65,12 @@ class Drive:
         self._orders: tuple[WheelCommand, ...] = (WheelCommand(WheelMode.HOLD, 0.0, 0.0),) * 4
         self._imu: ImuSample | None = None
         self._bias_radps, self._force = 0.0, [0.0, 0.0, 0.0]
-        self._since_ns: int | None = None  # of the phase
+        self._since_ns: int | None = None  # start of the phase
         self._step_ns = 0
         self._doing = self._begun()
 
     def go(self, now_ns: int) -> None:
-        """The operator agrees: from READY to MOVING."""
+        """Go from READY to MOVING; the operator has agreed."""
         if self.phase is Phase.READY:
             self.agreed = True
             self._enter(Phase.MOVING, now_ns)
@@ -74,38 +78,38 @@ class Drive:
             self.nodes.enabled = True
 
     def stop(self) -> None:
-        """Ends the drive with the next tick; before `go` there is nothing to end."""
+        """End the drive with the next tick; without effect before `go`."""
         self.stopped = True
 
     @property
     def rover(self) -> Rover:
-        """As it was believed."""
+        """The rover's configuration before the calibration."""
         return self._config.rover
 
     @property
     def latency_ns(self) -> int:
-        """Of the scanner, as it was believed."""
+        """The scanner's latency in the configuration before the calibration."""
         return self._config.lidar.latency_ns
 
     @property
     def log(self) -> Log:
-        """What was driven so far."""
+        """Readings of the drive so far."""
         return self._logger.log()
 
     @property
     def complete(self) -> bool:
-        """Whether every step was done."""
+        """True if every step is done."""
         return self.at == len(self.steps)
 
     @property
     def progress_ratio(self) -> float:
-        """Share of the drive's time that is over, about."""
+        """Approximate share of the drive's time that has passed."""
         past = sum(step.seconds for step in self.steps[: self.at])
         past += 0.0 if self.complete else self._doing.progress_ratio * self.steps[self.at].seconds
         return past / sum(step.seconds for step in self.steps)
 
     def tick(self, inputs: Inputs) -> Outputs:
-        """10 ms: what the outside said in, what it is told out."""
+        """Process the inputs of one tick of 10 ms and return its outputs."""
         now_ns, first = inputs.now_ns, self._since_ns is None
         self._since_ns = now_ns if self._since_ns is None else self._since_ns
         self.nodes.receive(inputs.can_frames, now_ns, inputs.can)
@@ -201,7 +205,7 @@ class Drive:
         return Roll(step, config, self._orders)
 
     def _do(self, moved: Moved, turn_radps: float, scans: Sequence[Scan], now_ns: int) -> bool:
-        """One tick of the step; whether it is done."""
+        """Run one tick of the step; return True if it is done."""
         if isinstance(self._doing, Roll):
             self._doing.tick(self.nodes.wheels, moved, turn_radps)
             self._orders = self._doing.orders
@@ -216,7 +220,7 @@ class Drive:
         return sweep is not None
 
     def _sweeps_next(self) -> bool:
-        """Whether the next step sweeps as well: the stream goes on, and with it the estimate of the scanner's clock."""
+        """True if the next step sweeps as well: then the stream and the estimate of the scanner's clock continue."""
         following = self.steps[self.at + 1 : self.at + 2]
         return any(step.scans or step.nod is not None for step in following)
 
@@ -232,7 +236,7 @@ class Drive:
             for told in self.nodes.wheel_status
         )
 
-    # -- what is against it ----------------------------------------------------------------------------------
+    # -- reasons to stop ---------------------------------------------------------------------------------------
 
     def _unheard(self) -> Iterator[str]:
         names = [f"WHEEL_{n}" for n, wheel in enumerate(self.nodes.wheels, 1) if wheel is None]

@@ -1,4 +1,4 @@
-"""The calibrated values with their sigmas, and what the drive could not show, by name."""
+"""Estimate of the calibrated values with their sigmas, and of the directions that the drive could not observe."""
 
 from __future__ import annotations
 
@@ -13,12 +13,19 @@ from onboard.calibrate.model import CALIBRATED, GRIP, Model, believed
 from onboard.config import Rover
 from onboard.records import F64, Bool
 
-ODD_SIGMAS = 5.0  # a scan that is farther off the rest was aligned to the wrong rocks
-SEEN_RATIO = 0.5  # a direction is observed where the drive alone knows it so much better than the drawing
+ODD_SIGMAS = 5.0  # a scan farther off the rest was aligned to the wrong rocks
+SEEN_RATIO = 0.5  # a direction is observed if the drive alone has a sigma smaller than this share of the configured one
 
 
 class Value(NamedTuple):
-    """One key of `rover`. observed: the drive, not the drawing, says so."""
+    """Calibrated value of one key of `rover`.
+
+    key: name of the key.
+    before: configured value.
+    after: estimate.
+    sigma: 1 sigma.
+    observed: True if the drive, not the configuration, determines it.
+    """
 
     key: str
     before: float
@@ -29,8 +36,14 @@ class Value(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Estimate:
-    """values: all keys of CALIBRATED. unobserved: directions that keep what was believed, in words. misfit: rms of all
-    residuals over their sigmas, about 1 or below where the model holds. grip: sideways over lengthwise.
+    """Result of a calibration.
+
+    values: all keys of CALIBRATED.
+    unobserved: directions that keep the configured values, in words.
+    misfit: rms of all residuals over their sigmas, about 1 or below if the model is valid.
+    grip: weight of the sideways residual of a wheel against the lengthwise one.
+    pairs: number of aligned scan pairs in the estimate.
+    odd_pairs: number of pairs left out.
     """
 
     values: tuple[Value, ...]
@@ -41,13 +54,14 @@ class Estimate:
     odd_pairs: int
 
     def applied(self, rover: Rover) -> Rover:
-        """The rover as it is now known."""
+        """The rover's configuration with the estimated values."""
         return replace(rover, **{value.key: value.after for value in self.values})
 
 
 def estimate(evidence: Evidence, before: Rover) -> Estimate:
-    """Least squares over everything (scipy.optimize.least_squares), from what is believed; again without the scans that
-    are far off the rest, worst first.
+    """Least squares over all evidence (scipy.optimize.least_squares), starting from the configuration.
+
+    The fit is repeated without the scan pairs that are far off the rest, worst first.
     """
     model, odd_pairs = Model(evidence, before), 0
     found = _fitted(model, model.start())
@@ -61,7 +75,7 @@ def estimate(evidence: Evidence, before: Rover) -> Estimate:
     spread = np.linalg.inv(found.jac.T @ found.jac)[:GRIP, :GRIP]
     blind = _blind(found.jac[:measured], found.jac[measured:], scale)
     sigmas = scale * np.sqrt(spread.diagonal())
-    seen = 1.0 - (blind**2).sum(axis=1)  # share of each value's belief that the drive replaces
+    seen = 1.0 - (blind**2).sum(axis=1)  # share of each configured value that the drive replaces
     values = tuple(
         Value(key, float(then), float(now), float(sigma), bool(share > 1.0 - SEEN_RATIO**2))
         for key, then, now, sigma, share in zip(CALIBRATED, believed(before), found.x, sigmas, seen)
@@ -78,17 +92,17 @@ def _fitted(model: Model, start: F64) -> OptimizeResult:
 
 
 def _odd(off: F64) -> Bool:
-    """Which pairs are off by too much, and by half as much as the worst."""
+    """Flags of the pairs that are off by too many sigmas and by at least half as much as the worst."""
     worst = np.abs(off).max(axis=1)
     odd: Bool = worst > max(ODD_SIGMAS, 0.5 * float(worst.max(initial=0.0)))
     return odd
 
 
 def _blind(data: F64, belief: F64, scale: float) -> F64:
-    """(values, k) directions, each value over its belief's sigma, that the data know no better than SEEN_RATIO."""
+    """(values, k) directions, in units of the configured sigmas, that the data determine no better than SEEN_RATIO."""
     sigmas = np.array(list(CALIBRATED.values()))
     whole, others = data.T @ data, belief[GRIP:].T @ belief[GRIP:]
-    information = whole + scale**2 * others  # of the rest, belief counts
+    information = whole + scale**2 * others  # of the other unknowns, the prior counts
     inner = information[:GRIP, :GRIP] - information[:GRIP, GRIP:] @ np.linalg.solve(
         information[GRIP:, GRIP:], information[GRIP:, :GRIP]
     )

@@ -1,6 +1,6 @@
-"""From the log of a drive to what the estimate weighs: stops, legs between them, scans aligned to scans.
+"""Evidence of a drive, computed from its log: stops, legs between them, and aligned pairs of scans.
 
-    stop --leg--> stop --leg--> stop ...      a stop is a scan of the standing rover, a leg all that rolled in between
+    stop --leg--> stop --leg--> stop ...      a stop is a scan of the standing rover, a leg all motion in between
 """
 
 from __future__ import annotations
@@ -21,20 +21,23 @@ from onboard.perception.registration import align, prepare
 from onboard.records import F64, Bool
 
 BLOCK = 20  # ticks that count as one motion
-LEAST_M = 0.9  # what the scanner sees nearer is the rover itself
+LEAST_M = 0.9  # nearer points are the rover itself
 GROUND_M, GROUND_OFF_M = (0.6, 2.2, 1.1), 0.25  # the ground before the wheels: x from, x to, |y| to; |z| to
-PAIR_RAD, PAIR_M = 0.001, 0.002  # 1 sigma: no alignment is better
+PAIR_RAD, PAIR_M = 0.001, 0.002  # 1 sigma floor of an alignment
 PLANE_ROUNDS, LEAST_OF_PLANE = 4, 300
-NEIGHBOURS = 2  # a scan is aligned to those so many stops before
+NEIGHBOURS = 2  # a scan is aligned to those of this many stops before
 
 
 class EvidenceError(ValueError):
-    """The log does not hold what an estimate needs: one line."""
+    """Log without the data that an estimate needs: one line."""
 
 
 class Pairs(NamedTuple):
-    """Scans i (n,) and j aligned: turns (n, 3, 3), ways_m (n, 3) put j into the axes of i. whiten: (n, 6, 6)
-    turns what is off of rotation and way, in the axes of j, into sigmas.
+    """Aligned pairs of scans.
+
+    i, j: (n,) numbers of the two scans.
+    turns: (n, 3, 3), ways_m: (n, 3): transform of j into the axes of i.
+    whiten: (n, 6, 6) converts an error of rotation and translation, in the axes of j, into sigmas.
     """
 
     i: NDArray[np.int64]
@@ -44,17 +47,24 @@ class Pairs(NamedTuple):
     whiten: F64
 
     def without(self, odd: Bool) -> Pairs:
-        """The others."""
+        """The pairs that are not flagged."""
         kept = ~odd
         return Pairs(self.i[kept], self.j[kept], self.turns[kept], self.ways_m[kept], self.whiten[kept])
 
 
 @dataclass(frozen=True, slots=True)
 class Evidence:
-    """K stops. forces_mps2: (K, 3) mean specific force in the sensor's axes. turns: (K - 1, 3, 3) the legs by the
-    gyro, in the sensor's axes. leg (n,), rolled_rad (n, 4), steer_rad (n, 4), yaw_rad (n,): blocks of all legs, what
-    each wheel turned, its mean angle by its unit, the yaw since the leg's start by the gyro. normals (p, 3), depths_m
-    (p,): the ground before the wheels in the tilt unit's axes at the stops where it is seen, normal . p = -depth.
+    """Evidence of K stops, n blocks of all legs, and p ground planes.
+
+    forces_mps2: (K, 3) mean specific force in the sensor's axes.
+    turns: (K - 1, 3, 3) rotation of each leg by the gyro, in the sensor's axes.
+    leg: (n,) number of the block's leg.
+    rolled_rad: (n, 4) rotation of each wheel.
+    steer_rad: (n, 4) mean steering angle by each wheel's unit.
+    yaw_rad: (n,) yaw since the leg's start by the gyro.
+    pairs: aligned pairs of scans.
+    normals, depths_m: (p, 3) and (p,): the ground before the wheels, in the tilt unit's axes, at the stops where it is
+        seen; normal . p = -depth.
     """
 
     forces_mps2: F64
@@ -69,25 +79,28 @@ class Evidence:
 
     @property
     def stops(self) -> int:
-        """How many."""
+        """Number of stops."""
         return len(self.forces_mps2)
 
     @property
     def turned_rad(self) -> F64:
-        """(K - 1,) how far each leg turned."""
+        """(K - 1,) angle of rotation of each leg."""
         cosine = 0.5 * (np.trace(self.turns, axis1=1, axis2=2) - 1.0)
         turned: F64 = np.arccos(np.clip(cosine, -1.0, 1.0))
         return turned
 
     @property
     def rolled_in_leg_rad(self) -> F64:
-        """(K - 1,) what the wheels turned in each leg, their mean."""
+        """(K - 1,) rotation of the wheels in each leg, mean of the four."""
         rolled: F64 = np.bincount(self.leg, np.abs(self.rolled_rad).mean(axis=1), self.stops - 1).astype(np.float64)
         return rolled
 
 
 def evidence(log: Log, before: Rover) -> Evidence:
-    """What a log says. before: the rover as believed while it drove, for first guesses. Raises EvidenceError."""
+    """Evidence of a log. Raises EvidenceError.
+
+    before: the rover as configured during the drive, for first guesses.
+    """
     scans = [k for k, cloud in enumerate(log.clouds) if cloud is not None and (log.step == k).any()]
     if len(scans) < 2:
         raise EvidenceError(f"{len(scans)} scans: at least 2, with a drive between them, are needed")
@@ -158,7 +171,7 @@ def _guesses(legs: list[_Leg], before: Rover) -> list[F64]:
 
 
 def _mean_way(leg: _Leg, places: F64, before: Rover) -> F64:
-    """(2,) way of base_link in the axes of the leg's start."""
+    """(2,) translation of base_link in the axes of the leg's start."""
     direction = np.stack([np.cos(leg.steer_rad), np.sin(leg.steer_rad)], axis=-1)
     way = (before.wheel_radius_m * leg.rolled_rad[..., None] * direction).mean(axis=1)  # the wheels' mean place is 0
     cosine, sine = np.cos(leg.yaw_rad), np.sin(leg.yaw_rad)
@@ -186,7 +199,7 @@ def _pairs(clouds: list[F64], guesses: list[F64], before: Rover) -> Pairs:
 
 
 def _plane(cloud: F64, before: Rover) -> tuple[F64, float] | None:
-    """Normal and depth of what lies before the wheels; None where hardly anything is seen there."""
+    """Normal and depth of the ground before the wheels; None if hardly any points lie there."""
     turned = lidar_rotation(before)
     near = (cloud if turned is None else cloud @ turned.T) + lidar_place(before)
     x0, x1, y1 = GROUND_M

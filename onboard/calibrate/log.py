@@ -1,4 +1,4 @@
-"""What a drive left: readings of every tick as the nodes told them, and a cloud for each scan. Plain arrays."""
+"""Log of a drive: readings of every tick as the nodes sent them, and a cloud for each scan. Plain arrays."""
 
 from __future__ import annotations
 
@@ -17,18 +17,25 @@ from onboard.perception.scan3d import gather, points
 from onboard.perception.tilt_lag import Lag, lag
 from onboard.records import F64, ImuSample, WheelState
 
-FIELDS = 4 + 4 + 3 + 3 + 4  # of a row behind step, time, standing
-MOST_SIGMA_S = 0.001  # of a lag that is used
+FIELDS = 4 + 4 + 3 + 3 + 4  # of a row after step, time, standing
+MOST_SIGMA_S = 0.001  # largest sigma of a lag that is used
 
 
 @dataclass(frozen=True, slots=True)
 class Log:
-    """One drive, its ticks (n,) in order.
+    """Readings of one drive, its ticks (n,) in order.
 
-    step: index into `steps`. standing: neither driving nor steering. position_rad, steer_rad (n, 4): encoders unwrapped
-    and angles as the units say them. gyro_radps, accel_mps2 (n, 3): in the sensor's own axes. current_a (n, 4): of the
-    drives, newest. clouds: (k, 3) points for each step that scans, in the tilt unit's axes from the scanner's centre;
-    None for other steps. The scanner's lag is taken out of them where it was seen. lag: a Lag, or why there is none.
+    steps: the steps of the drive.
+    step: (n,) index into `steps`.
+    time_s: (n,) time.
+    standing: (n,) neither driving nor steering.
+    position_rad: (n, 4) unwrapped encoder angles.
+    steer_rad: (n, 4) steering angles as the units report them.
+    gyro_radps, accel_mps2: (n, 3) in the sensor's own axes.
+    current_a: (n, 4) newest current of the drives.
+    clouds: (k, 3) points for each step that scans, in the tilt unit's axes from the scanner's centre; None for other
+        steps. The scanner's lag is removed from them if it is known.
+    lag: a Lag, or the reason why there is none.
     """
 
     steps: tuple[Step, ...]
@@ -45,7 +52,7 @@ class Log:
 
 
 class Logger:
-    """Collects one."""
+    """Collector of the readings of a drive."""
 
     def __init__(self, steps: Sequence[Step], config: Config) -> None:
         self._steps, self._config = tuple(steps), config
@@ -56,7 +63,7 @@ class Logger:
         self, step: int, now_ns: int, standing: bool, wheels: Sequence[WheelState | None], imu: ImuSample,
         status: Sequence[WheelStatus | None],
     ) -> None:  # fmt: skip
-        """One row; a tick in which a wheel is unknown is none."""
+        """Add the row of one tick; a tick with an unknown wheel is left out."""
         if all(wheel is not None for wheel in wheels):
             currents_a = (told.drive_current_a if told else 0.0 for told in status)
             positions = (wheel.position_rad for wheel in wheels if wheel)
@@ -65,7 +72,7 @@ class Logger:
                                *currents_a))  # fmt: skip
 
     def scan(self, step: int, sweep: Sweep) -> None:
-        """The sweep of a step; it becomes points when the drive is over and no tick waits."""
+        """Store the sweep of a step; its points are computed after the drive, when no tick waits."""
         self._sweeps[step] = sweep
 
     def _lag(self) -> Lag | str:
@@ -92,7 +99,7 @@ class Logger:
         return near
 
     def log(self) -> Log:
-        """All of it; what the configuration in use had put right is taken out again."""
+        """The log of all readings; the corrections of the configuration in use are removed again."""
         found = self._lag()
         late_ns = round(found.late_s * 1e9) if isinstance(found, Lag) else 0
         clouds = tuple(self._cloud(step, late_ns) for step in range(len(self._steps)))

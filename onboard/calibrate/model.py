@@ -1,4 +1,4 @@
-r"""What the evidence should be for given unknowns: one vector of residuals, each over its sigma.
+r"""Measurement model of the calibration: evidence predicted from unknowns; residuals, each over its sigma.
 
 unknowns    radius, four steering offsets, scanner (x, y, z, roll, pitch, yaw), inertial sensor (roll, pitch, yaw),
             grip, bias of the accelerometer (3), gravity, and of each stop k the pose T_k of base_link (x, y, z, roll,
@@ -10,7 +10,7 @@ gyro        R_imu * turn * R_imu^T = R_k^T R_k+1
 force       R_imu (force - bias) = g * R_k^T e_z
 scans       X^-1 T_i^-1 T_j X = T_ij                        X: the tilt unit in base_link
 ground      the plane before a stop is z = 0 of base_link
-believed    what the drawing says, as loosely as it is known: decides only what the drive does not show
+believed    the configured values with their sigmas: decide only what the drive does not show
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from onboard.motion.kinematics import wheel_places
 from onboard.mounting import lidar_place, steer_offsets_rad
 from onboard.records import F64
 
-CALIBRATED = {  # key of `rover` -> how well it is believed before, 1 sigma
+CALIBRATED = {  # key of `rover` -> 1 sigma of its configured value
     "wheel_radius_m": 0.005, "steer_1_offset_rad": 0.05, "steer_2_offset_rad": 0.05, "steer_3_offset_rad": 0.05,
     "steer_4_offset_rad": 0.05, "lidar_x_m": 0.03, "lidar_y_m": 0.002, "lidar_z_m": 0.03, "lidar_roll_rad": 0.05,
     "lidar_pitch_rad": 0.05, "lidar_yaw_rad": 0.05, "imu_roll_rad": 0.05, "imu_pitch_rad": 0.05, "imu_yaw_rad": 0.05,
@@ -34,24 +34,28 @@ CALIBRATED = {  # key of `rover` -> how well it is believed before, 1 sigma
 STEERS, LIDAR, IMU = slice(1, 5), slice(5, 11), slice(11, 14)
 GRIP, BIAS, GRAVITY, POSES = 14, slice(15, 18), 18, 19
 GRIP_SIGMA, BIAS_SIGMA_MPS2 = 0.3, 0.02
-WAY_M, WAY_RATIO = 0.003, 0.003  # 1 sigma of a leg by wheels, and of its length
+WAY_M, WAY_RATIO = 0.003, 0.003  # 1 sigma of a leg by wheels: constant, and ratio of its length
 YAW_RAD, YAW_RATIO, YAW_RADPM = 0.003, 0.005, 0.003
 GYRO_RAD, GYRO_RATIO = 0.0007, 0.0012
 FORCE_MPS2 = 0.004
 GROUND_RAD, GROUND_M = 0.004, 0.004
-GAUGE = 1e-4  # m and rad: where the first stop is
+GAUGE = 1e-4  # m and rad: of the first stop's pose
 
 
 @dataclass(frozen=True, slots=True)
 class Model:
-    """Residuals of one drive's evidence. before: the rover as believed; start: the unknowns to begin with."""
+    """Residuals of one drive's evidence.
+
+    evidence: the evidence.
+    before: the rover as configured.
+    """
 
     evidence: Evidence
     before: Rover
     _newest: dict[bytes, F64] = field(default_factory=dict)  # ways of the newest wheels: most steps change poses only
 
     def start(self) -> F64:
-        """What is believed; the first stop levelled by its force, the others by wheels and gyro from there."""
+        """Start values: the configuration; the first stop levelled by its force, the others by wheels and gyro."""
         e, force = self.evidence, self.evidence.forces_mps2[0]
         gravity = float(np.linalg.norm(e.forces_mps2, axis=1).mean())
         unknowns = np.concatenate([believed(self.before), [0.0, 0.0, 0.0, 0.0, gravity], np.zeros(6 * e.stops)])
@@ -66,7 +70,7 @@ class Model:
         return unknowns
 
     def ways(self, unknowns: F64) -> F64:
-        """(legs, 3) of each leg by the wheels: x, y in the axes of its start (headings by the gyro), and its yaw."""
+        """(legs, 3) motion of each leg by the wheels: x, y in the axes of its start (headings by the gyro), and yaw."""
         e, wheels = self.evidence, unknowns[[0, 1, 2, 3, 4, GRIP]].tobytes()
         if wheels in self._newest:
             return self._newest[wheels]
@@ -80,7 +84,7 @@ class Model:
         return found
 
     def data(self, unknowns: F64) -> F64:
-        """What is off of what was measured."""
+        """Residuals of the measurements."""
         poses = unknowns[POSES:].reshape(-1, 6)
         turns, imu = turned(poses[:, 3:]), turned(unknowns[IMU])
         legs = np.swapaxes(turns[:-1], 1, 2) @ turns[1:]
@@ -90,7 +94,7 @@ class Model:
         ])  # fmt: skip
 
     def belief(self, unknowns: F64) -> F64:
-        """What is off of what is believed; and the gauge: the first stop is the origin, looking along x."""
+        """Residuals against the configured values, and the gauge: the first stop is the origin, looking along x."""
         sigmas = np.array(list(CALIBRATED.values()))
         first = unknowns[POSES : POSES + 6][[0, 1, 2, 5]]
         return np.concatenate([
@@ -117,7 +121,7 @@ class Model:
         return off.ravel()
 
     def scans(self, unknowns: F64) -> F64:
-        """(pairs, 6) what is off of the aligned scans, in sigmas."""
+        """(pairs, 6) residuals of the aligned scans, in sigmas."""
         poses, pairs = unknowns[POSES:].reshape(-1, 6), self.evidence.pairs
         turns = turned(poses[:, 3:])
         eyes, centres = turns @ turned(unknowns[LIDAR][3:]), poses[:, :3] + turns @ unknowns[LIDAR][:3]
@@ -144,7 +148,7 @@ def believed(rover: Rover) -> F64:
 
 
 def turned(angles_rad: F64) -> F64:
-    """(..., 3, 3) rotations by (..., 3) roll, pitch, yaw: `onboard.mounting.rotation` of many."""
+    """(..., 3, 3) rotations by (..., 3) roll, pitch, yaw: vectorised `onboard.mounting.rotation`."""
     (sr, sp, sy), (cr, cp, cy) = np.moveaxis(np.sin(angles_rad), -1, 0), np.moveaxis(np.cos(angles_rad), -1, 0)
     rows = np.array([
         [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
@@ -167,7 +171,11 @@ def off_rad(matrices: F64) -> F64:
 
 
 def body_motions(rolled_m: F64, angle_rad: F64, grip: float, places_m: F64) -> F64:
-    """(n, 3) x, y, yaw of the body in each block, by least slip. rolled_m, angle_rad: (n, 4); places_m: (4, 2)."""
+    """(n, 3) x, y, yaw of the body in each block, by least slip.
+
+    rolled_m, angle_rad: (n, 4).
+    places_m: (4, 2).
+    """
     cosine, sine = np.cos(angle_rad), np.sin(angle_rad)
     a, b = places_m.T
     along = np.stack([cosine, sine, a * sine - b * cosine], axis=-1)  # hub . along = row . (x, y, yaw)

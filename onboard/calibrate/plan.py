@@ -1,10 +1,10 @@
-"""What is driven, as a list of steps: sweeps that show the scanner's lag, a square with turns on the spot, two crabs.
+"""Plan of the calibration drive: sweeps that show the scanner's lag, a square with turns on the spot, two crabs.
 
 A scan wherever the rover stands.
 
-        3 <------ 2         each side: forward, scan, turn left by 90 degrees, scan. The turns part the scanner's place
-        |         ^         from its direction, and the inertial sensor's tilt from its bias and the ground's slope.
-        v         |
+        3 <------ 2         each side: forward, scan, turn left by 90 degrees, scan. The turns separate the scanner's
+        |         ^         position from its direction, and the inertial sensor's tilt from its bias and the slope of
+        v         |         the ground.
         0 ------> 1         from 0, in the end: a crab to 3 and back, which shows the left wheels' steering against
       start                 the right wheels'
 """
@@ -22,12 +22,18 @@ from onboard.records import Twist
 
 SPEED_MPS, TURN_RADPS = 0.1, 0.2
 MOST_SIDE_M, LEAST_SIDE_M = 5.0, 0.5
-SCAN_S, STEER_S, NOD_S = 15.0, 6.0, 5.0  # about, for people; of a nod beside its sweep
+SCAN_S, STEER_S, NOD_S = 15.0, 6.0, 5.0  # approximate, for people; of a nod in addition to its sweep
 
 
 @dataclass(frozen=True, slots=True)
 class Step:
-    """`amount` of a motion, m or rad; no twist: a scan of the standing rover, or with `nod` one sweep for the lag."""
+    """One step of the drive.
+
+    name: for people.
+    twist: motion; none: a scan of the standing rover, or with `nod` one sweep for the lag.
+    amount: amount of the motion, m or rad.
+    nod: segment of a sweep for the lag.
+    """
 
     name: str
     twist: Twist = Twist()
@@ -36,29 +42,29 @@ class Step:
 
     @property
     def scans(self) -> bool:
-        """Whether the rover stands and looks at what is around it."""
+        """True if the rover stands and scans its surroundings."""
         return self.twist == Twist() and self.nod is None
 
     @property
     def speed(self) -> float:
-        """m/s, or rad/s of a turn."""
+        """Speed, m/s, or rad/s of a turn."""
         return math.hypot(self.twist.vx_mps, self.twist.vy_mps) or abs(self.twist.yaw_radps)
 
     @property
     def turns(self) -> bool:
-        """Whether its amount is an angle."""
+        """True if its amount is an angle."""
         return self.twist.yaw_radps != 0.0
 
     @property
     def seconds(self) -> float:
-        """About how long it takes."""
+        """Approximate duration."""
         if self.nod is not None:
             return NOD_S + self.nod.duration_ns * 1e-9
         return SCAN_S if self.scans else self.amount / self.speed + STEER_S
 
 
 def square(side_m: float) -> tuple[Step, ...]:
-    """The whole drive. Raises ValueError for a side that is too short to see anything or too long to watch."""
+    """The whole drive. Raises ValueError for a side that is too short to observe anything or too long to supervise."""
     if not LEAST_SIDE_M <= side_m <= MOST_SIDE_M:
         raise ValueError(f"a side of {side_m:g} m should be within {LEAST_SIDE_M:g} and {MOST_SIDE_M:g} m")
     return tuple(_steps(side_m))
@@ -79,17 +85,17 @@ def _steps(side_m: float) -> Iterator[Step]:
 
 
 def lag_steps(config: Config) -> tuple[Step, ...]:
-    """The sweeps before the square. Raises ValueError where the axis has too little way."""
+    """The sweeps before the square. Raises ValueError if the axis has too little travel."""
     return tuple(Step("sweep down" if nod.rate_radps > 0 else "sweep up", nod=nod) for nod in nods(config.scanning))
 
 
 def room_m(side_m: float) -> float:
-    """How far from its start the rover may come, its body included."""
+    """Largest distance from its start that the rover may reach, its body included."""
     return math.hypot(side_m, side_m) + 0.8
 
 
 def nod(config: Config) -> Scanning:
-    """The sweep of these scans: coarser than a mission's, and to the sides as far as the rover does not hide it."""
+    """The sweep of these scans: coarser than a mission's, and as wide as the rover itself does not hide it."""
     return Scanning(
         start_rad=config.scanning.start_rad, end_rad=math.radians(-10), spacing_m=0.08, cap_rad=math.radians(0.5),
         range_m=config.scanning.range_m, sector_rad=math.radians(110),

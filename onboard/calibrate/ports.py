@@ -17,8 +17,8 @@ from onboard.record.writer import Recorder
 
 @contextmanager
 def ports(config: Config) -> Iterator[Shell]:
-    """Bus, scanner and record, open while it lasts. One line and an exit code for what is wrong with one of them."""
-    from onboard.drivers.clock import WallClock  # by name at each call: tests put their own clock there
+    """Bus, scanner and record, open while the `with` lasts. An error of one becomes one line and an exit code."""
+    from onboard.drivers.clock import WallClock  # imported at each call: tests replace it by their own clock
 
     clock = WallClock()
     for number in (signal.SIGTERM, signal.SIGINT):
@@ -40,5 +40,5 @@ def ports(config: Config) -> Iterator[Shell]:
             raise fail(EX_CANTCREAT, f"{config.record.path} cannot be written: {problem}")
         clock.start()
         yield Shell(can, lidar, clock, recorder)
-    if problem := unwritten(recorder):  # not known before it is closed
+    if problem := unwritten(recorder):  # known only after it is closed
         raise fail(EX_IOERR, f"{config.record.path} is not whole: {problem}; the wheels are off")

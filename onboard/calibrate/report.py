@@ -1,4 +1,4 @@
-"""An estimate as a table for people, as an object for programs, and as the TOML to add to the rover's configuration."""
+"""Report of an estimate: a table for people, an object for programs, the TOML to add to the configuration."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from onboard.lidar_tool.lag_report import LagReport
 
 
 def lines(found: Estimate, lag: LagReport | str) -> list[str]:
-    """Each value before, after and its sigma, in mm or degrees; then the scanner's lag, and what could not be seen."""
+    """Each value before, after and its sigma, in mm or degrees; then the scanner's lag and unobserved directions."""
     width = max(len(value.key) for value in found.values)
     made = [f"{'rover.':{width}}  {'before':>9}  {'after':>9}  {'1 sigma':>8}"]
     for value in found.values:
@@ -25,7 +25,10 @@ def lines(found: Estimate, lag: LagReport | str) -> list[str]:
 
 
 def as_dict(found: Estimate, lag: LagReport | str) -> dict[str, object]:
-    """All of it, SI units. lag: null where it was not seen."""
+    """The whole estimate in SI units.
+
+    lag: null if unknown.
+    """
     return {
         "values": {value.key: value._asdict() for value in found.values}, "unobserved": list(found.unobserved),
         "misfit": found.misfit, "grip": found.grip, "pairs": found.pairs, "odd_pairs": found.odd_pairs,
@@ -34,7 +37,7 @@ def as_dict(found: Estimate, lag: LagReport | str) -> dict[str, object]:
 
 
 def toml(found: Estimate, lag: LagReport | str, source: str) -> str:
-    """The tables [rover] with the calibrated keys and, where the lag was seen, [lidar]."""
+    """The tables [rover] with the calibrated keys and, if the lag is known, [lidar]."""
     rows = [f"{value.key} = {value.after:.6f}  # 1 sigma {value.sigma:.6f}, before {value.before:.6f}"
             + ("" if value.observed else "; not seen by the drive alone") for value in found.values]  # fmt: skip
     seen = "" if isinstance(lag, str) else "\n" + lag.toml()

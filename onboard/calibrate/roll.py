@@ -1,4 +1,4 @@
-"""One motion of the drive: steer, go so far, stop in time, stand a while."""
+"""One motion of the drive: steer, move by an amount, stop at its end, stand for a while."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from onboard.records import WheelCommand, WheelState
 from protocol.conventions import TICK_NS
 
 REST_NS = 1_000_000_000
-RAMP_RADPS2 = 1.0  # of the drives
+RAMP_RADPS2 = 1.0  # acceleration of the drives
 TICK_S = TICK_NS * 1e-9
 
 
 class Roll:
-    """`tick` by tick until `done`. A way is measured by the wheels, a turn by the gyro."""
+    """Motion run by `tick` until `done`. A distance is measured by the wheels, a turn by the gyro."""
 
     def __init__(self, step: Step, config: Config, orders: Sequence[WheelCommand]) -> None:
         self.orders: tuple[WheelCommand, ...] = tuple(orders)
@@ -32,11 +32,11 @@ class Roll:
 
     @property
     def progress_ratio(self) -> float:
-        """Share of the way."""
+        """Share of the amount."""
         return min(1.0, self._gone / self._step.amount)
 
     def tick(self, wheels: Sequence[WheelState | None], motion: odometry.Step, turn_radps: float) -> None:
-        """What the wheels did and how fast the rover turns: new orders."""
+        """Compute new orders from the motion of the wheels and the rover's yaw rate."""
         self._gone += abs(turn_radps) * TICK_S if self._step.turns else math.hypot(motion.dx_m, motion.dy_m)
         self._arrived = self._arrived or self._gone >= self._step.amount - self._brake
         if not self._arrived:

@@ -1,4 +1,4 @@
-"""Both ports and the clock around a machine that commands the hardware, and the drive again from its record."""
+"""Ports and clock around a machine that commands the hardware, and the replay of a drive from its record."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ from protocol.barrier import Tick
 
 
 class Machine(Protocol):
-    """What a shell runs: the drive, or the sweeps of `onboard lidar lag`."""
+    """Machine that a shell runs: the drive, or the sweeps of `onboard lidar lag`."""
 
     phase: Phase
 
     def tick(self, inputs: Inputs) -> Outputs:
-        """10 ms."""
+        """Run one tick of 10 ms."""
 
 
 M = TypeVar("M", bound=Machine)
@@ -41,7 +41,7 @@ class Shell:
         clock.idle = self._ear.listen
 
     def until(self, machine: M, phase: Phase, tell: Callable[[M], None]) -> bool:
-        """Tick by tick until the machine is in a phase, or done; whether it is in that phase."""
+        """Run ticks until the machine is in a phase, or done; return True if it is in that phase."""
         while (now := self.clock.wait()) is not None:
             self._tick(machine, now)
             tell(machine)
@@ -50,7 +50,7 @@ class Shell:
         return False
 
     def linger(self, machine: Machine, ticks: int) -> None:
-        """So many ticks more: what came while the operator thought, or what is to be said after the end."""
+        """Run this many more ticks, for input that arrived while the operator decided, or for the last output."""
         for now in self.clock.overtime(ticks):
             self._tick(machine, now)
 
@@ -71,8 +71,10 @@ class Shell:
 
 
 def again(path: Path) -> Drive:
-    """The drive of a record: the same machine on the same inputs. Nothing was sent before `go`, so the first frame that
-    was says when that came. Raises DamagedRecordError, FileNotFoundError.
+    """The drive of a record: the same machine on the same inputs.
+
+    Nothing was sent before `go`, so the first sent frame gives the time of `go`. Raises DamagedRecordError,
+    FileNotFoundError.
     """
     rows = rows_of(path)
     _, inputs, recorded = next(rows)

@@ -1,1 +1,1 @@
-"""`onboard can`: a CAN bus alone, for people at a bench: pure cores, thin shells."""
+"""`onboard can`: tools for a CAN bus without the flight program, for people at a bench: pure cores, thin shells."""

@@ -1,4 +1,4 @@
-"""How long a frame is on the wire: its bits with the stuff bits, exactly and at worst.
+"""Length of a CAN frame on the wire: its bits with the stuff bits, exact and worst case.
 
     SOF  id 11  RTR IDE r0  DLC 4  data 0-64  CRC 15 | CRC del.  ACK 2  EOF 7  space 3
     \\-------------- after 5 equal bits a stuff bit --/ \\---------- 13, no stuffing --/
@@ -17,7 +17,7 @@ def worst_bits(data_bytes: int) -> int:
 
 
 def wire_bits(can_id: int, data: bytes) -> int:
-    """Bits of this standard data frame as it goes over the wire, interframe space included."""
+    """Bits of this standard data frame on the wire, interframe space included."""
     length = 19 + 8 * len(data)
     word = (can_id & 0x7FF) << 7 + 8 * len(data) | len(data) << 8 * len(data) | int.from_bytes(data, "big")
     bits = [word >> at & 1 for at in range(length - 1, -1, -1)]
@@ -29,7 +29,7 @@ def wire_bits(can_id: int, data: bytes) -> int:
 
 
 def _stuffed(bits: list[int]) -> int:
-    """Stuff bits: after five equal ones comes the other, which counts as the first of the next run."""
+    """Number of stuff bits: the opposite bit follows five equal bits and counts as the first of the next run."""
     count, last, run = 0, -1, 0
     for bit in bits:
         run = run + 1 if bit == last else 1

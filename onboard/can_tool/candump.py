@@ -1,10 +1,10 @@
-"""One line of candump, as `candump -L` writes it for machines or `candump` for people.
+"""Parser of one line of candump, as `candump -L` writes it for machines or `candump` for people.
 
     (1436509052.249713) vcan0 181#0011223344556677          -L, a file of `candump -l`; also with R or T at its end
      (1436509052.249713)  vcan0  RX - -  181   [8]  00 11   -t a, -x; -t d and -t z alike, -t A with a date
       vcan0  181   [8]  00 11 22 33 44 55 66 77             without times
 
-In both, an id of eight digits is an extended or an error frame, and R a remote one; `##` or [08] is CAN FD.
+In both, an id of eight digits is an extended or an error frame, and R a remote frame; `##` or [08] is CAN FD.
 """
 
 from __future__ import annotations
@@ -25,7 +25,13 @@ _SPACED = re.compile(
 
 
 class Heard(NamedTuple):
-    """What was on the bus: `kind` is "data", or what else it was. stamp_ns: None where the log has no times."""
+    """One frame received from a bus or a log.
+
+    stamp_ns: time of reception, None if the log has no times.
+    can_id: identifier.
+    data: payload.
+    kind: "data", or the kind of another frame.
+    """
 
     stamp_ns: int | None
     can_id: int
@@ -34,7 +40,7 @@ class Heard(NamedTuple):
 
 
 def parse(line: str) -> Heard | None:
-    """What a line tells; None for an empty one. Raises ValueError for what candump does not write."""
+    """The frame of a line; None for an empty line. Raises ValueError for a line that candump does not write."""
     text = line.strip()
     if not text:
         return None
@@ -88,7 +94,7 @@ def _kind(digits: str) -> str:
 
 
 def _stamp_ns(found: re.Match[str]) -> int | None:
-    """A date is taken as UTC."""
+    """Time of a line; a date is read as UTC."""
     if not found["fraction"]:
         return None
     date, seconds = found["date"], found["seconds"]

@@ -1,4 +1,4 @@
-"""The commands `onboard can ...`: a bus alone, by the flight program's own codec, checks and node code."""
+"""The commands `onboard can ...`: a bus without the flight program, by its own codec, checks and node code."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ node_option = click.option("--node", "nodes", multiple=True, metavar="NODE", hel
 
 @click.group("can", epilog=EXAMPLES)
 def app() -> None:
-    """A CAN bus alone: who is on it, what they say, how full it is; and the wheels moved one by one."""
+    """A CAN bus without the flight program: its nodes, their frames and its load; and the wheels moved one by one."""
 
 
 @app.command("decode", epilog=EXAMPLES)
@@ -60,8 +60,8 @@ def decode_command(
     Each frame is checked as in flight: CRC, alive counter (lost, repeated), range, lateness.
 
     Exit codes of all commands: 0 done, 1 something is wrong with the bus or the hardware, 64 no such frame, node or
-    bound, 65 no log of a CAN bus, 66 no such file, 69 the bus cannot be had, 78 the URI or the configuration is wrong,
-    130 Ctrl-C.
+    bound, 65 no log of a CAN bus, 66 no such file, 69 the bus cannot be opened, 78 the URI or the configuration is
+    wrong, 130 Ctrl-C.
     """
     from onboard.can_tool.decode import Decoder
     from onboard.can_tool.show import line_of, row_of, summary_lines, summary_row
@@ -94,7 +94,7 @@ def decode_command(
 @click.option("--seconds", type=click.FloatRange(0.1, 600), default=2.0, show_default=True, help="How long to listen.")
 @json_option
 def info_command(uri: str, seconds: float, as_json: bool) -> None:
-    """Listen for 2 s, sending nothing: which nodes are there and how they are; what is wrong, and what to do.
+    """Listen for 2 s without sending: list the nodes and their state; report each problem, and what to do.
 
     Exit code 1: something is wrong.
     """
@@ -120,7 +120,7 @@ def info_command(uri: str, seconds: float, as_json: bool) -> None:
 @click.option("--seconds", type=click.FloatRange(min=0), default=0.0, help="How long; 0: until Ctrl-C.")
 @json_option
 def watch_command(uri: str, only: tuple[str, ...], nodes: tuple[str, ...], seconds: float, as_json: bool) -> None:
-    """Show the newest signals of every frame as they change; once a second where the output is no terminal."""
+    """Show the newest signals of every frame as they change; once a second if the output is no terminal."""
     from onboard.can_tool.live import Screen
 
     chosen = chosen_frames(only, nodes)
@@ -144,7 +144,7 @@ def load_command(as_json: bool) -> None:
 
 
 def chosen_frames(only: tuple[str, ...], nodes: tuple[str, ...]) -> frozenset[int]:
-    """The ids that --only and --node ask for, or exit 64."""
+    """The ids selected by --only and --node, or exit 64."""
     from onboard.can_tool.names import UnknownNameError, frames_of
 
     try:
@@ -155,7 +155,7 @@ def chosen_frames(only: tuple[str, ...], nodes: tuple[str, ...]) -> frozenset[in
 
 @contextmanager
 def on_bus(uri: str) -> Iterator[Shell]:
-    """The open bus; Ctrl-C ends its ticks. One line and an exit code for what is wrong with it."""
+    """The open bus; Ctrl-C ends its ticks. A bus error becomes one line and an exit code."""
     from onboard.can_tool.shell import BusError, Shell
     from onboard.config import ConfigError
     from onboard.drivers.clock import WallClock
@@ -185,7 +185,7 @@ def _live(shell: Shell, seconds: float) -> Iterator[Heard]:
 
 
 def _from_file(name: str, show: Callable[[Iterable[Heard]], None]) -> None:
-    """Shows what a file or standard input holds; Ctrl-C in a pipe ends what comes, not what follows."""
+    """Show the frames of a file or of standard input; Ctrl-C in a pipe ends the reading, not the summary after it."""
     from onboard.can_tool.logs import NoLogError, heard_in, heard_of
 
     def tell(text: str) -> None:

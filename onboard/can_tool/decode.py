@@ -1,4 +1,4 @@
-"""Frames as named signals: each checked as the flight program checks it, and what was wrong kept by frame."""
+"""Decoder from frames to named signals; checks each frame as the flight program does and counts problems by id."""
 
 from __future__ import annotations
 
@@ -15,11 +15,16 @@ _CHOICES = {can_id: {s.name: s.choices for s in layout.signals if s.choices} for
 
 
 class Seen(NamedTuple):
-    """One frame and what is known of it. node: its sender, None where it is no frame of the DBC; values: None for a
-    frame that the flight program drops.
+    """One decoded frame.
 
-    problems: fields of Counts that it raised, with the count where it is more than one ("lost 3"); or what it is
-    instead of a frame of the DBC.
+    stamp_ns: time of reception, None if unknown.
+    can_id: identifier.
+    data: payload.
+    name: name in the DBC, or the id.
+    node: its sender, None if the frame is not in the DBC.
+    values: signals; None for a frame that the flight program drops.
+    problems: fields of Counts that the frame raised, with the count if it is more than one ("lost 3"); or the kind of
+        frame, if it is not in the DBC.
     """
 
     stamp_ns: int | None
@@ -33,7 +38,7 @@ class Seen(NamedTuple):
 
 @dataclass(slots=True)
 class Times:
-    """How often and from when to when an id was heard."""
+    """Number and times of the received frames of one id."""
 
     frames: int = 0
     first_ns: int = 0
@@ -41,7 +46,14 @@ class Times:
 
 
 class Tally(NamedTuple):
-    """One line of the summary: all frames of an id, by the sender's rate, and the guard's counts."""
+    """One line of the summary.
+
+    can_id: identifier.
+    name: name in the DBC.
+    frames: number of frames.
+    rate_hz: mean rate, None with fewer than two times.
+    counts: the guard's counts.
+    """
 
     can_id: int
     name: str
@@ -51,7 +63,7 @@ class Tally(NamedTuple):
 
 
 class Decoder:
-    """Takes frames as they were heard. `others`: how many of each kind were no frames of the DBC."""
+    """Decoder of received frames. `others`: number of frames of each kind that are not in the DBC."""
 
     def __init__(self) -> None:
         self._guard = Guard()
@@ -59,7 +71,7 @@ class Decoder:
         self.others: Counter[str] = Counter()
 
     def receive(self, heard: Heard) -> Seen:
-        """One frame, with its signals if it is good."""
+        """Decode one frame; its signals are present if it is good."""
         stamp_ns, can_id, data, kind = heard
         layout = FRAMES.get(can_id) if kind == "data" else None
         if layout is None:
@@ -75,7 +87,7 @@ class Decoder:
         return Seen(stamp_ns, can_id, data, layout.name, layout.sender, told, problems)
 
     def tallies(self) -> list[Tally]:
-        """What was heard of each id of the DBC, in the order of the ids."""
+        """Tally of each received id of the DBC, in the order of the ids."""
         return [
             Tally(can_id, FRAMES[can_id].name, times.frames, _rate_hz(times), self._guard.counts(can_id))
             for can_id, times in sorted(self._times.items())
@@ -101,7 +113,7 @@ def _rate_hz(times: Times) -> float | None:
 
 
 def _raised(before: Counts, after: Counts) -> tuple[str, ...]:
-    if after[1:] == before[1:]:  # accepted alone
+    if after[1:] == before[1:]:  # only the count of accepted frames changed
         return ()
     steps = [(field, now - then) for field, then, now in zip(Counts._fields[1:], before[1:], after[1:])]
     return tuple(field if step == 1 else f"{field} {step}" for field, step in steps if step)

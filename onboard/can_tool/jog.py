@@ -3,9 +3,9 @@
     LISTENING --1.2 s, nothing against it--> READY --go--> MOVING --arrived, time over, problem, stop--> STOPPING
         \\--another computer, a latched stop, a node missing, foreign or at fault--> DONE <--at rest, then off--/
 
-Nothing is sent before `go`. While it moves it sends what the flight program sends, by the same code: TIME_SYNC,
-DRIVE_ENABLE, COMPUTER_HEARTBEAT, the commands of four wheels (off where nothing is asked) and of the axis.
-Ends with zero rate until the wheels are at rest, then DRIVE_ENABLE without enable and four times OFF.
+Nothing is sent before `go`. While moving it sends the same frames as the flight program, by the same code: TIME_SYNC,
+DRIVE_ENABLE, COMPUTER_HEARTBEAT, the commands of four wheels (off where nothing is requested) and of the axis.
+It ends with zero rate until the wheels are at rest, then DRIVE_ENABLE without enable and four times OFF.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ TURNED_RATIO = 0.1
 
 
 class Phase(Enum):
-    """Where a movement stands."""
+    """Phase of a movement."""
 
     LISTENING = "listening"
     READY = "ready"
@@ -40,7 +40,12 @@ class Phase(Enum):
 
 @dataclass(slots=True)
 class _Begun:
-    """The wheels as they were at `go`, and the fastest rate that each showed since, in the direction asked for."""
+    """State of the wheels at `go`.
+
+    at_ns: time of `go`.
+    wheels: state of each wheel then.
+    fastest_radps: fastest rate of each wheel since then, in the requested direction.
+    """
 
     at_ns: int = 0
     wheels: tuple[WheelState | None, ...] = (None,) * 4
@@ -48,7 +53,10 @@ class _Begun:
 
 
 class Jog:
-    """`tick` by tick. `problem`: one line why it was refused or ended early, empty as long as all is well."""
+    """State machine of a movement, run by `tick`.
+
+    problem: one line with the reason of a refusal or an early end, empty without one.
+    """
 
     def __init__(self, move: Move, rover: Rover, can: Can) -> None:
         self.move = move
@@ -56,15 +64,15 @@ class Jog:
         self.nodes.enabled = False
         self.phase = Phase.LISTENING
         self.problem = ""
-        self.stopped = False  # by `stop`
+        self.stopped = False  # set by `stop`
         self._silent_ns = can.silent_ns
         self._permit = Permit(self.nodes, move.nodes)
-        self._since_ns: int | None = None  # of the phase
+        self._since_ns: int | None = None  # start of the phase
         self._begun = _Begun()
         self._there_ns: int | None = None
 
     def go(self, now_ns: int) -> None:
-        """The operator agrees: from READY to MOVING."""
+        """Go from READY to MOVING; the operator has agreed."""
         if self.phase is Phase.READY:
             self._begun = _Begun(now_ns, self.nodes.wheels)
             self._enter(Phase.MOVING, now_ns)
@@ -73,11 +81,11 @@ class Jog:
                 self.nodes.park_tilt(self.move.tilt_rad)
 
     def stop(self) -> None:
-        """Ends the movement with the next tick; before `go` there is nothing to end."""
+        """End the movement with the next tick; without effect before `go`."""
         self.stopped = True
 
     def tick(self, frames: Sequence[Frame], now_ns: int) -> tuple[Frame, ...]:
-        """Frames of the bus in, frames for the bus out; to be called every 10 ms."""
+        """Process the received frames and return the frames to send; call it every 10 ms."""
         self._since_ns = now_ns if self._since_ns is None else self._since_ns
         self._hear(frames, now_ns)
         match self.phase:
@@ -95,7 +103,7 @@ class Jog:
         return self.nodes.send(now_ns, Mode.STANDBY)
 
     def turned_rad(self, n: int) -> float:
-        """How far wheel 1 to 4 has turned since `go`."""
+        """Angle that wheel 1 to 4 has turned since `go`."""
         then, now = self._begun.wheels[n - 1], self.nodes.wheels[n - 1]
         return now.position_rad - then.position_rad if then and now else 0.0
 
@@ -148,7 +156,7 @@ class Jog:
             self._enter(Phase.STOPPING if self.phase is Phase.MOVING else Phase.DONE, now_ns)
 
     def _commands(self) -> tuple[WheelCommand, ...]:
-        """RUN for a wheel that turns, HOLD for one that steers, OFF for others; when at rest OFF for all."""
+        """RUN for a wheel that turns, HOLD for one that steers, OFF for others; at rest OFF for all."""
         made = []
         for asked_rad, rate_radps, then in zip(self.move.steer_rad, self.move.rate_radps, self._begun.wheels):
             mode = WheelMode.RUN if rate_radps else WheelMode.OFF if asked_rad is None else WheelMode.HOLD
@@ -157,10 +165,10 @@ class Jog:
             made.append(WheelCommand(mode if self.nodes.enabled else WheelMode.OFF, steer_rad, rate_radps))
         return tuple(made)
 
-    # -- what is against it ----------------------------------------------------------------------------------
+    # -- reasons to stop ---------------------------------------------------------------------------------------
 
     def _missing(self) -> Iterator[str]:
-        """What should have been heard by now."""
+        """Reports of expected nodes and feedback that have not been received by now."""
         yield from self._permit.missing()
         for n in self.move.wheels:
             if self.nodes.wheels[n - 1] is None:
@@ -175,7 +183,7 @@ class Jog:
                 yield f"WHEEL_{n} went silent {age_ns / 1e6:.0f} ms ago"
 
     def _astray(self, now_ns: int) -> Iterator[str]:
-        """Wheels that do something else than asked."""
+        """Reports of wheels that do not follow their command."""
         late = now_ns - self._begun.at_ns > WRONG_WAY_NS
         for n, (wheel, then) in enumerate(zip(self.nodes.wheels, self._begun.wheels), 1):
             if wheel is None or then is None:
@@ -199,7 +207,7 @@ class Jog:
                 self._begun.fastest_radps[index] = max(self._begun.fastest_radps[index], rate_radps)
 
     def _arrived(self, now_ns: int) -> bool:
-        """Whether all that was asked to go somewhere is there since 0.2 s; never for a wheel that turns."""
+        """True if everything has been at its target for 0.2 s; never for a wheel that turns."""
         if any(self.move.rate_radps) or next(self._short(), ""):
             self._there_ns = None
             return False
@@ -207,7 +215,7 @@ class Jog:
         return now_ns - self._there_ns >= SETTLE_NS
 
     def _short(self) -> Iterator[str]:
-        """What did not do what was asked, as it is now."""
+        """Reports of wheels and axis that are off their target now."""
         for n, (wheel, steer_rad) in enumerate(zip(self.nodes.wheels, self.move.steer_rad), 1):
             if steer_rad is not None and wheel and abs(wheel.steer_rad - steer_rad) > ARRIVED_RAD:
                 yield f"WHEEL_{n} stands at {wheel.steer_rad:+.3f} rad, asked were {steer_rad:+.3f}"

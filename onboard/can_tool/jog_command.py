@@ -1,4 +1,4 @@
-"""`onboard can jog`, `home`, `reset`: one bounded movement or a release, agreed to, watched, ended with wheels off."""
+"""`onboard can jog`, `home`, `reset`: a bounded movement or a release, confirmed, monitored, ended with wheels off."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ HANDS = "Are the wheels off the ground and all hands away?"
 
 
 def shared_options(command: Callable[..., None]) -> Callable[..., None]:
-    """What both commands take."""
+    """Add the options that all three commands share."""
     for option in (
         click.option("--config", "-c", "path", type=Path, metavar="FILE", help="The rover's TOML: limits and bus."),
         click.option("--set", "-s", "settings", multiple=True, help="section.key=value, over the file; repeatable."),
@@ -51,11 +51,11 @@ def jog(
     wheel: int | None, rate: float | None, steer: float | None, tilt: float | None, seconds: float | None,
     path: Path | None, settings: tuple[str, ...], uri: str | None, yes: bool, as_json: bool,
 ) -> None:  # fmt: skip
-    """Move one wheel or the tilt axis a little, and show what it says of it. THE HARDWARE MOVES: lift the rover.
+    """Move one wheel or the tilt axis a little, and show its feedback. THE HARDWARE MOVES: lift the rover.
 
-    Listens first and refuses where another computer commands the bus, an EMERGENCY_STOP is latched, or a node is
+    Listens first and refuses if another computer commands the bus, an EMERGENCY_STOP is latched, or a node is
     missing, at fault or of another DBC version. Ctrl-C stops at once: zero rate, then off. Exit codes: 0 moved as
-    asked, 1 it did not, 69 refused or no bus; else those of `decode`.
+    requested, 1 it did not, 69 refused or no bus; else those of `decode`.
     """
     from onboard.can_tool import move as moves
 
@@ -87,9 +87,9 @@ def home(path: Path | None, settings: tuple[str, ...], uri: str | None, yes: boo
 @app.command("reset", epilog=EXAMPLES)
 @shared_options
 def reset(path: Path | None, settings: tuple[str, ...], uri: str | None, yes: bool, as_json: bool) -> None:
-    """Release a latched EMERGENCY_STOP in the two steps of the bus, where no flight computer is there to do it.
+    """Release a latched EMERGENCY_STOP by the two steps of the bus, for a bus without a flight computer.
 
-    Exit codes: 0 released, 1 a node did not let go, 69 refused or no bus; else those of `decode`.
+    Exit codes: 0 released, 1 a node did not release, 69 refused or no bus; else those of `decode`.
     """
     from onboard.can_tool.jog import Phase
     from onboard.can_tool.release import Release
@@ -133,7 +133,7 @@ def _run(move: Move, config: Config, uri: str, yes: bool, as_json: bool) -> None
 
 
 def _until(machine: Jog | Release, shell: Shell, phase: Phase, tell: Callable[[int], None] = lambda _: None) -> bool:
-    """Tick by tick until the machine is in a phase, or done; whether it is in that phase."""
+    """Run ticks until the machine is in a phase, or done; return True if it is in that phase."""
     from onboard.can_tool.jog import Phase
 
     for now_ns, frames in shell.ticks():
@@ -145,13 +145,13 @@ def _until(machine: Jog | Release, shell: Shell, phase: Phase, tell: Callable[[i
 
 
 def _flush(machine: Jog | Release, shell: Shell) -> None:
-    """What came while the operator thought; another computer may be among it."""
+    """Process the frames received while the operator decided; another computer may be among their senders."""
     while frames := shell.bus.read(shell.clock.now_ns()):
         machine.tick(frames, shell.clock.now_ns())
 
 
 class _Teller:
-    """The feedback of what moves, four times a second: one line that is rewritten in a terminal."""
+    """Progress display: feedback of the moving nodes, four times a second; in a terminal one line, rewritten."""
 
     def __init__(self, machine: Jog, as_json: bool) -> None:
         self._machine, self._json, self._told_ns = machine, as_json, -TELL_NS
@@ -173,7 +173,7 @@ class _Teller:
 
 
 def facts(machine: Jog) -> dict[str, object]:
-    """What the nodes that were asked to move say, for programs."""
+    """Feedback of the nodes that move, for programs."""
     nodes = machine.nodes
     told: dict[str, object] = {}
     for n in machine.move.wheels:
@@ -189,7 +189,7 @@ def facts(machine: Jog) -> dict[str, object]:
 
 
 def words(machine: Jog) -> str:
-    """The same for people."""
+    """Feedback of the nodes that move, for people."""
     if len(machine.move.wheels) > 1:
         angles = " ".join(f"{wheel.steer_rad:+.3f}" if wheel else "-" for wheel in machine.nodes.wheels)
         return f"steering {angles} rad, tilt {machine.nodes.tilt_angle_rad or 0.0:+.3f} rad"

@@ -1,4 +1,4 @@
-"""The screen of `onboard can watch`: a table redrawn in a terminal; elsewhere, each second, a line for each frame."""
+"""Screen of `onboard can watch`: a table redrawn in a terminal; elsewhere, each second, a line for each frame."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _REDRAW_NS, _LINE_NS, _OLD_NS = 200_000_000, 1_000_000_000, 1_500_000_000
 
 
 class Screen:
-    """Used as a context manager. chosen: the ids to show."""
+    """Context manager that shows the newest frames. chosen: the ids to show."""
 
     def __init__(self, chosen: frozenset[int], as_json: bool) -> None:
         self._chosen, self._json = chosen, as_json
@@ -45,7 +45,7 @@ class Screen:
             self._live.stop()
 
     def show(self, frames: Iterable[Frame], now_ns: int) -> None:
-        """Takes what came and shows what is due."""
+        """Decode the received frames and redraw if due."""
         for frame in frames:
             if frame.can_id in self._chosen:
                 seen = self._decoder.receive(Heard(frame.stamp_ns, frame.can_id, frame.data))

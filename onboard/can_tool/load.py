@@ -4,8 +4,8 @@ Three cases: OPERATION, every regular frame at its shortest interval (the axis s
 its stop as well and the axis stands; EVERYTHING, both at once, which lasts less than one interval and bounds the load.
 
 A frame's response time R = J + w + C: jitter, queueing behind one lower frame already on the wire (B) and behind every
-higher frame that is released meanwhile, and its own bits. Schedulable when R <= period for each frame. J is 0: releases
-are modelled as sporadic with the shortest interval of the DBC.
+higher frame that is released in the meantime, and its own bits. Schedulable if R <= period for each frame. J is 0:
+releases are modelled as sporadic with the shortest interval of the DBC.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from protocol.can_frames import BITS_PER_S, FRAMES, Layout
 
 
 class Case(Enum):
-    """What happens on the bus."""
+    """Traffic on the bus."""
 
     OPERATION = "operation"
     EMERGENCY = "emergency"
@@ -28,7 +28,15 @@ class Case(Enum):
 
 
 class Row(NamedTuple):
-    """One frame: shortest interval, time on the wire with every stuff bit, response time, share of the bus."""
+    """One frame of a case.
+
+    name: name in the DBC.
+    can_id: identifier.
+    period_s: shortest interval.
+    wire_s: time on the wire with every stuff bit.
+    response_s: response time.
+    load_ratio: share of the bus.
+    """
 
     name: str
     can_id: int
@@ -39,7 +47,7 @@ class Row(NamedTuple):
 
 
 def analyse(case: Case, frames: Mapping[int, Layout] = FRAMES, bits_per_s: int = BITS_PER_S) -> list[Row]:
-    """Rows in the order of priority. Raises ValueError for a frame without interval, or when the bus is overloaded."""
+    """Rows in the order of priority. Raises ValueError for a frame without interval, or if the bus is overloaded."""
     taking = [frames[can_id] for can_id in sorted(frames) if case is not Case.OPERATION or not frames[can_id].event]
     periods_s = [_interval_s(layout, case) for layout in taking]
     wire_s = worst_bits(8) / bits_per_s
@@ -53,12 +61,12 @@ def analyse(case: Case, frames: Mapping[int, Layout] = FRAMES, bits_per_s: int =
 
 
 def total(rows: list[Row]) -> float:
-    """Share of the bus that all frames of a case take."""
+    """Share of the bus used by all frames of a case."""
     return sum(row.load_ratio for row in rows)
 
 
 def _interval_s(layout: Layout, case: Case) -> float:
-    """The shortest regular interval of a frame; where it has none, its delay time."""
+    """The shortest regular interval of a frame; if it has none, its delay time."""
     fast_ms = 0 if case is Case.EMERGENCY else layout.fast_ms
     interval_ms = fast_ms or layout.cycle_ms or layout.delay_ms
     if not interval_ms:
@@ -69,7 +77,7 @@ def _interval_s(layout: Layout, case: Case) -> float:
 def _response_s(higher_s: list[float], wire_s: float, bit_s: float) -> float:
     """Queueing delay by fixed-point iteration behind the intervals of higher frames; all frames are 8 bytes long.
 
-    Blocking by any frame, own ones included (the sufficient test).
+    Blocking by any frame, including earlier ones of the same id (the sufficient test).
     """
     queue_s = wire_s
     while (again_s := wire_s + sum(math.ceil((queue_s + bit_s) / p) * wire_s for p in higher_s)) > queue_s:

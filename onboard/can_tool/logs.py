@@ -1,4 +1,4 @@
-"""Whatever a bus was recorded into, frame by frame: candump text, .asc, .blf; bad lines are told and left out."""
+"""Reader of recorded CAN logs, frame by frame: candump text, .asc, .blf; bad lines are reported and left out."""
 
 from __future__ import annotations
 
@@ -12,16 +12,18 @@ OTHERS = (".asc", ".blf")
 
 
 class NoLogError(ValueError):
-    """Not one line of the file is a frame: it is no log of a CAN bus."""
+    """File without a single line that is a frame: not a log of a CAN bus."""
 
 
 def heard_in(path: Path, tell: Callable[[str], None]) -> Iterator[Heard]:
-    """The frames of a file. tell: takes a line for each that is none, of the first 20.
+    """The frames of a file.
+
+    tell: receives a report for each of the first 20 lines that are no frame.
 
     Raises OSError, NoLogError, ValueError for a damaged .asc or .blf.
     """
     if path.suffix.lower() in OTHERS:
-        from onboard.drivers.can_log import messages_of  # python-can is heavy: not for text
+        from onboard.drivers.can_log import messages_of  # python-can is slow to load and text does not need it
 
         yield from (Heard(*message) for message in messages_of(path))
     else:
@@ -30,7 +32,7 @@ def heard_in(path: Path, tell: Callable[[str], None]) -> Iterator[Heard]:
 
 
 def heard_of(lines: Iterable[str], name: str, tell: Callable[[str], None]) -> Iterator[Heard]:
-    """The frames of lines of candump, as `heard_in`. What is wrong with lines is told once one was good."""
+    """The frames of lines of candump, as `heard_in`. Bad lines are reported after the first good one."""
     good, bad, held = 0, 0, list[str]()
     for number, line in enumerate(lines, 1):
         try:

@@ -1,4 +1,4 @@
-"""What a movement of `onboard can jog` and `home` is, and how large it may be."""
+"""Movement of `onboard can jog` and `home`, and its limits."""
 
 from __future__ import annotations
 
@@ -14,13 +14,17 @@ T = TypeVar("T", float, None)
 
 
 class BoundsError(ValueError):
-    """More was asked than a movement by hand may be."""
+    """Request over the limits of a movement by hand."""
 
 
 @dataclass(frozen=True, slots=True)
 class Move:
-    """Of wheels 1 to 4: steer_rad, where to steer (None: not at all), rate_radps, how fast to turn; tilt_rad: where the
-    axis goes (None: nowhere). limit_s: after that it is over.
+    """One movement of wheels 1 to 4 and the tilt axis.
+
+    limit_s: time after which it ends.
+    steer_rad: steering target of each wheel, None: do not steer.
+    rate_radps: wheel rate of each wheel.
+    tilt_rad: target of the axis, None: do not move.
     """
 
     limit_s: float
@@ -30,16 +34,16 @@ class Move:
 
     @property
     def wheels(self) -> tuple[int, ...]:
-        """The wheels that are asked to do something."""
+        """The wheels that are to move."""
         return tuple(n for n in WHEELS if self.steer_rad[n - 1] is not None or self.rate_radps[n - 1])
 
     @property
     def nodes(self) -> tuple[str, ...]:
-        """The nodes that must be there."""
+        """The nodes that must be present."""
         return (*(f"WHEEL_{n}" for n in self.wheels), *(("TILT",) if self.tilt_rad is not None else ()))
 
     def __str__(self) -> str:
-        """In words, for the question whether to do it."""
+        """Description for the question before the movement."""
         steers = [s for s in self.steer_rad if s is not None]
         if len(steers) == len(WHEELS):
             return "all wheels will steer to 0 and the tilt axis will park level"
@@ -52,7 +56,7 @@ class Move:
 
 
 def turn(n: int, rate_radps: float, seconds: float, rover: Rover) -> Move:
-    """Wheel n turns. Raises BoundsError."""
+    """Turn wheel n. Raises BoundsError."""
     fastest_radps = min(RATE_LIMIT_RADPS, rover.wheel_rate_limit_radps)
     _within("--rate", rate_radps, fastest_radps, "rad/s")
     if not rate_radps:
@@ -61,19 +65,19 @@ def turn(n: int, rate_radps: float, seconds: float, rover: Rover) -> Move:
 
 
 def steer(n: int, angle_rad: float, seconds: float, rover: Rover) -> Move:
-    """Wheel n steers. Raises BoundsError."""
+    """Steer wheel n. Raises BoundsError."""
     _within("--steer", angle_rad, rover.steer_limit_rad, "rad")
     return Move(_time(seconds), steer_rad=_one(n, angle_rad, None))
 
 
 def tilt(angle_rad: float, seconds: float) -> Move:
-    """The axis goes to an angle, positive down. Raises BoundsError."""
+    """Move the axis to an angle, positive down. Raises BoundsError."""
     _within("--tilt", angle_rad, TILT_LIMIT_RAD, "rad")
     return Move(_time(seconds), tilt_rad=angle_rad)
 
 
 def home(seconds: float = TIME_LIMIT_S) -> Move:
-    """All wheels straight ahead, the axis level."""
+    """Steer all wheels straight ahead and move the axis level. Raises BoundsError."""
     return Move(_time(seconds), steer_rad=(0.0,) * 4, tilt_rad=0.0)
 
 

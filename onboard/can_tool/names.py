@@ -1,4 +1,4 @@
-"""Frames and nodes of the DBC by the names that people type."""
+"""Selection of frames and nodes of the DBC by the names that people type."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ from protocol.can_frames import FRAMES, NODES
 
 
 class UnknownNameError(ValueError):
-    """No frame or node has this name: one line, with the nearest one."""
+    """Name of no frame or node; one line, with the nearest name."""
 
 
 def frames_of(patterns: Iterable[str], nodes: Iterable[str]) -> frozenset[int]:
     """The ids of the frames that match one of the patterns (all, if none is given) and come from one of the nodes.
 
-    A pattern is a name, in capitals or not, with `*` for anything (WHEEL_*_FEEDBACK), or an id (0x181). Raises
-    UnknownNameError for one that matches nothing.
+    A pattern is a name in any case, with `*` as wildcard (WHEEL_*_FEEDBACK), or an id (0x181). Raises UnknownNameError
+    for a pattern or node that matches nothing.
     """
     chosen: set[int] = set()
     for pattern in patterns:
@@ -46,7 +46,7 @@ def _node(name: str) -> str:
 
 
 def _unknown(kind: str, name: str, known: list[str]) -> str:
-    from difflib import get_close_matches  # only for who mistypes
+    from difflib import get_close_matches  # needed only after a typing error
 
     near = get_close_matches(name.upper(), known, 1)
     hint = f"did you mean {near[0]}?" if near else f"it has {', '.join(known[:6])} ..."

@@ -1,4 +1,4 @@
-"""What forbids a movement by hand: another computer, a latched stop, a node that is missing, foreign or at fault."""
+"""Conditions that forbid a movement by hand: another computer, a latched stop, a node missing, foreign or at fault."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ HEARTBEATS = {can_id: row.sender for can_id, row in FRAMES.items() if row.family
 
 
 class Permit:
-    """Hears the bus beside `nodes`; needed: the names of those that have to be there."""
+    """Monitor of the bus in parallel with `nodes`. needed: names of the nodes that must be present."""
 
     def __init__(self, nodes: Nodes, needed: Sequence[str]) -> None:
         self._nodes, self._needed = nodes, needed
@@ -24,14 +24,14 @@ class Permit:
         self._master = ""
 
     def hear(self, frames: Sequence[Frame]) -> None:
-        """The tick's frames."""
+        """Process the frames of a tick."""
         for frame in frames:
             self._master = self._master or MASTER.get(frame.can_id, "")
             if frame.can_id in HEARTBEATS and (told := self._heartbeats.receive(frame)) is not None:
                 self._versions[HEARTBEATS[frame.can_id]] = told.dbc_version
 
     def forbidden(self) -> Iterator[str]:
-        """What forbids a movement at any time."""
+        """Reports of conditions that forbid a movement at any time."""
         if self._master:
             yield f"another computer commands this bus ({self._master} is on it): end that program first"
         if self._nodes.emergency is not None:
@@ -47,7 +47,7 @@ class Permit:
                 yield f"{name} has version {self._versions[name]} of rover.dbc, this program {DBC_VERSION}: update one"
 
     def missing(self) -> Iterator[str]:
-        """What should have been heard by now."""
+        """Reports of needed nodes that have not been received by now."""
         for name in self._needed:
             if self._nodes.node_state(name) is None:
                 yield f"{name} is not heard on this bus; `onboard can info` says who is"

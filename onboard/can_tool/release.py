@@ -1,9 +1,9 @@
-"""The two steps that release a latched EMERGENCY_STOP without the flight program: `onboard can reset`.
+"""Release of a latched EMERGENCY_STOP without the flight program: the state machine of `onboard can reset`.
 
     LISTENING --1.2 s, no other computer--> READY --go--> RESETTING --all have answered, or 3 s--> DONE
 
-As in flight: RESET_REQUEST with one nonce, step 2 when every node that beats has answered step 1. Meanwhile the wheels
-are ordered OFF, without enable.
+As in flight: RESET_REQUEST with one nonce, step 2 when every node with a heartbeat has answered step 1. Meanwhile the
+wheels are commanded OFF, without enable.
 """
 
 from __future__ import annotations
@@ -22,7 +22,10 @@ STOPPED = (NodeState.EMERGENCY_STOP, NodeState.RESET_ARMED)
 
 
 class Release:
-    """`tick` by tick. `problem`: one line why it was refused or failed, empty as long as all is well."""
+    """State machine of a release, run by `tick`.
+
+    problem: one line with the reason of a refusal or a failure, empty without one.
+    """
 
     def __init__(self, nonce: int, rover: Rover, can: Can) -> None:
         self.nodes = Nodes(rover, can)
@@ -34,17 +37,17 @@ class Release:
 
     @property
     def stopped(self) -> list[str]:
-        """The nodes that say that they are stopped."""
+        """The nodes that report an EMERGENCY_STOP."""
         return [name for name in NODES if self.nodes.node_state(name) in STOPPED]
 
     def go(self) -> None:
-        """The operator agrees: from READY to the two steps."""
+        """Go from READY to the two steps; the operator has agreed."""
         if self.phase is Phase.READY:
             self.phase = Phase.MOVING
             self.nodes.reset(self._nonce)
 
     def tick(self, frames: Sequence[Frame], now_ns: int) -> tuple[Frame, ...]:
-        """Frames of the bus in, frames for the bus out; to be called every 10 ms."""
+        """Process the received frames and return the frames to send; call it every 10 ms."""
         self._began_ns = now_ns if self._began_ns is None else self._began_ns
         self.nodes.receive(frames, now_ns)
         master = next((MASTER[frame.can_id] for frame in frames if frame.can_id in MASTER), "")

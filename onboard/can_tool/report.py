@@ -1,4 +1,4 @@
-"""What `onboard can info` and `onboard can load` print."""
+"""Output of `onboard can info` and `onboard can load`."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _NOMINAL = {layout.name: layout for layout in FRAMES.values()}
 
 
 def lines_of(report: Report) -> list[str]:
-    """Nodes, rates, load, and what is wrong with what to do."""
+    """Nodes, rates, load, and each problem with what to do."""
     nodes = [
         (node.name, str(node.frames), *(str((node.beat or {}).get(key, "")) for key in _KEYS))
         for node in report.nodes if node.frames and node.name != "COMPUTER"

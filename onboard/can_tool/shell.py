@@ -1,4 +1,4 @@
-"""A bus on the wall clock for `onboard can`: opened, read every 10 ms, closed."""
+"""Bus and wall clock of `onboard can`: open the bus, read it every 10 ms, close it."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from onboard.records import Frame, PortState
 
 
 class BusError(RuntimeError):
-    """The bus has gone while it was used: one line."""
+    """Loss of the bus while in use: one line."""
 
 
 class Shell:
-    """One bus while the `with` lasts. Raises what `open_bus` raises: ConfigError for a URI that is none, OSError."""
+    """One bus while the `with` lasts. Raises what `open_bus` raises: ConfigError for an invalid URI, OSError."""
 
     def __init__(self, uri: str, clock: WallClock) -> None:
         self.uri, self.clock = uri, clock
@@ -31,9 +31,9 @@ class Shell:
         self.bus.close()
 
     def ticks(self, seconds: float = 0.0) -> Iterator[tuple[int, list[Frame]]]:
-        """Time and the frames that came, every 10 ms, for so long (0: until the clock is asked to stop).
+        """Time and the received frames, every 10 ms, for this many seconds (0: until the clock is asked to stop).
 
-        Raises BusError when the other side closes the bus.
+        Raises BusError if the other side closes the bus.
         """
         began_ns = self.clock.now_ns()
         while (tick := self.clock.wait()) is not None:
@@ -45,5 +45,5 @@ class Shell:
                 return
 
     def write(self, frames: Iterable[Frame]) -> None:
-        """Sends what the bus takes; what it does not take is too late already."""
+        """Send the frames; frames that the bus does not accept are dropped, because they would be too late."""
         self.bus.write(list(frames))

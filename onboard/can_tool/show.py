@@ -14,18 +14,18 @@ WIDTH = max(len(layout.name) for layout in FRAMES.values())
 _SIGNALS = {
     can_id: {s.name: (s, max(0, math.ceil(-math.log10(s.scale)))) for s in layout.signals}
     for can_id, layout in FRAMES.items()
-}  # with its decimals
+}  # signal and number of decimals
 _COUNTS = Counts._fields[1:]  # without the accepted ones
 
 
 def signals_text(can_id: int, values: Values, units: bool = True) -> str:
-    """`steer_rad 0.0012 rad  encoder_count 17 count  state RUNNING`: as many decimals as the wire has."""
+    """`steer_rad 0.0012 rad  encoder_count 17 count  state RUNNING`: as many decimals as the signal's scale has."""
     signals = _SIGNALS[can_id]
     return "  ".join(_signal_text(*signals[name], value, units) for name, value in named(can_id, values).items())
 
 
 def line_of(seen: Seen) -> str:
-    """One frame on one line; what is wrong with it first."""
+    """One frame on one line; its problems first."""
     stamp = "-" if seen.stamp_ns is None else f"{seen.stamp_ns // _NS}.{seen.stamp_ns % _NS // 1000:06d}"
     problems = f"! {', '.join(seen.problems)}" if seen.problems else ""
     told = f"data {seen.data.hex(' ')}" if seen.values is None else signals_text(seen.can_id, seen.values)
@@ -43,7 +43,7 @@ def row_of(seen: Seen) -> dict[str, object]:
 
 
 def summary_lines(tallies: Sequence[Tally], others: Mapping[str, int]) -> list[str]:
-    """A table of all frames with what was wrong, and what was not in the DBC below it."""
+    """A table of all frames with their problems, followed by the frames that are not in the DBC."""
     heads = ("frame", "frames", "rate/s", *_COUNTS)
     rows = [
         (tally.name, str(tally.frames), "-" if tally.rate_hz is None else f"{tally.rate_hz:.1f}",
@@ -54,13 +54,13 @@ def summary_lines(tallies: Sequence[Tally], others: Mapping[str, int]) -> list[s
 
 
 def summary_row(tallies: Sequence[Tally], others: Mapping[str, int]) -> dict[str, object]:
-    """The same for programs."""
+    """Summary for programs."""
     frames = {t.name: {"frames": t.frames, "rate_hz": t.rate_hz, **t.counts._asdict()} for t in tallies}
     return {"summary": frames, "others": dict(sorted(others.items()))}
 
 
 def aligned(rows: Iterable[Sequence[str]]) -> list[str]:
-    """Columns of equal width, the first to the left and the others to the right."""
+    """Columns of equal width, the first left-aligned, the others right-aligned."""
     kept = list(rows)
     widths = [max(map(len, column)) for column in zip(*kept)]
     return [

@@ -1,8 +1,8 @@
-"""Who is on a bus and how it is: what `onboard can info` says after two seconds of listening.
+"""Survey of the nodes on a bus and their state: the report of `onboard can info` after two seconds of listening.
 
-Two nodes with one id: each counts its own frames, so their counters interleave. Two tracks are kept for an id; a frame
-continues the one whose next number it bears, or begins the older one anew. One sender, also one that loses frames,
-seldom continues the older track; two senders do so with nearly every frame, or repeat each other's numbers.
+Two nodes with one id: each counts its own frames, so their counters interleave. Two tracks are stored for an id; a
+frame continues the track whose next number it carries, or restarts the older one. One sender, also one that loses
+frames, seldom continues the older track; two senders do so with nearly every frame, or repeat each other's numbers.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ class _Tracks:
     frames: int = 0
 
     def note(self, counter: int) -> None:
-        """The next frame's counter."""
+        """Process the next frame's counter."""
         self.frames += 1
         if counter != (self.newest[self.on] + 1) & 15:
             self.on = 1 - self.on
@@ -43,7 +43,12 @@ class _Tracks:
 
 
 class NodeSeen(NamedTuple):
-    """One node: how many frames it sent, and the values of its newest heartbeat, None without one."""
+    """One node.
+
+    name: its name.
+    frames: number of frames it sent.
+    beat: the values of its newest heartbeat, None without one.
+    """
 
     name: str
     frames: int
@@ -51,7 +56,16 @@ class NodeSeen(NamedTuple):
 
 
 class Report(NamedTuple):
-    """What was found within `span_s`. findings: one line for each thing that is wrong, with what to do."""
+    """Result of a survey.
+
+    span_s: duration of the listening.
+    nodes: state of each node.
+    tallies: tally of each id of the DBC.
+    load_ratio: share of the bus in use.
+    error_frames: number of error frames.
+    others: number of frames of each kind that are not in the DBC.
+    findings: one line for each problem, with what to do.
+    """
 
     span_s: float
     nodes: list[NodeSeen]
@@ -62,7 +76,7 @@ class Report(NamedTuple):
     findings: list[str]
 
     def as_dict(self) -> dict[str, object]:
-        """For programs."""
+        """Report for programs."""
         return {
             **self._asdict(), "nodes": [node._asdict() for node in self.nodes],
             "tallies": {t.name: {"rate_hz": t.rate_hz, "frames": t.frames, **t.counts._asdict()} for t in self.tallies},
@@ -70,7 +84,7 @@ class Report(NamedTuple):
 
 
 class Survey:
-    """Listens to all frames; `report` at any time."""
+    """Collector of all frames on the bus; call `report` at any time."""
 
     def __init__(self) -> None:
         self._decoder = Decoder()
@@ -80,7 +94,7 @@ class Survey:
         self._bits = 0
 
     def receive(self, frames: Iterable[Frame]) -> None:
-        """Frames with the times of their arrival."""
+        """Process frames with the times of their arrival."""
         for frame in frames:
             self._bits += wire_bits(frame.can_id, frame.data)
             seen = self._decoder.receive(Heard(frame.stamp_ns, frame.can_id, frame.data))
@@ -89,7 +103,11 @@ class Survey:
                 self._note(layout, seen)
 
     def report(self, span_s: float, error_frames: int) -> Report:
-        """What is known now. error_frames: of the controller, while listening."""
+        """Report on the frames so far.
+
+        span_s: duration of the listening.
+        error_frames: of the controller, while listening.
+        """
         tallies = self._decoder.tallies()
         nodes = [NodeSeen(name, self._sent.get(name, 0), self._beats.get(name)) for name in SENDERS]
         load_ratio = self._bits / BITS_PER_S / span_s
@@ -112,7 +130,7 @@ class Survey:
             self._beats[layout.sender] = named(layout.can_id, seen.values)
 
     def _twice(self, tallies: list[Tally]) -> dict[str, list[int]]:
-        """Senders that seem to be two, with the ids that show it."""
+        """Senders that seem to be two nodes, with the ids that show it."""
         found: dict[str, list[int]] = {}
         for tally in tallies:
             tracks = self._tracks.get(tally.can_id, _Tracks())

@@ -1,4 +1,4 @@
-"""What the planning jobs are asked: the map's window around the rover, where it stands, what is known beside it."""
+"""Build the request of a planning job: map window around the rover, pose, trail, fences and known bad places."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 def stands_on(memory: StopMap, pose: Pose, config: Config) -> bool:
-    """Whether the map tells the ground under the rover: then a goto need not look behind first."""
+    """Return whether the map covers the ground under the rover; a goto then need not scan behind first."""
     return ldem.knows(memory.cells, pose.x_m, pose.y_m, config.rover.body_length_m / 2)
 
 
@@ -26,7 +26,7 @@ def plan_request(
     memory: StopMap, pose: Pose, goal_m: tuple[float, float], gdem: Gdem | None, config: Config,
     fences: tuple[Fence, ...], *, state: MissionState | None = None, trail: F64 | None = None, sigma_m: float = 0.0,
 ) -> PlanRequest:  # fmt: skip
-    """The request of a stop; without a trail the rover has driven nowhere yet. sigma_m: 1 sigma of the place."""
+    """Build the request of one stop. trail: None before any driving; sigma_m: position uncertainty, 1 sigma."""
     here = np.array([[pose.x_m, pose.y_m, pose.yaw_rad]])
     return PlanRequest(
         ldem=ldem.window(memory.cells, pose.x_m, pose.y_m, config.mapping.size_m),

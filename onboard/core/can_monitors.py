@@ -1,4 +1,4 @@
-"""The monitors of the CAN bus: when its rows of protocol.faults hold, when they are over the limit, what they say."""
+"""Monitors of the CAN bus: for each of its rows of protocol.faults the condition, the limit and the event text."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ LIMITS: Mapping[str, Callable[[Nodes], bool]] = {
     "CAN_CORRUPT": lambda nodes: nodes.watch.rotten,
 }
 
-_NAMED = 8  # ids of an event's text, which is short
+_NAMED = 8  # CAN ids listed in an event's text, which is short
 
 
 def _ids(nodes: Nodes) -> str:

@@ -1,10 +1,10 @@
-"""The monitors of the rover's own computer: ticks left out, orders that come late, and what the machine says of itself.
+"""Monitors of the rover's own computer: ticks left out, late orders, and the load figures of the machine.
 
-    TICK_LATE           5 ticks or more left out within a second: what can wait is shed
-    CONTROL_LATE        the wheels' orders come over 50 ms after their time: the wheels stand for a second
-    COMPUTER_STRAINED   processor, memory or temperature past a limit for three looks, about one a second
+    TICK_LATE           5 ticks or more left out within one second: work that can wait is shed
+    CONTROL_LATE        the wheels' orders are sent over 50 ms late: the wheels stand for one second
+    COMPUTER_STRAINED   processor, memory or temperature over a limit in three readings, about one a second
 
-Ticks left out show in the ticks' numbers, which replay and lock-step have as well; how late a tick began is measured.
+Left-out ticks show in the tick numbers, which replay and lock-step have too. The lateness of a tick is measured.
 """
 
 from __future__ import annotations
@@ -24,7 +24,11 @@ MB = 1 << 20
 
 
 class ComputerWatch:
-    """`update` each tick. found: row -> what was seen; machine: what the computer last said of itself."""
+    """Watch of the computer; call `update` each tick.
+
+    found: row -> finding, in words.
+    machine: newest load figures; None before the first.
+    """
 
     def __init__(self) -> None:
         self.found: dict[str, str] = {}
@@ -37,11 +41,11 @@ class ComputerWatch:
 
     @property
     def used_up(self) -> frozenset[str]:
-        """Rows whose recovery has had its chances."""
+        """Rows whose retry limit is used up."""
         return frozenset(name for name, spells in self._spells.items() if spells.used_up)
 
     def update(self, inputs: Inputs, limits: Computer) -> None:
-        """One tick."""
+        """Process one tick."""
         left_out = 0 if self._tick is None else inputs.tick - self._tick - 1
         self._tick = inputs.tick
         self._late(left_out, inputs.now_ns)
@@ -53,7 +57,7 @@ class ComputerWatch:
             spells.note(name in self.found, inputs.now_ns)
 
     def forget(self, name: str) -> None:
-        """The row is judged anew: its chances begin again."""
+        """Drop the finding of a row and reset its retry limit."""
         if name in COMPUTER_ROWS:
             self.found.pop(name, None)
         if name in self._spells:
@@ -86,14 +90,14 @@ class ComputerWatch:
             self.found.pop(name, None)
 
     def digest_items(self) -> tuple[float, ...]:
-        """What of this state enters the digest of the core's state."""
+        """Values of this state that go into the state digest."""
         spells = (item for row in self._spells.values() for item in row.digest_items())
         counts = (len(self._left_out), self._stands_until_ns, self._looks, len(self.found))
         return (*counts, *spells, *(self.machine or ()))
 
 
 def strained(machine: Machine, limits: Computer) -> str:
-    """What is past its limit, in words; '' where nothing is. What the machine does not say (NaN) is past none."""
+    """Return the figures over their limit, in words; '' if none is. A figure that is not known (NaN) is never over."""
     free_mb = machine.free_memory_bytes / MB
     rows = (
         (machine.cpu_ratio > limits.cpu_ratio, f"{100 * machine.cpu_ratio:.0f} % of the processor at work"),
@@ -105,7 +109,7 @@ def strained(machine: Machine, limits: Computer) -> str:
 
 
 def _chances() -> dict[str, Spells]:
-    """A minute of ticks left out, or the fourth late order within a minute, is the end."""
+    """Return new retry limits: ticks left out for a minute, or a fourth late order within a minute, use them up."""
     minute_ns = 60_000_000_000
     return {
         "TICK_LATE": Spells(most=10, within_ns=10 * minute_ns, longest_ns=minute_ns),

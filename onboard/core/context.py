@@ -1,4 +1,4 @@
-"""What the core hands down through executive, mission and drive guard in one tick."""
+"""Context of one tick, passed by the core to executive, mission and drive guard."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from onboard.records import Scan
 
 @dataclass(slots=True)
 class Context:
-    """What a phase may look at and order in one tick."""
+    """State that a phase may read and act on in one tick."""
 
     tick: int
     now_ns: int
@@ -30,10 +30,10 @@ class Context:
     taken: Mapping[str, Any]
     held: bool
     wheels: Wheels = SOUND
-    found: Mapping[str, tuple[int, ...]] = field(default_factory=dict)  # fault -> the wheels it was found of
+    found: Mapping[str, tuple[int, ...]] = field(default_factory=dict)  # fault -> wheels concerned, 1 to 4
     fences: tuple[Fence, ...] = ()
-    item: Callable[[str], float] = lambda _name: math.nan  # the newest value of a telemetry item
+    item: Callable[[str], float] = lambda _name: math.nan  # newest value of a telemetry item
     utc_ns: int = 0  # 0: not known
-    used_up: Collection[str] = ()  # rows whose recovery has had its chances
-    seen: Mapping[str, str] = field(default_factory=dict)  # fault -> what its watch saw, in words
-    judge_anew: list[str] = field(default_factory=list)  # rows whose findings are to be forgotten after this tick
+    used_up: Collection[str] = ()  # rows whose retry limit is used up
+    seen: Mapping[str, str] = field(default_factory=dict)  # fault -> finding of its monitor, in words
+    judge_anew: list[str] = field(default_factory=list)  # rows whose findings are dropped after this tick

@@ -1,15 +1,15 @@
-"""The link's onboard end: checked orders in; reports, telemetry, events and products out, in this order of priority.
+"""Onboard end of the link: checked orders in; reports, telemetry, events and products out, in this priority.
 
     uplink payloads --> receive --> orders to the executive
     report, event, offer, sample --> queues --> send: a token bucket at 93 % of the line --> payloads to the shell
 
-Rule 1: a report goes out twice, 0.2 s apart, and again whenever the ground asks. Housekeeping: the newest value of each
-        message, an older one that waited is replaced. An event: at once, and again until the ground acknowledges it.
-Rule 2: what is more important and does not fit the bucket yet holds back what is less important; products also leave
-        a datagram's room in the bucket for each beat of housekeeping, which so never waits for them.
-Rule 3: what the line cost counts: payload, frame, tag, UDP and IP.
-Rule 4: outside of the contact windows nothing is sent and what has to be sent waits. Where no window lies ahead, and
-        for 30 s after somebody was heard far from any, the rover speaks as if there were none: never mute by plan.
+Rule 1: a report is sent twice, 0.2 s apart, and again whenever the ground asks. Housekeeping: the newest value of each
+        message replaces an older one that waits. An event is sent at once and again until the ground acknowledges it.
+Rule 2: a more important item that does not fit the bucket yet holds back the less important ones. Products also leave
+        room for one datagram in the bucket for each housekeeping period, so housekeeping never waits for them.
+Rule 3: the bucket counts the cost on the line: payload, frame, tag, UDP and IP.
+Rule 4: outside the contact windows nothing is sent and all queues wait. If no window lies ahead, and for 30 s after a
+        datagram arrives far from any window, the rover sends as if there were no windows: no plan can mute it for good.
 """
 
 from __future__ import annotations
@@ -37,17 +37,21 @@ _HEARTBEAT_NS = 1_000_000_000
 _SILENCE_NS = 10_000_000_000
 _REFUSALS_NS = 10_000_000_000
 _NEAR_NS, _ANSWER_NS = 10_000_000_000, 30_000_000_000
-_STEADY = ("HEARTBEAT", "LINK_STATE")  # not made more seldom
+_STEADY = ("HEARTBEAT", "LINK_STATE")  # keep their rate while shedding
 Payload = tuple[int, bytes]
 
 
 class Downlink:
-    """One owner of everything the rover says to the ground. Cheap at 100 Hz while nothing is due.
+    """Owner of all data that the rover sends to the ground. Cheap at 100 Hz while nothing is due.
 
-    last_contact_ns: when an authenticated datagram last came, the start before the first. mode: commands are checked
-    against it; `sample` sets it, and it may be set in every tick. notices: what it has to tell; the caller takes them.
-    shedding: housekeeping is made ten times more seldom, and no product is sent. heard_ns: likewise, by station.
-    windows: of contact. now_ns: of the tick. halted: what halted the rover before its restart, as HALTS has it.
+    last_contact_ns: time of the last authenticated datagram; the start before the first.
+    heard_ns: the same for each station.
+    mode: commands are checked against it; `sample` sets it, and it may be set in every tick.
+    notices: events to report; the caller takes them.
+    shedding: housekeeping is ten times less frequent, and no product is sent.
+    windows: contact windows.
+    now_ns: time of the tick.
+    halted: commands that halted the rover before its restart, as saved under HALTS.
     """
 
     def __init__(self, config: Link, halted: bytes = b"") -> None:
@@ -58,8 +62,8 @@ class Downlink:
         kept = {int(station): int(request_id) for station, request_id in json.loads(halted or b"{}").items()}
         self._packer, self._executor, self._events = Packer(), Executor(halted=kept), EventSender()
         self._bulk = bulk.Sender(limit)
-        self._frames: dict[tuple[str, int], bytes] = {}  # (message, part) -> newest frame, in the order first waited
-        often_first = sorted(MESSAGES, key=rate_hz, reverse=True)  # on a slow line the last of a beat waits for all
+        self._frames: dict[tuple[str, int], bytes] = {}  # (message, part) -> newest frame, longest waiting first
+        often_first = sorted(MESSAGES, key=rate_hz, reverse=True)  # on a slow line the last one waits for all others
         self._due_ns = dict.fromkeys(("HEARTBEAT", *often_first), 0)
         self._period_ns = {m: round(1e9 / rate_hz(m)) for m in MESSAGES} | {"HEARTBEAT": _HEARTBEAT_NS}
         self._sample_ns = self.now_ns = 0
@@ -76,9 +80,9 @@ class Downlink:
     # -- from the ground ---------------------------------------------------------------------------------------
 
     def receive(self, messages: Sequence[LinkMessage], now_ns: int) -> list[Order]:
-        """Orders that are new, in time, in range and allowed in the present mode; each request becomes one at most.
+        """Return the new orders: in time, in range, allowed in the present mode; each request gives one at most.
 
-        Those whose start time has come are first: a stop that arrives with them ends them.
+        Orders whose start time has come go first: a stop that arrives in the same tick ends them.
         """
         self.now_ns = now_ns
         orders = self._executor.due(now_ns, self.mode) if self._executor.held else []
@@ -131,41 +135,41 @@ class Downlink:
     # -- from the rover ----------------------------------------------------------------------------------------
 
     def report(self, request_id: int, state: State, text: str = "", data: Sequence[float] = ()) -> None:
-        """What became of an order, by Order.request_id; of one of the rover's own, for who gave it: `own`."""
+        """Report the state of an order by Order.request_id; for an order of the rover's own, store it in `own`."""
         if request_id >> 32 == 0:
             self.own[request_id] = (state, text)
             return
         self._executor.report(request_id, state, self.now_ns, text, data)
 
     def event(self, event: Event) -> None:
-        """Tell the ground; kept until acknowledged."""
+        """Send an event to the ground; it is stored until acknowledged."""
         self._events.add(self._packer.event(event, self._events.serial + 1), event.now_ns)
 
     def permit(self, check: Callable[[str, int], None]) -> None:
-        """Who may command: check(name, station) raises RefusedError before an order is made."""
+        """Set the check of who may command: check(name, station) raises RefusedError before an order is made."""
         self._executor.permit = check
 
     def cancel_waiting(self, reason: str) -> None:
-        """No order that waits for its start time is started any more."""
+        """Cancel all orders that wait for their start time."""
         self._executor.cancel_waiting(self.now_ns, reason)
 
     def offer(self, name: str, data: bytes, codec: str, priority: int = 0) -> int:
-        """Send an object; its id, which a report may name. An unfinished older one of the same name is given up."""
+        """Queue an object for sending and return its id for a report. Drops an unfinished object of the same name."""
         return self._bulk.offer(name, data, codec, self.now_ns, priority)
 
     @property
     def waits(self) -> list[str]:
-        """The orders that wait for their start time, in words."""
+        """Orders that wait for their start time, in words."""
         return self._executor.waits
 
     @property
     def refused_count(self) -> int:
-        """Uplink datagrams that failed a check since the start, but for copies that a network made."""
+        """Uplink datagrams that failed a check since the start, without duplicates made by a network."""
         return sum(count for kind, count in self.refused.items() if kind != link.COPY)
 
     @property
     def events_waiting(self) -> int:
-        """Events the ground has not acknowledged."""
+        """Number of events that the ground has not acknowledged."""
         return len(self._events)
 
     def sample(self, view: View, now_ns: int) -> None:
@@ -177,7 +181,7 @@ class Downlink:
         for name, due_ns in self._due_ns.items():
             if now_ns >= due_ns:
                 period_ns = self._period_ns[name] * (1 if name in _STEADY else slower)
-                self._due_ns[name] = now_ns - now_ns % period_ns + period_ns  # all on the same beat: few datagrams
+                self._due_ns[name] = now_ns - now_ns % period_ns + period_ns  # common phase: few datagrams
                 frames = self._packer.message(name, view, now_ns)
                 self._frames.update({(name, n): frame for n, frame in enumerate(frames)})
         self._sample_ns = min(self._due_ns.values())
@@ -185,7 +189,7 @@ class Downlink:
     # -- to the ground -----------------------------------------------------------------------------------------
 
     def send(self, now_ns: int) -> tuple[Payload, ...]:
-        """Payloads that may go now."""
+        """Return the payloads that may be sent now."""
         self.now_ns = now_ns
         if self.windows.spans and not self._may_speak(now_ns):
             return ()
@@ -201,7 +205,7 @@ class Downlink:
         return tuple(out)
 
     def _may_speak(self, now_ns: int) -> bool:
-        """Rule 4; as contact begins, events that wait are due at once."""
+        """Return whether sending is allowed (rule 4). When contact begins, waiting events become due at once."""
         before, windows = self._open, self.windows
         self._open = windows.is_open(now_ns) or windows.over(now_ns) or now_ns < self._answer_until_ns
         if self._open and not before:
@@ -209,7 +213,7 @@ class Downlink:
         return self._open
 
     def _kept_bytes(self, now_ns: int) -> float:
-        """What of the bucket products leave, so that a datagram fits it when the next housekeeping is due (rule 2)."""
+        """Bytes of the bucket that products leave free for the datagram of the next housekeeping (rule 2)."""
         ahead_ns = self._sample_ns - now_ns
         return max(0.0, self._depth / 2 - ahead_ns * self._rate_Bpns) if ahead_ns > 0 else 0.0
 
@@ -221,7 +225,7 @@ class Downlink:
             out.append((int(kind), payload))
 
     def _housekeeping(self, out: list[Payload]) -> bool:
-        """Send waiting frames bundled; whether none is left."""
+        """Send waiting frames in bundles; return whether none is left."""
         while self._frames:
             bundle, slots = b"", list[tuple[str, int]]()
             for slot, frame in self._frames.items():
@@ -237,7 +241,7 @@ class Downlink:
         return True
 
     def _events_out(self, out: list[Payload], now_ns: int) -> bool:
-        """Send due events bundled; whether none is left."""
+        """Send due events in bundles; return whether none is left."""
         bundle, serials, whole = b"", list[int](), True
         for serial, frame in self._events.due(now_ns):
             if len(bundle) + len(frame) > self._limit and bundle:
@@ -255,7 +259,7 @@ class Downlink:
         return whole
 
     def digest_items(self) -> tuple[int, ...]:
-        """What of this state enters the digest of the core's state."""
+        """Values of this state that go into the state digest."""
         return (round(self._tokens * 1e6), self.received, self.refused_count, self.last_contact_ns,
                 len(self._events), self._events.serial, len(self._frames), self.sent_bytes,
                 self._executor.held, *self._executor.halts.digest_items())

@@ -1,4 +1,4 @@
-"""Missions other than one `goto`: a scan where the rover stands, and several goals, one after the other."""
+"""Missions other than one `goto`: a scan where the rover stands, and a tour of several goals in order."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ Point = tuple[float, float]
 
 
 class Survey(Mission):
-    """One scan at this place, registered and entered in the map; nothing is driven."""
+    """One scan at the present place, registered and entered in the map, without driving."""
 
     done, plans = "scanned", False
 
@@ -34,7 +34,7 @@ class Survey(Mission):
 
 
 class Tour(Mission):
-    """Several goals in their order; the mission rule begins anew for each, on the map that there is by then."""
+    """Several goals in order; the mission rule restarts for each, on the map as it is by then."""
 
     def __init__(self, config: Config, gdem: Gdem | None, goals: Sequence[Point], memory: StopMap | None) -> None:
         super().__init__(config, gdem, goals[0], memory)

@@ -1,9 +1,9 @@
-"""The modes: who may do what, and which faults stop the rover.
+"""Executive: the modes, the orders allowed in each, and the responses to faults.
 
-Orders come checked from the downlink; faults from the monitors; both only ever change the mode by `protocol.modes`.
-What moves the rover is `core.tasks`; orders that change no mode are obeyed by families: `core.masks`, `core.services`,
-`core.products`, `core.parameter_orders`, `core.fence_orders`, `core.link_orders`; who may give them is `core.lease`;
-`core.sequencer` gives orders of its own.
+Orders arrive checked from the downlink, faults from the monitors; both change the mode only through `protocol.modes`.
+`core.tasks` moves the rover. Orders that change no mode are handled by families: `core.masks`, `core.services`,
+`core.products`, `core.parameter_orders`, `core.fence_orders`, `core.link_orders`. `core.lease` decides which station
+may command. `core.sequencer` gives orders of its own.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ SEVERITY = {row.name: row.severity for row in EVENTS}
 
 
 class Executive:
-    """Owns the mode, the tasks and what the operator may order."""
+    """Owner of the mode and the tasks; carries out the operator's orders."""
 
     def __init__(
         self, kept: tuple[ParameterOrders, FenceOrders, LinkOrders], gdem: Gdem | None, downlink: Downlink,
@@ -78,31 +78,31 @@ class Executive:
 
     @property
     def memory(self) -> StopMap | None:
-        """The rover's own map."""
+        """The rover's own map; None before the first."""
         return self.tasks.memory
 
     @property
     def phase(self) -> Phase:
-        """Phase of the mission, the ended one included."""
+        """Phase of the mission, also of one that has ended."""
         return self.mission.phase if self.mission else Phase.NONE
 
     @property
     def in_mission(self) -> bool:
-        """Whether a mission runs."""
+        """True while a mission runs."""
         return self.tasks.in_mission
 
     @property
     def shedding(self) -> bool:
-        """Whether what can wait is left."""
+        """True while work that can wait is shed."""
         return self._any_active(Step.SHED)
 
     @property
     def hazard(self) -> bool:
-        """Whether the drive guard has stopped the rover and what it saw is not in the map yet."""
+        """True if the drive guard has stopped the rover and its findings are not in the map yet."""
         return self.mission is not None and bool(self.mission.hazards)
 
     def step(self, orders: Sequence[Order], faults: tuple[str, ...], ctx: Context) -> Twist:
-        """One tick: obeys orders, answers faults, advances the task. Returns the twist that is wanted."""
+        """Process one tick: obey orders, respond to faults, advance the task. Returns the body twist wanted."""
         ctx.held = self._any_active(Step.STOP)
         for order in orders:
             self._obey(order, ctx)
@@ -155,7 +155,7 @@ class Executive:
         self.active, self._of = faults, dict(ctx.found)
 
     def _give_up(self, ctx: Context) -> None:
-        """The end of waiting for long work: a hung job holds the only thread, so nothing after it would come either."""
+        """End the wait for overdue jobs: a hung job holds the only worker thread, so no later job would run either."""
         for name in ctx.jobs.give_up(ctx.tick):
             reason = f"{name}: no result {GIVE_UP_TICKS // 100} s after its tick"
             if name in PRODUCT_JOBS:
@@ -169,7 +169,7 @@ class Executive:
         return Step.SAFE in row.response
 
     def _break_off(self, row: Fault, ctx: Context) -> None:
-        """What a fault's response does to the way being driven, each kind at most so often."""
+        """Apply a fault's response to the move or leg under way, within the response's limit of tries."""
         if Step.STANDBY in row.response:
             self.tasks.standby_after_leg = True
         if self.tasks.move is not None and ENDS_MOVE.intersection(row.response):
@@ -271,11 +271,11 @@ class Executive:
 
 
 def _can_go_on(wheels: Wheels) -> bool:
-    """Whether at most one wheel is broken, and two or more still tell the way."""
+    """Return whether at most one wheel has failed and two or more still give odometry."""
     broken = sum(h.drive is not Drive.GOOD or h.steer_fixed_rad is not None for h in wheels)
     return broken <= 1 and sum(h.tells_way for h in wheels) >= 2
 
 
 def _whose(wheels: tuple[int, ...]) -> str:
-    """Words for the wheels that a fault is of; '' where it is the rover's."""
+    """Words for the wheels that a fault concerns; '' if it concerns the rover."""
     return f" (wheel {', '.join(map(str, wheels))})" if wheels else ""

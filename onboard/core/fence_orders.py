@@ -1,4 +1,4 @@
-"""Orders about fences: add, clear, list. What is in force is kept with each change, where there is a folder for it."""
+"""Orders about fences: add, clear, list. Each change is saved if a state folder is configured."""
 
 from __future__ import annotations
 
@@ -17,13 +17,18 @@ _MOST = 16
 
 
 class FenceOrders:
-    """`fences` are in force now. saves: what the shell is to keep; events: the executive takes both."""
+    """Owner of the fences.
+
+    fences: in force now.
+    saves: data for the shell to store; the caller takes them.
+    events: to report; the executive takes them.
+    """
 
     def __init__(self, keeps: bool, kept: bytes, downlink: Downlink) -> None:
         self._downlink, self._keeps = downlink, keeps
         self.events: list[Event] = []
         self.saves: list[Save] = []
-        self._saving: list[tuple[int, str]] = []  # requests and what to tell them
+        self._saving: list[tuple[int, str]] = []  # requests that wait for their save, and the text of their reports
         self.fences: tuple[Fence, ...] = ()
         try:
             self.fences = from_json(kept)
@@ -32,7 +37,7 @@ class FenceOrders:
         self.orders = {"fence_add": self._add, "fence_clear": self._clear, "fence_list": self._list}
 
     def receive(self, saved: Sequence[Saved]) -> None:
-        """What the shell says of a save."""
+        """Process the shell's results of saves."""
         for name, error in saved:
             if name == KEPT and self._saving:
                 request_id, text = self._saving.pop(0)
@@ -71,5 +76,5 @@ class FenceOrders:
         self._downlink.report(order.request_id, State.COMPLETED, f"{len(lines)} in force", (object_id,))
 
     def digest_items(self) -> tuple[float, ...]:
-        """What of this state enters the digest of the core's state."""
+        """Values of this state that go into the state digest."""
         return (len(self._saving), *(part for fence in self.fences for corner in fence.corners_m for part in corner))

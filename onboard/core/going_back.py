@@ -1,7 +1,7 @@
-"""The way back to the start of the run, along the way that was driven: the body as it was, so mostly backwards.
+"""Mission that returns to the start of the run along the driven path, with the headings as driven: mostly backwards.
 
-It looks and registers before each leg, at most `mission.leg_m` long. The planner is not asked: the ground was driven.
-The drive guard does not ride along: it would look the other way. A keep-out across the way ends it.
+It scans and registers before each leg of at most `mission.leg_m`. It uses no planner: the ground has been driven. The
+drive guard is off: it would look the other way. A keep-out fence across the path ends the mission.
 """
 
 from __future__ import annotations
@@ -22,11 +22,11 @@ from protocol.modes import Phase
 if TYPE_CHECKING:
     from onboard.perception.stop_map import StopMap
 
-_SEARCH_M = 1.5  # how far along the way back the rover may be already: a leg that was broken off
+_SEARCH_M = 1.5  # how far along the path back the rover may already be, after an interrupted leg
 
 
 class GoBack(Mission):
-    """way: (k, 3) poses to the start, the nearest first."""
+    """Return mission. way: (k, 3) poses to the start (x m, y m, yaw rad), the nearest first."""
 
     done, plans = "returned", False
 

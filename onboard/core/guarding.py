@@ -1,9 +1,10 @@
-"""The drive guard on board: holds the scanner still while a leg is driven and has each of its lines judged.
+"""Session of the drive guard: points the scanner ahead while a leg is driven and has each of its lines judged.
 
-    begin -> BLIND (the axis goes to 40 degrees down, one scan of 4 turns is asked for) -> WATCHING -> close -> the map
+    begin -> BLIND (the axis goes to 40 degrees down, one scan of 4 turns is requested) -> WATCHING -> close -> the map
 
-A line is judged beside the tick (5 ms of arrays, too much for a tick) and its verdict taken a fixed number of ticks
-later, before the next line comes; what comes meanwhile waits. So a hazard is known 0.14 s after the beams met it.
+A job judges a line outside the tick (5 ms of array work is too much for a tick). Its verdict is taken a fixed number of
+ticks later, before the next line arrives; lines that arrive meanwhile wait. A hazard is known 0.14 s after the beams
+met it.
 """
 
 from __future__ import annotations
@@ -18,23 +19,24 @@ from onboard.planning.plan_records import GuardLine
 from onboard.records import F64, Pose, Scan
 from protocol.conventions import TICK_NS
 
-if TYPE_CHECKING:  # these come from the jobs, which run elsewhere
+if TYPE_CHECKING:  # built by the jobs, which run outside the tick
     from onboard.core.context import Context
     from onboard.perception.stop_map import StopMap
     from onboard.planning.drive_guard import Bad
     from onboard.planning.guarded_leg import Leg
 
 GUARD_JOBS = frozenset({"guard_begin", "guard_listen", "guard_credit"})
-TURNS = 4  # of the scanner for a line: 10 a second
-_LEAST_NS = 60_000_000  # from line to line, where a sensor gives more
+TURNS = 4  # scanner turns per line: 10 lines a second
+_LEAST_NS = 60_000_000  # between lines, for a sensor that gives more
 _HELD_RAD = 0.01
-_POSES = 20  # of the last 0.2 s; a line comes 45 ms after its middle
+_POSES = 20  # of the last 0.2 s; a line arrives 45 ms after its middle
 
 
 class Guarding:
-    """The guard of one leg. `begin`, `step` each tick of the leg, then `close` each tick until it gives the map.
+    """Guard of one leg. Call `begin`, `step` in each tick of the leg, then `close` each tick until it returns the map.
 
-    bad: the cells that stop the rover. blind_ns: since when it cannot watch, 0 while it watches.
+    bad: cells that stop the rover.
+    blind_ns: for how long the guard has not been able to watch; 0 while it watches.
     """
 
     def __init__(self, config: Config) -> None:
@@ -44,15 +46,15 @@ class Guarding:
         self._leg: Leg | None = None
         self._poses: deque[tuple[int, Pose]] = deque(maxlen=_POSES)
         self._lines: list[GuardLine] = []
-        self._held_ns: int | None = None  # since when the axis is where it should be
+        self._held_ns: int | None = None  # time since which the axis is in position
         self._line_ns = 0
 
     def begin(self, ctx: Context, memory: StopMap, ways: tuple[F64, F64], stop: int) -> None:
-        """A leg begins here. ways: stations (k, 3) to come, and the trail (m, 3) driven so far."""
+        """Begin a leg. ways: stations (k, 3) ahead, and the trail (m, 3) driven so far."""
         self._submit(ctx, "guard_begin", (memory, ctx.localisation.pose, ways, stop, self._config))
 
     def step(self, ctx: Context) -> bool:
-        """One tick; whether it watches, so that the rover may drive."""
+        """Process one tick; return whether the guard watches, so that the rover may drive."""
         ctx.lidar.stream(True, TURNS)
         ctx.nodes.park_tilt(self._config.drive_guard.tilt_rad)
         self._poses.append((ctx.now_ns, ctx.localisation.pose))
@@ -68,7 +70,7 @@ class Guarding:
         return watching
 
     def close(self, ctx: Context, memory: StopMap) -> StopMap | None:
-        """The rover stands: the map with what the leg's lines say, once all were judged."""
+        """Return the map with the leg's lines entered, once all are judged, else None. The rover stands."""
         ctx.lidar.stream(False)
         self._take(ctx)
         if "guard_credit" in ctx.taken:
@@ -101,7 +103,7 @@ class Guarding:
             self.bad += tuple(cell for cell in found if cell not in self.bad)
 
     def _judge(self, ctx: Context) -> None:
-        """Has the lines that wait judged, where no job of the leg runs."""
+        """Submit the waiting lines for judgement if no guard job of the leg runs."""
         if self._lines and self._leg is not None and not GUARD_JOBS.intersection(ctx.jobs.running):
             self._submit(ctx, "guard_listen", (self._leg, tuple(self._lines), self._config))
             self._lines = []

@@ -1,14 +1,16 @@
-"""Books of the long work: what runs beside the tick, and at which tick its result is taken.
+"""Job book: which jobs run outside the tick, and at which tick each result is taken.
 
-Why a fixed tick: the core must be a function of its inputs. Were a result taken as soon as it is there, the run would
-depend on the load of the machine. So each job has a budget in ticks; in lock-step the tick waits for it, on the wall
-clock a late job is a counted miss and the tick at which it was taken is recorded, so that a replay does the same.
+Why a fixed tick: the core must be a function of its inputs. If a result were taken as soon as it is ready, the run
+would depend on the load of the machine. So each job has a budget in ticks. In lock-step the tick waits for the result.
+On the wall clock a late job is counted as a miss, and the tick that took its result is recorded, so that a replay does
+the same.
 
-What a late job means is the second column of JOBS. However late, waiting ends: after GIVE_UP_TICKS a job is cancelled
-and the executive goes to SAFE. A cancelled job that waits for its thread never begins; one that runs goes unheard.
+The second column of JOBS is the rover's response to a late job. The wait always ends: after GIVE_UP_TICKS a job is
+cancelled and the executive goes to SAFE. A cancelled job that still waits for its thread never starts; the result of
+one that runs is ignored.
 
-Why by name: a job's modules (the planners, the registration, scipy) load where it runs, beside the tick. The core that
-asks for it loads its records alone, so the first tick need not wait for what is first needed minutes later.
+Why by name: a job's modules (the planners, the registration, scipy) load where the job runs, outside the tick. The core
+loads only the job's records, so the first tick need not wait for modules that are needed minutes later.
 """
 
 from __future__ import annotations
@@ -23,7 +25,7 @@ from onboard.records import JobDone, JobRequest
 
 
 class Late(Enum):
-    """What the rover does while a job is late, beside telling JOB_LATE."""
+    """Response of the rover while a job is late, in addition to reporting JOB_LATE."""
 
     WAIT = "it stands and waits"
     HOLD = "it stops driving until the result is there"
@@ -31,7 +33,7 @@ class Late(Enum):
 
 
 class Job(NamedTuple):
-    """One row. function: module:name, which is pure."""
+    """One row. function: `module:name` of a pure function; late: response while the job is late."""
 
     function: str
     late: Late
@@ -52,12 +54,18 @@ JOBS: Mapping[str, Job] = MappingProxyType(
         "product_height_std": Job("onboard.perception.height_spread:pack", Late.GO_ON),
     }
 )
-GIVE_UP_TICKS = 6000  # a minute after its tick a job is taken for hung
+GIVE_UP_TICKS = 6000  # a job is considered hung one minute after its due tick
 
 
 @dataclass(slots=True)
 class Kept:
-    """How the jobs of one name kept their budgets. worst_late_ticks: past the due tick; worst_ns: as measured."""
+    """Timing record of the jobs of one name.
+
+    done: jobs finished or given up.
+    late: those that missed their due tick.
+    worst_late_ticks: most ticks past the due tick.
+    worst_ns: longest measured run time.
+    """
 
     done: int = 0
     late: int = 0
@@ -66,7 +74,7 @@ class Kept:
 
 
 class JobBook:
-    """One owner's jobs, each a row of its table `jobs`; at most one of a name at a time. kept: by name."""
+    """Jobs of one owner, each a row of the table `jobs`; at most one of a name at a time. kept: timing by name."""
 
     def __init__(self, jobs: Mapping[str, Job] = JOBS) -> None:
         self._jobs = jobs
@@ -79,28 +87,28 @@ class JobBook:
 
     @property
     def running(self) -> tuple[str, ...]:
-        """Names of the jobs whose results are still to be taken."""
+        """Names of the jobs whose results are not taken yet."""
         return tuple(self._names.values())
 
     @property
     def late_ticks(self) -> int:
-        """Longest lateness of a result that was taken."""
+        """Most ticks past the due tick at which a result was taken."""
         return max((kept.worst_late_ticks for kept in self.kept.values()), default=0)
 
     @property
     def late_count(self) -> int:
-        """Results that came after their tick, or never."""
+        """Number of results that came after their due tick, or never."""
         return sum(kept.late for kept in self.kept.values())
 
     def submit(self, name: str, arguments: tuple[Any, ...], due_tick: int) -> None:
-        """Start the job of this name beside the tick; its result comes with `take` at `due_tick`."""
+        """Start the job of this name outside the tick; `take` gives its result at `due_tick`."""
         assert name not in self._names.values(), f"job {name} is already running"
         self._names[self._next_id], self._due[self._next_id] = name, due_tick
         self._requests.append(JobRequest(self._next_id, name, self._jobs[name].function, arguments, due_tick))
         self._next_id += 1
 
     def take(self, done: Sequence[JobDone], tick: int, took_ns: Sequence[int] = ()) -> dict[str, Any]:
-        """Results that belong to jobs still wanted, by name; took_ns: how long they ran, where that was measured."""
+        """Return the results of jobs still wanted, by name. took_ns: run time of each, where it was measured."""
         taken: dict[str, Any] = {}
         for k, (job_id, value) in enumerate(done):
             name = self._names.pop(job_id, None)
@@ -111,7 +119,7 @@ class JobBook:
         return taken
 
     def overdue_ticks(self, tick: int, late: Late | None = None) -> int:
-        """How far past its tick the latest of the running jobs is, those of this policy where one is named; else 0."""
+        """Ticks past its due tick of the latest running job, of this policy if one is given; 0 if none is late."""
         overdue = 0
         for job_id, name in self._names.items():
             if late in (None, self._jobs[name].late):
@@ -119,11 +127,11 @@ class JobBook:
         return overdue
 
     def forget(self, names: Collection[str]) -> None:
-        """Results of running jobs of these names are no longer wanted (the mission was stopped): they are cancelled."""
+        """Cancel the running jobs of these names: their results are no longer wanted (the mission was stopped)."""
         self._cancel([job_id for job_id, name in self._names.items() if name in names])
 
     def give_up(self, tick: int) -> tuple[str, ...]:
-        """Names of the jobs that are too late to be waited for any longer; they are cancelled."""
+        """Cancel the jobs past the limit of waiting and return their names."""
         hung = [job_id for job_id, due in self._due.items() if tick - due > GIVE_UP_TICKS]
         names = tuple(self._names[job_id] for job_id in hung)
         for job_id in hung:
@@ -132,12 +140,12 @@ class JobBook:
         return names
 
     def outgoing(self) -> tuple[JobRequest, ...]:
-        """Jobs to start now."""
+        """Return the jobs to start now, once."""
         requests, self._requests = tuple(self._requests), []
         return requests
 
     def cancelled(self) -> tuple[int, ...]:
-        """Ids of jobs that were started and are no longer wanted, once."""
+        """Return the ids of started jobs that are no longer wanted, once."""
         ids, self._cancelled = tuple(self._cancelled), []
         return ids
 

@@ -1,9 +1,9 @@
-"""What outlives the program: the pose, kept as the rover moves; and what the disk says of all that is kept.
+"""Pose store: saves the pose as the rover moves, and reports errors of the disk that stores all saved state.
 
-A restart in mid-drive must know where the rover stands. The pose is kept when it has moved by STEP_M or STEP_RAD from
-the one kept last, one at a time, so a slow disk thins them out. The next start begins there, less sure by what the
-rover may have moved since. A start that the configuration gives anew (localisation.start_*) goes before a kept pose:
-the operator has carried the rover.
+After a restart in mid-drive the rover must know where it stands. The pose is saved when it has moved by STEP_M or
+STEP_RAD from the last saved one, one save at a time, so a slow disk gets fewer. The next start begins at the saved
+pose, with its uncertainty increased by the distance that the rover may have moved since. If `localisation.start_*`
+changed since the pose was saved, the configured start wins: somebody moved the rover.
 """
 
 from __future__ import annotations
@@ -20,11 +20,15 @@ from protocol.conventions import wrap_rad
 
 KEPT = "pose"
 STEP_M, STEP_RAD = 0.05, 0.05
-_MOST_M = 1e5  # from the map's origin, as the configuration has it
+_MOST_M = 1e5  # from the origin of the map
 
 
 class Keeping:
-    """saves: what the shell is to keep; events: not yet told. Where no state.folder is named nothing is kept."""
+    """Owner of the saved pose. Without `state.folder` nothing is saved.
+
+    saves: data for the shell to store.
+    events: to report; the caller takes them.
+    """
 
     def __init__(self, config: Config, kept: bytes, localisation: Localisation) -> None:
         start = config.localisation
@@ -32,14 +36,14 @@ class Keeping:
         self._start = [start.start_x_m, start.start_y_m, start.start_yaw_rad]
         self._last = localisation.pose
         self._saving = False
-        self._ill: dict[str, str] = {}  # name -> why it is not kept
+        self._ill: dict[str, str] = {}  # name -> error of its last save
         self.saves: list[Save] = []
         self.events: list[Event] = []
         if kept and self._keeps:
             self._recall(kept, localisation)
 
     def receive(self, saved: Sequence[Saved], now_ns: int) -> None:
-        """What the shell says of the disk: told when a kind of things is no longer kept, and when it is again."""
+        """Process the shell's results of saves; report when saving of a name fails and when it works again."""
         for name, error in saved:
             if name == KEPT:
                 self._saving = False
@@ -49,7 +53,7 @@ class Keeping:
                                                    ("info", "STATE", f"{name}: kept again"))))
 
     def note(self, localisation: Localisation) -> None:
-        """Keeps the pose if it has moved enough."""
+        """Save the pose if it has moved enough."""
         pose, last = localisation.pose, self._last
         if not self._keeps or self._saving:
             return
@@ -62,7 +66,7 @@ class Keeping:
         self._last, self._saving = pose, True
 
     def digest_items(self) -> tuple[float, ...]:
-        """What of this state enters the digest of the core's state."""
+        """Values of this state that go into the state digest."""
         return (self._saving, self._last.x_m, self._last.y_m)
 
     def _recall(self, kept: bytes, localisation: Localisation) -> None:
@@ -85,7 +89,7 @@ class Keeping:
 
 
 def _four(numbers: Sequence[float], least: float) -> tuple[float, float, float, float]:
-    """Four numbers in range. Raises ValueError, TypeError."""
+    """Return four numbers in range. Raises ValueError or TypeError otherwise."""
     x, y, z, yaw = (float(number) for number in numbers)
     if not all(least <= number <= _MOST_M for number in (x, y, z, yaw)):  # no NaN passes
         raise ValueError(f"out of range: {numbers}")

@@ -1,13 +1,13 @@
-"""The control lease: which operator station may command. A small state machine over stations and times.
+"""Control lease: which operator station may command. A small state machine over stations and times.
 
-    free ---- ask, or a command that needs it ----> held by that station
-    held ---- its holder releases it -------------> held by who asked first, else free
-    held ---- its holder is not heard for lease_s -> held by who asked first, else free
+    free ---- ask, or a command that needs it -------> held by that station
+    held ---- its holder releases it ----------------> held by the first in the queue, else free
+    held ---- no datagram of its holder for lease_s -> held by the first in the queue, else free
 
-Rule 1: what halts the rover and what only asks needs no lease, and takes none.
-Rule 2: any authenticated datagram of the holder keeps it, so it is lost by silence, not by being quiet about driving.
-Rule 3: whoever asks waits in line; one that has fallen silent itself is left out when its turn comes.
-A start is without a holder: the stations ask anew. The rover's own orders (of a sequence) need no lease.
+Rule 1: commands that halt the rover and queries need no lease and take none.
+Rule 2: any authenticated datagram of the holder keeps the lease, so only a lost link ends it, not a pause in driving.
+Rule 3: stations that ask wait in a queue; one that has fallen silent itself is skipped when its turn comes.
+After a start nobody holds the lease: the stations ask again. The rover's own orders (of a sequence) need no lease.
 """
 
 from __future__ import annotations
@@ -20,36 +20,41 @@ from protocol.transactions import Order, State
 
 
 class Lease:
-    """holder: key id of a station, 0: nobody. lease_s: longest silence of a holder. events: to tell."""
+    """Lease state.
+
+    holder: key id of the station that holds it; 0: nobody.
+    lease_s: longest silence of a holder.
+    events: to report; the executive takes them.
+    """
 
     def __init__(self, lease_s: float, downlink: Downlink) -> None:
         self._downlink, self._silence_ns = downlink, round(lease_s * 1e9)
         self.holder = 0
-        self._line: list[Order] = []  # those that wait, one of each station, in the order they asked
+        self._line: list[Order] = []  # queue of requests, one of each station, the oldest first
         self.events: list[Event] = []
         downlink.permit(self.permit)
         self.orders = {"lease_ask": self._ask, "lease_release": self._release, "lease_show": self._show}
 
     def permit(self, name: str, station: int) -> None:
-        """Raises RefusedError where another station holds the lease that a command needs; takes nothing."""
+        """Raise RefusedError if another station holds the lease that the command needs. Never takes the lease."""
         if self.holder not in (0, station) and station and not command(name).free:
             raise RefusedError(f"{command(name).typed}: station {self.holder} holds the lease (heard "
                                f"{self._silent_ns(self.holder) / 1e9:.0f} s ago); allowed: stop, safe, questions, "
                                "`lease ask`")
 
     def check(self, order: Order, ctx: Context) -> None:
-        """Lets an order pass, taking a free lease for its station. Raises RefusedError as `permit` does."""
+        """Take a free lease for the order's station if the command needs it. Raises RefusedError as `permit` does."""
         self.permit(order.name, order.station)
         if not self.holder and order.station and not command(order.name).free:
             self._give(order.station, ctx, "it was free")
 
     def step(self, ctx: Context) -> None:
-        """A holder that has fallen silent has it no longer."""
+        """Pass the lease on when its holder has fallen silent."""
         if self.holder and self._silent_ns(self.holder) > self._silence_ns:
             self._pass_on(ctx, f"station {self.holder} was not heard for {self._silence_ns / 1e9:.0f} s")
 
     def digest_items(self) -> tuple[int, ...]:
-        """What of this state enters the digest of the core's state."""
+        """Values of this state that go into the state digest."""
         return (self.holder, len(self._line))
 
     # -- orders ------------------------------------------------------------------------------------------------
@@ -83,7 +88,7 @@ class Lease:
         data = (self.holder, *(other.station for other in self._line))
         self._downlink.report(order.request_id, State.COMPLETED, self._words(), data)
 
-    # -- who holds it ------------------------------------------------------------------------------------------
+    # -- holder -----------------------------------------------------------------------------------------------
 
     def _pass_on(self, ctx: Context, why: str) -> None:
         self.holder = 0

@@ -1,4 +1,4 @@
-"""Orders about the link itself: the key epoch, and the windows outside of which the rover says nothing."""
+"""Orders about the link itself: the key epoch, and the contact windows outside of which the rover does not send."""
 
 from __future__ import annotations
 
@@ -16,9 +16,14 @@ KEPT = EPOCH
 
 
 class LinkOrders:
-    """epoch: in force; kept: how the shell says which one that is. saves: for the shell; events: to tell.
+    """Owner of the key epoch.
 
-    Windows end with the program: they are in onboard time, which begins anew.
+    epoch: in force now.
+    kept: the epoch in force at the start, as the shell gives it.
+    saves: data for the shell to store.
+    events: to report; the executive takes them.
+
+    Windows end with the program: they are in onboard time, which restarts at each start.
     """
 
     def __init__(self, kept: bytes, downlink: Downlink) -> None:
@@ -26,11 +31,11 @@ class LinkOrders:
         self.epoch = int(kept) if kept.isdigit() else 0
         self.saves: list[Save] = []
         self.events: list[Event] = []
-        self._switching: list[tuple[int, int]] = []  # request ids, and the epochs that they ask for
+        self._switching: list[tuple[int, int]] = []  # request ids and the requested epochs
         self.orders = {"keys_rotate": self._switch, "contacts_set": self._set, "contacts_clear": self._clear}
 
     def receive(self, saved: Sequence[Saved], now_ns: int) -> None:
-        """What the link's port says of a switch."""
+        """Process the link port's results of an epoch switch."""
         for name, error in saved:
             if name != EPOCH or not self._switching:
                 continue
@@ -43,7 +48,7 @@ class LinkOrders:
             self._downlink.report(request_id, State.COMPLETED, f"key epoch {epoch} is in force")
 
     def digest_items(self) -> tuple[int, ...]:
-        """What of this state enters the digest of the core's state."""
+        """Values of this state that go into the state digest."""
         return (self.epoch, len(self._switching), len(self._downlink.windows.spans))
 
     def _switch(self, order: Order, ctx: Context) -> None:

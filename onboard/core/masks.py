@@ -1,7 +1,8 @@
-"""Orders about the fault table: what is active, and rows whose response is not taken for a while.
+"""Orders about the fault table: list active faults, mask a row for a time, clear a row.
 
-A masked row is still watched, told when it is found, and hides what it suppresses; nothing else is done about it. A
-mask ends by itself. Rows that guard the rover's life or that people rely on cannot be masked (`Fault.maskable`).
+A masked row is still monitored and reported when it becomes active, and still suppresses other rows; its response is
+not carried out. A mask ends by itself. Rows that guard the rover's life or that people rely on cannot be masked
+(`Fault.maskable`).
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from protocol.transactions import Order, State
 
 
 class Masks:
-    """`unmasked` each tick; `events` are what it has to tell, the executive takes them."""
+    """Owner of the masks; call `unmasked` each tick. events: to report; the executive takes them."""
 
     def __init__(self, downlink: Downlink) -> None:
         self._downlink = downlink
@@ -25,7 +26,7 @@ class Masks:
         self.orders = {"faults_list": self._list, "faults_clear": self._clear, "faults_mask": self._mask}
 
     def unmasked(self, found: tuple[str, ...], now_ns: int) -> tuple[str, ...]:
-        """Those of the faults that hold whose response is to be taken."""
+        """Return the active faults whose response is to be carried out."""
         if not self._until_ns:
             self._found = found
             return found
@@ -68,10 +69,10 @@ class Masks:
         self.events.append(Event(now_ns, "warning", "FAULT_MASKED", text))
 
     def digest_items(self) -> tuple[int, ...]:
-        """What of this state enters the digest of the core's state."""
+        """Values of this state that go into the state digest."""
         return (len(self._until_ns), sum(self._until_ns.values()))
 
 
 def _bits(names: tuple[str, ...] | dict[str, int]) -> int:
-    """One bit for each row's number, as telemetry has them."""
+    """Return a bit mask with one bit for each row's number, as in telemetry."""
     return sum(1 << BY_NAME[name].number for name in names)

@@ -1,8 +1,8 @@
-"""One `goto`: scan -> map -> plan -> drive -> turn -> scan ... until arrived or failed (section 9 of the chapter).
+"""Mission of one `goto`: scan -> map -> plan -> drive -> turn -> scan ... until arrived or failed.
 
-Where the map does not know the ground under the rover, it scans ahead, turns round and scans behind (R1). A fault may
-end a way (`back_off`). Each phase is one method; a phase ends by entering the next. Both maps outlive the mission.
-`core.errands` has its like for other orders. Over 300 lines: the phases share one state.
+Section 9 of the chapter. If the map does not cover the ground under the rover, it scans ahead, turns round and scans
+behind (R1). A fault may end a leg (`back_off`). Each phase is one method; a phase ends by entering the next. Both maps
+outlive the mission. `core.errands` has the missions of other orders. Over 300 lines: the phases share one state.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from onboard.records import Decision, Entry, Gdem, Path, Pose, Twist
 from protocol.conventions import wrap_rad
 from protocol.modes import Phase
 
-if TYPE_CHECKING:  # these come from the jobs, which run elsewhere
+if TYPE_CHECKING:  # built by the jobs, which run outside the tick
     from onboard.perception.stop_map import Look, StopMap
     from onboard.planning.drive_guard import Bad
     from onboard.planning.prediction import Prediction
@@ -37,41 +37,45 @@ BACK_OFF_M = 0.3
 SLIPS_APART_M = 0.2
 _STANDING_MPS = 0.01
 MOVING = frozenset({Phase.DRIVING, Phase.TURNING, Phase.BACKING_OFF})
-_TRUST_ODOMETRY_M = 2.0  # farther than this since the last registration, the rover looks again before it says arrived
+_TRUST_ODOMETRY_M = 2.0  # farther than this since the last registration, it scans again before it reports arrival
 _TRIES = 3
-_BLIND_NS = 30_000_000_000  # a reconnect of the scanner included
+_BLIND_NS = 30_000_000_000  # includes a reconnect of the scanner
 
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """How a mission ended."""
+    """Outcome of a mission."""
 
     completed: bool
     reason: str
-    broken: bool = False  # what is wrong is in the rover, not on the ground: SAFE
+    broken: bool = False  # the failure is in the rover, not on the ground: the rover goes to SAFE
 
 
 @dataclass(frozen=True, slots=True)
 class Swept:
-    """A sweep that is in the map: the pose at which it was entered, and the number of its stop."""
+    """Sweep that is in the map, with the pose at which it was entered and the number of its stop."""
 
     sweep: Sweep
     pose: Pose
     stop: int
 
 
-FirstLook = tuple[Entry, tuple[float, float]]  # and the force bias by then
+FirstLook = tuple[Entry, tuple[float, float]]  # entry, and the accelerometer's bias estimate at that time
 
 
 class Mission:
-    """State of one goto. `step` each tick; `outcome` is set when it has ended; `notes` are events not yet told.
+    """State of one goto; call `step` each tick.
 
-    done: the event of a good end. progress: what to tell who asked, not yet told. phase_told: the last one the ground
-    was told of. seeing: how well the scanner sees, and what that asks for.
+    outcome: None until the mission has ended.
+    notes: events (name, text) to report; the caller takes them.
+    done: event of a successful end.
+    progress: progress texts for the station that gave the order; the caller takes them.
+    phase_told: last phase that was reported to the ground.
+    seeing: share of beams lost by the scanner, and the measures against it.
     """
 
     done = "arrived"
-    plans = True  # on the map: it ends where the scanner sees too little of the ground
+    plans = True  # uses the planner: the mission ends if the scanner sees too little of the ground
 
     def __init__(self, config: Config, gdem: Gdem | None, goal: tuple[float, float], memory: StopMap | None) -> None:
         self._config, self.gdem, self.goal, self.memory = config, gdem, goal, memory
@@ -85,18 +89,18 @@ class Mission:
         self.notes: list[tuple[str, str]] = []
         self.progress: list[str] = []
         self._rule = self._rule_before = MissionState()
-        self.predicted: Prediction | None = None  # what asked for it is to hear, not yet told
+        self.predicted: Prediction | None = None  # to send to the station that gave the order
         self._foreseen = False
         self._behind_wanted = True
         self.seeing = Seeing(config)
         self._sensing: Sensing | None = None
         self._follower = Follower(config.rover, config.motion)
         self._turn_to_rad = 0.0
-        self._first: tuple[StopMap | None, tuple[FirstLook, ...]] | None = None  # map before, the looks until it turns
-        self._way = Way(0.0 if memory is None else math.inf)  # a kept map says nothing of the way since
-        self._retreat: Path | None = None  # before the rover stands
+        self._first: tuple[StopMap | None, tuple[FirstLook, ...]] | None = None  # map before, looks until the turn
+        self._way = Way(0.0 if memory is None else math.inf)  # a saved map gives no distance since the last scan
+        self._retreat: Path | None = None  # None until the rover stands
         self._retreat_m = 0.0
-        self._guard: Guarding | None = None  # of a leg that is driven, until what it saw is in the map
+        self._guard: Guarding | None = None  # from the start of a leg until its findings are in the map
         self._driven = False
         self._backed: Counter[str] = Counter()
         self._phases = {
@@ -115,12 +119,12 @@ class Mission:
 
     @property
     def hazards(self) -> tuple[Bad, ...]:
-        """What the drive guard has seen that is not in the map yet."""
+        """Findings of the drive guard that are not in the map yet."""
         return self._guard.bad if self._guard else ()
 
     @property
     def progress_ratio(self) -> float:
-        """Progress within the present phase, 0..1."""
+        """Progress within the present phase, 0 to 1."""
         if self.phase is Phase.SCANNING and self._sensing:
             return self._sensing.progress_ratio
         if self.phase is Phase.DRIVING:
@@ -128,7 +132,7 @@ class Mission:
         return 0.0
 
     def step(self, ctx: Context) -> Twist:
-        """One tick: the body twist that is wanted now."""
+        """Process one tick; return the body twist wanted now."""
         if self.phase is Phase.NONE:
             self._begin(ctx)
         if "predict" in ctx.taken:
@@ -146,25 +150,25 @@ class Mission:
         self._scan()
 
     def _foresee(self, ctx: Context, known: bool) -> None:
-        """The way to this goal on the map that there is, for who asked; once a goal. Nothing of it is driven."""
+        """Submit the prediction of the path to this goal on the present map, once a goal; nothing of it is driven."""
         assert self.memory
         self._foreseen = True
-        if "predict" in ctx.jobs.running:  # late, of a goal before
+        if "predict" in ctx.jobs.running:  # a late job of the previous goal
             return
         request = plan_request(self.memory, ctx.localisation.pose, self.goal, self.gdem, self._config, ctx.fences,
                                sigma_m=ctx.localisation.sigma[0])
         ctx.jobs.submit("predict", (request, known, self._config), ctx.tick + self._config.jobs.plan_ticks)
 
     def _slips(self, pose: Pose) -> None:
-        """The ground here is dear from now on, for later missions too."""
+        """Record slip here: later plans, also of later missions, pay extra for this place."""
         here = (pose.x_m, pose.y_m)
         if self.memory and all(dist(here, known) > SLIPS_APART_M for known in self.memory.slippery_m):
             self.memory = replace(self.memory, slippery_m=(*self.memory.slippery_m, here))
 
     def back_off(self, why: str, way_m: float = BACK_OFF_M) -> int:
-        """Ends the way being driven: back 0.3 m as it was driven, scan, plan anew. How often for this reason by now.
+        """End the leg under way: drive back 0.3 m along it, scan, plan again. Return the count for this reason.
 
-        0 while no way is driven: nothing is done. In a retreat already: what is left of it is given up, it scans there.
+        While no leg is driven, do nothing and return 0. During a retreat, drop the rest of it and scan there.
         """
         if self.phase not in MOVING:
             return 0
@@ -173,12 +177,12 @@ class Mission:
         return self._backed[why]
 
     def discard_sweep(self, why: str) -> None:
-        """A sweep that runs begins anew, and one that has not begun waits; so often, then the mission ends."""
+        """Restart a running sweep and delay one that has not begun; too many restarts end the mission."""
         if self.phase is Phase.SCANNING and self._sensing:
             self._sensing.discard(why)
 
     def look_again(self) -> bool:
-        """Ends the way being driven: scan here, register, plan anew. False where the rover has just done that."""
+        """End the leg under way: scan here, register, plan again. False if the rover has just done that."""
         if self.phase in (Phase.DRIVING, Phase.TURNING):
             self._break_off(0.0)
         return self.phase is not Phase.PLANNING
@@ -247,10 +251,10 @@ class Mission:
         self._enter(ctx, entry)
 
     def _enter(self, ctx: Context, entry: Entry) -> None:
-        """Into the map; and at the look behind of the first stop, the clouds of the looks before anew.
+        """Submit an entry for the map; at the second look of the first stop, enter the earlier looks again.
 
-        By then the turn has told the accelerometer's bias, and the first look's level is known to a milliradian. Left
-        as it was the map would have a fold between its halves, to which later scans do not fit.
+        By then the turn has given the accelerometer's bias, so the level of the first look is known to a milliradian.
+        Without the second entry the map would have a fold between its halves, and later scans would not fit.
         """
         if self._sweep is not None:
             self.swept, self._sweep = Swept(self._sweep, entry.pose, entry.stop), None
@@ -314,7 +318,7 @@ class Mission:
         return Twist()
 
     def _watched(self, ctx: Context) -> bool:
-        """Whether the way ahead is watched, or need not be, and nothing was seen on it."""
+        """Return whether the leg may be driven: it is watched, or needs no watch, and the guard has found nothing."""
         if self._guard is None:
             return True
         known = self.hazards
@@ -327,7 +331,7 @@ class Mission:
         return watching and not self.hazards
 
     def _credited(self, ctx: Context) -> bool:
-        """Whether what the guard saw on the leg is in the map; it goes there while the rover stands."""
+        """Return whether the guard's findings on the leg are in the map; they are entered while the rover stands."""
         assert self.memory
         if self._guard is not None and (kept := self._guard.close(ctx, self.memory)):
             self.memory, self._guard = kept, None

@@ -1,4 +1,4 @@
-"""The monitors: one small function for each row of protocol.faults; together they say which faults are active."""
+"""Fault monitors: one small function for each row of protocol.faults, and the set of active faults."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ from protocol.events import TEXT_BYTES
 from protocol.faults import BY_NAME
 from protocol.transactions import Order
 
-_GRACE_NS = 1_000_000_000  # after the start, before a node must have spoken
+_GRACE_NS = 1_000_000_000  # from the start until a node must have sent
 _HEARTBEAT_NS = 1_500_000_000
 _IMU_NS = 30_000_000
 _HALTING = frozenset({"stop", "safe", "emergency_stop"})
 
 
 class Watched(NamedTuple):
-    """What the monitors look at in one tick."""
+    """Inputs of the monitors in one tick."""
 
     now_ns: int
     config: Config
@@ -40,9 +40,9 @@ class Watched(NamedTuple):
     in_mission: bool
     hazard: bool
     keep_out: str = ""  # name of the fence that the rover's outline touches
-    found: Collection[str] = ()  # rows that a watch found: wheels, devices, power, computer
-    plan: PlanResult | None = None  # the newest of the mission that runs, or of the last one
-    orders: Sequence[Order] = ()  # of this tick
+    found: Collection[str] = ()  # rows found by a watch: wheels, devices, power, computer
+    plan: PlanResult | None = None  # newest result of the mission that runs, or of the last one
+    orders: Sequence[Order] = ()  # received in this tick
     record: RecordStatus = RecordStatus()
 
 
@@ -115,7 +115,7 @@ def _no_path(w: Watched) -> bool:
 
 
 def _loop(w: Watched) -> bool:
-    """Where a strategy is overruled; `optimistic` is R5 alone, and going round an obstacle lowers nothing at first."""
+    """True if R10 overrules a strategy; not for `optimistic`: it is R5 alone, and a detour lowers nothing at first."""
     mission = w.config.mission
     guarded = w.in_mission and mission.guard and mission.strategy != "optimistic"
     return guarded and w.plan is not None and w.plan.state.since_record >= RECORD_STOPS
@@ -155,7 +155,7 @@ MONITORS: Mapping[str, Callable[[Watched], bool]] = {
 
 
 def active_faults(watched: Watched) -> tuple[str, ...]:
-    """Names of the faults that hold now, in the table's order, without those that another one explains."""
+    """Names of the faults active now, in the table's order, without those that another active fault explains."""
     found = {name for name, monitor in MONITORS.items() if monitor(watched)}
     if not found:
         return ()
@@ -163,7 +163,7 @@ def active_faults(watched: Watched) -> tuple[str, ...]:
 
 
 def over_limit(nodes: Nodes, used_up: Collection[str], active: tuple[str, ...]) -> frozenset[str]:
-    """Those of the active faults that have used up their tries or passed their second limit."""
+    """Return the active faults that have used up their tries or passed their second limit."""
     return frozenset(
         name for name in active
         if name in used_up or (name in can_monitors.LIMITS and can_monitors.LIMITS[name](nodes))
@@ -171,9 +171,9 @@ def over_limit(nodes: Nodes, used_up: Collection[str], active: tuple[str, ...]) 
 
 
 def words(nodes: Nodes, seen: str, name: str) -> str:
-    """What an active fault says of itself: its condition, and more where it or its watch, with `seen`, knows more.
+    """Text of an active fault: its condition, then the details from its monitor or from `seen` if there are any.
 
-    Where both are longer than an event on the link may be the figures come first: the fault table has the condition.
+    If both are longer than an event on the link allows, the details come first: the fault table has the condition.
     """
     more = can_monitors.WORDS[name](nodes) if name in can_monitors.WORDS else seen
     condition = BY_NAME[name].condition

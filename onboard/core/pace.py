@@ -1,6 +1,6 @@
-"""How well the rhythm is kept: what the shell measured of past ticks, counted by rate group, cause and job.
+"""Timing statistics of past ticks, as the shell measured them, counted by rate group, cause and job.
 
-All of it comes in by Inputs and is 0 in lock-step, so it is a function of the inputs like the rest of the core.
+All values come in by Inputs and are 0 in lock-step, so they are a function of the inputs like the rest of the core.
 """
 
 from __future__ import annotations
@@ -11,16 +11,19 @@ from collections.abc import Sequence
 from onboard.core.schedule import GROUPS, Scheduler
 from onboard.records import Health, Timing
 
-BINS = 16  # of wake-up lateness: under 1 us, 2, 4, ... us; the last holds all from 16 ms on
+BINS = 16  # of wake-up lateness: under 1 us, 2, 4, ... us; the last takes all from 16 ms on
 WAKE = "wake-up"
 
 
 class Pace:
-    """Counts since the start, and the worst of the time since the last `rest`.
+    """Counts since the start, and the worst times since the last `rest`.
 
-    worst_ns, over_budget: by Group. lateness: ticks by bin of how late they began. slips: (cause, job) -> ticks left
-    out; slip_worst_ns: likewise, the longest tick before one. The cause is what took longest of the tick before: a rate
-    group or the wake-up itself; the job is what ran beside it.
+    worst_ns, over_budget: longest run and runs over budget, by Group.
+    lateness: number of ticks by bin of lateness at their start.
+    slips: (cause, job) -> ticks left out. The cause is the longest part of the tick before: a rate group or the
+        wake-up itself. The job is the one that ran at the same time.
+    slip_worst_ns: (cause, job) -> longest tick before a slip.
+    recent_tick_ns, recent_late_ns: longest tick and lateness since the last `rest`.
     """
 
     def __init__(self) -> None:
@@ -37,7 +40,7 @@ class Pace:
         self._late_before_ns = 0
 
     def update(self, timing: Timing, health: Health, jobs: Sequence[str]) -> None:
-        """The measures of one tick. jobs: names of those that run beside."""
+        """Add the measures of one tick. jobs: names of those that run."""
         for group, taken_ns in enumerate(timing.group_ns):
             self.worst_ns[group] = max(self.worst_ns[group], taken_ns)
             self.over_budget[group] += taken_ns > GROUPS[group].budget_ns
@@ -52,7 +55,7 @@ class Pace:
             self.lateness[lateness_bin(timing.late_ns)] += 1
 
     def rest(self) -> None:
-        """The recent worst begins anew."""
+        """Reset the recent worst times."""
         self.recent_tick_ns = self.recent_late_ns = 0
 
     def _slip(self, timing: Timing, health: Health, job: str) -> None:
@@ -66,12 +69,12 @@ class Pace:
         self.slip_worst_ns[key] = max(self.slip_worst_ns.get(key, 0), whole_ns)
 
     def digest_items(self) -> tuple[int, ...]:
-        """What of this state enters the digest of the core's state."""
+        """Values of this state that go into the state digest."""
         return (self.slipped_ticks, self.tick_worst_ns, self.late_worst_ns, *self.schedule.slips)
 
 
 def lateness_bin(late_ns: int) -> int:
-    """Bin of a wake-up: k holds 2^(k-1) to 2^k us."""
+    """Bin of a wake-up: bin k contains 2^(k-1) to 2^k us."""
     return min((late_ns // 1000).bit_length(), BINS - 1)
 
 

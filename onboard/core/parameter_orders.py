@@ -1,4 +1,4 @@
-"""Orders about parameters: list, get, set, save. A save is an output of the core, its result an input."""
+"""Orders about parameters: list, get, set, save. The request to save is an output of the core, its result an input."""
 
 from __future__ import annotations
 
@@ -16,7 +16,11 @@ KEPT = "parameters"
 
 
 class ParameterOrders:
-    """Owns the configuration in flight. saves: what the shell is to keep; events: the executive takes both."""
+    """Owner of the configuration in flight.
+
+    saves: data for the shell to store; the caller takes them.
+    events: to report; the executive takes them.
+    """
 
     def __init__(self, config: Config, kept: bytes, downlink: Downlink) -> None:
         self._downlink = downlink
@@ -30,11 +34,11 @@ class ParameterOrders:
 
     @property
     def config(self) -> Config:
-        """The configuration as it is now."""
+        """The configuration with the parameters as set now."""
         return self.settings.config
 
     def receive(self, saved: Sequence[Saved]) -> None:
-        """What the shell says of a save."""
+        """Process the shell's results of saves."""
         for name, error in saved:
             if name == KEPT and self._saving is not None:
                 request_id, version = self._saving
@@ -81,5 +85,5 @@ class ParameterOrders:
             self._downlink.report(order.request_id, State.STARTED, f"version {self.settings.version}")
 
     def digest_items(self) -> tuple[int, ...]:
-        """What of this state enters the digest of the core's state."""
+        """Values of this state that go into the state digest."""
         return (self.settings.version, self._saving is not None)

@@ -1,8 +1,8 @@
-"""The monitors of the battery: POWER_LOW and BROWN_OUT, from what the power node says every 0.2 s.
+"""Monitors of the battery: POWER_LOW and BROWN_OUT, from the power node's status every 0.2 s.
 
-A finding needs two words in a row, so one that was disturbed stops nothing; it ends with the first word that is clear
-of the limit by a margin. A low battery stays low and the rover goes to SAFE; a brown-out may be the load's own doing,
-so the drives rest until the voltage is back, and only one that comes again and again or does not end leads to SAFE.
+A finding needs two status frames in a row, so one disturbed frame stops nothing. It ends with the first status that is
+clear of the limit by a margin. A low battery stays low, and the rover goes to SAFE. A brown-out may be caused by the
+load itself: the drives rest until the voltage is back, and only repeated or lasting brown-outs lead to SAFE.
 """
 
 from __future__ import annotations
@@ -18,7 +18,11 @@ BROWN_OUTS, WITHIN_NS, LONGEST_NS = 3, 600_000_000_000, 5_000_000_000
 
 
 class PowerWatch:
-    """`update` each tick. found: row -> what the node said; used_up: rows whose recovery has had its chances."""
+    """Watch of the battery; call `update` each tick.
+
+    found: row -> measured values, in words.
+    used_up: rows whose retry limit is used up.
+    """
 
     def __init__(self) -> None:
         self.found: dict[str, str] = {}
@@ -28,18 +32,18 @@ class PowerWatch:
 
     @property
     def used_up(self) -> frozenset[str]:
-        """BROWN_OUT after its last chance."""
+        """BROWN_OUT if its retry limit is used up."""
         return frozenset({"BROWN_OUT"} if self._brown_outs.used_up else ())
 
     def update(self, power: PowerState | None, now_ns: int, safety: Safety) -> None:
-        """One tick; a word that was judged already changes nothing."""
+        """Process one tick; a status that was judged before changes nothing."""
         if power is not None and now_ns - power.age_ns != self._told_ns:
             self._told_ns = now_ns - power.age_ns
             self._judge(power, safety)
         self._brown_outs.note("BROWN_OUT" in self.found, now_ns)
 
     def forget(self, name: str) -> None:
-        """The row is judged anew: its chances begin again."""
+        """Drop the finding of a row and reset its retry limit."""
         if name in POWER_ROWS:
             self.found.pop(name, None)
             self._in_a_row[name] = 0
@@ -62,5 +66,5 @@ class PowerWatch:
             self.found[name] = text
 
     def digest_items(self) -> tuple[int, ...]:
-        """What of this state enters the digest of the core's state."""
+        """Values of this state that go into the state digest."""
         return (self._told_ns, *self._in_a_row.values(), len(self.found), *self._brown_outs.digest_items())

@@ -1,4 +1,4 @@
-"""The order `get`: a product is packed beside the tick, or at once where it is small, and goes on its way down."""
+"""The order `get`: a job packs the product, or the tick does if it is small; then the downlink sends it."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ if TYPE_CHECKING:
 PRODUCT_JOBS = {
     "product": "ldem", "product_scan": "scan", "product_record": "record", "product_height_std": "height_std"
 }  # fmt: skip
-SLICE_BYTES = 1_000_000  # two minutes of a line of 64 kbit/s; hashed within a tick
+SLICE_BYTES = 1_000_000  # two minutes of a 64 kbit/s line; hashed within one tick
 _PRODUCT_TICKS = 100
-_OLDER_NS = 1_000_000_000  # what is written twice a second is on the disk by then
+_OLDER_NS = 1_000_000_000  # the record is written twice a second, so data this old is on the disk
 _SPAN_NS = 10_000_000_000
 _ONLY_OF_RECORD = frozenset({"from_s", "to_s", "channels"})
 _UNREADABLE = frozenset({"DISK_FULL", "RECORD_FAIL"})
@@ -33,7 +33,7 @@ _CODECS = {row.name: row.codec for row in PRODUCTS}
 
 
 class Products:
-    """tasks: they have the newest plan and sweep. active: names of the active faults."""
+    """Packer of products. tasks: source of the newest plan and sweep; active: names of the active faults."""
 
     def __init__(
         self, downlink: Downlink, tasks: Tasks, parameters: ParameterOrders, active: Callable[[], Collection[str]]
@@ -45,14 +45,14 @@ class Products:
         self.orders = {"get": self._get}
 
     def step(self, ctx: Context) -> None:
-        """What is packed goes on its way."""
+        """Offer the packed products to the downlink."""
         for job, product in PRODUCT_JOBS.items():
             if job in ctx.taken:
                 data, about = ctx.taken[job] if product == "record" else (ctx.taken[job], "")
                 self._offer(self._asked.pop(job), product, data, about)
 
     def give_up(self, job: str, reason: str) -> None:
-        """The product of this job will not come."""
+        """Report that the product of this job failed."""
         self._downlink.report(self._asked.pop(job), State.FAILED, reason)
 
     def _offer(self, request_id: int, product: str, data: bytes, about: str = "") -> None:
@@ -64,7 +64,7 @@ class Products:
         self._downlink.report(request_id, State.COMPLETED, text, (object_id,))
 
     def _get(self, order: Order, ctx: Context) -> None:
-        """Raises RefusedError where there is nothing to send."""
+        """Start the product of the order. Raises RefusedError if there is nothing to send."""
         product = str(order.arguments["product"])
         if product != "record" and (strange := sorted(_ONLY_OF_RECORD.intersection(order.arguments))):
             raise RefusedError(f"{product} takes no {', '.join(strange)}: these are of `get record`")
@@ -87,7 +87,7 @@ class Products:
         self._begin("product_height_std", order, ctx, (ldem.window(self._map().cells, pose.x_m, pose.y_m, size_m),))
 
     def _map(self) -> StopMap:
-        """Raises RefusedError where there is none."""
+        """Return the rover's map. Raises RefusedError if there is none."""
         if self._tasks.memory is None:
             raise RefusedError("no map yet: it comes after a scan or a goto's first")
         return self._tasks.memory

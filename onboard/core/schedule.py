@@ -1,8 +1,8 @@
-"""TABLE of rate groups: what runs in a tick, in this order, how often, and how long it may take.
+"""TABLE of rate groups: the parts of a tick in their order, with rate, offset and time budget.
 
-`tick` asks `Scheduler.due` for the groups that do not run at 100 Hz. A group whose own tick was left out, because the
-machine was late, runs at the next one: a slip, which is counted. Offsets spread the work: housekeeping is made in ticks
-without wheel commands. The times are measured outside (onboard/drivers/stopwatch.py) and come in by Inputs.
+`tick` asks `Scheduler.due` for the groups that do not run at 100 Hz. If a group's own tick was left out because the
+machine was late, the group runs in the next one; this slip is counted. Offsets spread the work: housekeeping is made in
+ticks without wheel commands. The times are measured outside (onboard/drivers/stopwatch.py) and come in by Inputs.
 """
 
 from __future__ import annotations
@@ -32,7 +32,13 @@ class Group(IntEnum):
 
 @dataclass(frozen=True, slots=True)
 class RateGroup:
-    """One row. It runs in ticks number k * every_ticks + offset_ticks. budget_ns: over it, a run of it is counted."""
+    """One row.
+
+    group: its rate group.
+    every_ticks, offset_ticks: the group runs in the ticks k * every_ticks + offset_ticks.
+    budget_ns: longest planned run; longer ones are counted.
+    runs: its work, in words.
+    """
 
     group: Group
     every_ticks: int
@@ -42,12 +48,12 @@ class RateGroup:
 
     @property
     def name(self) -> str:
-        """In small letters, for people."""
+        """Name in lower case, for people."""
         return self.group.name.lower()
 
     @property
     def rate_hz(self) -> float:
-        """How often it runs."""
+        """Runs per second."""
         return 1e9 / TICK_NS / self.every_ticks
 
 
@@ -66,14 +72,14 @@ GROUPS = (
 
 
 class Scheduler:
-    """Says in which tick a group runs; counts slips by group."""
+    """Scheduler of the rate groups; counts slips by group."""
 
     def __init__(self) -> None:
         self._next = [row.offset_ticks or row.every_ticks for row in GROUPS]  # ticks count from 1
         self.slips = [0] * len(GROUPS)
 
     def due(self, group: Group, tick: int) -> bool:
-        """Whether the group runs in this tick. To be asked once in every tick that runs; ticks only grow."""
+        """Return whether the group runs in this tick. Call it once in every tick that runs; ticks only grow."""
         row = GROUPS[group]
         passed = (tick - row.offset_ticks) // row.every_ticks * row.every_ticks + row.offset_ticks
         if passed < self._next[group]:

@@ -1,6 +1,6 @@
-"""How well the scanner sees in a mission, and the answer by degrees: a table, and a small state machine over it.
+"""Loss of scanner beams in a mission, and the measures against it by level: a table and a small state machine.
 
-    level  from the share lost      the answer
+    level  from the share lost      measure
     0                               one sweep, as configured
     1      lost_beams.slow_ratio    a sweep at half the rate
     2      lost_beams.second_ratio  and a second one from the same place
@@ -9,9 +9,9 @@
                                     ends, LIDAR_DIRTY
 
 The level rises at once to that of the newest sweep's share and falls by one with each sweep under it. The share is
-that of the ground within 4 m, all directions together (`perception.lost_beams`). Single directions are asked for when
-the rule gives up: where the scanner saw too little of that side, that is the reason, after `lost_beams.looks` looks
-again.
+that of the ground within 4 m, all directions together (`perception.lost_beams`). Single directions matter when the
+mission rule gives up: if the scanner saw too little of that side, this is the reported reason, after
+`lost_beams.looks` further looks.
 """
 
 from __future__ import annotations
@@ -34,15 +34,15 @@ from onboard.records import Decision, Path, Pose
 from protocol.conventions import wrap_rad
 
 Point = tuple[float, float]
-VIEWS = 8  # newest sweeps that are remembered
-HERE_M = 1.0  # a goal far off is judged by the sweeps from here
-SLOWER = 2  # times the lines
-LOOK_LEVEL = 2  # at least, for a look again before the end
-ITS_OWN = frozenset({Cause.BLIND, Cause.WINDOW})  # causes that go where the scanner goes
+VIEWS = 8  # newest sweeps that are stored
+HERE_M = 1.0  # sweeps within this distance judge a far goal
+SLOWER = 2  # factor on the number of lines
+LOOK_LEVEL = 2  # least level of a further look before the end
+ITS_OWN = frozenset({Cause.BLIND, Cause.WINDOW})  # causes that move with the scanner
 
 
 class Level(NamedTuple):
-    """One row. from_ratio: of the loss, by its name in the configuration."""
+    """One row. from_ratio: name of its share lost in the configuration."""
 
     from_ratio: str
     slow: bool = False
@@ -61,13 +61,13 @@ LEVELS = (
 
 
 def next_level(level: int, lost_ratio: float, limits: Limits) -> int:
-    """The level after a sweep that lost this share."""
+    """Return the level after a sweep that lost this share."""
     reached: int = sum(lost_ratio > getattr(limits, row.from_ratio) for row in LEVELS[1:])
     return max(reached, level - 1)
 
 
 class Seeing:
-    """State of one mission's sight. dirty: why the mission ended for want of sight, '' while it did not."""
+    """State of one mission's beam loss. dirty: reason if the mission ended for beam loss, else ''."""
 
     def __init__(self, config: Config) -> None:
         self._config, self._limits = config, config.lost_beams
@@ -76,17 +76,17 @@ class Seeing:
         self.looks = 0
         self._views: tuple[View, ...] = ()
         self._taken = 0  # sweeps from this place
-        self._least = 0  # level, while it looks again
+        self._least = 0  # least level during a further look
         self._nods: dict[bool, tuple[TiltSegment, ...]] = {}
 
     @property
     def row(self) -> Level:
-        """The level's row."""
+        """The row of the present level."""
         return LEVELS[self.level]
 
     @property
     def nod(self) -> tuple[TiltSegment, ...]:
-        """The next sweep's segments; half a tick's work at the first time."""
+        """Segments of the next sweep; the first call takes half a tick."""
         slow = self.row.slow
         if slow not in self._nods:
             self._nods[slow] = segments(slower(self._config) if slow else self._config.scanning,
@@ -95,7 +95,7 @@ class Seeing:
 
     @property
     def config(self) -> Config:
-        """What map and plan are made by at this level."""
+        """Configuration for map and plan at this level."""
         whole, limits = self._config, self._limits
         if not self.row.short:
             return whole
@@ -104,7 +104,7 @@ class Seeing:
                        mission=replace(whole.mission, leg_m=min(whole.mission.leg_m, limits.short_leg_m)))
 
     def note(self, lost: LostBeams, pose: Pose) -> str:
-        """A sweep that is in the map. What to tell of it, '' where the level stays."""
+        """Add a sweep that is in the map. Returns the text to report, '' if the level stays."""
         self._views = (*self._views[1 - VIEWS :], View(lost, pose))
         self._taken += 1
         before, self.level = self.level, max(self._least, next_level(self.level, lost.ratio, self._limits))
@@ -113,25 +113,25 @@ class Seeing:
         return f"level {self.level}: {self._loss()}"
 
     def sweep_again(self) -> bool:
-        """After a sweep: whether this place needs another; where it does not, the count begins anew."""
+        """Return whether this place needs another sweep; if not, reset the count."""
         again = self._taken < self.row.sweeps
         if not again:
             self._taken = self._least = 0
         return again
 
     def ended(self) -> str:
-        """After the last sweep of a place: why the mission ends, '' where it goes on.
+        """Return the reason to end the mission after the last sweep of a place, '' if it goes on.
 
-        It does where dark ground or sunlight takes the beams, or may: elsewhere it sees, and from there more is told.
+        It goes on if dark ground or sunlight takes the beams, or may take them: elsewhere the scanner sees more.
         """
         if self.row.stop and self._why() in ITS_OWN:
             self.dirty = f"the scanner sees too little: {self._loss()}"
         return self.dirty
 
     def judged(self, result: PlanResult, pose: Pose) -> PlanResult:
-        """The plan's result with the true reason where the rule gives up and the scanner did not see that side.
+        """Return the plan's result with the true reason if the rule gives up and the scanner did not see that side.
 
-        As often as `looks` allows a look towards it, with marks and tries forgotten, takes the place of the end.
+        Up to `looks` times, a look towards that side replaces the end; marks and tries are cleared.
         """
         decision, state = result.decision, result.state
         if decision.kind != "unreachable":
@@ -157,12 +157,12 @@ class Seeing:
         return replace(result, decision=replace(decision, reason=f"{words}{over}; {nearest}"))
 
     def digest_items(self) -> tuple[float, ...]:
-        """Plain values for the state digest."""
+        """Values of this state that go into the state digest."""
         newest = self._views[-1].lost.ratio if self._views else 0.0
         return self.level, self.looks, self._taken, self._least, bool(self.dirty), len(self._views), newest
 
     def _unseen(self, points: Sequence[Point], pose: Pose) -> tuple[float, float] | None:
-        """(bearing in the map from here, share lost) of the point that was seen worst; None: all were seen.
+        """Return (bearing in the map from here, share lost) of the point seen worst; None: all were seen.
 
         Of the looks at one point the best counts.
         """
@@ -189,14 +189,14 @@ class Seeing:
 
 
 def slower(config: Config) -> Scanning:
-    """The sweep at half the rate: twice the lines."""
+    """Return the settings of a sweep at half the rate: twice the lines."""
     whole = config.scanning
     return replace(whole, spacing_m=whole.spacing_m / SLOWER, floor_rad=whole.floor_rad / SLOWER,
                    cap_rad=whole.cap_rad / SLOWER)
 
 
 def _share(view: View, point: Point, pose: Pose) -> float:
-    """Share lost towards a point; NaN where the view did not look there: beyond its sector or too far from there."""
+    """Share lost towards a point; NaN if the view does not cover it: outside its sector, or taken too far away."""
     azimuth_rad, range_m = direction(view.pose, *point)
     near = dist((pose.x_m, pose.y_m), (view.pose.x_m, view.pose.y_m)) <= HERE_M
     if range_m > BANDS_M[-1] and not near:

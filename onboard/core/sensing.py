@@ -1,9 +1,9 @@
 """One sweep of the tilting scanner at a stop: park, stream, sweep, collect.
 
-States: PREPARING (tilt goes to its first angle, the LIDAR starts to stream) -> SWEEPING (segments run, scans are kept)
--> SETTLING (the last turn comes in) -> the sweep. A silent LIDAR or a sweep that does not end discards what there is
-and begins again, and so does one whose first scan does not come; `tries` counts. So does what `discard` is told, and no
-sweep begins in a tick in which it was told something.
+States: PREPARING (tilt goes to its first angle, the LIDAR starts to stream) -> SWEEPING (segments run, scans are
+stored) -> SETTLING (the last turn arrives) -> the sweep. A silent LIDAR, a sweep that does not end, a first scan that
+does not come, and a call of `discard` discard the data and start again; `tries` counts. No sweep starts in a tick with
+a call of `discard`.
 """
 
 from __future__ import annotations
@@ -22,11 +22,11 @@ from onboard.records import Scan, TiltTrack
 _LEAD_NS = 400_000_000  # a segment is sent at least 0.2 s ahead
 _SETTLE_NS = 60_000_000  # one turn and its transfer
 _PARKED_RAD = 0.01
-_PREPARE_NS = 10_000_000_000  # for the axis to park and the stream to begin, a reconnect of the scanner included
+_PREPARE_NS = 10_000_000_000  # for the axis to park and the stream to begin; includes a reconnect of the scanner
 
 
 class State(Enum):
-    """Where the sweep is."""
+    """State of the sweep."""
 
     PREPARING = "preparing"
     SWEEPING = "sweeping"
@@ -35,14 +35,14 @@ class State(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Sweep:
-    """What one sweep gave: scans in time order and the tilt while they were taken."""
+    """Result of one sweep: scans in time order and the tilt while they were taken."""
 
     scans: tuple[Scan, ...]
     tilt: TiltTrack
 
 
 class Sensing:
-    """Runs one sweep, a `nod` of the axis; `step` each tick until it returns the Sweep."""
+    """Run of one sweep, a `nod` of the axis; call `step` each tick until it returns the Sweep."""
 
     def __init__(self, config: Config, nod: Sequence[TiltSegment]) -> None:
         self._config, self._segments = config, nod
@@ -54,19 +54,19 @@ class Sensing:
         self._end_ns = 0
         self._prepare_ns: int | None = None
         self._spoilt = False
-        self.why = ""  # the last sweep was discarded
+        self.why = ""  # reason of the last discarded sweep
 
     @property
     def progress_ratio(self) -> float:
-        """Share of the scans that a whole sweep has."""
+        """Share of a whole sweep's scans received so far."""
         return min(1.0, len(self._scans) / max(1.0, self._length_ns / 25e6))
 
     def discard(self, why: str) -> None:
-        """What there is of the sweep is of no use; before the tick's `step`."""
+        """Discard the data of this sweep; call before the tick's `step`."""
         self._spoilt, self.why = True, why
 
     def step(self, lidar: LidarSession, nodes: Nodes, scans: Sequence[Scan], now_ns: int) -> Sweep | None:
-        """One tick. Returns the finished sweep once."""
+        """Process one tick. Returns the finished sweep once."""
         spoilt, self._spoilt = self._spoilt, False
         if self.state is State.PREPARING:
             self._prepare(lidar, nodes, bool(scans) and not spoilt, now_ns)

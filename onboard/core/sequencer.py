@@ -1,7 +1,7 @@
-"""Sequences: steps that were uploaded, run one after the other in the mode SEQUENCE; checked without running.
+"""Sequences: uploaded steps that run one after the other in the mode SEQUENCE; they can be checked without running.
 
-A step waits its time from the completion of the one before, then for its condition, then its command is carried out as
-an order of the rover's own (station 0). Its failure does what the step says. Sequences end with the program.
+A step waits its time from the completion of the one before, then for its condition. Then its command is carried out as
+an order of the rover's own (station 0). A failure has the effect that the step names. Sequences end with the program.
 """
 
 from __future__ import annotations
@@ -23,7 +23,14 @@ Change = Callable[[str, Context, str], None]
 
 @dataclass(slots=True)
 class _Run:
-    """A sequence that runs: its request, its steps, the one it is at, since when it waits, the order under way."""
+    """A sequence that runs.
+
+    request_id: request of `sequence_run`.
+    steps: in order.
+    at: index of the present step.
+    since_ns: start of the present step's wait.
+    order_id: order under way; 0: none.
+    """
 
     request_id: int
     steps: tuple[Step, ...]
@@ -37,7 +44,7 @@ class _Run:
 
 
 class Sequencer:
-    """`step` each tick: the order to carry out now, if any. change: hears each event of the mode table."""
+    """Runs sequences; `step` returns each tick's order, if any. change: called with each event of the mode table."""
 
     def __init__(self, downlink: Downlink, change: Change) -> None:
         self._downlink, self._change = downlink, change
@@ -50,7 +57,7 @@ class Sequencer:
         }  # fmt: skip
 
     def step(self, ctx: Context, mode: Mode) -> Order | None:
-        """One tick. What ended the mode ends the sequence."""
+        """Process one tick. A change of the mode ends the sequence."""
         run = self._run
         if run is None:
             return None
@@ -68,7 +75,7 @@ class Sequencer:
         return None
 
     def _ready(self, run: _Run, ctx: Context) -> bool:
-        """Whether the step's time and condition have come; a condition that does not come in time fails the step."""
+        """Return whether the step's time and condition have come; a condition that comes too late fails the step."""
         waited_ns = ctx.now_ns - run.since_ns - round(run.step.after_s * 1e9)
         condition = run.step.condition
         if waited_ns < 0 or condition is None or condition.holds(ctx.item(condition.item)):
@@ -86,7 +93,7 @@ class Sequencer:
             self._settle(run, ctx, state is State.COMPLETED, text)
 
     def _settle(self, run: _Run, ctx: Context, completed: bool, text: str) -> None:
-        """A step is over: the next one, or the end."""
+        """Finish a step: go to the next one, or end the sequence."""
         told = f"step {run.at + 1} of {len(run.steps)} {'completed' if completed else 'failed'}: {text}"
         run.since_ns = ctx.now_ns
         if not completed and run.step.policy != "continue":
@@ -127,7 +134,7 @@ class Sequencer:
         self._downlink.report(order.request_id, State.COMPLETED)
 
     def _check(self, order: Order, ctx: Context) -> None:
-        """The dry run: what each step would do, or why it would be refused."""
+        """Dry run: report the effect of each step, or the reason why it would be refused."""
         steps = self._steps(order)
         lines = [f"{n}: {_would(steps[n], ctx) if n in steps else 'is missing'}" for n in _span(steps)]
         object_id = self._downlink.offer("sequence", "\n".join(lines).encode(), "text")
@@ -152,7 +159,7 @@ class Sequencer:
         return self._kept[named(str(order.arguments["sequence"]), self._kept, "sequence")]
 
     def digest_items(self) -> tuple[int, ...]:
-        """What of this state enters the digest of the core's state."""
+        """Values of this state that go into the state digest."""
         run = self._run
         return (len(self._kept), self._orders_given, *((run.at, run.order_id) if run else ()))
 
@@ -167,7 +174,7 @@ def _missing(steps: dict[int, Step]) -> str:
 
 
 def _would(step: Step, ctx: Context) -> str:
-    """The step as it is understood, and why it would be refused as things are."""
+    """Return the step as it is understood, and the reason why it would be refused now."""
     wait = [f"after {step.after_s:g} s"] if step.after_s else []
     if step.condition is not None:
         wait.append("once {} {} {:g}, within {:g} s".format(*step.condition))

@@ -1,4 +1,4 @@
-"""Orders that change nothing of what the rover does: the time; and the one that ends the flight program."""
+"""Orders of service: report the time, and end the flight program."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ from onboard.core.downlink import Downlink
 from onboard.records import Event
 from protocol.transactions import Order, State
 
-_REBOOT_NS = 1_000_000_000  # for both copies of the report to leave
+_REBOOT_NS = 1_000_000_000  # for both copies of the report to be sent
 
 
 class Services:
-    """events: the executive takes them."""
+    """Time and reboot orders. events: to report; the executive takes them."""
 
     def __init__(self, downlink: Downlink) -> None:
         self._downlink = downlink
@@ -20,7 +20,7 @@ class Services:
         self.orders = {"time": self._time, "reboot": self._reboot}
 
     def reboot_due(self, now_ns: int) -> bool:
-        """Whether the flight program is to end with this tick."""
+        """Return whether the flight program ends with this tick."""
         return self._reboot_ns is not None and now_ns >= self._reboot_ns
 
     def _time(self, order: Order, ctx: Context) -> None:

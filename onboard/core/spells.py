@@ -1,4 +1,4 @@
-"""When a recovery that ends by itself has had its chances: how often a thing began of late, and how long it lasts."""
+"""Retry limit of a self-clearing fault: how often it recurred and how long it lasted."""
 
 from __future__ import annotations
 
@@ -6,9 +6,9 @@ from collections import deque
 
 
 class Spells:
-    """`note` each tick whether it holds.
+    """Retry limit; call `note` each tick.
 
-    used_up: it began more than `most` times in the last `within_ns`, or it lasts for over `longest_ns`.
+    used_up: the fault began more than `most` times within `within_ns`, or it has lasted for over `longest_ns`.
     """
 
     def __init__(self, most: int, within_ns: int, longest_ns: int) -> None:
@@ -17,7 +17,7 @@ class Spells:
         self._holds = self.used_up = False
 
     def note(self, holds: bool, now_ns: int) -> None:
-        """One tick."""
+        """Process one tick. holds: the fault is active."""
         if holds and not self._holds:
             self._begun_ns.append(now_ns)
         self._holds = holds
@@ -25,5 +25,5 @@ class Spells:
         self.used_up = often or (holds and now_ns - self._begun_ns[-1] > self._longest_ns)
 
     def digest_items(self) -> tuple[int, ...]:
-        """What of this state enters the digest of the core's state."""
+        """Values of this state that go into the state digest."""
         return (self._holds, self.used_up, len(self._begun_ns), sum(self._begun_ns))

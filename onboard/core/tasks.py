@@ -1,4 +1,4 @@
-"""The one thing that moves the rover at a time: a mission or a move of the operator's; and the maps that outlive it."""
+"""The task that moves the rover, one at a time: a mission or an operator's move; and the maps that outlive it."""
 
 from __future__ import annotations
 
@@ -28,9 +28,11 @@ Say = Callable[[str, Context, str], None]  # (event, context, why)
 
 
 class Tasks:
-    """Owns mission, move and maps; `memory` is None until the first stop unless one was kept.
+    """Owner of mission, move and maps.
 
-    change: hears each event of the mode table. tell: each event for the ground.
+    memory: the rover's map; None until the first stop unless one was saved.
+    change: called with each event of the mode table.
+    tell: called with each event for the ground.
     """
 
     def __init__(
@@ -47,7 +49,7 @@ class Tasks:
         self.track = Track()
         self.change: Say = _nobody
         self.tell: Say = _nobody
-        self._id: int | None = None  # request of the mission or move that runs
+        self._id: int | None = None  # request of the running mission or move
         self.orders = {
             "goto": self._goto, "mission": self._tour, "scan": self._scan, "turn": self._turn, "drive": self._drive,
             "map_clear": self._map_clear, "return": self._return,
@@ -55,16 +57,16 @@ class Tasks:
 
     @property
     def config(self) -> Config:
-        """As the operator's parameters have it now."""
+        """The configuration with the operator's parameters as set now."""
         return self._parameters.config
 
     @property
     def in_mission(self) -> bool:
-        """Whether a mission runs."""
+        """True while a mission runs."""
         return self.mission is not None and self.mission.outcome is None
 
     def step(self, ctx: Context) -> Twist:
-        """One tick of what runs: the twist that is wanted."""
+        """Process one tick of the running task; return the twist wanted."""
         self.track.note(ctx.localisation.pose)
         if self.move is not None:
             twist = self.move.step(ctx)
@@ -76,14 +78,14 @@ class Tasks:
         twist = self.mission.step(ctx)
         if ctx.localisation.pose != before:  # registered
             self.track.correct(ctx.localisation.pose)
-        if self.mission.phase is not self.mission.phase_told:  # by its own step, or by the answer to a fault before
+        if self.mission.phase is not self.mission.phase_told:  # changed by its own step or by a fault response before
             self.tell("PHASE", ctx, f"{self.mission.phase.name} at stop {self.mission.stop}")
             self.mission.phase_told = self.mission.phase
         self._follow_mission(self.mission, ctx)
         return twist
 
     def cancel(self, ctx: Context, state: State, reason: str) -> None:
-        """Ends what runs, if anything does."""
+        """End the running task, if any."""
         if self.move is not None:
             self.move = None
             self._finish(state, reason)
@@ -96,7 +98,7 @@ class Tasks:
                 ctx.nodes.park_tilt(ctx.nodes.tilt_angle_rad)
 
     def digest_items(self) -> tuple[float, ...]:
-        """Plain values for the state digest."""
+        """Values of this state that go into the state digest."""
         return self.mission.seeing.digest_items() if self.mission else ()
 
     def _follow_move(self, move: Move, ctx: Context) -> None:
@@ -128,7 +130,7 @@ class Tasks:
             self._lost(mission, ctx)
 
     def _lost(self, mission: Mission, ctx: Context) -> None:
-        """No contact, and the leg is finished: what `safety.command_lost` says. A way back goes on."""
+        """Respond to lost contact after the leg as `safety.command_lost` sets. A mission that returns goes on."""
         if isinstance(mission, GoBack):
             return
         back = self._parameters.config.safety.command_lost == "return"
@@ -207,7 +209,7 @@ class Tasks:
         progress.clear()
 
     def _tell_way(self, way: Prediction) -> None:
-        """The answer to a goto: the way as an object of its own, its figures in a report."""
+        """Send the answer to a goto: the predicted path as a product, its figures in a report."""
         request = 0 if self._id is None else self._id
         who = {"station": request >> 32, "request_id": request & 0xFFFFFFFF}
         object_id = self._downlink.offer(WAY, way.to_json(**who), WAY_CODEC, priority=1)
@@ -222,11 +224,11 @@ class Tasks:
 
 
 def _nobody(_event: str, _ctx: Context, _why: str) -> None:
-    """Until the executive listens."""
+    """Default callback, until the executive sets its own."""
 
 
 def _beyond(gdem: Gdem | None, goal_m: tuple[float, float]) -> str:
-    """Why a goal cannot be gone to for want of a map, or ''."""
+    """Return the reason why a goal is outside the map, or ''."""
     if gdem is None or gdem.grid.contains(*gdem.grid.cell(*goal_m)):
         return ""
     grid = gdem.grid

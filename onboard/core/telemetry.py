@@ -24,7 +24,11 @@ _NAN = math.nan
 
 @dataclass(frozen=True, slots=True)
 class View:
-    """What the telemetry sees of the rover at one tick. goal_m: x, y in the map frame; fault_ids: active rows."""
+    """Values of the rover that telemetry samples in one tick.
+
+    goal_m: x, y in the map frame.
+    fault_ids: numbers of the active rows.
+    """
 
     mode: Mode = Mode.BOOT
     phase: Phase = Phase.NONE
@@ -222,7 +226,7 @@ _SEVERITY = dict(zip(SEVERITIES, (7, 6, 4, 3, 2)))
 
 
 class Packer:
-    """Values in, MAVLink 2 frames out; only the sequence number is kept."""
+    """Packer of values into MAVLink 2 frames; the only state is the sequence number."""
 
     def __init__(self) -> None:
         self._mav = mavlink.MAVLink(None, SYSTEM_ID, COMPONENT_ID)
@@ -233,11 +237,11 @@ class Packer:
         return frame
 
     def message(self, name: str, view: View, now_ns: int) -> list[bytes]:
-        """The frames of HEARTBEAT or a row of protocol.telemetry.MESSAGES; none where its source is not there."""
+        """Frames of HEARTBEAT or of a row of protocol.telemetry.MESSAGES; none if there is no source."""
         return [self._pack(m) for m in _BUILDERS[name](view, now_ns // 1_000_000 & 0xFFFFFFFF)]
 
     def event(self, event: Event, serial: int) -> bytes:
-        """EVENT; text longer than the field is cut at a whole character."""
+        """Return the EVENT frame; a text longer than the field is cut at a whole character."""
         text = cut(event.text, events.TEXT_BYTES)
         return self._pack(mavlink.MAVLink_event_message(
             event.now_ns // 1000, serial, _SEVERITY.get(event.severity, 6), event.name.encode()[:24], text))

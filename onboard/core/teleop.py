@@ -1,6 +1,6 @@
-"""The operator's own moves: a turn on the spot, or a twist for a time and a way. No map is asked.
+"""Operator's moves: a turn on the spot, or a twist for a limited time and distance. They use no map.
 
-A move ends by its bounds; a fault whose response ends a way, stops or looks ends it too (the executive does that).
+A move ends at its bounds. A fault whose response ends a leg, stops or looks ends it too (the executive does that).
 """
 
 from __future__ import annotations
@@ -16,19 +16,24 @@ from onboard.native.elementary import dist
 from onboard.records import Twist
 
 _PROGRESS_NS = 5_000_000_000
-_LATE_S = 0.03  # from an order to the wheels
+_LATE_S = 0.03  # from an order to the wheels' motion
 _TURN_NS = 120_000_000_000  # half a turn takes 13 s at the default rate; a turn that does not end is given up
 
 
 class Move(Protocol):
-    """`step` each tick until `ended` says how it ended; `failed`: that was no success. progress: not yet told."""
+    """Interface of a move; call `step` each tick until `ended` is set.
+
+    ended: result in words; '' while it runs.
+    failed: the result is a failure.
+    progress: texts to report; the caller takes them.
+    """
 
     ended: str
     failed: bool
     progress: list[str]
 
     def step(self, ctx: Context) -> Twist:
-        """One tick: the twist that is wanted."""
+        """Process one tick; return the twist wanted."""
         ...
 
 
@@ -41,7 +46,7 @@ class TurnTo:
         self._begun_ns: int | None = None
 
     def step(self, ctx: Context) -> Twist:
-        """One tick."""
+        """Process one tick; return the twist wanted."""
         self._begun_ns = ctx.now_ns if self._begun_ns is None else self._begun_ns
         if ctx.now_ns - self._begun_ns > _TURN_NS:
             self.ended, self.failed = f"not there after {_TURN_NS // 10**9} s", True
@@ -53,7 +58,7 @@ class TurnTo:
 
 
 class Drive:
-    """A twist until `duration_s` are over, the time to steer included, or base_link stands after `distance_m`."""
+    """Twist until `duration_s` have passed, including the time to steer, or base_link stops after `distance_m`."""
 
     def __init__(self, config: Config, twist: Twist, duration_s: float, distance_m: float) -> None:
         self.ended, self.failed, self.progress = "", False, list[str]()
@@ -64,7 +69,7 @@ class Drive:
         self._told_ns = 0
 
     def step(self, ctx: Context) -> Twist:
-        """One tick."""
+        """Process one tick; return the twist wanted."""
         pose = ctx.localisation.pose
         here_m = (pose.x_m, pose.y_m)
         if self._begun_ns is None:
@@ -84,6 +89,6 @@ class Drive:
         return self._twist
 
     def _comes_to_m(self, ctx: Context) -> float:
-        """How far it will have gone if it brakes now."""
+        """Distance driven in all if the rover brakes now, m."""
         speed_mps = abs(ctx.localisation.estimate.speed_mps)
         return self._gone_m + speed_mps * (_LATE_S + speed_mps / (2.0 * self._brakes_mps2))

@@ -1,9 +1,9 @@
-"""The rover in one page: each line of `tick` is one arrow of the picture in the README.
+"""The rover on one page: each line of `tick` is one arrow of the picture in the README.
 
     read ports -> parse -> estimate -> monitors -> executive -> guide -> steer -> telemetry -> write ports -> record
 
-The shell (app.py) reads and writes; everything between is here, a deterministic function of configuration and inputs.
-How often each part runs is the table of core.schedule.
+The shell (app.py) reads and writes; all steps between are here, a deterministic function of configuration and inputs.
+The rate of each step is in the table of core.schedule.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ from protocol.faults import BY_NAME
 from protocol.modes import Mode
 from protocol.transactions import Order
 
-if TYPE_CHECKING:  # made beside the tick, with modules that the core does not load
+if TYPE_CHECKING:  # built outside the tick, with modules that the core does not load
     from onboard.perception.stop_map import StopMap
 
 
@@ -71,9 +71,10 @@ class _Part(Protocol):
 
 
 class Rover:
-    """Everything the core owns. One owner each; nothing is shared.
+    """All state of the core. Each part has one owner; nothing is shared.
 
-    memory: a map kept from an earlier run; kept: what else was, by the name under which it was saved.
+    memory: map saved in an earlier run.
+    kept: other data saved in earlier runs, by name.
     """
 
     def __init__(
@@ -101,14 +102,14 @@ class Rover:
 
     @property
     def config(self) -> Config:
-        """As the operator's parameters have it now."""
+        """The configuration with the operator's parameters as set now."""
         return self.parameters.config
 
 
 def tick(rover: Rover, inputs: Inputs, mark: Mark = lambda _: None) -> Outputs:
-    """One tick of 10 ms: what the outside said in, what the rover does out.
+    """One tick of 10 ms: inputs of the ports in, outputs of the rover out.
 
-    mark: told when a rate group begins, for the shell's stopwatch; what that measures comes back by Inputs.
+    mark: called when a rate group begins, for the shell's stopwatch; the measured times come back by Inputs.
     """
     now_ns, due = inputs.now_ns, rover.pace.schedule.due
     mark(Group.RECEIVE)
@@ -142,7 +143,7 @@ def tick(rover: Rover, inputs: Inputs, mark: Mark = lambda _: None) -> Outputs:
         for watch in (rover.watch, rover.power, rover.computer):
             watch.forget(name)
     mark(Group.WHEELS)
-    if due(Group.WHEELS, inputs.tick) or rover.twist == Twist():  # standing never waits
+    if due(Group.WHEELS, inputs.tick) or rover.twist == Twist():  # a stop is sent at once
         rover.nodes.set_wheels(rover.watch.orders(_steer(rover, rover.watch.steerings(rover.nodes.wheels))))
 
     mark(Group.HOUSEKEEPING)
@@ -170,7 +171,7 @@ def tick(rover: Rover, inputs: Inputs, mark: Mark = lambda _: None) -> Outputs:
 
 
 def _estimate(rover: Rover, inputs: Inputs, scans: Sequence[Scan]) -> None:
-    """Where the rover is, and what the watches of wheels and devices make of this tick."""
+    """Update the pose estimate, and the watches of wheels and devices."""
     now_ns = inputs.now_ns
     imu = rover.nodes.imu[-1] if rover.nodes.imu else None
     wheels = rover.watch.readings(rover.nodes.wheels)
@@ -186,14 +187,14 @@ def _estimate(rover: Rover, inputs: Inputs, scans: Sequence[Scan]) -> None:
 
 
 def farewell(rover: Rover, now_ns: int) -> Outputs:
-    """The last outputs of a run: the wheels stand and the LIDAR is told to be quiet."""
+    """Return the last outputs of a run: the wheels stop and the LIDAR is ordered to stop."""
     rover.nodes.set_wheels(stopped(rover.orders))
     can_frames = rover.nodes.farewell(now_ns, int(Mode.STANDBY))
     return Outputs(can_frames=can_frames, lidar_bytes=rover.lidar.farewell(now_ns))
 
 
 def darken(rover: Rover, inputs: Inputs) -> Outputs | None:
-    """A tick after the farewell: what still has to be asked until the laser is known to be off; None when it is."""
+    """Return the outputs of a tick after the farewell, until the laser is known to be off; None when it is."""
     rover.lidar.receive(inputs.lidar_chunks, inputs.lidar_state, inputs.now_ns)
     if rover.lidar.dark:
         return None
@@ -209,7 +210,7 @@ def _saves(rover: Rover) -> tuple[Save, ...]:
 
 
 def _found(rover: Rover) -> dict[str, str]:
-    """Rows that the watches of devices, power and computer found, and the last mission, with what they saw."""
+    """Rows found by the watches of devices, power and computer and by the last mission, with their findings."""
     mission = rover.executive.mission
     dirty = {"LIDAR_DIRTY": mission.seeing.dirty} if mission and mission.seeing.dirty else {}
     return {**dirty, **rover.devices.faults, **rover.power.found, **rover.computer.found}
@@ -288,7 +289,7 @@ def _view(rover: Rover) -> View:
 
 
 def state_items(rover: Rover) -> dict[str, tuple[float, ...]]:
-    """The state that a replay compares each tick, by part."""
+    """State that a replay compares each tick, by part."""
     executive = rover.executive
     parts: dict[str, _Part] = {
         "localisation": rover.localisation, "watch": rover.watch, "devices": rover.devices, "lidar": rover.lidar,
@@ -302,6 +303,6 @@ def state_items(rover: Rover) -> dict[str, tuple[float, ...]]:
 
 
 def _digest(rover: Rover) -> bytes:
-    """8 bytes over it as float64."""
+    """8 bytes: BLAKE2b of the state items as float64."""
     items = tuple(chain.from_iterable(state_items(rover).values()))
     return hashlib.blake2b(struct.pack(f"{len(items)}d", *items), digest_size=8).digest()

@@ -1,7 +1,7 @@
-"""The way from the start of the run to here, for the way back: every 0.05 m, or 6 degrees of a turn on the spot.
+"""Path driven from the start of the run, for the return: a pose every 0.05 m, or 6 degrees of a turn on the spot.
 
-A way that comes back to a place and heading of before closes a loop, and the loop is forgotten. 2 km fit; of a longer
-way every second pose is forgotten each time.
+A path that comes back to an earlier place and heading closes a loop, and the loop is removed. The buffer has room for
+2 km; when it is full, every second pose of it is removed.
 """
 
 from __future__ import annotations
@@ -16,11 +16,11 @@ from protocol.conventions import wrap_rad
 
 _MOST = 40_000
 _SAME_M, _SAME_RAD = 0.02, 0.05
-_JUST_NOW = 8  # poses that are no loop but the way itself
+_JUST_NOW = 8  # newest poses, which form no loop
 
 
 class Track:
-    """`note` each tick, `correct` where the rover was found to be elsewhere, `back` for the way to the start."""
+    """Driven path; call `note` each tick, `correct` after a registration, `back` for the path to the start."""
 
     def __init__(self) -> None:
         self._poses = np.empty((_MOST, 3))
@@ -32,7 +32,7 @@ class Track:
         return self._count
 
     def note(self, pose: Pose) -> None:
-        """Where the rover is now."""
+        """Record the rover's present pose."""
         x, y, yaw = self._here = (pose.x_m, pose.y_m, pose.yaw_rad)
         if self._count:
             last_x, last_y, last_yaw = self._poses[self._count - 1].tolist()
@@ -57,12 +57,12 @@ class Track:
             self._known = min(self._known, self._count)
 
     def correct(self, pose: Pose) -> None:
-        """The rover stands and was found to be at this pose: what it drove since the last time bends to end there."""
+        """Bend the path driven since the last correction so that it ends at the registered pose; the rover stands."""
         shift = np.array([pose.x_m - self._here[0], pose.y_m - self._here[1], wrap_rad(pose.yaw_rad - self._here[2])])
         since = self._count - self._known
         self._poses[self._known : self._count] += np.arange(1, since + 1)[:, None] / max(1, since) * shift
         self._known, self._here = self._count, (pose.x_m, pose.y_m, pose.yaw_rad)
 
     def back(self) -> F64:
-        """(k, 3) x, y, yaw from here to the start: the poses as they were driven, the newest first."""
+        """(k, 3) x m, y m, yaw rad from here to the start: the poses as driven, the newest first."""
         return self._poses[: self._count][::-1].copy()

@@ -1,4 +1,4 @@
-"""The way that was driven: the mission's trail (R2), and finely that since the last scan, to back off along.
+"""Driven path of a mission: the trail (R2), and at finer steps the part since the last scan, for backing off.
 
     o----o----o----o---R    0.05 m apart, or 6 degrees of a turn on the spot; from R (the rover) back is the retreat
 """
@@ -15,11 +15,11 @@ from protocol.conventions import wrap_rad
 
 TRAIL_M, TRAIL_POSES = 0.1, 400
 STEP_M, STEP_RAD = 0.05, math.radians(6.0)
-SPOT_M = 0.01  # a turn within this is one on the spot, and is turned back there
+SPOT_M = 0.01  # a turn within this distance is one on the spot, and is turned back at one place
 
 
 class Way:
-    """`note` each tick, `begin` where a scan begins. since_look_m: driven since it was last set to 0."""
+    """Driven path; call `note` each tick, `begin` when a scan begins. since_look_m: distance since the last look."""
 
     def __init__(self, since_look_m: float) -> None:
         self.since_look_m = since_look_m
@@ -30,15 +30,15 @@ class Way:
 
     @property
     def trail(self) -> F64:
-        """The newest 400 poses driven in this mission, (k, 3) x, y, yaw."""
+        """The newest 400 poses driven in this mission, (k, 3) x m, y m, yaw rad."""
         return np.array(self._trail[-TRAIL_POSES:]).reshape(-1, 3)
 
     def begin(self) -> None:
-        """The rover stands and looks: it will not back off farther than to here."""
+        """Begin at this place: the rover stands and scans, and will not back off farther than to here."""
         self._fine.clear()
 
     def note(self, pose: Pose) -> None:
-        """Where the rover is now."""
+        """Record the rover's present pose."""
         here = self._here = (pose.x_m, pose.y_m, pose.yaw_rad)
         way_m = dist(here[:2], self._trail[-1][:2]) if self._trail else 0.0
         if way_m >= TRAIL_M or not self._trail:
@@ -52,9 +52,9 @@ class Way:
             self._fine.append((*place[:2], here[2]))
 
     def correct(self, pose: Pose) -> None:
-        """The rover stands and was found to be at this pose: what it drove since the last time bends to end there.
+        """Bend the path driven since the last correction so that it ends at the registered pose; the rover stands.
 
-        The error of a way grows along it, so each pose takes the share of the shift that it has of the way.
+        The error grows along the path, so each pose gets its share of the shift in proportion to the distance.
         """
         shift = (pose.x_m - self._here[0], pose.y_m - self._here[1], wrap_rad(pose.yaw_rad - self._here[2]))
         since = len(self._trail) - self._known
@@ -69,7 +69,7 @@ class Way:
         self.since_look_m = 0.0
 
     def back(self, way_m: float) -> Path:
-        """From here back as it was driven since `begin`, at most `way_m`; without stations where it only turned."""
+        """Path back as driven since `begin`, at most `way_m`; without stations if the rover only turned."""
         poses, left_m = [self._here], way_m
         for before in reversed(self._fine):
             at, step_m = poses[-1], dist(before[:2], poses[-1][:2])
@@ -81,6 +81,6 @@ class Way:
                 break
             poses.append(before)
             left_m -= step_m
-        while len(poses) > 1 and poses[-1][:2] == poses[-2][:2]:  # a turn at its end brings nothing
+        while len(poses) > 1 and poses[-1][:2] == poses[-2][:2]:  # a turn at the end is not needed
             poses.pop()
         return Path(np.array(poses if len(poses) > 1 else []).reshape(-1, 3))

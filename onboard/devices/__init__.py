@@ -1,1 +1,1 @@
-"""What the rover talks to, sans-I/O: bytes and frames in, records out, commands back."""
+"""Device sessions of the rover, sans-I/O: bytes and frames in, records out, commands back."""

@@ -1,12 +1,12 @@
-"""The CAN bus as the core judges it: lost or not, when to open it anew, when to give up.
+"""Recovery of the CAN bus: whether it is lost, when to reopen it, when to give up.
 
     WELL -- closed, bus-off, down, or no frame of any node for 40 ms --> LOST
     LOST -- opened at once, then after 0.1, 0.2, 0.4, 0.8, 1.6 s; used up 0.5 s after the last; then every 10 s
     LOST -- the port is open and a frame comes --> HEALING
     HEALING -- frames for 0.1 s --> WELL          HEALING -- as above --> LOST, the tries go on counting
 
-The tries are given back when the bus was well for 10 s: one that comes and goes ends in SAFE too. Frames of the nodes
-are told apart from silence by the caller; before the first second is over silence is no loss.
+The tries are reset after the bus was well for 10 s: a bus that fails again and again ends in SAFE too. The caller
+detects the nodes' frames. Silence in the first second is no loss.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ SLOW_NS, REST_NS, NEWS_NS = 10_000_000_000, 10_000_000_000, 1_000_000_000
 
 
 class Bus(IntEnum):
-    """What the bus is good for."""
+    """State of the bus."""
 
     WELL = 0
     LOST = 1
@@ -29,9 +29,12 @@ class Bus(IntEnum):
 
 
 class CanRecovery:
-    """`step` once a tick. tries: of this loss; losses: since the start; status: as last seen.
+    """Recovery state machine; call `step` once a tick.
 
-    news: the port's words where they have changed, at most once a second; else empty.
+    tries: attempts to open in this loss.
+    losses: since the start.
+    status: newest status of the port.
+    news: the port's error text when it has changed, at most once a second; else empty.
     """
 
     def __init__(self) -> None:
@@ -43,7 +46,7 @@ class CanRecovery:
         self._told = self.news = ""
 
     def step(self, status: BusStatus, heard: bool, now_ns: int) -> bool:
-        """One tick. heard: a good frame of any node came in it. True in the tick in which frames come back."""
+        """Process one tick. heard: a good frame of any node came. Returns True in the tick in which frames return."""
         self.status, self._connect = status, False
         self._notice(status.error, now_ns)
         if heard:
@@ -63,21 +66,21 @@ class CanRecovery:
 
     @property
     def wants_connect(self) -> bool:
-        """Whether this tick should begin to open the bus anew."""
+        """True if this tick starts an attempt to open the bus."""
         return self._connect
 
     @property
     def used_up(self) -> bool:
-        """Whether it is still lost after the last quick try and the wait that follows it."""
+        """True if the bus is still lost after the last quick try and the wait that follows it."""
         return self.tries > len(WAITS_NS) and self.state is Bus.LOST
 
     @property
     def words(self) -> str:
-        """What is wrong, for people."""
+        """Error text, for people; '' if there is none."""
         return self.status.error or ("" if self.state is Bus.WELL else "no frame of any node")
 
     def digest_items(self) -> tuple[int, ...]:
-        """Plain values for the state digest."""
+        """Values of this state that go into the state digest."""
         return (int(self.state), self.tries, self.losses, self._next_ns)
 
     def _notice(self, words: str, now_ns: int) -> None:

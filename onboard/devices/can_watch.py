@@ -1,8 +1,9 @@
-"""What is wrong with the frames of the bus: an id that babbles, too many bad ones, a node twice or of another DBC.
+"""Monitor of the bus traffic: an id that babbles, too many bad frames, a node present twice or with another DBC.
 
-Rates are judged by leaky buckets. One is filled by one for each event and leaks at a steady rate; it is over when
-more than `size` is in it, until it is empty. So a rate above the leak is found after size / (rate - leak), and a single
-burst up to `size` is forgiven. It holds at most twice its size: what has ended is forgotten after 2 size / leak.
+Leaky buckets judge the rates. Each event adds one; the level falls at a steady rate. A bucket is over its limit from
+the time when more than `size` is in it until it is empty. So a rate above the leak is detected after size / (rate -
+leak), and a single burst up to `size` is ignored. The level is limited to twice the size: after the events end, the
+bucket is empty within 2 size / leak.
 
     babble      frames of one id                      leak twice its highest rate, at least 50/s      size 20
     overloaded  frames of all ids                     leak 80 % of the bus                            size 150
@@ -10,7 +11,7 @@ burst up to `size` is forgiven. It holds at most twice its size: what has ended 
     rotten      bad, jumped                           leak 200/s                                      size 20
     twins       frames in another one's order         leak 1/s                                        size 3
 
-The 0.1 s are for an id that babbles bad frames to be known as that.
+The 0.1 s give time to detect babble first if an id babbles bad frames.
 """
 
 from __future__ import annotations
@@ -40,7 +41,7 @@ class Bucket:
         self.level, self._then_ns, self._over = 0.0, now_ns, False
 
     def add(self, events: int, now_ns: int) -> bool:
-        """So many more, then the leak since the last call, so that a late call is not taken for a burst."""
+        """Add events, then leak for the time since the last call, so that a late call does not look like a burst."""
         leaked = (now_ns - self._then_ns) * self._leak_hz / NS
         self._then_ns = now_ns
         self.level = min(max(0.0, self.level + events - leaked), 2.0 * self._size)
@@ -49,10 +50,12 @@ class Bucket:
 
 
 class CanWatch:
-    """`rates`, then `checks`, once a tick.
+    """Traffic monitor; call `rates`, then `checks`, once a tick.
 
-    babbling: ids to be ignored. overloaded, corrupt, rotten: rates over their limits. twins, foreign: nodes by name;
-    foreign with the version that they speak.
+    babbling: ids to ignore.
+    overloaded, corrupt, rotten: rates over their limits.
+    twins: names of nodes that are present twice.
+    foreign: nodes with another DBC, name -> version.
     """
 
     def __init__(self) -> None:
@@ -70,7 +73,7 @@ class CanWatch:
         self._clean_ns = self._from_future = 0
 
     def rates(self, frames: Sequence[FrameLike], now_ns: int) -> None:
-        """All frames of the tick, known or not, before they are used."""
+        """Count all frames of the tick, known or not, before they are used."""
         counts: dict[int, int] = {}
         for can_id, _, _ in frames:
             counts[can_id] = counts.get(can_id, 0) + 1
@@ -88,7 +91,7 @@ class CanWatch:
         self._levels, self.babbling = levels, frozenset(babbling)
 
     def checks(self, guard: Guard, from_future: int, now_ns: int) -> None:
-        """What the guard has found by now; from_future: frames stamped later than now, since the start."""
+        """Judge the guard's counts; from_future: frames stamped later than now, since the start."""
         bad = guard.bad + guard.gaps
         if not self._few.add(bad + from_future - self._bad - self._from_future, now_ns):
             self._clean_ns = now_ns
@@ -100,18 +103,18 @@ class CanWatch:
             self._find_twins(guard, now_ns)
 
     def copy_of_us(self) -> None:
-        """A good frame that only this computer may send was received: there are two of us."""
+        """Count a good frame that only this computer may send: a second computer is on the bus."""
         self._copies += 1
 
     def heartbeat(self, node: str, dbc_version: int) -> None:
-        """What a node says that it speaks."""
+        """Record the DBC version that a node reports."""
         if dbc_version == DBC_VERSION:
             self.foreign.pop(node, None)
         else:
             self.foreign[node] = dbc_version
 
     def digest_items(self) -> tuple[float | int, ...]:
-        """Plain values for the state digest."""
+        """Values of this state that go into the state digest."""
         return (*sorted(self.babbling), int(self.overloaded), self._few.level, self._load.level, len(self.twins),
                 *self.foreign.values())
 
@@ -128,7 +131,7 @@ class CanWatch:
 
 
 def _leak_hz(can_id: int, cycle_ns: int) -> float:
-    """Frames a second that are not yet babble: twice what the DBC lets an id send, and never under 50."""
+    """Highest rate of an id that is not babble, frames/s: twice the rate that the DBC allows, at least 50."""
     return max(2.0 * FASTEST_HZ.get(can_id, NS / cycle_ns if cycle_ns else 0.0), SLOWEST_LEAK_HZ)
 
 

@@ -1,7 +1,7 @@
-"""The emergency stop: who called it, how it is asserted, the two steps that release it.
+"""Emergency stop: its sender, how it is asserted, and the two steps that release it.
 
     stop() -> EMERGENCY_STOP at once and at 10 Hz
-    reset(nonce) -> RESET_REQUEST step 1 at 10 Hz until every node that beats has answered: armed, or never stopped
+    reset(nonce) -> RESET_REQUEST step 1 at 10 Hz until every node with a heartbeat has answered: armed, or not stopped
                  -> step 2 likewise, until none is armed any more: released
     no answer of one of them within 3 s: the reset is given up, the nodes stay stopped
 """
@@ -19,16 +19,16 @@ RESET_LIMIT_NS, LOST_NS = 3_000_000_000, 1_500_000_000
 
 
 def reason_name(reason: int) -> str:
-    """Name of a reason to stop; the number itself, where the DBC has none for it."""
+    """Name of a stop reason; the number itself if the DBC has no name for it."""
     return StopReason(reason).name if reason <= max(StopReason) else str(reason)
 
 
 class Emergency:
-    """The stop as the computer knows it. `called`: sender, reason, detail of the first that holds, None when none."""
+    """State of the stop. called: (sender, reason, detail) of the first active stop, or None."""
 
     def __init__(self) -> None:
         self.called: tuple[str, int, int] | None = None
-        self.heard_ns: dict[str, int] = {}  # of each node's heartbeat
+        self.heard_ns: dict[str, int] = {}  # node -> time of its last heartbeat
         self.states: dict[str, NodeState] = {}
         self._own: tuple[int, int] | None = None
         self._repeat = Every(REPEAT_NS)
@@ -39,21 +39,21 @@ class Emergency:
 
     @property
     def resetting(self) -> bool:
-        """Whether a reset is under way."""
+        """True while a reset is under way."""
         return self._step > 0
 
     def stop(self, reason: int, detail: int) -> None:
-        """The computer's own stop; ends a reset."""
+        """Start the computer's own stop; ends a reset."""
         self._own, self._step = (reason, detail), 0
         self.called = self.called or ("COMPUTER", reason, detail)
         self._repeat.now()
 
     def heard_stop(self, node: str, reason: int, detail: int) -> None:
-        """Another node's stop."""
+        """Record another node's stop."""
         self.called = self.called or (node, reason, detail)
 
     def heartbeat(self, node: str, state: int, stamp_ns: int) -> None:
-        """What a node's heartbeat told; a state that the DBC does not have is a fault."""
+        """Record the state in a node's heartbeat; a state that the DBC does not have counts as FAULT."""
         known = NodeState(state) if state <= max(NodeState) else NodeState.FAULT
         self.heard_ns[node], self.states[node] = stamp_ns, known
         waiting = (NodeState.EMERGENCY_STOP,) if self._step == 1 else (NodeState.EMERGENCY_STOP, NodeState.RESET_ARMED)
@@ -61,20 +61,20 @@ class Emergency:
             self._answered.add(node)
 
     def reset(self, nonce: int) -> None:
-        """Begins the two steps."""
+        """Begin the two steps of a reset."""
         self._own, self._step, self._nonce, self._begun_ns = None, 1, nonce & 0xFFFF, None
         self._answered.clear()
         self._repeat.now()
 
     def send(self, now_ns: int, put: Callable[..., None]) -> None:
-        """Puts what is due on the bus by `put(can_id, *values)`."""
+        """Send the frames that are due by `put(can_id, *values)`."""
         if self._own is not None and self._repeat.due(now_ns):
             put(EMERGENCY_STOP, *self._own)
         if self._step and self._advance(now_ns) and self._repeat.due(now_ns):
             put(RESET_REQUEST, self._nonce, self._step)
 
     def _advance(self, now_ns: int) -> bool:
-        """Goes to the next step when this one is answered; whether there is something to send."""
+        """Advance when the present step is answered; return whether a reset frame is to be sent."""
         if self._begun_ns is None:
             self._begun_ns = now_ns
             return True

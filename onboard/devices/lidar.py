@@ -1,4 +1,4 @@
-"""The session with the scanner, without I/O: bytes and arrivals in, checked and timed scans out, and what to write.
+"""Session with the scanner, sans-I/O: bytes and arrival times in; checked, timed scans and bytes to write out.
 
     DOWN --port open--> SYNC --QT--> VERSION --VV--> GEOMETRY --PP--> STATE --II--> QUIET --MD--> STREAM --QT--> STOP
                          ^  \\                           |              |          |  ^  \\          |             |
@@ -8,9 +8,9 @@
 
     QUIET --TM0--> TIME_ON, TIME (TM1), TIME_OFF (TM2) --> QUIET: the clock is seeded, once, before MD, if due
 
-Whatever state the sensor is in (streaming, in time adjustment, half a request in its buffer, asleep, booting): an LF
-ends the half request, QT is repeated until its echo comes back. A bad frame is counted by its kind and costs that frame
-alone. `complaint`: one line for people on what keeps the sensor from being used.
+The session starts from any state of the sensor (streaming, in time adjustment, half a request in its buffer, asleep,
+booting): an LF ends the half request, and QT is repeated until its echo comes back. A bad frame is counted by its kind
+and costs that frame only. `complaint`: one line for people on the reason why the sensor cannot be used.
 """
 
 from __future__ import annotations
@@ -32,14 +32,15 @@ from protocol import WireError, scip
 BAD = ("echo", "status", "status_sum", "stamp_sum", "block_sum", "length", "character", "text", "text_sum", "overflow")
 _OTHER = ("scans", "replies", "stray", "refused", "timeouts", "reconnects", "repeated_stamp", "clock_jump",
           "clock_reboot", "disagree")
-_MOST_STOPS = 4  # of a laser that stays on
+_MOST_STOPS = 4  # while the laser stays on
 _STREAMING = (Phase.LASER, Phase.STREAM, Phase.SUSPECT)
 
 
 class LidarSession:
-    """One scanner. Each tick `receive`, `send`, `wants_connect`, in this order. counts: by name.
+    """Session with one scanner; each tick call `receive`, `send`, `wants_connect`, in this order.
 
-    flood: whether it sends more than a scanner does; nothing of it is used while that holds.
+    counts: frames and events by name.
+    flood: detector of more data than a scanner sends; nothing is used while it is flooded.
     """
 
     def __init__(self, config: Lidar) -> None:
@@ -56,64 +57,64 @@ class LidarSession:
 
     @property
     def info(self) -> dict[str, str]:
-        """What VV, PP and II said, and what came of %ST and TM where they were asked."""
+        """Values of VV, PP and II, and the results of %ST and TM if they were requested."""
         return self._told.info
 
     @property
     def ready(self) -> bool:
-        """Whether the sensor has told its name, geometry and state on this connection."""
+        """True if the sensor has reported its name, geometry and state on this connection."""
         return self._talk.phase not in CONNECTING
 
     @property
     def streaming(self) -> bool:
-        """Whether the sensor was asked to stream on this connection and has agreed, or is asked scan by scan."""
+        """True if the sensor has accepted a stream on this connection, or is polled scan by scan."""
         return self._talk.phase is Phase.STREAM and not (self._talk.waiting and self.request.streams)
 
     @property
     def dark(self) -> bool:
-        """Whether its laser is off."""
+        """True if its laser is off."""
         return self._talk.phase in (Phase.DOWN, Phase.QUIET)
 
     @property
     def request(self) -> scip.ScanRequest:
-        """What this sensor is asked for."""
+        """The measurement request for this sensor."""
         return self._stream.request
 
     @property
     def clock(self) -> LidarClock:
-        """The sensor's clock: `quality` tells how well it is known, `seed` takes a TM1 exchange."""
+        """Estimator of the sensor's clock: `quality` gives its uncertainty, `seed` takes a TM1 exchange."""
         return self._stream.clock
 
     @property
     def ring_overflows(self) -> int:
-        """How often a scan found its place leased; no part of the state, for jobs beside the tick hold places."""
+        """Count of scans whose place was still leased. Not in the digest: jobs outside the tick lease places."""
         return self._stream.beams.ring.overflows
 
     @property
     def bad(self) -> int:
-        """Bad frames so far."""
+        """Number of bad frames since the start."""
         return sum(self.counts[kind] for kind in BAD)
 
     def stream(self, on: bool, turns: int = 1) -> None:
-        """Wanted from now on: scans as configured, one of at least so many turns (True), or quiet (False).
+        """Set the wanted output: scans as configured, each of at least `turns` turns (True), or no stream (False).
 
-        Kept over reconnects. A stream of other turns is ended first.
+        It stays over reconnects. A stream with other turns is ended first.
         """
         if on and (not self._wanted or turns != self._turns):
             self._wanted_ns = None
         self._wanted, self._turns = on, turns if on else self._turns
 
     def silent(self, now_ns: int) -> bool:
-        """Whether streaming is wanted and there was no valid scan for config.silent_ns, or 4 periods and 50 ms."""
+        """True if a stream is wanted and no valid scan came for config.silent_ns, or 4 periods and 50 ms if longer."""
         since_ns = self._wanted_ns if self._wanted else None
         return since_ns is not None and self._stream.silent(now_ns, since_ns, self._turns)
 
     def wants_connect(self, now_ns: int) -> bool:
-        """Whether the port should be (re)opened now. Each True is an attempt: the next comes later, 0.1 s to 2 s."""
+        """True if the port should be (re)opened now. Each True is an attempt; the next follows 0.1 s to 2 s later."""
         return self._link.wants(now_ns)
 
     def farewell(self, now_ns: int) -> bytes:
-        """QT at once, whatever is due; then `receive` and `send` until `dark`, where there is time for it."""
+        """Return QT at once, whatever is due; then call `receive` and `send` until `dark`, if there is time."""
         self._wanted = False
         if self._talk.phase is Phase.DOWN:
             return b""
@@ -121,13 +122,13 @@ class LidarSession:
         return b"\n" + self._ask(now_ns)
 
     def digest_items(self) -> tuple[int | float | bool, ...]:
-        """Plain values that tell two states apart."""
+        """Values of this state that go into the state digest."""
         heard_ns, drift_ratio = self._stream.heard_ns, self._stream.clock.drift_ratio
         told = int(self._talk.phase), self._wanted, heard_ns, self._talk.sent_ns, drift_ratio
         return (*told, *self.counts.values(), self.flood.dropped_bytes)
 
     def receive(self, chunks: Sequence[Chunk], state: PortState, now_ns: int) -> list[Scan]:
-        """The scans that became complete. Bad bytes never raise; they are in `counts`. Too many are dropped."""
+        """Return the completed scans. Bad bytes never raise; they are in `counts`. Bytes over the limit are dropped."""
         if self._wanted and (self._wanted_ns is None or self._talk.phase in SEEDING):
             self._wanted_ns = now_ns
         self._follow_port(state, now_ns)
@@ -141,7 +142,7 @@ class LidarSession:
         return scans
 
     def _receive_frames(self, chunks: Sequence[Chunk], size: int, scans: list[Scan], now_ns: int) -> tuple[int, int]:
-        """Uses MOST_FRAMES at most; their number, and how many of the `size` bytes behind them were dropped."""
+        """Use MOST_FRAMES at most; return their number and the count of the `size` bytes dropped behind them."""
         count = used = 0
         for rx_ns, data in chunks:
             for first_ns, frame in self._splitter.frames(rx_ns, data):
@@ -156,13 +157,13 @@ class LidarSession:
         return count, 0
 
     def send(self, now_ns: int) -> bytes:
-        """The bytes to write now; empty while a reply is due, while all is as wanted, and while the port is down."""
+        """Return the bytes to write now; empty while a reply is due, nothing is needed, or the port is down."""
         if self._talk.phase is Phase.DOWN or not self._move(now_ns):
             return b""
         return self._ask(now_ns)
 
     def _move(self, now_ns: int) -> bool:
-        """Whether something is to be asked now; goes to the phase that asks it."""
+        """Enter the phase of the next request; return whether one is to be sent now."""
         if self._talk.again(now_ns):
             return True
         if not self._talk.waiting:
@@ -175,7 +176,7 @@ class LidarSession:
         return True
 
     def _next(self, now_ns: int) -> bool:
-        """The same where no reply is due: what is wanted decides, or how long nothing came."""
+        """Enter the next phase if no reply is due, by the wanted state or the time without data; return as `_move`."""
         passed_ns, before = now_ns - self._talk.sent_ns, self._talk.phase
         if before is Phase.STREAM and not (self._wanted and self._turns == self._stream.turns):
             self._stream.watch.pause()
@@ -217,7 +218,7 @@ class LidarSession:
             self._enter(Phase.SYNC)
 
     def _spoiled(self, kind: str, now_ns: int) -> None:
-        """A frame was bad. It may have been the reply that is due: ask again, a few times."""
+        """Handle a bad frame. It may have been the reply that is due: ask again, a few times."""
         self.counts[kind if self._talk.phase > Phase.TIMING else "stray"] += 1
         asked = self._talk.exchange
         if self._talk.waiting and asked.timed and asked.refused is not None:
@@ -230,7 +231,7 @@ class LidarSession:
         if self._talk.phase in _STREAMING and self._stream.has(frame):
             remaining, scan = self._stream.take(frame, rx_ns)
             if self._talk.phase is Phase.STREAM:
-                self._talk.waiting = b""  # the reply that the stream is on may be lost
+                self._talk.waiting = b""  # the reply to the stream request may be lost
             scans += [scan] if scan is not None else []
             if self._talk.phase is Phase.SUSPECT or self._stream.last(remaining):
                 self._enter(Phase.QUIET if self.request.streams and self._stream.last(remaining) else Phase.STREAM)
@@ -266,7 +267,7 @@ class LidarSession:
         self._go_on()
 
     def _go_on(self) -> None:
-        """To the phase that follows; past the probe where it is not due."""
+        """Enter the phase that follows; skip the probe if it is not due."""
         then = self._talk.exchange.then
         if self._talk.phase is Phase.STREAM:
             self._talk.waiting = b""
@@ -279,7 +280,7 @@ class LidarSession:
     def _refused(self, code: str, status: str, now_ns: int) -> None:
         self.counts["refused"] += 1
         if self._talk.phase is Phase.SYNC and not self._refused_quit:
-            self._refused_quit = True  # once: in time adjustment some sensors take nothing but TM
+            self._refused_quit = True  # once: in time adjustment some sensors accept only TM
             self._enter(Phase.TIMING)
         elif self._talk.exchange.refused is not None:
             self._told.note(self._talk.exchange.note, f"{status}: {scip.meaning(code, status)}")
@@ -293,7 +294,7 @@ class LidarSession:
             self._enter(Phase.WRONG)
 
     def _heard(self, pairs: dict[str, str]) -> bool:
-        """A text reply was read twice alike. False: the session has gone elsewhere."""
+        """Handle a text reply that was read twice alike. False: the session has changed to another phase."""
         self._told.add(self._talk.phase, pairs)
         if self._talk.phase is Phase.GEOMETRY:
             self._link.known()

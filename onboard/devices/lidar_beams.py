@@ -1,4 +1,4 @@
-"""Decoded values to a Scan: metres, what each beam said, intensity, further echoes; in the memory of the ring."""
+"""Converter of decoded values to a Scan: metres, status of each beam, intensity, further echoes, in ring memory."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _M_PER_MM = np.float32(1e-3)
 
 
 class BeamMaker:
-    """Scans of one request to one model."""
+    """Converter for the scans of one request to one model."""
 
     def __init__(self, config: Lidar, model: Model, asked: scip.ScanRequest) -> None:
         step = max(1, asked.cluster)
@@ -32,9 +32,9 @@ class BeamMaker:
         self._step_rad = model.step_rad * step
 
     def scan(self, values: NDArray[np.integer[Any]], stamp_ns: int, turn_ns: float) -> Scan:
-        """The scan whose stamp names the instant stamp_ns, in a turn that takes turn_ns.
+        """Return the scan whose stamp names the instant stamp_ns, in a turn that takes turn_ns.
 
-        A cluster stands for its middle, in angle and time.
+        A cluster is represented by its middle, in angle and time.
         """
         place = self.ring.take()
         beams_into(values, self._each, self._status_of, place.ranges_m, place.status)

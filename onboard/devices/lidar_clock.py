@@ -1,20 +1,21 @@
-"""When a scan really began: the sensor's 24-bit millisecond stamps and the arrivals of its frames, put together.
+"""Clock estimator for SCIP scanners: start times of scans from 24-bit millisecond stamps and frame arrivals.
 
-The scanner turns evenly, so turns (counted by the stamps) are the ruler, finer than the milliseconds; arrivals are late
-by a constant and by what the link adds, never early, so the line under all of them has the constant delay alone:
+The scanner turns evenly, so turns (counted by the stamps) are the ruler, finer than the milliseconds. An arrival is
+late by a constant and by the delay that the link adds, never early. So the line under all arrivals has only the
+constant delay:
 
-    arrival - ruler |     .          .        late by what the link added
+    arrival - ruler |     .          .        late by the delay of the link
                     |  .     . .  .     .  .
                     |__.__.______.____.______  line under all arrivals: offset and drift of the sensor's clock
                     +------------------------ turns of the last WINDOW frames
 
-The line is the edge of the lower convex hull at the mean turn (the one that leaves the least above it). What is wrong
-with the ruler's slope is in the line as well, with the other sign, so it cancels.
+The line is the edge of the lower convex hull at the mean turn (the one that leaves the least above it). An error of the
+ruler's slope is in the line too, with the opposite sign, so it cancels.
 
-The constant delay cannot be seen passively; it is `latency_ns`, from the stamped instant to the frame's first byte when
-nothing is late: 19.75 ms on the bench's ideal sensor, 23.7 ms in the log of a UTM-30LX. A TM1 exchange before the
-stream (`seed`) bounds it: the counter had the value it told at some instant between request and reply. Within these
-bounds the stated constant holds, outside of them their middle is taken.
+The constant delay cannot be measured passively; it is `latency_ns`, from the stamped instant to the frame's first byte
+without any queueing: 19.75 ms on the bench's ideal sensor, 23.7 ms in the log of a UTM-30LX. A TM1 exchange before the
+stream (`seed`) bounds it: the counter had the reported value at some instant between request and reply. Within these
+bounds the configured constant is used, outside of them their middle.
 """
 
 from __future__ import annotations
@@ -30,21 +31,24 @@ from onboard.records import F64
 from protocol.scip import STAMP_MODULUS
 
 WINDOW = 400  # frames: 10 s
-_LINE = 80  # frames before a drift is fitted: 2 s; until then the lowest arrival alone
+_LINE = 80  # frames before a drift is fitted: 2 s; until then only the lowest arrival
 _REFIT = 16
 _GAP_NS = 1_000_000_000
 _JUMP_MS = 400.0
 _DRIFT_LIMIT = 500e-6
 _TRUST = 33.0  # turns^2: (a stamp's 0.29 ms / the 0.05 ms by which motors differ from their nominal turn)^2
-_TRUST_LEARNT = 3300.0  # a period seen before counts as known to 0.005 ms
+_TRUST_LEARNT = 3300.0  # a period measured before counts as known to 0.005 ms
 _SPREAD = 4.0  # sigma of the line at its newest end / mean step between its lowest arrivals, by simulation
 
 
 class ClockQuality(NamedTuple):
-    """How well the sensor's clock is known. offset_ns: onboard time minus the counter at its newest stamp.
+    """Quality of the clock estimate.
 
-    ppm: how much slower than ours it runs, 0 until a drift is fitted. sigma_ns: of a scan's time, without the constant
-    delay. samples: frames that the estimate rests on. The others count since the start.
+    offset_ns: onboard time minus the counter at its newest stamp.
+    ppm: by how much the sensor's clock is slower than onboard time; 0 until a drift is fitted.
+    sigma_ns: of a scan's time, without the constant delay.
+    samples: frames in the estimate.
+    jumps, reboots, repeated: counts since the start.
     """
 
     offset_ns: int = 0
@@ -65,7 +69,7 @@ class _Seed(NamedTuple):
 
 
 class LidarClock:
-    """Stamps and arrivals in, onboard times out. turn_ms: nominal time of a turn."""
+    """Clock estimator: stamps and arrivals in, onboard times out. turn_ms: nominal time of a turn."""
 
     def __init__(self, latency_ns: int, turn_ms: float = 25.0) -> None:
         self.jumps = 0
@@ -78,7 +82,7 @@ class LidarClock:
         self.restart(turn_ms)
 
     def restart(self, turn_ms: float | None = None) -> None:
-        """Forget the frames: a new connection (then with the sensor's nominal turn). Counts and latency stay."""
+        """Drop the frames for a new connection (turn_ms: the sensor's nominal turn). Counts and latency stay."""
         if turn_ms is not None:
             self._turn_ms, self._trust = turn_ms, _TRUST
             self._turn_ns = turn_ms * 1e6
@@ -96,21 +100,21 @@ class LidarClock:
         self._under = (0.0, 0.0)  # ns a turn, ns at turn 0
         self._sigma_ns = math.inf
 
-    # -- what it tells -----------------------------------------------------------------------------------------
+    # -- results -----------------------------------------------------------------------------------------------
 
     @property
     def drift_ratio(self) -> float:
-        """How much slower the sensor's clock runs than ours, as the line has it now (0 until it is fitted)."""
+        """By how much the sensor's clock is slower than onboard time, by the present line; 0 until it is fitted."""
         return self._under[0] / (self._ruler[0] * 1e6) if len(self._frames) >= _LINE else 0.0
 
     @property
     def turn_ns(self) -> float:
-        """A turn of the scanner in onboard time: nominal at first, then as measured."""
+        """Time of one turn in onboard time: nominal at first, then as measured."""
         return self._turn_ns
 
     @property
     def quality(self) -> ClockQuality:
-        """How well it is known now."""
+        """Present quality of the estimate."""
         counts = (len(self._frames), self.jumps, self.reboots, self.repeated)
         if not self._frames:
             return ClockQuality(0, 0.0, math.inf, *counts)
@@ -118,12 +122,12 @@ class LidarClock:
         onboard_ns = self._origin_ns + self._time_ms * 1e6 + self._line_ns(self._turn) - self.latency_ns
         return ClockQuality(round(onboard_ns - stamp_ms * 1e6), self.drift_ratio * 1e6, self._sigma_ns, *counts)
 
-    # -- what it hears -----------------------------------------------------------------------------------------
+    # -- inputs ------------------------------------------------------------------------------------------------
 
     def seed(self, stamp_ms: int, sent_ns: int, received_ns: int) -> None:
-        """One TM1 exchange: the counter was `stamp_ms` (cut to whole ms) between the request and its reply.
+        """Add a TM1 exchange: the counter was `stamp_ms` (cut to whole ms) between the request and its reply.
 
-        More of them on one connection narrow the bounds; one that contradicts them replaces them.
+        Further exchanges on one connection narrow the bounds; one that contradicts them replaces them.
         """
         seed = self._seed
         count_ms = stamp_ms if seed is None else seed.stamp_ms + (stamp_ms - seed.stamp_ms) % STAMP_MODULUS
@@ -134,7 +138,7 @@ class LidarClock:
             self._seed = _Seed(stamp_ms, sent_ns - (stamp_ms + 1) * 1_000_000, received_ns - stamp_ms * 1_000_000)
 
     def observe(self, stamp_ms: int, rx_ns: int) -> int | None:
-        """Onboard time of the instant the stamp names. None for a repeated stamp (the frame is not a new turn)."""
+        """Return the onboard time of the instant that the stamp names; None for a repeated stamp (no new turn)."""
         if self._last is None:
             self._begin(stamp_ms, rx_ns)
         else:
@@ -160,12 +164,12 @@ class LidarClock:
         return self._start_ns(rx_ns)
 
     def _jumped(self, from_zero: bool) -> None:
-        """Another count: the sensor began anew (it counts no more than passed since its last frame), or it jumped."""
+        """Count a break: the sensor restarted (its count is at most the time since its last frame), or it jumped."""
         if from_zero:
             self.reboots += 1
         else:
             self.jumps += 1
-        if self._frames:  # a seed given since the last connection is of the new count
+        if self._frames:  # a seed from after the last connection belongs to the new count
             self._seed = None
 
     def _begin(self, stamp_ms: int, rx_ns: int) -> None:
@@ -180,13 +184,13 @@ class LidarClock:
     def _start_ns(self, rx_ns: int) -> int:
         per_turn_ms, zero_ms = self._ruler
         ruler_ms = per_turn_ms * self._turn + zero_ms
-        if not -0.75 <= ruler_ms - self._time_ms <= 1.75:  # the motor does not turn evenly now: the stamp knows better
+        if not -0.75 <= ruler_ms - self._time_ms <= 1.75:  # the motor does not turn evenly now: use the stamp
             ruler_ms = self._time_ms + 0.5
         first_byte_ns = ruler_ms * 1e6 + self._line_ns(self._turn)
         return round(min(first_byte_ns, rx_ns - self._origin_ns) - self.latency_ns) + self._origin_ns
 
     def _fit(self) -> None:
-        """The ruler by least squares, the line under the arrivals; in columns that are kept."""
+        """Fit the ruler by least squares and the line under the arrivals, in preallocated columns."""
         self._since_fit = 0
         turns, stamps_ms, arrivals_ns = self._frames.columns()
         late_ns, off_ms, spare = self._frames.spare()
@@ -220,16 +224,16 @@ class LidarClock:
         return slope_ns, height_ns
 
     def _judge(self, off_ms: F64, above_ns: F64) -> None:
-        """sigma from the steps between the lowest arrivals and the motor's unevenness; latency within the seed's.
+        """Set sigma from the steps between the lowest arrivals and the motor's unevenness; bound the latency.
 
-        off_ms: of the stamps from the ruler; above_ns: of the arrivals from the line. Both are overwritten.
+        off_ms: offsets of the stamps from the ruler; above_ns: of the arrivals from the line. Both are overwritten.
         """
         count, blur_ms = len(off_ms), max(0.0, 1.0 - float(off_ms[off_ms.argmax()] - off_ms[off_ms.argmin()]))
-        off_ms *= off_ms  # from the ruler, which goes through their mean: that is 0
-        uneven_ms2 = max(0.0, total(off_ms, off_ms) / count - 1 / 12)  # 1/12: of cut milliseconds
+        off_ms *= off_ms  # from the ruler, which goes through their mean, so the mean offset is 0
+        uneven_ms2 = max(0.0, total(off_ms, off_ms) / count - 1 / 12)  # 1/12: variance of cutting to milliseconds
         low = min(count - 1, max(2, count // 20))
         for _ in range(low):
-            above_ns[above_ns.argmin()] = math.inf  # sort and partition ask the heap for 3 kB
+            above_ns[above_ns.argmin()] = math.inf  # sort and partition allocate 3 kB
         apart_ns = _SPREAD * float(above_ns[above_ns.argmin()]) / low if count >= 4 else math.inf
         self._sigma_ns = hypot(apart_ns, math.sqrt(uneven_ms2) * 1e6)
         if self._seed is not None:
@@ -237,11 +241,11 @@ class LidarClock:
             self._seed = None if count >= _LINE else self._seed
 
     def _bound(self, seed: _Seed, blur_ns: float) -> None:
-        """The stated latency, or the middle of what the seed leaves. blur_ns: where in its millisecond the ruler is."""
+        """Use the configured latency, or the middle of the seed's bounds. blur_ns: unknown part of a millisecond."""
         half = STAMP_MODULUS // 2
         before_ms = (seed.stamp_ms - self._first_ms + half) % STAMP_MODULUS - half
         at_seed_ns = self._origin_ns + self._line_ns(before_ms / self._ruler[0])
-        counter_ms = seed.stamp_ms - before_ms  # of turn 0, on the seed's count
+        counter_ms = seed.stamp_ms - before_ms  # at turn 0, in the seed's count
         least_ns = at_seed_ns - counter_ms * 1e6 - seed.high_ns - blur_ns
         most_ns = at_seed_ns - counter_ms * 1e6 - seed.low_ns + blur_ns
         self.latency_ns = self._stated_ns if least_ns <= self._stated_ns <= most_ns else (least_ns + most_ns) / 2

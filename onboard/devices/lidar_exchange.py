@@ -1,6 +1,7 @@
-"""The phases of the session with the scanner, as a table: what is asked in each, how long it may take, what follows.
+"""TABLE of the phases of the scanner session: request, time limit and next phase of each.
 
-Text replies are read twice and must agree (II but for its time): a sum has 6 bits, two replies damaged alike are rare.
+Text replies are read twice and must agree (II except for its time): their sum has 6 bits, and two replies damaged alike
+are rare.
 """
 
 from __future__ import annotations
@@ -11,12 +12,12 @@ from typing import NamedTuple
 from protocol import scip
 
 _MS = 1_000_000
-AGAIN_NS = 50 * _MS  # after a refusal that may pass: the sensor boots or wakes
-TRIES = 4  # of a request whose reply came damaged, before its timeout is waited for
+AGAIN_NS = 50 * _MS  # wait after a temporary refusal: the sensor boots or wakes
+TRIES = 4  # repeats after a damaged reply, before the timeout applies
 
 
 class Phase(IntEnum):
-    """Where the session stands."""
+    """Phase of the session."""
 
     DOWN = 0
     SYNC = 1
@@ -45,11 +46,15 @@ SEEDING = frozenset((Phase.TIME_ON, Phase.TIME, Phase.TIME_OFF))
 
 
 class Exchange(NamedTuple):
-    """A request and the phase that follows its reply; if none comes within limit_ns, SYNC does.
+    """One row: a request and the phase after its reply.
 
-    refused: the phase that follows a refusal, where the session can do without. note: the key of `info` that tells what
-    came of it. timed: the time of its reply counts, so it is never asked again: which request was answered would be
-    unsure.
+    command: bytes of the request.
+    then: phase after the reply.
+    limit_ns: time limit of the reply; after it the phase is SYNC.
+    twice: the reply is text that must be read twice.
+    refused: phase after a refusal, if the session can go on without.
+    note: key of `info` for the result.
+    timed: the time of its reply counts, so it is never repeated: the reply could belong to either request.
     """
 
     command: bytes
@@ -83,6 +88,6 @@ PASSING = frozenset(("0A", "0B", "0L", "0M", "10"))
 
 
 def comparable(answer: scip.Reply) -> bytes | dict[str, str]:
-    """What of a text reply must be the same in both readings. Raises WireError where its text is not whole."""
+    """Return the part of a text reply that must agree in both readings. Raises WireError if its text is damaged."""
     pairs = scip.parse_text(answer)
     return {key: text for key, text in pairs.items() if key != "TIME"} if answer.echo == b"II" else answer.body

@@ -1,4 +1,4 @@
-"""The last frames of a clock in memory that is kept, and the line under them."""
+"""Preallocated buffer of clock samples, and the lower-hull line fit through them."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from onboard.records import F64
 
 
 class Frames:
-    """The newest `size` rows (turn, stamp in ms, arrival in ns), each column in one piece.
+    """Buffer of the newest `size` rows (turn, stamp in ms, arrival in ns); each column is contiguous.
 
-    There is room for twice as many: the newest move to the front once in `size` rows.
+    It has room for twice as many rows: the newest move to the front once in `size` rows.
     """
 
     def __init__(self, size: int) -> None:
@@ -23,13 +23,13 @@ class Frames:
         return self._end - self._begin
 
     def clear(self) -> None:
-        """Forget all."""
+        """Remove all rows."""
         self._begin = self._end = 0
 
     def append(self, turn: int, stamp_ms: int, arrival_ns: int) -> None:
-        """The newest row; the oldest goes where there are `size`."""
+        """Add a row; drop the oldest if there are more than `size`."""
         if self._end == 2 * self._size:
-            for column in self._columns:  # one by one: numpy would copy the whole, it takes the halves to overlap
+            for column in self._columns:  # one by one: numpy would copy the whole, assuming that the halves overlap
                 column[: self._size] = column[self._size :]
             self._begin, self._end = 0, self._size
         at, columns = self._end, self._columns
@@ -38,41 +38,41 @@ class Frames:
         self._begin = max(self._begin, self._end - self._size)
 
     def columns(self) -> tuple[F64, F64, F64]:
-        """Turns, stamps, arrivals, oldest first: views that hold until the next row."""
+        """Turns, stamps, arrivals, oldest first: views that are valid until the next row."""
         turns, stamps_ms, arrivals_ns = self._columns[:, self._begin : self._end]
         return turns, stamps_ms, arrivals_ns
 
     def spare(self) -> tuple[F64, F64, F64]:
-        """Three columns as long as those of the frames, with anything in them."""
+        """Three work columns as long as those of the frames, with undefined content."""
         first, second, third = self._spare[:, : len(self)]
         return first, second, third
 
 
 def total(x: F64, out: F64) -> float:
-    """The sum; `out` is overwritten and may be x. By running sums: `sum`, `min` and their kin ask the heap for 1 kB."""
+    """Return the sum; `out` is overwritten and may be x. Running sums: `sum`, `min` and similar allocate 1 kB."""
     return float(np.add.accumulate(x, 0, None, out)[-1])
 
 
 def line_at(x: F64, line: tuple[float, float], out: F64) -> F64:
-    """`out`, filled with slope * x + value at 0."""
+    """Fill `out` with slope * x + value at 0 and return it."""
     np.multiply(x, line[0], out=out)
     out += line[1]
     return out
 
 
 def height_under(x: F64, y: F64, slope: float, spare: F64) -> float:
-    """Value at 0 of the highest line of that slope under all points. spare: as long as x, overwritten."""
+    """Value at 0 of the highest line of this slope under all points. spare: as long as x, overwritten."""
     above = _above(x, y, slope, spare)
     return float(above[above.argmin()])
 
 
 def edge_under(x: F64, y: F64, middle: float, slope: float, spare: F64) -> tuple[float, float]:
-    """(slope, value at 0) of the lower convex hull's edge over `middle`: of the lines under all, the highest there.
+    """(slope, value at 0) of the lower convex hull's edge over `middle`: of all lines under the points, the highest.
 
     x rises, with points on both sides of middle. slope: a guess. spare: as long as x, overwritten. The edge joins a
-    point on the left with one on the right; while another lies under the line of two such, it takes the place of the
-    one on its side: 1 or 2 times with the guess of the fit before. Points on one line within rounding could take turns
-    for ever, so there is an end to it.
+    point on the left with one on the right. While another point lies under the line of two such points, it replaces
+    the one on its side: 1 or 2 times with the guess of the fit before. Points on one line within rounding could
+    alternate for ever, so the number of steps is limited.
     """
     split = int(x.searchsorted(middle))
     above = _above(x, y, slope, spare)

@@ -1,7 +1,7 @@
-"""What a sensor says of itself, and what follows: the request to measure, geometry, time of a beam, codes.
+"""Model of a sensor from its own replies: geometry, time of a beam, status codes, and the measurement request.
 
-A UTM-30LX on USB asked for intensity over more than 95 degrees in one cluster "may crash its laser" (hokuyo_node): the
-cluster grows until it is not, unless lidar.wide_intensity says that the firmware is known to be good.
+A UTM-30LX on USB asked for intensity over more than 95 degrees in one cluster "may crash its laser" (hokuyo_node). The
+cluster is enlarged to avoid this, unless lidar.wide_intensity declares the firmware good.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ _STATUS = {
 
 
 class Model(NamedTuple):
-    """A sensor as its PP reply describes it."""
+    """Sensor model as its PP reply describes it."""
 
     name: str
     first_step: int
@@ -36,16 +36,16 @@ class Model(NamedTuple):
 
     @property
     def turn_ms(self) -> float:
-        """Nominal time of a turn."""
+        """Nominal time of a turn, ms."""
         return 60e3 / self.rpm
 
     @property
     def step_rad(self) -> float:
-        """From step to step."""
+        """Angle between steps, rad."""
         return math.tau / self.steps_a_turn
 
     def angle_rad(self, step: float) -> float:
-        """Direction of a step: 0 ahead, counter-clockwise."""
+        """Direction of a step, rad: 0 ahead, counter-clockwise."""
         return (step - self.front_step) * self.step_rad
 
 
@@ -53,7 +53,7 @@ UTM_30LX = Model("UTM-30LX", 0, 1080, 540, 1440, 2400, 23)
 
 
 def model_of(pairs: Mapping[str, str]) -> Model:
-    """The model in a PP reply. Raises WireError("text") where a value is missing, no number or impossible."""
+    """Return the model in a PP reply. Raises WireError("text") if a value is missing, no number or impossible."""
     try:
         low, high, front, steps, rpm, near = (
             int(pairs[key]) for key in ("AMIN", "AMAX", "AFRT", "ARES", "SCAN", "DMIN")
@@ -66,7 +66,7 @@ def model_of(pairs: Mapping[str, str]) -> Model:
 
 
 def request_of(config: Lidar, model: Model, usb: bool) -> scip.ScanRequest:
-    """What to ask this sensor for: the configured sector within the sensor's own, the cluster as wide as it must be."""
+    """Request for this sensor: the configured sector within the sensor's own, the cluster as wide as necessary."""
     first = max(model.first_step, config.first_step)
     last = model.last_step if config.last_step < 0 else min(model.last_step, config.last_step)
     first = min(first, last)
@@ -77,7 +77,7 @@ def request_of(config: Lidar, model: Model, usb: bool) -> scip.ScanRequest:
 
 
 def status_table(model: Model) -> U8:
-    """BeamStatus of the values 0 to near_mm; what is below DMIN is a code, what is above is a range."""
+    """BeamStatus of the values 0 to near_mm; values below DMIN are codes, values above are ranges."""
     table = np.full(model.near_mm + 1, BeamStatus.ERROR, np.uint8)
     for code, meaning in scip.codes_of(model.name).items():
         if code < model.near_mm:
@@ -87,6 +87,6 @@ def status_table(model: Model) -> U8:
 
 
 def healthy(text: str) -> bool:
-    """Whether a STAT of II says that all is well."""
+    """Return whether a STAT of II reports no error."""
     lower = text.lower()
     return any(word in lower for word in ("works well", "no error", "working normally"))

@@ -1,4 +1,4 @@
-"""The scans of a running stream: frames decoded, counted down, timed, watched, made into Scans."""
+"""Scan stream: frames are decoded, checked by their countdown, timed, monitored and converted to Scans."""
 
 from __future__ import annotations
 
@@ -15,23 +15,24 @@ _SILENT_PERIODS, _SILENT_MARGIN_NS = 4, 50_000_000
 
 
 class ScanStream:
-    """Scans of one request to one model; `learn` and `thin` make it anew. counts: shared with the session, by name.
+    """Scans of one request to one model; `learn` and `thin` change it.
 
-    turns: one scan is asked for of so many turns, or of config.skip + 1 where that is more.
+    counts: shared with the session, by name.
+    turns: one scan is requested per this many turns, or per config.skip + 1 if that is more.
     """
 
     def __init__(self, config: Lidar, counts: dict[str, int]) -> None:
         self.counts = counts
         self.clock = LidarClock(config.latency_ns)
         self.watch = Watch(counts)
-        self.heard_ns = 0  # the last valid scan
+        self.heard_ns = 0  # time of the last valid scan
         self.turns = 1
         self._config = config
-        self._left: int | None = None  # scans that remain of those asked for
+        self._left: int | None = None  # remaining scans of the request
         self.learn(models.UTM_30LX, usb=True)
 
     def learn(self, model: models.Model, usb: bool) -> None:
-        """Another sensor, or the same one on a new connection."""
+        """Set the sensor model: another sensor, or the same one on a new connection."""
         self._turn_ms, self.request = model.turn_ms, models.request_of(self._config, model, usb)
         self.beams = BeamMaker(self._config, model, self.request)
         self._code = self.request.code.encode()
@@ -39,7 +40,7 @@ class ScanStream:
         self._ask_for(self.turns)
 
     def thin(self, turns: int) -> None:
-        """The next request is for one scan of so many turns."""
+        """Set the next request to one scan per this many turns."""
         if turns != self.turns:
             self._ask_for(turns)
 
@@ -53,27 +54,28 @@ class ScanStream:
         return max(turns, self._config.skip + 1)
 
     def begin(self) -> None:
-        """The sensor agreed to the request: the countdown begins."""
+        """Reset the countdown: the sensor has accepted the request."""
         self._left = None
 
     def silent(self, now_ns: int, since_ns: int, turns: int = 1) -> bool:
-        """Whether no valid scan came for config.silent_ns, or 4 periods and 50 ms, since since_ns at the earliest.
+        """Return whether no valid scan came for config.silent_ns or, if longer, 4 periods and 50 ms.
 
-        turns: between the scans that are wanted, which may be asked for only now.
+        since_ns: earliest start of the silence.
+        turns: between the wanted scans; the present request may still have another number.
         """
         periods_ns = round(_SILENT_PERIODS * self._turn_ms * self._every(turns) * 1e6) + _SILENT_MARGIN_NS
         return now_ns - max(self.heard_ns, since_ns) > max(self._config.silent_ns, periods_ns)
 
     def has(self, frame: memoryview) -> bool:
-        """Whether a frame is a scan and no short reply."""
+        """Return whether a frame is a scan, not a short reply."""
         return len(frame) > 24 and frame[:2] == self._code
 
     def last(self, remaining: int) -> bool:
-        """Whether no scan follows the one with this count."""
+        """Return whether no scan follows the one with this count."""
         return not self.request.streams or (self.request.scans > 0 and remaining == 0)
 
     def take(self, frame: memoryview, rx_ns: int) -> tuple[int, Scan | None]:
-        """(remaining count, scan) of a frame; None where its stamp is that of the scan before. Raises WireError."""
+        """Return (remaining count, scan) of a frame; scan None if its stamp repeats the last. Raises WireError."""
         got = self._decoder.decode(frame)
         self._countdown(got)
         stamp_ns = self.clock.observe(got.stamp_ms, rx_ns)
@@ -89,9 +91,9 @@ class ScanStream:
         return got.remaining, scan
 
     def _countdown(self, got: scip.ScanReply) -> None:
-        """The remaining count has no sum: it must fall as the stamps say. Raises WireError("echo")."""
+        """Check the remaining count, which has no sum, against the stamps. Raises WireError("echo")."""
         before, self._left = self._left, got.remaining
-        if before is None or not self.request.scans:  # mostly: endless
+        if before is None or not self.request.scans:  # usual case: an endless stream
             return
         if turns := self.watch.turns(got.stamp_ms):
             due = before - round(turns / (self.request.skip + 1))

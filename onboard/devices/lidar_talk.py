@@ -1,4 +1,4 @@
-"""The one request that is due at a time: when it was sent, when it is sent again, when its reply is late."""
+"""Pending request of the scanner session: when it was sent, when it is repeated, when its reply is late."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from protocol import scip
 
 
 class Talk:
-    """phase: where the session stands; waiting: the request whose reply is due, without LF."""
+    """Pending request. phase: of the session; waiting: the request whose reply is due, without LF."""
 
     def __init__(self, stream: ScanStream) -> None:
         self._stream = stream
@@ -16,43 +16,43 @@ class Talk:
         self.enter(Phase.DOWN)
 
     def enter(self, phase: Phase) -> None:
-        """To a phase whose request was not sent yet."""
+        """Enter a phase whose request has not been sent yet."""
         self.phase, self.waiting = phase, b""
-        self._again_ns: int | None = None  # when to ask once more, if before the limit
+        self._again_ns: int | None = None  # time of the repeat, if before the limit
         self._tries = 0
         self._reading: bytes | dict[str, str] | None = None
 
     @property
     def exchange(self) -> Exchange:
-        """What the phase asks."""
+        """The request of the phase."""
         return EXCHANGES.get(self.phase) or Exchange(self._stream.request.line() + b"\n", Phase.STREAM)
 
     def ask(self, now_ns: int) -> bytes:
-        """The bytes of the request; an LF before QT ends half a request that the sensor may hold."""
+        """Return the bytes of the request; an LF before QT ends half a request that the sensor may have buffered."""
         command = self.exchange.command
         self.waiting, self.sent_ns, self._again_ns = command[:-1], now_ns, None
         return b"\n" + command if self.phase is Phase.SYNC else command
 
     def again(self, now_ns: int) -> bool:
-        """Whether it is time to ask once more."""
+        """Return whether a repeat is due."""
         return self._again_ns is not None and now_ns >= self._again_ns
 
     def late(self, now_ns: int, limit_ns: int) -> bool:
-        """Whether the reply did not come in time."""
+        """Return whether the reply is late."""
         return now_ns - self.sent_ns >= min(self.exchange.limit_ns, limit_ns)
 
     def put_off(self, now_ns: int) -> None:
-        """Refused for now: once more a little later."""
+        """Schedule a repeat a little later, after a temporary refusal."""
         self._again_ns = now_ns + AGAIN_NS
 
     def repeat(self, now_ns: int) -> None:
-        """The reply may have come damaged: ask again at once, a few times."""
+        """Schedule a repeat at once, a few times: the reply may have been damaged."""
         if self._tries < TRIES:
             self._tries += 1
             self._again_ns = now_ns
 
     def read(self, answer: scip.Reply, counts: dict[str, int], now_ns: int) -> bool:
-        """Whether a text was read twice alike; if not, it is asked for again. Raises WireError where not whole."""
+        """Return whether a text was read twice alike; if not, schedule a repeat. Raises WireError if it is damaged."""
         reading, before = comparable(answer), self._reading
         if reading == before:
             return True

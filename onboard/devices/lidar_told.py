@@ -1,9 +1,9 @@
-"""What a sensor told of itself, and what is asked once on a connection only where it is wanted:
+"""Sensor information: the values that a sensor reports, and the optional requests that are made once a connection.
 
     %ST                 after the geometry: of SCIP 2.2 always, of others by lidar.probe_state
     TM0 TM1 ... TM2     before the first stream, by lidar.time_seed: an older seed would be off by the drift since
 
-What came of these is a line of `info` each; a sensor that refuses or does not answer goes without.
+The result of each is one line of `info`. A sensor that refuses them or does not answer is used without them.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ SEEDS = 8  # TM1 exchanges, one at a time
 
 
 class Told:
-    """info: by key, of all replies so far; model: the last that PP described."""
+    """Sensor information. info: values of all replies so far, by key; model: the last one that PP described."""
 
     def __init__(self, config: Lidar) -> None:
         self.info: dict[str, str] = {}
@@ -30,23 +30,23 @@ class Told:
         self._asked: set[Phase] = set()
 
     def restart(self) -> None:
-        """A new connection."""
+        """Reset for a new connection."""
         self._asked.clear()
         self.seeds = 0
 
     def add(self, phase: Phase, pairs: Mapping[str, str]) -> None:
-        """A text reply. Raises WireError("text") where PP describes no model."""
+        """Add a text reply. Raises WireError("text") if PP describes no model."""
         self.info = {**self.info, **pairs}
         if phase is Phase.GEOMETRY:
             self.model = model_of(pairs)
 
     def note(self, key: str, text: str) -> None:
-        """What came of an exchange that the session can do without; of one without a key nothing is kept."""
+        """Store the result of an optional exchange; ignore one without a key."""
         if key:
             self.info = {**self.info, key: text}
 
     def stranger(self) -> str:
-        """For people, where it is another model than the configured one; else empty."""
+        """Text for people if the sensor is not the configured model; else empty."""
         name = f"{self.info.get('PROD', '')} {self.model.name}"
         if self._config.model in name:
             return ""
@@ -54,12 +54,12 @@ class Told:
                 "connect the right one or name it in lidar.model")  # fmt: skip
 
     def nothing(self) -> str:
-        """For people, where it tells nothing at all."""
+        """Text for people if the sensor gives no answer at all."""
         return (f"no SCIP answer on {self._config.address}: is this a Hokuyo, is it powered, and is the bit rate right "
                 "(tty:PATH@115200)?")  # fmt: skip
 
     def due(self, phase: Phase) -> bool:
-        """Whether to ask this now: at most once a connection, whatever comes of it."""
+        """Return whether to make this request now: at most once a connection, whatever its result."""
         probes = self._config.probe_state or self.info.get("PROT", "").endswith("2.2")
         wanted = {Phase.PROBE: probes, Phase.TIME_ON: self._config.time_seed}[phase]
         if not wanted or phase in self._asked:
@@ -68,7 +68,7 @@ class Told:
         return True
 
     def seed(self, clock: LidarClock, stamp_ms: int, sent_ns: int, rx_ns: int) -> bool:
-        """A reply to TM1, by the time of its request and the port's stamp of the reply. True for the last."""
+        """Add a reply to TM1, by the time of its request and the port's stamp of the reply. True for the last."""
         clock.seed(stamp_ms, sent_ns, rx_ns)
         self._quickest_ns = min(self._quickest_ns, rx_ns - sent_ns) if self.seeds else rx_ns - sent_ns
         self.seeds += 1

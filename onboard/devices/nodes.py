@@ -1,4 +1,4 @@
-"""What the rover computer knows of its CAN nodes and tells them: frames in, newest values; orders in, frames out."""
+"""CAN nodes of the rover as the computer sees them: frames in, newest values out; orders in, frames out."""
 
 from __future__ import annotations
 
@@ -61,12 +61,15 @@ class _Wheel:
 
 
 class Nodes:
-    """The rover's nodes: `receive` once a tick, then read; give orders, then `send`.
+    """The rover's nodes: call `receive` once a tick, then read; give orders, then `send`.
 
-    wheels: the four as last told, None for one that was never heard; ages at the last `receive`.
-    bus: what the bus is good for. watch: what is wrong with its frames. from_future: frames stamped later than now by
-    over a tick. Here readings and orders pass between the nodes' own zeros and the rover's axes: steering offsets, the
-    sensor's mounting (`onboard.mounting`). Nothing further in knows of them.
+    wheels: newest state of each; None if none was received; ages at the last `receive`.
+    bus: state of the bus.
+    watch: errors in its frames.
+    from_future: frames stamped later than now by over a tick.
+
+    Readings and orders are converted here between the nodes' own zeros and the rover's axes: steering offsets, mounting
+    of the sensor (`onboard.mounting`). No other part of the core uses them.
     """
 
     def __init__(self, rover: config.Rover, can: config.Can, boot_count: int = 1) -> None:
@@ -76,7 +79,7 @@ class Nodes:
         self._guard, self._sender = Guard(), Sender()
         self.bus, self.watch = CanRecovery(), CanWatch()
         self.from_future = 0
-        self._back_ns = 0  # since then the bus passes frames without a break
+        self._back_ns = 0  # time since which the bus passes frames without a break
         self.tilt = Tilt()
         self._wheels = tuple(_Wheel() for _ in range(4))
         self.wheels: tuple[WheelState | None, ...] = (None,) * 4
@@ -87,7 +90,7 @@ class Nodes:
         self._power: tuple[Any, int] | None = None
         self._emergency = Emergency()
         self._commands: tuple[WheelCommand, ...] = (_STOPPED,) * 4
-        self.enabled = True  # what DRIVE_ENABLE says as long as there is no emergency stop
+        self.enabled = True  # value of DRIVE_ENABLE while there is no emergency stop
         self._beats = self._now_ns = 0
         self._every = {
             "wheels": Every(FAST_NS), "time": Every(SLOW_NS), "enable": Every(SLOW_NS, 2 * TICK_NS),
@@ -98,7 +101,7 @@ class Nodes:
     # -- in --------------------------------------------------------------------------------------------------
 
     def receive(self, frames: Sequence[Frame], now_ns: int, status: BusStatus = _OPEN) -> None:
-        """The tick's frames and how the bus is; bad ones are counted and dropped, those of a babbling id ignored."""
+        """Process the tick's frames and bus status; bad frames are counted and dropped, babbling ids ignored."""
         self._now_ns = now_ns
         self._imu = []
         if self.bus.state is Bus.LOST:
@@ -111,8 +114,8 @@ class Nodes:
             if values is None:
                 continue
             heard = True
-            if stamp_ns > now_ns:  # it would look fresh for as long as it is ahead
-                self.from_future += stamp_ns > now_ns + TICK_NS  # less: the tick began late, and read what came since
+            if stamp_ns > now_ns:  # a stamp in the future would look fresh too long
+                self.from_future += stamp_ns > now_ns + TICK_NS  # less is normal: a late tick reads newer frames
                 stamp_ns = now_ns
             handlers[can_id](values, stamp_ns)
         self.watch.checks(self._guard, self.from_future, now_ns)
@@ -127,12 +130,12 @@ class Nodes:
 
     @property
     def imu(self) -> tuple[ImuSample, ...]:
-        """The samples that came in this tick: each acceleration with the angular rate sent before it."""
+        """Samples that came in this tick: each acceleration with the angular rate sent before it."""
         return tuple(self._imu)
 
     @property
     def power(self) -> PowerState | None:
-        """The power node's newest word."""
+        """Newest status of the power node; None before the first."""
         if self._power is None:
             return None
         told, stamp_ns = self._power
@@ -143,20 +146,20 @@ class Nodes:
 
     @property
     def tilt_angle_rad(self) -> float | None:
-        """The newest angle of the axis, positive down; None before the first."""
+        """Newest angle of the axis, positive down; None before the first."""
         return self.tilt.angle_rad
 
     @property
     def tilt_moving(self) -> bool:
-        """Whether the axis moves."""
+        """True while the axis moves."""
         return self.tilt.moving
 
     def tilt_track(self, since_ns: int) -> TiltTrack:
-        """The samples of the tilt angle from `since_ns` on, in onboard time; the last 40 s are kept."""
+        """Samples of the tilt angle from `since_ns` on, in onboard time; the last 40 s are stored."""
         return self.tilt.track(since_ns)
 
     def wheel_age_ns(self, n: int, now_ns: int) -> int:
-        """Time since the last feedback of wheel 1 to 4, or since the bus passes frames; at first since the start."""
+        """Time since the last feedback of wheel 1 to 4, or since the bus passes frames if later; else since start."""
         told = self._wheels[n - 1].values
         return now_ns - max(told[1] if told else 0, self._back_ns)
 
@@ -169,27 +172,27 @@ class Nodes:
         return now_ns - max(self._emergency.heard_ns.get(node, 0), self._back_ns)
 
     def node_state(self, node: str) -> NodeState | None:
-        """What a node's last heartbeat told; None when none came."""
+        """State in a node's last heartbeat; None before the first."""
         return self._emergency.states.get(node)
 
     @property
     def bus_well(self) -> bool:
-        """Whether the bus passes frames, and has for a moment."""
+        """True if the bus has passed frames for a moment."""
         return self.bus.state is Bus.WELL
 
     @property
     def guard_counts(self) -> Counts:
-        """Sums over all ids, walked at each call; cheap: `bad_frames`, `lost_frames`. Of one id: `counts_of`."""
+        """Sums over all ids, computed at each call; cheap: `bad_frames`, `lost_frames`. Of one id: `counts_of`."""
         return self._guard.total()
 
     @property
     def bad_frames(self) -> int:
-        """Frames that came and were dropped since the start: checksum, counter, range or length."""
+        """Received frames that were dropped since the start: checksum, counter, range or length."""
         return self._guard.bad
 
     @property
     def lost_frames(self) -> int:
-        """Frames that by their counters never came."""
+        """Frames that were never received, by their counters."""
         return self._guard.lost
 
     @property
@@ -204,9 +207,9 @@ class Nodes:
     # -- orders ----------------------------------------------------------------------------------------------
 
     def set_wheels(self, commands: Sequence[WheelCommand]) -> None:
-        """The orders of the four wheels, sent at 50 Hz, clipped to the rover's limits. ValueError for NaN or not 4.
+        """Set the orders of the four wheels, sent at 50 Hz, clipped to the limits. ValueError for NaN or not 4.
 
-        An order to stand does not wait for its turn: it leaves with the next `send`.
+        An order to stop does not wait for its period: the next `send` sends it.
         """
         if len(commands) != 4:
             raise ValueError(f"{len(commands)} wheel commands for 4 wheels")
@@ -222,39 +225,39 @@ class Nodes:
         )
 
     def sweep(self, segments: Sequence[SegmentLike], start_ns: int) -> None:
-        """Sweeps the axis from `start_ns` on, later if the next send is less than 0.2 s before. ValueError if empty."""
+        """Sweep the axis from `start_ns`; postponed if the next send is less than 0.2 s before. ValueError if empty."""
         self.tilt.sweep(segments, start_ns)
 
     def park_tilt(self, angle_rad: float) -> None:
-        """Holds the axis at an angle; ends a sweep."""
+        """Move the axis to an angle and hold it there; ends a sweep."""
         self.tilt.park(angle_rad, self._now_ns)
 
     def sweep_done(self, now_ns: int) -> bool:
-        """Whether the last sweep is over and its samples are in; False when none was begun or it was parked away."""
+        """Return whether the last sweep has ended with its samples in; False if none was begun or a park ended it."""
         return self.tilt.sweep_done(now_ns)
 
     def emergency_stop(self, reason: int, detail: int = 0) -> None:
-        """Stops every node, at once and at 10 Hz until `reset`. `reason` is a StopReason."""
+        """Stop every node, at once and at 10 Hz until `reset`. `reason` is a StopReason."""
         self._emergency.stop(int(reason), detail)
 
     def reset(self, nonce: int) -> None:
-        """Begins the two steps that release an emergency stop; see `resetting` and `emergency`."""
+        """Begin the two steps that release an emergency stop; see `resetting` and `emergency`."""
         self._emergency.reset(nonce)
 
     @property
     def emergency(self) -> tuple[str, int, int] | None:
-        """Sender, reason and detail of the first emergency stop that still holds; None when none does."""
+        """Sender, reason and detail of the first active emergency stop; None if there is none."""
         return self._emergency.called
 
     @property
     def resetting(self) -> bool:
-        """Whether a reset is under way: until every node that beats has answered both steps, at most 3 s."""
+        """True while a reset is under way: until all nodes with a heartbeat have answered both steps, at most 3 s."""
         return self._emergency.resetting
 
     # -- out -------------------------------------------------------------------------------------------------
 
     def send(self, now_ns: int, mode: int) -> tuple[Frame, ...]:
-        """The frames that are due at this tick. `mode` is the rover's, 0 to 255."""
+        """Return the frames that are due at this tick. mode: of the rover, 0 to 255."""
         frames: list[Frame] = []
         every = self._every
 
@@ -278,12 +281,12 @@ class Nodes:
         return tuple(frames)
 
     def farewell(self, now_ns: int, mode: int) -> tuple[Frame, ...]:
-        """The last frames of a run: the wheels' orders leave at once, due or not."""
+        """Return the last frames of a run: the wheels' orders are sent at once, due or not."""
         self._every["wheels"] = Every(FAST_NS)
         return self.send(now_ns, mode)
 
     def digest_items(self) -> tuple[float | int, ...]:
-        """Plain values for the state digest."""
+        """Values of this state that go into the state digest."""
         items: list[float | int] = [self._guard.unknown, self._guard.bad, self._beats, int(self.emergency is not None)]
         for wheel, command in zip(self._wheels, self._commands):
             told = wheel.values[0] if wheel.values else (0.0, 0, 0.0, 0)

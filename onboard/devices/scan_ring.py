@@ -1,7 +1,7 @@
-"""Memory of scans, used again when nobody holds them.
+"""Ring of scan buffers, reused when nothing references them.
 
-A place is leased as long as its arrays, or views of them, are held anywhere: a job, a map, the record. Python counts
-that; nothing has to be given back. Where the ring comes round to a place still leased, the newest scan wins: the
+A place is leased while its arrays, or views of them, are referenced anywhere: by a job, a map, the record. Python's
+reference counts show that; no release call is needed. If the next place is still leased, the newest scan wins: the
 holder keeps the old arrays, the ring makes new ones and counts `overflows`.
 """
 
@@ -28,7 +28,7 @@ class Place(NamedTuple):
 
 
 class ScanRing:
-    """`size` places for scans of `beams` beams. overflows: how often a place was still leased."""
+    """`size` places for scans of `beams` beams. overflows: number of takes whose place was still leased."""
 
     def __init__(self, size: int, beams: int, channels: int = 1, echoes: int = 1) -> None:
         self.overflows = 0
@@ -37,7 +37,7 @@ class ScanRing:
         self._next = 0
 
     def take(self) -> Place:
-        """The place for a new scan; what it holds is old."""
+        """Return the place for a new scan; its content is old."""
         at, self._next = self._next, (self._next + 1) % len(self._places)
         if _leased(self._places[at]):
             self.overflows += 1

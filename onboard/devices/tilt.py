@@ -1,14 +1,14 @@
-"""The scanner's tilt axis as the computer sees it: its clock, the track of its angle, the sweeps it is told.
+"""Tilt axis of the scanner as the computer sees it: its clock, the track of its angle, the sweeps ordered.
 
 Node clock -> onboard time, the arrival envelope:
 
     arrival - node time                     Rule 1: the frames that waited least show the true offset, so the estimate
       |    .  .      .   . . .                      is the lower envelope of (arrival - node time).
       |  . __.___.___.______.__ envelope    Rule 2: it may rise by LEAK_PPM, more than the two clocks drift apart.
-      +------------------------ time        Rule 3: a step of more than JUMP_US is another clock: begin again.
+      +------------------------ time        Rule 3: a step of more than JUMP_US is another clock: start again.
 
-A sweep is sent segment by segment: each start time is the end of the segment before as the node will compute it from
-the frame's own resolution, and each rate is rounded so that the sweep stays on its planned time; so segments join.
+A sweep is sent segment by segment, without gaps: each start time is the end of the segment before as the node will
+compute it from the frame's own resolution, and each rate is rounded so that the sweep stays on its planned time.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ _MS = 1_000_000
 
 
 class SegmentLike(Protocol):
-    """What a sweep is made of: perception.sweep.TiltSegment is one."""
+    """Segment of a sweep, such as perception.sweep.TiltSegment."""
 
     @property
     def start_rad(self) -> float: ...  # noqa: D102
@@ -61,7 +61,7 @@ class Order(NamedTuple):
     mode: TiltMode
 
     def values(self) -> tuple[float, float, float, int, int]:
-        """The frame's fields."""
+        """Fields of the frame."""
         return self.start_rad, self.end_rad, self.rate_radps, self.start_ns // _MS & 0xFFFF, self.mode
 
 
@@ -70,9 +70,9 @@ def _parked(angle_rad: float, now_ns: int) -> Order:
 
 
 def orders(segments: Sequence[SegmentLike], start_ns: int) -> list[Order]:
-    """A sweep in the frame's resolution, its segments joined in angle and to the millisecond in time.
+    """Return a sweep in the frame's resolution, its segments joined in angle and to the millisecond in time.
 
-    Raises ValueError for an empty sweep, a segment without motion or without duration.
+    Raises ValueError for an empty sweep, or a segment without motion or duration.
     """
     if not segments:
         raise ValueError("a sweep needs at least one segment")
@@ -93,7 +93,7 @@ def orders(segments: Sequence[SegmentLike], start_ns: int) -> list[Order]:
 
 
 class Tilt:
-    """The axis: feedback in, orders out."""
+    """Tilt axis: feedback in, orders out."""
 
     def __init__(self) -> None:
         self.state: TiltState | None = None
@@ -105,19 +105,19 @@ class Tilt:
         self._times_ns: list[int] = []
         self._angles_rad: list[float] = []
         self._sweep: list[Order] = []
-        self._sent = -1  # of the sweep: -1 before the axis was told to go to its start
+        self._sent = -1  # segments of the sweep sent; -1 before the order to park at its start
         self._order: Order | None = None
-        self.plan = 0  # number of the newest: a sweep, or where to park
-        self._from_rad = 0.0  # where it was when it was told to park
+        self.plan = 0  # number of the newest order: a sweep, or an angle to park at
+        self._from_rad = 0.0  # angle of the axis when it was ordered to park
         self._repeat = Every(REPEAT_NS)
 
     @property
     def moving(self) -> bool:
-        """Whether the node says that the axis moves."""
+        """True if the node reports that the axis moves."""
         return self.state in (TiltState.MOVING, TiltState.SWEEPING, TiltState.GAP)
 
     def feedback(self, values: TiltFeedbackFrame, stamp_ns: int) -> None:
-        """One TILT_FEEDBACK that arrived at `stamp_ns`."""
+        """Process one TILT_FEEDBACK that arrived at `stamp_ns`."""
         time_ns = self._onboard_ns(values.node_time_us, stamp_ns)
         if self._times_ns and time_ns <= self._times_ns[-1]:
             time_ns = self._times_ns[-1] + 1
@@ -131,19 +131,19 @@ class Tilt:
             del self._times_ns[:old], self._angles_rad[:old]
 
     def track(self, since_ns: int) -> TiltTrack:
-        """The samples from `since_ns` on, of the last 40 s at least; empty when there are none."""
+        """Samples from `since_ns` on, of the last 40 s at least; empty if there are none."""
         first = bisect_left(self._times_ns, since_ns)
         return TiltTrack(
             np.array(self._times_ns[first:], dtype=np.int64), np.array(self._angles_rad[first:], dtype=np.float64)
         )
 
     def sweep(self, segments: Sequence[SegmentLike], start_ns: int) -> None:
-        """Parks at its start, then sweeps from `start_ns`, put off if nearer than 0.2 s. ValueError as `orders`."""
+        """Park at the start angle, then sweep from `start_ns`; postponed if nearer than 0.2 s. ValueError: `orders`."""
         self._sweep, self._sent, self._order = orders(segments, start_ns), -1, None
         self.plan += 1
 
     def park(self, angle_rad: float, now_ns: int) -> None:
-        """Ends a sweep and holds the axis at an angle; an order that it has already is not sent out of turn."""
+        """End a sweep and hold the axis at an angle; an order already in force is not sent again out of turn."""
         limit = 4095 * ANGLE_STEP_RAD
         angle_rad = max(-limit, min(limit, angle_rad))
         self._sweep, self._sent = [], -1
@@ -155,7 +155,7 @@ class Tilt:
         self._repeat.now()
 
     def ordered_rad(self, at_ns: int) -> float | None:
-        """Where the axis was told to be at a time, by what was sent until now; None before the first order."""
+        """Angle ordered for a time, by the orders sent so far; None before the first."""
         for sent in reversed(self._sweep[: max(0, self._sent)]):
             if at_ns >= sent.start_ns:
                 share = min(1.0, (at_ns - sent.start_ns) / (sent.end_ns - sent.start_ns))
@@ -170,12 +170,12 @@ class Tilt:
         return self._from_rad + math.copysign(min(abs(way_rad), made_rad), way_rad)
 
     def sweep_done(self, now_ns: int) -> bool:
-        """Whether the sweep last begun has ended and its last samples are in; False when none was begun."""
+        """Return whether the last sweep has ended and its last samples are in; False if none was begun."""
         return bool(self._sweep) and self._sent == len(self._sweep) and now_ns >= self._sweep[-1].end_ns + SETTLE_NS
 
     def send(self, now_ns: int) -> tuple[float, float, float, int, int] | None:
-        """The values of the TILT_COMMAND that is due, None when none is."""
-        if self._sweep and self._sent < 0:  # ends whatever the node still holds of another sweep
+        """Return the values of the TILT_COMMAND that is due, or None."""
+        if self._sweep and self._sent < 0:  # end any other sweep that the node still has
             self._sent = 0
             return _parked(self._sweep[0].start_rad, now_ns).values()
         if self._sent == 0:
@@ -188,7 +188,7 @@ class Tilt:
         if self._order is None or not self._repeat.due(now_ns):
             return None
         if self._order.mode is TiltMode.SWEEP and now_ns > self._order.end_ns + SETTLE_NS:
-            # a start time older than half its window would be read as one to come
+            # a start time older than half its window would be read as a future one
             self._order = _parked(self._order.end_rad, now_ns)
         return self._order.values()
 
@@ -198,7 +198,7 @@ class Tilt:
         return self._sent == 0 or now_ns >= self._sweep[self._sent].start_ns - AHEAD_NS
 
     def digest(self) -> tuple[float | int, ...]:
-        """Plain values that the state digest covers."""
+        """Values of this state that go into the state digest."""
         angle_rad = -10.0 if self.angle_rad is None else self.angle_rad
         return angle_rad, self.stamp_ns, self._offset_us, len(self._times_ns), self._sent, len(self._sweep)
 
@@ -209,7 +209,7 @@ class Tilt:
             self._sweep = [o._replace(start_ns=o.start_ns + late_ns, end_ns=o.end_ns + late_ns) for o in self._sweep]
 
     def _onboard_ns(self, node_time_us: int, stamp_ns: int) -> int:
-        """A node's time in onboard time (rules 1 to 3)."""
+        """Convert a node's time to onboard time (rules 1 to 3)."""
         arrival_us = stamp_ns / 1000.0
         elapsed_us = arrival_us - self.stamp_ns / 1000.0
         expected_us = self._node_us + elapsed_us

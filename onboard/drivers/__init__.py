@@ -1,1 +1,1 @@
-"""The shell's ports: clock, CAN bus, LIDAR bytes, link, disk, workers. The only place with sockets and threads."""
+"""Ports of the shell: clock, CAN bus, LIDAR bytes, link, disk, workers. The only folder with sockets and threads."""

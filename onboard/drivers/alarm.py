@@ -1,7 +1,7 @@
-"""A timer of the kernel that fires at an absolute time (timerfd): a descriptor to wait for beside the ports.
+"""Kernel timer that fires at an absolute time (timerfd): a descriptor to wait on together with the ports.
 
-Why: the limit of `select` counts from when it is called, and the kernel may add its slack (50 us unless told else) to
-let wake-ups fall together. A timerfd names the instant itself and has no slack. Python has it from 3.13 on only.
+Why: the timeout of `select` counts from the call, and the kernel may add its slack (50 us by default) to merge
+wake-ups. A timerfd takes the instant itself and has no slack. Python has it only from 3.13 on.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ class _Itimerspec(ctypes.Structure):
 
 
 class Alarm:
-    """Readable from the time of the last `set` on. Raises OSError where the system has no such timer."""
+    """Timer whose descriptor is readable from the time of the last `set` on. Raises OSError if there is no timerfd."""
 
     def __init__(self) -> None:
         self._libc = ctypes.CDLL(None, use_errno=True)
@@ -31,7 +31,7 @@ class Alarm:
             raise OSError(ctypes.get_errno(), os.strerror(ctypes.get_errno()))
 
     def fileno(self) -> int:
-        """For select."""
+        """Descriptor for select."""
         return self._fd
 
     def set(self, at_ns: int) -> None:
@@ -41,7 +41,7 @@ class Alarm:
         self._libc.timerfd_settime(self._fd, _ABSTIME, ctypes.byref(wanted), None)
 
     def close(self) -> None:
-        """Give the descriptor back."""
+        """Close the descriptor."""
         if self._fd >= 0:
             os.close(self._fd)
             self._fd = -1

@@ -1,8 +1,8 @@
-"""At which bit rate a scanner on a serial line speaks, and how it is told to speak at ours. No I/O.
+"""Search for the bit rate of a scanner on a serial line, and its change to the wanted rate. No I/O.
 
     QT at each rate until one brings the echo -> SSbbbbbb at that rate -> QT at the wanted rate -> found
 
-A sensor in mid-scan answers when its scan is over, so that each rate gets as long as a scan takes at the slowest.
+A sensor in mid-scan answers when its scan is over, so each rate gets the time of a scan at the slowest rate.
 """
 
 from __future__ import annotations
@@ -12,20 +12,20 @@ from typing import NamedTuple
 from protocol import scip
 
 _QUIT = b"\n" + scip.request("QT")
-_ANSWERS = (b"QT\n00P\n\n", b"QT\n10Q\n\n")  # the second in time adjustment, which the session ends
+_ANSWERS = (b"QT\n00P\n\n", b"QT\n10Q\n\n")  # the second during time adjustment, which the session ends
 _WAIT_NS = 600_000_000
-_KEPT = 64  # bytes in which an answer may have begun
+_KEPT = 64  # newest bytes that are stored: an answer may start in them
 
 
 class Move(NamedTuple):
-    """What the line is to do: first the rate (None: as it is), then the bytes."""
+    """Action on the line: first set the rate (None: unchanged), then write the bytes."""
 
     rate_bps: int | None = None
     data: bytes = b""
 
 
 class BaudSearch:
-    """`step` with what was read until `done`; then `found` says whether the sensor speaks at the wanted rate."""
+    """Search; call `step` with the bytes read until `done`. found: the sensor answers at the wanted rate."""
 
     def __init__(self, wanted_bps: int, rates_bps: tuple[int, ...]) -> None:
         self.done = False
@@ -38,7 +38,7 @@ class BaudSearch:
         self._until_ns: int | None = None
 
     def step(self, data: bytes, now_ns: int) -> Move:
-        """What to do now; nothing while an answer may still come."""
+        """Return the action to take now; none while an answer may still come."""
         self._heard = self._heard[-_KEPT:] + data
         if self._until_ns is None:
             return self._try(now_ns)
@@ -57,7 +57,7 @@ class BaudSearch:
         return Move(data=scip.request("SS", f"{self._wanted_bps:06d}"))
 
     def _told(self) -> bool:
-        """Whether the reply to SS came; what it says shows at the new rate."""
+        """Return whether the reply to SS came; only the new rate shows its result."""
         return f"SS{self._wanted_bps:06d}\n".encode() in self._heard and self._heard.endswith(b"\n\n")
 
     def _try(self, now_ns: int) -> Move:

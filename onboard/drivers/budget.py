@@ -1,10 +1,10 @@
-"""Budget of a port: how much of what waits it may hand over now, in items and in time.
+"""Budget of a port: how many waiting items it may hand over now, and in what time.
 
-    items   per_s in the long run, `burst` at once; what was not used in a pause is there after it
+    items   per_s in the long run, `burst` at once; an unused budget grows in a pause
     time    WORK_NS, and a tenth of the time since the last grant, LONGEST_NS at most
 
-So a flood costs each tick a small part of it, and what waited while the program was held up comes in one piece: cut
-into ticks it would look like a flood. The stamps are the caller's; a port measures its time with a clock of its own.
+So a flood costs each tick a small part of it, and items that waited while the program was held up come in one piece:
+divided over ticks they would look like a flood. The caller gives the stamps; a port measures time by its own clock.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ _S = 1_000_000_000
 
 
 class Budget:
-    """`grant` before a read, `spend` after it. work_ns: how long the granted read may take."""
+    """Budget; call `grant` before a read, `spend` after it. work_ns: time limit of the granted read."""
 
     def __init__(self, per_s: int, burst: int) -> None:
         self._per_s, self._burst = per_s, burst
@@ -22,7 +22,7 @@ class Budget:
         self.work_ns = WORK_NS
 
     def grant(self, now_ns: int) -> int:
-        """The number of items that may be handed over at this time."""
+        """Return the number of items that may be handed over at this time."""
         passed_ns = max(0, now_ns - self._then_ns)
         self._then_ns = now_ns
         self._left = min(float(self._burst), self._left + passed_ns * self._per_s / _S)
@@ -30,5 +30,5 @@ class Budget:
         return int(self._left)
 
     def spend(self, items: int) -> None:
-        """So many were handed over."""
+        """Subtract the items handed over."""
         self._left -= items

@@ -1,9 +1,9 @@
-"""A port of bytes that never blocks: what a scanner's TCP and tty have in common, bytes and their arrival time.
+"""Non-blocking port of bytes: the common part of a scanner's TCP and tty; gives bytes and their arrival time.
 
-`read` takes BYTES_PER_S at most, BURST_BYTES after a pause: more than any scanner sends. What is over waits in the
-kernel, whose buffers are bounded. A port never raises for what a cable does: end of stream, reset, unplugged are
-`state` ERROR until `connect()` is called again. Counts (`received`, `sent`) are of this `epoch`; each connection that
-comes about begins a new one.
+`read` returns BYTES_PER_S at most, BURST_BYTES after a pause: more than any scanner sends. The rest waits in the
+kernel, whose buffers are bounded. A port never raises for errors of a cable: at end of stream, reset or unplugging
+`state` is ERROR until `connect()` is called again. The counts `received` and `sent` belong to this `epoch`; each
+successful connection starts a new epoch.
 """
 
 from __future__ import annotations
@@ -21,9 +21,9 @@ _PIECE = 65536
 
 
 class LidarPort(ABC):
-    """What TCP and tty have in common: a non-blocking descriptor. Subclasses say how it is opened.
+    """Common part of TCP and tty: a non-blocking descriptor. Subclasses open it.
 
-    error: one line for people, why the last attempt or the connection failed and what to do; empty while all is well.
+    error: one line for people: why the last attempt or the connection failed and what to do; empty if all is well.
     """
 
     BYTES_PER_S, BURST_BYTES = 2_000_000, 131_072  # three echoes of 1081 beams, 40 scans a second: 880,000
@@ -36,20 +36,20 @@ class LidarPort(ABC):
         self.received = 0
         self.sent = 0
         self._fd = -1
-        self._pending = bytearray()  # read, but beyond what read_exactly was asked for
+        self._pending = bytearray()  # read beyond the bytes requested by read_exactly
         self._unsent = bytearray()
         self._budget = Budget(self.BYTES_PER_S, self.BURST_BYTES)
 
     @abstractmethod
     def connect(self) -> None:
-        """One attempt, without waiting; while an attempt is under way, look whether it came through."""
+        """Start one attempt without waiting; while one is under way, check its result."""
 
     def fileno(self) -> int:
         """The descriptor to wait on, -1 while closed."""
         return self._fd
 
     def read(self, stamp_ns: int) -> tuple[Chunk, ...]:
-        """What is there and within the budget, as one Chunk stamped `stamp_ns`; empty if nothing is."""
+        """Return the bytes available within the budget as one Chunk stamped `stamp_ns`; empty if there are none."""
         self._advance()
         before = self.received
         self._fill(self._budget.grant(stamp_ns))
@@ -61,7 +61,7 @@ class LidarPort(ABC):
         return (Chunk(stamp_ns, data),)
 
     def read_exactly(self, total_bytes: int, limit_s: float) -> bytes:
-        """Wait until `total_bytes` of this epoch came, and return those not yet returned; later ones are kept back.
+        """Wait until `total_bytes` of this epoch came; return those not yet returned and store later ones.
 
         Returns fewer if the stream ended. Raises TimeoutError if they did not come within `limit_s` of wall time.
         """
@@ -81,7 +81,7 @@ class LidarPort(ABC):
         return data
 
     def wait_open(self, limit_s: float) -> PortState:
-        """Wait until an attempt of connect() is decided, at most `limit_s` of wall time. The state then."""
+        """Wait until an attempt of connect() is decided, at most `limit_s` of wall time; return the state."""
         end_s = time.monotonic() + limit_s
         self._advance()
         while self.state is PortState.CLOSED and self._fd >= 0 and self._wait(end_s):
@@ -89,20 +89,20 @@ class LidarPort(ABC):
         return self.state
 
     def write(self, data: bytes) -> None:
-        """Send all of it; what the line does not take now goes with the next call of read or write."""
+        """Send all of it; bytes that the line does not take now are sent by the next call of read or write."""
         if self.state is PortState.OPEN:
             self._unsent += data
             self.sent += len(data)
             self._flush()
 
     def close(self) -> None:
-        """Let go of the port."""
+        """Close the port."""
         self._drop(PortState.CLOSED)
 
     # -- inside ------------------------------------------------------------------------------------------------
 
     def _advance(self) -> None:
-        """Settle an attempt under way (TCP), and send what waits."""
+        """Check an attempt under way (TCP), and send waiting bytes."""
         self._flush()
 
     def _opened(self) -> None:

@@ -1,4 +1,4 @@
-"""One open CAN bus: what every kind of bus has in common, and all there is of the virtual one."""
+"""One open CAN bus: the common part of every kind of bus, and the complete virtual one."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from onboard.records import BusTrouble, Frame, PortState
 from protocol.visible import visible
 
 FORGET_FRAMES = 20_000  # 5 s of a full bus
-_MOST_WORDS = 200  # of what python-can says: with a traceback, and bytes of the other side
+_MOST_WORDS = 200  # of python-can's error text, which may have a traceback and bytes of the other side
 _LOOK_EVERY = 64  # frames of a read between two looks at the clock
-_UNTIL_GOOD = (BusTrouble.PASSIVE, BusTrouble.WARNING)  # states of the controller: they hold until it is active again
+_UNTIL_GOOD = (BusTrouble.PASSIVE, BusTrouble.WARNING)  # states of the controller: they last until it is active again
 
 
 class NoCanError(OSError):
@@ -24,15 +24,19 @@ class NoCanError(OSError):
 
 
 class CanBus:
-    """One open bus. `received` and `sent` count frames since it was opened; `state` is what the last call saw.
+    """One open bus.
+
+    received, sent: frames since it was opened.
+    state: as seen by the last call.
+    errors: error frames by BusTrouble.
+    error: one line about a present error; empty if all is well.
+    clock_ns: clock that ends a read when its time is used up.
 
     Error frames of the controller count in `received`, are not returned, and set `state`: ERROR at bus-off, OPEN again
-    at a restart or with the next data frame. An interface that is down is ERROR likewise; one that is gone is CLOSED.
-    errors: error frames by BusTrouble. error: one line, what is wrong now; empty while all is well.
-    clock_ns: by which a read ends when its time is used up.
+    at a restart or with the next data frame. An interface that is down is ERROR too; one that is gone is CLOSED.
     """
 
-    FRAMES_PER_S, BURST_FRAMES = 8_000, 4_000  # of a read: twice a full bus of 500 kbit/s; the rest waits in the kernel
+    FRAMES_PER_S, BURST_FRAMES = 8_000, 4_000  # per read: twice a full bus of 500 kbit/s; the rest waits in the kernel
 
     def __init__(self, bus: can.BusABC) -> None:
         self._bus = bus
@@ -45,20 +49,20 @@ class CanBus:
 
     @property
     def error(self) -> str:
-        """What is wrong now, for people."""
+        """Present error, for people."""
         return "; ".join(word for word in self._words.values() if word)
 
     @property
     def error_frames(self) -> int:
-        """Error frames of every kind."""
+        """Number of error frames of all kinds."""
         return sum(self.errors)
 
     def fileno(self) -> int:
-        """For poll(); -1 for a virtual bus."""
+        """Descriptor for poll(); -1 for a virtual bus."""
         return -1
 
     def read(self, stamp_ns: int) -> list[Frame]:
-        """The frames that are there now and within the budget, stamped `stamp_ns`; never waits."""
+        """Return the frames available within the budget, stamped `stamp_ns`; never wait."""
         frames: list[Frame] = []
         most, taken = self._budget.grant(stamp_ns), 0
         end_ns = self.clock_ns() + self._budget.work_ns
@@ -72,17 +76,17 @@ class CanBus:
         return frames
 
     def forget(self) -> None:
-        """Drops what has come so far, FORGET_FRAMES at most: on a bus that streams there is always more."""
+        """Drop the frames received so far, FORGET_FRAMES at most: a busy bus never runs empty."""
         for _ in range(FORGET_FRAMES):
             if (message := self._receive()) is None:
                 return
             self._counted(message)
 
     def read_upto(self, total: int, stamps_us: Sequence[int], limit_s: float) -> list[Frame]:
-        """Lock-step: waits until `total` frames were received since the opening; `stamps_us`: one for each new frame.
+        """Lock-step: wait until `total` frames were received since the opening; `stamps_us`: one for each new frame.
 
-        Returns fewer when the bus closes (see `state`). Raises TimeoutError with both counts after `limit_s`,
-        ValueError when the stamps are not as many as the new frames.
+        Returns fewer if the bus closes (see `state`). Raises TimeoutError with both counts after `limit_s`,
+        ValueError if the number of stamps differs from that of new frames.
         """
         if len(stamps_us) != max(0, total - self.received):
             raise ValueError(f"{len(stamps_us)} stamps for frames {self.received} to {total}")
@@ -101,9 +105,9 @@ class CanBus:
         return frames
 
     def write(self, frames: Sequence[Frame]) -> int:
-        """Sends what the bus takes at once, in order; the number of frames that it did not take. Never waits.
+        """Send the frames that the bus takes at once, in order; return the number of those not taken. Never waits.
 
-        What is not taken is dropped: the next tick has newer orders. After the first refusal of a tick the rest of its
+        Frames not taken are dropped: the next tick has newer orders. After the first refusal the rest of the tick's
         frames is not tried.
         """
         if self.state is PortState.CLOSED:
@@ -120,12 +124,12 @@ class CanBus:
         return 0
 
     def close(self) -> None:
-        """Closes the bus; harmless when it is closed."""
+        """Close the bus; no effect if it is closed."""
         self.state = PortState.CLOSED
         self._bus.shutdown()
 
     def _receive(self) -> can.Message | None:
-        """The next message that is there, else None; what the bus raises becomes the state."""
+        """Return the next available message, else None; exceptions of the bus set the state."""
         if self.state is PortState.CLOSED:
             return None
         try:
@@ -148,14 +152,14 @@ class CanBus:
         self._words["port"] = words_of(number, visible(str(error).partition("\n")[0])[:_MOST_WORDS])
 
     def _wait(self, limit_s: float) -> None:
-        """Waits until something may have come."""
+        """Wait until a frame may have come."""
         time.sleep(min(limit_s, 0.0005))
 
     def _stamp_ns(self, _message: can.Message, stamp_ns: int) -> int:
         return stamp_ns
 
     def _counted(self, message: can.Message) -> bool:
-        """Books a message; whether it is a data frame of the rover's kind."""
+        """Count a message; return whether it is a data frame of the rover's kind."""
         self.received += 1
         if message.is_error_frame:
             detail = message.data[1] if len(message.data) > 1 else message.arbitration_id >> 16 & 0xFF
@@ -186,12 +190,12 @@ class CanBus:
 
 
 def message_of(frame: Frame) -> can.Message:
-    """A frame as python-can wants it."""
+    """Convert a frame to python-can's type."""
     return can.Message(arbitration_id=frame.can_id, data=frame.data, is_extended_id=False)
 
 
 def errno_of(error: Exception) -> int | None:
-    """The system's number of an error, where it has one."""
+    """Error number of the system, or None."""
     if isinstance(error, can.CanError):
         return error.error_code
     return error.errno if isinstance(error, OSError) else None

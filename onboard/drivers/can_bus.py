@@ -1,10 +1,10 @@
-"""The CAN bus behind one interface, chosen by a URI; the can_*.py beside are the only places that know python-can.
+"""CAN bus behind one interface, chosen by a URI; only the can_*.py modules of this folder import python-can.
 
     socketcan:can0                         the rover; the kernel's stamps and filter
     socketcand:127.0.0.1:29536/rover       a socketcand server or the bench's hub, where the kernel has no AF_CAN
     virtual:name                           inside one process
 
-`open_bus` opens one and waits for it; `CanPort` keeps one open through a run and never waits.
+`open_bus` opens one and waits for it; `CanPort` manages one through a run and never waits.
 """
 
 from __future__ import annotations
@@ -24,9 +24,9 @@ FORMS = "socketcan:INTERFACE, socketcand:HOST:PORT/BUS or virtual:NAME"
 
 
 def open_bus(uri: str, filtered: bool = False) -> CanBus:
-    """The bus that a URI names. filtered: the kernel keeps back ids outside the blocks of the DBC.
+    """Open the bus that a URI names. filtered: the kernel drops ids outside the blocks of the DBC.
 
-    Raises ConfigError for a URI of another form, OSError with what to do when the bus cannot be opened.
+    Raises ConfigError for a URI of another form, OSError with what to do if the bus cannot be opened.
     """
     return _opener(uri, filtered)()
 
@@ -50,7 +50,7 @@ def _opener(uri: str, filtered: bool) -> Callable[[], CanBus]:
 
 
 class _Attempt:
-    """One opening beside the tick. A daemon thread: a server that takes the call and says nothing holds nobody up."""
+    """One opening outside the tick. A daemon thread: a server that accepts and stays silent delays nothing."""
 
     def __init__(self, opening: Callable[[], CanBus]) -> None:
         self.bus: CanBus | None = None
@@ -74,7 +74,7 @@ class _Attempt:
         bus.close()
 
     def abandon(self) -> None:
-        """Whatever it opens is closed."""
+        """Close the bus if the attempt opens one."""
         with self._lock:
             self._abandoned = True
         if self.bus:
@@ -82,15 +82,15 @@ class _Attempt:
 
 
 class CanPort:
-    """The bus of one run: open, lost, opened again when `connect` says so; counts of frames are of the open bus.
+    """The bus of one run: opened, lost, opened again by `connect`; counts of frames are of the open bus.
 
-    The first opening is waited for; one that fails is an error to read in `status`, not the end of the run.
-    Raises ConfigError for a URI of another form, OSError where no later attempt can do better (no CAN in this kernel).
+    The constructor waits for the first opening; a failure shows in `status` and does not end the run. Raises
+    ConfigError for a URI of another form, OSError if no later attempt can succeed (no CAN in this kernel).
     """
 
     def __init__(self, uri: str, filtered: bool = False) -> None:
         self._open = _opener(uri, filtered)
-        self.served = uri.startswith("socketcand:")  # somebody at the other end has to let us in
+        self.served = uri.startswith("socketcand:")  # the other end has to accept the connection
         self._bus: CanBus | None = None
         self._attempt: _Attempt | None = None
         self._words = ""
@@ -102,19 +102,19 @@ class CanPort:
 
     @property
     def state(self) -> PortState:
-        """As last seen."""
+        """State as last seen."""
         return self._bus.state if self._bus else PortState.CLOSED
 
     @property
     def status(self) -> BusStatus:
-        """Of the whole run."""
+        """Status of the whole run."""
         errors = tuple(map(sum, zip(self._errors, self._bus.errors, strict=True))) if self._bus else self._errors
         words = self._bus.error if self._bus else self._words or BUS_CLOSED
         return BusStatus(self.state, words, self._failures, self.openings, tuple(errors))
 
     @property
     def received(self) -> int:
-        """Frames of the open bus, error frames included."""
+        """Frames received on the open bus, error frames included."""
         return self._bus.received if self._bus else 0
 
     @property
@@ -123,45 +123,45 @@ class CanPort:
         return self._bus.sent if self._bus else 0
 
     def fileno(self) -> int:
-        """For poll(); -1 for a virtual or closed bus."""
+        """Descriptor for poll(); -1 for a virtual or closed bus."""
         return self._bus.fileno() if self._bus else -1
 
     def connect(self) -> None:
-        """Gives up the open bus and an attempt that hangs, and begins to open it anew; returns at once."""
+        """Close the open bus and a pending attempt, and start to open the bus again; returns at once."""
         self.close()
         self.openings += 1
         self._attempt = _Attempt(self._open)
 
     def wait_open(self, limit_s: float | None) -> PortState:
-        """Waits until the attempt of `connect` is decided, at most `limit_s`. The state then."""
+        """Wait until the attempt of `connect` is decided, at most `limit_s`; return the state."""
         if self._attempt:
             self._attempt.thread.join(limit_s)
         self._adopt()
         return self.state
 
     def read(self, stamp_ns: int) -> list[Frame]:
-        """As CanBus.read; takes over a bus that has been opened."""
+        """Read as CanBus.read; first take over a bus that has been opened."""
         self._adopt()
         return self._bus.read(stamp_ns) if self._bus else []
 
     def forget(self) -> None:
-        """As CanBus.forget."""
+        """Drop frames as CanBus.forget."""
         self._adopt()
         if self._bus:
             self._bus.forget()
 
     def read_upto(self, total: int, stamps_us: Sequence[int], limit_s: float) -> list[Frame]:
-        """As CanBus.read_upto; nothing while there is no bus."""
+        """Read as CanBus.read_upto; empty if there is no bus."""
         return self._bus.read_upto(total, stamps_us, limit_s) if self._bus else []
 
     def write(self, frames: Sequence[Frame]) -> int:
-        """As CanBus.write."""
+        """Send as CanBus.write; count failures."""
         failures = self._bus.write(frames) if self._bus else len(frames)
         self._failures += failures
         return failures
 
     def close(self) -> None:
-        """Closes what is open; harmless when nothing is."""
+        """Close the bus and any attempt; no effect if there is none."""
         if self._attempt:
             self._attempt.abandon()
             self._attempt = None

@@ -1,4 +1,4 @@
-"""What a CAN error frame and an errno mean: kinds for the counts, words for people. No bus is touched.
+"""Meaning of CAN error frames and errno values: kinds for the counts, text for people. No bus is used.
 
 An error frame's id is a set of classes (linux/can/error.h); of class CRTL, byte 1 tells more. python-can keeps the
 classes of a socketcan frame and its data; its socketcand client drops the data, so the bench's hub sends byte 1 in bits
@@ -12,7 +12,7 @@ import errno
 from onboard.records import BusTrouble
 
 BUS_OFF, CONTROLLER, RESTARTED = 0x40, 0x04, 0x100
-_CLASSES = (  # the first that is set names the frame
+_CLASSES = (  # the first bit that is set gives the kind
     (BUS_OFF, BusTrouble.BUS_OFF), (RESTARTED, BusTrouble.RESTARTED), (0x20, BusTrouble.NO_ACK),
     (0x8 | 0x80, BusTrouble.BUS_ERROR),
 )
@@ -23,7 +23,7 @@ FULL = (errno.ENOBUFS, errno.EAGAIN, errno.ENOMEM)
 
 
 def kind_of(classes: int, detail: int) -> BusTrouble:
-    """The kind of an error frame. classes: its id; detail: byte 1 of its data."""
+    """Kind of an error frame. classes: its id; detail: byte 1 of its data."""
     for bits, kind in _CLASSES:
         if classes & bits:
             return kind
@@ -35,7 +35,7 @@ def kind_of(classes: int, detail: int) -> BusTrouble:
 
 
 def words_of(number: int | None, text: str) -> str:
-    """What an errno of a read or a send means for people; `text` where it is none of those known."""
+    """Text for people about the errno of a read or a send; `text` if the number is not known here."""
     if number == errno.ENETDOWN:
         return "the interface is down (ip link set INTERFACE up)"
     if number in GONE:

@@ -1,4 +1,4 @@
-"""The kernel's CAN: socketcan through python-can, never blocking, filtered by the blocks of the DBC."""
+"""CAN bus of the kernel: socketcan through python-can, non-blocking, filtered by the blocks of the DBC."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ _BLOCK_MASK = 0x7F0
 
 
 def dbc_filters() -> list[CanFilter]:
-    """For the kernel: every block of 16 ids that has one of the DBC; the others of a block pass, to be counted."""
+    """Kernel filters: every block of 16 ids with an id of the DBC; its other ids pass too and are counted."""
     blocks = sorted({can_id & _BLOCK_MASK for can_id in TABLE})
     return [{"can_id": block, "can_mask": _BLOCK_MASK, "extended": False} for block in blocks]
 
 
 class KernelBus(CanBus):
-    """The kernel's bus. Its stamps are of the time of day: a frame's age counts back from the moment it is read.
+    """The kernel's bus. Its stamps are of the time of day: a frame's age counts back from the moment of the read.
 
-    No frame came before the read before this one. So where the system's clock was set in between, a stamp is wrong by a
-    tick at most; without that bound every wheel would be years old, and the rover in SAFE.
+    No frame is older than the read before this one. This bound limits the error of a stamp to one tick if the system's
+    clock was set in between; without it every wheel could be years old, and the rover in SAFE.
     """
 
     def __init__(self, bus: can.BusABC) -> None:
@@ -36,13 +36,13 @@ class KernelBus(CanBus):
         self._before_ns = 0
 
     def read(self, stamp_ns: int) -> list[Frame]:
-        """See CanBus.read."""
+        """Read as CanBus.read, and store the time as the bound of the next read."""
         frames = super().read(stamp_ns)
         self._before_ns = stamp_ns
         return frames
 
     def fileno(self) -> int:
-        """For poll(); -1 when it is closed."""
+        """Descriptor for poll(); -1 when closed."""
         return int(self._bus.fileno())
 
     def _wait(self, limit_s: float) -> None:
@@ -54,7 +54,7 @@ class KernelBus(CanBus):
 
 
 def open_socketcan(interface: str, filtered: bool) -> CanBus:
-    """An interface of this machine. Raises OSError with what to do; NoCanError on a kernel without AF_CAN."""
+    """Open an interface of this machine. Raises OSError with what to do; NoCanError on a kernel without AF_CAN."""
     if not hasattr(socket, "AF_CAN"):
         raise NoCanError(f"socketcan:{interface}: this Python knows no AF_CAN; use socketcand:HOST:PORT/BUS")
     try:
@@ -66,7 +66,7 @@ def open_socketcan(interface: str, filtered: bool) -> CanBus:
             f"dev {interface} type vcan; ip link set {interface} up`. A kernel without AF_CAN: run a socketcand server "
             "(the bench has one) and use socketcand:HOST:PORT/BUS"
         ) from error
-    bus.socket.setblocking(False)  # python-can asks select() first; this holds where that is wrong
+    bus.socket.setblocking(False)  # python-can asks select() first; this applies if its answer is wrong
     return KernelBus(bus)
 
 

@@ -1,9 +1,9 @@
-"""CAN over TCP: python-can's socketcand client and its socket, which it gives no door to.
+"""CAN over TCP: python-can's socketcand client and its socket, for which it has no public access.
 
-What python-can 4.6.1 does, and what is done about it here: it sees an end of file as "no message" for ever (the socket
-is peeked when nothing came); its `send` blocks whatever its timeout says (the frames are written here, to a socket that
-does not block, and what has begun to leave is finished before anything new); its connect spins for 10 s when nobody
-listens (asked first).
+Limits of python-can 4.6.1 and their remedies here. It treats an end of file as "no message" for ever: the socket is
+peeked when no message came. Its `send` blocks whatever its timeout: the frames are written here, to a non-blocking
+socket, and a partly sent text is finished before anything new. Its connect spins for 10 s if nobody listens: a test
+connection comes first.
 """
 
 from __future__ import annotations
@@ -34,14 +34,14 @@ class DaemonBus(CanBus):
         self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         self._socket.sendall(b"< echo >")  # from here on the hub may send frames
         self._socket.setblocking(False)
-        self._begun = b""  # the rest of a tick's frames of which the socket has taken the first bytes
+        self._begun = b""  # rest of a tick's frames of which the socket has taken the first bytes
 
     def fileno(self) -> int:
-        """For poll(); -1 when it is closed."""
+        """Descriptor for poll(); -1 when closed."""
         return self._socket.fileno()
 
     def write(self, frames: Sequence[Frame]) -> int:
-        """As CanBus.write; a tick's frames go out in one piece or, while an earlier tick's wait, not at all."""
+        """Send as CanBus.write; a tick's frames are sent in one piece, or not at all while an earlier tick's wait."""
         if self.state is PortState.CLOSED or not self._flushed() or not frames:
             return len(frames)
         text = "".join([convert_can_message_to_ascii_message(message_of(frame)) for frame in frames]).encode("ascii")
@@ -53,13 +53,13 @@ class DaemonBus(CanBus):
         return 0
 
     def _flushed(self) -> bool:
-        """Goes on with what has begun to leave; whether all of it has left."""
+        """Send more of a partly sent text; return whether all of it has left."""
         if self._begun:
             self._begun = self._begun[self._taken(self._begun) :]
         return not self._begun
 
     def _taken(self, data: bytes) -> int:
-        """The number of bytes that the socket takes now."""
+        """Send; return the number of bytes that the socket took."""
         try:
             taken = self._socket.send(data)
         except BlockingIOError:
@@ -80,7 +80,7 @@ class DaemonBus(CanBus):
         self.state, self._words["port"] = PortState.CLOSED, _ENDED
 
     def _ended(self) -> bool:
-        """Whether the other side closed the stream and all of it is read."""
+        """Return whether the other side closed the stream and all of it is read."""
         try:
             return self._socket.recv(1, socket.MSG_PEEK | socket.MSG_DONTWAIT) == b""
         except BlockingIOError:
@@ -93,7 +93,7 @@ class DaemonBus(CanBus):
 
 
 def open_socketcand(host: str, port: int, bus: str) -> CanBus:
-    """A bus of a socketcand server, or of the bench's hub. Raises OSError with what to do."""
+    """Open a bus of a socketcand server, or of the bench's hub. Raises OSError with what to do."""
     logging.getLogger("can.interfaces.socketcand.socketcand").setLevel(logging.CRITICAL)
     where = f"socketcand:{host}:{port}/{bus}"
     try:

@@ -1,4 +1,4 @@
-"""Who says when a tick begins: the wall clock, or the bench (lock-step). The only place on board that reads a clock."""
+"""Clocks of the ticks: the wall clock, and the bench's (lock-step). The only module on board that reads a clock."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from onboard.drivers.alarm import Alarm
 from protocol.barrier import Done, Hello, Receiver, Stop, Tick, Welcome, encode, parse_address
 from protocol.conventions import TICK_NS
 
-_ALARM_FIRST_S = 1e-3  # the relative limit comes after the alarm, and is there should that fail
+_ALARM_FIRST_S = 1e-3  # the relative limit ends after the alarm, as a fallback if the alarm fails
 
 
 class ClockLostError(RuntimeError):
-    """The bench that owns time has gone."""
+    """The bench that owns time is gone."""
 
 
 def wait_for(descriptor: int, limit_s: float, alarm: int = -1) -> bool:
-    """Sleep until the descriptor has news, the alarm's fires, or for `limit_s`; whether the former has. -1: none."""
+    """Wait until the descriptor is readable, the alarm fires, or `limit_s` ends; return the first case. -1: none."""
     awaited = [fd for fd in (descriptor, alarm) if fd >= 0]
     if not awaited:
         time.sleep(limit_s)
@@ -30,10 +30,11 @@ def wait_for(descriptor: int, limit_s: float, alarm: int = -1) -> bool:
 
 
 class WallClock:
-    """Absolute deadlines on the monotonic clock; between them the shell sleeps until a port has news or it is time.
+    """Absolute deadlines on the monotonic clock; between them the shell waits for data of a port or the deadline.
 
-    idle(left_s): what it does meanwhile; it may come back early. alarm: set to each deadline, for `idle` to wait for.
-    late_ns: how long after its deadline the last tick began.
+    idle(left_s): called to wait; it may return early.
+    alarm: set to each deadline, for `idle` to wait on.
+    late_ns: time from its deadline to the start of the last tick.
     """
 
     def __init__(self, tick_ns: int = TICK_NS) -> None:
@@ -46,7 +47,7 @@ class WallClock:
         self.alarm: Alarm | None = None
 
     def start(self) -> None:
-        """Time begins now: the opening of the ports is no part of the run."""
+        """Start the time: the opening of the ports is not part of the run."""
         self._start_ns = time.monotonic_ns()
 
     def now_ns(self) -> int:
@@ -54,7 +55,7 @@ class WallClock:
         return time.monotonic_ns() - self._start_ns
 
     def wait(self) -> Tick | None:
-        """Sleep to the next deadline. Deadlines missed by whole ticks are skipped and counted. None: asked to stop."""
+        """Wait for the next deadline. Deadlines missed by whole ticks are skipped and counted. None: stop requested."""
         self._number += 1
         deadline_ns = self._number * self._tick_ns
         late = (self.now_ns() - deadline_ns) // self._tick_ns
@@ -71,11 +72,11 @@ class WallClock:
 
     @property
     def left_ns(self) -> int:
-        """Until the next deadline; negative where it has passed."""
+        """Time to the next deadline; negative if it has passed."""
         return (self._number + 1) * self._tick_ns - self.now_ns()
 
     def overtime(self, ticks: int) -> Iterator[Tick]:
-        """So many ticks more, though the run is over."""
+        """Yield this many more ticks after the end of the run."""
         for _ in range(ticks):
             self._number = max(self._number + 1, self.now_ns() // self._tick_ns)
             deadline_ns = self._number * self._tick_ns
@@ -86,14 +87,14 @@ class WallClock:
             yield Tick(self._number, deadline_ns, ())
 
     def done(self, tick: Tick, sent: Mapping[str, int], connect: Sequence[str]) -> None:
-        """Nobody waits for it."""
+        """Do nothing: no other participant waits for the tick."""
 
     def close(self) -> None:
-        """Nothing to close."""
+        """Do nothing: there is nothing to close."""
 
 
 class LockStepClock:
-    """One participant of the barrier: time is what the bench says."""
+    """Participant of the barrier: the bench sets the time."""
 
     def __init__(self, address: str, name: str = "onboard") -> None:
         try:
@@ -109,7 +110,7 @@ class LockStepClock:
         self.stopping = False
 
     def start(self) -> None:
-        """Say who is here; from now on the bench may call. Every port must be open before."""
+        """Join the barrier; from now on the bench may send ticks. Every port must be open before."""
         self._socket = self._stack.enter_context(socket.create_connection(self._address, timeout=30))
         self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         self._socket.settimeout(None)
@@ -122,7 +123,7 @@ class LockStepClock:
         return self._now_ns
 
     def wait(self) -> Tick | None:
-        """The next tick, or None when the run is over."""
+        """Return the next tick, or None when the run is over."""
         message = None if self.stopping else self._next()
         if isinstance(message, Tick):
             self._now_ns = message.now_ns
@@ -132,7 +133,7 @@ class LockStepClock:
         raise ClockLostError(f"the bench sent {type(message).__name__} where a tick was due")
 
     def done(self, tick: Tick, sent: Mapping[str, int], connect: Sequence[str]) -> None:
-        """Tell the bench that the tick is done and how much was sent so far."""
+        """Report to the bench that the tick is done, with the counts sent so far."""
         self._socket.sendall(encode(Done(tick.number, tick.number + 1, dict(sent), tuple(connect))))
 
     def close(self) -> None:

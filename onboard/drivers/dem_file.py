@@ -1,15 +1,16 @@
-"""Elevation files: GeoTIFF, ESRI ASCII grid, PDS image, and .npy; and rasters of our own.
+"""Elevation files: GeoTIFF, ESRI ASCII grid, PDS image and .npy; and writing of rasters.
 
-The one door to rasterio, so a little over 300 lines: reading, placing and writing share its projections. GDAL below it
-knows 155 formats, some of which are lists of addresses that it would fetch: only the DRIVERS named here open a file,
-those that fetch are not even loaded, and its readers of remote files refuse (CLOSED). A projection is a name or a text.
+The only module that imports rasterio, so a little over 300 lines: reading, placing and writing share its projections.
+GDAL below it knows 155 formats, some of which are lists of addresses that it would fetch. Only the DRIVERS named here
+open a file, those that fetch are not even loaded, and readers of remote files are disabled (CLOSED). A projection is a
+name or a text.
 
     file --open_dem--> Dem --read--> heights of a window of cells, in metres, NaN where there are none
     start --place--> Site: the projection of the map, and where the mission starts in it
 
-The map is in the file's own projection where a metre of that is a metre of ground to 0.2 %, else in an azimuthal
-equidistant one around the start, on the file's own ellipsoid (the Moon's too): +y is the projection's north.
-`onboard.maps.gdem_resample` brings the heights to the cells of the map.
+The map is in the file's own projection if a metre of it is a metre of ground to 0.2 %, else in an azimuthal
+equidistant one around the start, on the file's own ellipsoid (also for the Moon): +y is the projection's north.
+`onboard.maps.gdem_resample` resamples the heights to the cells of the map.
 """
 
 from __future__ import annotations
@@ -37,7 +38,7 @@ from onboard.records import F64, Grid
 from protocol.visible import visible
 
 TRUE_RATIO = 0.002
-_MOST_WORDS = 200  # of what numpy says
+_MOST_WORDS = 200  # of numpy's error text
 DRIVERS = ("GTiff", "AAIGrid", "PDS")
 CLOSED = {
     "GDAL_SKIP": "VRT,DERIVED,GTI,HTTP,WMS,WMTS,WCS,EEDA,EEDAI,DAAS,PLMOSAIC,STACIT,STACTA,MRF,ESRIC,Zarr,GeoJSON,"
@@ -51,11 +52,15 @@ PLAIN = CRS.from_wkt('LOCAL_CS["no projection named",UNIT["metre",1],AXIS["x",EA
 
 @dataclass(frozen=True, slots=True)
 class Reading:
-    """What a file does not tell of itself. band 0: the only one. cell_m 0: the file knows its cells.
+    """Settings for data that a file lacks.
 
-    corner: x, y of the south-west corner of a file without a place. crs: any name that rasterio knows, over the file's.
-    unit_m: metres for each unit of height, 0: what the file says. north_first: the first row of an .npy is the north.
-    nodata: a value that stands for "no data", beside what the file says.
+    band: number of the band; 0: the only one.
+    cell_m: size of a cell; 0: the file has it.
+    corner: x, y of the south-west corner of a file without georeference.
+    crs: any name that rasterio knows; overrides the file's.
+    unit_m: metres per unit of height; 0: as the file states.
+    north_first: the first row of an .npy is the north.
+    nodata: a value that means "no data", in addition to the file's.
     """
 
     band: int = 0
@@ -69,10 +74,11 @@ class Reading:
 
 @dataclass(frozen=True, slots=True)
 class Dem:
-    """An open file. `to_xy` takes (column, row), counted from the outer corner of cell (0, 0), to coordinates of `crs`.
+    """An open file.
 
-    read(row, column, height, width): heights of a window inside the file, float64 metres, NaN without data. `nodata`:
-    the value that the file writes for that, None where it has none.
+    to_xy: takes (column, row), counted from the outer corner of cell (0, 0), to coordinates of `crs`.
+    nodata: the file's value for "no data"; None if it has none.
+    read(row, column, height, width): heights of a window inside the file, float64 metres, NaN without data.
     """
 
     rows: int
@@ -84,12 +90,12 @@ class Dem:
 
     @property
     def vertical(self) -> str:
-        """Name of the vertical datum; empty where the file tells none."""
+        """Name of the vertical datum; empty if the file has none."""
         return "" if self.crs == PLAIN else vertical_datum(self.crs.to_dict(projjson=True))
 
     @property
     def projection(self) -> str:
-        """Name of the file's projection, or its PROJ text where nobody named it."""
+        """Name of the file's projection, or its PROJ text if it has no name."""
         if self.crs == PLAIN:
             return "none named: plain metres"
         return projection_name(self.crs.to_dict(projjson=True)) or str(self.crs.to_string())
@@ -97,10 +103,13 @@ class Dem:
 
 @dataclass(frozen=True, slots=True)
 class Site:
-    """A file and a start in it. `to_xy`, `crs`: of the file; longitudes, where it has such, counted from the start.
+    """A file and a start in it.
 
-    map_crs: projection of the map, `projection` in words; x_m, y_m: the start in it; lonlat_deg: on the file's
-    ellipsoid, None without a projection. cell_m: the longer side of the file's cells there.
+    to_xy, crs: of the file; longitudes, if any, count from the start.
+    map_crs, projection: projection of the map, and its name.
+    x_m, y_m: the start in it.
+    lonlat_deg: the start on the file's ellipsoid; None without a projection.
+    cell_m: the longer side of the file's cells there.
     """
 
     dem: Dem
@@ -122,15 +131,15 @@ class Site:
 
     @property
     def pole_m(self) -> tuple[float, float] | None:
-        """In a file in degrees, the nearer pole from the start, x and y: around it its cells are no rectangle."""
+        """In a file in degrees, x and y of the nearer pole from the start: around it the cells are no rectangles."""
         if not (self.crs.is_geographic and self.lonlat_deg):
             return None
         return _moved(self.crs, self.map_crs, 0.0, math.copysign(90.0, self.lonlat_deg[1]))
 
     def rows_columns(self, x_m: F64, y_m: F64) -> tuple[F64, F64]:
-        """Fractional rows and columns of the file (k,) at places of the map (k,), from the start.
+        """Fractional rows and columns of the file (k,) at places of the map (k,), counted from the start.
 
-        Raises DemError where the file's projection ends.
+        Raises DemError if the file's projection ends there.
         """
         x, y = self.x_m + x_m, self.y_m + y_m
         if self.map_crs != self.crs:
@@ -146,11 +155,11 @@ class Site:
 
 @contextmanager
 def open_dem(path: Path, how: Reading) -> Iterator[Dem]:
-    """The file, ready to be read. Raises DemError, or OSError where there is no file to open."""
+    """Open the file for reading. Raises DemError, or OSError if the file cannot be opened."""
     with path.open("rb") as file:
         if not file.read(1):
             raise DemError("is empty; copy it again")
-    with rasterio.Env(**CLOSED):  # it keeps PROJ's own words off standard error, too
+    with rasterio.Env(**CLOSED):  # it also stops PROJ from writing to standard error
         crs = _named_crs(how.crs)
         if path.suffix == ".npy":
             yield _array(path, how, crs)
@@ -160,11 +169,11 @@ def open_dem(path: Path, how: Reading) -> Iterator[Dem]:
 
 
 def _named_crs(text: str) -> CRS | None:
-    """The projection of a user's words; None of none."""
+    """Return the projection that a user named; None for an empty text."""
     if not text:
         return None
     try:
-        if CRS_FORMS.match(text):  # GDAL would take an address or a file's name
+        if CRS_FORMS.match(text):  # GDAL would also accept an address or a file name
             return CRS.from_user_input(text)
     except ValueError:  # CRSError is one
         pass
@@ -193,7 +202,7 @@ def _array(path: Path, how: Reading, crs: CRS | None) -> Dem:
     rows, columns = array.shape
 
     def read(row: int, column: int, height: int, width: int) -> F64:
-        with np.errstate(invalid="ignore"):  # a NaN may be one that signals
+        with np.errstate(invalid="ignore"):  # a NaN may be a signalling one
             raw = array[row : row + height, column : column + width].astype(np.float64)
         return _measured(raw, how.nodata) * (how.unit_m or 1.0)
 
@@ -217,7 +226,7 @@ def _raster(file: Any, how: Reading, crs: CRS | None) -> Dem:
         except RasterioError:
             where = f"rows {row} to {row + height}, columns {column} to {column + width}"
             raise DemError(f"is cut short or damaged at {where}; copy it again") from None
-        with np.errstate(invalid="ignore"):  # a NaN may be one that signals
+        with np.errstate(invalid="ignore"):  # a NaN may be a signalling one
             heights: F64 = _measured(raw.astype(np.float64).filled(np.nan), how.nodata) * scale + offset
         return heights
 
@@ -243,7 +252,7 @@ def _given_place(how: Reading, rows: int, north_first: bool) -> Affine:
 
 
 def _measured(raw: F64, nodata: float | None) -> F64:
-    """NaN for what is no number or the value for "no data", to the digits of a float32."""
+    """Set NaN where the value is not finite or equals `nodata` to the digits of a float32."""
     absent = ~np.isfinite(raw)
     if nodata is not None:
         absent |= np.isclose(raw, nodata, rtol=1e-6, atol=0.0)
@@ -255,9 +264,10 @@ def _measured(raw: F64, nodata: float | None) -> F64:
 
 
 def place(dem: Dem, kind: str, first: float, second: float) -> Site:
-    """The start, by `kind`: 'rowcol' (from the outer corner of cell (0, 0)), 'xy' (the file's) or 'lonlat' (degrees).
+    """Place the start, by `kind`: 'rowcol' (from the outer corner of cell (0, 0)), 'xy' (the file's) or 'lonlat'
+    (degrees).
 
-    Raises DemError where it lies outside the file.
+    Raises DemError if it lies outside the file.
     """
     if dem.crs == PLAIN and kind == "lonlat":
         raise DemError("names no projection, so longitudes mean nothing; give --crs, or the start by --start-xy")
@@ -270,7 +280,7 @@ def place(dem: Dem, kind: str, first: float, second: float) -> Site:
                        f"its y {south:.10g} to {north:.10g}")  # fmt: skip
     if not ball:
         return Site(dem, dem.to_xy, PLAIN, PLAIN, dem.projection, x, y, None)
-    if dem.crs.is_geographic:  # longitudes from the start: no seam at 180 degrees, and 0..360 is as good as -180..180
+    if dem.crs.is_geographic:  # longitudes from the start: no seam at 180 degrees; 0..360 works like -180..180
         to_xy, crs = Affine.translation(-x, 0.0) @ dem.to_xy, _degrees(ball)
         return Site(dem, to_xy, crs, _local(ball, 0.0, y), _local_name(ball, x, y), 0.0, 0.0, (x, y))
     lon, lat = _moved(dem.crs, _degrees(ball), x, y)
@@ -280,7 +290,7 @@ def place(dem: Dem, kind: str, first: float, second: float) -> Site:
 
 
 def _file_xy(dem: Dem, ball: str, kind: str, first: float, second: float) -> tuple[float, float]:
-    """The start in the file's own coordinates."""
+    """Coordinates of the start in the file's own system."""
     if kind == "rowcol":
         x, y = dem.to_xy @ (second, first)
         return float(x), float(y)
@@ -293,7 +303,7 @@ def _file_xy(dem: Dem, ball: str, kind: str, first: float, second: float) -> tup
 
 
 def _true_to_scale(crs: CRS, local: CRS, x: float, y: float) -> bool:
-    """Whether a step in a projection is as long on the ground, along both axes."""
+    """Return whether a step in a projection has its true length on the ground, along both axes."""
     step = 100.0
     here, *others = [_moved(crs, local, *at) for at in ((x, y), (x + step, y), (x, y + step))]
     return all(abs(math.dist(here, there) / step - 1.0) <= TRUE_RATIO for there in others)
@@ -322,11 +332,11 @@ def _moved(source: CRS, target: CRS, x: float, y: float) -> tuple[float, float]:
 
 
 def write_raster(path: Path, driver: str, bands: Any, grid: Grid | None, names: tuple[str, ...]) -> None:
-    """Bands (k, rows, columns), row along +y, as a file whose first row is the north; NaN is nodata where they have it.
+    """Write bands (k, rows, columns), row along +y, to a file whose first row is the north; NaN is nodata if placed.
 
-    grid: where the cells lie, in plain metres; None: a picture of no place. Raises OSError where it cannot be written.
+    grid: place of the cells, in plain metres; None: a picture without a place. Raises OSError if it cannot be written.
     """
-    path.open("wb").close()  # says why it cannot be: some of GDAL's errors are none of rasterio's
+    path.open("wb").close()  # raises OSError with the reason: some of GDAL's errors are not rasterio errors
     count, rows, columns = bands.shape
     place: dict[str, Any] = {}
     if grid is not None:

@@ -1,4 +1,4 @@
-"""What an elevation file says in words: its unit of height, and its projection as PROJJSON."""
+"""Text attributes of elevation files: unit of height, and projection as PROJJSON."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ METRES = {
 
 
 class DemError(ValueError):
-    """The file cannot become a map; the text is one line that goes on after the file's name."""
+    """The file cannot become a map; the text is one line that continues after the file's name."""
 
 
 def unit_m(unit: str | None) -> float:
-    """Metres of a unit of height; of none: 1. Raises DemError where nobody knows it."""
+    """Metres per unit of height; 1 if there is no unit. Raises DemError for an unknown unit."""
     try:
         return METRES[(unit or "").strip().lower()]
     except KeyError:
@@ -24,19 +24,19 @@ def unit_m(unit: str | None) -> float:
 
 
 def projection_name(tree: Any) -> str:
-    """What people call a projection; empty where nobody named it."""
+    """Name of a projection; empty if it has none."""
     name = str(tree.get("name", ""))
     return "" if name.lower() in ("unknown", "unnamed") else name
 
 
 def vertical_datum(tree: Any) -> str:
-    """Name of the vertical part of a compound system; empty where the file tells none."""
+    """Name of the vertical part of a compound system; empty if there is none."""
     parts = tree.get("components", ())
     return str(parts[1]["name"]) if len(parts) > 1 else ""
 
 
 def ellipsoid(tree: Any) -> str:
-    """The body that the projection is on, as PROJ text. Raises DemError where it names none."""
+    """Ellipsoid of the projection, as PROJ text. Raises DemError if there is none."""
     shape = _find(tree, "ellipsoid")
     if shape is None:
         raise DemError("has a projection without an ellipsoid; give the right one by --crs")
@@ -49,14 +49,14 @@ def ellipsoid(tree: Any) -> str:
 
 
 def _metres(value: Any) -> float:
-    """A PROJJSON length: a number of metres, or a dict of value and unit."""
+    """Length in metres of a PROJJSON value: a number of metres, or a dict of value and unit."""
     if isinstance(value, dict):
         return float(value["value"]) * float(value["unit"]["conversion_factor"])
     return float(value)
 
 
 def _find(tree: Any, key: str) -> Any:
-    """The first value under `key` in a tree of dicts and lists, None where there is none."""
+    """Return the first value under `key` in a tree of dicts and lists, or None."""
     if isinstance(tree, dict) and key in tree:
         return tree[key]
     branches = tree.values() if isinstance(tree, dict) else tree if isinstance(tree, list) else ()

@@ -1,7 +1,7 @@
-"""The folder of map tiles: the only part of the flight program that keeps a map on disk.
+"""Store of map tiles: the only part of the flight program that saves a map on disk.
 
-A tile is written beside its place, forced to the disk and renamed, and the folder is forced too: after a crash there is
-the old tile or the new one, whole. What cannot be read is dropped alone and said; the others load.
+A tile is written to a temporary file, forced to the disk and renamed; the folder is forced too. After a crash there is
+the old tile or the new one, whole. A file that cannot be read is dropped alone and reported; the others load.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ class TileFile:
 
 @dataclass(frozen=True, slots=True)
 class Kept:
-    """What a folder holds: tiles in the order of their names, and a line for each file that was dropped."""
+    """Content of a folder: tiles in the order of their names, and a line for each file that was dropped."""
 
     files: tuple[TileFile, ...] = ()
     dropped: tuple[str, ...] = ()
@@ -49,14 +49,14 @@ class Kept:
 
 
 def name_of(tile: Tile) -> str:
-    """Name of the file of a tile: its numbers along x and along y."""
+    """File name of a tile: its numbers along x and along y."""
     return f"x{tile.i:+05d}_y{tile.j:+05d}{SUFFIX}"
 
 
 def load(folder: Path, cell_m: float = 0.0) -> Kept:
-    """The tiles of a folder with cells of `cell_m`; of 0: with the cells that most tiles have.
+    """Load the tiles of a folder with cells of `cell_m`; 0: the cell size that most tiles have.
 
-    Raises OSError where the folder cannot be listed; a file that cannot be used is dropped with a message.
+    Raises OSError if the folder cannot be listed; an unusable file is dropped with a message.
     """
     files: list[TileFile] = []
     dropped: list[str] = []
@@ -89,7 +89,7 @@ def _most_common(files: list[TileFile]) -> float:
 
 
 def save(folder: Path, tile: Tile) -> None:
-    """The tile in place of what the folder holds of it. Raises OSError, a disk that is nearly full included."""
+    """Save the tile in place of the old one. Raises OSError, also if the disk is nearly full."""
     data, path = encode(tile), folder / name_of(tile)
     free = shutil.disk_usage(folder).free
     if free < FREE_BYTES + len(data):
@@ -98,7 +98,7 @@ def save(folder: Path, tile: Tile) -> None:
 
 
 def write_whole(path: Path, data: bytes) -> None:
-    """After a crash at any time the file holds what it held or `data`, whole. Raises OSError."""
+    """Replace a file: after a crash at any time it has its old content or `data`, whole. Raises OSError."""
     temporary = path.with_suffix(TEMPORARY)
     try:
         with open(temporary, "wb", opener=_private) as file:
@@ -113,12 +113,12 @@ def write_whole(path: Path, data: bytes) -> None:
 
 
 def _private(path: str, flags: int) -> int:
-    """What outlives a run tells of commands and places: for its owner alone."""
+    """Open for the owner only: saved state shows commands and places."""
     return os.open(path, flags, 0o600)
 
 
 def _force(folder: Path) -> None:
-    """The names in a folder are on the disk when this returns."""
+    """Force the names in a folder to the disk."""
     descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
     try:
         os.fsync(descriptor)
@@ -127,11 +127,12 @@ def _force(folder: Path) -> None:
 
 
 class Keeper:
-    """Saves the tiles of a map that have changed, in a thread of its own: a disk may take seconds.
+    """Saver of changed map tiles, in a thread of its own: a disk may take seconds.
 
-    `memory`: the map as the folder holds it. tell: hears in one line what could not be saved; that is tried again with
-    the next map. wait: lock-step, where a result belongs to the tick after it was asked for. An empty `folder` keeps
-    nothing.
+    memory: the map as the folder has it.
+    tell: called with one line about a failed save; the next map repeats the save.
+    wait: lock-step, where a result belongs to the tick after its request.
+    folder: if empty, nothing is saved.
     """
 
     def __init__(
@@ -149,7 +150,7 @@ class Keeper:
             self._tell(f"the map cannot be kept in {folder}: {error.strerror}")
 
     def keep(self, memory: StopMap | None) -> None:
-        """This is the map now, None: there is none any more; called each tick, returns at once."""
+        """Start to save the map if it has changed; None: clear it. Called each tick, returns at once."""
         if self._folder is None or memory is self._given:
             return
         self._given = memory
@@ -159,14 +160,14 @@ class Keeper:
         self._running.append(self._pool.submit(self._save, self._folder, memory))
 
     def collect(self) -> tuple[Saved, ...]:
-        """What has ended since, in the order asked."""
+        """Return the results that are ready, in the order of the requests."""
         done = []
         while self._running and (self._wait or self._running[0].done()):
             done.append(self._running.pop(0).result())
         return tuple(done)
 
     def _sweep(self) -> None:
-        """Makes the folder and takes away what a crash left half written; that tile is the old one."""
+        """Make the folder and remove half-written files of a crash; their tiles are the old ones."""
         if self._folder:
             self._folder.mkdir(parents=True, exist_ok=True)
             for stray in self._folder.glob(f"*{TEMPORARY}"):
@@ -184,7 +185,7 @@ class Keeper:
         return Saved("map")
 
     def _clear(self, folder: Path) -> Saved:
-        """The operator has the map forgotten: it must not come back with the next start."""
+        """Delete the tiles by order of the operator: the map must not come back at the next start."""
         try:
             for path in folder.glob(f"*{SUFFIX}"):
                 path.unlink()
@@ -196,7 +197,7 @@ class Keeper:
         return Saved("map")
 
     def close(self) -> None:
-        """Returns when all is saved."""
+        """Wait until all is saved."""
         self._pool.shutdown(wait=True)
         for each in self._running:
-            each.result()  # what was our own error shows
+            each.result()  # raises an exception of our own code

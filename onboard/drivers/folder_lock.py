@@ -1,8 +1,7 @@
 """Lock of the state folder: one flight program at a time.
 
-A second one would take the next number of a start, and stations would refuse the first for good. The lock is the
-kernel's (flock), so that a program that was killed, or a power cut, leaves none behind; the number of the process in
-the file is for people.
+A second program would take the next start number, and stations would then refuse the first for good. The lock is the
+kernel's (flock), so a killed program or a power cut leaves none behind; the process id in the file is for people.
 """
 
 from __future__ import annotations
@@ -17,13 +16,13 @@ NAME = "lock"
 
 
 class FolderTakenError(OSError):
-    """Another program has the folder; the text is one line that says which, and what to do."""
+    """Another program has the folder; the text is one line that names it and what to do."""
 
 
 class FolderLock:
-    """Held from its making to the end of `with`. Without a folder there is nothing to lock.
+    """Lock from construction to the end of `with`. Without a folder there is nothing to lock.
 
-    trouble: why there is no lock though a folder is named, one line: a disk that is full or read-only grounds nobody.
+    trouble: one line if a named folder could not be locked: a full or read-only disk does not ground the rover.
     Raises FolderTakenError.
     """
 
@@ -55,7 +54,7 @@ class FolderLock:
         self.close()
 
     def close(self) -> None:
-        """Gives the lock back; may be called again."""
+        """Release the lock; may be called again."""
         if self._fd >= 0:
             os.close(self._fd)
         self._fd = -1

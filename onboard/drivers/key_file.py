@@ -1,4 +1,4 @@
-"""A file of link keys, read with care: only its owner may read it, and it must hold the keys of the asked direction."""
+"""Reader of link key files: only the owner may have access, and the keys must be of the expected direction."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from protocol.link import Keyring, parse_keys
 
 
 def read_any_keys(path: str) -> Keyring:
-    """The keys in a file. Raises ConfigError, one line that begins with the path and never quotes a secret."""
+    """Read the keys in a file. Raises ConfigError, one line that begins with the path and never quotes a secret."""
     try:
         mode = stat.S_IMODE(Path(path).stat().st_mode)
         keys = parse_keys(Path(path).read_text()) if not mode & 0o077 else None
@@ -24,7 +24,7 @@ def read_any_keys(path: str) -> Keyring:
 
 
 def read_keys(path: str, direction: str) -> Keyring:
-    """The same of a file whose keys should be of one direction."""
+    """Read the keys in a file and check their direction. Raises ConfigError."""
     keys = read_any_keys(path)
     if keys.direction != direction:
         raise ConfigError(f"{path}: holds keys of {keys.direction}, should be of {direction}")

@@ -1,4 +1,4 @@
-"""The scanner's port by its address: TCP, USB or a serial line, all behind `LidarPort`."""
+"""Factory of the scanner's port by its address: TCP, USB or a serial line, all behind `LidarPort`."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from onboard.drivers.tty_port import SPEEDS, TtyPort
 
 
 def open_port(address: str, name: str = "lidar.address") -> LidarPort:
-    """The port of an address, not connected yet. name: of the setting or argument that it came by, for messages.
+    """Return the port of an address, not connected yet. name: of its setting or argument, for messages.
 
-    Raises ConfigError where it is none of tcp:HOST:PORT, tty:PATH and tty:PATH@BITRATE.
+    Raises ConfigError if it is none of tcp:HOST:PORT, tty:PATH and tty:PATH@BITRATE.
     """
     kind, _, rest = address.partition(":")
     if kind == "tcp":

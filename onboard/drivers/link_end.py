@@ -1,7 +1,7 @@
-"""One end of the link: datagrams in and out, counted. What they mean is the caller's.
+"""One end of the link: datagrams in and out, counted, without their meaning.
 
-The rover's port and the ground's station are both such an end. On the wall clock `take` gives what is there; in
-lock-step `take_upto` waits for exactly what is counted. Carrier A is in `zenoh_end`, carrier B in `udp_end`.
+The rover's port and the ground's station both use such an end. On the wall clock `take` returns what has arrived; in
+lock-step `take_upto` waits for an exact count. Carrier A is in `zenoh_end`, carrier B in `udp_end`.
 """
 
 from __future__ import annotations
@@ -14,52 +14,52 @@ _POLL_S = 50e-6
 
 
 class LinkEndError(RuntimeError):
-    """The link does not answer, or cannot be had now; the text is one line that says what was waited for."""
+    """The link does not answer, or cannot be opened now; the text is one line that names what was awaited."""
 
 
 class LinkEnd(ABC):
-    """What both carriers' ends have in common. Close it."""
+    """Common part of both carriers' ends. Close it after use."""
 
-    opening_s = 0.0  # an end that has nobody at first is given so long to find the other one
-    sends_unasked = False  # whether what is put before any answer may arrive
+    opening_s = 0.0  # least time for an end that has no peer at first to find the other one
+    sends_unasked = False  # datagrams put before any answer may arrive
 
     def __init__(self) -> None:
         self.failed = False
         self.taken = 0
-        self.emptied = True  # whether the last `take` left nothing behind
+        self.emptied = True  # the last `take` left nothing behind
         self.clock_ns: Callable[[], int] = time.monotonic_ns
 
     @property
     @abstractmethod
     def open(self) -> bool:
-        """Whether the other end, or the carrier, has answered."""
+        """True if the other end, or the carrier, has answered."""
 
     @property
     @abstractmethod
     def linked(self) -> bool:
-        """Whether anybody is at the other end now."""
+        """True if there is a peer at the other end now."""
 
     @abstractmethod
     def knock(self) -> None:
-        """One turn of the opening."""
+        """Do one step of the opening."""
 
     @abstractmethod
     def take(self, most: int) -> list[bytes]:
-        """The datagrams that have arrived, at most `most`; of one that is too long for the link a beginning that is.
+        """Return arrived datagrams, at most `most`; one that is too long for the link is cut, and still too long.
 
-        Fewer than `most` may come though more wait: `emptied` tells.
+        The result may have fewer than `most` though more wait: see `emptied`.
         """
 
     @abstractmethod
     def put(self, datagram: bytes) -> None:
-        """Puts a datagram; where nobody is there it is lost, as on a dead link."""
+        """Send a datagram; without a peer it is lost, as on a dead link."""
 
     @abstractmethod
     def close(self) -> None:
-        """Ends it; may be called again."""
+        """Close the end; may be called again."""
 
     def wait_open(self, limit_s: float, alone_s: float = float("inf")) -> bool:
-        """Knocks until there is an answer, at most limit_s, and with nobody there at all at most alone_s."""
+        """Knock until there is an answer, at most limit_s, and without any peer at most alone_s."""
         limit_s, alone_s = max(limit_s, self.opening_s), max(alone_s, self.opening_s)
         start_s = time.monotonic()
         while not self.open:
@@ -71,9 +71,9 @@ class LinkEnd(ABC):
         return self.open
 
     def take_upto(self, total: int, limit_s: float) -> list[bytes]:
-        """Waits until `total` datagrams have been taken since the start; returns the new ones.
+        """Wait until `total` datagrams have been taken since the start; return the new ones.
 
-        Raises LinkEndError when they do not come within `limit_s` of wall time.
+        Raises LinkEndError if they do not come within `limit_s` of wall time.
         """
         missing, got, end_s = total - self.taken, list[bytes](), 0.0
         while len(got) < missing:

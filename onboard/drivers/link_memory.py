@@ -1,9 +1,10 @@
-"""What the rover's end of the link must not forget: of each key's halts the newest counter and the highest request id,
-and the epoch.
+"""Saved state of the rover's end of the link: for each key the newest counter and highest request id of its halts, and
+the key epoch.
 
-Both lie in the state folder, whole or not at all. A mark belongs to a key, told by its fingerprint: with a new secret
-the count begins anew. A mark is written beside the tick and its command waits for that, but for HOLD_NS at most: a stop
-never waits for an ill disk. One that was done unwritten could be sent again by others after a restart, and is told.
+Both are in the state folder, whole or not at all. A mark belongs to a key, identified by its fingerprint: with a new
+secret the count restarts. A mark is written outside the tick and its command waits for it, HOLD_NS at most: a stop
+never waits for a failed disk. A command that ran before its mark was written could be sent again by others after a
+restart; this is reported.
 """
 
 from __future__ import annotations
@@ -23,14 +24,16 @@ from protocol.keyring import Keyring, LinkKeys
 T = TypeVar("T")
 MARKS = "halts.json"
 HOLD_NS = 200_000_000
-_ASKED = " asked"  # behind a key's name in the file: the highest request id that halted
+_ASKED = " asked"  # suffix of a key's name in the file: the highest request id that halted
 
 
 class LinkMemory:
     """Marks and epoch of these keys. Without a folder both end with the run (a bench).
 
-    marks, halted: counters and request ids by key id, as they were kept. epoch: in force at the start. wait: lock-step,
-    where a write is always awaited. Raises ConfigError for a file that cannot be read: nothing is begun anew by itself.
+    marks, halted: saved counters and request ids, by key id.
+    epoch: in force at the start.
+    wait: lock-step, where each write is awaited.
+    Raises ConfigError for a file that cannot be read: no count restarts by itself.
     """
 
     def __init__(self, folder: str, keys: LinkKeys, wait: bool = True) -> None:
@@ -45,11 +48,11 @@ class LinkMemory:
         self.epoch = self._read_epoch(keys.command)
 
     def close(self) -> None:
-        """Returns when all is written."""
+        """Wait until all is written."""
         self._pool.shutdown(wait=True)
 
     def mark(self, key_id: int, counter: int, request_id: int) -> Future[bool]:
-        """Begins to write this highest counter, of that request; the result says whether it is on the disk."""
+        """Start to write this highest counter, of that request; the result is True if it is on the disk."""
         name = self._names[key_id]
         self._kept[name] = counter
         self._kept[name + _ASKED] = max(request_id, self._kept.get(name + _ASKED, 0))
@@ -57,7 +60,7 @@ class LinkMemory:
         return self._submitted(lambda: self._write(MARKS, text))
 
     def switch(self, epoch: int) -> Future[Saved]:
-        """Begins to keep an epoch, which is in force when that is done without an error; the error says why not."""
+        """Start to save an epoch; it is in force when that is done without an error. The error has the reason."""
         return self._submitted(lambda: self._switch(epoch))
 
     def _switch(self, epoch: int) -> Saved:

@@ -1,11 +1,12 @@
-"""The link's port: the rover's end of the link and the keys, no more. Keys never leave this file towards the core.
+"""Port of the link: the rover's end and the keys. Keys never leave this file towards the core.
 
-What arrives is opened by `protocol.link` and handed on as LinkMessage, refused datagrams with the name of the failed
-check; what leaves is sealed with the rover's key. On the wall clock `read` takes what is there; in lock-step
-`wait_open` comes before the first tick and `read_upto` takes exactly what the barrier counts. On a tcp/ endpoint the
-end is a zenoh session with an opening probe (`protocol.carrier`), on a udp/ endpoint sockets without a session.
+`protocol.link` opens arriving datagrams; they are handed on as LinkMessage, refused ones with the name of the failed
+check. Payloads are sealed with the rover's key and sent. On the wall clock `read` returns what has arrived; in
+lock-step `wait_open` comes before the first tick and `read_upto` returns exactly what the barrier counts. On a tcp/
+endpoint the end is a zenoh session with an opening probe (`protocol.carrier`), on a udp/ endpoint sockets without a
+session.
 
-A command that halts by a counter of its own waits here until its mark is on the disk (`link_memory`).
+A halting command with a counter of its own waits here until its mark is on the disk (`link_memory`).
 """
 
 from __future__ import annotations
@@ -41,16 +42,16 @@ from protocol.link import (
 )
 
 _VCAN = re.compile(r"socketcan:vcan\d+")
-_MOST_PER_READ, _READ_NS = 512, 4_000_000  # bound a tick on the wall clock; the rest waits in the queue
+_MOST_PER_READ, _READ_NS = 512, 4_000_000  # limits of a tick on the wall clock; the rest waits in the queue
 _LOOK_EVERY = 16  # datagrams between two looks at the clock
 
 
 class LinkPortError(RuntimeError):
-    """The link cannot be had, or does not answer in lock-step; the text is one line that says what was waited for."""
+    """The link cannot be opened, or does not answer in lock-step; the text is one line that names what was awaited."""
 
 
 def link_keys(config: Config) -> LinkKeys:
-    """The keys that the configuration names: two files, or on a bench those of its seed. Raises ConfigError."""
+    """Return the keys that the configuration names: two files, or on a bench those of its seed. Raises ConfigError."""
     link = config.link
     if link.command_keys and link.downlink_key:
         if not config.state.folder:
@@ -71,7 +72,7 @@ def link_keys(config: Config) -> LinkKeys:
 
 
 def _real_device(config: Config) -> str:
-    """The first address through which bytes could leave this computer; '' where there is none."""
+    """Return the first address through which bytes could leave this computer; '' if there is none."""
     for name, place, stays in (
         ("can.uri", config.can.uri, _can_stays(config.can.uri)),
         ("lidar.address", config.lidar.address, _stays("tcp:", config.lidar.address)),
@@ -84,7 +85,7 @@ def _real_device(config: Config) -> str:
 
 
 def endpoint_of(config: Config) -> str:
-    """Where the rover's end is. Raises ConfigError for a zenoh node on another computer that nobody vouched for."""
+    """Endpoint of the rover. Raises ConfigError for a zenoh node on another computer without link.remote_node."""
     link = config.link
     if link.endpoint.startswith(carrier.DIRECT) or link.remote_node or _stays("tcp/", link.endpoint):
         return link.endpoint
@@ -94,12 +95,12 @@ def endpoint_of(config: Config) -> str:
 
 
 def _can_stays(uri: str) -> bool:
-    """In this process, on a virtual interface of this kernel, or at a server on this computer."""
+    """Return whether a bus is in this process, on a virtual interface, or at a server on this computer."""
     return uri.startswith("virtual:") or bool(_VCAN.fullmatch(uri)) or _stays("socketcand:", uri, r"/[\w.-]+")
 
 
 def _stays(kind: str, place: str, rest: str = "") -> bool:
-    """Whether a place KIND HOST:PORT is on this computer's loopback. A name but localhost may be anybody's."""
+    """Return whether KIND HOST:PORT is on this computer's loopback. Of names only localhost counts."""
     match = re.fullmatch(rf"{kind}(\[[0-9a-f:]+\]|[\w.-]+):\d{{1,5}}{rest}", place)
     if not match:
         return False
@@ -119,7 +120,7 @@ def _keys(name: str, path: str, direction: str) -> Keyring:
 
 
 def checked(opener: Opener, datagram: bytes, stamp_ns: int) -> LinkMessage:
-    """What the core hears of a datagram: its payload, or which check refused it."""
+    """Return the message for the core: a datagram's payload, or the check that refused it."""
     try:
         opened = opener.open(datagram)
     except WireError as error:
@@ -128,14 +129,14 @@ def checked(opener: Opener, datagram: bytes, stamp_ns: int) -> LinkMessage:
 
 
 def heard(opened: Opened, stamp_ns: int, verdict: str = "ok") -> LinkMessage:
-    """What the core hears of a datagram that opened."""
+    """Return the message for the core of a datagram that passed its checks."""
     return LinkMessage(stamp_ns, True, verdict, opened.station, opened.kind, opened.payload)
 
 
 class Gate:
-    """Datagrams to messages: what every check of protocol.link passed, halting commands once their marks are kept.
+    """Filter from datagrams to messages: passes those that pass every check, halting commands after their marks.
 
-    memory: where those are. Sans-I/O but for it; `end` and time are the caller's.
+    memory: store of the marks, the only I/O here; `end` and time are the caller's.
     """
 
     def __init__(self, keys: LinkKeys, boot_id: int, memory: LinkMemory) -> None:
@@ -144,11 +145,11 @@ class Gate:
         self._held: list[tuple[int, Opened, Future[bool]]] = []
 
     def use(self, epoch: int) -> None:
-        """From now on in this epoch."""
+        """Switch to this epoch."""
         self._opener.epoch = epoch
 
     def receive(self, datagram: bytes, stamp_ns: int) -> list[LinkMessage]:
-        """The message of a datagram, none while it waits for its mark."""
+        """Return the message of a datagram; none while it waits for its mark."""
         try:
             opened = self._opener.open(datagram)
         except WireError as error:
@@ -160,7 +161,7 @@ class Gate:
         return self.release(stamp_ns)
 
     def release(self, now_ns: int) -> list[LinkMessage]:
-        """Those whose marks are kept, or that have waited long enough, in the order they came."""
+        """Return messages whose marks are saved, or that have waited long enough, in order of arrival."""
         out: list[LinkMessage] = []
         while self._held:
             stamp_ns, opened, written = self._held[0]
@@ -181,9 +182,10 @@ def _end(endpoint: str, keys: LinkKeys, rate_bps: float) -> LinkEnd:
 class LinkPort:
     """The rover's end of the link. Use it inside `with`, or call `close`: an open zenoh session hangs the interpreter.
 
-    memory: of marks and epoch; default one that ends with the port. rate_bps: of the downlink, which bounds the copies
-    to several listeners. end: in place of one at the endpoint (a bench of one process). clock_ns: by which a read ends
-    when its time is used up.
+    memory: store of marks and epoch; default: one that ends with the port.
+    rate_bps: of the downlink, which bounds the copies to several listeners.
+    end: replaces the one at the endpoint (a bench of one process).
+    clock_ns: clock that ends a read when its time is used up.
     """
 
     def __init__(self, endpoint: str, keys: LinkKeys, boot_id: int, memory: LinkMemory | None = None,
@@ -216,7 +218,7 @@ class LinkPort:
         self.close()
 
     def close(self) -> None:
-        """Ends the link; may be called again."""
+        """Close the link; may be called again."""
         self._end.close()
         self._memory.close()
 
@@ -229,16 +231,16 @@ class LinkPort:
 
     @property
     def sent(self) -> int:
-        """Datagrams put since the start."""
+        """Datagrams sent since the start."""
         return self._sent
 
     def wait_open(self, limit_s: float = 30.0) -> None:
-        """Knocks until the carrier answers. Raises LinkPortError when it does not within the limit."""
+        """Knock until the carrier answers. Raises LinkPortError if it does not within the limit."""
         if not self._end.wait_open(limit_s):
             raise LinkPortError(f"the link's carrier did not answer a probe within {limit_s:g} s")
 
     def read(self, stamp_ns: int) -> tuple[LinkMessage, ...]:
-        """What has arrived, at most 512 datagrams and 4 ms of work, all with this time of arrival."""
+        """Return what has arrived, at most 512 datagrams and 4 ms of work, all with this time of arrival."""
         self._end.knock()
         messages, end_ns = self._gate.release(stamp_ns), self.clock_ns() + _READ_NS
         for _ in range(_MOST_PER_READ // _LOOK_EVERY):
@@ -249,9 +251,9 @@ class LinkPort:
         return tuple(messages)
 
     def read_upto(self, total: int, stamps_us: Sequence[int], limit_s: float = 10.0) -> tuple[LinkMessage, ...]:
-        """Waits until `total` datagrams have been taken since the start; the new ones get the barrier's stamps.
+        """Wait until `total` datagrams have been taken since the start; the new ones get the barrier's stamps.
 
-        Raises LinkPortError when they do not come within the limit of wall time.
+        Raises LinkPortError if they do not come within the limit of wall time.
         """
         missing = total - self._end.taken
         if missing != len(stamps_us):
@@ -264,19 +266,19 @@ class LinkPort:
         return tuple(message for each, us in pairs for message in self._gate.receive(each, us * 1000))
 
     def write(self, payloads: Iterable[tuple[int, bytes]]) -> None:
-        """Seals and puts (kind, payload) in their order. Where nobody listens they are lost, as on a dead link."""
+        """Seal and send (kind, payload) in order. Without a listener they are lost, as on a dead link."""
         for kind, payload in payloads:
             self._end.put(self._sealer.seal(kind, payload))
             self._sent += 1
 
     def start(self, saves: Iterable[Save]) -> None:
-        """Puts the key epoch in force that the core asks for, once it is kept; what came of it is in `collect`."""
+        """Start the switch to the key epoch that the core requests; `collect` returns its result."""
         for save in saves:
             if save.name == EPOCH:
                 self._switching.append(self._memory.switch(int(save.data)))
 
     def collect(self) -> tuple[Saved, ...]:
-        """What became of the switches asked for; from now on the port speaks and hears in the new epoch."""
+        """Return the results of finished switches; from then on the port uses the new epoch."""
         saved = tuple(each.result() for each in self._switching if each.done())
         self._switching = [each for each in self._switching if not each.done()]
         if saved:

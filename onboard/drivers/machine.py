@@ -1,6 +1,6 @@
-"""What the computer tells of itself, read from the system once a second: processor, memory, temperature, disk.
+"""Load figures of the computer, read from the system once a second: processor, memory, temperature, disk.
 
-Linux: /proc and /sys. A file that is not there (no thermal sensor, another system) gives NaN, and costs no other row.
+Linux: /proc and /sys. A missing file (no thermal sensor, another system) gives NaN and affects no other row.
 """
 
 from __future__ import annotations
@@ -16,13 +16,14 @@ from onboard.records import Machine
 LOOK_NS = 1_000_000_000
 _ROOT = Path("/")
 _MILLIDEGREE_C = 1e-3
-_IDLE = (3, 4)  # columns of /proc/stat: idle, and idle while a disk is waited for
+_IDLE = (3, 4)  # columns of /proc/stat: idle, and idle while waiting for a disk
 
 
 class Probe:
-    """`look` in the time left after a tick; `take` what it saw, once, for the inputs of the next.
+    """Probe; call `look` in the time left after a tick, `take` once for the inputs of the next.
 
-    folders: what is written to; root: of /proc and /sys, another in tests.
+    folders: those written to.
+    root: of /proc and /sys; another one in tests.
     """
 
     def __init__(self, folders: Sequence[Path], root: Path = _ROOT) -> None:
@@ -33,12 +34,12 @@ class Probe:
         self._before = (math.nan, math.nan, math.nan)
 
     def take(self) -> Machine | None:
-        """What was seen since the last call."""
+        """Return the figures read since the last call, or None."""
         fresh, self._fresh = self._fresh, None
         return fresh
 
     def look(self, now_ns: int) -> None:
-        """Reads, where a second has passed since the last time."""
+        """Read the figures if a second has passed since the last time."""
         if now_ns >= self._due_ns:
             self._due_ns = now_ns + LOOK_NS
             self._fresh = self._read()
@@ -57,13 +58,13 @@ class Probe:
         )
 
     def _core_ticks(self) -> tuple[float, float]:
-        """Time of all cores since the machine started, and how much of it was idle, in ticks of the kernel."""
+        """Time of all cores since the machine started, and its idle part, in ticks of the kernel."""
         words = _text(self._proc / "stat").partition("\n")[0].split()[1:9]  # guests count in `user` already
         times = [float(word) for word in words]
         return (sum(times), sum(times[k] for k in _IDLE)) if len(times) == 8 else (math.nan, math.nan)
 
     def _own_ticks(self) -> float:
-        """Time that this process has taken; its name in the file may hold anything but ends with the last bracket."""
+        """Processor time of this process; its name in the file may contain anything but ends with the last bracket."""
         words = _text(self._proc / "self/stat").rpartition(")")[2].split()
         return float(words[11]) + float(words[12]) if len(words) > 12 else math.nan
 
@@ -83,7 +84,7 @@ def _text(path: Path) -> str:
 
 
 def _temperature_c(path: Path) -> float:
-    with suppress(OSError, ValueError):  # a sensor that is asleep says so by an error
+    with suppress(OSError, ValueError):  # a sensor that is asleep gives an error
         return float(path.read_text()) * _MILLIDEGREE_C
     return math.nan
 
@@ -96,7 +97,7 @@ def _free_bytes(folder: Path) -> float:
 
 
 def folders_written(paths: Sequence[str]) -> tuple[Path, ...]:
-    """The folders, or their nearest that exist, of what the configuration has written; '' names nothing."""
+    """Return the folders of configured files, or the nearest existing parents; '' names nothing."""
     return tuple(dict.fromkeys(_existing(Path(path).absolute()) for path in paths if path))
 
 

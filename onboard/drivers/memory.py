@@ -1,4 +1,4 @@
-"""Memory that was freed goes back to the system; glibc keeps it by default, some MB more with every mission."""
+"""Return of freed memory to the system; by default glibc retains some MB more with every mission."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ _LARGE_BYTES = 1 << 18
 
 
 def return_large() -> None:
-    """From now on large arrays go back as soon as they are freed: by default glibc soon keeps them, 20 MB in pieces."""
+    """Make large arrays go back to the system as soon as they are freed; by default glibc soon retains 20 MB."""
     libc = ctypes.CDLL(None)
     if hasattr(libc, "mallopt"):
         libc.mallopt(_MMAP_THRESHOLD, _LARGE_BYTES)
 
 
 def trim() -> None:
-    """Give back what only cycles hold and what lies free between pieces in use: 1 to 5 ms, for a rover that stands."""
+    """Free cycles and the free space between pieces in use: 1 to 5 ms, for a rover that stands."""
     gc.collect()
     libc = ctypes.CDLL(None)
     if hasattr(libc, "malloc_trim"):

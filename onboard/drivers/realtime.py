@@ -1,11 +1,11 @@
-"""What is asked of the operating system so that ticks begin in time, and what was granted, with the reason where not.
+"""Real-time options of the operating system for ticks in time: requests, and what was granted or the reason why not.
 
 Each option of the configuration's [realtime] is one row of RealTime.OPTIONS. Without a privilege the program runs all
-the same and says what it lost and what to do. It is asked by the tick's own thread, after the job thread has begun.
+the same and reports the loss and the remedy. The tick's own thread makes the requests, after the job thread has begun.
 
-Why the job thread becomes a real-time one as well, of the lowest priority: a planner holds the interpreter's lock now
-and then, and the tick waits until it lets go. As an ordinary thread it could be put off by any other program meanwhile,
-and the tick with it: measured, 9 ms in 1 of 1000 ticks beside five busy programs, 2 to 4 ms so.
+Why the job thread also becomes a real-time one, of the lowest priority: a planner takes the interpreter's lock now and
+then, and the tick waits until it releases it. As an ordinary thread it could be preempted by any other program
+meanwhile, and delay the tick: measured, 9 ms in 1 of 1000 ticks against five busy programs, 2 to 4 ms this way.
 """
 
 from __future__ import annotations
@@ -26,11 +26,11 @@ from onboard.drivers.slack import SlackCollector
 _ALL_MEMORY = 3  # MCL_CURRENT | MCL_FUTURE
 _CAP_IPC_LOCK = 14
 JOB_PRIORITY = 1
-SWITCH_S = 1e-3  # a job is asked for the interpreter's lock after this, in any case; Python's own is 5 ms
+SWITCH_S = 1e-3  # interval after which a job must release the interpreter's lock; Python's default is 5 ms
 
 
 class Grant(NamedTuple):
-    """One option that was asked for. text: what holds now; or why not, and what to do."""
+    """Result of one request. text: the present state; or why it was not granted, and what to do."""
 
     option: str
     granted: bool
@@ -38,9 +38,11 @@ class Grant(NamedTuple):
 
 
 class RealTime:
-    """Asks for every option that is on; `close` makes the thread an ordinary one again, for tools that go on.
+    """Requests every option that is on; `close` makes the thread an ordinary one again, for tools that go on.
 
-    job_thread: native id. grants: one for each option asked for. alarm, collector: None unless granted.
+    job_thread: native id.
+    grants: one for each option requested.
+    alarm, collector: None unless granted.
     """
 
     def __init__(self, wanted: Realtime, job_thread: int) -> None:
@@ -55,7 +57,7 @@ class RealTime:
         self.grants = tuple(Grant(row, *self.OPTIONS[row](self)) for row in rows)
 
     def close(self) -> None:
-        """Give back what was granted."""
+        """Undo what was granted."""
         sys.setswitchinterval(self._switch_s)
         granted = {grant.option for grant in self.grants if grant.granted}
         if "fifo_priority" in granted:
@@ -97,7 +99,7 @@ class RealTime:
         libc = ctypes.CDLL(None, use_errno=True)
         limit, _ = resource.getrlimit(resource.RLIMIT_MEMLOCK)
         if limit != resource.RLIM_INFINITY and not _has_capability(_CAP_IPC_LOCK):
-            # granted or not, memory that grows over the limit in flight would be refused then
+            # even if granted, memory that grows over the limit in flight would be refused then
             return False, f"this user may lock {limit >> 10} KiB only; {_todo('memlock', 'LimitMEMLOCK', 'infinity')}"
         if not hasattr(libc, "mlockall") or libc.mlockall(_ALL_MEMORY):
             return False, f"mlockall: {os.strerror(ctypes.get_errno())}"
@@ -114,14 +116,14 @@ class RealTime:
             return False, f"SCHED_FIFO {priority}: {error.strerror}; {todo}"
         return True, f"SCHED_FIFO {priority}, jobs {JOB_PRIORITY}; not for children"
 
-    OPTIONS = {  # noqa: RUF012  the order in which they are asked for
+    OPTIONS = {  # noqa: RUF012  in the order of the requests
         "absolute_sleep": _sleep, "collect_in_slack": _collect, "cpu": _core, "lock_memory": _memory,
         "fifo_priority": _fifo,
     }  # fmt: skip
 
 
 def words(grants: Sequence[Grant]) -> list[str]:
-    """Lines for people: what was asked for, and what of it holds."""
+    """Lines for people: the options requested, and the result of each."""
     return [f"real time: {row.option} {'granted' if row.granted else 'NOT granted'}: {row.text}" for row in grants]
 
 

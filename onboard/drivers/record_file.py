@@ -1,9 +1,9 @@
-"""A file that only grows, written beside the tick: a disk may be slow, full, read-only or gone, and the tick goes on.
+"""Append-only file, written outside the tick: the disk may be slow, full, read-only or gone, and the tick goes on.
 
     write, write, ... flush -> one piece -> [waiting pieces] -> thread: disk, forced -> next piece
 
-A piece that the disk refuses stays first in the row and is tried again with every flush, so a file that can be written
-again has no hole; what came of a refused write is cut off, so that the file always ends with a whole piece.
+A piece that the disk refuses stays first in the queue and is tried again with every flush, so a file that becomes
+writable again has no hole. The rest of a refused write is cut off, so the file always ends with a whole piece.
 """
 
 from __future__ import annotations
@@ -19,30 +19,30 @@ from pathlib import Path
 from typing import Protocol
 
 NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
-STALLED_FLUSHES = 10  # that found the one before still writing: the disk does not answer
+STALLED_FLUSHES = 10  # flushes in a row while the last write still runs: the disk does not answer
 
 
 class OpenFile(Protocol):
-    """What is asked of a disk, for one file. Everything raises OSError where the disk does not do it."""
+    """Interface of one file on a disk. All methods raise OSError on failure."""
 
     def put(self, data: bytes, offset: int) -> None:
-        """All of `data`, from there on."""
+        """Write all of `data` at the offset."""
 
     def force(self) -> None:
-        """Returns when all that was put outlives a power cut."""
+        """Return when all written data survives a power cut."""
 
     def cut(self, size: int) -> None:
-        """Nothing behind it stays."""
+        """Truncate to this size."""
 
     def free_bytes(self) -> int:
-        """Room on the disk."""
+        """Free space on the disk."""
 
     def close(self) -> None:
-        """The last call."""
+        """Close the file; the last call."""
 
 
 class DiskFile:
-    """The real one: made anew, its folder too where it is not there. Raises OSError."""
+    """File on a real disk: newly created, with its folder if necessary. Raises OSError."""
 
     def __init__(self, path: Path) -> None:
         path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
@@ -77,10 +77,11 @@ Opener = Callable[[Path], OpenFile]
 
 
 class RecordFile:
-    """What a writer of a file format takes for its file: `write`, `tell`, `flush`.
+    """File object for the writer of a file format: `write`, `tell`, `flush`.
 
-    spare_bytes: have to stay free on the disk. wait: lock-step, where `flush` returns when the disk has answered.
-    sha256: over all that was written, on the disk or not.
+    spare_bytes: space that must stay free on the disk.
+    wait: lock-step, where `flush` returns when the disk has answered.
+    sha256: over all data written, on the disk or not.
     """
 
     def __init__(self, path: Path, spare_bytes: int, wait: bool, opener: Opener = DiskFile) -> None:
@@ -98,18 +99,18 @@ class RecordFile:
     # -- for the writer of the format ------------------------------------------------------------------------------
 
     def write(self, data: bytes) -> int:
-        """Kept until the next flush."""
+        """Store data until the next flush."""
         self._gathered += data
         self._size += len(data)
         self.sha256.update(data)
         return len(data)
 
     def tell(self) -> int:
-        """Where the next byte will stand in the file."""
+        """Offset of the next byte in the file."""
         return self._size
 
     def flush(self) -> None:
-        """What was written since the last flush is a piece: it will be in the file whole, or not at all."""
+        """Close a piece: the data since the last flush; it will be in the file whole, or not at all."""
         self._gather()
         if self._writing is None or self._writing.done():
             self._stalled = 0
@@ -125,22 +126,22 @@ class RecordFile:
 
     @property
     def waiting_bytes(self) -> int:
-        """Not on the disk yet."""
+        """Number of bytes that are not on the disk yet."""
         return self._size - self._on_disk
 
     def settle(self) -> None:
-        """Returns when the disk has answered what was flushed."""
+        """Wait until the disk has answered the flushed pieces."""
         if self._writing is not None:
             self._writing.result()
 
     def end(self, finish: Callable[[], None]) -> None:
-        """`finish` writes the last of it, beside the tick, for that takes long; nothing may be written afterwards."""
+        """Let `finish` write the end outside the tick, as that takes long; nothing may be written afterwards."""
         self._pool.submit(self._end, finish)
         if self._wait:
             self.close()
 
     def close(self) -> None:
-        """Returns when all is on the disk that it takes."""
+        """Wait until all pieces that the disk takes are written."""
         self._pool.shutdown(wait=True)
         if self._file is not None:
             self._file.close()
@@ -158,7 +159,7 @@ class RecordFile:
         self.ended = True
 
     def _empty(self) -> None:
-        """In the thread: as many pieces as the disk takes."""
+        """Write as many pieces as the disk takes; runs in the thread."""
         try:
             self._file = self._file or self._opener(self.path)
             while self._pieces:

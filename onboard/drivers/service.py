@@ -1,11 +1,11 @@
-"""What a service tells its manager (sd_notify(3)), by lines of our own: READY, STATUS, WATCHDOG, STOPPING.
+"""Notifications to the service manager (sd_notify(3)), own code: READY, STATUS, WATCHDOG, STOPPING.
 
 systemd names a datagram socket in NOTIFY_SOCKET, a path or @NAME in the abstract namespace, and in WATCHDOG_USEC the
-longest silence after which it ends the program and starts it anew. Without them nothing is told. Nothing here waits: a
-word that the manager does not take at once is lost, and the next one comes in time.
+longest silence after which it ends and restarts the program. Without them nothing is sent. Nothing here waits: a
+message that the manager does not take at once is lost, and the next one comes in time.
 
 Only the loop of the ticks calls `beat`, after a tick that was read, computed, sent and recorded: a core that hangs, or
-a disk or port that holds the tick up, starves the watchdog. No thread and no timer may feed it.
+a disk or port that delays the tick, starves the watchdog. No thread and no timer may feed it.
 """
 
 from __future__ import annotations
@@ -15,12 +15,12 @@ import socket
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 
-EVERY_NS = 1_000_000_000  # from status to status
-BEATS = 4  # at least so many within the manager's patience
+EVERY_NS = 1_000_000_000  # between two status messages
+BEATS = 4  # least number within the manager's limit
 
 
 class Service:
-    """The program as its manager sees it. environment: that of the process."""
+    """Connection to the service manager. environment: that of the process."""
 
     def __init__(self, environment: Mapping[str, str]) -> None:
         address = environment.get("NOTIFY_SOCKET", "")
@@ -31,13 +31,13 @@ class Service:
         self._told_ns: int | None = None
 
     def tell(self, *words: str) -> None:
-        """One datagram of KEY=VALUE words."""
+        """Send one datagram of KEY=VALUE words."""
         if self._address:
-            with suppress(OSError):  # the manager has gone, or does not read now
+            with suppress(OSError):  # the manager is gone, or does not read now
                 self._line.sendto("\n".join(words).encode(), self._address)
 
     def beat(self, now_ns: int, status: Callable[[], str]) -> None:
-        """A tick is done. The first makes the service ready; then the watchdog is fed and the status told in time."""
+        """Notify that a tick is done: READY at the first; then WATCHDOG and STATUS in time."""
         if not self._address or (self._told_ns is not None and now_ns - self._told_ns < self._every_ns):
             return
         ready = ("READY=1",) if self._told_ns is None else ()
@@ -46,12 +46,12 @@ class Service:
         self.tell(*ready, *fed, f"STATUS={status()}")
 
     def close(self) -> None:
-        """Nothing more is told."""
+        """Close the socket; nothing more is sent."""
         self._line.close()
 
 
 def _patience_ns(environment: Mapping[str, str]) -> int:
-    """How long the manager waits for a sign of life; 0: it does not, or it waits for another process."""
+    """Watchdog limit of the manager; 0: there is none, or it is for another process."""
     if environment.get("WATCHDOG_PID", str(os.getpid())) != str(os.getpid()):
         return 0
     limit_us = environment.get("WATCHDOG_USEC", "")

@@ -1,7 +1,7 @@
-"""Garbage is collected in the time left after a tick, so that no tick waits for it.
+"""Garbage collection in the time left after a tick, so that no tick waits for it.
 
-What start-up and loading made is frozen, so a collection looks at what the run made since. It is begun only where the
-time left is twice what the longest one of its kind has taken so far.
+Objects made at start-up and loading are frozen, so a collection visits only those of the run. It starts only if the
+time left is twice the longest collection of its kind so far.
 """
 
 from __future__ import annotations
@@ -10,12 +10,12 @@ import gc
 from collections.abc import Callable
 from time import perf_counter_ns
 
-FIRST_NS = (200_000, 500_000, 4_000_000)  # taken for the longest of each generation until one was seen
-AFTER = (700, 10, 10)  # objects, and collections of the generation before, as Python has them
+FIRST_NS = (200_000, 500_000, 4_000_000)  # assumed longest collection of each generation until one has run
+AFTER = (700, 10, 10)  # thresholds: objects, and collections of the generation before, as in Python
 
 
 class SlackCollector:
-    """Takes over from the collector, which it stops; `close` gives back. counts: collections, by generation."""
+    """Replacement of the automatic collector, which it stops; `close` restarts it. counts: by generation."""
 
     def __init__(self, clock_ns: Callable[[], int] = perf_counter_ns) -> None:
         self._clock_ns = clock_ns
@@ -35,5 +35,5 @@ class SlackCollector:
                 return
 
     def close(self) -> None:
-        """The collector runs by itself again."""
+        """Restart the automatic collector."""
         gc.enable()

@@ -1,4 +1,4 @@
-"""The folder of what outlives a run, the map apart: parameters, fences, pose and the count of starts.
+"""Folder of saved state, without the map: parameters, fences, pose and the count of starts.
 
 A file each, written whole or not at all (`disk.write_whole`).
 """
@@ -17,15 +17,15 @@ BOOTS = "boots.json"
 
 
 def read_kept(folder: str) -> dict[str, bytes]:
-    """What was kept in a folder, by name; nothing where none is named or it is not there yet. Raises OSError."""
+    """Read the saved data of a folder, by name; empty if no folder is named or it does not exist. Raises OSError."""
     paths = {name: Path(folder) / f"{name}.json" for name in NAMES} if folder else {}
     return {name: path.read_bytes() for name, path in paths.items() if path.is_file()}
 
 
 def count_boot(folder: str, least: int) -> tuple[int, str]:
-    """The number of this start, one more than that of the last and no less than `least`; and why it is not kept, or ''.
+    """Number of this start: one more than the last, at least `least`; and the error of its save, or ''.
 
-    It is on the disk before it is used: the link tells starts apart by it, and takes nothing that was said to another.
+    It is on the disk before it is used: the link distinguishes starts by it, and refuses messages to another start.
     """
     if not folder:
         return least, ""
@@ -45,9 +45,9 @@ def count_boot(folder: str, least: int) -> tuple[int, str]:
 
 
 class StateFolder:
-    """Writes what the core asks to be kept, one at a time, in a thread: a disk may take seconds.
+    """Writer of the core's saves, one at a time, in a thread: a disk may take seconds.
 
-    wait: lock-step, where a result belongs to the tick after it was asked for.
+    wait: lock-step, where a result belongs to the tick after its request.
     """
 
     def __init__(self, folder: str, wait: bool) -> None:
@@ -56,11 +56,11 @@ class StateFolder:
         self._running: list[Future[Saved]] = []
 
     def start(self, saves: Sequence[Save]) -> None:
-        """Begins to write these; each is in a later `collect`."""
+        """Start to write these; a later `collect` returns each result."""
         self._running += [self._pool.submit(self._write, save) for save in saves]
 
     def collect(self) -> tuple[Saved, ...]:
-        """What has ended since, in the order asked."""
+        """Return the results that are ready, in the order of the requests."""
         done = []
         while self._running and (self._wait or self._running[0].done()):
             done.append(self._running.pop(0).result())
@@ -75,5 +75,5 @@ class StateFolder:
         return Saved(save.name)
 
     def close(self) -> None:
-        """Returns when all is written."""
+        """Wait until all is written."""
         self._pool.shutdown(wait=True)

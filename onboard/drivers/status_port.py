@@ -1,7 +1,7 @@
-"""The local socket of `onboard status`: who connects is given one line of JSON, and the connection is closed.
+"""Local socket of `onboard status`: each caller gets one line of JSON, and the connection is closed.
 
 The daemon's end never waits: `serve` takes one caller at most, writes what the kernel takes at once (a report is 3 KB,
-a socket's buffer 200) and keeps nothing of the caller. A file whose daemon has gone is replaced; a living one's is not.
+a socket's buffer 200) and stores nothing of the caller. It replaces the file of a dead daemon, but not of a living one.
 """
 
 from __future__ import annotations
@@ -12,18 +12,18 @@ from collections.abc import Callable, Sequence
 from contextlib import suppress
 from pathlib import Path
 
-MOST_PATH = 107  # of a unix socket, as the kernel has it
-CALLERS = 4  # that may wait; more are refused by the kernel
-LEAST_NS = 50_000_000  # from answer to answer: a caller in a loop costs the ticks little
+MOST_PATH = 107  # bytes of a unix socket's path, by the kernel
+CALLERS = 4  # that may wait; the kernel refuses more
+LEAST_NS = 50_000_000  # between answers: a caller in a loop costs the ticks little
 _MODE = 0o660
 
 
 class StatusError(Exception):
-    """No status; the text says why and what to do."""
+    """No status; the text has the reason and what to do."""
 
 
 def usual_places() -> tuple[Path, ...]:
-    """Where the socket may be, best first: a service's folder, the user's, the temporary one."""
+    """Default places of the socket, best first: a service's folder, the user's, the temporary one."""
     personal = os.environ.get("XDG_RUNTIME_DIR")
     return (
         Path("/run/el-dorado/onboard.sock"),
@@ -33,7 +33,7 @@ def usual_places() -> tuple[Path, ...]:
 
 
 def place_of(setting: str, lockstep: bool) -> Path | None:
-    """The socket that status.socket means; None where nobody is to be answered."""
+    """Socket that status.socket names; None if there is to be no socket."""
     if setting == "off" or (setting == "auto" and lockstep):
         return None
     if setting != "auto":
@@ -42,7 +42,7 @@ def place_of(setting: str, lockstep: bool) -> Path | None:
 
 
 class StatusPort:
-    """The daemon's end. Raises StatusError where the socket cannot be made."""
+    """Daemon's end. Raises StatusError if the socket cannot be made."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
@@ -64,22 +64,22 @@ class StatusPort:
         self._own = path.stat().st_ino
 
     def serve(self, report: Callable[[], bytes], now_ns: int) -> bool:
-        """Answer one caller who waits; whether there was one. report: asked for only then."""
+        """Answer one waiting caller; return whether there was one. report: called only then."""
         if self._answered_ns is not None and now_ns - self._answered_ns < LEAST_NS:
             return False
         try:
             caller, _ = self._socket.accept()
-        except OSError:  # nobody, or one that has gone again
+        except OSError:  # no caller, or one that has left
             return False
         with caller:
             caller.setblocking(False)
             self._answered_ns = now_ns
-            with suppress(OSError):  # gone, or it takes nothing: its loss
+            with suppress(OSError):  # the caller has left, or takes nothing
                 caller.send(report())
         return True
 
     def close(self) -> None:
-        """Nobody is answered any more. The file goes, unless another daemon has put its own there."""
+        """Close the socket. Its file is removed, unless another daemon has put its own there."""
         self._socket.close()
         with suppress(OSError):
             if self.path.stat().st_ino == self._own:
@@ -87,7 +87,7 @@ class StatusPort:
 
 
 def ask(paths: Sequence[Path], limit_s: float = 5.0) -> bytes:
-    """What the daemon behind the first of these sockets says. Raises StatusError."""
+    """Return the report of the daemon behind the first of these sockets that answers. Raises StatusError."""
     found = [path for path in paths if path.exists()]
     if not found:
         raise StatusError(
@@ -120,7 +120,7 @@ def _ask(path: Path, limit_s: float) -> bytes:
 
 
 def _clear(path: Path) -> None:
-    """Takes away what a daemon that has gone left. Raises StatusError where something else is there."""
+    """Remove the socket of a dead daemon. Raises StatusError if there is anything else."""
     if not path.exists():
         return
     if not path.is_socket():
@@ -132,6 +132,6 @@ def _clear(path: Path) -> None:
         except ConnectionRefusedError:
             path.unlink()
             return
-        except BlockingIOError:  # its queue is full: somebody listens
+        except BlockingIOError:  # its queue is full: a daemon listens
             pass
     raise StatusError(f"status.socket = {path}: another daemon answers there; name a socket for this one, or off")

@@ -1,4 +1,4 @@
-"""Measures what each rate group of a tick takes, and how late the tick began. Wall clock only."""
+"""Stopwatch for the rate groups of a tick and the lateness of its start. Wall clock only."""
 
 from __future__ import annotations
 
@@ -10,9 +10,10 @@ from onboard.records import Timing
 
 
 class Stopwatch:
-    """`begin` a tick, `mark` each group as it begins, `end` the tick; then the figures are those of that tick.
+    """Stopwatch; call `begin` at a tick, `mark` as each group begins, `end`; the figures are then of that tick.
 
-    group_ns: by Group, of the last whole tick; () before the first. tick_ns: all of it together.
+    group_ns: by Group, of the last whole tick; () before the first.
+    tick_ns: total of the tick.
     """
 
     def __init__(self, clock_ns: Callable[[], int] = perf_counter_ns) -> None:
@@ -23,42 +24,42 @@ class Stopwatch:
 
     @property
     def tick_ns(self) -> int:
-        """The whole of the last tick."""
+        """Total time of the last tick."""
         return sum(self.group_ns)
 
     def begin(self) -> None:
-        """A tick begins, with Group.READ."""
+        """Start a tick, with Group.READ."""
         self._running = [0] * len(GROUPS)
         self._since_ns, self._group = self._clock_ns(), Group.READ
 
     def mark(self, group: Group) -> None:
-        """From now on this group works."""
+        """Start the time of this group."""
         now_ns = self._clock_ns()
         self._running[self._group] += now_ns - self._since_ns
         self._since_ns, self._group = now_ns, group
 
     def end(self) -> None:
-        """The tick is done."""
+        """End the tick."""
         self.mark(self._group)
         self.group_ns = tuple(self._running)
 
     def timing(self, late_ns: int, job_ns: tuple[int, ...]) -> Timing:
-        """For the next tick's inputs."""
+        """Return the measured times for the next tick's inputs."""
         return Timing(late_ns, self.group_ns, job_ns)
 
 
 class Unmeasured(Stopwatch):
-    """In lock-step: what the machine takes is no part of the run."""
+    """Stopwatch of lock-step, which measures nothing: the machine's time is not part of the run."""
 
     def begin(self) -> None:
-        """Nothing."""
+        """Do nothing."""
 
     def mark(self, group: Group) -> None:
-        """Nothing."""
+        """Do nothing."""
 
     def end(self) -> None:
-        """Nothing."""
+        """Do nothing."""
 
     def timing(self, late_ns: int, job_ns: tuple[int, ...]) -> Timing:
-        """As if no time had passed."""
+        """Return zero times."""
         return Timing()

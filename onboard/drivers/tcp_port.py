@@ -10,11 +10,11 @@ import socket
 from onboard.drivers.byte_port import LidarPort
 from onboard.records import PortState
 
-_DEAF_MS = 3000  # bytes not acknowledged for so long: the cable is out
+_DEAF_MS = 3000  # bytes without acknowledgement for this time: the cable is out
 
 
 class TcpPort(LidarPort):
-    """A scanner with Ethernet. A cable that was pulled is noticed by what is sent or, in silence, by keepalive."""
+    """Port of a scanner with Ethernet. A pulled cable is detected by sent bytes or, in silence, by keepalive."""
 
     def __init__(self, address: str, host: str, port: int) -> None:
         super().__init__(address)
@@ -22,7 +22,7 @@ class TcpPort(LidarPort):
         self._socket: socket.socket | None = None
 
     def connect(self) -> None:
-        """One attempt, without waiting (a name that must be looked up may: give the address as numbers)."""
+        """Make one attempt without waiting (a host name's look-up may wait: give a numeric address)."""
         if self._socket is None and self._fd < 0:
             self._start()
         self._advance()

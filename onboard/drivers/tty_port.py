@@ -1,4 +1,4 @@
-"""The scanner's port on a tty: USB, or a serial line whose bit rate may have to be found."""
+"""Port of a scanner on a tty: USB, or a serial line with a search for the bit rate."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from onboard.records import PortState
 SPEEDS = {19_200: termios.B19200, 38_400: termios.B38400, 57_600: termios.B57600, 115_200: termios.B115200,
           500_000: termios.B500000}  # fmt: skip
 """Bit rates of SCIP that every tty knows."""
-_PSEUDO = range(136, 144)  # major numbers of pseudo terminals (Linux, devices.txt): on them TIOCEXCL outlives us
+_PSEUDO = range(136, 144)  # major numbers of pseudo terminals (Linux, devices.txt): TIOCEXCL on them outlives us
 _WHY = {
     errno.ENOENT: "is not there: is the sensor plugged in? Try: ls /dev/ttyACM* /dev/serial/by-id",
     errno.ENXIO: "is not there: is the sensor plugged in? Try: ls /dev/ttyACM* /dev/serial/by-id",
@@ -29,7 +29,7 @@ _WHY = {
 
 
 class TtyPort(LidarPort):
-    """rate_bps None: USB, which has none. Else the line is searched for the sensor, which is then set to this rate."""
+    """Port on a tty. rate_bps: None for USB; on a serial line the sensor is searched, then set to this rate."""
 
     def __init__(self, address: str, path: str, rate_bps: int | None = None) -> None:
         super().__init__(address)
@@ -38,12 +38,12 @@ class TtyPort(LidarPort):
         self._search: BaudSearch | None = None
 
     def connect(self) -> None:
-        """One attempt; on a serial line it goes on until the sensor has answered at some rate or at none."""
+        """Make one attempt; on a serial line it goes on until the sensor has answered at a rate, or at none."""
         if self._fd >= 0:
             return
         try:
             self._fd = os.open(self._path, os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
-            fcntl.flock(self._fd, fcntl.LOCK_EX | fcntl.LOCK_NB)  # among those who ask; TIOCEXCL keeps out all but root
+            fcntl.flock(self._fd, fcntl.LOCK_EX | fcntl.LOCK_NB)  # among flock users; TIOCEXCL excludes all but root
             if os.major(os.fstat(self._fd).st_rdev) not in _PSEUDO:
                 fcntl.ioctl(self._fd, termios.TIOCEXCL)
             tty.setraw(self._fd)

@@ -1,7 +1,7 @@
 """Both ends of carrier B: plain UDP sockets, without a session (protocol.direct).
 
-The rover listens. Each listener gets a socket of its own, connected to its address: the system then keeps what it sends
-in a queue of its own, which a flood from other addresses does not fill.
+The rover listens. Each listener gets a socket of its own, connected to its address: the system then stores its
+datagrams in a separate queue, which a flood from other addresses does not fill.
 """
 
 from __future__ import annotations
@@ -19,21 +19,21 @@ from protocol import direct
 from protocol.direct import Address, Rank, Word
 from protocol.link import MAX_DATAGRAM, LinkKeys
 
-_BUFFER_BYTES = 1 << 22  # the system gives what it allows
-_SHARED_BUFFER_BYTES = 1 << 18  # some 600 datagrams: what a few ticks read, so nobody waits long behind a flood
+_BUFFER_BYTES = 1 << 22  # requested; the system may give less
+_SHARED_BUFFER_BYTES = 1 << 18  # some 600 datagrams: a few ticks read them, so no one waits long behind a flood
 _LOCATOR = re.compile(r"udp/(\[[0-9a-fA-F:]+\]|[^:/\[\]]+):(\d{1,5})")
-_WAITING = 64  # datagrams kept before the first `take`; the rest waits in the socket
+_WAITING = 64  # datagrams stored before the first `take`; the rest waits in the socket
 _SOCKETS = 64  # listeners with a socket of their own; the rest share one
-_SHARE, _VIEWER_SHARE = 4, 1  # of a take, for each socket in turn
+_SHARE, _VIEWER_SHARE = 4, 1  # datagrams per turn of each socket in a take
 _RESOLVE_NS = 10_000_000_000
 _NOBODY = ("", 0)
-# A full queue, nobody there, too long, a firewall: the datagram is lost as on a dead link, and the socket is sound.
+# A full queue, no listener, too long, a firewall: the datagram is lost as on a dead link, and the socket is sound.
 _PASSING = frozenset({errno.EAGAIN, errno.ECONNREFUSED, errno.ENOBUFS, errno.EMSGSIZE, errno.EPERM})
 RATE_BPS = 256_000.0
 
 
 def parse_locator(text: str) -> Address:
-    """`udp/HOST:PORT`. Raises ValueError."""
+    """Parse `udp/HOST:PORT`. Raises ValueError."""
     found = _LOCATOR.fullmatch(text)
     if not found or int(found[2]) > 65_535:
         raise ValueError("udp/HOST:PORT was expected")
@@ -43,7 +43,7 @@ def parse_locator(text: str) -> Address:
 class UdpRoverEnd(LinkEnd):
     """The rover's end. rate_bps: of the downlink, which bounds the copies to several listeners.
 
-    Raises ValueError for an endpoint that is no locator, LinkEndError where it cannot be had.
+    Raises ValueError for an endpoint that is no locator, LinkEndError if it cannot be opened.
     """
 
     def __init__(self, endpoint: str, keys: LinkKeys, rate_bps: float = RATE_BPS) -> None:
@@ -51,9 +51,9 @@ class UdpRoverEnd(LinkEnd):
         self._listeners = direct.Listeners(keys, secrets.token_bytes(16))
         self._copies = direct.Copies(rate_bps)
         self._own: dict[Address, socket.socket] = {}
-        self._order: deque[Address | None] = deque([None])  # whose socket is read next; None: the shared one
-        self._astray: set[Address] = set()  # have a socket, and were heard by the shared one
-        self._asked: dict[Address, str] = {}  # at which of the rover's addresses it was asked
+        self._order: deque[Address | None] = deque([None])  # sockets in the order of reading; None: the shared one
+        self._astray: set[Address] = set()  # have a socket, but sent to the shared one
+        self._asked: dict[Address, str] = {}  # sender -> rover's own address that it used
         self._family, self._at = _resolved(*parse_locator(endpoint))
         self._main = socket.socket(self._family, socket.SOCK_DGRAM)
         try:
@@ -67,26 +67,26 @@ class UdpRoverEnd(LinkEnd):
 
     @property
     def port(self) -> int:
-        """Where it listens; an endpoint with port 0 asks for any free one."""
+        """Port where it listens; an endpoint with port 0 requests any free one."""
         return int(self._at[1])
 
     @property
     def open(self) -> bool:
-        """Whether anybody listens."""
+        """True if anybody listens."""
         return self.linked
 
     @property
     def linked(self) -> bool:
-        """Whether anybody listens."""
+        """True if anybody listens."""
         return not self.failed and bool(self._listeners.addresses(self.clock_ns()))
 
     def knock(self) -> None:
-        """The stations knock."""
+        """Do nothing: the stations knock."""
 
     def take(self, most: int) -> list[bytes]:
-        """The datagrams that have arrived, at most `most`, words and errors counted too.
+        """Return arrived datagrams, at most `most`; protocol words and errors count too.
 
-        Each socket in turn has a share, so that none of them can keep the others waiting.
+        Each socket in turn has a share, so that none of them can delay the others.
         """
         got: list[bytes] = []
         if self.failed:
@@ -108,14 +108,14 @@ class UdpRoverEnd(LinkEnd):
         return got
 
     def _drain(self, at: Address | None, share: int, got: list[bytes], now_ns: int) -> int:
-        """How much of its share a socket used; less: it is empty."""
+        """Read from a socket; return how much of its share was used; less: it is empty."""
         source = self._main if at is None else self._own[at]
         for done in range(share):
             try:
                 datagram, sender, local = udp_local.received(source, MAX_DATAGRAM + 1)
             except BlockingIOError:
                 return done
-            except OSError:  # somebody's port is closed: he says so once
+            except OSError:  # a listener's port is closed: reported once
                 continue
             is_word, answer = self._listeners.receive(datagram, sender, now_ns)
             listens = answer is not None and answer[0] == Word.LISTENING
@@ -131,7 +131,7 @@ class UdpRoverEnd(LinkEnd):
         return share
 
     def _follow(self, now_ns: int) -> None:
-        """Sockets for those who listen now, and for nobody else."""
+        """Open sockets for present listeners and close the others."""
         wanted = self._listeners.addresses(now_ns)
         for gone in self._own.keys() - set(wanted):
             self._forget(gone)
@@ -145,7 +145,7 @@ class UdpRoverEnd(LinkEnd):
         self._astray.clear()
 
     def _adopt(self, address: Address, made: socket.socket) -> None:
-        """A new socket for a listener; where it has one already, only if the rover's own address is another now."""
+        """Use a new socket for a listener; if it has one, only when the rover's own address has changed."""
         own = self._own.get(address)
         if own is not None and own.fileno() >= 0 and own.getsockname() == made.getsockname():
             made.close()
@@ -169,13 +169,13 @@ class UdpRoverEnd(LinkEnd):
         except OSError:
             made.close()
             raise
-        finally:  # nobody else may have the port: that one socket does not share it is enough
+        finally:  # no other program may have the port: it is enough that one socket does not share it
             self._main.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 0)
         _prepare(made)
         return made
 
     def put(self, datagram: bytes) -> None:
-        """To those who listen, as far as the bytes for copies go; where nobody does it is lost."""
+        """Send to the listeners, within the budget for copies; without a listener it is lost."""
         if self.failed:
             return
         now_ns = self.clock_ns()
@@ -189,15 +189,15 @@ class UdpRoverEnd(LinkEnd):
                 _sent(own, datagram)
                 return
         except OSError as error:
-            if error.errno in _PASSING:  # what must arrive is repeated above
+            if error.errno in _PASSING:  # a higher layer repeats what must arrive
                 return
-            self._forget(address)  # the address that it is connected from is gone
+            self._forget(address)  # its local address is gone
             self._asked.pop(address, None)
         with suppress(OSError):
             udp_local.send(self._main, datagram, address, self._asked.get(address, ""))
 
     def close(self) -> None:
-        """Ends it; may be called again."""
+        """Close the end; may be called again."""
         self.failed = True
         for each in (*self._own.values(), self._main):
             each.close()
@@ -206,7 +206,8 @@ class UdpRoverEnd(LinkEnd):
 class UdpGroundEnd(LinkEnd):
     """A station's end. Raises ValueError for an endpoint that is no locator.
 
-    one_way_s: the link's delay. first_nonce: see `direct.Caller`.
+    one_way_s: delay of the link.
+    first_nonce: see `direct.Caller`.
     """
 
     sends_unasked = True
@@ -217,7 +218,7 @@ class UdpGroundEnd(LinkEnd):
         self._caller = direct.Caller(keys, station, first_nonce, one_way_s)
         self._named = parse_locator(endpoint)
         self._family, self._rover = _resolved(*self._named)
-        self._resolve_ns = 0  # not before then again: a name server may take seconds
+        self._resolve_ns = 0  # earliest time of the next look-up: a name server may take seconds
         self._open_socket()
         self._got: list[bytes] = []
 
@@ -228,27 +229,27 @@ class UdpGroundEnd(LinkEnd):
 
     @property
     def open(self) -> bool:
-        """Whether the rover has answered a hello."""
+        """True if the rover has answered a hello."""
         return self._caller.open
 
     @property
     def linked(self) -> bool:
-        """Whether the rover has answered within the lease."""
+        """True if the rover has answered within the lease."""
         return not self.failed and self._caller.linked(self.clock_ns())
 
     def knock(self) -> None:
-        """A hello where one is due, and its answer; datagrams that come meanwhile are kept for `take`."""
+        """Send a hello if one is due, and read its answer; datagrams that come meanwhile are stored for `take`."""
         self._turn(self._got, _WAITING - len(self._got))
 
     def take(self, most: int) -> list[bytes]:
-        """The datagrams that have arrived, at most `most`."""
+        """Return arrived datagrams, at most `most`."""
         got, self._got = self._got[:most], self._got[most:]
         self._turn(got, most - len(got))
         self.taken += len(got)
         return got
 
     def _turn(self, got: list[bytes], work: int) -> None:
-        """work: datagrams, words and errors that are taken at most."""
+        """Read, and send what is due. work: most datagrams, protocol words and errors to read."""
         if self.failed:
             return
         now_ns, self.emptied = self.clock_ns(), False
@@ -273,11 +274,11 @@ class UdpGroundEnd(LinkEnd):
                 self._connected = True
             _sent(self._socket, data)
         except OSError as error:
-            if error.errno not in _PASSING:  # no way there from the address that this socket has
+            if error.errno not in _PASSING:  # this socket's address has no route to the rover
                 self._move()
 
     def _move(self) -> None:
-        """Another socket, from the address that this computer has now, to where the rover's name leads now."""
+        """Open another socket, from this computer's present address to the present address of the rover's name."""
         now_ns = self.clock_ns()
         if now_ns >= self._resolve_ns:
             self._resolve_ns = now_ns + _RESOLVE_NS
@@ -287,12 +288,12 @@ class UdpGroundEnd(LinkEnd):
         self._open_socket()
 
     def put(self, datagram: bytes) -> None:
-        """Puts a datagram; where nobody is there it is lost."""
+        """Send a datagram; without a peer it is lost."""
         if not self.failed:
             self._send(datagram)
 
     def close(self) -> None:
-        """Gives up the place at the rover; may be called again."""
+        """Release the place at the rover and close the socket; may be called again."""
         bye = None if self.failed else self._caller.bye()
         for _ in range(2 if bye else 0):
             self._send(bye or b"")
@@ -301,10 +302,10 @@ class UdpGroundEnd(LinkEnd):
 
 
 def _sent(own: socket.socket, datagram: bytes) -> None:
-    """Sends from a connected socket. Raises OSError."""
+    """Send from a connected socket. Raises OSError."""
     try:
         own.send(datagram)
-    except ConnectionRefusedError:  # of an earlier datagram: this one was not sent
+    except ConnectionRefusedError:  # caused by an earlier datagram: this one was not sent
         own.send(datagram)
 
 

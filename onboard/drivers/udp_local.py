@@ -1,7 +1,8 @@
-"""Which of this computer's addresses a datagram was sent to, and answers from there, on a socket that has them all.
+"""Local address of each received datagram, and answers from that address, on a socket bound to all addresses.
 
-Linux tells it beside the datagram (ip(7) IP_PKTINFO, ipv6(7) IPV6_PKTINFO). Without it the system picks the address by
-the way back: a station behind a connected socket or a firewall asked another one, and never hears the answer.
+Linux gives the address as ancillary data (ip(7) IP_PKTINFO, ipv6(7) IPV6_PKTINFO). Without it the system picks the
+source address by the route back. A station behind a connected socket or a firewall asked another address and would
+never receive the answer.
 """
 
 from __future__ import annotations
@@ -19,13 +20,13 @@ _KINDS = {socket.AF_INET: (socket.IPPROTO_IP, _IP_PKTINFO, _IP_PKTINFO),
 
 
 def prepare(made: socket.socket) -> None:
-    """From now on `received` tells."""
+    """Enable the local address in the results of `received`."""
     level, wanted, _ = _KINDS[made.family]
     made.setsockopt(level, wanted, 1)
 
 
 def received(source: socket.socket, most: int) -> tuple[bytes, Address, str]:
-    """A datagram, from where, and to which address of this computer; '' where the system does not say. OSError."""
+    """Return a datagram, its sender, and the local address it was sent to; '' if not known. Raises OSError."""
     datagram, beside, _, (host, port, *_) = source.recvmsg(most, _ROOM_BYTES)
     level, _, kind = _KINDS[source.family]
     for its_level, its_kind, data in beside:
@@ -37,7 +38,7 @@ def received(source: socket.socket, most: int) -> tuple[bytes, Address, str]:
 
 
 def send(out: socket.socket, datagram: bytes, to: Address, local: str) -> None:
-    """From this address of the computer; '': from the one that the system picks. Raises OSError."""
+    """Send from this local address; '': from the one that the system picks. Raises OSError."""
     if not local:
         out.sendto(datagram, to)
         return

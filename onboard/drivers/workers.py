@@ -1,4 +1,4 @@
-"""Runs jobs beside the tick: one worker thread, in the order of submission; native code releases the interpreter.
+"""Runner of jobs outside the tick: one worker thread, in the order of submission; native code releases the interpreter.
 
 In lock-step `collect` waits for a job at its due tick; on the wall clock it takes what is ready and leaves the rest.
 A job names its function, and the thread that runs it loads the function's modules.
@@ -21,7 +21,7 @@ from onboard.records import JobDone, JobRequest
 
 
 class JobError(RuntimeError):
-    """A job raised: our own error, and the end of the run. The text is one line; the cause has the way to it."""
+    """A job raised: an error of our own that ends the run. The text is one line; the cause has the traceback."""
 
     def __init__(self, name: str, error: BaseException) -> None:
         last = traceback.extract_tb(error.__traceback__)[-1:]
@@ -30,9 +30,10 @@ class JobError(RuntimeError):
 
 
 class Workers:
-    """The thread of the core's long work. took_ns: how long each job of the last `collect` ran; () in lock-step.
+    """Worker thread of the core's jobs.
 
-    own: function -> what the shell adds before the arguments that the core gives.
+    took_ns: run time of each job of the last `collect`; () in lock-step.
+    own: function -> arguments that the shell adds before those of the core.
     """
 
     def __init__(self, wait: bool) -> None:
@@ -43,20 +44,20 @@ class Workers:
         self._running: dict[int, tuple[JobRequest, Future[Any]]] = {}
 
     def preload(self, names: Iterable[str]) -> Future[None]:
-        """Load the modules of these ("module:name"), in this order and before any job; the result: all are there.
+        """Load the modules of these ("module:name"), in this order, before any job; the result: all are loaded.
 
-        What could not be loaded raises where it is needed.
+        A module that cannot be loaded raises where it is needed.
         """
         for name in names:
             self._pool.submit(resolve_name, name)
-        return self._pool.submit(gc.freeze)  # collecting what was loaded anew would cost ticks of 30 ms
+        return self._pool.submit(gc.freeze)  # collecting the loaded objects again would cost ticks of 30 ms
 
     def thread_id(self) -> int:
-        """The operating system's number of the thread, when what it does now is done."""
+        """Operating system's number of the thread; waits until its present work is done."""
         return self._pool.submit(get_native_id).result()
 
     def start(self, requests: Sequence[JobRequest], cancelled: Sequence[int] = ()) -> None:
-        """Begin these jobs. cancelled: those that wait for the thread never begin, one that runs goes unheard."""
+        """Start these jobs. cancelled: a waiting one never starts, the result of a running one is ignored."""
         for job_id in cancelled:
             if job_id in self._running:
                 self._running.pop(job_id)[1].cancel()
@@ -64,7 +65,7 @@ class Workers:
             self._running[request.job_id] = (request, self._pool.submit(_timed, request, self.own))
 
     def collect(self, tick: int) -> tuple[JobDone, ...]:
-        """Results to be taken at this tick, in the order of submission. Raises JobError where a job has raised."""
+        """Return the results due at this tick, in the order of submission. Raises JobError if a job has raised."""
         self.took_ns = ()
         if not self._running:
             return ()
@@ -82,25 +83,25 @@ class Workers:
         return tuple(done)
 
     def close(self) -> None:
-        """Forget what is queued and let the running job end."""
+        """Drop the queued jobs and let the running one end."""
         self._pool.shutdown(wait=True, cancel_futures=True)
 
 
 class Inline:
-    """The same for a replay and for runs in one process: each job runs when its result is taken."""
+    """Runner without a thread, for replay and one-process runs: each job runs when its result is taken."""
 
     def __init__(self, own: Mapping[str, tuple[Any, ...]] = MappingProxyType({})) -> None:
         self._own = own
         self._waiting: dict[int, JobRequest] = {}
 
     def start(self, requests: Sequence[JobRequest], cancelled: Sequence[int] = ()) -> None:
-        """Keep these jobs for later, and the cancelled ones no longer."""
+        """Store these jobs for later; drop the cancelled ones."""
         for job_id in cancelled:
             self._waiting.pop(job_id, None)
         self._waiting.update((request.job_id, request) for request in requests)
 
     def due(self, tick: int) -> tuple[int, ...]:
-        """The jobs whose results lock-step takes at this tick, in the order of submission."""
+        """Ids of the jobs whose results lock-step takes at this tick, in the order of submission."""
         return tuple(job_id for job_id, request in self._waiting.items() if tick >= request.due_tick)
 
     def take(self, job_ids: tuple[int, ...]) -> tuple[JobDone, ...]:
@@ -118,5 +119,5 @@ def _timed(request: JobRequest, own: Mapping[str, tuple[Any, ...]]) -> tuple[Any
 
 
 def perform(request: JobRequest, own: Mapping[str, tuple[Any, ...]] = MappingProxyType({})) -> Any:
-    """The job's result, here and now; loads the modules of its function where they are not yet. own: as of Workers."""
+    """Run a job now and return its result; load the modules of its function if necessary. own: as in Workers."""
     return resolve_name(request.function)(*own.get(request.function, ()), *request.arguments)

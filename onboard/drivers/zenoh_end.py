@@ -1,4 +1,4 @@
-"""An end of carrier A: a zenoh session to whoever carries on, with data keys and opening probe (protocol.carrier)."""
+"""An end of carrier A: a zenoh session to the carrier, with data keys and opening probe (protocol.carrier)."""
 
 from __future__ import annotations
 
@@ -12,13 +12,14 @@ from onboard.drivers.link_end import LinkEnd, LinkEndError
 from protocol import carrier
 from protocol.link import MAX_DATAGRAM
 
-_NO_LOCATOR = ("invalid socket address", "invalid port value", "not supported for")  # zenoh finds these at the opening
+_NO_LOCATOR = ("invalid socket address", "invalid port value", "not supported for")  # zenoh reports these when opening
 
 
 class ZenohEnd(LinkEnd):
-    """An end named `side` that takes from key `hear` and puts on key `say`. Close it: an open session hangs the
-    interpreter at its end. Raises ValueError for an endpoint that is no locator, LinkEndError where it cannot be had
-    now.
+    """End named `side` that receives on key `hear` and sends on key `say`.
+
+    Close it: an open session hangs the interpreter at its end. Raises ValueError for an endpoint that is no locator,
+    LinkEndError if it cannot be opened now.
     """
 
     def __init__(self, side: str, endpoint: str, *, hear: str, say: str) -> None:
@@ -45,24 +46,24 @@ class ZenohEnd(LinkEnd):
         return self._session.declare_subscriber(key, zenoh.handlers.FifoChannel(samples))
 
     def close(self) -> None:
-        """Ends the session; may be called again."""
+        """Close the session; may be called again."""
         self.failed = True
         with suppress(zenoh.ZError):  # zenoh waits 10 s for a handshake under way
             self._stack.close()
 
     @property
     def open(self) -> bool:
-        """Whether the carrier has answered a probe."""
+        """True if the carrier has answered a probe."""
         return self._probe.open
 
     @property
     def linked(self) -> bool:
-        """Whether anybody is at the other end of the session now."""
+        """True if there is a peer at the other end of the session now."""
         info = self._session.info
         return bool(info.peers_zid() or info.routers_zid())
 
     def knock(self) -> None:
-        """One turn of the opening probe; nothing once it is open."""
+        """Do one step of the opening probe; nothing once it is open."""
         if self._probe.open:
             return
         answer = self._answers.try_recv()
@@ -73,7 +74,7 @@ class ZenohEnd(LinkEnd):
                 self._send(self._ask, words)
 
     def take(self, most: int) -> list[bytes]:
-        """The datagrams that have arrived, at most `most`."""
+        """Return arrived datagrams, at most `most`."""
         got: list[bytes] = []
         while len(got) < most and (sample := self._in.try_recv()) is not None:
             got.append(sample.payload.to_bytes()[: MAX_DATAGRAM + 1])
@@ -82,7 +83,7 @@ class ZenohEnd(LinkEnd):
         return got
 
     def put(self, datagram: bytes) -> None:
-        """Puts a datagram; without a session it is lost, as on a dead link."""
+        """Send a datagram; without a session it is lost, as on a dead link."""
         self._send(self._data.put, datagram)
 
     def _send(self, put: Callable[[bytes], None], data: bytes) -> None:
@@ -94,7 +95,7 @@ class ZenohEnd(LinkEnd):
             self.failed = True
 
     def _publisher(self, key: str) -> zenoh.Publisher:
-        """An unbatched put, reliable and blocking: on the local bus it loses nothing."""
+        """Return an unbatched publisher, reliable and blocking: on the local bus it loses nothing."""
         return self._session.declare_publisher(
             key, express=True, congestion_control=zenoh.CongestionControl.BLOCK,
             reliability=zenoh.Reliability.RELIABLE,
@@ -102,6 +103,6 @@ class ZenohEnd(LinkEnd):
 
 
 def _words(error: zenoh.ZError) -> str:
-    """The innermost of zenoh's words, without the places in its source."""
+    """Innermost part of zenoh's error text, without the places in its source."""
     inner = str(error).rsplit("[", 1)[-1].rsplit('msg: "', 1)[-1]
     return inner.split(" at /", 1)[0].strip()

@@ -1,1 +1,1 @@
-"""How well this machine keeps the tick: its own loop measured, beside a bare one."""
+"""`onboard jitter`: measures how well this machine keeps the tick, with the daemon's own loop next to a bare one."""

@@ -1,7 +1,7 @@
-"""The bare loop as a process: `python -m onboard.jitter.bare INTERVAL_NS COUNT PRIORITY` writes how late it woke.
+"""Bare wake-up loop as a process: `python -m onboard.jitter.bare INTERVAL_NS COUNT PRIORITY` prints the delays.
 
-What cyclictest does, for machines without it: one thread, clock_nanosleep to absolute times, in C++, with the least
-slack that the kernel knows. So it is a strict reference: nothing that does more can wake earlier.
+It does the same as cyclictest, for machines without it: one thread, clock_nanosleep to absolute times, in C++, with the
+least slack that the kernel allows. So it is a strict reference: no program that does more can wake earlier.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""`onboard jitter`: how late this machine wakes a tick, how long that works, and what a bare loop gets."""
+"""`onboard jitter`: delay and duration of the tick on this machine, compared with a bare loop."""
 
 from __future__ import annotations
 
@@ -38,9 +38,9 @@ HINT = "try `onboard jitter --real-time`, and [realtime] in the configuration"
 def jitter(
     path: Path | None, settings: tuple[str, ...], seconds: float, everything: bool, no_job: bool, as_json: bool
 ) -> None:
-    """Measure this machine: the daemon's own tick loop with nothing connected, a planner at work beside it.
+    """Measure this machine: the daemon's own tick loop with nothing connected, and a planner job in parallel.
 
-    cyclictest (Debian package rt-tests) runs in the same seconds where it is installed, else a bare loop in C++.
+    cyclictest (Debian package rt-tests) runs at the same time if it is installed, else a bare loop in C++.
     Stop a running daemon first: both would measure each other.
 
     Exit codes: 0 measured, 69 no reference can be run, 130 ended by Ctrl-C, with the figures so far.
@@ -68,7 +68,10 @@ def jitter(
 
 
 def run(config: Config, clock: WallClock, ticks: int, job: bool) -> tuple[Measured, NDArray[np.float64] | None, str]:
-    """Ours and the reference's in the same seconds, and the reference's kind; None for one that was not let end."""
+    """Run our loop and the reference at the same time.
+
+    Returns our figures, the reference's (None if it was not allowed to finish), and the reference's kind.
+    """
     with closing(Bed(config, clock, _progress, job)) as bed:
         fifo = any(grant.option == "fifo_priority" and grant.granted for grant in bed.grants)
         beside = reference.start(TICK_NS, ticks, config.realtime.fifo_priority if fifo else 0)
@@ -82,7 +85,7 @@ def run(config: Config, clock: WallClock, ticks: int, job: bool) -> tuple[Measur
 
 
 def figures(ours: Measured, theirs: NDArray[np.float64] | None, kind: str) -> dict[str, Any]:
-    """What --json writes; microseconds where the name says so."""
+    """Object that --json writes; microseconds where the name ends in _us."""
     edges = _edges(ours.late_us, theirs)
     return {
         "ticks": len(ours.late_us),
@@ -155,13 +158,13 @@ def _histogram(histogram: dict[str, Any], kind: str) -> list[str]:
 
 
 def _edges(ours_us: NDArray[np.float64], theirs_us: NDArray[np.float64] | None) -> NDArray[np.float64]:
-    """0, then powers of two up to what holds everything."""
+    """Histogram edges: 0, then powers of two up to the largest value."""
     most = max(float(np.max(part, initial=1.0)) for part in (ours_us, theirs_us) if part is not None)
     return np.concatenate([[0.0], 2.0 ** np.arange(0, int(np.ceil(np.log2(most))) + 1)])
 
 
 def _progress(ratio: float | None) -> None:
-    """On a terminal's standard error, and gone when it is done."""
+    """Write the progress to standard error if it is a terminal; None clears the line."""
     if sys.stderr.isatty():
         text = "" if ratio is None else f"measuring: {100 * ratio:3.0f} %"
         sys.stderr.write(f"\r{text:<20}" + ("\r" if ratio is None else ""))

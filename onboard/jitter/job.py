@@ -1,4 +1,4 @@
-"""A planner's job for the measurement: a stop on rough ground with rocks, of the size that flies."""
+"""Planner job for the measurement: a stop on rough ground with rocks, of the size used in flight."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from onboard.planning.mission_rule import MissionState
 from onboard.planning.plan_records import PlanRequest, Settings
 from onboard.records import Cloud, Grid, Pose
 
-BEAMS, LINES = 520, 400  # a sweep's, within the sector
+BEAMS, LINES = 520, 400  # of a sweep, within the sector
 GOAL_M = (9.0, 2.0)
 
 
 def request(config: Config) -> PlanRequest:
-    """The same each time: waves of 5 cm, and a rock of 30 cm every 2 m."""
+    """The request, the same each time: waves of 5 cm, and a rock of 30 cm every 2 m."""
     cells = round(config.mapping.size_m / config.mapping.cell_m)
     corner_m = -(cells - 1) / 2 * config.mapping.cell_m
     bearings = np.linspace(-config.scanning.sector_rad, config.scanning.sector_rad, BEAMS)

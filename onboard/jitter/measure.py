@@ -1,4 +1,4 @@
-"""The measurement: the daemon's clock, wait, core and job thread, nothing connected, a planner always at work."""
+"""Measurement loop: the daemon's clock, wait, core and job thread, nothing connected, a planner always at work."""
 
 from __future__ import annotations
 
@@ -22,13 +22,21 @@ from onboard.jitter.job import request
 from onboard.records import Health, Inputs, JobRequest
 from protocol.barrier import Tick
 
-WARM_TICKS = 100  # until caches and allocator have settled; the reference's start, too
+WARM_TICKS = 100  # until caches and allocator have settled and the reference has started
 TOLD_TICKS = 50
 
 
 @dataclass(frozen=True, slots=True)
 class Measured:
-    """late_us: (k,) of each tick. tick_us: (k,) how long each worked. jobs, job_worst_ms: of the planner beside."""
+    """Figures of a measurement.
+
+    late_us: (k,) delay of each tick.
+    tick_us: (k,) duration of each tick.
+    slipped_ticks: number of ticks left out.
+    jobs: number of planner jobs in parallel.
+    job_worst_ms: duration of the longest job.
+    grants: state of the real-time options.
+    """
 
     late_us: NDArray[np.float64]
     tick_us: NDArray[np.float64]
@@ -39,7 +47,11 @@ class Measured:
 
 
 class Bed:
-    """What the ticks are run on. told: how far it is, twice a second. job: whether a planner works beside."""
+    """Test bed that runs the ticks.
+
+    told: called with the progress ratio twice a second.
+    job: run a planner in parallel.
+    """
 
     def __init__(self, config: Config, clock: WallClock, told: Callable[[float], None], job: bool) -> None:
         self._stack = ExitStack()
@@ -50,7 +62,7 @@ class Bed:
         self._request = request(config) if job else None
         self._jobs, self._job_worst_ns = 0, 0
         self._workers.preload(job.function for job in JOBS.values()).result()
-        quiet, loud = os.pipe()  # in place of a scanner that says nothing
+        quiet, loud = os.pipe()  # in place of a scanner that sends nothing
         self._stack.callback(os.close, quiet)
         self._stack.callback(os.close, loud)
         gc.freeze()
@@ -63,11 +75,11 @@ class Bed:
 
     @property
     def grants(self) -> tuple[Grant, ...]:
-        """What of the real-time options holds."""
+        """State of the real-time options."""
         return self._realtime.grants
 
     def measure(self, ticks: int) -> Measured:
-        """So many ticks of the clock, fewer where it is stopped."""
+        """Measure this many ticks of the clock, fewer if it is stopped."""
         late_us, tick_us = np.zeros(ticks), np.zeros(ticks)
         clock, count = self._clock, -WARM_TICKS
         slipped = 0
@@ -89,7 +101,7 @@ class Bed:
                         self._realtime.grants)  # fmt: skip
 
     def close(self) -> None:
-        """The thread ends, the options are given back."""
+        """End the thread and release the real-time options."""
         self._stack.close()
 
     def _tick(self, now: Tick) -> None:

@@ -1,4 +1,4 @@
-"""What our wake-ups are compared with, in the same seconds: cyclictest where it is installed, else the bare loop."""
+"""Reference for our wake-ups, run at the same time: cyclictest if it is installed, else the bare loop."""
 
 from __future__ import annotations
 
@@ -13,22 +13,26 @@ from numpy.typing import NDArray
 
 CYCLICTEST, BARE = "cyclictest", "bare loop"
 PACKAGE = "rt-tests"  # Debian's, which has cyclictest
-_MOST_US = 20_000  # of its histogram; what is later counts as its maximum
+_MOST_US = 20_000  # of its histogram; later wake-ups count as its maximum
 
 
 class ReferenceError(RuntimeError):
-    """The reference cannot be run; the text says why."""
+    """Reference that cannot be run; the text gives the reason."""
 
 
 @dataclass(slots=True)
 class Reference:
-    """A process that measures beside us. kind: CYCLICTEST or BARE."""
+    """Process that measures in parallel with us.
+
+    kind: CYCLICTEST or BARE.
+    process: the process.
+    """
 
     kind: str
     process: subprocess.Popen[str]
 
     def late_us(self, limit_s: float) -> NDArray[np.float64]:
-        """How late its wake-ups were, (k,), when it has ended. Raises ReferenceError."""
+        """Wait for its end and return the delays of its wake-ups, (k,). Raises ReferenceError."""
         try:
             told, complaint = self.process.communicate(timeout=limit_s)
         except subprocess.TimeoutExpired:
@@ -45,7 +49,12 @@ class Reference:
 
 
 def start(interval_ns: int, count: int, priority: int) -> Reference:
-    """Begin to measure so many wake-ups; priority: of SCHED_FIFO, 0: an ordinary thread. Raises ReferenceError."""
+    """Start to measure this many wake-ups.
+
+    priority: of SCHED_FIFO; 0: an ordinary thread.
+
+    Raises ReferenceError.
+    """
     program = shutil.which("cyclictest")
     kind = CYCLICTEST if program else BARE
     policy = ["--policy=fifo", f"--prio={priority}"] if priority else ["--policy=other"]
@@ -56,9 +65,9 @@ def start(interval_ns: int, count: int, priority: int) -> Reference:
     )  # fmt: skip
     process = subprocess.Popen(
         words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
-        start_new_session=True,  # Ctrl-C is ours
+        start_new_session=True,  # so that Ctrl-C reaches only this program
     )  # fmt: skip
-    os.sched_setaffinity(process.pid, range(os.cpu_count() or 1))  # not held on the tick's core
+    os.sched_setaffinity(process.pid, range(os.cpu_count() or 1))  # not bound to the tick's core
     assert process.stdout and process.stderr
     if kind == BARE and process.stdout.readline() != "ready\n":
         raise ReferenceError(f"the bare loop does not start: {process.stderr.read().strip().splitlines()[-1:]}")
@@ -66,9 +75,9 @@ def start(interval_ns: int, count: int, priority: int) -> Reference:
 
 
 def of_cyclictest(text: str) -> NDArray[np.float64]:
-    """Wake-ups from the histogram that cyclictest writes: `microseconds count` a line, `# ` before all else.
+    """Wake-ups from the histogram that cyclictest writes: `microseconds count` a line, other lines begin with `# `.
 
-    Those beyond the histogram count as its maximum. Raises ReferenceError where there are none.
+    Those beyond the histogram count as its maximum. Raises ReferenceError without wake-ups.
     """
     late: list[float] = []
     most_us = beyond = 0

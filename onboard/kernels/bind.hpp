@@ -1,4 +1,4 @@
-// What every binding file shares: arrays as they cross Python's border. Checks are in the doors (raster.py, ...).
+// Shared helpers of the bindings: arrays passed from Python. Checks are in the Python interface (raster.py, ...).
 #pragma once
 
 #include <nanobind/nanobind.h>
@@ -13,6 +13,6 @@
 namespace nb = nanobind;
 using namespace nb::literals;
 
-// Rows without gaps, in this machine's memory.
+// Contiguous rows, in this machine's memory.
 template <typename T, int N>
 using Array = nb::ndarray<T, nb::ndim<N>, nb::c_contig, nb::device::cpu>;

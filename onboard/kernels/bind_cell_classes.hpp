@@ -1,4 +1,4 @@
-// Cell classes for Python.
+// Binding of the cell classes.
 #pragma once
 
 #include "bind.hpp"

@@ -1,4 +1,4 @@
-// Elementary functions for Python: of one number, and of each number of a row.
+// Binding of the elementary functions: of one number, and of each number of a row.
 #pragma once
 
 #include "bind.hpp"

@@ -1,4 +1,4 @@
-// The global planner for Python: each step in the arrays of one workspace (global_field.py).
+// Binding of the global planner: each step works in the arrays of one workspace (global_field.py).
 #pragma once
 
 #include "bind.hpp"
@@ -14,7 +14,7 @@ static GlobalMap map_of(const Array<const float, 2>& heights_m, float cell_m) {
             heights_m.data()};
 }
 
-// The edges of the first node are behind those of columns + 1 impassable ones.
+// The edges of the first node follow those of columns + 1 impassable nodes.
 static std::int64_t first_edge(std::int64_t columns) { return kAxes * (columns + 1); }
 
 static float layers_of(const GlobalMap& map, bool raw, float* edges_m, const Watch& watch) {
@@ -23,7 +23,7 @@ static float layers_of(const GlobalMap& map, bool raw, float* edges_m, const Wat
     return global_layers(map, raw, edges_m, rows.data(), roughest.data(), watch);
 }
 
-// False where it was cancelled, as below.
+// Returns false if it was cancelled, as the functions below do.
 static bool global_layers_into(Array<const float, 2> heights_m, float cell_m, bool raw, Array<float, 2> edges_m, Done done,
                                Cancel cancel) {
     const GlobalMap map = map_of(heights_m, cell_m);
@@ -46,7 +46,7 @@ static bool global_edges_into(Array<const float, 2> heights_m, float cell_m, Arr
     return global_edges(map, per, first, rows.data(), watch);
 }
 
-// Whether there are no more seeds than nodes, every seed is a node and every cost is finite and >= 0.
+// True if there are no more seeds than nodes, every seed is a node and every cost is finite and >= 0.
 static bool global_seeds_fit(Array<const std::int64_t, 1> seeds, Array<const double, 1> seed_costs_m, std::int64_t nodes) {
     const auto count = static_cast<std::int64_t>(seeds.size());
     bool fit = count <= nodes;

@@ -1,4 +1,4 @@
-// The distance transform for Python.
+// Binding of the distance transform.
 #pragma once
 
 #include <memory>

@@ -1,4 +1,4 @@
-// Products and equations of matrices for Python; shapes are checked in linear.py.
+// Binding of products and equations of matrices; linear.py checks shapes.
 #pragma once
 
 #include <optional>
@@ -21,7 +21,7 @@ static void product_into(Array<const double, 2> a, Array<const double, 2> b, Arr
         product(a.data(), b.data(), to.data(), n, k, m);
 }
 
-// Each of many: a (count, n, n) is used up, b (count, n, m) becomes x.
+// Solves many systems: a (count, n, n) is overwritten, b (count, n, m) becomes x.
 static bool solve_into(Array<double, 3> a, Array<double, 3> b) {
     const std::size_t n = a.shape(1), m = b.shape(2);
     std::optional<nb::gil_scoped_release> unlocked;

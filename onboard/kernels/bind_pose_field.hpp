@@ -1,4 +1,4 @@
-// The pose field for Python.
+// Binding of the pose field.
 #pragma once
 
 #include <memory>

@@ -1,4 +1,4 @@
-// Pose freedom, closeness and what can be reached for Python.
+// Binding of pose freedom, closeness and reachable poses.
 #pragma once
 
 #include <memory>

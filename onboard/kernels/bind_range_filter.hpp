@@ -1,4 +1,4 @@
-// The range image's filter for Python.
+// Binding of the range image filter.
 #pragma once
 
 #include "bind.hpp"

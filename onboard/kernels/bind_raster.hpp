@@ -1,4 +1,4 @@
-// The rasteriser for Python.
+// Binding of the rasteriser.
 #pragma once
 
 #include "bind.hpp"
@@ -20,7 +20,7 @@ static void rasterise_into(double x0_m, double y0_m, double cell_m, Array<const 
     rasterise(grid, beams, cells);
 }
 
-// (rows, columns, 32): records as bytes; the door saw to their layout.
+// (rows, columns, 32): records as bytes; the Python interface ensures their layout.
 static Cell* records(const Array<std::uint8_t, 3>& cells) { return reinterpret_cast<Cell*>(cells.data()); }
 
 static RasterGrid grid_of(double x0_m, double y0_m, double cell_m, const Array<std::uint8_t, 3>& cells) {

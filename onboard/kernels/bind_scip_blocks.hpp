@@ -1,4 +1,4 @@
-// SCIP's data blocks and beams for Python.
+// Binding of SCIP's data blocks and beams.
 #pragma once
 
 #include "bind.hpp"

@@ -1,4 +1,4 @@
-// The line of sight for Python.
+// Binding of the line of sight.
 #pragma once
 
 #include "bind.hpp"

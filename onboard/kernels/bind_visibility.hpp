@@ -1,4 +1,4 @@
-// Visibility for Python.
+// Binding of the visibility kernels.
 #pragma once
 
 #include <nanobind/stl/optional.h>

@@ -1,5 +1,5 @@
 // The extension module, built once for each instruction set (CMakeLists.txt) under the name KERNELS_MODULE. Each subject
-// binds itself: unpack arrays, own the workspace, release the lock, no logic.
+// has its own binding: it unpacks arrays, owns the workspace, releases the lock, and contains no logic.
 #include "bind_cell_classes.hpp"
 #include "bind_elementary.hpp"
 #include "bind_global.hpp"

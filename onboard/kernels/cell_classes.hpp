@@ -1,4 +1,4 @@
-// What the beams said of each cell, and de-biased bounds of its height. The rules and their reasons are in
+// Class of each cell from its beams, and de-biased bounds of its height. The rules and their reasons are in
 // onboard/perception/cell_classes.py. No Python types, no exceptions, no heap.
 #pragma once
 
@@ -14,7 +14,8 @@ enum CellClass : std::uint8_t { kOutside, kOccluded, kHit, kFilled, kHole, kAssu
 struct CellRules {
     std::int64_t fill_cells;
     double ray_margin_m, fill_above_m, hole_depth_m, fill_step_m, fill_step_per_cell_m;
-    // How far noise alone takes the bounds of n hits from their mean, in sigmas, n = 0 ... counts - 1; the last of more.
+    // Distance of the bounds of n hits from their mean by noise alone, in sigmas, n = 0 ... counts - 1; the last for
+    // more.
     const double* spread;
     std::int64_t counts;
 };
@@ -66,7 +67,7 @@ class CellClassifier {
         out.z_bot[at] = static_cast<float>(smaller_or_nan(mean_[at], low + bias));
     }
 
-    // A cell without a hit.
+    // Sets a cell without a hit.
     void guess(std::int64_t j, std::int64_t i, const CellSurface& out) const {
         const std::int64_t at = j * c_.columns + i;
         const float ray = c_.z_ray[at];
@@ -82,7 +83,8 @@ class CellClassifier {
         out.z_mean[at] = out.z_top[at] = out.z_bot[at] = static_cast<float>(height);
     }
 
-    // kHole or kFilled with the height there, else kOutside. A hole proved along one line outweighs a fill along another.
+    // kHole or kFilled with the height there, else kOutside. A hole found along one line overrides a fill along
+    // another.
     CellClass between_hits(std::int64_t j, std::int64_t i, double* height) const {
         static constexpr std::int64_t kWays[4][2] = {{0, 1}, {1, 0}, {1, 1}, {1, -1}};
         const double ray = c_.z_ray[j * c_.columns + i];
@@ -104,7 +106,7 @@ class CellClassifier {
         return kFilled;
     }
 
-    // Height at the cell on the line between the nearest hits on both sides; NaN where they lie too far apart.
+    // Height at the cell on the line between the nearest hits on both sides; NaN if they are too far apart.
     double ground_between(std::int64_t j, std::int64_t i, std::int64_t dj, std::int64_t di) const {
         const std::int64_t at = j * c_.columns + i, step = dj * c_.columns + di;
         const std::int64_t before = nearest(at, -step, std::min(r_.fill_cells, room(j, i, -dj, -di)));
@@ -118,7 +120,7 @@ class CellClassifier {
         return low + (high - low) * (static_cast<double>(before) / static_cast<double>(missing + 1));
     }
 
-    // Steps to the nearest hit, at most `most`; 0 without one.
+    // Steps to the nearest hit, at most `most`; 0 if there is none.
     std::int64_t nearest(std::int64_t at, std::int64_t step, std::int64_t most) const {
         for (std::int64_t k = 1; k <= most; ++k)
             if (std::isfinite(mean_[at + k * step])) return k;

@@ -1,8 +1,8 @@
-// Hits to five statistics of map cells, no beam walked: from points, or straight from ranges and tilt without a cloud.
-// No Python types, no exceptions, no heap: the caller owns every array.
+// Hits to five statistics of map cells, without ray casting: from points, or directly from ranges and tilt. No Python
+// types, no exceptions, no heap: the caller owns every array.
 //
 // A cell is one record of 32 bytes, so a hit touches one cache line. The sums are added in the order of the hits, so a
-// live grid has the bits of one insertion of all.
+// live grid has the same bits as one insertion of all hits.
 #pragma once
 
 #include <cstddef>
@@ -31,24 +31,24 @@ struct Turn {
     double longest_m;  // farther returns are no hits
 };
 
-// Where the scanner sits, what of the rover it sees, where the rover stands.
+// Mounting of the scanner, hull of the rover and pose.
 struct Mount {
     const double* scanner_m;   // (3,) in base axes, on the tilt axis
-    const double* hull_m;      // (boxes, 2, 3) lowest and highest corner, base axes: hits in it are dropped
+    const double* hull_m;      // (boxes, 2, 3) lowest and highest corner, base axes: hits inside are dropped
     std::int64_t boxes;
     const double* T_map_base;  // (4, 4)
 };
 
 namespace detail {
 
-// Which cell, and adding to it, apart: the first runs on many hits at once, the second waits for the last one.
+// Cell index of a hit, and its insertion, as two steps: the first runs on many hits at once, the second in order.
 class Hits {
 public:
     Hits(const RasterGrid& grid, Cell* cells)
         : x0_m_(grid.x0_m), y0_m_(grid.y0_m), per_m_(1.0 / grid.cell_m), columns_(static_cast<double>(grid.columns)),
           rows_(static_cast<double>(grid.rows)), stride_(static_cast<std::int32_t>(grid.columns)), cells_(cells) {}
 
-    // The cell of a hit, -1 off the grid or where a number is not finite. The door keeps rows * columns within int32.
+    // The cell of a hit, -1 off the grid or if a number is not finite. The caller keeps rows * columns within int32.
     std::int32_t at(float x, float y, float z) const {
         const double u = (x - x0_m_) * per_m_ + 0.5, v = (y - y0_m_) * per_m_ + 0.5;
         const bool on = (u >= 0.0) & (u < columns_) & (v >= 0.0) & (v < rows_) & (std::abs(z) <= kLargest);
@@ -62,7 +62,7 @@ public:
         const double height = z;
         cell.sum_z += height;
         cell.sum_z2 += height * height;
-        cell.z_hi = cell.z_hi > z ? cell.z_hi : z;  // NaN gives way
+        cell.z_hi = cell.z_hi > z ? cell.z_hi : z;  // false for NaN, which is replaced
         cell.z_lo = cell.z_lo < z ? cell.z_lo : z;
         ++cell.n;
     }
@@ -74,7 +74,7 @@ private:
     Cell* cells_;
 };
 
-constexpr std::int64_t kBlock = 16;  // about as many cells as the processor can wait for at once
+constexpr std::int64_t kBlock = 16;  // about as many cells as the processor can load at once
 
 struct Block {
     std::int32_t at[kBlock];  // -1: no hit
@@ -82,7 +82,7 @@ struct Block {
 };
 
 // Adds `count` hits in their order; find(first, size, block) finds those from `first` on. While the hits of one block are
-// added, the cells of the next are on their way.
+// added, the cells of the next are being loaded.
 template <typename Find>
 inline void add_all(const Hits& hits, std::int64_t count, const Find& find) {
     Block blocks[2];
@@ -108,7 +108,7 @@ inline bool inside(const double* p, const double* box) {
     return p[0] >= box[0] && p[1] >= box[1] && p[2] >= box[2] && p[0] <= box[3] && p[1] <= box[4] && p[2] <= box[5];
 }
 
-// Boxes that are the rover itself. A first look at the bounds of them all spares nearly every hit the others.
+// Boxes of the rover itself. A test against the bounds of all boxes avoids the other tests for nearly every hit.
 class Hull {
 public:
     explicit Hull(const Mount& mount) : boxes_(mount.hull_m), count_(mount.boxes) {

@@ -1,7 +1,7 @@
 // The soft cost near blocked poses (8, rows, columns). No Python types, no exceptions, no heap.
 //
 // Squared distances in cells are exact: along the columns first, then the least over a row (Meijster's two passes), both
-// only as far as the falloff reaches.
+// only as far as the falloff extends.
 #pragma once
 
 #include <algorithm>
@@ -16,7 +16,7 @@ struct ClosenessProblem {
     const std::uint8_t* freedom;  // 0 blocked
     const float* falloff;         // ratio by squared distance in cells, 0 to reach * reach
     std::int64_t reach;           // >= 2; from reach + 1 cells on the ratio is 0
-    float touching;               // more where a neighbour cell or the next orientation is blocked
+    float touching;               // added if a neighbour cell or the next orientation is blocked
 };
 
 // Owned by the caller: apart (rows * (columns + 2 reach)), nearest (columns).

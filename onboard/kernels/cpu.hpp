@@ -1,4 +1,4 @@
-// What this machine's processor can run.
+// Instruction sets of this machine's processor.
 #pragma once
 
 namespace eldorado {

@@ -70,7 +70,7 @@ inline EightInts whole(const EightFloats& a) {
     return eight<std::int32_t>([](auto x) { return __builtin_convertvector(x, EightInts::Part); }, a);
 }
 
-// Whether any lane of a comparison holds.
+// True if any lane of a comparison is true.
 inline bool any(const EightInts& mask) {
 #if defined(__AVX2__)
     return __builtin_ia32_movmskps256((EightFloats::Part)mask.part[0]) != 0;
@@ -81,7 +81,7 @@ inline bool any(const EightInts& mask) {
 #endif
 }
 
-// Lane n of the result is lane n + kBy of `a`, round the circle; kBy from 0 to 7.
+// Lane n of the result is lane n + kBy of `a`, cyclic; kBy from 0 to 7.
 template <int kBy, typename T>
 inline Eight<T> rolled(const Eight<T>& a) {
     constexpr int first = kBy / kEightSize;

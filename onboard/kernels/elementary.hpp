@@ -1,7 +1,8 @@
-// Sine, cosine, arc tangent, exponential and logarithm by additions, products, quotients and square roots alone, which
-// IEEE 754 fixes to the bit: the same result from every processor, library and build. The C library's own differ in the
-// last bit, by the instructions that it finds. Argument reduction after Cody and Waite (1980), then Taylor polynomials,
-// summed with the lower part of the argument. Errors against exact values: tests/onboard/test_elementary.py.
+// Sine, cosine, arc tangent, exponential and logarithm from additions, products, quotients and square roots alone,
+// whose result IEEE 754 defines to the bit: the same result on every processor, with every library and build. The C
+// library's functions differ in the last bit, depending on the instructions available. Argument reduction after Cody
+// and Waite (1980), then Taylor polynomials, summed with the lower part of the argument. Errors against exact values:
+// tests/onboard/test_elementary.py.
 #pragma once
 
 #include <cmath>
@@ -15,11 +16,11 @@ namespace elementary {
 constexpr double kPi = 0x1.921fb54442d18p+1, kPiLow = 0x1.1a62633145c07p-53;
 constexpr double kHalf1 = 0x1.921fb54400000p+0, kHalf2 = 0x1.0b4611a600000p-34, kHalf3 = 0x1.3198a2e037073p-69;  // pi/2
 constexpr double kLn2 = 0x1.62e42fefa2000p-1, kLn2Low = 0x1.9ef35793c7673p-41;
-constexpr double kFarthest = 1e6;  // rad: up to here a multiple of pi/2 is taken off exactly
+constexpr double kFarthest = 1e6;  // rad: up to here a multiple of pi/2 is subtracted exactly
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInf = std::numeric_limits<double>::infinity();
 
-// An angle within pi/4 of a multiple of pi/2: which one (modulo 4), and what is left, in two parts.
+// An angle within pi/4 of a multiple of pi/2: number of the multiple (modulo 4), and the rest in two parts.
 struct Reduced {
     int quarter;
     double high, low;
@@ -31,7 +32,7 @@ inline Reduced reduced(double x) {
     const double first = x - n * kHalf1;  // both exact
     const double second = n * kHalf2;     // exact
     const double high = first - second;
-    const double lost = (first - high) - second;  // of that difference
+    const double lost = (first - high) - second;  // rounding error of that difference
     const double third = n * kHalf3 - lost;
     const double sum = high - third;
     return {static_cast<int>(static_cast<std::int64_t>(n) & 3), sum, (high - sum) - third};
@@ -100,7 +101,7 @@ constexpr double kAtan[17][2] = {  // of k/16, in two parts
     {0x1.921fb54442d18p-1, 0x1.1a62633145c07p-55},
 };
 
-// The angle of (larger, smaller), both >= 0 and not both 0, in [0, pi/4]: high part, and what is to be added.
+// The angle of (larger, smaller), both >= 0 and not both 0, in [0, pi/4]: high part, and the correction to add.
 inline void first_octant(double smaller, double larger, double& high, double& low) {
     const double ratio = smaller / larger;
     const int k = static_cast<int>(std::nearbyint(16.0 * ratio));
@@ -153,7 +154,7 @@ inline double atan(double x) { return atan2(x, 1.0); }
 inline double asin(double x) { return atan2(x, std::sqrt((1.0 - x) * (1.0 + x))); }
 inline double acos(double x) { return atan2(std::sqrt((1.0 - x) * (1.0 + x)), x); }
 
-// Length of (x, y), without the care for squares beyond 1e308.
+// Length of (x, y); squares beyond 1e308 overflow.
 inline double hypot(double x, double y) { return std::sqrt(x * x + y * y); }
 
 inline double exp(double x) {
@@ -191,7 +192,7 @@ inline double log(double x) {
     const double f = m - 1.0, s = f / (2.0 + f), z = s * s;
     double p = 2.0 / 23.0;
     for (int k = 21; k >= 3; k -= 2) p = p * z + 2.0 / k;
-    // log m = f - s * (f - r) with r = z * p, which loses nothing where m is near 1
+    // log m = f - s * (f - r) with r = z * p, which loses no digits where m is near 1
     const double r = z * p;
     return n * kLn2 + (f + (n * kLn2Low - s * (f - r)));
 }

@@ -1,22 +1,23 @@
-// Least costs over the nodes of a map from a set of seeds: the whole cost-to-go field and each node's next (Eq. 26). No
-// Python types, no exceptions, no heap.
+// Least costs over the nodes of a map from a set of seeds: the whole cost-to-go field and each node's next node (Eq.
+// 26). No Python types, no exceptions, no heap.
 //
-// Buckets of equal width hold the open nodes. No edge is shorter than the width, so what leaves a bucket enters later ones
-// and each node is expanded once, with its final cost (Dial 1969, Dinitz 1978). The buckets cover kBuckets widths from
-// `base`; what is farther waits in one more and is dealt out when they are empty: edges may be as dear as they like. A node
-// that gets cheaper leaves its old entry behind, to be dropped when found.
+// Buckets of equal width contain the open nodes. No edge is shorter than the width, so a node that leaves a bucket
+// enters later ones, and each node is expanded once, with its final cost (Dial 1969, Dinitz 1978). The buckets cover
+// kBuckets widths from `base`; farther nodes wait in one extra bucket and are distributed when the others are empty, so
+// edges may have any cost. A node that gets cheaper leaves its old entry behind, which is dropped when found.
 //
-// The nodes of a bucket do not concern each other. So they are taken by the chunk, in three loops without a branch on what
-// is met, which would be anybody's guess to the processor: who is due, what its edges make cheaper, and entering that. The
-// first loop calls for the memory of the second.
+// The nodes of a bucket are independent of each other. So they are processed in chunks, in three loops without a branch
+// on data, which the processor could not predict: nodes that are due, nodes that their edges make cheaper, insertion of
+// these. The first loop prefetches the memory of the second.
 //
 // A node is one word, a double: the cost in metres, and in place of its last 4 bits the direction to the next node.
 //
 //      63      52                              4    0
 //      | 0 exp  |  fraction of the cost        | way |     way: direction 0 to 7, kHere for a seed
 //
-// In single precision a way of a thousand edges would be off by more than one in a million, in these 48 bits one of a
-// hundred million is not. The lesser word wins: of equal ways the one of the lower direction, in whatever order.
+// In single precision a path of a thousand edges would be off by more than one in a million, in these 48 bits a path of
+// a hundred million is not. The smaller word wins: of equal paths the one of the lower direction, in any order of
+// visits.
 #pragma once
 
 #include <algorithm>
@@ -37,21 +38,21 @@ struct Chunk {
 
 struct GlobalProblem {
     std::int64_t rows, columns;
-    const float* edges_m;  // (rows, columns, kAxes) and before it columns + 1 nodes more, all +inf
+    const float* edges_m;  // (rows, columns, kAxes) and before it columns + 1 more nodes, all +inf
     float shortest_m;      // no edge is shorter
     const std::int64_t* seeds;
-    const double* seed_costs_m;  // >= 0, what is left to go from each seed
+    const double* seed_costs_m;  // >= 0, remaining cost from each seed
     std::int64_t seed_count;
 };
 
-// Owned by the caller. words: (rows, columns) with columns + 1 nodes more on either side. chunks: room for an entry of each
-// of the 8 edges into a node and of each seed, and kBuckets + 4 open chunks; few are ever touched.
+// Owned by the caller. words: (rows, columns) with columns + 1 more nodes on either side. chunks: space for an entry of
+// each of the 8 edges into a node and of each seed, and kBuckets + 4 open chunks; few are ever touched.
 struct GlobalWork {
     double* words;
     Chunk* chunks;
 };
 
-// The directions of each set of them, a bit for each, in order.
+// The directions in each set, one bit per direction, in order.
 struct DirectionsOf {
     std::uint16_t in[256][8];
     std::uint8_t count[256];
@@ -78,8 +79,9 @@ class GlobalSearch {
         step_[kHere] = 0;
     }
 
-    // Fills cost_m and next_node (rows, columns): metres to the goal, +inf where there is no way; flat index of the next
-    // node, itself where a seed's cost is the least, -1 without a way. False where it was cancelled: then neither is filled.
+    // Fills cost_m and next_node (rows, columns): metres to the goal, +inf if there is no path; flat index of the next
+    // node, itself if a seed's cost is the least, -1 without a path. Returns false if cancelled: then neither is
+    // filled.
     bool run(float* cost_m, std::int32_t* next_node) {
         std::fill(w_.words - p_.columns - 1, w_.words + nodes_ + p_.columns + 1, kFar);
         for (std::int32_t& head : heads_) head = take_chunk(kNone);
@@ -119,7 +121,7 @@ class GlobalSearch {
         return chunk;
     }
 
-    // Returns the chunk after it.
+    // Returns the chunk that follows it.
     std::int32_t give_back(std::int32_t chunk) {
         const std::int32_t next = w_.chunks[chunk].next;
         w_.chunks[chunk].next = spare_;
@@ -127,14 +129,14 @@ class GlobalSearch {
         return next;
     }
 
-    // All chunks of a bucket, which is empty then.
+    // Takes all chunks of a bucket and leaves it empty.
     std::int32_t take_all(std::int32_t bucket) {
         const std::int32_t all = heads_[bucket];
         heads_[bucket] = take_chunk(kNone);
         return all;
     }
 
-    // Keeps the node where `really`.
+    // Stores the node if `really`.
     void enter(std::int32_t bucket, std::int32_t node, bool really) {
         std::int32_t& head = heads_[bucket];
         Chunk& chunk = w_.chunks[head];
@@ -143,7 +145,7 @@ class GlobalSearch {
         if (chunk.count == kChunkNodes) head = take_chunk(head);
     }
 
-    // A node waits in the bucket of its cost already where that stays the same.
+    // If the bucket of a node's cost stays the same, the node waits there already.
     void improve(std::int32_t node, double word) {
         const double before = w_.words[node];
         const std::int32_t bucket = bucket_of(word);
@@ -151,7 +153,8 @@ class GlobalSearch {
         enter(bucket, node, bucket < bucket_of(before));
     }
 
-    // The ends of all that `look` reads. Always inline: gcc drops calls of a function that only fetches.
+    // Prefetches the ends of all data that `look` reads. Always inline: gcc drops calls of a function that only
+    // prefetches.
     __attribute__((always_inline)) void fetch(std::int32_t node) const {
         const double* own = w_.words + node;
         const float* ahead_m = p_.edges_m + kAxes * static_cast<std::int64_t>(node);
@@ -166,8 +169,8 @@ class GlobalSearch {
         __builtin_prefetch(south_m + 2 * kAxes - 1);
     }
 
-    // The words that the eight neighbours could have by this node, in order of direction; a bit for each that gets cheaper.
-    // Beyond an impassable edge the word is no number and nothing is cheaper.
+    // Computes the words that the eight neighbours could have by this node, in order of direction; returns a bit for
+    // each that gets cheaper. Beyond an impassable edge the word is not a number and nothing is cheaper.
     unsigned look(std::int32_t node, Words* words) const {
         const double *own = w_.words + node, *north = own + p_.columns, *south = own - p_.columns;
         const float* ahead_m = p_.edges_m + kAxes * static_cast<std::int64_t>(node);
@@ -182,8 +185,8 @@ class GlobalSearch {
         return static_cast<unsigned>((better[0] | better[1]) | (better[2] | better[3]));
     }
 
-    // Expands the nodes of a chunk that still belong into the bucket; how many they were. Never inline: within others its
-    // loops do not get the registers they need.
+    // Expands the nodes of a chunk that still belong to the bucket; returns their number. Never inline: within other
+    // functions its loops do not get the registers that they need.
     __attribute__((noinline)) std::int32_t expand(const Chunk& chunk, std::int32_t bucket) {
         std::int32_t due[kChunkNodes], count = 0, found_count = 0;
         Words words[2 * kChunkNodes];
@@ -204,7 +207,7 @@ class GlobalSearch {
         return count;
     }
 
-    // False where it was cancelled.
+    // Returns false if it was cancelled.
     bool settle(std::int32_t bucket) {
         for (std::int32_t at = take_all(bucket); at != kNone; at = give_back(at)) {
             if (watch_.cancelled()) return false;
@@ -215,7 +218,7 @@ class GlobalSearch {
         return true;
     }
 
-    // Moves the base to the cheapest node that waits beyond the last bucket. False where none does.
+    // Moves the base to the cheapest node that waits beyond the last bucket. Returns false if there is none.
     bool deal_out() {
         double next_m = kFar;
         for (std::int32_t at = heads_[kBuckets]; at != kNone; at = w_.chunks[at].next)
@@ -245,7 +248,7 @@ class GlobalSearch {
     const GlobalWork w_;
     const Watch watch_;
     const std::int64_t nodes_;
-    const double width_m_;  // a little under the shortest edge, so that rounding cannot undo the rule
+    const double width_m_;  // slightly less than the shortest edge, so that rounding cannot break the rule
     const double per_width_ = 1.0 / width_m_;
     double base_m_ = kFar;
     std::int32_t step_[2 * kAxes + 1];  // to the neighbour in each direction, and kHere

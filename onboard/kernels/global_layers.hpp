@@ -1,12 +1,13 @@
-// Of heights: roughness and gradient of each node's 3 x 3 window, then the price of the edges between nodes (Eq. 21 to 25,
-// corrected). Single precision, for every number is a difference to the node's own height. No Python types, no
-// exceptions, no heap. Loops run along a row with every lane alike, so that the compiler turns them into vectors.
+// Layers and edge costs of a height map: roughness and gradient of each node's 3 x 3 window, then the cost of the edges
+// between nodes (Eq. 21 to 25, corrected). Single precision, because every number is a difference to the node's own
+// height. No Python types, no exceptions, no heap. Loops run along a row with the same operations in every lane, so
+// that the compiler vectorises them.
 //
 //        j + 1   NW  N  NE      k = 0 E, 1 NE, 2 N, 3 NW: the axes. Direction k + 4 is axis k backwards; as the law takes
 //          j     W   .  E       magnitudes of roll and pitch, it costs the same to the last bit and is not stored twice:
-//        j - 1   SW  S  SE      what leaves a node to the W is kept as what leaves its W neighbour to the E.
+//        j - 1   SW  S  SE      the edge of a node to the W is stored as the edge of its W neighbour to the E.
 //
-// A row's layers wait where its edges will be, kAxes floats a node, until these take their place:
+// A row's layers are stored in the memory of its edges, kAxes floats a node, until the edges replace them:
 //
 //        roughness of all its nodes | slope_x | slope_y | -      ->      E NE N NW of node 0 | E NE N NW of node 1 | ...
 #pragma once
@@ -20,9 +21,9 @@ namespace eldorado {
 
 constexpr int kAxes = 4;
 constexpr int kAxisRow[kAxes] = {0, 1, 1, 1}, kAxisColumn[kAxes] = {1, 1, 0, -1};
-constexpr float kHighest_m = 1e7f;  // farther from zero is no height; its squares still fit single precision
+constexpr float kHighest_m = 1e7f;  // a height farther from zero is missing; its squares still fit single precision
 
-// How far the work is, and whether to stop: both may be touched by another thread at any time.
+// Progress of the work and stop flag; another thread may access both at any time.
 struct Watch {
     std::int64_t* done;
     const std::uint8_t* cancel;
@@ -34,10 +35,10 @@ struct Watch {
 struct GlobalMap {
     std::int64_t rows, columns;
     float cell_m;
-    const float* heights_m;  // (rows, columns); what is not within kHighest_m of zero is missing
+    const float* heights_m;  // (rows, columns); a height not within kHighest_m of zero is missing
 };
 
-// Of one row, NaN where the node's own height is missing.
+// Layers of one row, NaN where the node's own height is missing.
 struct RowLayers {
     float *roughness_m, *slope_x, *slope_y;
 };
@@ -49,7 +50,7 @@ inline RowLayers row_layers(float* edges_m, std::int64_t columns, std::int64_t j
 
 // Eq. 25 divided by W_L / l_grid.
 struct GlobalPrices {
-    float roughness_per_m, roll_per_rad, pitch_per_rad;  // what a metre costs above 1
+    float roughness_per_m, roll_per_rad, pitch_per_rad;  // cost of a metre above 1
     float limit_rad;                                     // steeper about either axis is impassable
 };
 
@@ -65,7 +66,7 @@ inline float arc_tangent(float x) {
 // A height, NaN where it is missing.
 inline float height_of(float z) { return std::fabs(z) <= kHighest_m ? z : std::numeric_limits<float>::quiet_NaN(); }
 
-// Row j of heights, -1 to `rows`, with a node more on either side: beyond the border the ground goes on as a straight line.
+// Row j of heights, -1 to `rows`, with one more node on either side: beyond the border the ground continues linearly.
 inline void extended_row(const GlobalMap& map, std::int64_t j, double* __restrict row) {
     const std::int64_t last = map.rows - 1, columns = map.columns;
     const std::int64_t near = std::clamp<std::int64_t>(j, 0, last), inward = std::clamp<std::int64_t>(2 * near - j, 0, last);
@@ -78,8 +79,8 @@ inline void extended_row(const GlobalMap& map, std::int64_t j, double* __restric
     row[columns + 1] = 2.0 * row[columns] - row[std::max<std::int64_t>(columns - 1, 1)];
 }
 
-// Eq. 21, 23, 24 for one row. A missing neighbour is the reflection of the one opposite, both missing: the node itself.
-// `roughest` keeps the largest roughness of each column. kRaw: Eq. 21 as printed, slope and all.
+// Eq. 21, 23, 24 for one row. A missing neighbour is the reflection of the opposite one; if both are missing, the node
+// itself. `roughest` stores the largest roughness of each column. kRaw: Eq. 21 as printed, slope included.
 template <bool kRaw>
 void layers_of_row(const double* __restrict south, const double* __restrict own, const double* __restrict north,
                    std::int64_t columns, float cell_m, float* __restrict roughness_m, float* __restrict slope_x,
@@ -94,7 +95,7 @@ void layers_of_row(const double* __restrict south, const double* __restrict own,
         const float e = mirrored(e0, w0), w = mirrored(w0, e0), n = mirrored(n0, s0), s = mirrored(s0, n0);
         const float ne = mirrored(ne0, sw0), sw = mirrored(sw0, ne0), nw = mirrored(nw0, se0), se = mirrored(se0, nw0);
         const float gx = ((e - w) + (ne - nw) + (se - sw)) * per_slope, gy = ((n - s) + (ne - se) + (nw - sw)) * per_slope;
-        const float mean = ((e + w) + (n + s) + (ne + sw) + (nw + se)) * (1.0f / 9.0f);  // the node's own share is 0
+        const float mean = ((e + w) + (n + s) + (ne + sw) + (nw + se)) * (1.0f / 9.0f);  // the own difference is 0
         const float x = kRaw ? 0.0f : gx * cell_m, y = kRaw ? 0.0f : gy * cell_m;
         const auto square = [mean](float height, float plane) {
             const float off = height - mean - plane;
@@ -107,12 +108,12 @@ void layers_of_row(const double* __restrict south, const double* __restrict own,
         roughness_m[i] = rough + nothing;
         slope_x[i] = gx + nothing;
         slope_y[i] = gy + nothing;
-        roughest[i] = std::max(roughest[i], roughness_m[i]);  // of a NaN std::max keeps the first
+        roughest[i] = std::max(roughest[i], roughness_m[i]);  // keeps the first if the second is NaN
     }
 }
 
-// Leaves the layers of all rows in the room of the edges; `rows` is room for 3 (columns + 2), `roughest` for columns.
-// Returns the largest roughness, 0 without data, or -1 where it was cancelled.
+// Writes the layers of all rows to the memory of the edges; `rows` has 3 (columns + 2), `roughest` has columns
+// elements. Returns the largest roughness, 0 without data, or -1 if it was cancelled.
 inline float global_layers(const GlobalMap& map, bool raw, float* edges_m, double* rows, float* roughest, const Watch& watch) {
     double *south = rows, *own = south + map.columns + 2, *north = own + map.columns + 2;
     std::fill(roughest, roughest + map.columns, 0.0f);
@@ -131,8 +132,8 @@ inline float global_layers(const GlobalMap& map, bool raw, float* edges_m, doubl
     return *std::max_element(roughest, roughest + map.columns);
 }
 
-// What a metre along each axis costs at the nodes of one row, above 1: `price` is kAxes rows of `wide`, with one node
-// on either side that cannot be passed. The roll of one axis is the pitch of the axis square to it.
+// Cost of a metre along each axis at the nodes of one row, above 1: `price` is kAxes rows of `wide`, with one
+// impassable node on either side. The roll of one axis is the pitch of the perpendicular axis.
 inline void prices_of_row(const float* __restrict roughness_m, const float* __restrict slope_x,
                           const float* __restrict slope_y, std::int64_t columns, GlobalPrices p,
                           float* __restrict price) {
@@ -154,7 +155,7 @@ inline void prices_of_row(const float* __restrict roughness_m, const float* __re
     }
 }
 
-// One row's edges (columns, kAxes): length times 1 + the mean price of both ends, +inf where impassable.
+// One row's edges (columns, kAxes): length times 1 + the mean cost of both ends, +inf where impassable.
 inline void edges_of_row(const float* __restrict own, const float* __restrict north, const float* __restrict price,
                          const float* __restrict price_north, std::int64_t columns, float cell_m, float* __restrict edges_m) {
     constexpr float never = std::numeric_limits<float>::infinity();
@@ -174,7 +175,7 @@ inline void edges_of_row(const float* __restrict own, const float* __restrict no
     }
 }
 
-// Row j for `edges_of_row`: heights with a missing node on either side, and prices; all is missing in row `rows`.
+// Row j for `edges_of_row`: heights with a missing node on either side, and costs; row `rows` is missing.
 inline void enter_row(const GlobalMap& map, float* edges_m, const GlobalPrices& prices, std::int64_t j,
                       float* __restrict heights_m, float* __restrict price) {
     std::fill(heights_m, heights_m + map.columns + 2, std::numeric_limits<float>::quiet_NaN());
@@ -185,8 +186,8 @@ inline void enter_row(const GlobalMap& map, float* edges_m, const GlobalPrices& 
     prices_of_row(layers.roughness_m, layers.slope_x, layers.slope_y, map.columns, prices, price);
 }
 
-// Turns the layers in `edges_m` into edges (rows, columns, kAxes); `rows` is room for 10 (columns + 2). False where it was
-// cancelled.
+// Converts the layers in `edges_m` to edges (rows, columns, kAxes); `rows` has 10 (columns + 2) elements. Returns false
+// if it was cancelled.
 inline bool global_edges(const GlobalMap& map, const GlobalPrices& prices, float* edges_m, float* rows, const Watch& watch) {
     const std::int64_t wide = map.columns + 2;
     float *own = rows, *north = rows + wide, *price = rows + 2 * wide, *price_north = price + kAxes * wide;

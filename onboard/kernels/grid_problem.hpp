@@ -1,11 +1,11 @@
-// What the two distance transforms share: the problem, how it is watched, and the length of a diagonal step.
+// Shared parts of the two distance transforms: the problem, its progress, and the length of a diagonal step.
 #pragma once
 
 #include <cstdint>
 
 namespace eldorado {
 
-// Fields get a rim of one cell around rows x columns that is not free: padded sizes, flat indices of it.
+// Fields have a rim of one cell that is not free around rows x columns: padded sizes, flat indices of it.
 struct GridProblem {
     std::int64_t rows, columns;  // without the rim
     const std::uint8_t* free;    // (rows, columns) not 0: free
@@ -15,7 +15,7 @@ struct GridProblem {
 };
 
 struct GridWatch {
-    std::int64_t* progress;      // cells done so far; read by others meanwhile
+    std::int64_t* progress;      // cells done so far; other threads read it
     const std::uint8_t* cancel;  // the search stops soon after it is not 0
 };
 

@@ -1,9 +1,9 @@
-// Least prices over the cells of a grid from a set of goal cells (Jarvis' distance transform, exact), with closeness; without
-// it plain_search.hpp is faster. No Python types, no exceptions, no heap: the caller owns every array.
+// Least costs over the cells of a grid from a set of goal cells (Jarvis' distance transform, exact), with closeness;
+// without it plain_search.hpp is faster. No Python types, no exceptions, no heap: the caller owns every array.
 //
-// Prices are in cells, double: 1 or sqrt(2) for a step, times 1 + the mean closeness of its ends. Cells wait in buckets one
-// cell wide, which is the cheapest step, so no step leads back into the open bucket and every cell is opened once (Dial
-// 1969). A cell that gets cheaper is entered again where that changes its bucket, and its old entry is passed over.
+// Costs are in cells, double: 1 or sqrt(2) for a step, times 1 + the mean closeness of its ends. Cells wait in buckets
+// one cell wide, which is the cheapest step, so no step leads back into the open bucket and every cell is opened once
+// (Dial 1969). A cell whose cost falls is entered again if that changes its bucket, and its old entry is skipped.
 #pragma once
 
 #include <algorithm>
@@ -26,7 +26,7 @@ struct GridBucket {
     std::int32_t block, filled;  // the block being filled, none: -1
 };
 
-// `bucket_count`: a power of two, above dearest step + 1. `blocks`: blocks_needed() of them.
+// `bucket_count`: a power of two, above the most expensive step + 1. `blocks`: blocks_needed() of them.
 struct GridWork {
     GridBlock* blocks;
     GridBucket* buckets;
@@ -51,7 +51,7 @@ class GridSearch {
                 else if (j != 0 || i != 0) steps_[k++] = {j * stride_ + i, 0, 0, 1.0};
     }
 
-    // Fills `cost`: metres to the nearest goal, +inf where there is no way and on the rim. False if it was cancelled.
+    // Fills `cost`: metres to the nearest goal, +inf if there is no path and on the rim. Returns false if cancelled.
     bool run() {
         __atomic_store_n(w_.watch.progress, 0, __ATOMIC_RELAXED);
         begin();
@@ -72,10 +72,11 @@ class GridSearch {
 
    private:
     static constexpr double kFar = std::numeric_limits<double>::infinity();
-    static constexpr double kClosed = -1.0;  // an obstacle: no price is lower
+    static constexpr double kClosed = -1.0;  // an obstacle: no cost is lower
     static constexpr std::int32_t kNone = -1;
 
-    // To a neighbour `way` further; a diagonal leads between the cells `beside` and `across` (0: the cell itself).
+    // To a neighbour at index offset `way`; a diagonal step passes between cells `beside` and `across` (0: the cell
+    // itself).
     struct Step {
         std::int64_t way, beside, across;
         double price;
@@ -118,8 +119,8 @@ class GridSearch {
         }
     }
 
-    // Which of the 8 neighbours would get cheaper on open ground is found without a branch (what they are is anybody's guess
-    // to the processor); these few are then looked at one by one.
+    // The neighbours (of 8) that would get cheaper on open ground are found without a branch, which the processor could
+    // not predict; these few are then examined one by one.
     void expand(std::int64_t cell) {
         const double from = cost_[cell], straight = from + 1.0, slant = from + kGridDiagonal;
         const double* const at = cost_ + cell;

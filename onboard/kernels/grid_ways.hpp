@@ -1,9 +1,9 @@
-// Which steps a way over a grid may take, and which it has to: tables made by the compiler.
+// Tables, computed by the compiler, of the steps that a path over a grid may take and those that it must take.
 //
-// Where all steps of a kind cost the same, most ways have a twin: of straight then diagonal and diagonal then straight only
-// the second need be followed, and no way need do in two steps what one step does (Harabor and Grastien 2011). A way that
-// came straight then goes on straight only, one that came diagonally to three cells; an obstacle beside it, which bars the
-// twin, adds the cell behind that obstacle.
+// Where all steps of a kind cost the same, most paths have an equivalent: of straight then diagonal and diagonal then
+// straight only the second must be followed, and no path needs two steps where one is enough (Harabor and Grastien
+// 2011). A path that came straight then continues straight only, one that came diagonally to three cells; an adjacent
+// obstacle that blocks the equivalent path adds the cell behind that obstacle.
 #pragma once
 
 #include <cstdint>
@@ -24,7 +24,7 @@ constexpr unsigned grid_bit(int down, int right) {
     return bit;
 }
 
-// The neighbours to which a step may lead if `free` are: not diagonally between two that are not.
+// The neighbours to which a step may lead if `free` are free: not diagonally between two that are not.
 constexpr unsigned grid_open(unsigned free) {
     unsigned open = 0;
     for (const GridStep& s : kGridSteps)
@@ -32,7 +32,7 @@ constexpr unsigned grid_open(unsigned free) {
     return open & free;
 }
 
-// The neighbours to which a way that came by step `s` has to go on.
+// The neighbours to which a path that came by step `s` must continue.
 constexpr unsigned grid_onward(GridStep s, unsigned free) {
     unsigned on = grid_bit(s.down, s.right);
     if (s.diagonal()) {

@@ -1,4 +1,4 @@
-// What the pose rules ask of each cell: heights, steps, slope, and what is known. The rules and their reasons are in
+// Layers of each cell for the pose rules: heights, steps, slope, known or not. The rules and their reasons are in
 // onboard/planning/poses.py. No Python types, no exceptions, no heap.
 #pragma once
 
@@ -24,14 +24,14 @@ struct GroundProblem {
 // Flags of a cell.
 constexpr std::int32_t kKnown = 1;
 constexpr std::int32_t kWhole = 2;   // the cell and its 8 neighbours are known
-constexpr std::int32_t kSmooth = 4;  // the step over those of them that are known is not too high
-constexpr std::int32_t kGentle = 8;  // the fitted plane is not too steep
+constexpr std::int32_t kSmooth = 4;  // the step over the known ones of them is within the limit
+constexpr std::int32_t kGentle = 8;  // the fitted plane is within the limit
 
-// Layers padded by `reach` >= 1 cells all round, beyond the grid nothing is known; a row has room for one vector more. Memory
-// is the caller's, `padded` numbers each.
+// Layers padded by `reach` >= 1 cells on all sides, unknown beyond the grid; a row has space for one vector more. The
+// caller owns the memory, `padded` numbers each.
 struct Ground {
     std::int64_t rows, columns, reach;
-    float *z;          // height a wheel stands on, NaN where unknown
+    float *z;          // height on which a wheel stands, NaN where unknown
     float *top, *bot;  // of known cells, -inf and +inf where unknown
     float* ray;        // lowest beam over an unknown cell, -inf where known
     float* over;       // the higher of `top` and `ray`
@@ -48,7 +48,7 @@ class GroundRules {
    public:
     GroundRules(const GroundProblem& problem, const Ground& ground) : p_(problem), g_(ground) {}
 
-    // Fills the ground; `work`: PlaneFit::needed doubles.
+    // Fills the layers; `work`: PlaneFit::needed doubles.
     void run(double* work) const {
         spread();
         PlaneFit plane(p_.plane, work);
@@ -92,7 +92,7 @@ class GroundRules {
                 low = smaller(load(g_.bot + at + by), low);
                 known &= load(g_.flags + at + by);
             }
-        const Ints stepped = high - low > static_cast<float>(0.999 * p_.step_m);  // in float: whether to look closer
+        const Ints stepped = high - low > static_cast<float>(0.999 * p_.step_m);  // in float: cells to examine further
         for (int lane = 0; lane < kLanes && i + lane < g_.columns; ++lane) {
             const double x = plane.slope_x(i + lane), y = plane.slope_y(i + lane), limit = p_.steepest_per_cell_m;
             std::int32_t& flags = g_.flags[at + lane];
@@ -103,7 +103,7 @@ class GroundRules {
         }
     }
 
-    // Highest over lowest of the known ones of a cell and its 8 neighbours, a plane of these slopes taken out.
+    // Difference of highest and lowest known height of a cell and its 8 neighbours, a plane of these slopes subtracted.
     double step(std::int64_t at, double slope_x, double slope_y) const {
         const std::int64_t stride = g_.stride();
         double high = -std::numeric_limits<double>::infinity(), low = -high;

@@ -1,5 +1,5 @@
-// Products and equations of matrices with a fixed order of every sum: the same bits from every processor and build.
-// Matrices are rows without gaps.
+// Products and equations of matrices with a fixed order of every sum: the same bits on every processor and build.
+// Matrices are contiguous rows.
 #pragma once
 
 #include <cmath>
@@ -17,15 +17,15 @@ inline void product(const double* a, const double* b, double* to, std::size_t n,
     }
 }
 
-// (n, 3) times (3, 3): points turned.
+// (n, 3) times (3, 3): rotated points.
 inline void turned(const double* a, const double* b, double* to, std::size_t n) {
     for (std::size_t row = 0; row < n; ++row, a += 3, to += 3)
         for (std::size_t column = 0; column < 3; ++column)
             to[column] = (a[0] * b[column] + a[1] * b[3 + column]) + a[2] * b[6 + column];
 }
 
-// x of a x = b by Gauss with the largest pivot of each column; a (n, n) is used up, b (n, m) becomes x. False where a
-// pivot is 0 or no number.
+// Solves a x = b by Gauss with the largest pivot of each column; a (n, n) is overwritten, b (n, m) becomes x. Returns
+// false if a pivot is 0 or not a number.
 inline bool solve(double* a, double* b, std::size_t n, std::size_t m) {
     for (std::size_t k = 0; k < n; ++k) {
         std::size_t best = k;

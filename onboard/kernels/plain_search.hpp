@@ -1,12 +1,13 @@
 // Least lengths over the cells of a grid from a set of goal cells (Jarvis' distance transform, exact), without closeness: a
 // step costs 1 or sqrt(2). No Python types, no exceptions, no heap: the caller owns every array.
 //
-// Cells wait in lists by the whole part of their price. Every step costs at least 1 and less than 2, so a cell of the open
-// list is settled, is opened once, and leads to the next list or the one after (Dial 1969). It is followed only where its
-// best ways have to go on (grid_ways.hpp): one neighbour for most cells, not eight.
 //
-// A cell is one number: its price in fixed point, and below it the set of neighbours to go on to. Equal prices join their
-// sets, so equal must mean equal: fixed point sums are exact, and only the price of a diagonal step is rounded.
+// Cells wait in lists by the integer part of their cost. Every step costs at least 1 and less than 2, so a cell of the
+// open list is settled, is opened once, and leads to the next list or the one after (Dial 1969). It is expanded only
+// where its best paths must continue (grid_ways.hpp): one neighbour for most cells, not eight.
+//
+// A cell is one number: its cost in fixed point, and below it the set of neighbours to continue to. Equal costs merge
+// their sets, so equality must be exact: fixed point sums are exact, and only the cost of a diagonal step is rounded.
 #pragma once
 
 #include <algorithm>
@@ -21,7 +22,7 @@ namespace eldorado {
 
 // cells_needed() of each.
 struct PlainWork {
-    std::uint64_t* cells;  // price << 8 | neighbours to go on to; in the end the bits of a double, the cost in metres
+    std::uint64_t* cells;  // cost << 8 | neighbours to continue to; in the end the bits of a double, the cost in metres
     std::uint8_t* free;    // with the rim
     std::uint8_t* around;  // the free neighbours of a cell
     std::int32_t* lists[3];
@@ -41,7 +42,8 @@ class PlainSearch {
         }
     }
 
-    // Fills the cells with doubles: metres to the nearest goal, +inf where there is no way and on the rim. False: cancelled.
+    // Fills the cells with doubles: metres to the nearest goal, +inf if there is no path and on the rim. False:
+    // cancelled.
     bool run() {
         __atomic_store_n(w_.watch.progress, 0, __ATOMIC_RELAXED);
         std::fill(w_.cells, w_.cells + cells_, kFar);
@@ -63,7 +65,7 @@ class PlainSearch {
    private:
     static constexpr int kSetBits = 8;
     static constexpr std::uint64_t kSet = (1u << kSetBits) - 1;
-    static constexpr int kPriceBits = 52;  // as many as a double holds
+    static constexpr int kPriceBits = 52;  // as many as a double stores exactly
     static constexpr std::uint64_t kFar = (std::uint64_t{1} << (kPriceBits + kSetBits)) - 1;
 
     struct alignas(32) Step {
@@ -77,14 +79,14 @@ class PlainSearch {
         std::int64_t count;
     };
 
-    // No way is as long as 2 x `cells`, and kFar is beyond all of them.
+    // No path is as long as 2 x `cells`, and kFar is beyond all of them.
     static int fraction_bits(std::int64_t cells) {
         int bits = kPriceBits - 1;
         while ((std::int64_t{1} << (kPriceBits - 1 - bits)) < 2 * cells) --bits;
         return bits;
     }
 
-    // The price of a straight step.
+    // The cost of a straight step.
     double one() const { return static_cast<double>(std::uint64_t{1} << (shift_ - kSetBits)); }
 
     void look_around() {
@@ -94,7 +96,7 @@ class PlainSearch {
             std::uint8_t* const row = w_.free + (j + 1) * stride_;
             row[0] = row[stride_ - 1] = 0;
             const std::uint8_t* const given = p_.free + j * p_.columns;
-            for (std::int64_t i = 0; i < columns; ++i) row[i + 1] = given[i] != 0;  // the sets are made of these bits
+            for (std::int64_t i = 0; i < columns; ++i) row[i + 1] = given[i] != 0;  // the sets consist of these bits
         }
         std::fill(w_.free + cells_ - stride_, w_.free + cells_, std::uint8_t{0});
         const std::uint8_t* const north = w_.free;
@@ -109,7 +111,7 @@ class PlainSearch {
         }
     }
 
-    // The first byte that is not 0 from `at` on, eight at a time; `end` where there is none.
+    // The first byte that is not 0 from `at` on, eight at a time; `end` if there is none.
     static const std::uint8_t* next_set(const std::uint8_t* at, const std::uint8_t* end) {
         for (std::uint64_t eight = 0; end - at >= 8; at += 8) {
             std::memcpy(&eight, at, 8);
@@ -119,7 +121,7 @@ class PlainSearch {
         return at;
     }
 
-    // Enters the goals in the first list; their count.
+    // Enters the goals in the first list; returns their count.
     std::int64_t plant() {
         std::int64_t count = 0;
         const std::uint8_t* const end = p_.goals + p_.rows * p_.columns;
@@ -132,7 +134,7 @@ class PlainSearch {
         return count;
     }
 
-    // Opens the cells of a list; how many they were. There is no branch on what is met: it is anybody's guess to the processor.
+    // Opens the cells of a list; returns their number. Has no branch on cell data: the processor could not predict it.
     std::int64_t follow(std::uint64_t list, const Waiting& open, Waiting& next, Waiting& after) const {
         std::uint64_t* const cells = w_.cells;
         const std::uint8_t* const around = w_.around;
@@ -142,7 +144,7 @@ class PlainSearch {
         for (const std::int32_t *at = open.cells, *end = at + open.count; at != end; ++at) {
             const std::int64_t cell = *at;
             const std::uint64_t own = cells[cell];
-            if (own >> shift < list) {  // it got cheaper, and its turn was in the list before
+            if (own >> shift < list) {  // it got cheaper and was opened with an earlier list
                 --done;
                 continue;
             }
@@ -165,7 +167,7 @@ class PlainSearch {
         return done;
     }
 
-    // An integer below 2^52 in the fraction of a double is that double less 2^52; kFar alone has the topmost bit.
+    // An integer below 2^52 in the fraction of a double is that double less 2^52; only kFar has the topmost bit.
     void to_metres() const {
         constexpr std::uint64_t kExponent = 0x4330000000000000, kInfinity = 0x7ff0000000000000;
         const double unit_m = p_.cell_m / one();
@@ -181,7 +183,7 @@ class PlainSearch {
     const GridProblem p_;
     const PlainWork w_;
     const std::int64_t cells_, stride_;
-    const int shift_;  // a state less its price's fraction and set
+    const int shift_;  // bits of a state below the integer part of its cost: fraction and set
     Step steps_[8];
 };
 

@@ -16,13 +16,13 @@ struct PlaneProblem {
     const std::uint8_t* cell_class;  // (rows, columns), known from kHit on
     const float* z_mean;             // (rows, columns)
     std::int64_t half;               // the window is 2 half + 1 cells wide
-    double least_cells;              // a plane needs so many known ones
-    double level_m;                  // a height near those of the ground: sums of what is over it lose no digits
+    double least_cells;              // known cells that a plane needs
+    double level_m;                  // a height near those of the ground: sums relative to it lose no digits
 };
 
 class PlaneFit {
    public:
-    // Doubles of the workspace.
+    // Size of the workspace, doubles.
     static std::int64_t needed(const PlaneProblem& p) {
         return kAlongRow * (p.rows + 2 * p.half) * width(p) + 2 * (width(p) + 2 * p.half) + 2 * width(p);
     }
@@ -62,17 +62,17 @@ class PlaneFit {
    private:
     static constexpr int kAlongRow = 5;
 
-    // Sums over a window: of its numbers, of them times k, of them times k^2, at k from the middle.
+    // Sums over a window: of its numbers, of them times k, of them times k^2, with k from the middle.
     struct Sums {
         Doubles flat, ramp, square;
     };
 
-    // A row has room for whole vectors.
+    // A row has space for complete vectors.
     static std::int64_t width(const PlaneProblem& p) { return (p.columns + kPairs - 1) / kPairs * kPairs; }
 
     // k is the number of steps from in[0], from -half to half, added in the order of scipy's correlate1d.
     __attribute__((always_inline)) Sums sums(const double* in, std::int64_t step) const {
-        Sums sum{load(in), load(in) * 0.0, load(in) * 0.0};  // an infinite height makes no plane
+        Sums sum{load(in), load(in) * 0.0, load(in) * 0.0};  // an infinite height gives no plane
         for (std::int64_t k = p_.half; k > 0; --k) {
             const Doubles before = load(in - k * step), after = load(in + k * step);
             const auto steps = static_cast<double>(k);

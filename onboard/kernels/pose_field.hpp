@@ -1,14 +1,14 @@
-// Least prices over poses (8 orientations, rows, columns) from a set of seeds. No Python types, no exceptions, no heap.
+// Least costs over poses (8 orientations, rows, columns) from a set of seeds. No Python types, no exceptions, no heap.
 //
 // The unit of work is a cell: its 8 orientations are the lanes of one vector, so one visit moves all of them to a neighbour
-// cell at once. Prices are taken in bands: a visit passes on the lanes of the open band, and leaves the others for theirs.
-// Cells wait in two lists, one for the next round of the open band and one for the bands after it; a cell is at most once
-// in each. A lane that gets cheaper is passed on again, so the result is exact for any width of the bands, and it does not
-// depend on the order of visits.
+// cell at once. Costs are processed in bands: a visit propagates the lanes of the open band and leaves the others for
+// later bands. Cells wait in two lists, one for the next round of the open band and one for the bands after it; a cell
+// is at most once in each. A lane that gets cheaper is propagated again, so the result is exact for any width of the
+// bands, and it does not depend on the order of visits.
 //
-// Prices are whole numbers of a small unit: sums are exact, only the price of an edge is rounded. (Sums of float32 drift by
-// more than 1e-6 on a long way, double fills twice the registers.) They count from `base_`: when a band ends beyond kLimit,
-// what is settled is written out and closed, and the rest is counted from there.
+// Costs are integers of a small unit: sums are exact, only the cost of an edge is rounded. (Sums of float32 drift by
+// more than 1e-6 on a long path, double fills twice the registers.) They count from `base_`: when a band ends beyond
+// kLimit, the settled costs are written out and closed, and the rest is counted from there.
 //
 // Cells have a rim of one closed cell around rows x columns; flat indices are of that padded field.
 #pragma once
@@ -29,10 +29,10 @@ struct PoseProblem {
     const std::uint8_t* freedom;   // (8, rows, columns): 0 blocked, 1 unknown, 2 free
     std::uint8_t least_freedom;    // passable from this value on
     const float* closeness;        // (8, rows, columns) >= 0, or null
-    const float* moves_m;          // (8 orientations, 8 directions): price of a move, direction k is k * 45 degrees
-    double turn_m;                 // price of a turn to the next orientation
+    const float* moves_m;          // (8 orientations, 8 directions): cost of a move, direction k is k * 45 degrees
+    double turn_m;                 // cost of a turn to the next orientation
     const std::int64_t* seeds;     // states (o * rows + j) * columns + i, by rising cost
-    const float* seed_costs_m;     // >= 0, what is left to go from each seed
+    const float* seed_costs_m;     // >= 0, remaining cost from each seed
     std::int64_t seed_count;
 };
 
@@ -41,8 +41,8 @@ struct PoseWork {
     EightInts* costs;
     EightFloats* halves;     // of the closeness
     std::int32_t* lists[3];  // one place longer: a push writes first
-    std::uint8_t* in[2];     // which cells wait for the open band, and for those after it
-    double unit_m;           // no edge is dearer than 2^28 of them
+    std::uint8_t* in[2];     // True for cells that wait for the open band, and for those after it
+    double unit_m;           // no edge costs more than 2^28 of them
     std::int32_t width;      // of a band, in units, below 2^27
 };
 
@@ -58,7 +58,7 @@ class PoseSearch {
         for (int k = 0; k < 8; ++k) edges_[k] = whole(moves_[k]);
     }
 
-    // Fills `cost` (8, rows, columns): metres to the nearest seed, +inf where there is no way.
+    // Fills `cost` (8, rows, columns): metres to the nearest seed, +inf if there is no path.
     void run() {
         begin();
         Waiting open{w_.lists[0], 0, w_.in[0]}, again{w_.lists[1], 0, w_.in[0]}, later{w_.lists[2], 0, w_.in[1]};
@@ -77,10 +77,10 @@ class PoseSearch {
     }
 
    private:
-    static constexpr std::int32_t kFar = 3 << 29;    // + the price of an edge is within int32
-    static constexpr std::int32_t kLimit = 1 << 30;  // + a band + the price of an edge is below kFar
-    static constexpr std::int32_t kClosed = -1;      // not passable: no price is lower
-    static constexpr int kTurns = 4;                 // at a visit: as many as the farthest orientation is away
+    static constexpr std::int32_t kFar = 3 << 29;    // + the cost of an edge is within int32
+    static constexpr std::int32_t kLimit = 1 << 30;  // + a band + the cost of an edge is below kFar
+    static constexpr std::int32_t kClosed = -1;      // not passable: no cost is lower
+    static constexpr int kTurns = 4;                 // per visit: the number of turns to the farthest orientation
 
     struct Waiting {
         std::int32_t* cells;
@@ -90,7 +90,7 @@ class PoseSearch {
 
     float units(double price_m) const { return static_cast<float>(std::floor(price_m / w_.unit_m + 0.5)); }
 
-    // What is left to go from a seed, in units from base_.
+    // Remaining cost from a seed, in units from base_.
     double left(std::int64_t seed) const { return p_.seed_costs_m[seed] / w_.unit_m - base_; }
 
     void begin() {
@@ -115,7 +115,7 @@ class PoseSearch {
         }
     }
 
-    // Writes out what is cheaper than `end`.
+    // Writes out the costs below `end`.
     void settle(std::int32_t end) {
         const std::int64_t layer = layer_, columns = p_.columns;
         const double base = base_, unit_m = w_.unit_m;
@@ -132,14 +132,14 @@ class PoseSearch {
         }
     }
 
-    // Opens a band that begins at `place` or after it: there is none before.
+    // Opens a band that begins at `place` or after it; there are none before.
     void skip_to(double place) {
         const double begins = std::max<double>(begins_, place);
         if (begins > kLimit) rebase(begins);
         else begins_ = static_cast<std::int32_t>(begins);
     }
 
-    // Counts prices from `by` units further on: what is below the open band is settled.
+    // Counts costs from `by` units further on; costs below the open band are settled.
     void rebase(double by) {
         settle(begins_);
         for (std::int64_t cell = 0; cell < cells_needed(p_.rows, p_.columns); ++cell) {
@@ -160,7 +160,7 @@ class PoseSearch {
         push(open, cell, true);
     }
 
-    // Without a branch: whether a cell waits already is anybody's guess to the processor.
+    // Without a branch, because the processor cannot predict whether a cell waits already.
     static void push(Waiting& list, std::int64_t cell, bool wanted) {
         const std::uint8_t in = list.in[cell];
         list.cells[list.count] = static_cast<std::int32_t>(cell);
@@ -168,7 +168,7 @@ class PoseSearch {
         list.in[cell] = in | wanted;
     }
 
-    // The price of an edge between lanes of which `near` is the sum of half closenesses.
+    // The cost of an edge between lanes of which `near` is the sum of half closenesses.
     template <bool kSoft>
     static EightInts priced(const EightFloats& price, const EightFloats& near) {
         return whole(kSoft ? price * (eight_times(1.0f) + near) : price);
@@ -181,7 +181,7 @@ class PoseSearch {
         const EightInts far = eight_times(kFar), begins = eight_times(begins_), ends = eight_times(begins_ + w_.width);
         EightInts* const costs = w_.costs;
         const EightFloats* const halves = w_.halves;
-        Waiting soon = again, then = later;  // of this function alone: no store can change them
+        Waiting soon = again, then = later;  // local variables: no store can change them
         for (std::int64_t n = 0; n < open.count; ++n) {
             const std::int64_t cell = open.cells[n];
             open.in[cell] = 0;
@@ -214,7 +214,7 @@ class PoseSearch {
     const PoseWork w_;
     float* const cost_;
     const std::int64_t layer_, stride_;
-    EightFloats moves_[8], turn_;  // in units, whole
+    EightFloats moves_[8], turn_;  // in units, integers
     EightInts edges_[8];           // moves_
     double base_ = 0.0;         // in units
     std::int32_t begins_ = 0;   // the open band, from base_

@@ -1,8 +1,8 @@
-// Which poses (8 orientations, rows, columns) are free, blocked or unknown. The rules and their reasons are in
+// Freedom of poses (8 orientations, rows, columns): free, blocked or unknown. The rules and their reasons are in
 // onboard/planning/poses.py. No Python types, no exceptions, no heap.
 //
-// The ground is padded by the rover's reach, so a wheel or a cell under the body is one load for kLanes poses side by side.
-// Most bodies stand clear of the highest that is under them: only the others are held against the plane cell by cell.
+// The ground is padded by the rover's reach, so a wheel or a cell under the body is one load for kLanes adjacent poses.
+// Most bodies clear the highest cell under them: only the others are compared with the plane cell by cell.
 #pragma once
 
 #include <algorithm>
@@ -19,16 +19,16 @@ namespace eldorado {
 
 enum Freedom : std::uint8_t { kBlocked, kUnknown, kFree };  // poses.Freedom
 
-// The cells under the rover, from the cell of base_link.
+// The cells under the rover, relative to the cell of base_link.
 struct Footprint {
-    const std::int32_t* wheels;  // (8, 4, 2): dj, di of wheels 1 to 4 of each orientation; 1 lies opposite 3, 2 opposite 4
+    const std::int32_t* wheels;  // (8, 4, 2): dj, di of wheels 1 to 4 per orientation; 1 is opposite 3, 2 opposite 4
     // (body_rows, 6) by rising orientation: orientation, dj, first and last di under the body (first > last: none), first and
     // last di that it may touch.
     const std::int32_t* body;
     std::int64_t body_rows;
 };
 
-// One cell under the rover; `by`: in the padded ground.
+// One cell under the rover; `by`: its offset in the padded ground.
 struct CellUnder {
     std::int64_t by;
     float dj, di;
@@ -44,7 +44,7 @@ class PoseFreedom {
     PoseFreedom(const Ground& ground, const Footprint& print, const PoseLimits& limits, CellUnder* under)
         : g_(ground), f_(print), l_(limits), stride_(ground.stride()), under_(under) {}
 
-    // Room for the cells under the body and those it may touch, of all orientations, however the two lie to each other.
+    // Most cells under the body and that it may touch, of all orientations, for any overlap of the two.
     static std::int64_t needed(const Footprint& print) {
         std::int64_t cells = 0;
         for (const std::int32_t* row = print.body; row < print.body + kBodyRow * print.body_rows; row += kBodyRow)
@@ -81,7 +81,7 @@ class PoseFreedom {
 
     typedef std::uint8_t Bytes __attribute__((vector_size(kLanes)));
 
-    // What all poses of one orientation share.
+    // Constants of all poses of one orientation.
     struct Orientation {
         Orientation(int o, const PoseFreedom& of) {
             const std::int32_t* const wheels = of.f_.wheels + 8 * o;
@@ -101,12 +101,12 @@ class PoseFreedom {
         const CellUnder *first, *beside, *last;  // under the body from `first` on, what else it may touch from `beside` on
     };
 
-    // The plane of the wheels: height at the centre, slopes along +x and +y per cell; NaN where a height is not known.
+    // The plane of the wheels: height at the centre, slopes along +x and +y per cell; NaN if a height is unknown.
     struct Plane {
         Floats middle, slope_x, slope_y;
     };
 
-    // Cells first to last of a row, put at `end`; returns the end after them.
+    // Writes cells first to last of a row at `end`; returns the end after them.
     CellUnder* list(const std::int32_t* row, std::int32_t first, std::int32_t last, CellUnder* end) const {
         for (std::int32_t di = first; di <= last; ++di)
             *end++ = {row[1] * stride_ + di, static_cast<float>(row[1]), static_cast<float>(di)};
@@ -115,7 +115,7 @@ class PoseFreedom {
 
     static Floats size_of(Floats v) { return v < 0.0f ? -v : v; }
 
-    // Freedom of kLanes poses side by side.
+    // Freedom of kLanes adjacent poses.
     Ints judge(const Orientation& way, std::int64_t at) const {
         Ints flags = all(kWhole | kSmooth);
         for (const std::int64_t wheel : way.wheel) flags &= load(g_.flags + at + wheel);
@@ -147,8 +147,8 @@ class PoseFreedom {
                 (second * way.first_x - first * way.second_x) * way.per_area};
     }
 
-    // At least what `look_under` finds over the plane: the highest that the body may touch over the plane's lowest within reach.
-    // Rounding keeps the order of numbers, so this holds to the last bit.
+    // Upper bound of the result of `look_under`: the highest cell that the body may touch over the plane's lowest point
+    // within reach. Rounding preserves the order of numbers, so the bound is exact to the last bit.
     Floats bound_under(const Orientation& way, const Plane& plane, std::int64_t at) const {
         Floats highest = all(-std::numeric_limits<float>::infinity());
         for (const CellUnder* cell = way.first; cell < way.last; ++cell)
@@ -157,7 +157,8 @@ class PoseFreedom {
         return highest + (size_of(plane.slope_x) * reach + size_of(plane.slope_y) * reach);
     }
 
-    // Blocked: a known cell under the body stands over the limit. Not vouched: a beam over an unknown one that it may touch.
+    // Blocked: a known cell under the body is above the limit. Not vouched: a beam is, over an unknown cell that it may
+    // touch.
     void look_under(const Orientation& way, const Plane& plane, Floats limit, std::int64_t at, Ints* blocked,
                     Ints* vouched) const {
         for (const CellUnder* cell = way.first; cell < way.last; ++cell) {

@@ -1,5 +1,5 @@
-// Which returns of a sweep have a witness beside them. The rule and its reasons are in onboard/perception/range_image.py.
-// No Python types, no exceptions, no heap.
+// Filter of the range image: returns of a sweep that have a witness next to them. The rule and its reasons are in
+// onboard/perception/range_image.py. No Python types, no exceptions, no heap.
 #pragma once
 
 #include <cmath>
@@ -8,8 +8,8 @@
 
 namespace eldorado {
 
-// ranges, seen, kept: (lines, beams). `work`: range_filter_needed floats. A return is kept where one of its 8 neighbours
-// came back within `tolerance_m` of its range, or where it lies so near to the middle of two opposite neighbours.
+// ranges, seen, kept: (lines, beams). `work`: range_filter_needed floats. A return is kept if one of its 8 neighbours
+// is within `tolerance_m` of its range, or if it is that near to the mean of two opposite neighbours.
 inline std::int64_t range_filter_needed(std::int64_t lines, std::int64_t beams) { return (lines + 2) * (beams + 2); }
 
 inline void keep_witnessed(const float* ranges, const std::uint8_t* seen, std::int64_t lines, std::int64_t beams,

@@ -1,7 +1,8 @@
 // Beams of one stop to statistics of map cells. No Python types, no exceptions, no heap: the caller owns every array.
 //
-// Grid units: u = (x - x0) / cell + 1/2, so cell i covers [i, i + 1). A beam is walked cell by cell (Amanatides and Woo 1987);
-// the number of border crossings is the integer distance of its end cells, so rounding can never lead it off the grid.
+// Grid units: u = (x - x0) / cell + 1/2, so cell i covers [i, i + 1). A beam is traced cell by cell (Amanatides and Woo
+// 1987); the number of border crossings is the integer distance of its end cells, so rounding never leads it off the
+// grid.
 #pragma once
 
 #include <algorithm>
@@ -24,8 +25,8 @@ struct RasterCells {
     double* sum_z2;
     float* z_hi;   // highest hit
     float* z_lo;   // lowest hit
-    float* z_hi2;  // highest but one, of a single hit itself
-    float* z_lo2;  // lowest but one
+    float* z_hi2;  // second highest hit; the hit itself if there is only one
+    float* z_lo2;  // second lowest hit
     float* sum_sigma;
     float* z_ray;
     float* view_m;
@@ -41,7 +42,7 @@ struct Beams {
 
 namespace detail {
 
-// Narrows [t0, t1] to where a + t * d lies in [0, size]; false if nowhere.
+// Narrows [t0, t1] to the part where a + t * d lies in [0, size]; false if there is none.
 inline bool clip(double a, double d, double size, double& t0, double& t1) {
     if (d == 0.0) return a >= 0.0 && a < size;
     double enter = (0.0 - a) / d, leave = (size - a) / d;
@@ -55,7 +56,7 @@ inline std::int64_t cell_of(double u, std::int64_t size) {
     return std::clamp(static_cast<std::int64_t>(std::floor(u)), std::int64_t{0}, size - 1);
 }
 
-// One axis of the walk: parameter of the next border, its step, cells still to be crossed.
+// One axis of the trace: parameter of the next border, its step, cells left to cross.
 struct Axis {
     double next, step;
     std::int64_t left, stride;
@@ -74,7 +75,7 @@ inline void lower(float& z_ray, double z) {
     if (height < z_ray) z_ray = height;
 }
 
-// Lowers z_ray along the crossed cells: where the beam leaves a cell if it falls, where it enters if it rises.
+// Lowers z_ray along the crossed cells: at the exit of a cell if the beam falls, at the entry if it rises.
 // `keep_last`: the last cell was crossed as well, up to t1.
 template <bool kFalls>
 inline void lower_rays(float* z_ray, std::int64_t at, const Axis x, const Axis y, double z, double dz, double t0, double t1,

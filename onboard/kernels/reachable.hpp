@@ -1,6 +1,6 @@
-// Which free poses are connected with one of them. No Python types, no exceptions, no heap.
+// Free poses that are connected with a given one. No Python types, no exceptions, no heap.
 //
-// A flood over cells: the 8 orientations of a cell are the bits of a byte, so one visit passes all of them on.
+// A flood fill over cells: the 8 orientations of a cell are the bits of a byte, so one visit propagates all of them.
 #pragma once
 
 #include <cstdint>
@@ -22,7 +22,7 @@ class Reachable {
     Reachable(std::int64_t rows, std::int64_t columns, const ReachableWork& work)
         : rows_(rows), columns_(columns), stride_(columns + 2), w_(work) {}
 
-    // freedom (8, rows, columns): poses of the value `free` are; from pose (j, i, o) on. reached: 1 or 0, the same shape.
+    // freedom (8, rows, columns): poses of value `free` are free; start at (j, i, o). reached: 1 or 0, the same shape.
     void run(const std::uint8_t* freedom, std::uint8_t free, std::int64_t j, std::int64_t i, int o, std::uint8_t* reached) {
         const std::int64_t layer = rows_ * columns_;
         for (int k = 0; k < kOrientations; ++k)
@@ -41,7 +41,7 @@ class Reachable {
    private:
     std::int64_t padded(std::int64_t j, std::int64_t i) const { return (j + 1) * stride_ + i + 1; }
 
-    // The orientations of a cell that are free and new wait for their visit.
+    // Queues the orientations of a cell that are free and new.
     void offer(std::int64_t cell, std::uint8_t poses) {
         const auto fresh = static_cast<std::uint8_t>(poses & w_.free[cell] & ~w_.found[cell]);
         if (fresh == 0) return;
@@ -60,7 +60,7 @@ class Reachable {
         }
     }
 
-    // All that turning on the spot over free orientations reaches.
+    // Orientations that turning on the spot over free orientations reaches.
     static std::uint8_t turned(unsigned poses, unsigned free) {
         for (unsigned before = 0; before != poses;) {
             before = poses;

@@ -1,4 +1,4 @@
-// The values of a SCIP scan as metres and what each beam said (onboard/devices/lidar_beams.py).
+// Values of a SCIP scan as metres and status of each beam (onboard/devices/lidar_beams.py).
 #pragma once
 
 #include <algorithm>
@@ -7,8 +7,8 @@
 
 namespace eldorado {
 
-// Beam k has the value values[k * stride] in mm; status_of[value] says what a value of 0 to codes - 1 means, and its
-// last entry stands for all above. Ranges are NaN where that is not 0 (OK). codes, stride > 0.
+// Beam k has the value values[k * stride] in mm; status_of[value] is the status of a value of 0 to codes - 1, and its
+// last entry applies to all above. Ranges are NaN where the status is not 0 (OK). codes, stride > 0.
 inline void scip_beams(const std::int64_t* values, std::int64_t stride, const std::uint8_t* status_of,
                        std::int64_t codes, float* ranges_m, std::uint8_t* status, std::int64_t beams) {
     for (std::int64_t k = 0; k < beams; ++k) {

@@ -1,5 +1,6 @@
-// Data blocks of a SCIP scan (protocol/scip/blocks.py): 64 characters, their sum, an LF; the last block holds the 1 to
-// 64 that are left and has lost its LF. A value has some characters of 6 bits, high bits first, and straddles blocks.
+// Data blocks of a SCIP scan (protocol/scip/blocks.py): 64 characters, their sum, an LF; the last block has the
+// remaining 1 to 64 characters and no LF. A value has some characters of 6 bits, high bits first, and may cross block
+// borders.
 #pragma once
 
 #include <cstdint>
@@ -8,8 +9,8 @@ namespace eldorado {
 
 constexpr std::int64_t SCIP_BLOCK = 64;
 
-// The values of the blocks in `text` (size bytes); false, and anything in `values`, unless sizes, sums, LFs and the
-// range of every character are right. count, characters > 0.
+// Reads the values of the blocks in `text` (size bytes). Returns false, with `values` undefined, unless sizes, sums,
+// LFs and the range of every character are right. count, characters > 0.
 inline bool scip_values(const std::uint8_t* text, std::int64_t size, std::int64_t characters, std::int64_t* values,
                         std::int64_t count) {
     const std::int64_t whole = (count * characters - 1) / SCIP_BLOCK;

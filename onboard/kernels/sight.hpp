@@ -1,4 +1,4 @@
-// Whether a straight drive is free, and its price. No Python types, no exceptions, no heap.
+// Cost of a straight drive, if it is free. No Python types, no exceptions, no heap.
 #pragma once
 
 #include <algorithm>
@@ -15,7 +15,8 @@ struct SightGround {
     double x0_m, y0_m, cell_m;
 };
 
-// The stations a to b, both included, evenly at most spacing_m apart, the body's axis at `orientation` (0 ..) all along.
+// The stations a to b, both included, evenly at most spacing_m apart, the body's axis at `orientation` (0 ..)
+// throughout.
 struct SightLine {
     double ax_m, ay_m, bx_m, by_m, spacing_m;
     std::int64_t orientation;

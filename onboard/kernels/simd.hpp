@@ -1,4 +1,4 @@
-// Vectors as wide as the instruction set that this file is compiled for: 4, 8 or 16 floats (gcc vector extensions).
+// Vectors as wide as the instruction set of this build: 4, 8 or 16 floats (gcc vector extensions).
 #pragma once
 
 #include <cstdint>

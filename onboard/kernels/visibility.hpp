@@ -1,4 +1,4 @@
-// What observers on the nodes of a map see (Algorithm 1 and Eq. 6, corrected), one node at a time: the reference of
+// Visibility from the nodes of a map (Algorithm 1 and Eq. 6, corrected), one node at a time: the reference of
 // visibility_total.hpp, and the view of a single node. No Python types, no exceptions, no heap.
 //
 // A beam is a list of cells (di, dj) away from the observer, the same list for every observer, |di| and |dj| never falling.
@@ -12,7 +12,7 @@
 namespace eldorado {
 
 constexpr float kSlopeTolerance = 1e-6f;
-constexpr float kLevel = std::numeric_limits<float>::lowest();  // S_max at the start: -inf that off-map cells stay below
+constexpr float kLevel = std::numeric_limits<float>::lowest();  // S_max at the start; off-map cells at -inf are below
 
 struct BeamTable {
     std::int64_t beams, steps;
@@ -29,21 +29,21 @@ struct SightMap {
     const std::int32_t* target;    // -1 where a visible cell counts as fresh, else 0; or null
 };
 
-// Which nodes are asked, and what each looks at.
+// Requested nodes and their sectors.
 struct SightQuestion {
     float eye_m;                   // above the node's own height
     const std::uint8_t* where;     // 0 = skip this node; or null
     const std::int32_t* first;     // first beam of each node's sector; or null: all beams
     std::int64_t width;            // beams in the sector
-    std::int64_t heading_width;    // beams in the sector whose heading is sought
+    std::int64_t heading_width;    // beams in the sector whose best heading is computed
 };
 
-// Sums of shares for each node; skipped nodes are not written. fresh and heading (a beam's number) go with `target`.
+// Sums of shares for each node; skipped nodes are not written. fresh and heading (a beam's number) need `target`.
 struct SightSums {
     std::int32_t *seen, *in_range, *fresh, *heading;
 };
 
-// The caller's: nodes done so far, and a flag that stops the run when it is not 0.
+// Owned by the caller: nodes done so far, and a flag that stops the run when it is not 0.
 struct SightControl {
     std::int64_t* done;
     const std::uint8_t* cancel;
@@ -72,7 +72,7 @@ void walk(const BeamTable& table, const SightMap& map, std::int64_t j0, std::int
     }
 }
 
-// The window of `width` beams with the largest sum, the first of equal ones; its middle beam goes to `heading`.
+// The window of `width` beams with the largest sum, the first of equal ones; `heading` is set to its middle beam.
 inline std::int32_t best_window(const std::int32_t* fresh, std::int64_t beams, std::int64_t width, std::int32_t* heading) {
     const std::int64_t half = width / 2;
     std::int32_t sum = 0;
@@ -88,7 +88,7 @@ inline std::int32_t best_window(const std::int32_t* fresh, std::int64_t beams, s
     return best;
 }
 
-// Every node by itself, beam by beam. fresh_of_beam: workspace (beams,). False if cancelled.
+// Each node alone, beam by beam. fresh_of_beam: workspace (beams,). Returns false if cancelled.
 template <bool kVeiled, bool kFresh>
 bool visibility_scalar(const BeamTable& table, const SightMap& map, const SightQuestion& asked, std::int32_t* fresh_of_beam,
                        const SightControl& control, const SightSums& sums) {
@@ -122,7 +122,7 @@ struct NodeSums {
     std::int32_t seen, in_range;
 };
 
-// One observer: 1 in `seen` (rows, columns; zeros before) for each cell of which a sample is visible.
+// One observer: sets 1 in `seen` (rows, columns; zeros before) for each cell of which a sample is visible.
 template <bool kVeiled>
 NodeSums view_from(const BeamTable& table, const SightMap& map, std::int64_t node, const SightQuestion& asked,
                    std::uint8_t* seen) {

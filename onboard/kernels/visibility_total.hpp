@@ -1,4 +1,4 @@
-// What observers on all nodes of a map see: the sums of visibility_scalar, bit by bit, many nodes at a time.
+// Visibility from all nodes of a map: the sums of visibility_scalar, bit by bit, many nodes at a time.
 //
 //      block: kLanes observers of a row ride in a vector,      The cells of step k of a beam are the same for every
 //      kRows rows of them, S_max and sums in registers         observer, so those of a block's rows are loads of
@@ -7,7 +7,8 @@
 //        o o o o o o o o                                       the loop, and a beam of a block ends where it leaves
 //        o o o o o o o o                                       the map for its last observer.
 //
-// Work goes by tiles of kTile x kRows nodes, beam by beam over a tile's blocks, so a beam's table stays in the first cache.
+// Work is done in tiles of kTile x kRows nodes, beam by beam over a tile's blocks: a beam's table stays in the L1
+// cache.
 #pragma once
 
 #include <algorithm>
@@ -73,8 +74,8 @@ class TotalVisibility {
         return true;
     }
 
-    // The arithmetic alone: the first block's first beam, over and over. Returns how many samples that were and, so that
-    // none is left out, the sum of what was seen.
+    // The arithmetic alone: the first block's first beam, repeated. Returns the number of samples and the sum of
+    // visible shares, so that the compiler removes nothing.
     std::pair<std::int64_t, std::int64_t> repeat_first_beam(std::int64_t times) {
         Block b;
         if (!open(b, 0, 0)) return {0, 0};
@@ -91,14 +92,14 @@ class TotalVisibility {
    private:
     static constexpr int kBlocks = kTile / kLanes;
 
-    // kRows x kLanes observers; nodes (rows, columns) of them are on the map.
+    // kRows x kLanes observers; (rows, columns) of them are on the map.
     struct Block {
         std::int64_t j, i, rows, columns, at;  // `at`: of its first observer in padded maps
         Floats eye_m[kRows];
         Ints seen[kRows], first[kRows], looks[kRows];
     };
 
-    // What one beam finds for the observers of one row of a block.
+    // Result of one beam for the observers of one row of a block.
     struct Row {
         Floats eye_m, steepest;
         Ints seen, fresh;
@@ -111,7 +112,7 @@ class TotalVisibility {
             std::copy(from + j * m_.columns, from + (j + 1) * m_.columns, to + size_.origin + j * size_.stride);
     }
 
-    // reach[m, t]: how many steps of beam t stay within m cells of the observer along one axis.
+    // reach[m, t]: number of steps of beam t within m cells of the observer along one axis.
     void find_reach(std::int64_t t, const std::int32_t* along, std::int32_t* reach) const {
         std::int64_t k = 0;
         for (std::int64_t m = 0; m <= t_.steps; ++m) {
@@ -124,7 +125,7 @@ class TotalVisibility {
         return j < m_.rows && i < m_.columns && (!q_.where || q_.where[j * m_.columns + i]);
     }
 
-    // False where no node of the block is asked.
+    // Returns false if no node of the block is requested.
     bool open(Block& b, std::int64_t j, std::int64_t i) const {
         bool asked = false;
         for (int r = 0; r < kRows; ++r)
@@ -141,7 +142,7 @@ class TotalVisibility {
         return true;
     }
 
-    // Steps that are on the map for an observer with this room to its left, right, below and above.
+    // Steps on the map for an observer with this space to its left, right, below and above.
     std::int64_t steps_within(std::int64_t t, std::int64_t left, std::int64_t right, std::int64_t below,
                               std::int64_t above) const {
         const std::int64_t last = (t + 1) * t_.steps - 1;
@@ -175,7 +176,7 @@ class TotalVisibility {
         }
     }
 
-    // Sets which observers have beam t in their sector; false where none has.
+    // Marks the observers that have beam t in their sector; returns false if there is none.
     __attribute__((noinline)) bool looks_along(std::int64_t t, Block& b) const {
         const auto beam = static_cast<std::int32_t>(t), beams = static_cast<std::int32_t>(t_.beams);
         Ints some{};
@@ -189,9 +190,9 @@ class TotalVisibility {
 
     void beam(std::int64_t t, Block& b, std::int32_t* fresh) const {
         if (q_.first && !looks_along(t, b)) return;
-        static_assert(kRows == 4);  // named, not counted: gcc 12 keeps an array that a loop indexes in memory
+        static_assert(kRows == 4);  // named, not indexed: gcc 12 keeps an array that a loop indexes in memory
         Row r0 = row(b, 0), r1 = row(b, 1), r2 = row(b, 2), r3 = row(b, 3);
-        const std::int64_t left = b.i + b.columns - 1, below = b.j + b.rows - 1;  // the most room an observer has
+        const std::int64_t left = b.i + b.columns - 1, below = b.j + b.rows - 1;  // the most space that an observer has
         trace(t, steps_within(t, left, m_.columns - 1 - b.i, below, m_.rows - 1 - b.j), b.at, r0, r1, r2, r3);
         const auto add = [&](int r, const Row& found) {
             b.seen[r] += found.seen & b.looks[r];
@@ -227,7 +228,7 @@ class TotalVisibility {
         return sum;
     }
 
-    // Shares of all samples at most so many cells below, above, left and right of the observer.
+    // Shares of all samples at most this many cells below, above, left and right of the observer.
     std::int32_t area(std::int64_t below, std::int64_t above, std::int64_t left, std::int64_t right) const {
         const std::int64_t s = t_.steps, side = 2 * s + 2;
         const std::int32_t *low = w_.area + (s - below) * side, *high = w_.area + (s + above + 1) * side;

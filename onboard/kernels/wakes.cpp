@@ -1,5 +1,5 @@
-// The reference of `onboard jitter`: how late a bare thread wakes, as cyclictest measures it. A process of its own calls
-// this; nothing that flies does.
+// The reference of `onboard jitter`: wake-up latency of a bare thread, as cyclictest measures it. A separate process
+// calls this; the flight program does not.
 #include <nanobind/nanobind.h>
 #include <nanobind/ndarray.h>
 #include <sys/prctl.h>

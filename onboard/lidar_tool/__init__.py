@@ -1,1 +1,1 @@
-"""`onboard lidar`: the flight driver alone with a scanner, for people at a bench."""
+"""`onboard lidar`: the flight driver and a scanner without the flight program, for people at a bench."""

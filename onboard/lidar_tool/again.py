@@ -1,4 +1,4 @@
-"""A lidar record once more: the same session on the recorded bytes and times, every byte it sends compared."""
+"""Replay of a lidar record: the same session on the recorded bytes and times; every byte that it sends is compared."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def rows_of(path: Path) -> Iterator[Row]:
 
 
 def replay(path: Path) -> Verdict:
-    """Run this version's session on the record. Raises DamagedRecordError, also where the tool did not make it."""
+    """Run this version's session on the record. Raises DamagedRecordError, also if the record is not from this tool."""
     core, verdict, ordered = LidarCore(config_of(path)), Verdict(bytes_compared=dict.fromkeys(OUTPUTS, 0)), False
     for number, inputs, recorded in rows_of(path):
         order = _order(recorded)

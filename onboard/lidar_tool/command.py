@@ -1,4 +1,4 @@
-"""The commands `onboard lidar ...`: a scanner alone, by the flight driver."""
+"""The commands `onboard lidar ...`: a scanner without the flight program, by the flight driver."""
 
 from __future__ import annotations
 
@@ -50,14 +50,14 @@ json_option = click.option("--json", "as_json", is_flag=True, help="For programs
 
 
 def seconds_option(default: float) -> Callable[[Callable[..., None]], Callable[..., None]]:
-    """--seconds of a command."""
+    """Option --seconds of a command."""
     return click.option("--seconds", type=click.FloatRange(min=0), default=default, show_default=True,
                         help="How long; 0: until Ctrl-C.")  # fmt: skip
 
 
 @click.group("lidar", epilog=EXAMPLES)
 def app() -> None:
-    """A scanner alone, by the flight driver.
+    """A scanner without the flight program, by the flight driver.
 
     ADDRESS is tty:PATH, tty:PATH@BITRATE or tcp:HOST:PORT; a path alone is a tty.
     """
@@ -68,7 +68,7 @@ def app() -> None:
 @settings_option
 @json_option
 def info_command(address: str, settings: tuple[str, ...], as_json: bool) -> None:
-    """Ask a sensor who it is and how it is: VV, PP and II, each read twice. Takes any model.
+    """Read model and state of a sensor: VV, PP and II, each read twice. Accepts any model.
 
     Exit codes of all commands: 0 done, 69 the sensor cannot be reached, is in use, may not be used or is no Hokuyo,
     78 a setting or the address is wrong, or the sensor is another model, 130 Ctrl-C before the sensor answered.
@@ -96,9 +96,9 @@ def info_command(address: str, settings: tuple[str, ...], as_json: bool) -> None
 def watch_command(
     address: str, settings: tuple[str, ...], as_json: bool, seconds: float, polar: bool, reach: float
 ) -> None:
-    """Show a live scan: rate, range ahead, nearest return, clock; a line a second where the output is no terminal.
+    """Show a live scan: rate, range ahead, nearest return, clock; one line a second if the output is no terminal.
 
-    Exit code 69 also where the sensor is gone at the end; else those of `info`.
+    Exit code 69 also if the sensor is gone at the end; else those of `info`.
     """
     from onboard.lidar_tool.live import Screen
     from onboard.lidar_tool.shell import SensorError
@@ -124,17 +124,17 @@ def watch_command(
 def record_command(
     address: str, out: Path, settings: tuple[str, ...], as_json: bool, seconds: float, scans: int, force: bool
 ) -> None:
-    """Write every byte of both directions with its time, so that `replay` does the same again, bit by bit.
+    """Record every byte of both directions with its time, so that `replay` repeats the session bit by bit.
 
-    Exit codes: 73 no place to write, or the file is there already; 74 the disk took only a part; else those of `info`.
+    Exit codes: 73 no place to write, or the file exists already; 74 the disk took only a part; else those of `info`.
     """
     from onboard.record.unwritten import unwritten
     from onboard.record.writer import Recorder
 
     config = _config(address, settings)
-    part = out.with_name(out.name + ".part")  # a file that is there is not lost to a sensor that is not
+    part = out.with_name(out.name + ".part")  # an existing file is not lost if the sensor is absent
     config = replace(config, record=replace(config.record, path=str(part)))
-    if not out.parent.is_dir():  # the recorder of a run would make it
+    if not out.parent.is_dir():  # the recorder of a run would create it
         raise fail(EX_CANTCREAT, f"{out} cannot be written: {out.parent} is no folder")
     if out.exists() and not force:
         raise fail(EX_CANTCREAT, f"{out} is there already; --force writes over it")
@@ -164,7 +164,7 @@ def record_command(
 @click.argument("record", type=Path)
 @json_option
 def replay_command(record: Path, as_json: bool) -> None:
-    """Run the driver again on a record and compare every byte that it sends: `identical`, or the first difference.
+    """Run the driver on a record and compare every byte that it sends: `identical`, or the first difference.
 
     Exit codes: 0 identical, 1 different, 65 the record is damaged, 66 no such file.
     """
@@ -180,7 +180,7 @@ def replay_command(record: Path, as_json: bool) -> None:
 @json_option
 @seconds_option(12.0)
 def check_command(source: str, settings: tuple[str, ...], as_json: bool, seconds: float) -> None:
-    """Say how well a sensor is: sums, gaps, clock, codes, its own word; and for all that is wrong the likely cause.
+    """Check the health of a sensor: checksums, gaps, clock, error codes, its own state; name likely causes of problems.
 
     SOURCE: a sensor's address, a record (.mcap) or a hokuyoaist log (.logr).
 
@@ -274,7 +274,7 @@ def _from_file(path: Path) -> Report:
 
 
 def _with_sensor(config: Config, use: Callable[[Shell], T], recorder: Recorder | None = None) -> T:
-    """What `use` makes of a sensor that has told who it is. One line if not, or if Ctrl-C comes before."""
+    """Result of `use` with a sensor that has identified itself; exits with one line if it has not, or after Ctrl-C."""
     from onboard.config import ConfigError
     from onboard.drivers.clock import WallClock
     from onboard.lidar_tool.shell import SensorError, Shell
@@ -303,7 +303,7 @@ def _config(address: str, settings: tuple[str, ...]) -> Config:
 
 
 def address_of(text: str) -> str:
-    """As the ports take it: a path alone is a tty, and paths are absolute."""
+    """Address in the form that the ports accept: a path alone is a tty, and paths are absolute."""
     kind, mark, path = text.partition(":")
     if mark and kind != "tty":
         return text

@@ -1,4 +1,4 @@
-"""The flight session alone, as a deterministic function of its inputs: what runs, and what a replay repeats."""
+"""The flight session alone, as a deterministic function of its inputs; live use and replay both run it."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from onboard.config import Config
 from onboard.devices.lidar import LidarSession
 from onboard.records import Event, Inputs, Outputs, Scan
 
-ORDER = "LIDAR_ORDER"  # the event by which a record keeps what the session was told
+ORDER = "LIDAR_ORDER"  # the event that stores the order to the session in a record
 
 
 class Order(Enum):
-    """What the tool tells the session."""
+    """Order of the tool to the session."""
 
     NONE = ""
     STREAM = "stream"
@@ -21,13 +21,13 @@ class Order(Enum):
 
 
 class LidarCore:
-    """One session; `tick` by tick."""
+    """One session, run by `tick`."""
 
     def __init__(self, config: Config) -> None:
         self.session = LidarSession(config.lidar)
 
     def tick(self, inputs: Inputs, order: Order = Order.NONE) -> tuple[Outputs, list[Scan]]:
-        """What is to be written now, and the scans that became complete."""
+        """The outputs to write now, and the scans that became complete."""
         session, now_ns = self.session, inputs.now_ns
         if order is Order.STREAM:
             session.stream(True)

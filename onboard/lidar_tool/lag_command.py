@@ -1,4 +1,4 @@
-"""`onboard lidar lag`: how late the scanner's times are, from sweeps down and up, live or from a record."""
+"""`onboard lidar lag`: lag of the scanner's times, from sweeps down and up, live or from a record."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from onboard.lidar_tool.lag_sweeps import LagSweeps
     from onboard.perception.scan3d import Scan3d
 
-MOST_LATENCY_NS = 100_000_000  # that the key takes
+MOST_LATENCY_NS = 100_000_000  # largest value of the key
 THOUGHT_TICKS, HUSH_TICKS = 20, 50
 EXAMPLES = """\b
 Examples:
@@ -54,14 +54,14 @@ Examples:
 def lag_command(
     source: str, path: Path | None, settings: tuple[str, ...], uri: str | None, yes: bool, record: Path, as_json: bool
 ) -> None:
-    """Find how late the scanner's times are, and the value of lidar.latency_ns to set. THE TILT AXIS MOVES.
+    """Measure the lag of the scanner's times, and the value of lidar.latency_ns to set. THE TILT AXIS MOVES.
 
     SOURCE: a sensor's address (default: lidar.address), whose axis is then swept down and up, fast and slowly, for
-    three quarters of a minute; or a record (.mcap) with sweeps down and up from one place, which this command and
-    `onboard calibrate` make (a mission sweeps one way only). The rover stands, bare ground 1 to 8 m ahead of it.
+    three quarters of a minute; or a record (.mcap) with sweeps down and up from one place, as this command and
+    `onboard calibrate` make it (a mission sweeps one way only). The rover must stand, with bare ground 1 to 8 m ahead.
 
-    Exit codes: 0 done, 1 the sweeps ended early, 64 an option is wrong, 65 the record or the sweeps do not hold what is
-    needed, 66 no such file, 69 refused or no port, 73 a file cannot be written, 78 something wrong in the
+    Exit codes: 0 done, 1 the sweeps ended early, 64 an option is wrong, 65 the record or the sweeps lack the needed
+    data, 66 no such file, 69 refused or no port, 73 a file cannot be written, 78 something wrong in the
     configuration, 130 Ctrl-C.
     """
     from onboard.lidar_tool.lag_report import LagReport
@@ -136,7 +136,7 @@ def _swept(config: Config, yes: bool, record: Path) -> list[Scan3d]:
 
 
 def _run(machine: LagSweeps, config: Config, yes: bool) -> None:
-    """From listening to the laser off."""
+    """Run the machine from listening to the laser off."""
     from onboard.calibrate.ports import ports
     from onboard.can_tool.jog import Phase
 

@@ -1,4 +1,4 @@
-"""A lag as lines for people, as an object for programs, and as the setting that takes it away."""
+"""Report of a lag: lines for people, an object for programs, and the setting that corrects it."""
 
 from __future__ import annotations
 
@@ -9,23 +9,27 @@ from onboard.perception.tilt_lag import Lag
 
 
 class LagReport(NamedTuple):
-    """before_ns: lidar.latency_ns while the sweeps were taken."""
+    """A lag and its correction.
+
+    lag: the estimate.
+    before_ns: lidar.latency_ns while the sweeps were taken.
+    """
 
     lag: Lag
     before_ns: int
 
     @property
     def latency_ns(self) -> int:
-        """The value of lidar.latency_ns to set, to the microsecond. It may be out of the range that the key takes."""
+        """The value of lidar.latency_ns to set, to the microsecond. It may be out of the key's range."""
         return round((self.before_ns + self.lag.late_s * 1e9) / 1000) * 1000
 
     @property
     def latency_sigma_ns(self) -> int:
-        """1 sigma of it."""
+        """1 sigma of latency_ns."""
         return round(self.lag.sigma_s * 1e9)
 
     def lines(self) -> list[str]:
-        """In ms and degrees."""
+        """The report for people, in ms and degrees."""
         late_ms, sigma_ms = self.lag.late_s * 1e3, self.lag.sigma_s * 1e3
         play = "play      not told apart from the lag: the sweeps have one rate"
         if math.isfinite(self.lag.play_rad):
@@ -38,7 +42,7 @@ class LagReport(NamedTuple):
         ]  # fmt: skip
 
     def as_dict(self) -> dict[str, object]:
-        """SI units; null for what is not known."""
+        """The report for programs, in SI units; null for unknown values."""
         known = {key: item if math.isfinite(item) else None for key, item in self.lag._asdict().items()}
         return {**known, "latency_before_ns": self.before_ns, "latency_ns": self.latency_ns,
                 "latency_sigma_ns": self.latency_sigma_ns}  # fmt: skip

@@ -1,9 +1,9 @@
-"""The sweeps that show the scanner's lag, on a standing rover without the flight program: inputs in, outputs out.
+"""Sweeps that measure the scanner's lag, on a standing rover without the flight program: inputs in, outputs out.
 
     LISTENING --1.2 s, nothing against it--> READY --go--> MOVING: settle, sweep after sweep --> STOPPING --> DONE
 
-Nothing is sent before `go`. The wheels are never told to move. The scanner streams from `go` to the last sweep, so one
-estimate of its clock holds for all.
+Nothing is sent before `go`. The wheels get no motion command. The scanner streams from `go` to the last sweep, so one
+estimate of its clock applies to all sweeps.
 """
 
 from __future__ import annotations
@@ -24,21 +24,24 @@ from onboard.perception.tilt_lag import nods
 from onboard.records import Inputs, Outputs, Scan
 from protocol.modes import Mode
 
-CLOCK_NS = 3_000_000_000  # the estimate of the scanner's clock settles
-MOST_TRIES = 2  # of a sweep
-LATE_RATIO, LATE_S = 2.0, 40.0  # a sweep may take so much longer than planned
+CLOCK_NS = 3_000_000_000  # until the estimate of the scanner's clock has settled
+MOST_TRIES = 2  # tries of a sweep
+LATE_RATIO, LATE_S = 2.0, 40.0  # a sweep may take this much longer than planned
 
 
 def begun(config: Config, nod: TiltSegment) -> Sensing:
-    """One sweep of the lag's, from where the segment starts."""
+    """A new sweep for the lag, from the start of its segment."""
     scanning: Scanning = replace(config.scanning, start_rad=nod.start_rad)
     return Sensing(replace(config, scanning=scanning), (nod,))
 
 
 class LagSweeps:
-    """`tick` by tick. `problem`: one line why it was refused or ended early; `sweeps`: what was taken so far.
+    """State machine of the sweeps, run by `tick`.
 
-    Raises ValueError where the configured axis has too little way.
+    problem: one line with the reason of a refusal or an early end.
+    sweeps: the sweeps so far.
+
+    Raises ValueError if the configured axis has too little travel.
     """
 
     def __init__(self, config: Config) -> None:
@@ -48,12 +51,12 @@ class LagSweeps:
         self.phase, self.problem, self.stopped, self.agreed = Phase.LISTENING, "", False, False
         self.sweeps: list[Sweep] = []
         self._permit = Permit(self.nodes, ("TILT",))
-        self._since_ns: int | None = None  # of the phase
+        self._since_ns: int | None = None  # start of the phase
         self._sweep_ns = 0
         self._doing = begun(config, self.nods[0])
 
     def go(self, now_ns: int) -> None:
-        """The operator agrees: from READY to MOVING."""
+        """Go from READY to MOVING; the operator has agreed."""
         if self.phase is Phase.READY:
             self.agreed = True
             self._enter(Phase.MOVING, now_ns)
@@ -61,21 +64,21 @@ class LagSweeps:
             self.nodes.enabled = True
 
     def stop(self) -> None:
-        """Ends the sweeps with the next tick; before `go` there is nothing to end."""
+        """End the sweeps with the next tick; without effect before `go`."""
         self.stopped = True
 
     @property
     def at(self) -> int:
-        """Number of the sweep under way, from 0."""
+        """Number of the current sweep, from 0."""
         return len(self.sweeps)
 
     @property
     def complete(self) -> bool:
-        """Whether every sweep was taken."""
+        """True if every sweep was taken."""
         return len(self.sweeps) == len(self.nods)
 
     def tick(self, inputs: Inputs) -> Outputs:
-        """10 ms: what the outside said in, what it is told out."""
+        """Process the inputs of one tick of 10 ms and return its outputs."""
         now_ns = inputs.now_ns
         self._since_ns = now_ns if self._since_ns is None else self._since_ns
         self.nodes.receive(inputs.can_frames, now_ns, inputs.can)
@@ -147,7 +150,7 @@ class LagSweeps:
         if now_ns - (self._since_ns or 0) >= OFF_NS:
             self._enter(Phase.DONE, now_ns)
 
-    # -- what is against it ----------------------------------------------------------------------------------
+    # -- reasons to stop ---------------------------------------------------------------------------------------
 
     def _blind(self) -> Iterator[str]:
         if self.nodes.tilt_angle_rad is None:

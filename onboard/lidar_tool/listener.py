@@ -1,7 +1,7 @@
-"""A sensor's bytes from a file, without asking it anything: of a lidar record, of a run's record, of a hokuyoaist log.
+"""Passive decoder of a sensor's recorded bytes: of a lidar record, of a run's record, of a hokuyoaist log.
 
 A hokuyoaist log is a pair NAME.logr (from the sensor) and NAME.logw (to it): pieces of bytes, each after 12 bytes of
-header in network order: seconds and microseconds since the log began, and how many bytes follow.
+header in network order: seconds and microseconds since the start of the log, and the number of bytes that follow.
 """
 
 from __future__ import annotations
@@ -22,11 +22,11 @@ from onboard.records import Chunk, Scan
 from protocol import WireError, scip
 
 _HEADER = struct.Struct(">III")
-_LONGEST_REPLY = 24  # bytes without text or data: what is longer and echoes a measuring command is a scan
+_LONGEST_REPLY = 24  # bytes without text or data: a longer frame that echoes a measuring command is a scan
 
 
 class Listener:
-    """Chunks in, scans out; counts and info as the session's."""
+    """Decoder from chunks to scans, with the same counts and info as the session."""
 
     def __init__(self, config: Lidar) -> None:
         self.counts: dict[str, int] = dict.fromkeys(
@@ -41,11 +41,11 @@ class Listener:
 
     @property
     def quality(self) -> ClockQuality:
-        """Of the sensor's clock."""
+        """Quality of the sensor's clock estimate."""
         return self._stream.clock.quality if self._stream is not None else ClockQuality()
 
     def receive(self, chunk: Chunk) -> list[Scan]:
-        """The scans that became complete; what is damaged is counted by its kind."""
+        """The scans that became complete; damaged frames are counted by kind."""
         scans: list[Scan] = []
         for first_ns, frame in self._splitter.frames(*chunk):
             try:
@@ -68,7 +68,7 @@ class Listener:
         answer = scip.parse_reply(bytes(frame))
         self.counts["replies"] += 1
         if request.code == "QT" and self._stream is not None and not self._stream.silent(rx_ns, 0):
-            self._stream.watch.pause()  # asked for amid scans; after a silence QT is how a driver begins anew
+            self._stream.watch.pause()  # QT amid scans; after a silence a driver starts with QT
         if request.code in ("VV", "PP", "II") and answer.status == "00":
             self.info |= scip.parse_text(answer)
             if request.code == "PP":
@@ -76,8 +76,8 @@ class Listener:
         return None
 
     def _streaming(self, asked: scip.ScanRequest) -> ScanStream:
-        """The decoder of this request; another one than before begins anew."""
-        alike = asked._replace(scans=0)  # of a countdown each echo differs
+        """The decoder of this request; a request other than the last one gets a new decoder."""
+        alike = asked._replace(scans=0)  # in a countdown each echo differs
         if self._stream is None or alike != self._asked:
             config = replace(
                 self._config, command=asked.code, first_step=asked.first, last_step=asked.last,
@@ -90,7 +90,7 @@ class Listener:
 
 
 def chunks_of(path: Path) -> Iterator[Chunk]:
-    """What the sensor sent, with the times of its arrival. Raises DamagedRecordError, FileNotFoundError, ValueError."""
+    """Bytes from the sensor with their arrival times. Raises DamagedRecordError, FileNotFoundError, ValueError."""
     if path.suffix in (".logr", ".logw"):
         yield from log_of(path.with_suffix(".logr").read_bytes())
         return
@@ -99,7 +99,7 @@ def chunks_of(path: Path) -> Iterator[Chunk]:
 
 
 def log_of(data: bytes) -> Iterator[Chunk]:
-    """The pieces of one file of a hokuyoaist pair. Raises ValueError where it ends inside a piece."""
+    """The pieces of one file of a hokuyoaist pair. Raises ValueError if it ends inside a piece."""
     at = 0
     while at < len(data):
         if at + _HEADER.size > len(data):

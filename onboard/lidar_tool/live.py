@@ -1,4 +1,4 @@
-"""The screen of `onboard lidar watch`: redrawn in a terminal, a line a second elsewhere."""
+"""Screen of `onboard lidar watch`: redrawn in a terminal, one line a second elsewhere."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _REDRAW_NS, _LINE_NS = 100_000_000, 1_000_000_000
 
 
 class Screen:
-    """Used as a context manager. reach_m: of the polar plot."""
+    """Context manager that shows the newest scan. reach_m: radius of the polar plot."""
 
     def __init__(self, draw: bool, reach_m: float, as_json: bool) -> None:
         self._console = Console()
@@ -41,7 +41,10 @@ class Screen:
             self._live.stop()
 
     def show(self, session: LidarSession, scans: list[Scan], now_ns: int, trouble: str = "") -> None:
-        """Whatever is due after this tick. trouble: why no scans come; nothing old is shown as live then."""
+        """Redraw if due after this tick.
+
+        trouble: the reason why no scans come; an old scan is not shown as live then.
+        """
         newest = scans[-1] if scans else self._newest
         self._newest = None if trouble else newest
         if not self._shown_ns:

@@ -1,4 +1,4 @@
-"""How well a sensor is: what was counted while it streamed, and each thing that is wrong with its likely cause."""
+"""Health report of a sensor: counts while it streamed, and each problem with its likely cause."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from onboard.devices.lidar_clock import ClockQuality
 from onboard.records import BeamStatus, Scan
 
 _DIRTY_RATIO, _ERROR_RATIO, _LOST_RATIO = 0.2, 0.05, 0.15
-_BESIDE = 4  # beams to each side: where one of them returned on both sides, a beam without return is lost
+_BESIDE = 4  # beams to each side: a beam without return is lost if one of them returned on both sides
 _SIGMA_LIMIT_NS, _PPM_LIMIT = 0.5e6, 200.0
 _DAMAGE_LIMIT = 0.01
 _SETTLED, _DRIFTED = 80, 400  # scans before the clock's times, and its rate, are judged
@@ -21,7 +21,14 @@ _SETTLED, _DRIFTED = 80, 400  # scans before the clock's times, and its rate, ar
 
 @dataclass(slots=True)
 class Tally:
-    """Scans added up. beams: by BeamStatus. lost: beams without return between beams that returned."""
+    """Sums over scans.
+
+    scans: number of scans.
+    first_ns, last_ns: start of the first and the last scan.
+    nearest_m, farthest_m: smallest and largest range.
+    lost: beams without return between beams that returned.
+    beams: number of beams by BeamStatus.
+    """
 
     scans: int = 0
     first_ns: int = 0
@@ -32,7 +39,7 @@ class Tally:
     beams: dict[str, int] = field(default_factory=lambda: {status.name.lower(): 0 for status in BeamStatus})
 
     def add(self, scans: Sequence[Scan]) -> None:
-        """More scans."""
+        """Add scans."""
         for scan in scans:
             self.first_ns = self.first_ns if self.scans else scan.start_ns
             self.last_ns = scan.start_ns
@@ -51,26 +58,32 @@ class Tally:
         return (self.scans - 1) * 1e9 / (self.last_ns - self.first_ns) if self.scans > 1 else 0.0
 
     def ratio(self, *names: str) -> float:
-        """Share of the beams that said one of these."""
+        """Share of the beams with one of these statuses."""
         return sum(self.beams[name] for name in names) / max(1, sum(self.beams.values()))
 
     @property
     def lost_ratio(self) -> float:
-        """Lost beams, of those that returned or were lost. The sky is not in it: nothing returned beside it."""
+        """Lost beams, as share of those that returned or were lost. Beams to the sky are neither."""
         return self.lost / max(1, self.lost + self.beams["ok"])
 
 
 def _lost(scan: Scan) -> int:
     """Beams without return that have a return within _BESIDE beams on either side."""
     seen = np.pad((scan.status == BeamStatus.OK).astype(np.int64), _BESIDE)
-    before = np.convolve(seen, np.ones(_BESIDE, np.int64), "valid")  # of the _BESIDE beams from each one on
+    before = np.convolve(seen, np.ones(_BESIDE, np.int64), "valid")  # sum over the _BESIDE beams from each one on
     count = len(scan.status)
     between = (before[:count] > 0) & (before[_BESIDE + 1 : _BESIDE + 1 + count] > 0)
     return int(np.count_nonzero(between & (scan.status == BeamStatus.NO_RETURN)))
 
 
 class Report(NamedTuple):
-    """All that is known after a while."""
+    """Counts and estimates after a while.
+
+    counts: the session's counts.
+    clock: quality of the clock estimate.
+    tally: sums over scans.
+    info: the sensor's replies to VV, PP and II.
+    """
 
     counts: Mapping[str, int]
     clock: ClockQuality
@@ -79,11 +92,11 @@ class Report(NamedTuple):
 
     @property
     def bad(self) -> int:
-        """Damaged frames, of all kinds."""
+        """Number of damaged frames, of all kinds."""
         return sum(self.counts[kind] for kind in BAD)
 
     def as_dict(self) -> dict[str, object]:
-        """For programs."""
+        """Report for programs."""
         clock, tally = self.clock, self.tally
         return {
             "info": dict(self.info), "scans": tally.scans, "rate_hz": round(tally.rate_hz, 3), "damaged": self.bad,
@@ -149,7 +162,7 @@ CHECKS: tuple[tuple[str, Callable[[Report], str], str], ...] = (
 
 
 def findings(report: Report) -> list[tuple[str, str]]:
-    """(name, cause) of all that is wrong; empty where all is well."""
+    """(name, cause) of each problem; empty without one."""
     stat = report.info.get("STAT", "unknown")
     found = ((name, shows(report), cause) for name, shows, cause in CHECKS)
     return [(name, cause.format(found=what, stat=stat)) for name, what, cause in found if what]

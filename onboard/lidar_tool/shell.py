@@ -1,4 +1,4 @@
-"""Port, clock and record around the flight session: what `onboard run` is for the rover, for the scanner alone."""
+"""Port, clock and record around the flight session: the `onboard run` of the scanner alone."""
 
 from __future__ import annotations
 
@@ -18,7 +18,10 @@ READY_S, FAREWELL_TICKS = 10.0, 100
 
 
 class SensorError(RuntimeError):
-    """The sensor cannot be used: one line that says why and what to do. wrong_model: it is another than configured."""
+    """Sensor that cannot be used: one line with the reason and what to do.
+
+    wrong_model: the sensor is not the configured model.
+    """
 
     def __init__(self, text: str, wrong_model: bool = False) -> None:
         super().__init__(text)
@@ -28,7 +31,7 @@ class SensorError(RuntimeError):
 class Shell:
     """One sensor while the `with` lasts; at its end the sensor is quiet and its laser off, if it still answers.
 
-    Raises ConfigError for an address that is none.
+    Raises ConfigError for an invalid address.
     """
 
     def __init__(self, config: Config, clock: WallClock, recorder: Recorder | None = None) -> None:
@@ -56,7 +59,7 @@ class Shell:
         self.port.close()
 
     def tick(self, order: Order = Order.NONE) -> list[Scan] | None:
-        """Wait for the next tick; the scans that it brought, None when somebody asked to stop."""
+        """Wait for the next tick; return its scans, or None if a stop was requested."""
         now = self.clock.wait()
         return None if now is None else self._at(now, order)
 
@@ -72,7 +75,10 @@ class Shell:
         return scans
 
     def until_ready(self, limit_s: float = READY_S) -> bool:
-        """Tick until the sensor has told who it is. False: asked to stop. Raises SensorError if it never does."""
+        """Tick until the sensor has identified itself.
+
+        Returns False if a stop was requested. Raises SensorError if the sensor does not identify itself in time.
+        """
         while not self.session.ready:
             if self.tick() is None:
                 return False
@@ -84,7 +90,7 @@ class Shell:
         return True
 
     def stream(self, seconds: float, scans: int = 0) -> Iterator[list[Scan]]:
-        """Tick by tick what a stream brings, until enough (0: no limit) or asked to stop. Raises SensorError."""
+        """The scans of each tick of a stream, until enough (0: no limit) or a stop is requested. Raises SensorError."""
         began_ns, taken, order = self.now_ns, 0, Order.STREAM
         while not (scans and taken >= scans) and not (seconds and self.now_ns - began_ns >= seconds * 1e9):
             found, order = self.tick(order), Order.NONE
@@ -96,7 +102,7 @@ class Shell:
 
     @property
     def trouble(self) -> str:
-        """Why there is nothing to see just now; empty while scans come."""
+        """Reason why no scans come now; empty while they come."""
         if self.port.state is not PortState.OPEN or not self.session.ready:
             return "gone: unplugged or closed; trying again"
         return "silent: no scans come" if self.session.silent(self.now_ns) else ""

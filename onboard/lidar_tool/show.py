@@ -1,4 +1,4 @@
-"""What `watch` and `check` show: a line of numbers, the scan from above in dots, the report."""
+"""Output of `watch` and `check`: a line of numbers, the scan from above in dots, the report."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from onboard.lidar_tool.report import Report, findings
 from onboard.records import BeamStatus, Scan
 
 _BRAILLE = 0x2800
-_DOTS = np.array([[0x01, 0x08], [0x02, 0x10], [0x04, 0x20], [0x40, 0x80]])  # of a character, 4 rows by 2 columns
+_DOTS = np.array([[0x01, 0x08], [0x02, 0x10], [0x04, 0x20], [0x40, 0x80]])  # dots of a character, 4 rows by 2 columns
 
 
 def polar(scan: Scan, columns: int, rows: int, reach_m: float) -> list[str]:
@@ -33,7 +33,7 @@ def polar(scan: Scan, columns: int, rows: int, reach_m: float) -> list[str]:
 
 
 class View(NamedTuple):
-    """None where nothing is seen."""
+    """Ranges of a scan; None where nothing is seen."""
 
     ahead_m: float | None = None
     nearest_m: float | None = None
@@ -41,7 +41,7 @@ class View(NamedTuple):
 
 
 def view(scan: Scan) -> View:
-    """What is straight ahead, and the nearest return."""
+    """The range straight ahead, and the nearest return."""
     phi = scan.first_angle_rad + np.arange(len(scan.ranges_m)) * scan.step_rad
     ahead_m = float(scan.ranges_m[int(np.abs(phi).argmin())])
     ahead = round(ahead_m, 3) if math.isfinite(ahead_m) else None
@@ -53,7 +53,7 @@ def view(scan: Scan) -> View:
 
 
 def numbers(scan: Scan | None, rate_hz: float, counts: dict[str, int], clock: ClockQuality, trouble: str = "") -> str:
-    """One line of at most 80 columns: rate, scans, ahead, nearest, clock; or what is wrong."""
+    """One line of at most 80 columns: rate, scans, ahead, nearest, clock; or the trouble."""
     text = f"{rate_hz:4.1f} Hz {counts['scans']:6d} scans"
     if trouble:
         return f"{text}  {trouble}"
@@ -67,7 +67,7 @@ def numbers(scan: Scan | None, rate_hz: float, counts: dict[str, int], clock: Cl
 
 
 def _clock(clock: ClockQuality) -> str:
-    """Its rate only where the window is full: before, milliseconds say little of it."""
+    """Clock quality as text. The rate is shown only with a full window: over milliseconds it is too uncertain."""
     if not math.isfinite(clock.sigma_ns):
         return "not known yet"
     rate = f", {clock.ppm:+.0f} ppm" if clock.samples >= WINDOW else ""

@@ -1,4 +1,4 @@
-"""The 3D scans in a run's record, made anew from its bytes: all beams, each with its time and tilt."""
+"""3D scans of a run's record, computed from its bytes: all beams, each with its time and tilt."""
 
 from __future__ import annotations
 
@@ -14,12 +14,17 @@ from onboard.perception.scan3d import Scan3d, gather
 from onboard.records import Scan
 from protocol.can_codec import TiltState
 
-BEFORE_NS, AFTER_NS = 100_000_000, 150_000_000  # the axis at rest, and a turn and its transfer
-ROLLED_RAD = 0.02  # of a wheel between two sweeps: less is standing, 2 mm
+BEFORE_NS, AFTER_NS = 100_000_000, 150_000_000  # the axis at rest before; a turn of the scanner and its transfer after
+ROLLED_RAD = 0.02  # of a wheel between two sweeps: less (2 mm) counts as standing
 
 
 class RecordedSweep(NamedTuple):
-    """rises: the axis went up. wheels_rad: encoders of the four wheels, NaN of one that is not heard."""
+    """One sweep of a record.
+
+    scan: the 3D scan.
+    rises: the axis moved up.
+    wheels_rad: encoders of the four wheels, NaN for a wheel without feedback.
+    """
 
     scan: Scan3d
     rises: bool
@@ -33,7 +38,7 @@ def sweeps_of(path: Path, config: Config) -> Iterator[Scan3d]:
 
 
 def recorded_sweeps(path: Path, config: Config) -> Iterator[RecordedSweep]:
-    """As `sweeps_of`, with what the wheels and the axis said at its end. Raises DamagedRecordError."""
+    """As `sweeps_of`, with the state of wheels and axis at the end of each sweep. Raises DamagedRecordError."""
     listener, nodes = Listener(config.lidar), Nodes(config.rover, config.can)
     scans: list[Scan] = []
     began_ns = ended_ns = 0
@@ -55,7 +60,8 @@ def recorded_sweeps(path: Path, config: Config) -> Iterator[RecordedSweep]:
 def standing(sweeps: Iterator[RecordedSweep]) -> list[Scan3d]:
     """The first sweeps that were taken from one place in both directions; else those of the first place.
 
-    A record of sweeps that all run one way gives the first place's, so that what is missing can be said of it.
+    If all sweeps of a record run one way, the result is the first place's, so that the caller can report what is
+    missing.
     """
     first: list[RecordedSweep] = []
     place: list[RecordedSweep] = []
@@ -73,7 +79,7 @@ def _both_ways(place: list[RecordedSweep]) -> bool:
 
 
 def _rolled(before: RecordedSweep, after: RecordedSweep) -> bool:
-    return any(abs(b - a) > ROLLED_RAD for a, b in zip(before.wheels_rad, after.wheels_rad))  # NaN: not known to
+    return any(abs(b - a) > ROLLED_RAD for a, b in zip(before.wheels_rad, after.wheels_rad))  # NaN: not rolled
 
 
 def _recorded(taken: list[Scan], nodes: Nodes, began_ns: int, ended_ns: int) -> RecordedSweep:

@@ -1,1 +1,1 @@
-"""Maps as files: the orbiter's brought in (`onboard gdem`), the rover's own taken out (`onboard map`)."""
+"""Map files: import of the orbiter's map (`onboard gdem`), export of the rover's own (`onboard map`)."""

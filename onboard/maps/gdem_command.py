@@ -1,4 +1,4 @@
-"""The commands `onboard gdem ...`: bring an orbiter's map into the form that the flight program reads."""
+"""Commands `onboard gdem ...`: import of an orbiter's map into the format that the flight program reads."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ Pair = tuple[float, float]
 
 @click.group("gdem", epilog=EXAMPLES)
 def app() -> None:
-    """The orbiter's map."""
+    """Import the orbiter's map."""
 
 
 @app.command("import", epilog=EXAMPLES)
@@ -54,7 +54,7 @@ def import_command(
 ) -> None:
     """Cut the orbiter's map of a mission out of FILE: GeoTIFF, ESRI ASCII grid, PDS image or .npy.
 
-    The map lies around the start, without one around the middle of the file.
+    The map is centred on the start; without a start, on the middle of the file.
 
     Exit codes: 0 done, 64 start named twice or --out no .npz, 65 no map can be made of it, 66 no such file,
     73 no place to write.
@@ -92,7 +92,7 @@ def import_command(
 
 @contextmanager
 def _progress(name: str) -> Iterator[Callable[[int, int], None]]:
-    """A bar on the terminal while there is more than a moment's work."""
+    """Progress bar on the terminal."""
     from rich.console import Console
     from rich.progress import Progress
 

@@ -1,7 +1,7 @@
-"""The orbiter's map as the bytes of an .npz: heights_m (rows, columns) float32, x0_m, y0_m, cell_m, note.
+"""File format of the orbiter's map, .npz: heights_m (rows, columns) float32, x0_m, y0_m, cell_m, note.
 
-A cell whose height is no number, or farther than HIGHEST_M from zero, is unknown: NaN. Everything else that is not as
-it should be refuses the whole map.
+A cell whose height is not a number, or farther than HIGHEST_M from zero, is unknown: NaN. Any other error rejects the
+whole map.
 """
 
 from __future__ import annotations
@@ -17,9 +17,9 @@ import numpy as np
 from onboard.maps.npz_arrays import NUMBER, Wanted, read_arrays
 from onboard.records import Gdem, Grid
 
-MOST_CELLS = 5000  # of a side: what the global planner is made for
+MOST_CELLS = 5000  # of a side: the limit of the global planner
 MOST_BYTES = 256 << 20  # of the file
-HIGHEST_M = 1e7  # as the global planner has it
+HIGHEST_M = 1e7  # same limit as in the global planner
 FARTHEST_M = 1e7  # of the map's corner from the start
 CELL_M = (0.01, 10_000.0)
 _ROWS = {
@@ -29,11 +29,11 @@ _ROWS = {
 
 
 class GdemError(ValueError):
-    """The bytes are no orbiter's map; the text is one line."""
+    """The bytes are not an orbiter's map; the text is one line."""
 
 
 def to_npz(gdem: Gdem) -> bytes:
-    """The map as a file's bytes; the same map gives the same bytes."""
+    """Encode the map; the same map gives the same bytes."""
     buffer, grid = io.BytesIO(), gdem.grid
     np.savez_compressed(
         buffer, heights_m=gdem.heights_m, x0_m=grid.x0_m, y0_m=grid.y0_m, cell_m=grid.cell_m, note=gdem.note
@@ -42,7 +42,7 @@ def to_npz(gdem: Gdem) -> bytes:
 
 
 def from_npz(data: bytes) -> Gdem:
-    """The map of a file's bytes. Raises GdemError when they are no such map."""
+    """Decode the map. Raises GdemError if the bytes are not such a map."""
     try:
         found = read_arrays(data, _ROWS)
     except ValueError as error:
@@ -52,7 +52,7 @@ def from_npz(data: bytes) -> Gdem:
         raise GdemError(f"cell_m = {cell_m:g} should be {CELL_M[0]:g} to {CELL_M[1]:g} m")
     if not max(abs(x0_m), abs(y0_m)) <= FARTHEST_M or math.isnan(x0_m + y0_m):
         raise GdemError(f"x0_m, y0_m = {x0_m:g}, {y0_m:g} should be within {FARTHEST_M:g} m of the start")
-    with np.errstate(over="ignore"):  # of float64: no height anyway
+    with np.errstate(over="ignore"):  # of float64: such a height is unknown anyway
         heights_m = np.array(found["heights_m"], dtype=np.float32, order="C")
     heights_m[~(np.abs(heights_m) <= HIGHEST_M)] = np.nan
     rows, columns = heights_m.shape
@@ -64,7 +64,7 @@ def from_npz(data: bytes) -> Gdem:
 
 
 def read_gdem(path: Path) -> Gdem:
-    """The map in a file. Raises OSError where it cannot be read, GdemError; a pipe or a device is never read."""
+    """Read the map in a file. Raises OSError if it cannot be read, GdemError; a pipe or a device is never read."""
     descriptor = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)
     with os.fdopen(descriptor, "rb") as file:
         told = os.fstat(descriptor)

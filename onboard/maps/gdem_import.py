@@ -1,7 +1,7 @@
-"""An elevation file becomes the orbiter's map of a mission: cut out around the start, on the map's own cells.
+"""Import of an elevation file as the orbiter's map of a mission: cut out around the start and resampled to its cells.
 
-The map's origin is the start, in place and in height: what was subtracted stands in `Gdem.note`, beside the projection,
-the value for "no data" and the vertical datum of the file.
+The map's origin is the start, in place and in height. `Gdem.note` states the subtracted height, the projection, the
+value for "no data" and the vertical datum of the file.
 """
 
 from __future__ import annotations
@@ -22,7 +22,13 @@ from onboard.records import F64, Gdem, Grid
 
 @dataclass(frozen=True, slots=True)
 class Wanted:
-    """The map that is asked for. start_kind: as dem_file.place, or 'middle' of the file; `start` its two numbers."""
+    """Requested map.
+
+    start_kind: as in dem_file.place, or 'middle' of the file.
+    start: the two numbers of the start.
+    size_m: side of the map.
+    cell_m: side of a cell.
+    """
 
     start_kind: str = "middle"
     start: tuple[float, float] = (0.0, 0.0)
@@ -32,9 +38,13 @@ class Wanted:
 
 @dataclass(frozen=True, slots=True)
 class Imported:
-    """A map and where it came from. level_m: height of the start in the file, subtracted from all heights.
+    """An imported map and its origin.
 
-    doubts: what the user should look at, one line each.
+    gdem: the map.
+    site: place in the file.
+    level_m: height of the start in the file, subtracted from all heights.
+    cells_read: cells of the file that were read.
+    doubts: warnings for the user, one line each.
     """
 
     gdem: Gdem
@@ -45,12 +55,12 @@ class Imported:
 
     @property
     def known_ratio(self) -> float:
-        """Share of the map's cells that have a height."""
+        """Ratio of the map's cells that have a height."""
         return float(np.isfinite(self.gdem.heights_m).mean())
 
 
 def import_gdem(path: Path, how: Reading, wanted: Wanted, progress: Callable[[int, int], None]) -> Imported:
-    """The map of a file. Raises DemError (its text goes on after the file's name), or OSError without a file."""
+    """Import the map of a file. Raises DemError (its text continues the file's name), or OSError without a file."""
     grid = map_grid(wanted)
     with open_dem(path, how) as dem:
         site = _place(dem, wanted)
@@ -66,7 +76,10 @@ def import_gdem(path: Path, how: Reading, wanted: Wanted, progress: Callable[[in
 
 
 def map_grid(wanted: Wanted) -> Grid:
-    """A square around the origin, an even number of cells wide: the asked size or a little more. Raises DemError."""
+    """Square grid around the origin with an even number of cells: the requested size or a little more.
+
+    Raises DemError.
+    """
     cells = wanted.size_m / wanted.cell_m
     if not 0 < cells <= MOST_CELLS:
         raise DemError(f"would fill {cells:g} cells a side, of {MOST_CELLS} at most; ask for other --size or --cell")
@@ -89,7 +102,7 @@ def _level_m(heights_m: F64) -> float:
 
 
 def _doubts(site: Site, grid: Grid, wanted: Wanted, found: Resampled) -> tuple[str, ...]:
-    """A size that was raised, a map that reaches beyond the file, heights that no ground has."""
+    """Warnings: a size that was raised, a map that extends beyond the file, implausible heights."""
     lines, side_m = [], grid.rows * grid.cell_m
     if side_m > wanted.size_m * (1 + 1e-9):
         lines.append(f"--size {wanted.size_m:g} was raised to {side_m:g} m: the cells of a side are an even number")

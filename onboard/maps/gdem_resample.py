@@ -1,8 +1,8 @@
-"""An elevation file's heights on the cells of a map.
+"""Resampling of an elevation file's heights to the cells of a map.
 
-No file is read whole: the map is made in tiles, and a tile reads the cells under it. Cells of the map that are larger
-than those of the file take the mean over their area, smaller ones are interpolated between four centres. A cell of the
-map is known if at least half of its weight is: heights never spread over what was not measured.
+No file is read whole: the map is computed in tiles, and a tile reads the cells under it. Cells of the map that are
+larger than those of the file get the mean over their area, smaller ones are interpolated between four centres. A cell
+of the map is known if at least half of its weight is: heights never extend over unmeasured area.
 
 (GDAL's warper was tried. Its transformation is approximate and differs from tile to tile, by metres of height on steep
 ground, and rasterio 1.4 gives no way to make it exact.)
@@ -28,7 +28,12 @@ ROUNDING = 1e-6
 
 @dataclass(frozen=True, slots=True)
 class Cells:
-    """A window of the file with a border of NaN; [0, 0] is its cell (row, column). `size`: how many were read."""
+    """Window of the file with a border of NaN.
+
+    heights_m: heights, m.
+    row, column: cell of the file at [0, 0].
+    size: number of cells that were read.
+    """
 
     heights_m: F64
     row: int
@@ -36,7 +41,7 @@ class Cells:
     size: int
 
     def at(self, rows: F64, columns: F64) -> F64:
-        """Heights of the cells that hold the places (fractional rows and columns of the file); NaN outside."""
+        """Heights of the cells that contain the places (fractional rows and columns of the file); NaN outside."""
         last_row, last_column = (length - 1 for length in self.heights_m.shape)
         j = np.clip(np.floor(rows).astype(np.int64) - self.row, 0, last_row)
         i = np.clip(np.floor(columns).astype(np.int64) - self.column, 0, last_column)
@@ -46,9 +51,11 @@ class Cells:
 
 @dataclass(frozen=True, slots=True)
 class Resampled:
-    """Heights on the map's grid, float64 metres, NaN where not known; and what was read for it.
+    """Result of the resampling.
 
-    lowest_m, highest_m: of the file's cells that were read; infinite and crossed where none had a height.
+    heights_m: heights on the map's grid, float64, NaN where unknown.
+    cells_read: cells of the file that were read.
+    lowest_m, highest_m: of those cells; +inf and -inf if none had a height.
     """
 
     heights_m: F64
@@ -58,9 +65,10 @@ class Resampled:
 
 
 def resample(site: Site, grid: Grid, progress: Callable[[int, int], None]) -> Resampled:
-    """The file's heights on the map's grid (origin at the start).
+    """Resample the file's heights to the map's grid (origin at the start).
 
-    progress: told after each tile how many of how many are done. Raises DemError when the file fails on the way.
+    progress: called after each tile with the number of finished tiles and of all tiles. Raises DemError if reading
+        fails.
     """
     _refuse_pole(site, grid)
     ratio = grid.cell_m / site.cell_m + ROUNDING
@@ -96,7 +104,7 @@ def _corners(site: Site, grid: Grid, first: tuple[int, int], shape: tuple[int, .
 
 
 def _cells_under(dem: Dem, rows: F64, columns: F64) -> Cells:
-    """The file's cells under a tile, and one more to each side: NaN where the file has none."""
+    """Read the file's cells under a tile and one more on each side: NaN where the file has none."""
     row, row_end = _span(rows, dem.rows)
     column, column_end = _span(columns, dem.columns)
     read = np.zeros((0, 0))
@@ -110,7 +118,7 @@ def _span(at: F64, count: int) -> tuple[int, int]:
 
 
 def _means(cells: Cells, rows: F64, columns: F64, samples: int) -> F64:
-    """Means over the cells of a tile, each looked at in `samples` x `samples` places."""
+    """Means over the cells of a tile, each sampled at `samples` x `samples` places."""
     inside = (np.arange(samples) + 0.5) / samples
     heights = cells.at(_spread(rows, inside), _spread(columns, inside))
     known = np.isfinite(heights)
@@ -120,7 +128,7 @@ def _means(cells: Cells, rows: F64, columns: F64, samples: int) -> F64:
 
 
 def _spread(corners: F64, inside: F64) -> F64:
-    """From corners (n + 1, m + 1) to (n, m, k, k) places inside the cells, linear between the corners."""
+    """Interpolate corners (n + 1, m + 1) linearly to (n, m, k, k) places inside the cells."""
     down = corners[:-1, :, None] + (corners[1:] - corners[:-1])[:, :, None] * inside
     left, right = down[:, :-1, :, None], down[:, 1:, :, None]
     return left + (right - left) * inside

@@ -1,4 +1,4 @@
-"""The commands `onboard map ...`: what a kept map holds, and the map for other tools."""
+"""Commands `onboard map ...`: list of a stored map's tiles, export of the map for other tools."""
 
 from __future__ import annotations
 
@@ -26,14 +26,14 @@ Examples:
 
 @click.group("map", epilog=EXAMPLES)
 def app() -> None:
-    """The map that the rover keeps."""
+    """List and export the map that the rover stores."""
 
 
 @app.command("info", epilog=EXAMPLES)
 @click.argument("folder", type=Path)
 @click.option("--json", "as_json", is_flag=True, help="The list as JSON.")
 def info_command(folder: Path, as_json: bool) -> None:
-    """List the tiles of a kept map (FOLDER: mapping.folder), and the files that cannot be used with the reason.
+    """List the tiles of a stored map (FOLDER: mapping.folder), and the files that cannot be used with the reason.
 
     Exit codes: 0 some tiles can be used, 65 none, 66 no such folder.
     """
@@ -59,7 +59,7 @@ def info_command(folder: Path, as_json: bool) -> None:
 def export_command(source: Path, out: Path, form: str, as_json: bool) -> None:
     """Write heights, their spread in each cell, and classes for another tool.
 
-    SOURCE: a folder of tiles (mapping.folder), or the record of a run for the map that it left.
+    SOURCE: a folder of tiles (mapping.folder), or the record of a run for its final map.
 
     Exit codes: 0 done, 64 no such format, 65 no map in it, 66 no such folder or record, 73 no place to write.
     """
@@ -95,7 +95,7 @@ def export_command(source: Path, out: Path, form: str, as_json: bool) -> None:
 
 
 def _tiles(source: Path) -> tuple[tuple[Tile, ...], tuple[str, ...]]:
-    """Tiles of a folder or of a record, and what was dropped."""
+    """Tiles of a folder or of a record, and the dropped files."""
     if not source.is_file():
         kept = _kept(source)
         return kept.tiles, kept.dropped

@@ -1,6 +1,6 @@
-"""A map for other tools: heights, their spread and classes as GeoTIFF, .npy, .npz, PLY or a shaded PNG.
+"""Export of a map for other tools: heights, their spread and classes as GeoTIFF, .npy, .npz, PLY or a shaded PNG.
 
-Rows run along +y as everywhere here (GeoTIFF and PNG, which begin in the north, are turned round); NaN is unknown.
+Rows run along +y as in all modules here (GeoTIFF and PNG begin in the north and are flipped); NaN is unknown.
 """
 
 from __future__ import annotations
@@ -14,12 +14,12 @@ import numpy as np
 
 from onboard.records import F32, F64, U8, CellClass, Grid, Surface
 
-SUN_AZIMUTH_RAD, SUN_ELEVATION_RAD = math.radians(135.0), math.radians(40.0)  # from the north-west, as maps have it
+SUN_AZIMUTH_RAD, SUN_ELEVATION_RAD = math.radians(135.0), math.radians(40.0)  # from the north-west, as usual on maps
 _VERTEX = np.dtype([("x", "<f8"), ("y", "<f8"), ("z", "<f4"), ("cell_class", "u1"), ("height_std", "<f4")])
 
 
 def trimmed(surface: Surface, height_std_m: F32) -> tuple[Surface, F32]:
-    """The smallest rectangle that holds every cell with a height, of both. Raises ValueError where there is none."""
+    """Cut both to the smallest rectangle with all cells that have a height. Raises ValueError if there is none."""
     known = np.isfinite(surface.z_mean)
     if not known.any():
         raise ValueError("no cell has a height")
@@ -34,8 +34,8 @@ def trimmed(surface: Surface, height_std_m: F32) -> tuple[Surface, F32]:
 
 
 def write_geotiff(surface: Surface, height_std_m: F32, path: Path) -> None:
-    """Bands height (m), class and height_std (m), float32, nodata NaN, in plain metres of the map frame."""
-    from onboard.drivers.dem_file import write_raster  # rasterio is heavy, and the other forms do without
+    """Write bands height (m), class and height_std (m), float32, nodata NaN, in metres of the map frame."""
+    from onboard.drivers.dem_file import write_raster  # rasterio is heavy, and the other formats do not need it
 
     known = np.where(surface.cell_class == CellClass.OUTSIDE, np.nan, surface.cell_class)
     bands = np.stack([surface.z_mean, known.astype(np.float32), height_std_m])
@@ -43,13 +43,13 @@ def write_geotiff(surface: Surface, height_std_m: F32, path: Path) -> None:
 
 
 def write_npy(surface: Surface, _height_std_m: F32, path: Path) -> None:
-    """The heights alone, float32 (rows, columns)."""
+    """Write the heights alone, float32 (rows, columns)."""
     with path.open("wb") as file:
         np.save(file, surface.z_mean)
 
 
 def write_npz(surface: Surface, height_std_m: F32, path: Path) -> None:
-    """The keys of an orbiter's map (heights_m, x0_m, y0_m, cell_m, note), and beside them cell_class, height_std_m."""
+    """Write the keys of an orbiter's map (heights_m, x0_m, y0_m, cell_m, note), and cell_class, height_std_m."""
     grid = surface.grid
     with path.open("wb") as file:
         np.savez_compressed(
@@ -60,7 +60,7 @@ def write_npz(surface: Surface, height_std_m: F32, path: Path) -> None:
 
 
 def write_ply(surface: Surface, height_std_m: F32, path: Path) -> None:
-    """The centres of the cells with a height as a cloud: x, y double, z float, cell_class uchar, height_std float."""
+    """Write the centres of cells with a height as a cloud: x, y double, z float, cell_class uchar, height_std float."""
     j, i = np.nonzero(np.isfinite(surface.z_mean))
     vertices = np.empty(len(j), _VERTEX)
     vertices["x"], vertices["y"] = surface.grid.centre(j, i)  # type: ignore[arg-type]
@@ -75,7 +75,7 @@ def write_ply(surface: Surface, height_std_m: F32, path: Path) -> None:
 
 
 def write_png(surface: Surface, _height_std_m: F32, path: Path) -> None:
-    """The heights shaded by a sun in the north-west, north up, a pixel for each cell; clear where nothing is known."""
+    """Write the heights shaded by a sun in the north-west, north up, one pixel per cell; transparent where unknown."""
     from onboard.drivers.dem_file import write_raster
 
     known = np.isfinite(surface.z_mean)
@@ -84,7 +84,7 @@ def write_png(surface: Surface, _height_std_m: F32, path: Path) -> None:
 
 
 def shade(heights_m: F32, cell_m: float) -> U8:
-    """Light on the ground, 0 to 255, (rows, columns); like flat ground where the slope is not known."""
+    """Brightness of the ground, 0 to 255, (rows, columns); as flat ground where the slope is unknown."""
     heights = heights_m.astype(np.float64)
     slope_y, slope_x = (_slope(heights, axis) / cell_m for axis in (0, 1))
     up = math.sin(SUN_ELEVATION_RAD)
@@ -96,7 +96,7 @@ def shade(heights_m: F32, cell_m: float) -> U8:
 
 
 def _slope(heights: F64, axis: int) -> F64:
-    """Rise for each cell along an axis: over both neighbours, over one where the other is unknown, else 0."""
+    """Rise per cell along an axis: over both neighbours, over one if the other is unknown, else 0."""
     step = np.diff(heights, axis=axis, prepend=np.nan), np.diff(heights, axis=axis, append=np.nan)
     count = np.isfinite(step[0]).astype(np.float64) + np.isfinite(step[1])
     slope: F64 = (np.nan_to_num(step[0]) + np.nan_to_num(step[1])) / np.maximum(count, 1.0)

@@ -1,8 +1,8 @@
-"""Arrays of an .npz that nobody vouches for: no pickles, no more bytes unpacked than the caller allows.
+"""Safe reader of untrusted .npz arrays: no pickles, no more bytes unpacked than the caller allows.
 
-numpy's own reader makes room for the array that a header asks for before it looks whether the bytes are there, and
-unpacks what a zip's directory does not tell. Here a member is unpacked up to its bound, its header is read, and the
-array is made of bytes that are there.
+numpy's own reader allocates the array that a header requests before it checks whether the bytes exist, and unpacks more
+than a zip's directory declares. Here a member is unpacked up to its limit, its header is read, and the array is built
+from bytes that exist.
 """
 
 from __future__ import annotations
@@ -26,7 +26,13 @@ _DESCR = re.compile(r"[<>=|]?[biufUS?]\d{0,6}")
 
 
 class Wanted(NamedTuple):
-    """An array that is asked for: kinds of its numbers (numpy's letters), its axes, the most cells of one, bytes."""
+    """Specification of one array.
+
+    kinds: kinds of its numbers (numpy's letters).
+    axes: number of axes.
+    most_side: most cells along an axis.
+    most_bytes: most bytes.
+    """
 
     kinds: str
     axes: int
@@ -38,7 +44,7 @@ NUMBER = Wanted("iuf", 0, 0, 64)
 
 
 def read_arrays(data: bytes, wanted: Mapping[str, Wanted]) -> dict[str, NDArray[Any]]:
-    """The arrays by name. Raises ValueError, one line, for bytes that do not hold each of them as wanted."""
+    """Read the arrays by name. Raises ValueError, one line, for bytes that do not contain each of them as specified."""
     try:
         with zipfile.ZipFile(io.BytesIO(data)) as file:
             names = set(file.namelist())
@@ -74,7 +80,7 @@ def _array(name: str, data: bytes, wanted: Wanted) -> NDArray[Any]:
 
 
 def _header(name: str, data: bytes) -> tuple[tuple[int, ...], np.dtype[Any], bool, int]:
-    """Shape, kind, whether columns come first, and where the numbers begin: version 1.0, as numpy.save writes."""
+    """Shape, dtype, True for column order, and offset of the numbers: version 1.0, as numpy.save writes."""
     head = _HEAD.match(data)
     at = 10 + int.from_bytes(head[1], "little") if head else 0
     if not 10 < at <= min(_HEADER_BYTES, len(data)):

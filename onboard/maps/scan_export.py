@@ -1,4 +1,4 @@
-"""A 3D scan for other tools: a cloud as PLY, the range image as .npz, both as a record (MCAP) that Foxglove shows.
+"""Export of a 3D scan: a cloud as PLY, the range image as .npz, both as a record (MCAP) for Foxglove.
 
     /scan3d   application/octet-stream   the .npz of one scan
     /cloud    foxglove.PointCloud, JSON  its points in base_link: x, y, z (m) and intensity, float32
@@ -25,7 +25,7 @@ _FLOAT32 = 7  # of foxglove.PackedElementField
 
 
 def write_ply(scan: Scan3d, rover: Rover, path: Path) -> None:
-    """The points: x, y, z (m, base_link), intensity (-1 without), tilt (rad), time (s since the first beam); float."""
+    """Write the points: x, y, z (m, base_link), intensity (-1 without), tilt (rad), time (s since the first beam)."""
     made = points(scan, rover)
     vertices = _fill(np.empty(len(made.xyz_m), _VERTEX), made)
     vertices["tilt"] = made.pixels["tilt_rad"]
@@ -40,7 +40,7 @@ def write_ply(scan: Scan3d, rover: Rover, path: Path) -> None:
 
 
 def npz_bytes(scan: Scan3d) -> bytes:
-    """The image: a key for each field of a pixel, (lines, beams), and first_angle_rad, step_rad."""
+    """Encode the image: a key for each field of a pixel, (lines, beams), and first_angle_rad, step_rad."""
     fields = {name: scan.pixels[name] for name in scan.pixels.dtype.names or ()}
     file = io.BytesIO()
     np.savez_compressed(file, first_angle_rad=scan.first_angle_rad, step_rad=scan.step_rad, **fields)  # type: ignore[arg-type]
@@ -48,17 +48,17 @@ def npz_bytes(scan: Scan3d) -> bytes:
 
 
 def write_npz(scan: Scan3d, rover: Rover, path: Path) -> None:
-    """See npz_bytes."""
+    """Write the .npz of `npz_bytes`."""
     path.write_bytes(npz_bytes(scan))
 
 
 def write_mcap(scan: Scan3d, rover: Rover, path: Path) -> None:
-    """A record of this scan alone."""
+    """Write a record with this scan alone."""
     write_record([scan], rover, path)
 
 
 def write_record(scans: Sequence[Scan3d], rover: Rover, path: Path) -> None:
-    """All scans in one MCAP file, each at the time of its last beam."""
+    """Write all scans to one MCAP file, each at the time of its last beam."""
     with path.open("wb") as file:
         writer = Writer(file, compression=CompressionType.ZSTD)
         writer.start(profile="", library="el-dorado")

@@ -1,1 +1,1 @@
-"""From a path to steering angles and wheel rates, and back to odometry."""
+"""Motion control: path to steering angles and wheel rates, and wheel odometry."""

@@ -1,13 +1,13 @@
-"""Following a path: stage by stage, by a law of `laws`, within what speed, steering and wheels allow.
+"""Path follower: drives a path stage by stage with a law of `laws`, within the limits of speed, steering and wheels.
 
 A stage is a leg or a turn on the spot (`route`). On a leg the carrot is at look-ahead L from the rover; L shrinks in
-bends until the leg bows by at most 6 mm from the chord, and grows until the circle meets the leg. An error of heading
-above 45 degrees stops the rover, which turns on the spot until it is below 5 degrees. A leg ends at its place, then its
-turn at its heading. Lengths are measured in the plane the rover stands on.
+bends until the leg deviates by at most 6 mm from the chord, and grows until the circle meets the leg. A heading error
+above 45 degrees stops the rover, which turns on the spot until the error is below 5 degrees. A leg ends at its place,
+then its turn at its heading. Lengths are measured in the plane on which the rover stands.
 
-A wheel that does not work is dragged, on the same way, with the same turns. Where the wheels could not push that
-(`degraded.load_ratio`), a fixed steering is rolled instead, for the rest of the path: each leg begins with a turn on
-the spot after which its rim looks along the way and the body aside.
+A wheel that does not work is dragged along the same path, with the same turns. Where the wheels lack the force
+(`degraded.load_ratio`), the rover rolls a wheel of fixed steering for the rest of the path: each leg begins with a turn
+on the spot, after which the wheel's rim points along the path and the body aside.
 """
 
 from __future__ import annotations
@@ -28,16 +28,18 @@ from protocol.conventions import wrap_rad
 LEG_END_M = 0.01  # a leg is driven to within this of its end
 BRAKE_MPS2 = 0.06  # slowing before the end of a leg; the wheels manage 0.1 (1 rad/s2 on 0.1 m)
 CREEP_MPS = 0.015
-SLOWEST_TURN_RADPS = 0.03  # of a turn on the spot, so that its end does not crawl
-STEER_RATE_RADPS = 0.4  # what the follower asks of the steering units (they manage 0.5)
-JUMP_RAD = math.radians(15.0)  # a change of steering larger than this is left to steering before driving
+SLOWEST_TURN_RADPS = 0.03  # of a turn on the spot, so that its end is not too slow
+STEER_RATE_RADPS = 0.4  # demanded from the steering units (they manage 0.5)
+JUMP_RAD = math.radians(15.0)  # a larger change of steering is left to steering before driving
 
 
 class Follower:
-    """Drives one path after the other: a path other than the last call's starts afresh. Call at about 20 Hz.
+    """Path follower. A path other than the last call's starts from its beginning. Call at about 20 Hz.
 
-    done: the last station and its yaw are reached. cross_track_m: distance to the left of the leg. A jump of the pose
-    along the leg only moves the carrot; the way that is behind stays behind.
+    done: True when the last station and its yaw are reached.
+    cross_track_m: distance to the left of the leg.
+
+    A jump of the pose along the leg only moves the carrot; the part of the path that was passed stays passed.
     """
 
     def __init__(self, rover: Rover, motion: Motion) -> None:
@@ -56,15 +58,15 @@ class Follower:
 
     @property
     def progress_ratio(self) -> float:
-        """Share of the path's way behind the rover, 0 to 1."""
+        """Driven ratio of the path's length, 0 to 1."""
         if self.done:
             return 1.0
         return min(1.0, self._along_m / self._length_m) if self._length_m > 0.0 else 0.0
 
     def twist(self, path: Path, pose: Pose, now_ns: int, wheels: Wheels = SOUND) -> Twist:
-        """The motion to order now. Zero, with `done` set, once the last station and its yaw are reached.
+        """Return the twist to command now; zero, with `done` set, once the last station and its yaw are reached.
 
-        wheels: what of each still works; may change on the way.
+        wheels: state of each wheel; may change on the way.
         """
         self._wheels = wheels
         if path is not self._path:
@@ -76,7 +78,7 @@ class Follower:
         return self._feasible(wanted, now_ns)
 
     def turn(self, to_yaw_rad: float, pose: Pose, wheels: Wheels = SOUND) -> Twist:
-        """Turns on the spot to a heading and forgets the path; zero, with `done` set, once it is reached."""
+        """Turn on the spot to a heading and drop the path; zero, with `done` set, once the heading is reached."""
         self._path, self._wheels = None, wheels
         error = wrap_rad(to_yaw_rad - pose.yaw_rad)
         self.done = abs(error) <= 0.5 * self._motion.arrive_yaw_rad
@@ -116,12 +118,12 @@ class Follower:
         return self._spin(aim.error_rad) if self._spinning else aim.twist
 
     def _speed_limit(self, leg: Leg, along_m: float, pose: Pose) -> float:
-        """m/s, of this place, this slope and these wheels."""
+        """Speed limit for this place, this slope and these wheels, m/s."""
         conditions = Conditions(_tilt_rad(pose), leg.near_m(along_m), leg.turning_pm(along_m))
         return speed_ratio(self._wheels) * speed_limit(conditions, self._motion)
 
     def _aim(self, sight: Sight) -> Aim:
-        """The configured law's; from where the wheels cannot push that, the rolling law's or the closest that rolls."""
+        """Aim of the configured law; if the wheels lack the force, of the rolling law or the closest rolling twist."""
         aim = LAWS[self._motion.law](sight, self._motion)
         if all(wheel.steer_fixed_rad is None for wheel in self._wheels):
             return aim
@@ -140,7 +142,7 @@ class Follower:
         return Twist(0.0, 0.0, math.copysign(rate, error_rad))
 
     def _feasible(self, wanted: Twist, now_ns: int) -> Twist:
-        """The part of a change that the steering can follow while driving; slower while it does."""
+        """Return the part of a change of twist that the steering can follow while driving; slower during the change."""
         last, elapsed_s = self._last, (now_ns - self._last_ns) * 1e-9
         first, self._last, self._last_ns = self._last_ns < 0, wanted, now_ns
         change = 0.0
@@ -158,17 +160,17 @@ class Follower:
 
 
 def _tilt_rad(pose: Pose) -> float:
-    """Steepest slope of the plane the rover stands on."""
+    """Steepest slope of the plane on which the rover stands."""
     return acos(cos(pose.roll_rad) * cos(pose.pitch_rad))
 
 
 def _stretch(pose: Pose, bearing_rad: float) -> float:
-    """Metres in the plane the rover stands on for one in the map, in a direction of the map."""
+    """Metres in the plane on which the rover stands per metre in the map, in a direction of the map."""
     return hypot(*in_plane(pose, cos(bearing_rad), sin(bearing_rad)))
 
 
 def _ahead(leg: Leg, along_m: float, pose: Pose, look_ahead_m: float) -> float:
-    """How far along the leg the circle of the look-ahead meets it; 0 where it has to grow to the nearest point."""
+    """Distance along the leg at which the circle of the look-ahead meets it; 0 if it must grow to the nearest point."""
     x, y, _ = leg.at(along_m)
     off = hypot(pose.x_m - x, pose.y_m - y)
     return math.sqrt(max(0.0, look_ahead_m * look_ahead_m - off * off))

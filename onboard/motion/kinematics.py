@@ -1,4 +1,4 @@
-"""Body twist to four steered wheels: angles, rates, and steering before driving (replaces Eq. 34, 35, 37).
+"""Inverse kinematics of four steered wheels: angles, rates, and steering before driving (replaces Eq. 34, 35, 37).
 
             x, v_x
               ^                        wheel i stands at (a_i, b_i) = (+-l, +-d)
@@ -12,11 +12,12 @@
               2d
 
 1. A wheel slower than 1 mm/s keeps its last angle: its direction is noise.
-2. Too fast a wheel slows all: one factor on the whole twist, so the centre of turning stays.
+2. If a wheel is too fast, all slow down: one factor on the whole twist, so the centre of turning stays.
 3. Steer before drive: while any wheel is further than `steer_hold_rad` from its angle all wheels stand, until all are
    within `steer_release_rad`; in between the rates are scaled by the smallest cosine of the errors.
-4. A wheel whose steering is fixed is ordered to where it is, turns as its hub moves along it, and is not waited for. A
-   stuck drive is ordered to stand (its motor would only heat); a free one is ordered to roll along, like a sound one.
+4. A wheel whose steering is fixed is commanded to its present angle, turns as its hub moves along it, and is not waited
+   for. A stuck drive is commanded to stand (its motor would only heat up); a free one is commanded to roll along, like
+   a sound one.
 """
 
 from __future__ import annotations
@@ -49,10 +50,12 @@ def wheel_commands(
     held: bool,
     wheels: Wheels = SOUND,
 ) -> tuple[WheelCommands, bool]:
-    """Orders for wheels 1 to 4 and whether the drive is held for the steering (give it back in the next call).
+    """Return commands for wheels 1 to 4, and True if the drive waits for the steering (pass it to the next call).
 
-    measured: newest state of each wheel; for None (unknown) its last ordered angle stands in. previous: last orders.
-    wheels: what of each still works (rule 4).
+    measured: newest state of each wheel; for None (unknown) its last commanded angle is used.
+    previous: last commands.
+    held: second result of the last call.
+    wheels: state of each wheel (rule 4).
     """
     vx, vy, yaw = twist
     radius = rover.wheel_radius_m
@@ -86,10 +89,10 @@ def wheel_commands(
 
 
 def nearest_steering(direction_rad: float, measured_rad: float, limit_rad: float) -> tuple[float, int]:
-    """(steering angle, sign of the rate) that move a wheel in a direction with the least steering.
+    """Return (steering angle, sign of the rate) that moves a wheel in a direction with the least steering.
 
-    With a range of less than a quarter turn to each side some directions cannot be met: the angle is then cut to the
-    range, and the wheel drags.
+    With a range of less than a quarter turn to each side some directions cannot be reached: the angle is then limited
+    to the range, and the wheel drags.
     """
     turned = direction_rad - math.pi if direction_rad > 0.0 else direction_rad + math.pi
     ahead = abs(direction_rad) <= limit_rad
@@ -105,13 +108,13 @@ def nearest_steering(direction_rad: float, measured_rad: float, limit_rad: float
 
 
 def stopped(previous: Sequence[WheelCommand]) -> WheelCommands:
-    """Orders that stand: HOLD, no rate, the steering angles as they were."""
+    """Commands for standing: HOLD, no rate, steering angles unchanged."""
     one, two, three, four = (WheelCommand(WheelMode.HOLD, last.steer_rad, 0.0) for last in previous)
     return one, two, three, four
 
 
 def wheel_angles(twist: Twist, rover: Rover) -> tuple[float | None, ...]:
-    """Direction of motion of each hub, in (-pi, pi]; None where it is slower than 1 mm/s."""
+    """Direction of motion of each hub, in (-pi, pi]; None if the hub is slower than 1 mm/s."""
     vx, vy, yaw = twist
     half_length, half_track = rover.half_wheelbase_m, rover.half_track_m
     found: list[float | None] = []

@@ -1,27 +1,27 @@
-"""Laws of following: from where the rover is beside its leg to the twist that it should have (Eq. 38 to 40).
+"""Path following laws: pose of the rover relative to its leg to twist (Eq. 38 to 40).
 
 `pose-carrot`: the velocity points at the carrot in body axes (crab and backwards allowed); the body turns to the path's
-own yaw, read v / K_p ahead, which takes out the lag.
+own yaw, read v / K_p ahead, which removes the lag.
 
 `carrot`: the chapter's law without its mixing of body heading and wheel angle (Eq. 38 to 40 corrected): the body drives
 ahead at cruise speed and turns by omega = clip(K_p * wrap(bearing - theta)). For a small distance y from a straight
 path y'' + K_p y' + (K_p v / L) y = 0: damping 1/2 sqrt(K_p L / v). It drives the path as one leg, cuts corners,
-and looks at the stations' yaw only at the end.
+and uses the stations' yaw only at the end.
 
 `pure-pursuit`: the arc through the carrot that is tangent to the body's heading, omega = 2 v sin(alpha) / L, driven
-backwards where the path's yaw looks back, slower in tight arcs (regulated). Damping 1/sqrt(2) at any speed.
+backwards where the path's yaw points back, slower in tight arcs (regulated). Damping 1/sqrt(2) at any speed.
 
-`roll` is no choice of the configuration: the law of a rover with one fixed steering that may not be dragged. With h the
-wheel's heading, (ahead, across) its place in axes along h, e the distance to the left and s the way, each metre
+`roll` cannot be configured: it is the law of a rover with one fixed steering that may not be dragged. With h the
+wheel's heading, (ahead, across) its place in axes along h, e the distance to the left and s the path length, per metre
 
     e' = sin(h - psi) - ahead * h',   h' = k - e / l^2 - (2 / l + ahead / l^2) * (h - h_0)
     on a bend kappa of the way:       sin(h_0 - psi) = ahead * kappa,   k = kappa / (cos(h_0 - psi) - across * kappa)
 
-so the characteristic is (x + 1/l)^2: critically damped within l. The wheel trails (ahead <= 0): then base_link leads it
+so the characteristic is (x + 1/l)^2: critically damped within l. The wheel trails (ahead <= 0): base_link then leads it
 like the drawbar of a cart. A fixed wheel in front throws base_link off by (1 + ahead/l)^2 l/e for each radian that it
 has to turn, so such a rover drives with its other end in front.
 
-Bearings and distances are taken in the plane the rover stands on: on a slope they are not the map's.
+Bearings and distances are taken in the plane on which the rover stands: on a slope they differ from the map's.
 """
 
 from __future__ import annotations
@@ -38,14 +38,21 @@ from onboard.records import Pose, Twist
 from protocol.conventions import wrap_rad
 
 ROLL_M = 0.35  # l of the rolling law
-BESIDE_M = 0.1  # a wheel so little ahead or behind may roll either way
+BESIDE_M = 0.1  # a wheel this little ahead or behind may roll either way
 STEEPEST_SINE = 0.9
-TIGHTEST_PM = 2.5  # curvature of the fixed wheel's way
+TIGHTEST_PM = 2.5  # curvature of the fixed wheel's path
 
 
 class Sight(NamedTuple):
-    """What a law looks at. along_m, carrot_m: ways along the leg, of the rover and the carrot; left_m: distance to the
-    left of the leg; speed_mps: the most that is allowed now."""
+    """Input of a law.
+
+    leg: the leg.
+    along_m: path length of the rover along the leg.
+    carrot_m: path length of the carrot along the leg.
+    left_m: distance to the left of the leg.
+    pose: pose of the rover.
+    speed_mps: speed limit now.
+    """
 
     leg: Leg
     along_m: float
@@ -56,14 +63,14 @@ class Sight(NamedTuple):
 
 
 class Aim(NamedTuple):
-    """A law's word: the twist, and the error of heading; a large one stops the rover for a turn on the spot."""
+    """Output of a law: the twist, and the heading error. A large error stops the rover for a turn on the spot."""
 
     twist: Twist
     error_rad: float
 
 
 def in_plane(pose: Pose, dx_m: float, dy_m: float) -> tuple[float, float]:
-    """(ahead, left) in body axes of the point of the rover's plane that lies above or below a step in the map."""
+    """Project a step in the map onto the rover's plane along the vertical; return (ahead, left) in body axes."""
     sy, cy = sin(pose.yaw_rad), cos(pose.yaw_rad)
     sp, cp, sr, cr = (f(a) for a in (pose.pitch_rad, pose.roll_rad) for f in (sin, cos))
     ahead, left = cy * dx_m + sy * dy_m, cy * dy_m - sy * dx_m
@@ -81,7 +88,7 @@ def _clip(value: float, limit: float) -> float:
 
 
 def pose_carrot(sight: Sight, motion: Motion) -> Aim:
-    """Towards the carrot, with the path's yaw."""
+    """Law `pose-carrot`: towards the carrot, with the path's yaw."""
     ahead, left = _carrot(sight)
     yaw = sight.leg.at(sight.along_m + sight.speed_mps / motion.heading_gain_hz)[2]
     error = wrap_rad(yaw - sight.pose.yaw_rad)
@@ -91,7 +98,7 @@ def pose_carrot(sight: Sight, motion: Motion) -> Aim:
 
 
 def chapter_carrot(sight: Sight, motion: Motion) -> Aim:
-    """Straight ahead, turning to the carrot: Eq. 39 with the body's heading."""
+    """Law `carrot`: straight ahead, turning to the carrot: Eq. 39 with the body's heading."""
     ahead, left = _carrot(sight)
     error = atan2(left, ahead)
     rate = _clip(motion.heading_gain_hz * error, motion.yaw_rate_limit_radps)
@@ -99,7 +106,7 @@ def chapter_carrot(sight: Sight, motion: Motion) -> Aim:
 
 
 def pure_pursuit(sight: Sight, motion: Motion) -> Aim:
-    """The arc through the carrot, ahead or backwards."""
+    """Law `pure-pursuit`: the arc through the carrot, ahead or backwards."""
     ahead, left = _carrot(sight)
     way = sight.leg.bearing_rad(sight.along_m)
     sense = -1.0 if abs(wrap_rad(sight.leg.at(sight.along_m)[2] - way)) > math.pi / 2 else 1.0
@@ -111,7 +118,7 @@ def pure_pursuit(sight: Sight, motion: Motion) -> Aim:
 
 
 def roll(sight: Sight, wheel: tuple[float, float, float]) -> Aim:
-    """The twist that rolls the wheel (a_m, b_m, angle_rad) of fixed steering and brings base_link back to the leg."""
+    """Law `roll`: roll the wheel (a_m, b_m, angle_rad) of fixed steering and return base_link to the leg."""
     a, b, angle = wheel
     here = sight.leg.bearing_rad(sight.along_m)
     place = a * cos(angle) + b * sin(angle)

@@ -1,6 +1,6 @@
-"""Motion of the body from what four wheels did: the least-squares inverse of `kinematics`, and what does not fit.
+"""Wheel odometry: the least-squares inverse of `kinematics`, with its residual.
 
-Each wheel says where its hub went: u = s * cos(delta), w = s * sin(delta), s = r * (encoder's increment). With
+Each wheel measures the motion of its hub: u = s * cos(delta), w = s * sin(delta), s = r * (encoder's increment). With
 
     u_i = v_x - omega * b_i,    w_i = v_y + omega * a_i
 
@@ -9,8 +9,8 @@ four wheels give 8 equations for 3 unknowns. The normal equations are solved in 
     omega = (m - (A * W - B * U) / n) / (Q - (A^2 + B^2) / n),  v_x = (U + omega * B) / n,  v_y = (W - omega * A) / n
     U, W, A, B = sums of u, w, a, b;  m = sum of (a * w - b * u);  Q = sum of (a^2 + b^2)
 
-The equations are linear, so increments of one tick add up to the right whole even where a frame came a tick late. The
-*residual* is the root mean square speed that the wheels disagree by: slip, or a wheel that does not steer.
+The equations are linear, so increments of single ticks add up to the right total even if a frame came a tick late. The
+*residual* is the root mean square speed by which the wheels disagree: slip, or a wheel that does not steer.
 """
 
 from __future__ import annotations
@@ -33,10 +33,13 @@ WRAP_GUARD_RAD = math.pi  # a jump of the encoder larger than this in one tick i
 
 
 class Step(NamedTuple):
-    """What the wheels did since the last call, in base_link axes, and the window's twist and residual.
+    """Motion since the last call, in base_link axes.
 
-    wheels: how many were used (below 2 the increments are 0 and tell nothing). standing: neither driving nor steering.
-    rolled_m: mean way of the rims, turning on the spot included.
+    dx_m, dy_m, dyaw_rad: increments.
+    twist, residual_mps: mean twist and residual of the window.
+    wheels: number of wheels used; below 2 the increments are 0 and without meaning.
+    standing: True if the rover neither drives nor steers.
+    rolled_m: mean distance rolled by the rims, turning on the spot included.
     """
 
     dx_m: float
@@ -50,24 +53,24 @@ class Step(NamedTuple):
 
 
 class Odometry:
-    """Increments of the encoders. A wheel that is None, stale or unfit is left out, and taken up afresh later."""
+    """Wheel odometry from encoder increments. A wheel that is None, stale or unfit is left out and restarts later."""
 
     def __init__(self, rover: Rover, stale_ns: int = 30_000_000) -> None:
         self._places = wheel_places(rover)
         self._radius_m = rover.wheel_radius_m
         self._stale_ns = stale_ns
         self._last: list[WheelState | None] = [None] * 4
-        self._hubs: list[list[float] | None] = [None] * 4  # way of each hub in the window; None: not in all of it
+        self._hubs: list[list[float] | None] = [None] * 4  # motion of each hub in the window; None: not in all of it
         self._window_ns = -1
         self._twist = Twist()
         self._residual_mps = 0.0
         self._slow = False
-        self._steers_rad: list[float | None] = [None] * 4  # at the window's start; None: not known then
+        self._steers_rad: list[float | None] = [None] * 4  # at the window's start; None: unknown
 
     def update(self, wheels: Sequence[WheelState | None], now_ns: int, health: Wheels = SOUND) -> Step:
-        """Takes the wheels' newest states and returns the motion since the last call.
+        """Process the wheels' newest states and return the motion since the last call.
 
-        health: a wheel that does not tell its hub's way (`tells_way`) is left out.
+        health: a wheel that does not measure its hub's motion (`tells_way`) is left out.
         """
         n, moved = 0, False
         sum_u = sum_w = sum_a = sum_b = sum_m = sum_q = rolled = 0.0
@@ -121,7 +124,7 @@ class Odometry:
         self._steers_rad = [None if last is None else last.steer_rad for last in self._last]
 
     def _steered_rad(self) -> float:
-        """Steering of all wheels from end to end of the window; their noise from tick to tick would add up."""
+        """Steering of all wheels from start to end of the window, because the noise of single ticks would add up."""
         return total(
             abs(last.steer_rad - before)
             for last, before in zip(self._last, self._steers_rad) if last is not None and before is not None
@@ -131,7 +134,7 @@ class Odometry:
 def solve(
     n: int, right: tuple[float, float, float], left: tuple[float, float, float]
 ) -> tuple[float, float, float]:
-    """(v_x, v_y, omega) from the sums U, W, m and A, B, Q of n >= 2 wheels, as at the head of this file."""
+    """Return (v_x, v_y, omega) from the sums U, W, m and A, B, Q of n >= 2 wheels (see the head of this file)."""
     sum_u, sum_w, sum_m = right
     sum_a, sum_b, sum_q = left
     yaw = (sum_m - (sum_a * sum_w - sum_b * sum_u) / n) / (sum_q - (sum_a * sum_a + sum_b * sum_b) / n)
@@ -143,7 +146,7 @@ def body_twist(
 ) -> tuple[Twist, float] | None:
     """Least-squares twist and residual (m/s, root mean square over the wheels) from the velocities of the hubs.
 
-    None for a wheel leaves it out; None comes back where fewer than two are left.
+    A wheel that is None is left out. Returns None if fewer than two wheels are left.
     """
     used = [(a, b, hub[0], hub[1]) for (a, b), hub in zip(places_m, hubs_mps) if hub is not None]
     n = len(used)

@@ -1,10 +1,10 @@
-"""A path as what is done in turn: legs that are driven without a stop, and turns on the spot between them.
+"""Stages of a path: legs that are driven without a stop, and turns on the spot between them.
 
     stations  o--o--o--o  o  o--o--o      leg, turn (two stations at one place), leg
                        |turn|
 
-A leg ends where stations turn on the spot, and where the way bends by more than 10 degrees: no carrot is looked for
-round a corner, since the wheels have to steer there anyhow. A path that goes ahead and then back is such a corner.
+A leg ends where stations turn on the spot, and where the path bends by more than 10 degrees: the carrot never lies
+round a corner, since the wheels have to steer there anyway. A change between forward and backward is such a corner.
 """
 
 from __future__ import annotations
@@ -19,16 +19,18 @@ from protocol.conventions import wrap_rad
 
 SAME_PLACE_M = 1e-3
 CORNER_RAD = math.radians(10.0)
-PASSED_RAD = math.radians(10.0)  # stations within a turn are passed at this distance
+PASSED_RAD = math.radians(10.0)  # stations within a turn count as passed at this distance
 BEND_M = 0.1  # a bend is measured over this to each side
-BOW_M = 0.006  # how far a leg may bow from the chord to the carrot
+BOW_M = 0.006  # largest deviation of a leg from the chord to the carrot
 
 
 @dataclass(frozen=True, slots=True)
 class Turn:
-    """Turning on the spot through `yaw_rad` in their order, to within `within_rad` of the last.
+    """Turn on the spot through the stations' yaws.
 
-    rest_rad[k]: signed turn from station k to the last, the way round that the stations show.
+    yaw_rad: yaws in their order.
+    rest_rad: signed turn from station k to the last, in the direction of the stations.
+    within_rad: tolerance at the last.
     """
 
     yaw_rad: list[float]
@@ -36,7 +38,7 @@ class Turn:
     within_rad: float
 
     def error_rad(self, yaw_rad: float, passed: int) -> tuple[float, int]:
-        """What is left to turn from a yaw, and how many stations are passed by now."""
+        """Return the remaining turn from a yaw, and the number of stations passed by now."""
         while passed < len(self.yaw_rad) - 1 and abs(wrap_rad(self.yaw_rad[passed] - yaw_rad)) < PASSED_RAD:
             passed += 1
         return wrap_rad(self.yaw_rad[passed] - yaw_rad) + self.rest_rad[passed], passed
@@ -44,9 +46,13 @@ class Turn:
 
 @dataclass(frozen=True, slots=True)
 class Leg:
-    """A stretch driven without a stop: lists over its stations; `direction_rad` and `middle_m` over its segments.
+    """Part of a path that is driven without a stop. Angles do not jump.
 
-    Angles do not jump. before_m: length of the path before it. clearance_m: of the stations, None where not known.
+    x_m, y_m, yaw_rad: stations.
+    s_m: path length along the leg at each station.
+    direction_rad, middle_m: direction and middle of each segment.
+    before_m: length of the path before the leg.
+    clearance_m: clearance at the stations, None if unknown.
     """
 
     x_m: list[float]
@@ -59,7 +65,7 @@ class Leg:
     clearance_m: list[float] | None = None
 
     def nearest(self, x_m: float, y_m: float, segment: int) -> tuple[int, float, float]:
-        """(segment, way along the leg, signed distance to the left of it) of the nearest place from a segment on."""
+        """(segment, path length, signed distance to the left) of the nearest place on the leg from a segment on."""
         last = len(self.direction_rad) - 1
         while True:
             heading = self.direction_rad[segment]
@@ -72,7 +78,7 @@ class Leg:
             segment += 1
 
     def carrot_m(self, segment: int, along_m: float, ahead_m: float) -> float:
-        """Way along the leg of the carrot: `ahead_m` on, less in bends, at most the end."""
+        """Path length of the carrot: `ahead_m` ahead, less in bends, at most the end."""
         target = min(along_m + ahead_m, self.s_m[-1])
         bend, i = 0.0, segment + 1
         while i < len(self.direction_rad) and self.s_m[i] < target:
@@ -83,7 +89,7 @@ class Leg:
         return target
 
     def at(self, along_m: float) -> tuple[float, float, float]:
-        """(x, y, yaw) at a way along the leg, cut to the leg."""
+        """(x, y, yaw) at a path length, limited to the leg."""
         i = max(0, min(bisect_right(self.s_m, along_m) - 1, len(self.s_m) - 2))
         span = self.s_m[i + 1] - self.s_m[i]
         t = max(0.0, min(1.0, (along_m - self.s_m[i]) / span))
@@ -94,25 +100,25 @@ class Leg:
         )
 
     def bearing_rad(self, along_m: float) -> float:
-        """Direction of the way: in proportion between the middles of segments, constant at the ends; not wrapped."""
+        """Direction of the leg: linear between the middles of segments, constant at the ends; not wrapped."""
         return _between(self.middle_m, self.direction_rad, along_m)
 
     def curvature_pm(self, along_m: float) -> float:
-        """Bend of the way over the 0.2 m round a place, rad/m, positive to the left."""
+        """Curvature over the 0.2 m around a place, rad/m, positive to the left."""
         return (self.bearing_rad(along_m + BEND_M) - self.bearing_rad(along_m - BEND_M)) / (2 * BEND_M)
 
     def turning_pm(self, along_m: float) -> float:
-        """Bend of the way or turn of the body, whichever is more, rad/m >= 0."""
+        """Curvature of the leg or turn of the body per metre, whichever is more, rad/m >= 0."""
         turn = _between(self.s_m, self.yaw_rad, along_m + BEND_M) - _between(self.s_m, self.yaw_rad, along_m - BEND_M)
         return max(abs(self.curvature_pm(along_m)), abs(turn) / (2 * BEND_M))
 
     def near_m(self, along_m: float) -> float:
-        """Clearance at a way along the leg, inf where it is not known."""
+        """Clearance at a path length, inf if unknown."""
         return math.inf if self.clearance_m is None else _between(self.s_m, self.clearance_m, along_m)
 
 
 def _between(places: list[float], values: list[float], at: float) -> float:
-    """Linear between rising places, constant beyond them."""
+    """Interpolate linearly between rising places, constant beyond them."""
     i = bisect_right(places, at)
     if i == 0 or i == len(places):
         return values[0] if i == 0 else values[-1]
@@ -124,7 +130,7 @@ Place = tuple[float, float, list[float], float]  # x, y, the yaws there in their
 
 
 def route(path: Path, within_rad: tuple[float, float, float], *, one_leg: bool = False) -> list[Leg | Turn]:
-    """The stages of a path. within_rad: of the turns at the start, on the way, at the end.
+    """Return the stages of a path. within_rad: tolerances of the turns at the start, on the way, at the end.
 
     one_leg: the places as a single leg, without turns but the last (for a law that steers the body itself).
     An empty path has no stages.

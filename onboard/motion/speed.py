@@ -1,4 +1,4 @@
-"""How fast the rover may go: one rule for all laws of following."""
+"""Speed limit of the rover: one rule for all path following laws."""
 
 from __future__ import annotations
 
@@ -7,15 +7,20 @@ from typing import NamedTuple
 
 from onboard.config import Motion
 
-GENTLE_RAD, STEEP_RAD = math.radians(10.0), math.radians(20.0)  # from here slower, and slowest
-STEEP_RATIO = 0.6  # slip more than doubles between them: the wheels dig less when they turn slowly
-NEAR_M = 0.2  # nearer than this to what is blocked it slows down
+GENTLE_RAD, STEEP_RAD = math.radians(10.0), math.radians(20.0)  # slopes of first slowing and of lowest speed
+STEEP_RATIO = 0.6  # slip more than doubles between the two angles: the wheels dig less when they turn slowly
+NEAR_M = 0.2  # distance to a blocked pose below which the rover slows down
 TOUCHING_RATIO = 0.6
 FULL_SPEED_RADIUS_M = 0.5  # in tighter curves the speed falls with the radius
 
 
 class Conditions(NamedTuple):
-    """What the way is like. clearance_m: to the nearest blocked pose, inf where none is near; curvature_pm: 1/m."""
+    """Conditions of the path.
+
+    slope_rad: slope of the ground.
+    clearance_m: distance to the nearest blocked pose, inf if none is near.
+    curvature_pm: curvature, 1/m.
+    """
 
     slope_rad: float = 0.0
     clearance_m: float = math.inf
@@ -23,8 +28,10 @@ class Conditions(NamedTuple):
 
 
 def speed_limit(conditions: Conditions, motion: Motion) -> float:
-    """m/s: cruise speed, less on slopes, near obstacles and in curves; never so fast that a curve asks for more than
-    the largest yaw rate."""
+    """Speed limit, m/s: cruise speed, less on slopes, near obstacles and in curves.
+
+    In a curve the yaw rate stays within its limit.
+    """
     slope, clearance, curvature = abs(conditions.slope_rad), conditions.clearance_m, abs(conditions.curvature_pm)
     steep = min(1.0, max(0.0, (slope - GENTLE_RAD) / (STEEP_RAD - GENTLE_RAD)))
     near = 1.0 - min(1.0, max(0.0, clearance / NEAR_M))

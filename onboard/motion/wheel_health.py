@@ -1,4 +1,4 @@
-"""What of each wheel still works: found by the monitors, obeyed by kinematics and odometry."""
+"""Health of each wheel: set by the monitors, used by kinematics and odometry."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from enum import Enum
 
 
 class Drive(Enum):
-    """A wheel's drive."""
+    """State of a wheel's drive."""
 
     GOOD = "good"
     FREE = "turns without torque: it rolls along and pushes nothing"
@@ -16,9 +16,11 @@ class Drive(Enum):
 
 @dataclass(frozen=True, slots=True)
 class WheelHealth:
-    """Of one wheel. steer_fixed_rad: the angle at which its steering is stuck, None where it steers.
+    """Health of one wheel.
 
-    encoder: whether its rate may be believed.
+    drive: state of the drive.
+    steer_fixed_rad: angle at which the steering is stuck, None if it steers.
+    encoder: True if its rate is valid.
     """
 
     drive: Drive = Drive.GOOD
@@ -27,7 +29,7 @@ class WheelHealth:
 
     @property
     def tells_way(self) -> bool:
-        """Whether angle and encoder say where the hub went: not of a wheel that is dragged, along or sideways."""
+        """True if angle and encoder measure the hub's motion; False for a wheel that is dragged, along or sideways."""
         return self.encoder and self.drive is not Drive.STUCK and self.steer_fixed_rad is None
 
 

@@ -1,6 +1,6 @@
-"""The doors to the native kernels, whose sources are in `onboard/kernels`: one for each subject.
+"""Python interface of the native kernels, whose sources are in `onboard/kernels`: one module per subject.
 
-A door checks shapes, dtypes and memory layout; a ValueError names the argument, what is expected and what was given,
-for the kernels themselves check nothing. They run without the interpreter's lock. `variant` chooses the build for this
+Each module checks shapes, dtypes and memory layout, because the kernels check nothing; a ValueError names the argument,
+the expected and the given value. The kernels run without the interpreter's lock. `variant` chooses the build for this
 machine's instruction set.
 """

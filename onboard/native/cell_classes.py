@@ -1,4 +1,4 @@
-"""The door to the cell classes: statistics of map cells to classes and de-biased heights."""
+"""Interface of the cell class kernel: statistics of map cells to classes and de-biased heights."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _LAYERS = {"n": np.int32, "sum_z": np.float64, "z_hi": np.float32, "z_lo": np.fl
 
 
 class Rules(NamedTuple):
-    """The numbers of perception.cell_classes; metres but for the first."""
+    """Parameters of perception.cell_classes, in metres but the first, a number of cells."""
 
     fill_cells: int
     ray_margin_m: float
@@ -26,7 +26,7 @@ class Rules(NamedTuple):
 
 
 class Classes(NamedTuple):
-    """All (rows, columns); the names and meanings are those of records.Surface."""
+    """Result layers, all (rows, columns); the names and meanings are those of records.Surface."""
 
     cell_class: U8
     z_mean: F32
@@ -35,11 +35,13 @@ class Classes(NamedTuple):
 
 
 def classify(ldem: Ldem, rules: Rules, spread: F64) -> Classes:
-    """Classes and heights of every cell of `ldem`; `10-navigation` section 3.
+    """Compute classes and heights of each cell of `ldem`; `10-navigation` section 3.
 
-    spread: (counts,) float64, how far noise alone takes the bounds of n hits from their mean, in sigmas; the last holds
-    for more hits. Raises ValueError for layers of wrong shape, dtype or layout, rules that are not finite or
-    below 0, and spreads that are none or not finite.
+    spread: (counts,) float64, distance of the bounds of n hits from their mean by noise alone, in sigmas; the last
+        entry is for all larger n.
+
+    Raises ValueError for layers of wrong shape, dtype or layout, rules that are not finite or below 0, and a spread
+    that is empty or not finite.
     """
     shape = ldem.n.shape if isinstance(ldem.n, np.ndarray) and ldem.n.ndim == 2 else (None, None)
     for name, dtype in _LAYERS.items():

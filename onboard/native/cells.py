@@ -1,6 +1,6 @@
-"""The door to the live grid: hits to five statistics of map cells, by points or by ranges; no beam is walked.
+"""Interface of the live grid kernel: hits to five statistics of map cells, from points or ranges; no ray casting.
 
-The kernels add in the order of the hits, so what came in parts has the bits of what came at once.
+The kernels add in the order of the hits, so hits added in parts give the same bits as hits added at once.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from onboard.native.checks import check_array, check_grid
 from onboard.native.variant import kernels
 from onboard.records import F32, F64, U8, Grid
 
-LARGEST_GRID = 2**31 - 1  # cells: the kernel counts them in int32
+LARGEST_GRID = 2**31 - 1  # cells: the kernel uses int32
 CELL = np.dtype([
     ("sum_z", np.float64), ("sum_z2", np.float64), ("z_hi", np.float32), ("z_lo", np.float32), ("n", np.int32),
     ("unused", np.int32),
@@ -24,11 +24,12 @@ CELL = np.dtype([
 
 
 class Turn(NamedTuple):
-    """Beams of one turn of the scanner, or of a part of it, k of them.
+    """k beams of one turn of the scanner, or of a part of it.
 
-    ranges_m: (k,) float32, NaN for a beam without a return. azimuths: (2, k) float64, cosines and sines of the angles
-    in the scanner's plane. tilts: (2, k) float64 likewise of the tilt at each beam's own time, positive down. Returns
-    farther than longest_m are no hits.
+    ranges_m: (k,) float32, NaN for a beam without a return.
+    azimuths: (2, k) float64, cosines and sines of the angles in the scanner's plane.
+    tilts: (2, k) float64, cosines and sines of the tilt at each beam's own time, positive down.
+    longest_m: returns farther than this are no hits.
     """
 
     ranges_m: F32
@@ -39,10 +40,11 @@ class Turn(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Mount:
-    """Where the scanner sits, what it sees of the rover, where the rover stands. Raises ValueError for other arrays.
+    """Mounting of the scanner, hull of the rover and pose. Raises ValueError for other arrays.
 
-    scanner_m: (3,) float64 in base axes, on the tilt axis. hull_m: (any, 2, 3) float64, lowest and highest corner of
-    boxes in base axes; hits in them are the rover's own. T_map_base: (4, 4) float64.
+    scanner_m: (3,) float64 in base axes, on the tilt axis.
+    hull_m: (any, 2, 3) float64, lowest and highest corner of boxes in base axes; hits in them are the rover's own.
+    T_map_base: (4, 4) float64, pose of the rover.
     """
 
     scanner_m: F64
@@ -56,13 +58,13 @@ class Mount:
 
 
 class LiveGrid:
-    """Five statistics of each cell of a grid, growing hit by hit.
+    """Five statistics of each cell of a grid, updated hit by hit.
 
     cells: (rows, columns) of CELL, so `cells["n"]` and the others are views; their meanings are those of records.Ldem.
     """
 
     def __init__(self, grid: Grid) -> None:
-        """Without hits: 0, and NaN for highest and lowest. Raises ValueError for a grid without cells."""
+        """Create an empty grid: 0, and NaN for highest and lowest. Raises ValueError for a grid without cells."""
         check_grid(grid)
         if grid.rows * grid.columns > LARGEST_GRID:
             raise ValueError(f"grid: expected at most {LARGEST_GRID} cells, given {grid.rows} x {grid.columns}")
@@ -73,7 +75,7 @@ class LiveGrid:
         self._place = grid.x0_m, grid.y0_m, grid.cell_m
 
     def add_points(self, points_m: F32) -> None:
-        """Points (n, 3) float32 of the map frame; those off the grid or not finite are left out.
+        """Add points (n, 3) float32 of the map frame; points off the grid or not finite are left out.
 
         Raises ValueError for a wrong shape, dtype or layout.
         """
@@ -81,7 +83,7 @@ class LiveGrid:
         kernels.points_into(*self._place, points_m, self._bytes)
 
     def add_turn(self, turn: Turn, mount: Mount) -> None:
-        """The hits of one turn: p_map = T_map_base (scanner + R_y(tilt) range (cos azimuth, sin azimuth, 0)).
+        """Add the hits of one turn: p_map = T_map_base (scanner + R_y(tilt) range (cos azimuth, sin azimuth, 0)).
 
         Hits in the rover's hull, off the grid or not finite are left out. Raises ValueError for wrong shapes, dtypes
         or layout.
@@ -97,7 +99,7 @@ class LiveGrid:
 
 
 def _on_whole_lines(shape: tuple[int, int, int]) -> U8:
-    """Room for records, none of which lies across two cache lines: numpy begins anywhere at a multiple of 16."""
+    """Allocate records of which none lies across two cache lines; numpy only aligns to a multiple of 16."""
     size = math.prod(shape)
     room = np.empty(size + CELL.itemsize, np.uint8)
     first = -room.ctypes.data % CELL.itemsize

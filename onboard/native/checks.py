@@ -1,4 +1,4 @@
-"""What may cross the border to the kernels: arrays of the right kind, or a ValueError that says what is wrong."""
+"""Argument checks for kernel calls: a wrong array raises a ValueError that states the error."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from onboard.records import Grid
 
 
 def check_array(name: str, array: object, shape: tuple[int | None, ...], dtype: DTypeLike) -> None:
-    """Raises ValueError unless `array` is contiguous and aligned, of `dtype` and of `shape` (None: any length)."""
+    """Raise ValueError unless `array` is contiguous and aligned, of `dtype` and of `shape` (None: any length)."""
     if not isinstance(array, np.ndarray):
         raise ValueError(f"{name}: expected an array {_wanted(shape, dtype)}, given {type(array).__name__}")
     if array.dtype != dtype or len(array.shape) != len(shape) or not all(map(_fits, shape, array.shape)):
@@ -24,7 +24,7 @@ def check_array(name: str, array: object, shape: tuple[int | None, ...], dtype: 
 
 
 def check_grid(grid: Grid) -> None:
-    """Raises ValueError unless `grid` has a cell and finite numbers."""
+    """Raise ValueError unless `grid` has at least one cell, a cell size > 0 and finite numbers."""
     x_m, y_m, cell_m = grid.x0_m, grid.y0_m, grid.cell_m
     if not (grid.rows > 0 and grid.columns > 0 and cell_m > 0 and math.isfinite(x_m + y_m + cell_m)):
         raise ValueError(f"grid: expected a cell > 0, finite numbers and at least one cell, given {grid}")

@@ -1,4 +1,4 @@
-"""The door to the distance transform: least prices over the cells of a grid."""
+"""Interface of the distance transform kernel: least costs over the cells of a grid."""
 
 from __future__ import annotations
 
@@ -12,20 +12,22 @@ from onboard.native.variant import kernels
 from onboard.records import F32, F64, Bool
 
 LARGEST_SIDE = 30_000  # cells; flat indices are int32
-LARGEST_RATIO = 1e5  # of closeness: there are as many buckets as the dearest step has cells
+LARGEST_RATIO = 1e5  # of closeness: there are as many buckets as the most expensive step has cells
 DIAGONAL = math.sqrt(2.0)
 
 
 def cost_to_go(
     free: Bool, goals: Bool, cell_m: float, closeness: F32 | None = None, progress: Progress | None = None
 ) -> F64:
-    """Least price in metres from every cell to a goal cell, float64 (rows, columns), +inf where there is no way.
+    """Least cost in metres from each cell to a goal cell, float64 (rows, columns), +inf if there is no path.
 
-    free, goals: bool (rows, columns); a goal that is not free counts for nothing. Eight neighbours at 1 and sqrt(2)
-    cells, no diagonal step between two cells that are not free. closeness: float32 (rows, columns), 0 to LARGEST_RATIO
-    on free cells (others are not read), or None; a step's price is multiplied by 1 + its mean at both ends.
+    free, goals: bool (rows, columns); a goal that is not free is ignored. Eight neighbours at 1 and sqrt(2) cells, no
+        diagonal step between two cells that are not free.
+    closeness: float32 (rows, columns), 0 to LARGEST_RATIO on free cells (others are not read), or None; a step's cost
+        is multiplied by 1 + its mean at both ends.
+
     The result is a view into a field with a rim of one cell. Raises ValueError for wrong shapes, dtypes, layout or
-    prices; CancelledError.
+    costs; CancelledError.
     """
     check_array("free", free, (None, None), np.bool_)
     rows, columns = free.shape
@@ -48,7 +50,7 @@ def cost_to_go(
 
 
 def _largest(closeness: F32 | None, free: Bool) -> float:
-    """The largest closeness of a free cell, 0 without any. Raises ValueError for one out of range."""
+    """Largest closeness of a free cell, 0 if there is none. Raises ValueError for one out of range."""
     if closeness is None:
         return 0.0
     check_array("closeness", closeness, free.shape, np.float32)

@@ -1,6 +1,6 @@
-"""Elementary functions of each number of an array, with the same bits as `elementary` has of one.
+"""Elementary functions of arrays, with the same bits as `elementary` gives for one number.
 
-Computed and given back in float64; only `hypot` of two float32 arrays stays in float32.
+Computed and returned in float64; only `hypot` of two float32 arrays stays in float32.
 """
 
 from __future__ import annotations
@@ -24,6 +24,7 @@ class Each:
         self._into = into
 
     def __call__(self, x: NDArray[np.floating[Any]]) -> F64:
+        """Return the function of each number, in the shape of x."""
         numbers = np.asarray(x, np.float64)
         flat = np.ascontiguousarray(numbers).reshape(-1)
         out = np.empty_like(flat)
@@ -37,7 +38,7 @@ exp, log = Each(kernels.exp_into), Each(kernels.log_into)
 
 
 def atan2(y: ArrayLike, x: ArrayLike) -> F64:
-    """The angles of (x, y), rad, in [-pi, pi]."""
+    """Angles of (x, y), rad, in [-pi, pi]."""
     a, b = np.broadcast_arrays(np.asarray(y, np.float64), np.asarray(x, np.float64))
     out = np.empty(a.size)
     kernels.atan2_into(np.ascontiguousarray(a).reshape(-1), np.ascontiguousarray(b).reshape(-1), out)
@@ -49,5 +50,5 @@ def hypot(x: F32, y: F32) -> F32: ...
 @overload
 def hypot(x: ArrayLike, y: ArrayLike) -> F64: ...
 def hypot(x: Any, y: Any) -> Any:
-    """Lengths of (x, y), without the care for squares beyond 1e308."""
+    """Lengths of (x, y); squares beyond 1e308 overflow."""
     return np.sqrt(np.multiply(x, x) + np.multiply(y, y))

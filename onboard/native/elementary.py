@@ -1,7 +1,7 @@
-"""Elementary functions of one number, with the same bits on every processor; of each number of an array: `each`.
+"""Elementary functions of one number, with the same bits on every processor; for arrays: `each`.
 
-`math` asks the C library, whose last bits differ by the processor (docs/determinism.md). Errors are at most 2.2 units
-in the last place. NaN where a function has no value: nothing raises.
+`math` calls the C library, whose last bits differ by the processor (docs/determinism.md). Errors are at most 2.2 units
+in the last place. The result is NaN where a function has no value: nothing raises.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ exp, log, hypot = kernels.exp, kernels.log, kernels.hypot
 
 
 def dist(a: tuple[float, ...] | list[float], b: tuple[float, ...] | list[float]) -> float:
-    """Between two places of the same number of axes."""
+    """Distance between two points with the same number of axes."""
     total = 0.0
     for p, q in zip(a, b, strict=True):
         total += (p - q) * (p - q)
@@ -25,12 +25,12 @@ def dist(a: tuple[float, ...] | list[float], b: tuple[float, ...] | list[float])
 
 
 def square(x: float) -> float:
-    """A product: `**` asks the C library's power."""
+    """Square by a product, because `**` calls the C library's power."""
     return x * x
 
 
 def total(numbers: Iterable[float]) -> float:
-    """Their sum, one after the other: the built-in `sum` of floats rounds otherwise from Python 3.12 on."""
+    """Sum in order of the terms; the built-in `sum` of floats rounds differently from Python 3.12 on."""
     so_far = 0.0
     for number in numbers:
         so_far += number

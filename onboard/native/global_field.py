@@ -1,10 +1,10 @@
-"""The door to the global planner: layers, edge costs and cost-to-go of a map, in one workspace.
+"""Interface of the global planner kernels: layers, edge costs and cost-to-go of a map, in one workspace.
 
     heights -> layers -> edges -> cost to go
 
-`make_edges` takes the first two steps: the layers wait in the room of the edges. Each step adds the nodes it has done
-to `Workspace.progress`, three times rows * columns in all, and stops soon after it is cancelled: another thread may
-look and cancel while a step runs, for it holds no lock.
+`make_edges` does the first two steps: the layers are stored in the memory of the edges. Each step adds its finished
+nodes to `Workspace.progress`, three times rows * columns in all, and stops soon after it is cancelled. Another thread
+may read the progress and cancel while a step runs, because a step runs without the interpreter's lock.
 """
 
 from __future__ import annotations
@@ -24,18 +24,20 @@ from onboard.records import F32, F64, I32, U8
 AXES = 4
 MOST_NODES = 2**31 - 1  # of a map: next_node is int32
 STEPS = 3
-HIGHEST_M = 1e7  # farther from zero is no height: no data
+HIGHEST_M = 1e7  # a height farther from zero counts as no data
 
 
 @dataclass(frozen=True, slots=True)
 class Workspace:
-    """Room for one plan over a map of (rows, columns), used again and again; one plan at a time.
+    """Memory for one plan over a map of (rows, columns), reusable; one plan at a time.
 
+    rows, columns: size of the map.
     edges_m: float32, columns + 1 impassable nodes, then (rows * columns, 4): cost of the edge to the E, NE, N, NW, +inf
-    impassable. The other four are the neighbours' (both directions cost the same). Before the edges it holds the
-    layers they are made of. edges_cell_m: float64 (1,), the cell of the map whose edges these are, 0 while there are
-    none. words, chunks: the search's.
-    progress.done: nodes done since it was 0.
+        impassable. The other four are the neighbours' (both directions cost the same). Before the edges it contains the
+        layers from which they are computed.
+    words, chunks: memory of the search.
+    edges_cell_m: float64 (1,), cell size of the map whose edges these are, 0 while there are none.
+    progress: progress.done counts finished nodes since it was 0.
     """
 
     rows: int
@@ -57,12 +59,15 @@ class Workspace:
 
 
 def _chunks(nodes: int) -> int:
-    """Of the worst case; most are never touched and then take no memory. Seeds: at most one for each node."""
+    """Number of chunks in the worst case; most are never touched and then take no memory.
+
+    Seeds: at most one per node.
+    """
     return 9 * nodes // kernels.GLOBAL_CHUNK_NODES + kernels.GLOBAL_BUCKETS + 4
 
 
 def workspace(rows: int, columns: int) -> Workspace:
-    """Room for maps of this size: 24 bytes a node, and a little of `chunks`.
+    """Allocate a workspace for maps of this size: 24 bytes per node, and a little of `chunks`.
 
     Raises ValueError for an empty map or one of 2^31 nodes or more.
     """
@@ -81,21 +86,22 @@ def workspace(rows: int, columns: int) -> Workspace:
 
 
 class Prices(NamedTuple):
-    """What a metre costs above 1 (Eq. 25 divided by W_L / l_grid). All finite and >= 0."""
+    """Cost of a metre above 1 (Eq. 25 divided by W_L / l_grid). All finite and >= 0."""
 
-    roughest: float  # on the roughest ground of the map, and in proportion elsewhere
-    roughest_at_least_m: float  # a map without so rough a node has no roughest ground; above 0
+    roughest: float  # on the roughest ground of the map, proportional elsewhere
+    roughest_at_least_m: float  # least roughness that counts as roughest ground; above 0
     per_roll_rad: float
     per_pitch_rad: float
     limit_rad: float  # steeper about either axis is impassable
 
 
 def make_layers(heights_m: F32, cell_m: float, raw_roughness: bool, work: Workspace) -> F32:
-    """Eq. 21, 23, 24: float32 (3, rows, columns) roughness in metres and the slopes along x and y, NaN without data.
+    """Compute the layers of Eq. 21, 23, 24: float32 (3, rows, columns), roughness in metres and slopes along x and y.
 
-    heights_m: float32 (rows, columns); NaN, infinite or more than HIGHEST_M from zero: no data. `raw_roughness`: the
-    standard deviation as printed in Eq. 21. Overwrites `work.edges_m`. Raises ValueError for wrong shape, dtype,
-    layout or cell, CancelledError.
+    NaN without data. heights_m: float32 (rows, columns); NaN, infinite or more than HIGHEST_M from zero: no data.
+    raw_roughness: True for the standard deviation as printed in Eq. 21. Overwrites `work.edges_m`. Raises ValueError
+        for a
+    wrong shape, dtype, layout or cell; CancelledError.
     """
     _check_map(heights_m, cell_m, work)
     work.edges_cell_m[0] = 0.0
@@ -106,7 +112,10 @@ def make_layers(heights_m: F32, cell_m: float, raw_roughness: bool, work: Worksp
 
 
 def make_edges(heights_m: F32, cell_m: float, prices: Prices, work: Workspace) -> None:
-    """Eq. 21 to 25: fills `work.edges_m`, by the layers. Raises as `make_layers` does, ValueError for wrong prices."""
+    """Compute the edges of Eq. 21 to 25 in `work.edges_m`.
+
+    Raises as `make_layers` does, ValueError for wrong prices.
+    """
     _check_map(heights_m, cell_m, work)
     if len(prices) != 5 or not all(0.0 <= price < math.inf for price in prices) or prices[1] == 0.0:
         raise ValueError(f"prices: expected 5 finite numbers >= 0, the second above, given {tuple(prices)}")
@@ -117,12 +126,14 @@ def make_edges(heights_m: F32, cell_m: float, prices: Prices, work: Workspace) -
 
 
 def cost_to_go(seeds: tuple[NDArray[np.int64], F64], work: Workspace) -> tuple[F32, I32]:
-    """Eq. 26 from every node at once, over `work.edges_m`: (cost, next), both (rows, columns).
+    """Compute the cost to go of Eq. 26 from every node over `work.edges_m`: (cost, next), both (rows, columns).
 
-    seeds: int64 (k,) flat indices of nodes and float64 (k,) what is left to go from each, metres >= 0. cost: float32
-    metres, +inf where there is no way. next: int32 flat index of the next node on the way, the node itself where its
-    seed is the least, -1 where there is no way. Exact to rounding of the result. Raises ValueError for wrong
-    arguments, CancelledError.
+    seeds: int64 (k,) flat indices of nodes and float64 (k,) remaining cost from each, metres >= 0.
+    cost: float32 metres, +inf if there is no path.
+    next: int32 flat index of the next node on the path, the node itself where its seed is the least, -1 if there is no
+        path.
+
+    Exact to the rounding of the result. Raises ValueError for wrong arguments; CancelledError.
     """
     places, costs_m = seeds
     nodes = work.rows * work.columns
@@ -142,7 +153,7 @@ def cost_to_go(seeds: tuple[NDArray[np.int64], F64], work: Workspace) -> tuple[F
 
 
 def _wrong_seeds(places: NDArray[np.int64], costs_m: F64, nodes: int) -> str:
-    """What is wrong with seeds that do not fit."""
+    """Error message for seeds that do not fit."""
     if places.min() >= 0 and places.max() < nodes and len(places) <= nodes:
         return f"seed costs: expected finite costs >= 0, given {costs_m.min()} to {costs_m.max()}"
     return f"seeds: expected at most {nodes} of 0 to {nodes - 1}, given {places.min()} to {places.max()}"

@@ -1,6 +1,6 @@
-"""Products and equations of small matrices, with the same bits on every processor.
+"""Products and linear equations of small matrices, with the same bits on every processor.
 
-`@`, `np.dot` and `np.linalg` ask BLAS and LAPACK, whose order of summation differs by the processor
+`@`, `np.dot` and `np.linalg` call BLAS and LAPACK, whose order of summation differs by the processor
 (docs/determinism.md). Here each sum goes from its first term to its last.
 """
 
@@ -17,7 +17,7 @@ from onboard.records import F64
 
 
 def product(a: ArrayLike, b: ArrayLike) -> F64:
-    """What `a @ b` is, of one or two axes each, of numbers as float64. Raises ValueError where they do not fit."""
+    """Return `a @ b` for one or two axes each, in float64. Raises ValueError if the shapes do not fit."""
     left, right = np.asarray(a, np.float64), np.asarray(b, np.float64)
     n, k = left.shape if left.ndim == 2 else (1, *left.shape)
     rows, m = right.shape if right.ndim == 2 else (*right.shape, 1)
@@ -31,7 +31,7 @@ def product(a: ArrayLike, b: ArrayLike) -> F64:
 
 
 def chain(*factors: ArrayLike) -> F64:
-    """Their product, from the first to the last."""
+    """Product of the factors, from the first to the last."""
     out = np.asarray(factors[0], np.float64)
     for factor in factors[1:]:
         out = product(out, factor)
@@ -39,7 +39,7 @@ def chain(*factors: ArrayLike) -> F64:
 
 
 def inner(a: ArrayLike, b: ArrayLike) -> float:
-    """The inner product of two vectors of the same length."""
+    """Inner product of two vectors of the same length."""
     return float(product(a, b))
 
 
@@ -49,13 +49,15 @@ def norm(vector: NDArray[Any]) -> float:
 
 
 def solve(a: F64, b: F64) -> F64:
-    """x of a x = b: a (n, n), b (n,) or (n, m); or of many at once, a (count, n, n), b (count, n).
+    """Solve a x = b: a (n, n), b (n,) or (n, m); or many systems, a (count, n, n), b (count, n).
 
-    Raises numpy.linalg.LinAlgError where one is singular, ValueError where shapes do not fit.
+    Raises numpy.linalg.LinAlgError if one is singular, ValueError if shapes do not fit.
     """
     a, b = np.asarray(a, np.float64), np.asarray(b, np.float64)
     n, many = a.shape[-1] if a.ndim else 0, a.ndim == 3
-    if a.ndim not in (2, 3) or b.ndim not in (1, 2) or a.shape[-2] != n or (b.shape != a.shape[:-1] if many else b.shape[0] != n):
+    if a.ndim not in (2, 3) or b.ndim not in (1, 2):
+        raise ValueError(f"no equations: {a.shape} and {b.shape}")
+    if a.shape[-2] != n or (b.shape != a.shape[:-1] if many else b.shape[0] != n):
         raise ValueError(f"no equations: {a.shape} and {b.shape}")
     used = np.array(a, order="C").reshape(-1, n, n)
     x = np.array(b, order="C").reshape(len(used), n, 1 if many or b.ndim == 1 else b.shape[1])
@@ -65,10 +67,10 @@ def solve(a: F64, b: F64) -> F64:
 
 
 def decorrelated(noise: F64, rows: F64, off: F64) -> tuple[list[float], tuple[F64, F64]]:
-    """Measurements of correlated noise (n, n) as combinations whose noise is independent.
+    """Transform measurements of correlated noise (n, n) into combinations whose noise is independent.
 
-    rows: (n, m), what each measures of a state; off: (n,). The variances, and both anew: noise = L D L^T, L with ones
-    on its diagonal, and each row comes less its shares of those before it.
+    rows: (n, m), measurement matrix. off: (n,), offsets. Returns the variances, and the transformed rows and offsets:
+    noise = L D L^T, L with ones on its diagonal; from each row its shares of the earlier rows are subtracted.
     """
     rest, variances = noise.astype(np.float64), []
     rows, off = rows.astype(np.float64), off.astype(np.float64)
@@ -83,10 +85,10 @@ def decorrelated(noise: F64, rows: F64, off: F64) -> tuple[list[float], tuple[F6
 
 
 class Matrix(np.ndarray[Any, np.dtype[np.float64]]):
-    """An array that foreign code multiplies with `dot` and `@`: it gets `product`."""
+    """Array for foreign code: its `dot` and `@` call `product`."""
 
     def dot(self, b: Any, out: Any = None) -> Any:
-        """As of an array."""
+        """As `ndarray.dot`."""
         return product(self.view(np.ndarray), b).view(Matrix)
 
     def __matmul__(self, other: Any) -> Any:
@@ -102,5 +104,5 @@ class Matrix(np.ndarray[Any, np.dtype[np.float64]]):
 
 
 def matrix(a: ArrayLike) -> Matrix:
-    """The array as a Matrix."""
+    """Convert an array to a Matrix."""
     return np.asarray(a, np.float64).view(Matrix)

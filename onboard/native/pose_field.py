@@ -1,4 +1,4 @@
-"""The door to the pose field: least prices over (8 orientations, rows, columns)."""
+"""Interface of the pose field kernel: least costs over (8 orientations, rows, columns)."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from onboard.native.variant import kernels
 from onboard.records import F32, U8
 
 LARGEST_FIELD = 2**31 - 1  # states of a pose field: links are int32
-FINEST = 2.0**21  # units in the cheapest edge: its price is rounded by less than 1e-6 of it
-DEAREST = 2.0**28  # units in the dearest edge at most
-WIDTH = 6.0  # of a band, in cheapest edges: measured best with closeness and without
-MOST_BANDS = 16.0  # that an edge reaches over
+FINEST = 2.0**21  # units in the cheapest edge: its cost is rounded by less than 1e-6 of it
+DEAREST = 2.0**28  # most units in the most expensive edge
+WIDTH = 6.0  # width of a band, in cheapest edges: best measured with and without closeness
+MOST_BANDS = 16.0  # most bands that an edge spans
 
 
 def cost_to_go(
@@ -26,20 +26,23 @@ def cost_to_go(
     turn_m: float,
     closeness: F32 | None,
 ) -> F32:
-    """Least price from every pose to a seed, float32 (8, rows, columns), +inf where there is no way.
+    """Least cost from each pose to a seed, float32 (8, rows, columns), +inf if there is no path.
 
-    freedom: uint8 (8, rows, columns), passable from `least_freedom` on. seeds: int64 (k,) flat indices of poses and
-    float32 (k,) what is left to go from each, >= 0; one that is not passable counts for nothing. moves_m: float32
-    (8 orientations, 8 directions of k * 45 degrees) and turn_m: prices > 0. closeness: float32 like freedom, >= 0, or
-    None; an edge's price is multiplied by 1 + its mean at both ends. Prices are rounded to 2^-21 of the cheapest edge,
-    or to 2^-28 of the dearest where that is more. Raises ValueError for wrong shapes, dtypes, layout, seeds off the
-    field or prices that are not above 0.
+    freedom: uint8 (8, rows, columns), passable from `least_freedom` on.
+    seeds: int64 (k,) flat indices of poses and float32 (k,) remaining cost from each, >= 0; a seed that is not passable
+        is ignored.
+    moves_m: float32 (8 orientations, 8 directions of k * 45 degrees), costs > 0.
+    turn_m: cost of a turn to the next orientation, > 0.
+    closeness: float32 like freedom, >= 0, or None; an edge's cost is multiplied by 1 + its mean at both ends.
+
+    Costs are rounded to 2^-21 of the cheapest edge, or to 2^-28 of the most expensive if that is more. Raises
+    ValueError for wrong shapes, dtypes, layout, seeds off the field or costs that are not above 0.
     """
     places, costs_m = seeds
     _check_field(freedom, places, costs_m, closeness)
     check_array("moves_m", moves_m, (8, 8), np.float32)
     cheapest, dearest = min(float(moves_m.min()), turn_m), max(float(moves_m.max()), turn_m)
-    if not (cheapest > 0 and np.isfinite(dearest) and np.isfinite(turn_m)):  # min and max let a NaN pass
+    if not (cheapest > 0 and np.isfinite(dearest) and np.isfinite(turn_m)):  # min and max ignore a NaN
         raise ValueError(f"moves_m, turn_m: expected finite prices above 0, given {cheapest} to {dearest}")
     if closeness is not None:
         dearest *= 1.0 + float(closeness.max(initial=0.0))

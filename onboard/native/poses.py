@@ -1,4 +1,4 @@
-"""The doors to what is known of poses: their freedom, the soft cost near blocked ones, what can be reached."""
+"""Interface of the pose kernels: freedom of poses, soft cost near blocked poses, reachable poses."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from onboard.native.checks import check_array
 from onboard.native.variant import kernels
 from onboard.records import F32, I32, U8, Bool, Surface
 
-LARGEST_FIELD = 2**31 - 1  # poses: the kernels count cells in int32
-FARTHEST = 128  # cells from a pose that the rover, the fitted plane or the soft cost may reach
+LARGEST_FIELD = 2**31 - 1  # poses: the kernels use int32
+FARTHEST = 128  # limit of the rover, the fitted plane and the soft cost, in cells from a pose
 
 
 class Footprint(NamedTuple):
-    """The cells under the rover in each orientation, from the cell of base_link.
+    """Cells under the rover in each orientation, relative to the cell of base_link.
 
-    wheels: int32 (8, 4, 2), dj and di of wheels 1 to 4, 1 opposite 3 and 2 opposite 4. body: int32 (k, 6), of each row
-    that the body may touch its orientation, dj, first and last di under the body (first > last: none), first and last
-    di that it may touch; by rising orientation.
+    wheels: int32 (8, 4, 2), dj and di of wheels 1 to 4, 1 opposite 3 and 2 opposite 4.
+    body: int32 (k, 6), for each row that the body may touch: orientation, dj, first and last di under the body
+        (first > last: none), first and last di that it may touch; by rising orientation.
     """
 
     wheels: I32
@@ -28,7 +28,11 @@ class Footprint(NamedTuple):
 
 
 class Limits(NamedTuple):
-    """The numbers of planning.poses. tilt_ratio, slope_ratio: tangents. plane_half: cells, half the window's side."""
+    """Parameters of planning.poses.
+
+    tilt_ratio, slope_ratio: tangents.
+    plane_half: cells, half the window's side.
+    """
 
     step_m: float
     tilt_ratio: float
@@ -39,10 +43,10 @@ class Limits(NamedTuple):
 
 
 def pose_freedom(surface: Surface, footprint: Footprint, limits: Limits) -> U8:
-    """0 blocked, 1 unknown, 2 free: uint8 (8, rows, columns); `10-navigation` section 3.
+    """Freedom of each pose, uint8 (8, rows, columns): 0 blocked, 1 unknown, 2 free; `10-navigation` section 3.
 
     Raises ValueError for layers or footprints of wrong shape, dtype or layout, wheels in one line, rows of the body out
-    of order, limits that are not finite or what reaches farther than 128 cells.
+    of order, limits that are not finite or a reach of more than 128 cells.
     """
     check_array("cell_class", surface.cell_class, (None, None), np.uint8)
     rows, columns = surface.cell_class.shape
@@ -80,11 +84,14 @@ def pose_freedom(surface: Surface, footprint: Footprint, limits: Limits) -> U8:
 
 
 def closeness(freedom: U8, falloff: F32, touching: float) -> F32:
-    """The soft cost of each pose, float32 (8, rows, columns).
+    """Soft cost of each pose, float32 (8, rows, columns).
 
-    freedom: uint8 (8, rows, columns), 0 blocked. falloff: float32 (k * k,), the ratio by the square of the distance in
-    cells to the nearest blocked pose of the orientation, 0 from k cells on, k 3 to 128. touching: more where one of the
-    8 neighbours or of the two next orientations is blocked. Raises ValueError for wrong shapes, dtypes or layout.
+    freedom: uint8 (8, rows, columns), 0 blocked.
+    falloff: float32 (k * k,), ratio by the square of the distance in cells to the nearest blocked pose of the
+        orientation, 0 from k cells on, k 3 to 128.
+    touching: added if one of the 8 neighbours or of the two adjacent orientations is blocked.
+
+    Raises ValueError for wrong shapes, dtypes or layout.
     """
     check_array("freedom", freedom, (8, None, None), np.uint8)
     check_array("falloff", falloff, (None,), np.float32)
@@ -97,9 +104,9 @@ def closeness(freedom: U8, falloff: F32, touching: float) -> F32:
 
 
 def reachable(freedom: U8, free: int, pose: tuple[int, int, int]) -> Bool:
-    """Poses of the value `free` connected over such poses with `pose` (j, i, o), bool (8, rows, columns).
+    """Poses of the value `free` that are connected over such poses with `pose` (j, i, o), bool (8, rows, columns).
 
-    All False if that is not free. Raises ValueError for a wrong shape, dtype or layout and a pose off the field.
+    All False if `pose` is not free. Raises ValueError for a wrong shape, dtype or layout and a pose off the field.
     """
     check_array("freedom", freedom, (8, None, None), np.uint8)
     _, rows, columns = freedom.shape
@@ -114,7 +121,7 @@ def reachable(freedom: U8, free: int, pose: tuple[int, int, int]) -> Bool:
 
 
 def _check_footprint(footprint: Footprint) -> int:
-    """The farthest cell of it. Raises ValueError."""
+    """Check a footprint and return its largest offset in cells. Raises ValueError."""
     wheels, body = footprint
     check_array("wheels", wheels, (8, 4, 2), np.int32)
     check_array("body", body, (None, 6), np.int32)

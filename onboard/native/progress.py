@@ -1,4 +1,4 @@
-"""How long work of a kernel can be watched and stopped from another thread: the kernel calls nothing back."""
+"""Progress and cancellation of long kernel work from another thread: the kernel calls nothing back."""
 
 from __future__ import annotations
 
@@ -16,11 +16,15 @@ class CancelledError(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Progress:
-    """done: int64 (1,), units done so far, counted up by the kernel. stop: uint8 (1,); not 0 makes it return soon."""
+    """Progress of one kernel call.
+
+    done: int64 (1,), finished units, counted up by the kernel.
+    stop: uint8 (1,); a value other than 0 makes the kernel return soon.
+    """
 
     done: NDArray[np.int64] = field(default_factory=lambda: np.zeros(1, np.int64))
     stop: U8 = field(default_factory=lambda: np.zeros(1, np.uint8))
 
     def cancel(self) -> None:
-        """The work that was given this raises `CancelledError`."""
+        """Cancel the work; it raises `CancelledError`."""
         self.stop[0] = 1

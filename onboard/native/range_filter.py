@@ -1,4 +1,4 @@
-"""The door to the filter of the range image: which returns of a sweep have a witness beside them."""
+"""Interface of the range image filter: the returns of a sweep that have a witness next to them."""
 
 from __future__ import annotations
 
@@ -12,10 +12,12 @@ from onboard.records import F32, Bool
 
 
 def keep_witnessed(ranges_m: F32, seen: Bool, tolerance_m: float) -> Bool:
-    """Which returns are kept, bool (lines, beams): the rule of `onboard.perception.range_image`.
+    """Mask of returns to keep, bool (lines, beams): the rule of `onboard.perception.range_image`.
 
-    ranges_m: float32 (lines, beams), lines in the order they were taken; seen: bool, the same shape, where there is a
-    return. Raises ValueError for wrong shapes, dtypes or layout, and for a tolerance that is negative or not finite.
+    ranges_m: float32 (lines, beams), lines in order of time.
+    seen: bool, the same shape, True where there is a return.
+
+    Raises ValueError for wrong shapes, dtypes or layout, and for a tolerance that is negative or not finite.
     """
     check_array("ranges_m", ranges_m, (None, None), np.float32)
     check_array("seen", seen, ranges_m.shape, np.bool_)

@@ -1,4 +1,4 @@
-"""The door to the rasteriser: beams of one stop to statistics of map cells."""
+"""Interface of the rasteriser: beams of one stop to statistics of map cells."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from onboard.records import F32, F64, I32, Cloud, Grid
 class Raster(NamedTuple):
     """Statistics of one cloud's beams, all (rows, columns); the names and meanings are those of records.Ldem.
 
-    z_hi2, z_lo2: the highest and the lowest hit but one; of a single hit, itself.
+    z_hi2, z_lo2: the second highest and second lowest hit; the hit itself if there is only one.
     """
 
     n: I32
@@ -30,10 +30,10 @@ class Raster(NamedTuple):
 
 
 def rasterise(grid: Grid, cloud: Cloud) -> Raster:
-    """Every beam of `cloud` walked over `grid` from the scanner to its end; `10-navigation` section 3.
+    """Trace each beam of `cloud` over `grid` from the scanner to its end; `10-navigation` section 3.
 
     A hit counts in its cell: n, heights, sigma_z = sigma_range * |sin(elevation)|, least horizontal distance. All other
-    crossed cells (for a beam without a hit its end's cell too) keep the least height of a crossing at entry or exit:
+    crossed cells (for a beam without a hit its end's cell too) store the least height of a crossing at entry or exit:
     z_ray. Beams with an end that is not finite are left out. Raises ValueError for wrong shapes, dtypes or layout.
     """
     check_array("cloud.origin_m", cloud.origin_m, (3,), np.float64)

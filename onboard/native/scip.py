@@ -1,4 +1,4 @@
-"""The doors to SCIP's data blocks, what protocol.scip.BlockReader does in steps over arrays, and to its beams."""
+"""Interface of the SCIP kernels: data blocks (as protocol.scip.BlockReader with numpy) and beams."""
 
 from __future__ import annotations
 
@@ -13,10 +13,12 @@ from onboard.scan import F32, U8
 
 
 class Blocks:
-    """A `protocol.scip.BlockReader`: called with a frame, it says whether all checks hold, and fills `values`.
+    """Native `protocol.scip.BlockReader`: checks a frame, fills `values` and returns True if all checks pass.
 
-    at: where in the frame the blocks begin; count: values, each of `characters` characters. Raises ValueError where
-    one of them cannot be. The lock is kept: a scan takes 3 us.
+    at: offset of the blocks in the frame.
+    count: number of values, each of `characters` characters.
+
+    Raises ValueError if one of them is out of range. The interpreter's lock is kept: a scan takes 3 us.
     """
 
     def __init__(self, at: int, count: int, characters: int) -> None:
@@ -27,16 +29,19 @@ class Blocks:
         self._at, self._characters = at, characters
 
     def __call__(self, frame: memoryview | bytes) -> bool:
-        """Whether sizes, sums, LFs and characters are right; then `values` holds the values."""
+        """Check sizes, sums, LFs and characters; return True if all are right, with the result in `values`."""
         return kernels.scip_values_into(np.frombuffer(frame, np.uint8), self._at, self._characters, self.values)
 
 
 def beams_into(values: NDArray[np.integer[Any]], each: int, status_of: U8, ranges_m: F32, status: U8) -> None:
-    """The first value of each beam as metres and status.
+    """Convert the first value of each beam to metres and status.
 
-    values: `each` a beam, mm or codes, of any shape; of 64 bits, or a copy is made. status_of: (codes,) what a value
-    of 0 to codes - 1 means, its last entry all above, its first all below. ranges_m, status: (beams,), filled; NaN
-    where the status is not 0. Raises ValueError for arrays of another kind or size. The lock is kept: 3 us.
+    values: `each` per beam, mm or codes, of any shape; of 64 bits, otherwise a copy is made.
+    status_of: (codes,) status of the values 0 to codes - 1; its last entry applies to all above, its first to all
+        below.
+    ranges_m, status: (beams,), filled; NaN where the status is not 0.
+
+    Raises ValueError for arrays of another kind or size. The interpreter's lock is kept: 3 us.
     """
     beams, flat = len(status), values.astype(np.int64, "C", copy=False).reshape(-1)
     check_array("values", flat, (beams * each,), np.int64)

@@ -1,4 +1,4 @@
-"""The door to the line of sight: whether a straight drive is free, and its price."""
+"""Interface of the line of sight kernel: cost of a straight drive, if it is free."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from onboard.native.elementary import dist
 from onboard.native.variant import kernels
 from onboard.records import F32, Bool, Grid
 
-MOST_STATIONS = 10**6  # of a line: more are a mistake, and would take for ever
+MOST_STATIONS = 10**6  # of a line: more are a mistake, and would take too long
 
 def price_m(
     free: Bool,
@@ -20,13 +20,16 @@ def price_m(
     line: tuple[tuple[float, float], tuple[float, float], int],
     spacing_m: float,
 ) -> float:
-    """Price in metres of a straight drive with the body's axis held, +inf where one of its poses is not free.
+    """Cost in metres of a straight drive at a constant body axis, +inf if one of its poses is not free.
 
-    free: bool (orientations, rows, columns) on `grid`; closeness: float32, the same shape, or None. line: its two ends
-    (x, y) and the orientation. Stations lie evenly, at most spacing_m apart, both ends included; each stands in its
-    nearest cell, off the grid nothing is free. A piece costs its length times 1 + the mean closeness of its ends.
-    Raises ValueError for wrong shapes, dtypes, layout, a line that is not finite
-    or of more than MOST_STATIONS, or an orientation there is not.
+    free: bool (orientations, rows, columns) on `grid`.
+    closeness: float32, the same shape, or None.
+    line: its two ends (x, y) and the orientation.
+    spacing_m: largest distance of stations.
+
+    Stations are spaced evenly, both ends included. Each is in its nearest cell; off the grid nothing is free. A piece
+    costs its length times 1 + the mean closeness of its ends. Raises ValueError for wrong shapes, dtypes, layout, a
+    line that is not finite or has more than MOST_STATIONS, or an orientation out of range.
     """
     check_array("free", free, (None, grid.rows, grid.columns), np.bool_)
     if closeness is not None:

@@ -1,7 +1,7 @@
-"""Chooses the build of the kernels: the widest instruction set that this machine runs.
+"""Selection of the kernel build: the widest instruction set of this machine.
 
-`EL_DORADO_SIMD=baseline|avx2|avx512` forces one (tests compare them bit by bit); on board it stays unset. All come
-from the same sources and give the same bits: the compiler may not contract or reorder floating-point arithmetic.
+`EL_DORADO_SIMD=baseline|avx2|avx512` forces one (tests compare them bit by bit); on board it stays unset. All builds
+come from the same sources and give the same bits: the compiler may not contract or reorder floating-point arithmetic.
 """
 
 from __future__ import annotations
@@ -17,19 +17,19 @@ VARIANTS = ("baseline", "avx2", "avx512")  # narrow to wide
 
 
 def load(name: str) -> ModuleType:
-    """One build by name. Raises ImportError where it was not built."""
+    """Load one build by name. Raises ImportError if it was not built."""
     return importlib.import_module(f"onboard.native._kernels_{name}")
 
 
 def available() -> tuple[str, ...]:
-    """The builds that exist and that this machine can run, narrow to wide."""
+    """Builds that exist and that this machine can run, narrow to wide."""
     width = int(load("baseline").simd_width())
     built = [importlib.util.find_spec(f"onboard.native._kernels_{name}") is not None for name in VARIANTS]
     return tuple(name for k, name in enumerate(VARIANTS) if k <= width and built[k])
 
 
 def chosen(forced: str = "") -> str:
-    """The build to use. Raises ImportError for a forced one that cannot be had here."""
+    """Name of the build to use. Raises ImportError for a forced one that is not available."""
     names = available()
     if forced and forced not in names:
         raise ImportError(f"{FORCED_BY}={forced}: expected one of {', '.join(names)} on this machine")

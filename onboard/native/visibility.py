@@ -1,4 +1,4 @@
-"""The door to the visibility kernels: sums over the cells that observers on the nodes of a map see.
+"""Interface of the visibility kernels: sums over the cells that observers on the nodes of a map see.
 
 Sums count shares of cells in 1 / `Beams.whole`: integers, so every build gives the same bits in any order.
 """
@@ -21,11 +21,14 @@ LARGEST_HEIGHT_M = 1e6
 
 @dataclass(frozen=True, slots=True)
 class Beams:
-    """The cells that beams sample, the same for every observer; arrays (beams, steps), contiguous.
+    """Cells that beams sample, the same for every observer; arrays (beams, steps), contiguous.
 
-    dj, di: int32, cells away from the observer, |dj| and |di| never falling along a beam. inverse_pm: float32, 1 /
-    distance of the cell. share: int32, what the sample counts of its cell; the shares of each cell sum to `whole`.
-    cells: how many cells there are. Beam t has azimuth t * 2 pi / beams.
+    Beam t has azimuth t * 2 pi / beams.
+
+    dj, di: int32, offset of the cell from the observer, |dj| and |di| never falling along a beam.
+    inverse_pm: float32, 1 / distance of the cell.
+    share: int32, weight of the sample in its cell; the shares of each cell sum to `whole`.
+    cells: number of cells.
     """
 
     dj: I32
@@ -52,10 +55,14 @@ class Beams:
 
 @dataclass(frozen=True, slots=True)
 class Request:
-    """What is asked of the nodes. eye_m: height above the node's own. where: bool, nodes to answer for; None = all.
+    """Request for a visibility sum.
 
-    first: int32, first beam of each node's sector of `width` beams; None = all beams. target: bool, cells that count
-    as fresh where visible; None = not asked. heading_width: beams of the sector whose best heading is sought.
+    eye_m: height of the observer above its node.
+    where: bool, nodes to compute; None = all.
+    first: int32, first beam of each node's sector; None = all beams.
+    width: number of beams of that sector.
+    target: bool, cells that count as fresh where visible; None = not requested.
+    heading_width: number of beams of the sector whose best heading is computed.
     """
 
     eye_m: float
@@ -68,9 +75,12 @@ class Request:
 
 @dataclass(frozen=True, slots=True)
 class Sums:
-    """Shares of cells for each node, int32 (rows, columns), 0 for nodes not asked. heading: a beam's number.
+    """Shares of cells for each node, int32 (rows, columns), 0 for nodes that were not requested.
 
-    fresh: in the best sector of `heading_width` beams, the smallest heading of equal ones. None where not asked.
+    seen: visible cells.
+    in_range: cells in range.
+    fresh: visible target cells in the best sector of `heading_width` beams; None if not requested.
+    heading: number of that sector's beam, the smallest of equal ones; None if not requested.
     """
 
     seen: I32
@@ -80,26 +90,31 @@ class Sums:
 
 
 def total(table: Beams, height_m: F32, veil: F32 | None, asked: Request, progress: Progress | None = None) -> Sums:
-    """What every node asked sees. Vectors of neighbouring nodes; the same bits as `scalar`.
+    """Compute the sums of all requested nodes. Vectorised over neighbouring nodes; the same bits as `scalar`.
 
-    height_m: float32 (rows, columns), finite. veil: float32 like it, added to a cell's slope before it hides others:
-    0, -inf (never hides) or +inf (hides all behind it); None = 0. Progress counts nodes. Raises ValueError for wrong
-    shapes, dtypes, layout or values, CancelledError where `progress` says so.
+    height_m: float32 (rows, columns), finite.
+    veil: float32 like it, added to a cell's slope before the cell hides others: 0, -inf (never hides) or +inf (hides
+        all behind it); None = 0.
+    progress: counts nodes.
+
+    Raises ValueError for wrong shapes, dtypes, layout or values; CancelledError if `progress` was cancelled.
     """
     return _run(kernels.visibility_total_into, table, (height_m, veil), asked, progress)
 
 
 def scalar(table: Beams, height_m: F32, veil: F32 | None, asked: Request, progress: Progress | None = None) -> Sums:
-    """`total` by a plain loop, node after node: its reference."""
+    """Compute `total` by a plain loop, node after node: the reference implementation."""
     return _run(kernels.visibility_scalar_into, table, (height_m, veil), asked, progress)
 
 
 def view(
     table: Beams, ground: tuple[F32, F32 | None], node: tuple[int, int], eye_m: float, sector: tuple[int, int]
 ) -> tuple[Bool, int, int]:
-    """Which cells one observer sees, bool (rows, columns), and its sums: seen, in range.
+    """Cells that one observer sees, bool (rows, columns), and its sums: seen, in range.
 
-    ground: height_m and veil of `total`. node: (j, i). sector: its first beam and how many beams.
+    ground: height_m and veil of `total`.
+    node: (j, i).
+    sector: its first beam and its number of beams.
     """
     height_m, veil = ground
     _check_ground(height_m, veil, eye_m)
@@ -116,9 +131,10 @@ def view(
 
 
 def arithmetic(table: Beams, height_m: F32, eye_m: float, times: int) -> int:
-    """The arithmetic of `total` alone: the first beam from the map's first corner, over and over. Returns its samples.
+    """Benchmark of the arithmetic of `total` alone: the first beam from the map's first corner, repeated.
 
-    On a map and a table of a few kilobytes this is as fast as this machine can do it: the limit of the bench.
+    Returns the number of samples. On a map and a table of a few kilobytes this is the fastest that this machine can
+    compute: the limit of the bench.
     """
     _check_ground(height_m, None, eye_m)
     samples, _ = kernels.repeat_first_beam(table.dj, table.di, table.inverse_pm, table.share, height_m, eye_m, times)

@@ -1,1 +1,1 @@
-"""From beams to a map that knows what it does not know."""
+"""Perception: from LIDAR beams to a map in which unknown cells are marked as unknown."""

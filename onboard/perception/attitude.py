@@ -1,14 +1,15 @@
-"""Roll and pitch from the IMU: the gyro carries them, the accelerometer levels them, a small filter weighs the two.
+"""Roll and pitch estimator from the IMU: a Kalman filter that corrects integrated gyro rates by the accelerometer.
 
-The rover is slow, so the mean specific force of half a second is gravity's and the accelerometer's own bias:
+The rover is slow, so the mean specific force of half a second is gravity plus the accelerometer's bias:
 
     f = g * R^T * e_z + b + noise,   R^T * e_z = (-sin p, cos p sin r, cos p cos r)
 
-On a weak world the bias is the larger part: 0.01 m/s^2 of 1.62 m/s^2 are 6 mrad, 5 cm at 8 m. Standing still, level
-and bias cannot be told apart; but the error of the level stays with the ground, and the bias turns with the rover. So
-the four errors (level about the ground's two axes, bias along the body's two) are estimated together, and the first
-turn on the spot parts them: the gyro knows the turn to better than a milliradian. Gravity's length and the gyro's bias
-begin as the means of the first half second, while the rover stands; the gyro's bias is learned on at every stop.
+In low gravity the bias is the larger part: 0.01 m/s^2 of 1.62 m/s^2 are 6 mrad, 5 cm at 8 m. Level error and bias
+cannot be separated at rest. But the level error keeps its direction on the ground, and the bias turns with the rover.
+So the filter estimates the four errors (level about the ground's two axes, bias along the body's two) together, and the
+first turn on the spot separates them: the gyro measures the turn to better than a milliradian. The length of gravity
+and the gyro's bias start as the means of the first half second, while the rover stands. Every stop refines the gyro's
+bias.
 """
 
 from __future__ import annotations
@@ -34,31 +35,36 @@ SURPRISE_LIMIT = 25.0  # chi-square, 2 degrees of freedom: once in 3e5 windows
 
 
 class Attitude:
-    """roll_rad, pitch_rad, and yaw_rate_radps about the map's vertical with the starting bias taken out.
+    """Roll, pitch and yaw rate of the rover.
 
-    Until `ready`, roll and pitch are those of the mean force so far, and the yaw rate is 0.
-    force_bias_mps2: what is known of the accelerometer's bias along x and y of the body.
+    roll_rad, pitch_rad: before `ready`, those of the mean force so far.
+    yaw_rate_radps: about the map's vertical, with the starting bias removed; 0 before `ready`.
+    force_bias_mps2: estimated bias of the accelerometer along x and y of the body.
     """
 
     def __init__(self) -> None:
         self.roll_rad = self.pitch_rad = self.yaw_rate_radps = 0.0
         self.force_bias_mps2 = (0.0, 0.0)
         self._samples = 0
-        self._yaw_rad = 0.0  # since the start: which way the level's error lies in the body
+        self._yaw_rad = 0.0  # since the start: direction of the level error in the body
         self._force = [0.0, 0.0, 0.0]
         self._forces, self._moved, self._since_s = 0, False, 0.0
         self._bias = [0.0, 0.0, 0.0]
-        self._first_bias_radps = 0.0  # of yaw: the filter learns what comes to it, here it is for the level alone
+        self._first_bias_radps = 0.0  # of yaw: the pose filter estimates later changes, here it serves the level alone
         self._gravity_mps2 = 0.0
         self._covariance = np.diag(np.square([UNKNOWN_RAD, UNKNOWN_RAD, BIAS_MPS2, BIAS_MPS2]))
 
     @property
     def ready(self) -> bool:
-        """Whether the starting means are complete."""
+        """True once the starting means are complete."""
         return self._samples >= START_SAMPLES
 
     def update(self, imu: ImuSample, elapsed_s: float, standing: bool) -> None:
-        """Takes one sample; `elapsed_s` since the last one. standing: the wheels rest, so the gyro reads its bias."""
+        """Process one sample.
+
+        elapsed_s: time since the previous sample.
+        standing: the wheels rest, so the gyro reads its bias.
+        """
         if not self.ready:
             self._start(imu)
             return
@@ -79,11 +85,14 @@ class Attitude:
         self._gather(imu)
 
     def doubt_bias(self) -> None:
-        """The gyro's bias is another than it was: what comes weighs as after the start."""
+        """Let new samples change the gyro's bias as fast as after the start, because the bias has changed."""
         self._samples = min(self._samples, START_SAMPLES)
 
     def known_now(self, roll_rad: float, pitch_rad: float, bias_mps2: tuple[float, float]) -> tuple[float, float]:
-        """Roll and pitch of an earlier stop, told while the force's bias was thought to be bias_mps2, as known now."""
+        """Roll and pitch of an earlier stop, corrected by the change of the estimated force bias since then.
+
+        bias_mps2: the force bias that was estimated at that stop.
+        """
         along, left = (now - then for now, then in zip(self.force_bias_mps2, bias_mps2))
         g = self._gravity_mps2
         pitch = along / (g * cos(pitch_rad))
@@ -94,7 +103,7 @@ class Attitude:
         ax, ay, az = imu.accel_mps2
         length = math.sqrt(ax * ax + ay * ay + az * az)
         if abs(length - self._gravity_mps2) <= GRAVITY_TOLERANCE_RATIO * self._gravity_mps2:
-            level = cos(self.pitch_rad)  # sample by sample: the rover may turn on a slope meanwhile
+            level = cos(self.pitch_rad)  # per sample, because the rover may turn on a slope
             self._force[0] += ax + self._gravity_mps2 * sin(self.pitch_rad)
             self._force[1] += ay - self._gravity_mps2 * level * sin(self.roll_rad)
             self._forces += 1
@@ -106,9 +115,9 @@ class Attitude:
             self._force, self._forces, self._moved, self._since_s = [0.0, 0.0, 0.0], 0, False, 0.0
 
     def _level(self, rest_mps2: tuple[float, float], standing: bool) -> None:
-        """Corrects level and bias (a Kalman filter of their errors).
+        """Correct level and bias (Kalman filter of their errors).
 
-        rest_mps2: mean force along x and y of the body beyond gravity's at the level that is believed.
+        rest_mps2: mean force along x and y of the body minus gravity at the estimated level.
         """
         g, yaw = self._gravity_mps2, self._yaw_rad
         sp, cp = sin(self.pitch_rad), cos(self.pitch_rad)
@@ -121,7 +130,7 @@ class Attitude:
         if inner(off, solve(spread, off)) > SURPRISE_LIMIT:
             if not standing:  # the rover swings
                 return
-            # the gyro missed a tilt: levelled afresh
+            # the gyro missed a tilt: level again from the accelerometer
             P[:2] = P[:, :2] = 0.0
             P[:2, :2] = square(UNKNOWN_RAD) * np.eye(2)
             spread = chain(measures, P, measures.T) + noise

@@ -1,13 +1,13 @@
-"""The tilt of each beam at its own time, from samples of the axis; and which beams have none that can be trusted.
+"""Tilt angle of each beam at its own time, interpolated from samples of the axis, and the beams without a valid tilt.
 
     angle   o--o--o--o                    o--o--o     o  sample of the axis, in onboard time
                       \\   no samples   /              between two samples: linear, under 60 degrees/s and at 100 Hz
                        o              o                exact to 0.01 degrees
              steady    | turning |    | hole: no beam  before the first, after the last: nothing, never extrapolated
 
-A beam is turned down where the axis starts, stops or turns round (load, backlash and lag differ there), and in a hole
-of the samples across which the axis moved. From one segment of a sweep to the next the rate may be up to 4 times as
-high: that the samples show as it is.
+A beam is rejected where the axis starts, stops or reverses (load, backlash and lag differ there), and in a hole of the
+samples across which the axis moved. From one segment of a sweep to the next the rate may rise up to 4 times; the
+samples follow that change.
 """
 
 from __future__ import annotations
@@ -19,15 +19,15 @@ import numpy as np
 from onboard.records import F64, Bool, TiltTrack
 
 HOLE_NS = 30_000_000  # samples come each 5 ms while the axis moves, each 100 ms while it is parked
-WINDOW_NS = 50_000_000  # before and after: what the axis moved in them is compared
-_STEP_RAD = math.radians(0.2)  # two steps of a 12-bit encoder: less is no motion and no change of it
+WINDOW_NS = 50_000_000  # before and after a sample: the motions in both are compared
+_STEP_RAD = math.radians(0.2)  # two steps of a 12-bit encoder: smaller differences count as no motion
 
 
 def tilt_at(track: TiltTrack, times_ns: F64, origin_ns: int) -> tuple[F64, Bool, Bool]:
-    """Angle (rad), whether it was sampled, whether the axis was steady, of beams fired at origin_ns + times_ns.
+    """Angle (rad), sampled flag and steady flag of beams fired at origin_ns + times_ns.
 
-    times_ns: any shape, float64; all three results have it. Of beams that were not sampled the angle means nothing, and
-    of a track with fewer than two samples no beam was.
+    times_ns: any shape, float64; the three results have the same shape. The angle of a beam that was not sampled has no
+        meaning. With fewer than two samples in the track no beam is sampled.
     """
     if len(track.times_ns) < 2:
         return np.zeros(times_ns.shape), np.zeros(times_ns.shape, np.bool_), np.zeros(times_ns.shape, np.bool_)
@@ -44,9 +44,9 @@ def tilt_at(track: TiltTrack, times_ns: F64, origin_ns: int) -> tuple[F64, Bool,
 
 
 def _steady(samples_ns: F64, angles_rad: F64) -> Bool:
-    """Whether the axis moved as much in the 50 ms after each sample as in the 50 ms before, to a quarter.
+    """Samples where the axis moved as much in the 50 ms after as in the 50 ms before, within a quarter.
 
-    Near the ends of the track the windows are as long as both can be.
+    Near the ends of the track both windows are shortened to the time available on the shorter side.
     """
     window_ns = np.minimum(WINDOW_NS, np.minimum(samples_ns - samples_ns[0], samples_ns[-1] - samples_ns))
     before = angles_rad - np.interp(samples_ns - window_ns, samples_ns, angles_rad)

@@ -1,8 +1,8 @@
-"""Scans, the tilt at each beam's own time, the rover's pose: points in the map frame.
+"""Point cloud of a stop: scans, the tilt at each beam's own time and the rover's pose give points in the map frame.
 
     p_tilt = range * (cos phi, sin phi, 0)           phi: angle of the beam in the scanner's plane
     p_base = t + R R_y(tilt) p_tilt                  positive tilt is down; the scanner's centre t is on the axis,
-                                                     R is how the tilt unit is bolted on (`onboard.mounting`)
+                                                     R is the mounting rotation of the tilt unit (`onboard.mounting`)
     p_map  = T_map_base p_base
 """
 
@@ -30,22 +30,22 @@ from protocol.conventions import WHEEL_SIGNS
 
 DECK_TOP_M = 0.50  # of the bare vehicle, above the wheel plane
 SELF_MARGIN_M = 0.03
-SCANS_AT_ONCE = 32  # a sweep has some 460: all at once would need 40 MB of temporaries
+SCANS_AT_ONCE = 32  # a sweep has about 460; all together would need 40 MB of temporaries
 
 
 def cloud(
     scans: Sequence[Scan], tilt: TiltTrack, T_map_base: F64, rover: Rover, scanning: Scanning, range_noise_m: float,
     lost: bool = False,
 ) -> Cloud:  # fmt: skip
-    """The beams of one stop within scanning.sector_rad of straight ahead that met something.
+    """The beams of one stop within scanning.sector_rad of straight ahead that hit something.
 
     Each beam takes the tilt interpolated at its own time, never extrapolated (`beam_tilt`). Returns farther than
-    scanning.range_m are kept as non-hits that end at that range: the beam passed. Dropped: beams without a return, for
-    nobody knows how far they went; returns without a witness (`range_image`); beams whose tilt was not sampled or not
-    steady, too near, in error, and what hit the rover itself (its hull plus 3 cm).
+    scanning.range_m become non-hits that end at that range: the beam passed. Dropped are: beams without a return,
+    because their free length is unknown; returns without a witness (`range_image`); beams whose tilt was not sampled or
+    not steady; beams that are too near or in error; and hits on the rover itself (its hull plus 3 cm).
 
-    lost: keep the beams without a return or a witness too, as non-hits that end at scanning.range_m. Such a cloud tells
-    where nothing came back; it must not enter a map.
+    lost: keep beams without a return or a witness too, as non-hits that end at scanning.range_m. Such a cloud shows
+        where nothing returned; it must not enter a map.
     """
     origin_base_m, mount = lidar_place(rover), lidar_rotation(rover)
     rotation, translation = T_map_base[:3, :3], T_map_base[:3, 3]
@@ -67,7 +67,7 @@ def cloud(
 
 
 def ahead(scan: Scan, sector_rad: float) -> Scan:
-    """The scan's beams within sector_rad of straight ahead, copied: about half of the memory."""
+    """The scan's beams within sector_rad of straight ahead, copied; uses about half of the memory."""
     count, first_rad, step_rad = scan.geometry
     low = max(0, math.ceil((-sector_rad - first_rad) / step_rad - 1e-9))
     high = min(count, math.floor((sector_rad - first_rad) / step_rad + 1e-9) + 1)
@@ -78,7 +78,16 @@ def ahead(scan: Scan, sector_rad: float) -> Scan:
 
 
 class _Image(NamedTuple):
-    """Scans of one geometry as (lines, beams) arrays over the sector; phi_rad, beam: angle and number of each beam."""
+    """Scans of one geometry as (lines, beams) arrays over the sector.
+
+    phi_rad: (beams,) angle of each beam in the scanner's plane.
+    beam: (beams,) number of each beam.
+    starts_ns: (lines,) start of each scan.
+    beam_ns: (lines,) time between beams.
+    ranges_m: (lines, beams) range, m.
+    seen: (lines, beams) a return with a witness.
+    counts: (lines, beams) the beam goes into the cloud.
+    """
 
     phi_rad: F64
     beam: NDArray[np.int64]
@@ -89,7 +98,7 @@ class _Image(NamedTuple):
     counts: Bool
 
     def lines(self, first: int, last: int) -> _Image:
-        """Some of its lines."""
+        """The lines from first up to, not including, last."""
         some = slice(first, last)
         return self._replace(
             starts_ns=self.starts_ns[some], beam_ns=self.beam_ns[some], ranges_m=self.ranges_m[some],
@@ -98,7 +107,10 @@ class _Image(NamedTuple):
 
 
 def _image(scans: Sequence[Scan], scanning: Scanning, range_noise_m: float, lost: bool) -> _Image:
-    """The range image of scans of one geometry. seen: a return with a witness; counts: goes into the cloud."""
+    """The range image of scans of one geometry, cut to the sector.
+
+    lost: count beams without a return or a witness too.
+    """
     count, first_rad, step_rad = scans[0].geometry
     phi: F64 = first_rad + np.arange(count, dtype=np.float64) * step_rad
     beam = np.flatnonzero(np.abs(phi) <= scanning.sector_rad)
@@ -112,10 +124,7 @@ def _image(scans: Sequence[Scan], scanning: Scanning, range_noise_m: float, lost
 
 
 def _beams(image: _Image, tilt: TiltTrack, range_m: float) -> tuple[F64, Bool]:
-    """(vectors from the scanner to the beam's end in the tilt unit's axes (k, 3), whether it hit (k,)).
-
-    Of the beams that count.
-    """
+    """Vectors (k, 3) from the scanner to the ends of the counted beams, in the tilt unit's axes, and hit flags (k,)."""
     origin_ns = int(tilt.times_ns[0])
     starts_ns = (image.starts_ns - origin_ns).astype(np.float64)
     angles, _, steady = tilt_at(tilt, starts_ns[:, None] + image.beam * image.beam_ns[:, None], origin_ns)
@@ -132,7 +141,7 @@ def _beams(image: _Image, tilt: TiltTrack, range_m: float) -> tuple[F64, Bool]:
 
 
 def hull_boxes(rover: Rover, margin_m: float = SELF_MARGIN_M) -> F64:
-    """(5, 2, 3) lowest and highest corner in base_link of the deck and the wheels, however steered, and the margin."""
+    """Boxes (5, 2, 3), lowest and highest corner in base_link: deck, wheels at any steering angle, plus a margin."""
     length, width, radius = rover.half_wheelbase_m, rover.half_track_m, rover.wheel_radius_m
     reach = hypot(radius, rover.wheel_width_m / 2)
     boxes = [[[-length, -width, rover.belly_m], [length, width, DECK_TOP_M]]]
@@ -144,7 +153,7 @@ def hull_boxes(rover: Rover, margin_m: float = SELF_MARGIN_M) -> F64:
 
 
 def _inside(points_m: F64, boxes: F64) -> Bool:
-    """Whether each point (k, 3) lies in any box: a quick look at the outer bounds, then the few that are left."""
+    """Flags (k,) of points (k, 3) in any box: a test of the outer bounds, then of each box for the few left."""
     low, high = boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)
     inside: Bool = ((points_m >= low) & (points_m <= high)).all(axis=1)
     near = np.flatnonzero(inside)

@@ -1,4 +1,4 @@
-"""Whether what was measured can be true beside what was expected."""
+"""Consistency test of a measurement against its prediction."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ SURPRISE_LIMIT = 18.5  # chi-square, 4 degrees of freedom, 99.9 %
 
 
 def credible(innovation: F64, covariance: F64) -> bool:
-    """Whether an innovation (4,) over x, y, z, yaw is within what its covariance (4, 4) allows (Mahalanobis, 99.9 %).
+    """True if an innovation (4,) over x, y, z, yaw is within its covariance (4, 4): Mahalanobis distance, 99.9 %.
 
-    m, rad. Raises numpy.linalg.LinAlgError for a singular covariance.
+    Units m, rad. Raises numpy.linalg.LinAlgError for a singular covariance.
     """
     return inner(innovation, solve(covariance, innovation)) <= SURPRISE_LIMIT

@@ -1,20 +1,20 @@
-"""Where a compact region of a sweep's beams returned nothing: ground that nobody saw, though beams beside it hit.
+"""Detection of ground that a sweep did not see: compact regions of beams without a return, next to beams that hit.
 
-A dark rock returns nothing, but the cells at its rim hold hits of the ground beside it, and gaps between hits are
-filled. Lost beams alone prove nothing: one in a hundred is lost anywhere, often some beside each other in one line. So
-looked for are regions that chance does not make, in the range image, lines (steep to flat) x beams:
+A dark rock returns nothing, but the cells at its rim contain hits of the ground around it, and gaps between hits are
+filled. Single lost beams prove nothing: one in a hundred is lost anywhere, often several adjacent ones in one line. So
+the search is for regions that chance does not produce, in the range image, lines (steep to flat) x beams:
 
     flat   . . . . . . . . .      . return    o none
-           . . o o o o . . .  <-  the first return above: what stands there hides nothing beyond
+           . . o o o o . . .  <-  the first return above: it shows how far the hidden ground extends at most
            . . o o o o . . .
-           o . o o o o . o o      at least BEAMS beams wide and LINES lines high, and so high as an upright thing of
-           . . o o o o . . .      HEIGHT_M looks at that distance
+           o . o o o o . o o      at least BEAMS beams wide and LINES lines high, and at least as high as an upright
+           . . o o o o . . .      object of HEIGHT_M appears at that distance
            . . . . . . . . .  <-  the last ground below, within the mapping range
-    steep  . . o o o . . . .      a clump lost in one line
+    steep  . . o o o . . . .      a group of beams lost in one line
 
-Where the last ground below ends, the unseen begins. It is as deep as what was hidden, at most DEPTH_M: that is the
-thing itself; what lies behind it has no hits. A region without a return above (sky, ground that ends, a dirty window)
-or with its ground below beyond the mapping range counts for nothing.
+The unseen ground begins where the last ground below ends. It is as deep as the hidden stretch, at most DEPTH_M: that
+is the object itself; the ground behind it has no hits. A region without a return above (sky, ground that ends, a dirty
+window) or with its ground below beyond the mapping range does not count.
 """
 
 from __future__ import annotations
@@ -37,13 +37,20 @@ from onboard.scan import of_one_geometry
 BEAMS, LINES = 4, 6
 HEIGHT_M = 0.08  # the lowest rock that a wheel must not touch
 DEPTH_M, STEP_M = 0.3, 0.05
-GROUND_RATIO = 0.5  # of the way to the plane through the wheels; a return from nearer is dust or the rover's own deck
+GROUND_RATIO = 0.5  # of the distance to the plane through the wheels; nearer returns are dust or the rover's own deck
 
 I64 = NDArray[np.int64]
 
 
 class _Image(NamedTuple):
-    """A sweep's lines from steep to flat. tilt_rad: (lines,) in their middle; phi_rad: (beams,); others: of both."""
+    """Lines of a sweep, ordered from steep to flat.
+
+    tilt_rad: (lines,) tilt in the middle of each line.
+    phi_rad: (beams,) angle in the scanner's plane.
+    ranges_m: (lines, beams) range, m.
+    returned: (lines, beams) the beam returned.
+    lost: (lines, beams) the beam returned nothing.
+    """
 
     tilt_rad: F64
     phi_rad: F64
@@ -53,9 +60,10 @@ class _Image(NamedTuple):
 
 
 def dark_regions(scans: Sequence[Scan], tilt: TiltTrack, rover: Rover, scanning: Scanning) -> F32:
-    """Points of the unseen ground, (k, 3) float32 in base_link axes, some centimetres apart; most often none.
+    """Points of the unseen ground, (k, 3) float32 in base_link axes, some centimetres apart; usually none.
 
-    Of scans of several geometries the most frequent one's count. Lines in which the axis was not steady are left out.
+    If the scans have several geometries, only those of the most frequent one are used. Lines in which the axis was not
+    steady are left out.
     """
     image = _image(scans, tilt, scanning)
     if image is None:
@@ -87,7 +95,7 @@ def _image(scans: Sequence[Scan], tilt: TiltTrack, scanning: Scanning) -> _Image
 
 
 def _windows(image: _Image, rover: Rover, range_m: float) -> tuple[I64, I64]:
-    """Steepest line and first beam of each window of lost beams that chance does not make, sorted by line."""
+    """Steepest line and first beam of each window of lost beams that chance does not produce, sorted by line."""
     lines, beams = image.lost.shape
     count = _lines_high(image.tilt_rad, rover)
     first = np.flatnonzero((np.arange(lines) + count <= lines) & (_plane_m(image.tilt_rad, rover) <= 2 * range_m))
@@ -102,12 +110,12 @@ def _windows(image: _Image, rover: Rover, range_m: float) -> tuple[I64, I64]:
 
 
 def _plane_m(tilt_rad: F64, rover: Rover) -> F64:
-    """Way straight ahead to the plane through the wheels, (lines,), inf at or over the horizon."""
+    """Distance straight ahead to the plane through the wheels, (lines,) m; inf at or above the horizon."""
     return plane_range_m(np.zeros(1), tilt_rad[:, None], rover)[:, 0]
 
 
 def _lines_high(tilt_rad: F64, rover: Rover) -> I64:
-    """How many lines, from each on, an upright thing of HEIGHT_M spans that stands where the line meets the plane."""
+    """Number of lines, from each line on, that an upright object of HEIGHT_M spans where the line meets the plane."""
     high_rad = HEIGHT_M * each.cos(tilt_rad) / _plane_m(tilt_rad, rover)
     last = np.searchsorted(-tilt_rad, high_rad - tilt_rad)
     count: I64 = np.maximum(LINES, last - np.arange(len(tilt_rad)))
@@ -115,7 +123,12 @@ def _lines_high(tilt_rad: F64, rover: Rover) -> I64:
 
 
 class _Runs(NamedTuple):
-    """Lost runs of columns, (k,): beam, line of the steepest beam, begin and end of what they hide along the beam."""
+    """Lost runs of columns, each field (k,).
+
+    beam: column of the run.
+    line: line of the run's steepest beam.
+    begin_m, end_m: start and end of the hidden stretch, measured along the beam.
+    """
 
     beam: I64
     line: I64
@@ -126,8 +139,8 @@ class _Runs(NamedTuple):
 def _runs(image: _Image, line: I64, beam: I64, rover: Rover, range_m: float) -> _Runs:
     """The lost runs of the columns of these windows, each once.
 
-    A run begins no farther off than those beside it in a window: a beam that passes the side of a thing and then meets
-    its top has ground behind the thing as its last ground below.
+    All runs of a window begin at the nearest begin among them: a beam that passes the side of an object and then meets
+    its top has ground behind the object as its last ground below.
     """
     columns, which = np.unique(beam[:, None] + np.arange(BEAMS), return_inverse=True)
     which = which.reshape(-1, BEAMS)
@@ -141,7 +154,7 @@ def _runs(image: _Image, line: I64, beam: I64, rover: Rover, range_m: float) -> 
         longer = plane_m[lowest, which] / plane_m[below, which]
     longer = np.where(np.isfinite(longer), longer, 1.0)
     begin_m = np.where(below >= 0, ranges_m[below, which] * longer, plane_m[lowest, which]).min(axis=1)
-    order = np.argsort(begin_m, kind="stable")  # of the windows of a run the one that begins nearest
+    order = np.argsort(begin_m, kind="stable")  # of several windows of a run, the one that begins nearest counts
     which, below, above, lowest = which[order], below[order], above[order], lowest[order]
     _, once = np.unique(which * (len(ground) + 1) + below + 1, return_index=True)
     end_m = ranges_m[np.minimum(above, len(ground) - 1), which].ravel()[once].astype(np.float64)
@@ -151,7 +164,7 @@ def _runs(image: _Image, line: I64, beam: I64, rover: Rover, range_m: float) -> 
 
 
 def _points(image: _Image, line: I64, beam: I64, rover: Rover, range_m: float) -> F32:
-    """The unseen ground of the columns of these windows: level on from where each run begins, to its end."""
+    """The unseen ground of the columns of these windows: horizontally from the begin of each run to its end."""
     runs = _runs(image, line, beam, rover, range_m)
     tilt_rad, phi_rad = image.tilt_rad[runs.line], image.phi_rad[runs.beam]
     ahead = each.cos(phi_rad)
@@ -171,7 +184,7 @@ def _points(image: _Image, line: I64, beam: I64, rover: Rover, range_m: float) -
 
 
 def _neighbours(ground: Bool) -> tuple[I64, I64]:
-    """(line of the last True before each, -1 without one; of the first one from it on, the number of lines without)."""
+    """(line of the last True before each line, -1 without one; first True from it on, the number of lines without)."""
     lines = len(ground)
     number = np.arange(lines)[:, None]
     last = np.maximum.accumulate(np.where(ground, number, -1), axis=0)

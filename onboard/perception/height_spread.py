@@ -1,4 +1,4 @@
-"""How far the heights of a map's cell lie apart: noise of the ranges, slope and roughness within the cell, together."""
+"""Standard deviation of the heights within each map cell: range noise, slope and roughness together."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ LEAST_HITS = 2
 def height_std_m(ldem: Ldem) -> F32:
     """(rows, columns) float32, 1 sigma of the heights of each cell's hits, m; NaN with fewer than 2 hits.
 
-    Sums of squares cancel: where all hits of a cell have one height z, up to 3e-8 |z| comes out in place of 0.
+    Sums of squares cancel: if all hits of a cell have one height z, the result is up to 3e-8 |z| instead of 0.
     """
     hits = np.maximum(ldem.n, 1).astype(np.float64)
     mean_m = ldem.sum_z / hits
@@ -24,7 +24,7 @@ def height_std_m(ldem: Ldem) -> F32:
 
 
 def pack(ldem: Ldem) -> bytes:
-    """The job behind `get height_std`: the product's bytes."""
+    """Bytes of the product of `get height_std`; runs as a job."""
     grid = ldem.grid
     return encode_height_std(HeightStd(MapGrid(grid.x0_m, grid.y0_m, grid.cell_m, grid.rows, grid.columns),
                                        height_std_m(ldem)))

@@ -1,4 +1,4 @@
-"""The local digital elevation map: beams go in, it grows with the way, the planner looks through a window of it.
+"""Local digital elevation map: beams are inserted, the map grows along the way, the planner reads a window of it.
 
 `10-navigation` section 3. Every function returns a new Ldem; cells never move against the map frame, so nothing is
 resampled.
@@ -16,9 +16,9 @@ from onboard.native import raster
 from onboard.records import Bool, Cloud, Grid, Ldem, Pose
 
 BLOCK_M = 5.0  # the map grows by whole blocks of this side
-LEAST_KNOWN_RATIO = 0.25  # lines of a coarse sweep leave cells between them without a hit
-REPLACING_HITS = 3  # R3: with as many near hits the newest scan speaks alone
-ROBUST_HITS = 8  # of so many hits of one scan the highest and the lowest bound nothing: one wrong range moves nothing
+LEAST_KNOWN_RATIO = 0.25  # cells between the lines of a coarse sweep get no hit
+REPLACING_HITS = 3  # R3: with this many near hits the newest scan replaces older values
+ROBUST_HITS = 8  # from this many hits on, a scan's highest and lowest hit are ignored, against a wrong range
 
 LAYERS: tuple[tuple[str, DTypeLike, float], ...] = (
     ("n", np.int32, 0),
@@ -31,30 +31,30 @@ LAYERS: tuple[tuple[str, DTypeLike, float], ...] = (
     ("view_m", np.float32, np.inf),
     ("stop", np.int16, -1),
     ("assumed_z", np.float32, np.nan),
-)  # name, dtype, value of a cell nobody saw
+)  # name, dtype, value of an unseen cell
 
 
 def grid_around(x_m: float, y_m: float, size_m: float, cell_m: float) -> Grid:
-    """The square grid of `size_m` whose cell (rows // 2, columns // 2) holds the point."""
+    """The square grid of `size_m` whose cell (rows // 2, columns // 2) contains the point."""
     count = max(1, round(size_m / cell_m))
     first_i, first_j = math.floor(x_m / cell_m) - count // 2, math.floor(y_m / cell_m) - count // 2
     return lattice_grid(first_j, first_i, count, count, cell_m)
 
 
 def empty(grid: Grid) -> Ldem:
-    """A map nobody has seen anything of."""
+    """A map without any observation."""
     shape = (grid.rows, grid.columns)
     layers: dict[str, Any] = {name: np.full(shape, unseen, dtype) for name, dtype, unseen in LAYERS}
     return Ldem(grid=grid, **layers)
 
 
 def insert(ldem: Ldem, cloud: Cloud, stop: int, near_m: float) -> Ldem:
-    """The map with the beams of one scan in it, merged by rule R3.
+    """The map with the beams of one scan added, merged by rule R3.
 
-    A cell with at least 3 hits from nearer than `near_m` (horizontal, m) in this scan takes this scan's values alone,
-    z_ray too; elsewhere, and where the nearest view is from this very stop, counts and sums add up and bounds widen. A
-    cell's bounds are the highest and the lowest hit of a scan, with 8 hits or more the highest and the lowest but one.
-    Beams are cut at the border of the grid: `grow` it first.
+    A cell with at least 3 hits from nearer than `near_m` (horizontal, m) in this scan takes the values of this scan
+    alone, z_ray too. Elsewhere, and where the nearest view is already from this stop, counts and sums are added and
+    bounds widen. A cell's bounds are the highest and the lowest hit of a scan; with 8 hits or more, the second highest
+    and the second lowest. Beams are cut at the border of the grid: call `grow` first.
     """
     new = raster.rasterise(ldem.grid, cloud)
     many = new.n >= ROBUST_HITS
@@ -77,9 +77,9 @@ def insert(ldem: Ldem, cloud: Cloud, stop: int, near_m: float) -> Ldem:
 
 
 def grow(ldem: Ldem, x_m: float, y_m: float, half_size_m: float) -> Ldem:
-    """The map, larger by whole blocks of 5 m where less than `half_size_m` and a cell lie around the point.
+    """The map, extended by whole blocks of 5 m where less than `half_size_m` plus one cell lie around the point.
 
-    Returned unchanged where it is large enough.
+    Returned unchanged if it is large enough.
     """
     grid = ldem.grid
     block = max(1, round(BLOCK_M / grid.cell_m))
@@ -95,12 +95,12 @@ def grow(ldem: Ldem, x_m: float, y_m: float, half_size_m: float) -> Ldem:
 
 
 def window(ldem: Ldem, x_m: float, y_m: float, size_m: float) -> Ldem:
-    """The square of `size_m` whose cell (rows // 2, columns // 2) holds the point; unseen beyond the map (Eq. 1)."""
+    """The square of `size_m` whose cell (rows // 2, columns // 2) contains the point; unseen beyond the map (Eq. 1)."""
     return crop(ldem, grid_around(x_m, y_m, size_m, ldem.grid.cell_m))
 
 
 def paste(ldem: Ldem, part: Ldem) -> Ldem:
-    """The map with the cells of `part` in place of its own. Raises ValueError where the part is not within the map."""
+    """The map with its cells replaced by those of `part`. Raises ValueError if the part is not within the map."""
     (first_j, first_i), (at_j, at_i) = first_cell(ldem.grid), first_cell(part.grid)
     j, i, rows, columns = at_j - first_j, at_i - first_i, part.grid.rows, part.grid.columns
     if min(j, i) < 0 or j + rows > ldem.grid.rows or i + columns > ldem.grid.columns:
@@ -113,7 +113,7 @@ def paste(ldem: Ldem, part: Ldem) -> Ldem:
 
 
 def knows(ldem: Ldem, x_m: float, y_m: float, radius_m: float) -> bool:
-    """Whether enough cells within `radius_m` of the point were hit or assumed to say what a rover there stands on."""
+    """True if enough cells within `radius_m` of the point are hit or assumed to know the ground under a rover there."""
     part = window(ldem, x_m, y_m, 2.0 * (radius_m + ldem.grid.cell_m))
     dx = part.grid.x0_m + np.arange(part.grid.columns) * part.grid.cell_m - x_m
     dy = (part.grid.y0_m + np.arange(part.grid.rows) * part.grid.cell_m - y_m)[:, None]
@@ -137,7 +137,7 @@ def _blocks(missing: int, block: int) -> int:
 
 
 def first_cell(grid: Grid) -> tuple[int, int]:
-    """(j, i) of cell (0, 0) counted from the origin of the map frame: its centre is at (k + 1/2) * cell."""
+    """(j, i) of cell (0, 0) counted from the origin of the map frame; the centre of cell k is at (k + 1/2) * cell."""
     return round(grid.y0_m / grid.cell_m - 0.5), round(grid.x0_m / grid.cell_m - 0.5)
 
 
@@ -147,7 +147,7 @@ def lattice_grid(first_j: int, first_i: int, rows: int, columns: int, cell_m: fl
 
 
 def crop(ldem: Ldem, grid: Grid) -> Ldem:
-    """What `ldem` holds of `grid`, a copy; unseen where it holds nothing. Both have the same cells."""
+    """The cells of `ldem` on `grid`, copied; unseen outside the map. Both grids have the same cells."""
     (old_j, old_i), (new_j, new_i) = first_cell(ldem.grid), first_cell(grid)
     low_j, high_j = max(old_j, new_j), min(old_j + ldem.grid.rows, new_j + grid.rows)
     low_i, high_i = max(old_i, new_i), min(old_i + ldem.grid.columns, new_i + grid.columns)

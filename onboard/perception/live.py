@@ -1,11 +1,11 @@
-"""One turn of the scanner straight into a live grid: what `cloud` and `native.raster` make of it, without the cloud.
+"""Insertion of one scan straight into a live grid: the result of `cloud` and `native.raster` without the cloud.
 
     live = LiveGrid(grid)
     live.add_turn(turn_of(scan, tilt, scanning), mount_of(T_map_base, rover))
 
-For maps that take a line as it comes, at a pose that is known: the strip before the wheels while driving. The map of a
-stop cannot be made so: its cloud is registered first, which decides the pose, and it wants z_ray, for which each beam
-is walked (`stop_map`).
+For maps that take one line at a time at a known pose: the strip before the wheels while driving. The map of a stop
+cannot be made this way: its cloud is registered first, which decides the pose, and it needs z_ray, for which each beam
+is traced (`stop_map`).
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ _NONE: F64 = np.empty(0)
 
 
 def turn_of(scan: Scan, tilt: TiltTrack, scanning: Scanning) -> Turn:
-    """The beams of one scan that `cloud` would keep: within scanning.sector_rad, fired while the tilt was measured.
+    """The beams of one scan that `cloud` would use: within scanning.sector_rad, fired while the tilt was measured.
 
     The tilt is interpolated at each beam's own time, never extrapolated (`beam_tilt`).
     """
@@ -43,7 +43,7 @@ def turn_of(scan: Scan, tilt: TiltTrack, scanning: Scanning) -> Turn:
 def mount_of(T_map_base: F64, rover: Rover) -> Mount:
     """The scanner on a rover whose base_link stands at T_map_base (4, 4), with the hull that `cloud` masks.
 
-    A scanner that is bolted on askew: in its own axes it is the rover that is turned; the hull then is, too.
+    If the scanner's mounting is rotated, the result uses the scanner's axes: rover pose and hull are rotated instead.
     """
     place, mount = lidar_place(rover), lidar_rotation(rover)
     if mount is not None:

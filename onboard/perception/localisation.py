@@ -1,19 +1,19 @@
-"""Where the rover is: odometry, gyro and gravity between the stops, registrations at them (`pose_filter` weighs them).
+"""Localisation: odometry, gyro and gravity between the stops, registrations at the stops (`pose_filter` weighs them).
 
-    every tick (100 Hz)     way of the wheels and rate of the gyro move the pose, by plain arithmetic:
+    every tick (100 Hz)     wheel displacement and gyro rate move the pose, by plain arithmetic:
                             way = R(roll, pitch, yaw) * (dx, dy, 0); and the rover slides down the slope by
                             -slope_slip_ratio * way of the rims * tan(phi) * ln(1 - tan(slope) / tan(phi))
-    every 100 ms of moving  the filter's covariance is predicted over what moved since (the state is already there)
-    every 0.5 s of standing the mean of the gyro is its bias (zero-velocity update); the pose stays, but for the part of
-                            the last drive's turn that the bias now explains
+    every 100 ms of moving  the filter predicts the covariance over the motion since (the state has moved already)
+    every 0.5 s of standing the mean of the gyro is its bias (zero-velocity update); the pose stays, except for the part
+                            of the last drive's turn that the bias now explains
     at a stop               a registration corrects x, y, z, yaw, and through them slip, bias, scale, or is refused;
-                            then the points enter the map at the corrected pose, which becomes the anchor of the next
+                            then the points enter the map at the corrected pose, which becomes the next anchor
 
-Roll and pitch come from `attitude`. A registration that the ground fixes in every direction is believed, however sure
-the filter is of the way: what it says beyond that is a slide or a knock that no wheel or gyro felt. One that is weaker
-and incredible is refused: it never moves the pose and doubles its covariance, so the filter yields to the third or
-fourth that says the same. Where there was nothing to compare (a look behind, ground without features) nothing is
-learned, and nothing widens.
+Roll and pitch come from `attitude`. A registration that the ground fixes in every direction is accepted, however small
+the filter's covariance is: a larger difference is a slide or a knock that neither wheels nor gyro measured. A weaker
+registration that is not credible is refused: it never moves the pose and doubles its covariance, so the filter accepts
+the third or fourth that gives the same pose. If there was nothing to compare (a look behind, ground without features),
+nothing is estimated and the covariance does not grow.
 """
 
 from __future__ import annotations
@@ -41,19 +41,21 @@ if TYPE_CHECKING:
 PREDICT_NS = 100_000_000
 STANDING_NS = 500_000_000
 IMU_STALE_NS = 100_000_000
-QUIET_RADPS = 0.01  # a gyro beyond this (and 5 sigma) while the wheels stand: the rover is pushed or slides, and turns
+QUIET_RADPS = 0.01  # a rate above this (and 5 sigma) while the wheels stand: the rover is pushed or slides, and turns
 BIAS_FLOOR_RADPS = 1e-4
 TURN_WITHOUT_GYRO = 0.05
 SAME_PLACE_M = 1.0
-SHARE = 0.5  # of a new stop in the map where it saw what earlier ones did: `merge_target` takes means of both
+SHARE = 0.5  # weight of a new stop in the map where it overlaps earlier ones: `merge_target` takes means of both
 LEVEL_SINE = 1e-6
-MOST_SHEAR = 0.95  # of what the soil bears
+MOST_SHEAR = 0.95  # of the shear that the soil bears
 
 
 class Localisation:
-    """Feeds the filter; owns odometry and attitude. The map's origin is the pose at the start of the mission.
+    """Pose estimator; owns odometry, attitude and filter. The map's origin is the pose at the start of the mission.
 
-    pose: the best one now. step: what the wheels did in the newest tick. yaw_rate_radps: its rate of turning.
+    pose: the best pose now.
+    step: wheel motion of the newest tick.
+    yaw_rate_radps: yaw rate now.
     """
 
     def __init__(self, rover: Rover, config: LocalisationConfig, stale_ns: int = 30_000_000) -> None:
@@ -75,22 +77,22 @@ class Localisation:
 
     @property
     def slip_ratio(self) -> float:
-        """Share of the wheels' way that the body does not make."""
+        """Share of the wheels' displacement that the body does not make."""
         return self._filter.state[SLIP]
 
     @property
     def residual_mps(self) -> float:
-        """How much the wheels disagree."""
+        """Disagreement of the wheels, m/s."""
         return self.step.residual_mps
 
     @property
     def ready(self) -> bool:
-        """Whether roll, pitch and the gyro's bias are averaged: half a second of standing after the start."""
+        """True once roll, pitch and the gyro's bias are averaged: half a second of standing after the start."""
         return self._attitude.ready
 
     @property
     def force_bias_mps2(self) -> tuple[float, float]:
-        """What is known of the accelerometer's bias: keep it beside the pose of a stop, for `known_now`."""
+        """Estimated bias of the accelerometer: store it with the pose of a stop, for `known_now`."""
         return self._attitude.force_bias_mps2
 
     @property
@@ -107,13 +109,16 @@ class Localisation:
 
     @property
     def estimate(self) -> Estimate:
-        """The filter's word now; its covariance (4, 4) over x, y, z, yaw is at most 100 ms old."""
+        """The filter's estimate now; its covariance (4, 4) over x, y, z, yaw is at most 100 ms old."""
         twist = self.step.twist
         speed = (1.0 - self.slip_ratio) * hypot(twist.vx_mps, twist.vy_mps)
         return Estimate(self.pose, self._filter.covariance[:4, :4].copy(), speed, self.yaw_rate_radps)
 
     def known_now(self, pose: Pose, force_bias_mps2: tuple[float, float]) -> Pose:
-        """The pose of an earlier stop, told while the accelerometer's bias was thought to be that, levelled anew."""
+        """The pose of an earlier stop with roll and pitch corrected by the change of the force bias since then.
+
+        force_bias_mps2: the force bias that was estimated at that stop.
+        """
         roll, pitch = self._attitude.known_now(pose.roll_rad, pose.pitch_rad, force_bias_mps2)
         return replace(pose, roll_rad=roll, pitch_rad=pitch)
 
@@ -121,9 +126,11 @@ class Localisation:
         self, wheels: Sequence[WheelState | None], imu: ImuSample | None, now_ns: int, health: Wheels = SOUND,
         slips: bool = False,
     ) -> None:
-        """One tick: the newest state of each wheel (None: not known), the newest IMU sample (None: none came).
+        """Process one tick.
 
-        slips: whether SLIP_HIGH holds.
+        wheels: newest state of each wheel, None if it is not known.
+        imu: newest IMU sample, None if none arrived.
+        slips: SLIP_HIGH is active.
         """
         elapsed_s = (now_ns - self._now_ns) * 1e-9 if self._now_ns >= 0 else 0.0
         self._now_ns = now_ns
@@ -150,7 +157,10 @@ class Localisation:
             self._standing_since_ns, self._rates_sum, self._rates = now_ns, 0.0, 0
 
     def register(self, result: RegistrationResult) -> bool:
-        """Corrects the pose by a registration, or says False; widens the covariance where it spoke against the pose."""
+        """Correct the pose by a registration and return True, or refuse it and return False.
+
+        A refused registration that could compare points widens the covariance.
+        """
         config, T = self._config, result.T_map_base
         measured = np.array([*T[:3, 3], atan2(T[1, 0], T[0, 0])])
         self._predict()
@@ -174,9 +184,9 @@ class Localisation:
     def anchor(self, taken: RegistrationResult | None) -> Pose:
         """The pose at which the points of this stop enter the map; the next registration is relative to it.
 
-        taken: the registration that corrected the pose; its roll and pitch fit the map's. A scan without one, at the
-        place of one that is in the map (the look behind at the start), leaves the anchor: the way goes on over what
-        the other has seen.
+        taken: the registration that corrected the pose; its roll and pitch fit those of the map. A scan without one,
+            taken within SAME_PLACE_M of the anchor (the look behind at the start), leaves the anchor unchanged: the
+            next registration uses the points of the earlier scan.
         """
         self._predict()
         if taken is None:
@@ -188,23 +198,23 @@ class Localisation:
         return replace(self.pose, roll_rad=atan2(R[2, 1], R[2, 2]), pitch_rad=-asin(float(R[2, 0])))
 
     def reset(self, pose: Pose) -> None:
-        """Puts the rover at a pose known from elsewhere, to within 5 cm and 1 degree; bias and slip stay as learned."""
+        """Set the rover to an externally known pose, within 5 cm and 1 degree; the estimates of bias and slip stay."""
         self._predict()
         self._filter.reset(pose.x_m, pose.y_m, pose.z_m, pose.yaw_rad)
         self.pose = self._here()
 
     def doubt_bias(self, step_radps: float) -> None:
-        """At rest the gyro reads otherwise than at the last one, by so much: its bias is learned anew."""
+        """Estimate the gyro's bias again: its reading at rest changed by step_radps since the last rest."""
         self._filter.doubt_bias(step_radps)
         self._attitude.doubt_bias()
 
     def resume(self, pose: Pose, sigmas: tuple[float, float, float, float]) -> None:
-        """Goes on from the pose that an earlier run kept, with its `sigmas`; roll and pitch are measured anew."""
+        """Continue from the pose that an earlier run stored, with its `sigmas`; roll and pitch are measured again."""
         self._filter.resume((pose.x_m, pose.y_m, pose.z_m, pose.yaw_rad), sigmas)
         self.pose = self._here()
 
     def digest_items(self) -> tuple[float, ...]:
-        """What the state digest of the record is made of."""
+        """Values that enter the state digest of the record."""
         diagonal = self._filter.covariance.diagonal().tolist()
         return (*self._filter.state, self._attitude.roll_rad, self._attitude.pitch_rad, *diagonal)
 
@@ -213,7 +223,7 @@ class Localisation:
         return Pose(x, y, z, self._attitude.roll_rad, self._attitude.pitch_rad, yaw)
 
     def _take_imu(self, imu: ImuSample | None, now_ns: int, elapsed_s: float) -> None:
-        """The rate of yaw of this tick: the gyro's (its last one holds for a while), or the wheels' if it is silent."""
+        """Set the yaw rate of this tick: from the gyro (its last value is valid for 100 ms), else from the wheels."""
         self._fresh = imu is not None and imu.stamp_ns != self._imu_ns
         if imu is not None and self._fresh:
             since_s = (imu.stamp_ns - self._imu_ns) * 1e-9 if self._imu_ns >= 0 else 0.0
@@ -248,12 +258,12 @@ class Localisation:
 
 
 def slide_ratio(roll_rad: float, pitch_rad: float, config: LocalisationConfig) -> float:
-    """How far a rover slides down the slope it stands at, of the way of its rims and the slope's sine.
+    """Slide of a rover down its slope, as a ratio of the rim displacement times the sine of the slope.
 
-    Soil of internal friction phi bears a shear of tan(slope) by a displacement j, tan(slope) = tan(phi) *
-    (1 - e^(-j / K)) (Janosi and Hanamoto), and j grows with the way of the rims: the slide is
-    slope_slip_ratio * -tan(phi) * ln(1 - tan(slope) / tan(phi)) of it, slope_slip_ratio * tan(slope) where the slope
-    is small. Nearer to phi than 0.95 it stays what it is there.
+    Soil of internal friction phi bears a shear of tan(slope) at a displacement j, tan(slope) = tan(phi) *
+    (1 - e^(-j / K)) (Janosi and Hanamoto), and j grows with the rim displacement. The slide, as a share of the rim
+    displacement, is slope_slip_ratio * -tan(phi) * ln(1 - tan(slope) / tan(phi)); for a small slope it is
+    slope_slip_ratio * tan(slope). Above 0.95 of tan(phi) the value at 0.95 is used.
     """
     cosine = cos(pitch_rad) * cos(roll_rad)
     sine = math.sqrt(1.0 - cosine * cosine)
@@ -266,7 +276,7 @@ def slide_ratio(roll_rad: float, pitch_rad: float, config: LocalisationConfig) -
 def _in_map(
     ways_m: tuple[tuple[float, float], tuple[float, float]], roll_rad: float, pitch_rad: float, yaw_rad: float
 ) -> tuple[Vector, Vector]:
-    """Two ways of the body (ahead, to the left), in the plane of its wheels, along the map's axes."""
+    """Two displacements of the body (ahead, left), in the plane of its wheels, along the map's axes."""
     sr, cr, sp, cp = sin(roll_rad), cos(roll_rad), sin(pitch_rad), cos(pitch_rad)
     sy, cy = sin(yaw_rad), cos(yaw_rad)
 

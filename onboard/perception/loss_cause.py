@@ -1,4 +1,4 @@
-"""Cause of lost beams, from the sweeps of a mission: what can be told apart, and UNKNOWN where it cannot.
+"""Cause of lost beams, from the sweeps of a mission; UNKNOWN where the causes cannot be separated.
 
     BLIND      in nearly all directions, or more with each of the last sweeps: the scanner itself
     WINDOW     the same directions of the scanner's own frame at all distances, after the rover turned as before
@@ -6,8 +6,8 @@
     GROUND     one place: distances before or behind it are seen, and from elsewhere the same place is lost again
     END        nothing from some distance on, up to the horizon: the ground ends, falls away, or is dark from there on
 
-One sweep alone tells only CLEAR, BLIND and END: dirt and sunlight look alike in it, and so do dark ground and dirt low
-on the window. The sky tells nothing: a beam that meets nothing there is no loss.
+One sweep alone gives only CLEAR, BLIND and END: dirt and sunlight look the same in it, and so do dark ground and dirt
+low on the window. Beams to the sky are not counted: a beam that meets nothing there is no loss.
 """
 
 from __future__ import annotations
@@ -25,15 +25,15 @@ from onboard.perception.lost_beams import BANDS_M, SECTORS, SURE_BANDS, LostBeam
 from onboard.records import Bool, Pose
 from protocol.conventions import wrap_rad
 
-BAD_RATIO = 0.2  # of a sector's beams: it is bad
+BAD_RATIO = 0.2  # a sector with a larger lost share is bad
 NEARLY_ALL = 0.75  # of the sectors
 GROWTH_RATIO = 0.05  # from sweep to sweep, twice
-ALIKE_RATIO = 0.5  # of the bad sectors of both sweeps are the same
-APART_RAD, APART_M = math.radians(20.0), 0.8  # a sweep from elsewhere
+ALIKE_RATIO = 0.5  # of the bad sectors must be the same in both sweeps
+APART_RAD, APART_M = math.radians(20.0), 0.8  # a sweep turned or moved by more than this counts as another view
 
 
 class Cause(Enum):
-    """What takes the beams."""
+    """Cause of lost beams."""
 
     CLEAR = "nothing"
     BLIND = "the scanner goes blind"
@@ -46,14 +46,17 @@ class Cause(Enum):
 
 @dataclass(frozen=True, slots=True)
 class View:
-    """What one sweep lost, and the pose it was taken from in the map."""
+    """Lost beams of one sweep, and the pose in the map from which it was taken."""
 
     lost: LostBeams
     pose: Pose
 
 
 def cause(views: Sequence[View], clear_ratio: float) -> Cause:
-    """Of the newest view's losses. clear_ratio: an overall share up to it, with no bad sector, is no loss."""
+    """Cause of the losses of the newest view.
+
+    clear_ratio: an overall share up to this, without a bad sector, is no loss.
+    """
     if not views:
         return Cause.CLEAR
     newest = views[-1].lost
@@ -92,13 +95,13 @@ def _lost_cells(lost: LostBeams) -> Bool:
 
 
 def _at_all_distances(lost: LostBeams, bad: Bool) -> bool:
-    """Whether most of the bad sectors' near bands that were looked at are lost; farther ones have few witnesses."""
+    """True if most of the judged near bands of the bad sectors are lost; farther bands have few witnesses."""
     judged = np.isfinite(lost.cells[bad, :SURE_BANDS])
     return float(_lost_cells(lost)[bad, :SURE_BANDS].sum()) > 0.7 * float(judged.sum())
 
 
 def _bounded(lost: LostBeams) -> bool:
-    """Whether most of what was looked at was seen."""
+    """True if most of the judged cells were seen."""
     return 2 * int(_lost_cells(lost).sum()) < int(np.isfinite(lost.cells).sum())
 
 
@@ -107,7 +110,7 @@ def _elsewhere(a: Pose, b: Pose) -> bool:
 
 
 def _turned(newest: View, bad: Bool, earlier: Sequence[View]) -> tuple[bool, bool]:
-    """Whether in a sweep of another heading the same sectors, and those of the same bearings in the map, are bad."""
+    """(window, sun): in a sweep of another heading the same sectors, or those of the same map bearings, are bad."""
     window = sun = False
     for view in earlier:
         turned_rad = wrap_rad(view.pose.yaw_rad - newest.pose.yaw_rad)
@@ -120,7 +123,7 @@ def _turned(newest: View, bad: Bool, earlier: Sequence[View]) -> tuple[bool, boo
 
 
 def _shifted(sectors: Bool, turned: int) -> Bool:
-    """The same directions of the map as sectors of a rover that is turned left by so many."""
+    """The same map directions as sectors of a rover that is turned left by `turned` sectors."""
     moved = np.zeros_like(sectors)
     for k in np.flatnonzero(sectors) - turned:
         if 0 <= k < SECTORS:
@@ -134,7 +137,7 @@ def _alike(a: Bool, b: Bool) -> bool:
 
 
 def _same_place(newest: View, other: View) -> bool:
-    """Whether what is lost in the newest view lies where the other one lost as well, and nowhere else."""
+    """True if the losses of the newest view lie where the other view lost beams too, and nowhere else."""
     met = same = 0
     lost = _lost_cells(other.lost)
     for sector, band in np.argwhere(_lost_cells(newest.lost)).tolist():
@@ -150,12 +153,12 @@ def _same_place(newest: View, other: View) -> bool:
 
 
 def place(view: View, sector: int, range_m: float) -> tuple[float, float]:
-    """Where in the map the middle of a sector lies at a distance."""
+    """Map position of the middle of a sector at a distance."""
     bearing_rad = view.pose.yaw_rad + view.lost.azimuth_rad(sector)
     return view.pose.x_m + range_m * cos(bearing_rad), view.pose.y_m + range_m * sin(bearing_rad)
 
 
 def direction(pose: Pose, x_m: float, y_m: float) -> tuple[float, float]:
-    """(azimuth from straight ahead, distance) of a point of the map."""
+    """Azimuth from straight ahead (rad) and distance (m) of a point of the map."""
     dx, dy = x_m - pose.x_m, y_m - pose.y_m
     return wrap_rad(atan2(dy, dx) - pose.yaw_rad), hypot(dx, dy)

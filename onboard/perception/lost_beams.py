@@ -1,21 +1,21 @@
-"""Beams of a sweep that should have met ground and returned nothing, by direction and distance.
+"""Lost beams of a sweep, by direction and distance: beams that should have met ground and returned nothing.
 
 Over any ground the steeper of two beams in one vertical plane meets something no farther off than the flatter one: a
-flatter neighbour that met something is a witness. What a beam says whose way meets the plane through the wheels:
+flatter neighbour that hit something is a witness. Class of a beam whose path meets the plane through the wheels:
 
-    hit     it returned, from whatever it met
+    hit     it returned, from any object
     lost    it returned nothing, and a flatter neighbour is its witness; or, within SURE_M, no neighbour of its
-            direction, steeper or flatter, met anything: dirt or sunlight
+            direction, steeper or flatter, hit anything: dirt or sunlight
     open    it returned nothing within SURE_M, nor did a flatter one, but steeper ones did: the ground ends there, falls
-            away, or is too dark from there on; which of them cannot be told
+            away, or is too dark from there on; these cannot be separated
 
-         scanner o-----------------____ flatter, met something: witness
+         scanner o-----------------____ flatter, hit something: witness
                    `--.__              `---x
           |<- SURE_M ->| `--. steeper: hit or lost
 
-Other beams count for nothing: those to the sky, and without a witness those beyond SURE_M. The sensor itself loses
-beams that meet ground flatter than some 5 degrees: on level ground beyond 8 m, on rough ground before that (by
-simulation 7 to 19 % between 4 and 8 m, 0.2 % within 4 m). So what is judged is what lies within SURE_M.
+Other beams are not counted: those to the sky, and those beyond SURE_M without a witness. The sensor itself loses beams
+that meet ground at less than about 5 degrees: on level ground beyond 8 m, on rough ground nearer (by simulation 7 to
+19 % between 4 and 8 m, 0.2 % within 4 m). So only beams within SURE_M are judged.
 """
 
 from __future__ import annotations
@@ -33,22 +33,25 @@ from onboard.perception.beam_tilt import tilt_at
 from onboard.records import F64, BeamStatus, Bool, Scan, TiltTrack
 from onboard.scan import of_one_geometry
 
-SECTORS = 13  # of 10 degrees each, with the 65 degrees to both sides of the default
+SECTORS = 13  # 10 degrees each, with the default sector of 65 degrees to each side
 BANDS_M = (0.0, 2.0, 4.0, 6.0, 8.0)  # of the range at which a beam meets the plane
 SURE_M = 4.0
 SURE_BANDS = sum(edge <= SURE_M for edge in BANDS_M) - 1
 _BESIDE = 2  # beams to each side that are neighbours
-_GROUND_RATIO = 0.5  # of the way to the plane: a return from nearer may be the rover's own deck
-_LEAST = 30  # due beams, for a share to mean anything
+_GROUND_RATIO = 0.5  # of the distance to the plane: a nearer return may be the rover's own deck
+_LEAST = 30  # due beams needed for a share
 
 I64 = NDArray[np.int64]
 
 
 @dataclass(frozen=True, slots=True)
 class LostBeams:
-    """Counts of one sweep. due, lost, open: (SECTORS, bands) int64, sector 0 is the rightmost, band 0 the nearest.
+    """Counts of one sweep; sector 0 is the rightmost, band 0 the nearest.
 
-    due: hit or lost. sector_rad: half of the width that the sectors divide.
+    due: (SECTORS, bands) int64, beams that are hit or lost.
+    lost: (SECTORS, bands) int64, lost beams.
+    open: (SECTORS, bands) int64, open beams.
+    sector_rad: half of the width that the sectors divide.
     """
 
     due: I64
@@ -58,23 +61,23 @@ class LostBeams:
 
     @property
     def ratio(self) -> float:
-        """Share of the due beams within SURE_M that are lost, all sectors together; 0 where none was due."""
+        """Lost share of the due beams within SURE_M, all sectors together; 0 with fewer than _LEAST due beams."""
         due = int(self.due[:, :SURE_BANDS].sum())
         return int(self.lost[:, :SURE_BANDS].sum()) / due if due >= _LEAST else 0.0
 
     @property
     def sectors(self) -> F64:
-        """(SECTORS,) likewise by sector; NaN where too few were due."""
+        """(SECTORS,) lost share within SURE_M by sector; NaN with too few due beams."""
         return _shares(self.lost[:, :SURE_BANDS].sum(axis=1), self.due[:, :SURE_BANDS].sum(axis=1))
 
     @property
     def cells(self) -> F64:
-        """(SECTORS, bands) of each sector and band."""
+        """(SECTORS, bands) lost share of each sector and band; NaN with too few due beams."""
         return _shares(self.lost, self.due)
 
     @property
     def width_rad(self) -> float:
-        """Of one sector."""
+        """Width of one sector."""
         return 2.0 * self.sector_rad / SECTORS
 
     def azimuth_rad(self, sector: int) -> float:
@@ -82,14 +85,15 @@ class LostBeams:
         return (sector + 0.5) * self.width_rad - self.sector_rad
 
     def sector(self, azimuth_rad: float) -> int | None:
-        """The sector of an azimuth, None outside all."""
+        """The sector of an azimuth, None outside all sectors."""
         at = int(np.floor((azimuth_rad + self.sector_rad) / self.width_rad))
         return at if 0 <= at < SECTORS else None
 
     def towards(self, azimuth_rad: float, range_m: float) -> float:
-        """Share lost or open around an azimuth (its sector and the next) up to a distance; NaN: not looked at.
+        """Share of lost or open beams around an azimuth (its sector and the next) up to a distance; NaN if not judged.
 
-        The worst of the bands within SURE_M and of all bands together: those beyond lose beams on sound ground too.
+        The result is the worst of the single bands within SURE_M and of all bands together: bands beyond SURE_M lose
+        beams on normal ground too.
         """
         at = self.sector(azimuth_rad)
         if at is None:
@@ -104,7 +108,7 @@ class LostBeams:
 
 
 def lost_beams(scans: Sequence[Scan], tilt: TiltTrack, rover: Rover, scanning: Scanning) -> LostBeams:
-    """What a sweep lost. Of scans of several geometries the most frequent one's count."""
+    """Lost beams of a sweep. If the scans have several geometries, only those of the most frequent one are counted."""
     shape = (SECTORS, len(BANDS_M) - 1)
     if not scans or len(tilt.times_ns) < 2:
         none_due = np.zeros(shape, np.int64)
@@ -133,9 +137,12 @@ def lost_beams(scans: Sequence[Scan], tilt: TiltTrack, rover: Rover, scanning: S
 
 
 def plane_range_m(azimuth_rad: F64, tilt_rad: F64 | float, rover: Rover) -> F64:
-    """How far beams go to the plane through the wheels, inf at or over the horizon.
+    """Range of beams to the plane through the wheels, inf at or above the horizon.
 
-    azimuth_rad: (n,) in the scanner's plane; tilt_rad: one, or (lines, n); the result has their common shape.
+    azimuth_rad: (n,) in the scanner's plane.
+    tilt_rad: one value, or (lines, n).
+
+    The result has their common shape.
     """
     mount = lidar_rotation(rover)
     row = (0.0, 0.0, 1.0) if mount is None else mount[2].tolist()
@@ -148,7 +155,7 @@ def plane_range_m(azimuth_rad: F64, tilt_rad: F64 | float, rover: Rover) -> F64:
 
 
 def _angles(scans: Sequence[Scan], beams: NDArray[np.intp], tilt: TiltTrack) -> tuple[F64, Bool]:
-    """Tilt of each beam (lines, beams) rad, and whether it was sampled."""
+    """Tilt of each beam, (lines, beams) rad, and its sampled flag."""
     origin_ns = int(tilt.times_ns[0])
     starts_ns = np.array([[scan.start_ns - origin_ns] for scan in scans], np.float64)
     times_ns = starts_ns + beams * np.array([[scan.beam_ns] for scan in scans])
@@ -159,11 +166,11 @@ def _angles(scans: Sequence[Scan], beams: NDArray[np.intp], tilt: TiltTrack) -> 
 def _judged(
     hit: Bool, none: Bool, ranges_m: NDArray[np.float32], expected_m: F64, angles: F64, range_m: float
 ) -> tuple[Bool, Bool]:
-    """Which beams (lines, beams) are lost, and which are open."""
-    order = np.argsort(angles[:, angles.shape[1] // 2], kind="stable")  # flattest, and upwards, first
+    """Flags (lines, beams) of the lost beams and of the open beams."""
+    order = np.argsort(angles[:, angles.shape[1] // 2], kind="stable")  # upward beams first, then flat to steep
     sure = none & (expected_m <= SURE_M)
     far = none & (expected_m > SURE_M) & (expected_m <= min(range_m, BANDS_M[-1]))
-    ground = hit & (ranges_m >= _GROUND_RATIO * expected_m)  # what hits the rover itself says nothing
+    ground = hit & (ranges_m >= _GROUND_RATIO * expected_m)  # hits on the rover itself do not count
     witness = _before(hit, order)
     steeper = _before(ground, order[::-1])
     lost = sure & (witness | ~steeper) | far & _before(hit & (ranges_m <= range_m), order)
@@ -171,7 +178,7 @@ def _judged(
 
 
 def _before(hit: Bool, order: NDArray[np.intp]) -> Bool:
-    """Which beams have a neighbour that hit on a line before theirs in this order, (lines, beams)."""
+    """Flags (lines, beams) of beams with a neighbour that hit on an earlier line in this order."""
     seen = np.logical_or.accumulate(hit[order], axis=0)
     wide = seen.copy()
     for shift in range(1, _BESIDE + 1):

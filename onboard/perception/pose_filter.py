@@ -1,18 +1,18 @@
-"""The extended Kalman filter of `localisation` (filterpy): pose, gyro, slip, and what is wrong with the map itself.
+"""Extended Kalman filter of `localisation` (filterpy): pose, gyro errors, slip, and the error of the map itself.
 
     state   x, y, z, yaw; gyro's bias (rad/s) and scale error; slip = 1 - (body's way) / (wheels' way); excess: share by
-            which this soil lets slide more than its law says; reach: share of the way from the anchor by which
-            registrations on this ground say too much;
+            which this soil slides more than its law predicts; reach: share of the way from the anchor by which
+            registrations on this ground are too long;
             anchor: true pose minus the pose at which the points of the newest trusted stop entered the map
     motion  d(x, y, z) = (1 - slip) * way + (1 + excess) * slide,   d yaw = (1 - scale) * (rate - bias) * dt,
-            the rest wanders or stays
-    slips   while the monitors say so nothing is known of the way: each spell's rims' way L adds (0.4 L)^2
-    stop    a registration measures the pose less the anchor's error, carried rigidly from the anchor's place to here,
-            and the reach: what the scanner and the shadows of stones do to it they do at the next stop again
+            the other states are random walks or constants
+    slips   while the monitors report slip, the way is unknown: the rim displacement L of each spell adds (0.4 L)^2
+    stop    a registration measures the pose less the anchor's error, moved rigidly from the anchor's place to here,
+            and the reach: the errors of scanner and rock shadows are the same again at the next stop
 
-A registration is relative to points that carry the errors of the stops before: were it taken for absolute, the sigmas
-of n stops would fall like 1 / sqrt(n) while the true error grows like sqrt(n). With the anchor in the state (a clone of
-the pose, made when points enter) the covariance is that of the way from the map's origin.
+A registration is relative to points that carry the errors of the stops before. If it were treated as absolute, the
+sigmas of n stops would fall like 1 / sqrt(n) while the true error grows like sqrt(n). With the anchor in the state (a
+clone of the pose, made when points enter) the covariance is that of the way from the map's origin.
 """
 
 from __future__ import annotations
@@ -34,32 +34,37 @@ if TYPE_CHECKING:
 X, Y, Z, YAW, BIAS, SLIP, SCALE, EXCESS, REACH = range(9)
 POSE, ANCHOR, STATES = slice(0, 4), slice(9, 13), 13
 WIDEN = 2.0
-START_SIGMA = (0.001, 0.001, 0.001, 0.001)  # the map begins here: only the scale of the numbers
+START_SIGMA = (0.001, 0.001, 0.001, 0.001)  # the map begins here, so these only set the scale of the numbers
 RESET_SIGMA = (0.05, 0.05, 0.05, 0.02)
-RESUME_SIGMA = (0.1, 0.1, 0.05, 0.06)  # what it moves after the last kept pose: a step of it, and until it stands
+RESUME_SIGMA = (0.1, 0.1, 0.05, 0.06)  # motion after the last stored pose: up to one storing step, and until standstill
 BIAS_WALK = 2e-5  # rad/s per sqrt(s)
 SCALE_SIGMA = 0.001
 EXCESS_SIGMA = 0.04
 REACH_SIGMA = 0.001
-TILT_SIGMA = 0.002  # of the map's level: what a registration makes of the height at a distance from its anchor
+TILT_SIGMA = 0.002  # of the map's level: error of a registration's height with the distance from its anchor
 WAY_WALK = 0.010  # m per sqrt(m), of x and y
 HEIGHT_WALK = 0.005  # m per sqrt(m)
 TURN_WALK = 0.001  # rad per sqrt(rad)
 SLIP_WALK = 0.002  # per sqrt(m)
 EXCESS_WALK = 0.003  # per sqrt(m)
-SLIDE_WALK = 0.2  # of the slide, per sqrt(m): a wheel on a stone, steering wheels that scrub
-SLIPPING_SIGMA = 0.4  # of the rims' way while the monitors say that the wheels slip: what is lost is 0.4 to all of it
-UNNOTICED_M = 0.1  # of it before they say so
+SLIDE_WALK = 0.2  # of the slide, per sqrt(m): a wheel on a stone, scrubbing of steering wheels
+SLIPPING_SIGMA = 0.4  # of the rims' way while the monitors report slip: 0.4 to all of it is lost
+UNNOTICED_M = 0.1  # of rims' way before they report slip
 SLIP_LIMITS = (-0.3, 0.9)
 
 Vector = tuple[float, float, float]
 
 
 class PoseFilter:
-    """State and covariance; the state moves at once, the covariance by `predict` over what moved since."""
+    """State and covariance; the state moves at once, `predict` updates the covariance over the motion since then."""
 
     def __init__(self, start: Vector, bias_sigma: float, slip: tuple[float, float]) -> None:
-        """start: x, y, yaw. bias_sigma: of the gyro, rad/s. slip: as expected, and its sigma."""
+        """Set the start values.
+
+        start: x, y, yaw.
+        bias_sigma: 1 sigma of the gyro's bias, rad/s.
+        slip: expected slip, and its sigma.
+        """
         x_m, y_m, yaw_rad = start
         self.state = [x_m, y_m, 0.0, yaw_rad, *[0.0] * (STATES - 4)]
         self.state[SLIP], slip_sigma = slip
@@ -67,12 +72,12 @@ class PoseFilter:
         sigmas = [*START_SIGMA, bias_sigma, slip_sigma, SCALE_SIGMA, EXCESS_SIGMA, REACH_SIGMA]
         self.covariance[: len(sigmas), : len(sigmas)] = np.diag(np.square(sigmas))
         self._filter: ExtendedKalmanFilter | None = None
-        self._slipped_m = 0.0  # of this spell
+        self._slipped_m = 0.0  # in this spell of slip
         self._rest()
         self._anchor_m = (x_m, y_m)
 
     def turn(self, rate_radps: float, seconds: float) -> float:
-        """Turns by a rate of the gyro (or of what stands in for it); returns the angle."""
+        """Turn by a rate of the gyro (or of its substitute); return the angle."""
         angle_rad = rate_radps * seconds
         self.state[YAW] = wrap_rad(self.state[YAW] + angle_rad)
         self._turn_rad += angle_rad
@@ -81,9 +86,12 @@ class PoseFilter:
         return angle_rad
 
     def move(self, way_m: Vector, slide_m: Vector, rolled_m: float, slips: bool = False) -> None:
-        """Goes by a way of the wheels and slides by what the law says, in map axes; rolled_m: way of the rims.
+        """Move by wheel displacement and predicted slide.
 
-        slips: the monitors say that the wheels do; one spell's errors all point the same way, so they are summed first.
+        way_m, slide_m: in map axes.
+        rolled_m: displacement of the rims.
+        slips: the monitors report that the wheels slip. The errors of one spell all point the same way, so the
+            displacement of the spell is summed before it is squared.
         """
         keep, let = 1.0 - self.state[SLIP], 1.0 + self.state[EXCESS]
         for k in range(3):
@@ -99,7 +107,10 @@ class PoseFilter:
             self._slipped_m = 0.0
 
     def predict(self, gyro_noise_radps: float, turn_walk: float = TURN_WALK) -> None:
-        """Covariance over what moved since the last call. gyro_noise_radps: 1 sigma of a sample, 100 a second."""
+        """Update the covariance over the motion since the last call.
+
+        gyro_noise_radps: 1 sigma of a sample, at 100 samples a second.
+        """
         if self._rolled_m == 0.0 and self._turned_rad == 0.0:
             return
         way, slide, rolled_m = np.array(self._way_m), np.array(self._slide_m), self._rolled_m
@@ -125,34 +136,35 @@ class PoseFilter:
         self._rest()
 
     def see_bias(self, rate_radps: float, variance: float, seconds: float) -> None:
-        """The gyro's mean rate over `seconds` of standing is its bias (zero-velocity update)."""
+        """Correct the gyro's bias by its mean rate over `seconds` of standing (zero-velocity update)."""
         self.covariance[BIAS, BIAS] += square(BIAS_WALK) * seconds
         measures = np.zeros((1, STATES))
         measures[0, BIAS] = 1.0
         self._correct(np.array([rate_radps]), measures, np.array([[variance]]))
 
     def doubt_bias(self, sigma_radps: float) -> None:
-        """The gyro's bias may have changed by so much."""
+        """Increase the variance of the gyro's bias by the square of sigma_radps."""
         self.covariance[BIAS, BIAS] += square(sigma_radps)
 
     def innovation(self, measured: F64) -> F64:
-        """(4,): a registration's x, y, z, yaw minus what the state expects of it."""
+        """(4,): a registration's x, y, z, yaw minus their predicted values."""
         return _residual(measured, self._expected(np.array(self.state)))
 
     def credible(self, measured: F64, covariance: F64) -> bool:
-        """Whether a registration (4,) of covariance (4, 4) is within what the filter allows."""
+        """True if a registration (4,) of covariance (4, 4) is consistent with the filter."""
         measures = self._measures()
         spread = chain(measures, self.covariance, measures.T) + self._tilted(covariance)
         return credible(self.innovation(measured), spread)
 
     def see_pose(self, measured: F64, covariance: F64) -> None:
-        """Corrects by a registration: x, y, z, yaw (4,) and its own covariance (4, 4)."""
+        """Correct by a registration: x, y, z, yaw (4,) and its own covariance (4, 4)."""
         self._correct(measured, self._measures(), self._tilted(covariance))
 
     def anchor(self, share: float = 1.0) -> None:
-        """Points enter the map at the pose of now: what is wrong with it is from now on wrong with them.
+        """Set the anchor: points enter the map at the current pose, and its error becomes the error of these points.
 
-        share: of these points in the map here. The rest is of earlier stops, with the error that the anchor had.
+        share: weight of these points in the map here. The rest are points of earlier stops, with the anchor's earlier
+            error.
         """
         clone, state = np.eye(STATES), np.array(self.state)
         clone[ANCHOR] = -(1.0 - share) * self._measures()
@@ -162,30 +174,31 @@ class PoseFilter:
         self._anchor_m = (self.state[X], self.state[Y])
 
     def off_anchor_m(self) -> float:
-        """Distance from where the anchor's points entered."""
+        """Distance from the place where the anchor's points entered."""
         return dist(self._anchor_m, self.state[:2])
 
     def widen(self) -> None:
-        """Doubles the covariance of the pose; the pose stays."""
+        """Double the covariance of the pose; the pose stays."""
         scale = np.ones(STATES)
         scale[POSE] = math.sqrt(WIDEN)
         self.covariance = self.covariance * np.outer(scale, scale)
 
     def doubt(self, innovation: F64) -> None:
-        """The rover was moved by something that nothing on board felt, by as much as it looks: (4,) of `innovation`."""
+        """Increase the pose variance by the square of an innovation (4,): for motion that no sensor measured."""
         self.covariance = self.covariance.copy()
         self.covariance[POSE, POSE] += np.diag(np.square(innovation))
 
     def reset(self, x_m: float, y_m: float, z_m: float, yaw_rad: float) -> None:
-        """Puts the rover at a pose known from elsewhere; the rest stays as learned, the map as it is."""
+        """Set the rover to an externally known pose; the other estimates and the map stay."""
         self.state[POSE] = [x_m, y_m, z_m, yaw_rad]
         self.covariance[POSE], self.covariance[:, POSE] = 0.0, 0.0
         self.covariance[POSE, POSE] = np.diag(np.square(RESET_SIGMA))
 
     def resume(self, place: tuple[float, float, float, float], sigma: tuple[float, float, float, float]) -> None:
-        """Goes on from x, y, z, yaw as an earlier run kept them, with its sigmas: an error of the kept map's as well.
+        """Continue from x, y, z, yaw and their sigmas that an earlier run stored.
 
-        So that error is the anchor's too: the first registration corrects only what the rover moved since.
+        The sigmas are also the error of the stored map, so the anchor has the same error: the first registration
+        corrects only the motion of the rover since then.
         """
         self.reset(*place)
         kept = np.diag(np.square(sigma))
@@ -194,12 +207,12 @@ class PoseFilter:
         self._anchor_m = place[:2]
 
     def _rest(self) -> None:
-        """Nothing has moved since the last prediction."""
+        """Reset the motion since the last prediction to zero."""
         self._way_m, self._slide_m = [0.0] * 3, [0.0] * 3
         self._turn_rad = self._rolled_m = self._turned_rad = self._seconds = self._slip_variance_m2 = 0.0
 
     def _tilted(self, covariance: F64) -> F64:
-        """A registration's covariance with that of the map's tilt, whose height grows from the anchor on."""
+        """A registration's covariance plus that of the map's tilt, whose height error grows from the anchor on."""
         tilted = covariance.copy()
         tilted[Z, Z] += square(TILT_SIGMA * self.off_anchor_m())
         return tilted
@@ -221,9 +234,9 @@ class PoseFilter:
         return measures
 
     def _correct(self, measured: F64, measures: F64, noise: F64) -> None:
-        """Corrects by the numbers measured, one after the other once nothing correlates their noise.
+        """Correct by the measured values one after the other, after their noise is decorrelated.
 
-        So filterpy inverts one number at a time; the inverse of a matrix is LAPACK's, and differs by the processor.
+        So filterpy inverts one number at a time; a matrix inverse comes from LAPACK and differs between processors.
         """
         kalman, before = self._kalman(), np.array(self.state)
         off = self.innovation(measured) if len(measured) == 4 else measured - product(measures, before)
@@ -238,7 +251,7 @@ class PoseFilter:
         self.state[SLIP] = max(SLIP_LIMITS[0], min(SLIP_LIMITS[1], self.state[SLIP]))
 
     def _kalman(self) -> ExtendedKalmanFilter:
-        """The filter with the state and covariance of now; made where it is first needed.
+        """The filterpy filter with the current state and covariance, created at first use.
 
         filterpy needs scipy.linalg, which loads longer than all else before a first tick, and nothing is predicted or
         corrected before the rover has moved or stood for half a second.

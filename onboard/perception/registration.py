@@ -1,8 +1,8 @@
-"""Registration of the scan of a stop to the points of earlier stops: where the rover really stands.
+"""Registration of the scan of a stop to the points of earlier stops: measures the true pose of the rover.
 
-GICP of small_gicp brings the scan near; `settling` then lays its planes exactly on those of earlier stops and says
-which directions the ground fixes and how well. A direction that it does not fix keeps the guess. What the planes do not
-know (tilt, clock, a moved stone) is the configured floor of the covariance.
+GICP of small_gicp brings the scan near. `settling` then fits its planes exactly to those of earlier stops and finds
+which directions the ground fixes and how well. A direction that the ground does not fix keeps the guess. Errors that
+the planes do not show (tilt, clock, a moved stone) are the configured floor of the covariance.
 """
 
 from __future__ import annotations
@@ -22,31 +22,38 @@ VOXEL_M = 0.1
 POINTS_AT_ONCE = 1 << 14
 MARGIN_M = 2.0  # of the target around the source
 MATCH_M = 0.5
-CLOSE_M = 0.15  # of the planes at last: farther from what was seen, a plane goes on where the ground may not
+CLOSE_M = 0.15  # of the planes at the end: a plane may continue farther from the seen ground than the ground does
 NEIGHBOURS = 10
 LEAST_POINTS = 200
 LEAST_INLIERS_RATIO = 0.25
 SURE_RATIO = 0.5
-LEAST_OVERLAP_RATIO = 0.2  # at the guess; sectors that share 0.3 register to 30 mm or better, 0.1 to 0.4 m
+LEAST_OVERLAP_RATIO = 0.2  # at the guess; with an overlap of 0.3 the error is 30 mm or less, with 0.1 up to 0.4 m
 OVERLAP_CELL_M = 0.5
 UNKNOWN_M2 = 100.0  # variance in a direction that is not trusted
-MOST_ITERATIONS = 20  # of GICP: what is fixed is near by then, what is not slides on
-NEAR_RAD, NEAR_M = 1e-3, 1e-2  # a step of GICP under this is its last
+MOST_ITERATIONS = 20  # of GICP: fixed directions are near by then, loose ones slide on
+NEAR_RAD, NEAR_M = 1e-3, 1e-2  # a smaller step of GICP is its last
 AXES = ("x", "y", "z")
 
 Prepared = tuple[small_gicp.PointCloud, small_gicp.KdTree]
-Loose = tuple[F64, F64]  # (3, k) directions that are not trusted: of the rotation, of the way
+Loose = tuple[F64, F64]  # (3, k) directions that are not trusted: of the rotation, of the translation
 
 
 @dataclass(frozen=True, slots=True)
 class RegistrationResult:
-    """What came out. `accepted` False: `reason` says why, and T_map_base is the guess, unchanged.
+    """Result of a registration.
 
-    T_map_base: (4, 4). covariance: (4, 4) over x, y, z (m), yaw (rad) in the map frame, huge where nothing fixes it.
-    degenerate: the directions of the body that kept the guess. moved_m, moved_rad: how far it is from the guess.
+    accepted: False if it is refused.
+    reason: reason of the refusal.
+
+    T_map_base: (4, 4); if refused, the guess, unchanged.
+    covariance: (4, 4) over x, y, z (m), yaw (rad) in the map frame, huge where nothing fixes it.
+    converged: the iteration converged.
+    inlier_ratio: share of the points that matched.
     apart_m: root mean square distance of the planes; 3 to 5 mm on like scans with 20 mm of range noise.
-    told: False where there was nothing to compare (points, overlap or features are missing): a refusal without a word
-    on the pose. A refusal that was told something speaks against the guess.
+    moved_m, moved_rad: distance from the guess.
+    degenerate: the directions of the body that kept the guess.
+    told: False if there was nothing to compare (points, overlap or features are missing): such a refusal gives no
+        information on the pose. A refusal with told True contradicts the guess.
     """
 
     accepted: bool
@@ -63,7 +70,7 @@ class RegistrationResult:
 
     @property
     def sure(self) -> bool:
-        """Whether the ground fixes every direction and most of the scan was seen before."""
+        """True if the ground fixes every direction and most of the scan was seen before."""
         return self.accepted and not self.degenerate and self.inlier_ratio >= SURE_RATIO
 
 
@@ -73,15 +80,15 @@ def register(
     guess: F64,
     config: Localisation,
 ) -> RegistrationResult:
-    """Aligns the points of a stop, (n, 3) in base_link, with those of earlier stops, (m, 3) in the map frame.
+    """Align the points of a stop, (n, 3) in base_link, with those of earlier stops, (m, 3) in the map frame.
 
     guess: T_map_base from the filter. Pure; one thread, the same bits every time. Too few points, overlap or matches
-    raise nothing: the result is not accepted and says why.
+        raise nothing: the result is not accepted and has the reason.
     """
     source = _near(source_points_base, np.zeros(3), config.registration_range_m)
     reach = math.sqrt(float(np.einsum("ij,ij->i", source, source).max(initial=0.0)))
     source_count, source_cloud = len(source), _prepared(source)[0]
-    del source  # 7 MB, before as much is made of the target
+    del source  # 7 MB, freed before the target needs as much
     target = _near(target_points_map, guess[:3, 3], reach + MARGIN_M)
     if min(source_count, len(target)) < LEAST_POINTS:
         return _refused(guess, f"{source_count} points on {len(target)} are too few: {LEAST_POINTS} needed")
@@ -104,7 +111,7 @@ def register(
 
 
 def _judged(result: RegistrationResult, guess: F64, config: Localisation) -> RegistrationResult:
-    """The result as it is, or refused with the guess in its place."""
+    """The result unchanged, or refused with the guess in its place."""
     moved_m, moved_rad, inlier_ratio = result.moved_m, result.moved_rad, result.inlier_ratio
     reason = ""
     if len(result.degenerate) >= 3:
@@ -123,8 +130,12 @@ def _judged(result: RegistrationResult, guess: F64, config: Localisation) -> Reg
 
 @dataclass(frozen=True, slots=True)
 class Alignment:
-    """Of two clouds of the same ground. T_target_source: (4, 4). covariance: (6, 6) over a small rotation (rad) and way
-    (m) in the source's axes, as the planes tell. overlap_ratio: of the source at the guess.
+    """Alignment of two clouds of the same ground.
+
+    T_target_source: (4, 4).
+    covariance: (6, 6) over a small rotation (rad) and translation (m) in the source's axes, from the planes.
+    inlier_ratio: share of the source's points that matched.
+    overlap_ratio: share of the source that overlaps the target at the guess.
     """
 
     T_target_source: F64
@@ -134,9 +145,12 @@ class Alignment:
 
 
 def align(source: Prepared, target: Prepared, guess: F64) -> Alignment | None:
-    """Two clouds, for whoever weighs the directions himself; None where it does not converge or hardly matches.
+    """Align two clouds, for callers that weigh the directions themselves.
 
-    source, target: of `prepare`. guess: (4, 4) T_target_source.
+    source, target: of `prepare`.
+    guess: (4, 4) T_target_source.
+
+    Returns None if the fit does not converge or hardly any points overlap or match.
     """
     moving = source[0]
     shared = _overlap(moving.points(), target[0].points(), guess)
@@ -149,7 +163,7 @@ def align(source: Prepared, target: Prepared, guess: F64) -> Alignment | None:
 
 
 def prepare(points: F64) -> Prepared:
-    """A cloud (n, 3) thinned, with the planes of its points: for `align`."""
+    """A cloud (n, 3) downsampled, with the planes of its points: input of `align`."""
     return _prepared(np.ascontiguousarray(points, np.float64))
 
 
@@ -158,8 +172,8 @@ def merge_target(
 ) -> F64:
     """The points of earlier stops with those of a new one, (m, 3): one per voxel of 0.1 m, within keep_m of the rover.
 
-    Where old and new share a voxel their means count alike. At most about pi * (keep_m / 0.1 m)^2 points on open
-    ground.
+    Where old and new points share a voxel, their means count equally. At most about pi * (keep_m / 0.1 m)^2 points on
+    open ground.
     """
     centre = np.array([centre_m[0], centre_m[1], 0.0])
     new = small_gicp.voxelgrid_sampling(np.ascontiguousarray(new_points_map, np.float64), VOXEL_M, 1).points()[:, :3]
@@ -184,7 +198,7 @@ def _prepared(points: F64) -> Prepared:
 
 
 def _near(points: F64 | F32, centre: F64, radius_m: float) -> F64:
-    """Those within radius_m of the centre, (k, 3) float64; in parts, so that temporaries stay small."""
+    """Points within radius_m of the centre, (k, 3) float64; computed in parts, so that temporaries stay small."""
     rows, kept = points.reshape(-1, 3), [np.empty((0, 3))]
     for first in range(0, len(rows), POINTS_AT_ONCE):
         exact = rows[first : first + POINTS_AT_ONCE].astype(np.float64)
@@ -194,7 +208,7 @@ def _near(points: F64 | F32, centre: F64, radius_m: float) -> F64:
 
 
 def _settled(moving: small_gicp.PointCloud, target: Prepared, guess: F64) -> Settled | None:
-    """Near by GICP, then plane on plane."""
+    """Alignment by GICP, then plane to plane."""
     fixed, tree = target
     near = small_gicp.align(fixed, moving, tree, guess, "GICP", MATCH_M, 1, MOST_ITERATIONS, NEAR_RAD, NEAR_M)
     return settle(
@@ -212,7 +226,7 @@ def _names(loose: Loose) -> tuple[str, ...]:
 
 
 def _overlap(source: F64, target: F64, guess: F64) -> float:
-    """Share of the source's points (n, 4) in cells of the plan that hold target points (m, 4)."""
+    """Share of the source's points (n, 4) in horizontal cells that contain target points (m, 4)."""
     placed = source @ guess.T
     cells = [np.floor(points[:, :2] / OVERLAP_CELL_M).astype(np.int64) @ (1 << 20, 1) for points in (placed, target)]
     return float(np.isin(cells[0], cells[1]).mean())
@@ -229,7 +243,7 @@ def _covariance(found: Settled, config: Localisation) -> F64:
 
 
 def _told(found: Settled) -> F64:
-    """(6, 6) covariance over rotation and way in the source's axes, as the planes tell: huge where they do not."""
+    """(6, 6) covariance over rotation and translation in the source's axes, huge in loose directions."""
     covariance: F64 = np.asarray(np.linalg.inv(found.information), np.float64)
     covariance[:3, :3] += UNKNOWN_M2 * found.loose[0] @ found.loose[0].T
     covariance[3:, 3:] += UNKNOWN_M2 * found.loose[1] @ found.loose[1].T

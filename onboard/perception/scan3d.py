@@ -1,4 +1,4 @@
-"""A 3D scan of the tilting scanner: one range image with the tilt and the time of every beam, and its points.
+"""3D scan of the tilting scanner: one range image with the tilt and the time of every beam, and its points.
 
     pixels[line, beam]    line: one turn of the scanner, in time order      beam: counter-clockwise, as fired
 
@@ -29,7 +29,7 @@ Pixels = NDArray[np.void]
 
 
 class Mask(IntEnum):
-    """Why a pixel has no point, beside the values of BeamStatus; 0 (BeamStatus.OK) is a point."""
+    """Reason why a pixel has no point, in addition to the values of BeamStatus; 0 (BeamStatus.OK) is a point."""
 
     NO_TILT = 16  # fired before the first or after the last sample of the axis, or in a hole of them
     TURNING = 17  # fired while the axis sped up, slowed down or turned round
@@ -37,10 +37,16 @@ class Mask(IntEnum):
 
 @dataclass(frozen=True, slots=True)
 class Scan3d:
-    """One sweep. pixels: (lines, beams) of PIXEL.
+    """One sweep.
 
-    range_m: NaN where the sensor gave none (it stays where only the tilt is missing). tilt_rad: NaN for Mask.NO_TILT.
-    time_ns: onboard. intensity: -1 where it was not asked for. mask: BeamStatus or Mask, 0 where there is a point.
+    pixels: (lines, beams) of PIXEL. Fields of a pixel:
+        range_m: NaN if the sensor gave none (it stays if only the tilt is missing).
+        tilt_rad: NaN for Mask.NO_TILT.
+        time_ns: onboard time.
+        intensity: -1 if it was not requested.
+        mask: BeamStatus or Mask, 0 for a point.
+    first_angle_rad: angle of beam 0.
+    step_rad: angle between beams.
     """
 
     pixels: Pixels
@@ -54,14 +60,18 @@ class Scan3d:
 
     @property
     def valid(self) -> Bool:
-        """Which pixels are points, (lines, beams)."""
+        """Flags (lines, beams) of the pixels that are points."""
         points: Bool = self.pixels["mask"] == BeamStatus.OK
         return points
 
 
 @dataclass(frozen=True, slots=True)
 class PoseTrack:
-    """Where the rover was: times_ns (k,) int64 rising; poses (k, 6) x, y, z (m), roll, pitch, yaw (rad)."""
+    """Poses of the rover over time.
+
+    times_ns: (k,) int64, rising.
+    poses: (k, 6) x, y, z (m), roll, pitch, yaw (rad).
+    """
 
     times_ns: NDArray[np.int64]
     poses: F64
@@ -69,7 +79,12 @@ class PoseTrack:
 
 @dataclass(frozen=True, slots=True)
 class Points:
-    """The points of a scan. xyz_m: (k, 3) float64. pixels: (k,) of PIXEL. line, beam: (k,) their place in the image."""
+    """Points of a scan.
+
+    xyz_m: (k, 3) float64.
+    pixels: (k,) of PIXEL.
+    line, beam: (k,) their place in the image.
+    """
 
     xyz_m: F64
     pixels: Pixels
@@ -80,7 +95,7 @@ class Points:
 def gather(scans: Sequence[Scan], tilt: TiltTrack) -> Scan3d:
     """The 3D scan of turns of one geometry, in time order; their arrays are copied.
 
-    Raises ValueError without a scan, and where number or direction of the beams differ between them.
+    Raises ValueError without a scan, and if number or direction of the beams differ between the scans.
     """
     geometry = {(len(scan.ranges_m), scan.first_angle_rad, scan.step_rad) for scan in scans}
     if len(geometry) != 1:
@@ -126,7 +141,7 @@ def points(scan: Scan3d, rover: Rover, poses: PoseTrack | None = None) -> Points
 
 
 def _move(xyz_m: F64, times_ns: NDArray[Any], poses: PoseTrack) -> None:
-    """base_link to the poses' frame, in place: roll, then pitch, then yaw, then the place, each at the point's time."""
+    """Transform base_link to the poses' frame, in place: roll, pitch, yaw, then position, each at the point's time."""
     at = (times_ns - poses.times_ns[0]).astype(np.float64)
     known = (poses.times_ns - poses.times_ns[0]).astype(np.float64)
     whole = np.column_stack([poses.poses[:, :3], np.unwrap(poses.poses[:, 3:], axis=0)])

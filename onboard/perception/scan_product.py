@@ -1,4 +1,4 @@
-"""A sweep as the product that the ground makes points of: the work of `get scan`, for beside the tick."""
+"""Product of a sweep, from which the ground computes points: the work of `get scan`, run outside the tick."""
 
 from __future__ import annotations
 
@@ -14,9 +14,10 @@ from protocol.products.scan import ScanProduct, encode_scan
 
 
 def pack(scans: Sequence[Scan], tilt: TiltTrack, entry: tuple[Pose, int], rover: Rover) -> bytes:
-    """The bytes of the product. entry: the pose at which the sweep entered the map, and its stop.
+    """Bytes of the product.
 
-    Turns of another geometry than most (the scanner began anew in mid-sweep) are left out: an image has one.
+    entry: the pose at which the sweep entered the map, and its stop. Scans whose geometry differs from that of most
+        scans (the scanner restarted in mid-sweep) are left out: an image has one geometry.
     """
     geometry = Counter(_geometry(scan) for scan in scans).most_common(1)[0][0]
     kept = [scan for scan in scans if _geometry(scan) == geometry]

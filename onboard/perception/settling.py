@@ -1,13 +1,14 @@
-"""The last word of a registration: point to plane, by the mean normal of each pair (symmetric ICP, Rusinkiewicz 2019).
+"""Final step of a registration: point to plane, by the mean normal of each pair (symmetric ICP, Rusinkiewicz 2019).
 
 GICP gives each point a disc a thousandth as thick as wide. So a pair also pulls within its plane, 1e-3 as hard as
-across it, towards laying the patterns of two scans over each other: by 18 mm on scans 1.7 m apart, divided by what the
-ground itself says. On waves of 5 cm that is 4 mm, of 2 cm 20 mm, of 1 cm 80 mm, on a plane 0.7 m. Across the planes
-alone the same scans come to within 1, 1 and 6 mm, and a plane fixes nothing.
+across it, and tends to lay the patterns of two scans over each other: by 18 mm on scans 1.7 m apart, divided by the
+information of the ground itself. On waves of 5 cm that is 4 mm, of 2 cm 20 mm, of 1 cm 80 mm, on a plane 0.7 m. Across
+the planes alone the same scans align within 1, 1 and 6 mm, and a plane fixes nothing.
 
-A normal is made from noisy points, and its noise too looks like something that fixes the way along the plane. Half the
-difference of a pair's normals has the noise of their mean and nothing of the ground: a direction is trusted where the
-means say twice what the differences do (on a plane 1.0 times, on waves of 1 cm 3 times, of 2 cm 7 times).
+A normal is computed from noisy points, and its noise also seems to fix the translation along the plane. Half the
+difference of a pair's normals has the noise of their mean and no information on the ground: a direction is trusted if
+the means give at least twice the information of the differences (on a plane 1.0 times, on waves of 1 cm 3 times, of
+2 cm 7 times).
 """
 
 from __future__ import annotations
@@ -19,13 +20,13 @@ import numpy as np
 
 from onboard.records import F64, Bool
 
-LEAST_COSINE = 0.9  # of the two normals of a pair: farther apart they are not of one face
-TRUST = 2.0  # times what noise says
-LEAST_RATIO = 1e-4  # of the best fixed direction
+LEAST_COSINE = 0.9  # of the two normals of a pair: below it they are not of one face
+TRUST = 2.0  # times the information of noise
+LEAST_RATIO = 1e-4  # of the information in the best fixed direction
 ROUNDS = 15
-STILL_M, STILL_RAD = 2e-4, 2e-5  # a step under this is the last
-SETTLED_M, SETTLED_RAD = 0.003, 0.001  # after all rounds, one under this will do
-ROBUST = 3.0  # times the usual distance: beyond, a pair counts less and less
+STILL_M, STILL_RAD = 2e-4, 2e-5  # a smaller step is the last
+SETTLED_M, SETTLED_RAD = 0.003, 0.001  # after all rounds a smaller step counts as converged
+ROBUST = 3.0  # times the usual distance: beyond it a pair's weight falls
 
 Search = Callable[[F64], tuple[list[int], list[float]]]
 """Of points (n, 3): the nearest target point of each, and the square of its distance."""
@@ -41,9 +42,14 @@ class Faces:
 
 @dataclass(frozen=True, slots=True)
 class Settled:
-    """T_target_source: (4, 4). information: (6, 6) over a small rotation (rad) and way (m) in the source's axes, from
-    the distances left. loose: (3, k) directions of rotation, and of way, that nothing fixes: there the guess was kept.
-    apart_m: root mean square distance of the planes. matched: pairs.
+    """Result of `settle`.
+
+    T_target_source: (4, 4).
+    information: (6, 6) over a small rotation (rad) and translation (m) in the source's axes, from the distances left.
+    loose: (3, k) directions of rotation, and of translation, that nothing fixes: they keep the guess.
+    apart_m: root mean square distance of the planes.
+    matched: number of pairs.
+    converged: the iteration converged.
     """
 
     T_target_source: F64
@@ -55,9 +61,9 @@ class Settled:
 
 
 def settle(source: Faces, target: Faces, search: Search, match_m: float, guess: F64, start: F64) -> Settled | None:
-    """From `start` (4, 4) T_target_source to where the planes meet; along what is not fixed, at `guess`.
+    """Fit the planes, starting from `start` (4, 4) T_target_source; loose directions stay at `guess`.
 
-    None where fewer than six pairs match.
+    None if fewer than six pairs match.
     """
     pairs = _pair(source, target, search, match_m, start)
     if len(pairs.off_m) < 6:
@@ -83,8 +89,11 @@ def settle(source: Faces, target: Faces, search: Search, match_m: float, guess: 
 
 @dataclass(frozen=True, slots=True)
 class _Pairs:
-    """points: (n, 3) of the source. mean, noise: (n, 3) half of sum and difference of its normal and the target's, all
-    in the source's axes. off_m: (n,) from its plane to the target's.
+    """Matched pairs, all in the source's axes.
+
+    points: (n, 3) of the source.
+    mean, noise: (n, 3) half of sum (normalised) and difference of its normal and the target's.
+    off_m: (n,) distance from its plane to the target's.
     """
 
     points: F64
@@ -93,7 +102,7 @@ class _Pairs:
     off_m: F64
 
     def jacobian(self, normals: F64) -> F64:
-        """(n, 6) of off_m, over rotation and way, if these were the planes' normals."""
+        """(n, 6) derivative of off_m over rotation and translation, with these normals for the planes."""
         return np.concatenate([np.cross(self.points, normals), normals], axis=1)
 
 
@@ -113,7 +122,7 @@ def _pair(source: Faces, target: Faces, search: Search, match_m: float, T: F64) 
 
 
 def _loose(pairs: _Pairs) -> tuple[F64, F64]:
-    """What the mean normals do not fix any better than their noise does."""
+    """Directions that the mean normals do not fix better than their noise does."""
     told, noise = (J.T @ J for J in (pairs.jacobian(pairs.mean), pairs.jacobian(pairs.noise)))
     parts = []
     for part in (slice(0, 3), slice(3, 6)):
@@ -124,14 +133,14 @@ def _loose(pairs: _Pairs) -> tuple[F64, F64]:
 
 
 def _weights(off_m: F64) -> F64:
-    """(n,) of Cauchy's kind: stones that one scan saw and the other did not pull little."""
+    """(n,) Cauchy-type weights: stones that one scan saw and the other did not have little weight."""
     usual = 1.4826 * float(np.median(np.abs(off_m)))
     weights: F64 = 1.0 / (1.0 + (off_m / (ROBUST * max(usual, 1e-6))) ** 2) ** 2
     return weights
 
 
 def _step(pairs: _Pairs, loose: tuple[F64, F64]) -> F64:
-    """(6,) Gauss-Newton over what is fixed."""
+    """(6,) Gauss-Newton step over the fixed directions."""
     J = pairs.jacobian(pairs.mean)
     weighted = J * _weights(pairs.off_m)[:, None]
     A, free = weighted.T @ J, np.zeros((6, 6))
@@ -142,7 +151,7 @@ def _step(pairs: _Pairs, loose: tuple[F64, F64]) -> F64:
 
 
 def _kept(T: F64, guess: F64, loose: tuple[F64, F64]) -> F64:
-    """T, but the guess in the loose directions."""
+    """T, with the guess in the loose directions."""
     rotation, way = apart(guess, T)
     return guess @ transform(rotation - loose[0] @ (loose[0].T @ rotation), way - loose[1] @ (loose[1].T @ way))
 
@@ -152,7 +161,10 @@ def _under(step: F64, way_m: float, angle_rad: float) -> bool:
 
 
 def apart(T: F64, other: F64) -> tuple[F64, F64]:
-    """Rotation (3,) as axis times angle, well below half a turn, and way (3,) of `other` in the axes of `T`, (4, 4)."""
+    """Rotation (3,) as axis times angle, well below half a turn, and translation (3,) of `other` in the axes of `T`.
+
+    T, other: (4, 4).
+    """
     off = np.linalg.inv(T) @ other
     R = off[:3, :3]
     twice = np.array([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]])
@@ -163,7 +175,7 @@ def apart(T: F64, other: F64) -> tuple[F64, F64]:
 
 
 def transform(rotation: F64, way: F64) -> F64:
-    """(4, 4) of axis times angle (3,) (Rodrigues' formula) and way (3,)."""
+    """(4, 4) of axis times angle (3,) (Rodrigues' formula) and translation (3,)."""
     angle = float(np.linalg.norm(rotation))
     x, y, z = rotation
     cross: F64 = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])

@@ -1,9 +1,9 @@
-"""The MAPPING work of a stop, as pure functions for beside the tick: cloud, registration, map.
+"""MAPPING work of a stop, as pure functions that run outside the tick: cloud, registration, map.
 
-`look` makes the cloud of a sweep in base_link axes and registers it to what earlier stops saw. The filter then
-decides, in the tick, whether it believes the registration. `remember_all` enters the cloud into the map at the pose
-that was decided; at the second look of the first stop both, for by then the first one's level is known better.
-`recall` is the map that an earlier run of the program kept on disk.
+`look` makes the cloud of a sweep in base_link axes and registers it to the points of earlier stops. Then the filter
+decides in the tick whether to accept the registration. `remember_all` enters the cloud into the map at the decided
+pose; at the second look of the first stop it enters both clouds, because the level of the first one is known better by
+then. `recall` loads the map that an earlier run of the program stored on disk.
 """
 
 from __future__ import annotations
@@ -27,13 +27,16 @@ from onboard.records import F32, F64, Cloud, Entry, Ldem, Pose, Scan, TiltTrack
 
 NO_POINTS: F64 = np.empty((0, 3))
 NOTHING_DARK: F32 = np.empty((0, 3), np.float32)
-POINTS_AT_ONCE = 1 << 14  # temporaries stay small beside the 240,000 points of a sweep
+POINTS_AT_ONCE = 1 << 14  # keeps temporaries small against the 240,000 points of a sweep
 
 
 @dataclass(frozen=True, slots=True)
 class Look:
-    """Cloud of one sweep in base_link axes, its registration (None at the first scan), what the sweep lost.
+    """One sweep of a stop.
 
+    cloud_base: cloud in base_link axes.
+    registration: None at the first scan.
+    lost: lost beams of the sweep.
     dark_base_m: (k, 3) points of ground that it did not see, in base_link axes (`dark_regions`).
     """
 
@@ -45,11 +48,15 @@ class Look:
 
 @dataclass(frozen=True, slots=True)
 class StopMap:
-    """What the rover remembers: the persistent map, and (m, 3) points in the map frame to register to.
+    """Map memory of the rover.
 
-    blocked_m: points whose cells no wheel may roll over, whatever the map says: the drive guard stopped at them.
-    slippery_m: where the rover was while SLIP_HIGH held; ground that costs more. unseen_m: centres of cells that the
-    beams should have told of and did not (`unseen_cells`), sorted. None of these is kept on disk.
+    cells: the persistent map.
+    target_points: (m, 3) points in the map frame, target of registrations.
+    blocked_m: points whose cells no wheel may roll over, regardless of the map: the drive guard stopped at them.
+    slippery_m: positions of the rover while SLIP_HIGH was active; ground there costs more.
+    unseen_m: centres of cells that the beams should have seen and did not (`unseen_cells`), sorted.
+
+    blocked_m, slippery_m and unseen_m are not stored on disk.
     """
 
     cells: Ldem
@@ -72,7 +79,7 @@ def look(scans: Sequence[Scan], tilt: TiltTrack, guess: F64, memory: StopMap | N
 
 
 def remember_all(memory: StopMap | None, entries: Sequence[Entry], config: Config) -> StopMap | None:
-    """`remember` of each in turn."""
+    """The map after `remember` of each entry in turn."""
     for entry in entries:
         memory = remember(memory, entry.cloud_base, entry.pose.matrix(), entry.stop, config, entry.dark_base_m)
     return memory
@@ -81,10 +88,12 @@ def remember_all(memory: StopMap | None, entries: Sequence[Entry], config: Confi
 def remember(
     memory: StopMap | None, seen: Cloud, T_map_base: F64, stop: int, config: Config, dark_base_m: F32 = NOTHING_DARK
 ) -> StopMap:
-    """The map with one more cloud, entered at T_map_base; the first one starts it. dark_base_m: as of a Look.
+    """The map with one more cloud, entered at T_map_base; the first cloud starts the map.
 
-    Where the map says nothing of the ground under the rover (the first stop, a kept map of elsewhere), it is assumed
-    to be the disc that the wheels stand on (R1).
+    dark_base_m: as of a Look.
+
+    If the map does not know the ground under the rover (the first stop, a stored map of another place), that ground is
+    assumed to be the disc that the wheels stand on (R1).
     """
     mapping = config.mapping
     x_m, y_m = float(T_map_base[0, 3]), float(T_map_base[1, 3])
@@ -94,7 +103,7 @@ def remember(
     cells = ldem.grow(memory.cells, x_m, y_m, mapping.size_m / 2)
     if not ldem.knows(cells, x_m, y_m, config.rover.body_length_m / 2):
         cells = ldem.assume_disc(cells, pose_of(T_map_base), mapping.assumed_m)
-    near = ldem.window(cells, x_m, y_m, mapping.size_m)  # a scan reaches no farther: the map may be large
+    near = ldem.window(cells, x_m, y_m, mapping.size_m)  # a scan reaches no farther, and the map may be large
     cells = ldem.paste(cells, ldem.insert(near, within(here, config.scanning.range_m), stop, mapping.near_m))
     target = merge_target(memory.target_points, here.ends_m[here.hit], (x_m, y_m))
     dark_m = product(dark_base_m, T_map_base[:3, :3].T) + T_map_base[:3, 3]
@@ -103,12 +112,12 @@ def remember(
 
 
 def recall(tiles: Sequence[Tile]) -> StopMap | None:
-    """The map of kept tiles; None without any. Raises ValueError where they lie too far apart to be held."""
+    """The map of stored tiles; None without any. Raises ValueError if they lie too far apart to fit in memory."""
     return StopMap(*join(tiles)) if tiles else None
 
 
 def within(seen: Cloud, range_m: float) -> Cloud:
-    """The same beams as if the scanner saw `range_m` far: longer ones end there without a hit."""
+    """The same beams with the scanner's range limited to `range_m`: longer beams end there without a hit."""
     ends, hit, origin = seen.ends_m.copy(), seen.hit.copy(), seen.origin_m.astype(np.float32)
     for part in _parts(len(ends)):
         way = ends[part] - origin
@@ -121,7 +130,7 @@ def within(seen: Cloud, range_m: float) -> Cloud:
 
 
 def moved(seen: Cloud, T_map_base: F64) -> Cloud:
-    """The same beams in the frame that T_map_base leads to."""
+    """The same beams in the map frame of T_map_base."""
     rotation, shift = T_map_base[:3, :3], T_map_base[:3, 3]
     ends = np.empty_like(seen.ends_m)
     for part in _parts(len(ends)):

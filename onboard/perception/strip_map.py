@@ -1,9 +1,9 @@
-"""The drive guard's own map: lines of a scanner held still while the rover drives, each levelled on the map first.
+"""Strip map of the drive guard: scanner lines at a fixed tilt while the rover drives, each levelled on the map first.
 
-    line (Cloud, map frame) -> residuals against the map -> height and roll taken out -> strip (an Ldem of its own)
+    line (Cloud, map frame) -> residuals against the map -> height and roll removed -> strip (a separate Ldem)
 
-Apart from the common map, because edges would be doubled by what the pose is off inside a drive (study 9.4). At the end
-of a leg `merge` puts the strip's verdict into the map: cells it hardly knew are filled, elsewhere bounds widen, and
+The strip is separate from the common map because pose errors within a drive would double its edges (study 9.4). At the
+end of a leg `merge` puts the strip's result into the map: cells with few hits are filled, elsewhere bounds widen, and
 nothing is replaced.
 """
 
@@ -20,17 +20,19 @@ from onboard.perception import ldem
 from onboard.perception.cell_classes import COUNTS, MOST_SPREAD, SPREAD, classify
 from onboard.records import F64, Cloud, Grid, Ldem, Pose, Surface
 
-INLIER_M = 0.05  # a residual farther from the line's median is no attitude error but ground that has changed
-MOST_M, MOST_SLOPE = 0.05, 0.05  # more height or roll than this is no error of the estimate either
-LEAST_INLIERS = 30  # fewer beams on known ground say nothing of height and roll
-FILL_HITS = 3  # a cell of the map with fewer takes the strip's
-PASSED_M = 0.2  # cells the line has not passed by so much show one face only
+INLIER_M = 0.05  # a residual farther from the line's median is changed ground, not an attitude error
+MOST_M, MOST_SLOPE = 0.05, 0.05  # more height or roll than this is not an error of the estimate either
+LEAST_INLIERS = 30  # fewer beams on known ground do not give height and roll
+FILL_HITS = 3  # a cell of the map with fewer hits takes the strip's values
+PASSED_M = 0.2  # cells that the line has passed by less show one face only
 
 
 class Line(NamedTuple):
-    """One levelled line. residual_m: (hits,) height of each hit over the map without height and roll of the line.
+    """One levelled line.
 
-    NaN where the map knows no height.
+    cloud: its beams.
+    residual_m: (hits,) height of each hit over the map without height and roll of the line; NaN where the map knows no
+        height.
     """
 
     cloud: Cloud
@@ -38,11 +40,11 @@ class Line(NamedTuple):
 
 
 def level(line: Cloud, surface: Surface) -> Line:
-    """The line with its height and roll against the map taken out.
+    """The line with its height and roll against the map removed.
 
-    The errors are a median and a slope across the line over the residuals within 5 cm of their median: what stands or
-    gapes in the way is no part of them. The line stays as it is where they are larger than the estimate may be off
-    (the ground itself has changed), or too few hits lie on known ground.
+    The errors are a median and a slope across the line over the residuals within 5 cm of their median: obstacles and
+    holes in the way do not contribute. The line is unchanged if the errors are larger than the estimate may be off (the
+    ground itself has changed), or if too few hits lie on known ground.
     """
     hits: F64 = line.ends_m[line.hit].astype(np.float64)
     residual = hits[:, 2] - height_at(surface, hits[:, 0], hits[:, 1])
@@ -66,17 +68,17 @@ def level(line: Cloud, surface: Surface) -> Line:
 
 
 def _across(line: Cloud) -> F64:
-    """How far each beam's end lies along the line's main direction from the middle of its hits, (n,) m."""
+    """Distance of each beam's end along the line's main direction from the middle of its hits, (n,) m."""
     flat: F64 = line.ends_m[:, :2].astype(np.float64)
     middle = flat[line.hit].mean(axis=0)
     x, y = (flat[line.hit] - middle).T
-    turned_rad = 0.5 * atan2(2.0 * float((x * y).sum()), float((x * x - y * y).sum()))  # of the larger spread's axis
+    turned_rad = 0.5 * atan2(2.0 * float((x * y).sum()), float((x * x - y * y).sum()))  # direction of the larger spread
     along: F64 = cos(turned_rad) * (flat[:, 0] - middle[0]) + sin(turned_rad) * (flat[:, 1] - middle[1])
     return along
 
 
 def height_at(surface: Surface, x_m: F64, y_m: F64) -> F64:
-    """Bilinear height of the map's cell means at points (n,), NaN beside an unknown cell and off the map."""
+    """Bilinear height of the map's cell means at points (n,), NaN next to an unknown cell and off the map."""
     grid = surface.grid
     u, v = (x_m - grid.x0_m) / grid.cell_m, (y_m - grid.y0_m) / grid.cell_m
     i, j = np.floor(u).astype(np.int64), np.floor(v).astype(np.int64)
@@ -89,19 +91,21 @@ def height_at(surface: Surface, x_m: F64, y_m: F64) -> F64:
 
 
 def enter(strip: Ldem, line: Cloud, stop: int) -> Ldem:
-    """The strip with one more line in it; hits add up, nothing replaces.
+    """The strip with one more line added; hits are summed, nothing is replaced.
 
-    Only beams that came back: one without a return ends nowhere, and its way under the ground proves no hole.
+    Only beams that returned are used: the end of a beam without a return is unknown, so its path under the ground
+    proves no hole.
     """
     return ldem.insert(strip, replace(line, ends_m=line.ends_m[line.hit], hit=line.hit[line.hit]), stop, near_m=0.0)
 
 
 def merge(memory: Ldem, strip: Ldem, pose: Pose, ahead_m: float, mapping: config.Mapping_) -> Ldem:
-    """The map with the verdict of a leg's strip: fill where it has fewer than 3 hits, bounds elsewhere, no replacing.
+    """The map with the result of a leg's strip: filled where it has fewer than 3 hits, bounds widened elsewhere.
 
-    pose: where the leg ended; ahead_m: of the line before it. Cells from 0.2 m behind the line on stay out: of a rock
-    there the line has only seen the front. Bounds: z_top upward, z_bot and z_ray downward, the map's own noise put back
-    on. A view is credited where its data went in, and only there.
+    pose: where the leg ended.
+    ahead_m: distance of the line ahead of it. Cells from 0.2 m behind the line on are left out: the line has seen only
+        the front of a rock there. Bounds: z_top upward, z_bot and z_ray downward, with the map's own noise added back.
+        A view is recorded only for cells that took its data.
     """
     memory = ldem.grow(memory, pose.x_m, pose.y_m, mapping.size_m / 2)
     part = ldem.crop(strip, memory.grid)
@@ -126,7 +130,7 @@ def merge(memory: Ldem, strip: Ldem, pose: Pose, ahead_m: float, mapping: config
 
 
 def _along(grid: Grid, pose: Pose) -> F64:
-    """How far each cell lies ahead of a pose, (rows, columns) m."""
+    """Distance of each cell ahead of a pose, (rows, columns) m."""
     x, y = grid.x0_m + np.arange(grid.columns) * grid.cell_m, grid.y0_m + np.arange(grid.rows) * grid.cell_m
     along: F64 = cos(pose.yaw_rad) * (x[None, :] - pose.x_m) + sin(pose.yaw_rad) * (y[:, None] - pose.y_m)
     return along

@@ -1,7 +1,7 @@
-r"""The nod of a stop: constant spacing on the ground, as a short list of constant-rate segments for the tilt node.
+r"""Sweep of a stop: constant spacing on the ground, as a short list of constant-rate segments for the tilt node.
 
 A line at depression a lies on flat ground at x = h / tan a, so lines `spacing` apart are spacing * sin(a)**2 / h apart
-in angle, kept between a floor and a cap; from 3 degrees above the horizon on the step grows to the cap again:
+in angle, limited to a floor and a cap; from 3 degrees above the horizon on, the step grows to the cap again:
 
     rate  cap ____                              ____ cap
                   \                           /
@@ -10,7 +10,7 @@ in angle, kept between a floor and a cap; from 3 degrees above the horizon on th
     tilt  +60 deg   20    10   6        -3    -10    -20
 
 TILT_COMMAND carries angles in 0.02 degrees, rates in 0.125 degrees/s and start times in ms. A segment over n angle
-steps at m rate steps lasts 160 n / m ms, so segments join exactly where that is whole.
+steps at m rate steps lasts 160 n / m ms, so segments join exactly if that is whole.
 """
 
 from __future__ import annotations
@@ -32,11 +32,16 @@ MOST_SEGMENTS = 24
 SHORTEST_MS = 200
 _MS_PER_STEP = 160  # 0.02 degrees at 0.125 degrees/s
 _HORIZON_RAD = math.radians(-3.0)
-_GROWTH_RATIO = 1.061  # of the step, line to line, beyond the horizon
+_GROWTH_RATIO = 1.061  # ratio of the step from line to line, beyond the horizon
 
 
 class TiltSegment(NamedTuple):
-    """One constant-rate part of a sweep; the next begins where and when it ends. Positive angles are down."""
+    """One constant-rate part of a sweep; the next begins where and when it ends. Positive angles are down.
+
+    start_rad, end_rad: angles at its ends.
+    rate_radps: signed rate.
+    duration_ns: duration.
+    """
 
     start_rad: float
     end_rad: float
@@ -47,8 +52,9 @@ class TiltSegment(NamedTuple):
 def line_angles(scanning: Scanning, height_m: float) -> F64:
     """Tilt at the start of each line, (lines,) float64 rad, falling: the smooth profile that the segments follow.
 
-    From the higher of start_rad and end_rad to the first angle at or under the lower one, a line every 25 ms
-    (`10-navigation` section 3). height_m: the tilt axis above the ground, over 0.
+    From the higher of start_rad and end_rad to the first angle at or below the lower one, a line every 25 ms
+    (`10-navigation` section 3).
+    height_m: height of the tilt axis above the ground, > 0.
     """
     angle = max(scanning.start_rad, scanning.end_rad)
     end = min(scanning.start_rad, scanning.end_rad)
@@ -68,8 +74,8 @@ def segments(scanning: Scanning, height_m: float) -> tuple[TiltSegment, ...]:
     """The sweep of a stop for a scanner at `height_m` over the ground: at most 24 segments of at least 0.2 s.
 
     Angles rad and rates rad/s in the steps of TILT_COMMAND, times ns; each follows the mean rate of `line_angles`
-    (`10-navigation` section 3). Upwards (start_rad > end_rad) as drawn above; with start_rad < end_rad the
-    same backwards.
+    (`10-navigation` section 3). Upwards (start_rad > end_rad) as drawn above; with start_rad < end_rad the same
+    backwards.
     """
     profile = _Profile(line_angles(scanning, height_m), min(scanning.start_rad, scanning.end_rad))
     ratio = 1.10
@@ -87,7 +93,7 @@ def segments(scanning: Scanning, height_m: float) -> tuple[TiltSegment, ...]:
 
 
 class _Profile:
-    """The smooth profile over angle steps of the wire, counted down from `first` to `last`."""
+    """Smooth profile over the angle steps of TILT_COMMAND, counted down from `first` to `last`."""
 
     def __init__(self, angles_rad: F64, end_rad: float) -> None:
         self.first = round(float(angles_rad[0]) / ANGLE_STEP_RAD)
@@ -95,17 +101,17 @@ class _Profile:
         falling = np.arange(self.first, self.last - 1, -1) * ANGLE_STEP_RAD
         lines_ms = np.arange(len(angles_rad)) * LINE_S * 1e3
         rates = np.interp(-falling, -angles_rad[:-1], -np.diff(angles_rad)) / LINE_S / RATE_STEP_RADPS
-        # lists, since they are read one by one
+        # lists, because they are read one by one
         self.rates: list[float] = rates.tolist()
         self.times_ms: list[float] = np.interp(-falling, -angles_rad, lines_ms).tolist()  # of each angle step, rising
 
     def time_ms(self, steps: int) -> float:
-        """When the profile is `steps` angle steps below its start."""
+        """Time at which the profile is `steps` angle steps below its start."""
         return self.times_ms[steps]
 
 
 def _cut(profile: _Profile, ratio: float) -> list[tuple[int, int]]:
-    """(angle steps, rate steps) of each segment; where 0.2 s allow, the smooth rate changes by at most `ratio`."""
+    """(angle steps, rate steps) of each segment; in it the smooth rate changes by at most `ratio`, if 0.2 s allow."""
     total, done, now_ms = profile.first - profile.last, 0, 0.0
     pieces: list[tuple[int, int]] = []
     while done < total:
@@ -118,7 +124,7 @@ def _cut(profile: _Profile, ratio: float) -> list[tuple[int, int]]:
 
 
 def _reach(profile: _Profile, done: int, ratio: float) -> int:
-    """How far the segment that begins at step `done` should go."""
+    """End step of the segment that begins at step `done`."""
     total = profile.first - profile.last
     low = high = profile.rates[done]
     end = done
@@ -142,7 +148,7 @@ def _fit(profile: _Profile, done: int, target: int, now_ms: float) -> tuple[int,
         steps, wanted_ms = end - done, profile.time_ms(end) - now_ms
         middle = _MS_PER_STEP * steps / max(wanted_ms, 1.0)
         for rate in range(max(1, int(middle * 0.9)), min(MOST_RATE_STEPS, int(middle * 1.1) + 1) + 1):
-            if (_MS_PER_STEP * steps) % rate and not final:  # few are whole milliseconds
+            if (_MS_PER_STEP * steps) % rate and not final:  # the duration must be whole milliseconds
                 continue
             lasts_ms = _MS_PER_STEP * steps / rate
             if lasts_ms >= SHORTEST_MS or final:

@@ -1,13 +1,14 @@
-"""The persistent map in tiles of 10 m: cut, joined, and each as bytes that say when they are not what was written.
+"""Persistent map in tiles of 10 m: cut, join, and encode each as bytes with a checksum.
 
 A tile lies on the lattice of the cells: tile (j, i) begins at cell (j * side, i * side), counted from the origin of the
-map frame, so that a map that grew to the south or west has tiles of negative numbers. Its bytes, little-endian:
+map frame, so a map that grew to the south or west has tiles with negative numbers. Its bytes, little-endian:
 
     magic 8 s, version u16 | cell_m f64, j i32, i i32, side u32, points u32, length of the layer table u16
     layer table, ASCII     | zstd of the layers (side, side) in their order, then the points (k, 3) float32
     BLAKE2b, 16 bytes, over all before it
 
-The magic and the version come first and stay: what an older or newer program wrote can be named, not only refused.
+The magic and the version come first in every version: the program can name a file of an older or newer program instead
+of only refusing it.
 """
 
 from __future__ import annotations
@@ -39,12 +40,17 @@ _POINT = np.dtype("<f4")
 
 
 class TileError(ValueError):
-    """The bytes are no tile for this map; the text is one line that goes on after the file's name."""
+    """Bytes that are no tile for this map; the text is one line that continues after the file's name."""
 
 
 @dataclass(frozen=True, slots=True)
 class Tile:
-    """Tile (j, i): its cells, and the points in it (k, 3) float32, map frame, that later scans are registered to."""
+    """Tile (j, i).
+
+    j, i: its place on the tile lattice.
+    cells: its cells.
+    points_m: (k, 3) float32, map frame: the points in it to which later scans are registered.
+    """
 
     j: int
     i: int
@@ -53,12 +59,12 @@ class Tile:
 
 
 def side_cells(cell_m: float) -> int:
-    """Cells along the side of a tile."""
+    """Number of cells along the side of a tile."""
     return max(1, round(TILE_M / cell_m))
 
 
 def tile_grid(j: int, i: int, cell_m: float) -> Grid:
-    """Where tile (j, i) lies."""
+    """Grid of tile (j, i)."""
     side = side_cells(cell_m)
     return ldem.lattice_grid(j * side, i * side, side, side, cell_m)
 
@@ -79,9 +85,9 @@ def cut(cells: Ldem, points_m: F64 | F32, before: Ldem | None = None) -> Iterato
 
 
 def join(tiles: Sequence[Tile]) -> tuple[Ldem, F64]:
-    """One map of tiles with like cells, unseen between them, and all their points.
+    """One map of tiles with equal cell sizes, unseen between them, and all their points.
 
-    Raises ValueError without tiles, or where the rectangle around them is too large to be held.
+    Raises ValueError without tiles, or if the rectangle around them is too large for memory.
     """
     if not tiles:
         raise ValueError("no tiles to join")
@@ -103,12 +109,12 @@ def join(tiles: Sequence[Tile]) -> tuple[Ldem, F64]:
 
 
 def same_cells(one: Ldem, other: Ldem) -> bool:
-    """Whether two maps of one grid hold the same bits."""
+    """True if two maps of one grid have the same bits."""
     return all(getattr(one, name).tobytes() == getattr(other, name).tobytes() for name in _DTYPES)
 
 
 def encode(tile: Tile) -> bytes:
-    """The tile as a file's bytes; the same tile gives the same bytes."""
+    """The tile as bytes of a file; the same tile gives the same bytes."""
     grid = tile.cells.grid
     head = _HEAD.pack(grid.cell_m, tile.j, tile.i, grid.rows, len(tile.points_m), len(_TABLE))
     layers = b"".join(getattr(tile.cells, name).astype(kind).tobytes() for name, kind in _DTYPES.items())
@@ -118,7 +124,7 @@ def encode(tile: Tile) -> bytes:
 
 
 def decode(data: bytes) -> Tile:
-    """The tile of a file's bytes. Raises TileError: foreign, torn, damaged, of another version or other layers."""
+    """The tile of a file's bytes. Raises TileError: foreign, truncated, damaged, of another version or other layers."""
     if not data:
         raise TileError("is empty: torn off while it was written")
     if not data.startswith(_MAGIC):
@@ -155,7 +161,7 @@ def _unpacked(body: bytes, grid: Grid, at: tuple[int, int], points: int) -> Tile
     offset = 0
     for name, kind in _DTYPES.items():
         layer = np.frombuffer(raw, kind, count, offset).reshape(grid.rows, grid.columns)
-        layers[name] = layer.astype(kind.newbyteorder("="))  # a copy of its own: writeable, the machine's order
+        layers[name] = layer.astype(kind.newbyteorder("="))  # a copy: writeable, in the machine's byte order
         offset += layer.nbytes
     found = np.frombuffer(raw, _POINT, 3 * points, offset).reshape(-1, 3).astype(np.float32)
     return Tile(*at, Ldem(grid=grid, **layers), found)

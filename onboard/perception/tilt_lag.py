@@ -1,13 +1,14 @@
-"""How late the scanner's times are against the tilt axis's, from sweeps down and sweeps up over the same ground.
+"""Estimate of the lag of the scanner's times against the tilt axis's, from sweeps down and up over the same ground.
 
 A tilt taken dt too late is wrong by rate * dt: the ground rises in one sweep and sinks in the other, and the two differ
-by 2 * rate * dt. Play between motor and scanner is wrong by half of it, the way the axis turns, at any rate. A wrong
-mounting angle or a slope moves all sweeps alike. So a height of each small cell of the ground, one slope within all
-cells, one dt and, where the rates differ enough to tell them apart, one play are fitted to all:
+by 2 * rate * dt. Play between motor and scanner causes an error of half the play, in the direction of turning, at any
+rate. A wrong mounting angle or a slope moves all sweeps alike. So these are fitted to all points together: a height of
+each small cell of the ground, one slope within all cells, one dt and, if the rates differ enough to separate them, one
+play:
 
     z - c(cell) - c1 x - c2 y = (dt * rate + play / 2 * sign(rate)) * (dz/dtilt - c1 dx/dtilt)
 
-The heights are taken out by subtracting each cell's mean from both sides.
+The heights are eliminated by subtracting each cell's mean from both sides.
 """
 
 from __future__ import annotations
@@ -24,24 +25,28 @@ from onboard.perception.scan3d import Scan3d, points
 from onboard.perception.sweep import ANGLE_STEP_RAD, RATE_STEP_RADPS, TiltSegment
 from onboard.records import F64, Bool
 
-FLOOR_M = 0.15  # of the wheels' plane, at the wheels: what is farther is no ground
-ASKEW_RATIO = 0.05  # the farther away, the more: scanner or ground may lean by 3 degrees
-CELL_M = 0.2  # of the ground, each with a height of its own
-NEAR_M, FAR_M = 0.9, 8.0  # of the scanner: nearer is the rover itself
+FLOOR_M = 0.15  # from the wheels' plane, at the wheels: farther points are not ground
+ASKEW_RATIO = 0.05  # added with distance: scanner or ground may lean by 3 degrees
+CELL_M = 0.2  # of the ground, each with its own height
+NEAR_M, FAR_M = 0.9, 8.0  # from the scanner: nearer is the rover itself
 RATE_STEPS = (220, 220, 44)  # of the sweeps, in steps of TILT_COMMAND: 27.5 degrees/s twice, 5.5 once
 UPPER_RAD, LEAST_WAY_RAD = math.radians(5.0), math.radians(15.0)
-_RATES_RATIO = 2.0  # slow and fast sweeping differ by as much where play is told from a lag
-_REST_RADPS = math.radians(0.5)  # slower is no way of turning
-_LINES = 2  # before and after: the rate of a line is taken over them
+_RATES_RATIO = 2.0  # slow and fast rates must differ by this to separate play from lag
+_REST_RADPS = math.radians(0.5)  # slower does not count as turning
+_LINES = 2  # before and after a line: its rate is computed over them
 _ROUNDS = 12
 _LEAST = 1000
 _SIGMA_OF_MEDIAN = 1.4826
 
 
 class Lag(NamedTuple):
-    """late_s: by how much the scans' times are late (add it to lidar.latency_ns), with sigma_s. points: of the fit.
+    """Estimated lag.
 
-    play_rad: from end to end, with its sigma; NaN where all sweeps have one rate, then play / (2 rate) is in late_s.
+    late_s: delay of the scans' times (add it to lidar.latency_ns).
+    sigma_s: 1 sigma of late_s.
+    points: number of points in the fit.
+    play_rad: play from end to end; NaN if all sweeps have one rate, then late_s includes play / (2 rate).
+    play_sigma_rad: 1 sigma of play_rad.
     """
 
     late_s: float
@@ -52,9 +57,9 @@ class Lag(NamedTuple):
 
 
 def nods(scanning: Scanning) -> tuple[TiltSegment, ...]:
-    """The sweeps that show a lag: down and up, fast and slowly, each on its own, in steps of TILT_COMMAND.
+    """Sweeps that show a lag: down and up, fast and slow, each separate, in steps of TILT_COMMAND.
 
-    Raises ValueError where the axis has too little way below the horizon.
+    Raises ValueError if the axis has too little travel below the horizon.
     """
     upper = round(max(UPPER_RAD, min(scanning.start_rad, scanning.end_rad)) / ANGLE_STEP_RAD)
     lower = round(max(scanning.start_rad, scanning.end_rad) / ANGLE_STEP_RAD)
@@ -75,9 +80,9 @@ def nods(scanning: Scanning) -> tuple[TiltSegment, ...]:
 
 
 def lag(sweeps: Sequence[Scan3d], rover: Rover, floor_m: float = FLOOR_M) -> Lag:
-    """The lag from sweeps both ways over the same ground, the rover at rest; points off their cell are left out.
+    """The lag from sweeps both ways over the same ground with the rover at rest; outliers from their cell are left out.
 
-    Raises ValueError where fewer than 1000 points of a sweep are ground, or where all sweeps run the same way.
+    Raises ValueError if fewer than 1000 points of a sweep are ground, or if all sweeps run the same way.
     """
     if not sweeps:
         raise ValueError("there is no sweep: one down and one up are needed")
@@ -105,7 +110,7 @@ def lag(sweeps: Sequence[Scan3d], rover: Rover, floor_m: float = FLOOR_M) -> Lag
 
 
 def _cells(x_m: F64, y_m: F64) -> NDArray[np.intp]:
-    """(k,) number of the cell of the ground that each point lies in."""
+    """(k,) number of the ground cell of each point."""
     place = np.column_stack([np.floor(x_m / CELL_M), np.floor(y_m / CELL_M)]).astype(np.int64)
     place -= place.min(axis=0)
     _, cell = np.unique(place[:, 0] * (place[:, 1].max() + 1) + place[:, 1], return_inverse=True)
@@ -113,7 +118,7 @@ def _cells(x_m: F64, y_m: F64) -> NDArray[np.intp]:
 
 
 def _level(values: F64, cell: NDArray[np.intp], kept: Bool) -> F64:
-    """(k, columns) values less the mean of the kept points of their cell."""
+    """(k, columns) values minus the mean of the used points of their cell."""
     count = np.maximum(np.bincount(cell[kept], minlength=cell.max() + 1), 1)
     means = [np.bincount(cell[kept], column[kept], cell.max() + 1) / count for column in values.T]
     levelled: F64 = values - np.column_stack(means)[cell]
@@ -138,7 +143,7 @@ def _rows(scan: Scan3d, rover: Rover, floor_m: float) -> F64:
     made = points(scan, rover)
     line, beam = made.line, made.beam
     before, after = first[line], last[line]
-    with np.errstate(divide="ignore", invalid="ignore"):  # a sweep of one line has no rate
+    with np.errstate(divide="ignore", invalid="ignore"):  # a sweep of one line has no rate (0 / 0)
         rate = (tilt[after, beam] - tilt[before, beam]) / (time_s[after, beam] - time_s[before, beam])
     x, y, z = made.xyz_m.T
     away_m = np.hypot(x, y)

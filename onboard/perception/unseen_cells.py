@@ -1,7 +1,8 @@
-"""Cells of ground that beams should have told of and did not (`dark_regions`): found, kept, forgotten.
+"""Cells of ground that beams should have seen and did not (`dark_regions`): add, keep and remove.
 
 A cell stays until a later scan, from nearer than `near_m`, puts REPLACING_HITS hits into it and does not find it dark
-again. Kept are at most MOST cells, the nearest to the rover; none on disk, so a new start finds them by its own scans.
+again. At most MOST cells are kept, the nearest to the rover. None is stored on disk: after a restart new scans find
+them again.
 """
 
 from __future__ import annotations
@@ -19,7 +20,10 @@ I64 = NDArray[np.int64]
 
 
 def updated(unseen_m: Places, dark_m: F32 | F64, seen: Cloud, cell_m: float, near_m: float) -> Places:
-    """The cells' centres after one more scan, sorted. dark_m: (k, 3) points that it found dark, map frame as `seen`."""
+    """The cells' centres after one more scan, sorted.
+
+    dark_m: (k, 3) points that the scan found dark, map frame as `seen`.
+    """
     before, dark = _cells(np.array(unseen_m).reshape(-1, 2), cell_m), _cells(dark_m, cell_m)
     known = np.concatenate([before[~_seen_anew(before, seen, cell_m, near_m)], dark])
     if not len(known):
@@ -32,7 +36,7 @@ def updated(unseen_m: Places, dark_m: F32 | F64, seen: Cloud, cell_m: float, nea
 
 
 def without_unseen(surface: Surface, unseen_m: Places) -> Surface:
-    """The surface with these cells occluded: no height is known there, no beam passed. Itself where there are none."""
+    """The surface with these cells occluded: no known height, no beam passed. The same object if there are none."""
     cells = [surface.grid.cell(*place) for place in unseen_m]
     inside = np.array([cell for cell in cells if surface.grid.contains(*cell)], np.int64).reshape(-1, 2)
     if not len(inside):
@@ -52,7 +56,7 @@ def _cells(points_m: F32 | F64, cell_m: float) -> I64:
 
 
 def _seen_anew(cells: I64, seen: Cloud, cell_m: float, near_m: float) -> NDArray[np.bool_]:
-    """Which cells have enough hits of this scan from near."""
+    """Flags of the cells with enough hits of this scan from near."""
     if not len(cells):
         return np.zeros(0, np.bool_)
     hits = seen.ends_m[seen.hit][:, :2]
@@ -67,5 +71,5 @@ def _seen_anew(cells: I64, seen: Cloud, cell_m: float, near_m: float) -> NDArray
 
 
 def _keys(cells: I64) -> I64:
-    """One number of each cell."""
+    """A unique number for each cell."""
     return (cells[:, 0] << 32) + cells[:, 1]

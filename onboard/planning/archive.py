@@ -1,14 +1,14 @@
-"""A stop's plan as the bytes of an .npz, for the record and for people; the same plan gives the same bytes.
+"""Plan of a stop as the bytes of an .npz, for the record and for people; the same plan gives the same bytes.
 
-Keys, metres and radians in the map frame; grids are (rows, columns), row along +y; what is absent has no rows:
+Keys, metres and radians in the map frame; grids are (rows, columns), row along +y; absent items have no rows:
 
     heights_m    float32, NaN unknown          x0_m y0_m cell_m   centre of cell (0, 0) and size
     node_sets    uint8 of NodeSet              score_map          float32, NaN where no candidate
     pose         (4,) x, y, z, yaw             goal_m             (2,)
-    kind rule reason                           heading_rad        to look at when the path is driven
-    path         (k, 3) x, y, yaw              target_m           (0 or 1, 2) what the stop is for
-    global_path optimistic_path  (k, 2)        scoring            how the strategy chose, empty where not asked
-    choice       (0 or 1, 4) x, y, heading, E  alternatives       (m, 4) likewise, its next best
+    kind rule reason                           heading_rad        heading of the scan after the path
+    path         (k, 3) x, y, yaw              target_m           (0 or 1, 2) target of the stop
+    global_path optimistic_path  (k, 2)        scoring            reason of the strategy's choice, empty without one
+    choice       (0 or 1, 4) x, y, heading, E  alternatives       (m, 4) the same for the next best
     stops        (k, 3) scanned from so far    marked             (k, 2) points that count as blocked
 """
 
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class PlanPicture:
-    """What the archive of one stop holds; the fields are its keys, the grid apart. score_map: (0, 0) where none."""
+    """Content of one stop's archive; the fields are its keys, except the grid. score_map is (0, 0) if absent."""
 
     grid: Grid
     heights_m: F32
@@ -90,7 +90,7 @@ def to_npz(result: PlanResult) -> bytes:
 
 
 def from_npz(data: bytes) -> PlanPicture:
-    """The plan of an archive. Raises ValueError when the bytes are no such archive."""
+    """The plan of an archive. Raises ValueError if the bytes are not such an archive."""
     try:
         with np.load(io.BytesIO(data)) as file:
             return _picture(file)

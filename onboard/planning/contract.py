@@ -1,8 +1,10 @@
-"""What every local planner is asked and answers; `planners.PLANNERS` lists them, one contract test runs over the table.
+"""Interface of the local planners: problem, plan and contract.
 
-The contract: the path starts at the problem's start, ends on one of its goal poses' cells, every station stands on a
-free pose, the same problem gives the same path; a goal that cannot be reached is `path = None` with the reason for
-people.
+`planners.PLANNERS` lists the planners; one contract test runs over the table.
+
+The contract: the path starts at the problem's start and ends on the cell of one of its goal poses; every station stands
+on a free pose; the same problem gives the same path. If the goal cannot be reached, `path` is None and `reason`
+explains why, for people.
 """
 
 from __future__ import annotations
@@ -16,10 +18,15 @@ from onboard.records import F32, U8, Bool, Grid, Path
 
 @dataclass(frozen=True, slots=True)
 class Problem:
-    """Where from, where to, over what. freedom: (8, rows, columns) uint8 of Freedom; goals: bool, the same shape.
+    """Planning problem.
 
-    start: x, y, yaw; its pose must be free. end: a point within the goal cell to stop at instead of its centre.
-    closeness: soft cost ratio, same shape, or None.
+    freedom: (8, rows, columns) uint8 of Freedom.
+    grid: grid of the cells.
+    start: x, y, yaw; its pose must be free.
+    goals: (8, rows, columns) bool, goal poses.
+    planning: configuration.
+    closeness: (8, rows, columns) float32 soft cost ratio, or None.
+    end: point within the goal cell to stop at instead of its centre.
     """
 
     freedom: U8
@@ -33,7 +40,12 @@ class Problem:
 
 @dataclass(frozen=True, slots=True)
 class Plan:
-    """path: None where the goal cannot be reached. cost_m: the field's value at the start. reason: for people."""
+    """Result of a local planner.
+
+    path: None if the goal cannot be reached.
+    cost_m: the field's value at the start.
+    reason: for people.
+    """
 
     path: Path | None
     cost_m: float
@@ -44,5 +56,5 @@ class Planner(Protocol):
     """A row of PLANNERS."""
 
     def plan(self, problem: Problem) -> Plan:
-        """The path, or why there is none."""
+        """Return the path, or the reason why there is none."""
         ...

@@ -1,11 +1,11 @@
-"""The planning job of a stop: from the map to a decision and a path. One pure function, `plan`.
+"""Planning job of a stop: from the map to a decision and a path. One pure function, `plan`.
 
     Ldem -> classes -> pose freedom (+ trail, R2) -> fields -> sets -> options -> mission rule -> decision, path
                         and the orbiter's map refreshed -> its cost-to-go -> seeds of the fields
 
-Where the goal lies in the map's window, its seeds are the poses within the tolerance, dearer towards the rim. Else they
-are the window's border, each cell with the cost-to-go of the orbiter's map from there (a straight line without one), so
-both maps make one field.
+If the goal lies in the map's window, its seeds are the poses within the tolerance, with a cost that rises towards the
+rim. Else the seeds are the window's border, each cell with the cost-to-go of the orbiter's map from there (a straight
+line without one), so both maps make one field.
 """
 
 from __future__ import annotations
@@ -50,19 +50,26 @@ from onboard.planning.poses import (
 from onboard.planning.tracks import barred
 from onboard.records import F64, U8, Bool, CellClass, Decision, Gdem, Grid, Path, Surface
 
-STAND_M = 0.25  # around a rover whose own pose reads as not free
-MOST_RATIO = 0.5  # of the cells that can be reached from there: most of them
-DISC_PRICE = 2.0  # of a metre left within the goal's disc: driving on is cheaper
-CONFIRM_M = 3.0  # R7: blocked poses farther than this from every stop may be mistaken
-CONFIRM_RATIO = 0.5  # and a way over them costs so much more
-SLIPPERY_M = 0.6  # around a place where the wheels slipped: half the rover, and by what the odometry was off there
-FOOT_M = 0.10  # of a rock beyond the centres of its cells that stand out: half a cell's diagonal and 0.03 m of slope
-MOST_MARKS = 60  # in one job; then the rule is told that no way is left
+STAND_M = 0.25  # around a rover whose own pose is not free on the map
+MOST_RATIO = 0.5  # of the ground reachable with rocks ignored: from this share on, poses on rocks stay blocked
+DISC_PRICE = 2.0  # per metre left within the goal's disc, so that driving on is cheaper
+CONFIRM_M = 3.0  # R7: blocked poses farther than this from every stop may be wrong
+CONFIRM_RATIO = 0.5  # cost ratio added for a way over them
+SLIPPERY_M = 0.6  # around a place where the wheels slipped: half the rover plus the odometry error there
+FOOT_M = 0.10  # of a rock beyond the centres of its tall cells: half a cell's diagonal and 0.03 m of slope
+MOST_MARKS = 60  # in one job; then the rule is evaluated with no way left
 
 
 @dataclass(frozen=True, slots=True)
 class _Stop:
-    """What stays the same while the rule is asked at one stop. freedom: before any mark. tall: cells (k, 2) j, i."""
+    """Inputs that stay constant while the rule is evaluated at one stop.
+
+    request: the plan request.
+    surface: classified ground.
+    freedom: pose freedom before any mark.
+    seeds: seeds (k, 3) of the cost-to-go and the remaining cost of each (k,).
+    tall: (k, 2) j, i of cells that stand out of the ground.
+    """
 
     request: PlanRequest
     surface: Surface
@@ -73,7 +80,17 @@ class _Stop:
 
 @dataclass(frozen=True, slots=True)
 class Decided:
-    """What the rule made of a stop. before: its state as the stop began; unmarked: the fields as they were then."""
+    """Result of the rule at a stop.
+
+    decision: the decision.
+    state: mission state after it.
+    before: mission state at the begin of the stop.
+    fields: fields with the marks of `state`.
+    unmarked: fields at the begin of the stop.
+    gdem: the orbiter's map, refreshed; None without one.
+    global_field: its cost-to-go; None without it.
+    answer: result of the strategy; None if it was not asked.
+    """
 
     decision: Decision
     state: MissionState
@@ -88,8 +105,8 @@ class Decided:
 def plan(request: PlanRequest) -> PlanResult:
     """Decide at a stop (`10-navigation` section 5). Call it once for each stop, after its scans are in the map.
 
-    Pure: the same request gives the same bits. A goal that cannot be reached is a decision of kind 'unreachable' with
-    its reason, never an error and never a straight line.
+    Pure: the same request gives the same bits. For a goal that cannot be reached the decision has kind 'unreachable'
+    with its reason; it is never an error and never a straight line.
     """
     settings = request.settings
     surface = surface_of(request)
@@ -105,9 +122,9 @@ def plan(request: PlanRequest) -> PlanResult:
 
 
 def decide(request: PlanRequest, surface: Surface, freedom: U8) -> Decided:
-    """The rule's decision over the ground that `freedom` says is free, its way whole: not cut to what is driven.
+    """The rule's decision over the free ground of `freedom`, with the whole path, not cut to the first leg.
 
-    freedom: as `freedom_of`. What the beams said (`request.ldem`) is not asked.
+    freedom: result of `freedom_of`. The beams' data (`request.ldem`) is not read.
     """
     settings = request.settings
     gdem, field = _from_orbit(request, surface, freedom)
@@ -135,15 +152,15 @@ def decide(request: PlanRequest, surface: Surface, freedom: U8) -> Decided:
 
 
 def measured(path: Path, freedom: U8, grid: Grid) -> Path:
-    """The path with the clearance of its stations: the follower slows down beside what is blocked."""
+    """The path with the clearance of its stations, so that the follower slows down near blocked poses."""
     poses = np.array([pose_index(grid, *station) for station in path.stations.tolist()], np.int64).reshape(-1, 3)
     return Path(path.stations, clearance_m(freedom, poses, grid.cell_m))
 
 
 def first_leg(decision: Decision, leg_m: float) -> Decision:
-    """The decision itself where its way is short, else its first `leg_m`, to scan there: odometry slips with the way.
+    """The decision itself if its path is short, else its first `leg_m`, to scan there: odometry slips along the way.
 
-    leg_m: metres. A way up to a quarter longer is driven whole. The heading to scan at is that of the way.
+    leg_m: metres. A path up to a quarter longer is driven whole. The heading to scan at is that of the path.
     """
     stations = decision.path.stations
     way = np.concatenate([[0.0], np.cumsum(each.hypot(*np.diff(stations[:, :2], axis=0).T))])
@@ -156,7 +173,7 @@ def first_leg(decision: Decision, leg_m: float) -> Decision:
 
 
 def _situation(stop: _Stop, fields: Fields, state: MissionState) -> tuple[Situation, NextPosition | None]:
-    """What the rule is told: the options in its order, each looked for only where those before it do not settle it."""
+    """Input of the rule: the options in its order, each computed only if the earlier ones do not decide."""
     request, mission = stop.request, stop.request.settings.mission
     situation = Situation(
         pose=Stop(*fields.start),
@@ -188,7 +205,7 @@ def _eyes(settings: Settings) -> Eyes:
 
 
 def surface_of(request: PlanRequest) -> Surface:
-    """The ground of a request: its map's, the cells that no beam told of as occluded."""
+    """The ground of a request: the surface of its map, with the unseen cells as occluded."""
     return without_unseen(classify(request.ldem, request.settings.mapping), request.unseen_m)
 
 
@@ -209,10 +226,12 @@ def freedom_of(request: PlanRequest, surface: Surface) -> U8:
 
 
 def _stand(freedom: U8, surface: Surface, own: tuple[int, int, int], settings: Settings) -> U8:
-    """Noise must not nail the rover down: near it poses of its own and the next orientations are free whatever they
-    read, others where nothing blocks them; but, its own apart, only with wheels on known ground.
+    """Pose freedom with the poses around the rover freed, because sensor noise must not trap the rover.
 
-    No tyre is put on what stands out, where most of the ground can be reached without: a rock is no noise.
+    Within 0.25 m, poses at its own and the adjacent orientations count as free regardless of the map, other
+    orientations unless they are blocked. Except for its own pose this needs all wheels on known cells. Poses that put a
+    tyre on a cell that stands out stay as they are if at least half (MOST_RATIO) of the ground can be reached without
+    them: a rock is not noise.
     """
     bare = np.full_like(freedom, Freedom.FREE)
     stones = np.argwhere(tall(surface, settings.planning.step_m))
@@ -224,7 +243,10 @@ def _stand(freedom: U8, surface: Surface, own: tuple[int, int, int], settings: S
 
 
 def _freed(freedom: U8, surface: Surface, own: tuple[int, int, int], rover: config.Rover, rocks: Bool) -> U8:
-    """The poses that `_stand` frees; rocks (8, rows, columns): stay as they read, the rover's own pose apart."""
+    """The freedom with the poses of `_stand` freed.
+
+    rocks: (8, rows, columns), poses that stay as they are, except the rover's own pose.
+    """
     j, i, o = own
     grid, out = surface.grid, freedom.copy()
     known = ndimage.binary_erosion(surface.cell_class >= CellClass.HIT, np.ones((3, 3), np.bool_))
@@ -241,9 +263,9 @@ def _freed(freedom: U8, surface: Surface, own: tuple[int, int, int], rover: conf
 
 
 def _from_orbit(request: PlanRequest, surface: Surface, freedom: U8) -> tuple[Gdem | None, GlobalField | None]:
-    """The orbiter's map brought up to date and its cost-to-go; None without one.
+    """The orbiter's map, refreshed, and its cost-to-go; None, None without one.
 
-    A map so coarse is not believed where it would take the last way from the rover: then it stays as it was.
+    If the refreshed map would close the last way from the rover, it is too coarse to be trusted: the old map stays.
     """
     gdem, goal_m, planning = request.gdem, request.goal_m, request.settings.planning
     if gdem is None:
@@ -269,7 +291,7 @@ def _near(grid: Grid, points_m: tuple[tuple[float, float], ...], radius_m: float
 def _seeds(
     grid: Grid, goal_m: tuple[float, float], tolerance_m: float, field: GlobalField | None
 ) -> tuple[NDArray[np.int64], F64]:
-    """Seeds (k, 3) of the cost-to-go and what is left to go from each (k,)."""
+    """Seeds (k, 3) of the cost-to-go and the remaining cost from each (k,)."""
     if grid.contains(*grid.cell(*goal_m)):
         x = grid.x0_m + np.arange(grid.columns) * grid.cell_m - goal_m[0]
         y = grid.y0_m + np.arange(grid.rows) * grid.cell_m - goal_m[1]
@@ -288,7 +310,10 @@ def _seeds(
 
 
 def _fields(stop: _Stop, state: MissionState, confirm: bool = False) -> Fields:
-    """The fields with the marks of the state blocked (R6); `confirm`: and far blocked poses taken as unknown (R7)."""
+    """The fields with the marks of the state blocked (R6).
+
+    confirm: far blocked poses count as unknown (R7).
+    """
     request, grid, freedom = stop.request, stop.surface.grid, stop.freedom.copy()
     planning = request.settings.planning
     doubted = np.zeros(freedom.shape, dtype=bool)
@@ -297,8 +322,8 @@ def _fields(stop: _Stop, state: MissionState, confirm: bool = False) -> Fields:
         doubted = (freedom == Freedom.BLOCKED) & ~_near(grid, looked, CONFIRM_M)
         freedom[doubted] = Freedom.UNKNOWN
     freedom[(freedom == Freedom.UNKNOWN) & _near(grid, state.marked, BLOCK_M)] = Freedom.BLOCKED
-    # What no beam told of may be a rock: a way shuns its cells as it does what is blocked.
-    # A steered tyre reaches beyond what its pose asks, and the foot of a rock beyond the cells that stand out.
+    # An unseen cell may be a rock: a way avoids it like a blocked cell.
+    # A steered tyre reaches beyond the cells of its pose, and the foot of a rock beyond its tall cells.
     rover = request.settings.rover
     shunned = barred(freedom, request.unseen_m, grid, rover)
     block(shunned, stop.tall, lambda o: steered_cells(o, rover, grid.cell_m, FOOT_M))

@@ -1,8 +1,9 @@
-"""The chapter's local planner (Jarvis' distance transform): cost-to-go over free cells, then steepest descent.
+"""Local planner of the chapter (Jarvis' distance transform): cost-to-go over free cells, then steepest descent.
 
-Eight neighbours at 1 and sqrt(2) cells, no diagonal between two obstacle cells. The rover counts as a disc here: a cell
-is free only if the rover may stand on it in every orientation, so any heading of travel and any turn on the way is
-allowed. That closes ground which the pose field crosses; unreachable is a reported failure, never a straight line.
+Eight neighbours at 1 and sqrt(2) cells, no diagonal between two obstacle cells. The rover counts as a disc: a cell is
+free only if the rover may stand on it in every orientation, so any heading of travel and any turn on the way is
+allowed. That closes ground which the pose field crosses. An unreachable goal is a reported failure, never a straight
+line.
 """
 
 from __future__ import annotations
@@ -23,10 +24,11 @@ NEIGHBOURS = ((0, 1), (1, 1), (1, 0), (1, -1), (0, -1), (-1, -1), (-1, 0), (-1, 
 
 
 def cost_to_go(free: Bool, goals: Bool, cell_m: float, closeness: F32 | None = None) -> F64:
-    """Price in metres from each free cell to the nearest goal cell, float64 (rows, columns), inf where there is no way.
+    """Cost in metres from each free cell to the nearest goal cell, float64 (rows, columns), inf where there is no way.
 
-    closeness: float32 ratio >= 0; an edge costs its length times 1 + its mean at both ends. Goals that are not free
-    count for nothing. Raises ValueError for wrong shapes, dtypes or ratios.
+    closeness: float32 ratio >= 0; an edge costs its length times 1 + its mean at both ends.
+
+    Goals that are not free are ignored. Raises ValueError for wrong shapes, dtypes or ratios.
     """
     return native.cost_to_go(free, goals, cell_m, closeness)
 
@@ -34,7 +36,8 @@ def cost_to_go(free: Bool, goals: Bool, cell_m: float, closeness: F32 | None = N
 def descend(cost: F64, free: Bool, start: tuple[int, int]) -> I32:
     """The cells (k, 2) of the steepest descent from `start` to a goal, both included; empty where there is no way.
 
-    Each next cell is the lowest among the allowed neighbours that lie strictly lower, per length of the step.
+    Each next cell is the one with the steepest fall, per length of the step, among the allowed neighbours that are
+    strictly lower.
     """
     j, i = start
     if not np.isfinite(cost[j, i]):
@@ -63,7 +66,7 @@ def _lowest(cost: F64, free: Bool, j: int, i: int) -> tuple[int, int]:
 
 
 def headings(cells: I32) -> F64:
-    """Direction of travel out of each cell (k,), radians; the last keeps the one before, a single cell has 0."""
+    """Direction of travel out of each cell (k,), radians; the last repeats the one before, a single cell has 0."""
     if len(cells) < 2:
         return np.zeros(len(cells))
     step = np.diff(cells.astype(np.float64), axis=0)
@@ -72,7 +75,7 @@ def headings(cells: I32) -> F64:
 
 
 class DistanceTransformPlanner:
-    """Plans over cells that are free in every orientation."""
+    """Local planner over cells that are free in every orientation."""
 
     def plan(self, problem: Problem) -> Plan:
         """See `contract`."""

@@ -1,12 +1,12 @@
-"""The drive guard: what the line ahead says of the wheels' tracks, and when that stops the rover.
+"""Drive guard: checks the scan line ahead against the wheels' tracks and finds the cells that stop the rover.
 
     line -> levelled on the map -> against the map (change, no return)  \\
                                 -> strip map -> step, depth, height      -> bad cells, each with its reason
 
-`10-navigation` section 3. Only cells under the wheels of poses still to come are judged, each twice before it counts:
-in two lines running against the map (three where nothing came back), in two evaluations 5 cm apart in the strip. Poses
-driven over never trigger, else one hole beside the trail stops the rover for ever. All grids are the map window of the
-leg's stop.
+`10-navigation` section 3. Only cells under the wheels of poses still to come are judged. A finding counts after two
+consecutive lines against the map (three if nothing returned), or two evaluations 5 cm apart in the strip. Poses already
+driven over never trigger, else one hole next to the trail would stop the rover for ever. All grids are the map window
+of the leg's stop.
 """
 
 from __future__ import annotations
@@ -26,21 +26,21 @@ from onboard.perception import ldem, strip_map
 from onboard.perception.cell_classes import MOST_SPREAD, classify
 from onboard.records import F64, Bool, Cloud, Grid, Ldem, Pose, Surface
 
-EVALUATE_M = 0.05  # of the line's own way between two evaluations of the strip
-WINDOW_M = 5.0  # of the strip that is judged, around the rover
+EVALUATE_M = 0.05  # motion of the line between two evaluations of the strip
+WINDOW_M = 5.0  # side of the judged part of the strip, around the rover
 BEAMS = 3  # neighbouring beams that must agree
-TIMES = 2  # lines or evaluations in turn that must agree
-SILENT_LINES = 3  # likewise of beams without a return: a scanner loses 3 to 30 neighbours at a time by itself
-PLANE_CELLS = 3  # the plane's window reaches so many cells to each side: 0.7 m
+TIMES = 2  # consecutive lines or evaluations that must agree
+SILENT_LINES = 3  # the same for beams without a return: a scanner itself loses 3 to 30 neighbours at a time
+PLANE_CELLS = 3  # cells of the plane's window to each side: 0.7 m
 LEAST_OF_PLANE = 15  # known cells that a plane needs
-BELOW_M = 0.02  # what lies deeper below the first plane is not in the second
-NEWS_M = 0.02  # of step, depth or height beyond the map's own: a pose inside a drive is not better
-LEAST_HITS = 20  # of a judged cell, one line's worth 1 m ahead: the rim of the strip is one line, and that may be off
+BELOW_M = 0.02  # heights deeper below the first plane are not in the second
+NEWS_M = 0.02  # of step, depth or height beyond the map's own: the accuracy of a pose while driving
+LEAST_HITS = 20  # of a judged cell, about one line 1 m ahead: the rim of the strip is one line, which may be wrong
 I8 = NDArray[np.int8]
 Cells = Sequence[tuple[int, int]]  # (dj, di)
 CROSS: Cells = ((0, 0), (0, 1), (0, -1), (1, 0), (-1, 0))  # a cell and its 4 neighbours
 SQUARE: Cells = tuple((dj, di) for dj in (-1, 0, 1) for di in (-1, 0, 1))
-BESIDE_CROSS: Cells = tuple({(a + c, b + d): None for a, b in SQUARE for c, d in CROSS})  # a CROSS a cell off
+BESIDE_CROSS: Cells = tuple({(a + c, b + d): None for a, b in SQUARE for c, d in CROSS})  # a CROSS shifted by one cell
 _SIDE = np.arange(-PLANE_CELLS, PLANE_CELLS + 1.0)
 PLANE_BASIS = np.array([(1.0, row, column) for row in _SIDE for column in _SIDE])
 PLANE_SQUARES = (PLANE_BASIS[:, :, None] * PLANE_BASIS[:, None, :]).reshape(-1, 9)
@@ -48,7 +48,11 @@ REASONS = ("step", "depth", "height", "change", "no return")
 
 
 class Bad(NamedTuple):
-    """The centre of a cell that stops the rover, and why: one of REASONS."""
+    """Cell that stops the rover.
+
+    x_m, y_m: its centre.
+    why: the reason, one of REASONS.
+    """
 
     x_m: float
     y_m: float
@@ -57,7 +61,7 @@ class Bad(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Settings:
-    """What the guard reads of the configuration."""
+    """Parts of the configuration that the guard reads."""
 
     rover: config.Rover
     mapping: config.Mapping_
@@ -66,10 +70,14 @@ class Settings:
 
 @dataclass(frozen=True, slots=True)
 class Watch:
-    """The guard within one leg.
+    """State of the guard within one leg.
 
-    suspects: {reason: how many lines or evaluations in turn up to the last found each cell, (rows, columns) int8}.
-    surface: the map at the leg's start; strip on the same grid. line_m: where the line lay at the last evaluation.
+    surface: the map at the leg's start.
+    strip: strip map on the same grid.
+    stop: number of the leg's stop.
+    suspects: for each reason, (rows, columns) int8: the number of latest consecutive lines or evaluations that found
+        the cell.
+    line_m: position of the line at the last evaluation.
     """
 
     surface: Surface
@@ -86,15 +94,17 @@ def begin(surface: Surface, stop: int) -> Watch:
 
 
 def ahead_m(rover: config.Rover, guard: config.DriveGuard) -> float:
-    """How far ahead of base_link the line lies on flat ground."""
+    """Distance from base_link ahead to the line on flat ground."""
     return rover.lidar_x_m + rover.lidar_z_m / tan(guard.tilt_rad)
 
 
 def hear(watch: Watch, line: Cloud, pose: Pose, tracks: Bool, settings: Settings) -> tuple[Watch, tuple[Bad, ...]]:
-    """The guard after one more line, and the cells that stop the rover by it, row by row; none: drive on.
+    """Process one line; return the new guard state and the cells that stop the rover, row by row; none: drive on.
 
-    line: its beams in the map frame by the estimated `pose`, in the order of their angles. tracks: (rows, columns), the
-    cells that wheels of poses still to come roll over. A lost frame is no line: do not call.
+    line: its beams in the map frame by the estimated `pose`, in the order of their angles.
+    tracks: (rows, columns), the cells that wheels of poses still to come roll over.
+
+    Do not call it for a lost frame.
     """
     if not line.hit.any():
         found = {"no return": _silent(line, pose, tracks, watch.surface.grid)}
@@ -114,7 +124,7 @@ def hear(watch: Watch, line: Cloud, pose: Pose, tracks: Bool, settings: Settings
 
 
 def _confirmed(watch: Watch, found: dict[str, Bool]) -> tuple[Watch, tuple[Bad, ...]]:
-    """Cells found as often in turn as it takes; what was found is suspect next time."""
+    """The new suspect counts, and the cells found in as many consecutive checks as their reason needs."""
     grid, bad, suspects = watch.surface.grid, [], dict(watch.suspects)
     for why, cells in found.items():
         most = SILENT_LINES if why == "no return" else TIMES
@@ -130,7 +140,7 @@ def _changed(line: strip_map.Line, tracks: Bool, grid: Grid, limit_m: float) -> 
 
 
 def _silent(line: Cloud, pose: Pose, tracks: Bool, grid: Grid) -> Bool:
-    """Track cells where 3 neighbouring beams should have met the plane under the wheels and nothing came back."""
+    """Track cells where 3 neighbouring beams should have met the plane under the wheels and nothing returned."""
     T_map_base = pose.matrix()
     normal, foot = T_map_base[:3, 2], T_map_base[:3, 3]
     ways = line.ends_m - line.origin_m
@@ -142,7 +152,7 @@ def _silent(line: Cloud, pose: Pose, tracks: Bool, grid: Grid) -> Bool:
 
 
 def _cells(points_m: NDArray[np.floating], grid: Grid) -> NDArray[np.int64]:
-    """(j, i) of points (n, 2), (2, n); -1 off the grid."""
+    """(j, i) of points (n, 2), as (2, n); -1 off the grid."""
     i = np.rint((points_m[:, 0] - grid.x0_m) / grid.cell_m).astype(np.int64)
     j = np.rint((points_m[:, 1] - grid.y0_m) / grid.cell_m).astype(np.int64)
     on = (i >= 0) & (i < grid.columns) & (j >= 0) & (j < grid.rows)
@@ -150,7 +160,7 @@ def _cells(points_m: NDArray[np.floating], grid: Grid) -> NDArray[np.int64]:
 
 
 def _runs(struck: Bool, cells: NDArray[np.int64], tracks: Bool) -> Bool:
-    """Track cells of beams that are struck in a run of at least BEAMS neighbours."""
+    """Track cells of flagged beams in a run of at least BEAMS neighbours."""
     padded = np.pad(struck, BEAMS - 1)
     starts = np.logical_and.reduce([padded[k : len(padded) - BEAMS + 1 + k] for k in range(BEAMS)])
     run = np.logical_or.reduce([starts[k : k + len(struck)] for k in range(BEAMS)])
@@ -163,13 +173,14 @@ def _runs(struck: Bool, cells: NDArray[np.int64], tracks: Bool) -> Bool:
 def judge(watch: Watch, pose: Pose, tracks: Bool, settings: Settings) -> dict[str, Bool]:
     """One evaluation of the strip: {'step', 'depth', 'height': cells (rows, columns)} among the tracks near the rover.
 
-    Step: of the de-biased bounds over a cell and its 4 neighbours, with the plane's slope taken out. Depth, height:
-    below and above the plane of 0.7 m, fitted again without what lies more than 2 cm below the first. Over its limit
-    each counts where it goes beyond the map of the leg's start, by more than NEWS_M and a cell's width: the plan was
-    made with the map, so a known stone beside a track, or low enough under it, stops nobody.
+    Step: of the bias-corrected bounds over a cell and its 4 neighbours, with the plane's slope removed. Depth, height:
+    below and above the plane of 0.7 m, which is fitted a second time without heights more than 2 cm below the first
+    plane. A value over its limit counts only where it exceeds that of the map at the leg's start by more than NEWS_M,
+    compared over one cell more to each side. The plan was made with that map, so a known stone next to a track, or one
+    low enough under it, does not stop the rover.
     """
     near = ldem.window(watch.strip, pose.x_m, pose.y_m, WINDOW_M)
-    strip = classify(near, settings.mapping, MOST_SPREAD)  # noise must not stop the rover
+    strip = classify(near, settings.mapping, MOST_SPREAD)  # so that noise does not stop the rover
     first = np.array(watch.strip.grid.cell(near.grid.x0_m, near.grid.y0_m))
     cells = np.argwhere(tracks) - first
     cells = cells[((cells >= 0) & (cells < (near.grid.rows, near.grid.columns))).all(axis=1)]
@@ -189,7 +200,7 @@ def judge(watch: Watch, pose: Pose, tracks: Bool, settings: Settings) -> dict[st
 
 
 def _bounds(surface: Surface, cells: NDArray[np.int64], plane: F64, among: Cells) -> tuple[F64, F64]:
-    """Highest top and lowest bottom among cells around each, slope taken out: two (k,), infinite if unknown."""
+    """Highest top and lowest bottom among cells around each, slope removed: two (k,), infinite if unknown."""
     reach = max(max(offset) for offset in among)
     of_square = [(2 * reach + 1) * (dj + reach) + di + reach for dj, di in among]
     slope = product(plane[:, 1:], np.array(among, np.float64).T)

@@ -1,4 +1,4 @@
-"""A plan as the product that explains it: what was decided, and what each candidate place was worth."""
+"""Explanation of a plan as a product: the decision, and the score of each candidate place."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from protocol.products.nsp import MOST_TEXT_BYTES, Explanation, Place
 
 
 def explain(result: PlanResult, mission: Mission) -> Explanation:
-    """The decision and, where the strategy scored places, the best of them and its alternatives with their terms."""
+    """The decision and, if the strategy scored places, the best of them and its alternatives with their terms."""
     decision, found = result.decision, result.report.next_position
     end_x, end_y, _ = (float(part) for part in decision.path.stations[-1])
     choices = () if found is None or found.best is None else (found.best, *found.alternatives)

@@ -1,4 +1,4 @@
-"""What the planner does with keep-outs: their cells are obstacles, in the rover's map and in the orbiter's."""
+"""Keep-outs in the planner: their cells become obstacles, in the rover's map and in the orbiter's."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from onboard.planning.fences import KEEP_OUT, Fence, Point
 from onboard.planning.poses import ORIENTATIONS, Freedom
 from onboard.records import U8, Bool, Gdem, Grid
 
-MARGIN_M = 0.15  # of a way to a keep-out: a heading within 11 degrees of its orientation, a follower's straying
-STAND_M = 0.25  # around the rover without it, so that it can leave where it backed off to
+MARGIN_M = 0.15  # of a way to a keep-out: headings up to 11 degrees off their orientation, follower error
+STAND_M = 0.25  # radius around the rover without the margin, so that it can leave the place it backed off to
 
 
 def keep_out(fences: Sequence[Fence], grid: Grid) -> Bool:
-    """Cells (rows, columns) that a keep-out touches, half a cell's diagonal more at most."""
+    """Cells (rows, columns) that a keep-out touches, plus at most half a cell's diagonal."""
     x = grid.x0_m + np.arange(grid.columns) * grid.cell_m
     y = (grid.y0_m + np.arange(grid.rows) * grid.cell_m)[:, None]
     found = np.zeros((grid.rows, grid.columns), np.bool_)
@@ -42,7 +42,9 @@ def keep_out(fences: Sequence[Fence], grid: Grid) -> Bool:
 def fenced(freedom: U8, fences: Sequence[Fence], grid: Grid, rover: Rover, here_m: Point) -> U8:
     """A copy with every pose blocked whose body would touch a keep-out or come nearer to one than MARGIN_M.
 
-    freedom: (8, rows, columns) on the grid. Within STAND_M of the rover the margin does not count.
+    freedom: (8, rows, columns) on the grid.
+
+    Within STAND_M of the rover the margin does not count.
     """
     cells = keep_out(fences, grid)
     if not cells.any():
@@ -59,7 +61,7 @@ def fenced(freedom: U8, fences: Sequence[Fence], grid: Grid, rover: Rover, here_
 
 
 def _body(o: int, rover: Rover, cell_m: float, margin_m: float) -> Bool:
-    """Cells of the body at an orientation around its own, a square of odd side; the same from behind."""
+    """Cells of the body at an orientation, relative to base_link: a square of odd side, the same from behind."""
     half_x_m, half_y_m = rover.body_length_m / 2 + margin_m, rover.body_width_m / 2 + margin_m
     reach = math.ceil(hypot(half_x_m, half_y_m) / cell_m)
     at = np.arange(-reach, reach + 1) * cell_m
@@ -71,7 +73,7 @@ def _body(o: int, rover: Rover, cell_m: float, margin_m: float) -> Bool:
 
 
 def closed(gdem: Gdem, fences: Sequence[Fence]) -> Gdem:
-    """The orbiter's map without the cells whose centre lies in a keep-out; the same one if there is none."""
+    """The orbiter's map without the cells whose centre lies in a keep-out; the same object if there are none."""
     grid = gdem.grid
     inside = [
         (j, i) for j, i in np.argwhere(keep_out(fences, grid)).tolist()

@@ -1,6 +1,7 @@
-"""Fences that operators draw: keep-outs, which no part of the rover enters, and fences within which goals lie.
+"""Fences drawn by operators: keep-outs, which no part of the rover enters, and goal fences, which contain all goals.
 
-A polygon is its corners in the map frame, closed by itself; inside is by even and odd, the edge included.
+A polygon is its corners in the map frame, closed from the last to the first. Inside is by the even-odd rule, the edge
+included.
 """
 
 from __future__ import annotations
@@ -26,14 +27,14 @@ class Fence:
     corners_m: tuple[Point, ...]
 
     def distance_m(self, point: Point) -> float:
-        """From a point to the polygon; 0 inside."""
+        """Distance from a point to the polygon; 0 inside."""
         if self._holds(point):
             return 0.0
         return min(_to_segment_m(point, a, b) for a, b in _edges(self))
 
     @property
     def crosses_itself(self) -> bool:
-        """Whether two of its edges cross, so that even and odd is not what was meant."""
+        """True if two of its edges cross, so that the even-odd rule gives another area than intended."""
         edges = _edges(self)
         return any(_cross(p, q) for k, p in enumerate(edges) for q in edges[k + 1 :])
 
@@ -75,7 +76,7 @@ def _in_body(fence: Fence, pose: Pose) -> Fence:
 
 
 def _overlap(a: Fence, b: Fence) -> bool:
-    """Whether two polygons share a point: a corner of one in the other, or two edges that cross."""
+    """True if two polygons share a point: a corner of one lies in the other, or two edges cross."""
     if any(a.distance_m(corner) == 0.0 for corner in b.corners_m):
         return True
     if any(b.distance_m(corner) == 0.0 for corner in a.corners_m):
@@ -97,7 +98,7 @@ def _side(edge: tuple[Point, Point], point: Point) -> float:
 
 
 def goal_refused(fences: Sequence[Fence], goal_m: Point) -> str:
-    """Why no goal may be here, or ''."""
+    """Reason why the fences forbid a goal here, or ''."""
     for fence in fences:
         if fence.kind == KEEP_OUT and fence.distance_m(goal_m) == 0.0:
             return f"({goal_m[0]:.1f}, {goal_m[1]:.1f}) is in keep-out `{fence.name}`"
@@ -109,12 +110,12 @@ def goal_refused(fences: Sequence[Fence], goal_m: Point) -> str:
 
 
 def to_json(fences: Iterable[Fence]) -> bytes:
-    """What is kept of fences."""
+    """Fences as JSON, to be stored."""
     return json.dumps([{"name": f.name, "kind": f.kind, "corners_m": f.corners_m} for f in fences]).encode()
 
 
 def from_json(kept: bytes) -> tuple[Fence, ...]:
-    """Fences that were kept. Raises ValueError on anything else."""
+    """Stored fences. Raises ValueError on anything else."""
     try:
         rows = json.loads(kept) if kept else []
         made = [

@@ -1,9 +1,9 @@
-"""What a scan from a place would show: the gain of the next sensing position (Eq. 28).
+"""Gain of a next sensing position (Eq. 28): the expected view of a scan from a place.
 
     "visibility"  Vis (Eq. 6): the cells seen of those of the map in range, in the sector that faces the goal
-    "newly-seen"  the unknown cells seen of all that a sector holds, in the sector of the best heading
+    "newly-seen"  the unknown cells seen, of all cells of a sector, in the sector of the best heading
 
-Beyond the map all is unknown: a margin as wide as the range stands for it where newly seen cells are counted.
+Beyond the map all is unknown: when newly seen cells are counted, a margin as wide as the range represents it.
 """
 
 from __future__ import annotations
@@ -23,7 +23,14 @@ GAINS = ("visibility", "newly-seen")
 
 @dataclass(frozen=True, slots=True)
 class Eyes:
-    """The scanner for which the visibility is computed. sector_rad: half the usable sector."""
+    """Scanner for which the visibility is computed.
+
+    height_m: height above the ground.
+    range_m: range.
+    sector_rad: half the usable sector.
+    beams: number of beams around the circle.
+    optimistic: unknown cells do not hide the ground behind them.
+    """
 
     height_m: float = 0.7
     range_m: float = 8.0
@@ -33,7 +40,13 @@ class Eyes:
 
 
 class Sight:
-    """Looks over one ground. z_mean: float32 (rows, columns), NaN = unknown. gain: one of GAINS."""
+    """Views over one ground.
+
+    z_mean: float32 (rows, columns), NaN = unknown.
+    goal_m: x, y of the goal.
+    eyes: the scanner.
+    gain: one of GAINS.
+    """
 
     def __init__(self, grid: Grid, z_mean: F32, goal_m: tuple[float, float], eyes: Eyes, gain: str) -> None:
         self._eyes, self._new = eyes, gain == "newly-seen"
@@ -46,9 +59,9 @@ class Sight:
         self._to_goal_rad = each.atan2(goal_m[1] - y, goal_m[0] - x)
 
     def gains(self, where: Bool) -> tuple[F64, F64]:
-        """The gain of every cell `where`, 0 to 1, and the heading that has it, (rows, columns); no meaning elsewhere.
+        """Gain of every cell `where`, 0 to 1, and the heading that gives it, (rows, columns); undefined elsewhere.
 
-        The heading faces the goal where nothing new would be seen.
+        The heading faces the goal if nothing new would be seen.
         """
         half = self._eyes.sector_rad
         if not self._new:
@@ -58,7 +71,7 @@ class Sight:
         return seen.gain[self._inner], np.where(new > 0.0, heading, self._to_goal_rad)
 
     def gain_from(self, cell: tuple[int, int]) -> float:
-        """`gains` of one cell (j, i), the same bits."""
+        """Gain of one cell (j, i), with the same bits as `gains`."""
         if not self._new:
             sector = Sector(float(self._to_goal_rad[cell]), self._eyes.sector_rad)
             return visibility.from_node(self._scene, self._beams, self._eyes.height_m, cell, sector).index

@@ -1,8 +1,8 @@
-"""What the rover has seen put into the orbiter's map: the global path is solved again on it at each stop (Fig. 7).
+"""Update of the orbiter's map by the local map: the global path is solved again on it at each stop (Fig. 7).
 
-A cell of the orbiter's map that the local map covers by half or more takes the mean of the known heights there. One
-that a lethal obstacle spans loses its height, which closes it: no ground that may be passed joins two of its sides.
-Both maps have one origin; heights are the map frame's, so the first refresh of a cell also takes out the orbiter's
+A cell of the orbiter's map that known cells of the local map cover by half or more takes the mean of their heights. A
+cell that is spanned by a lethal obstacle loses its height, which closes it: no passable ground joins two of its sides.
+Both maps have one origin; heights are those of the map frame, so the first refresh of a cell also removes the orbiter's
 vertical datum there.
 """
 
@@ -22,11 +22,13 @@ EIGHT = np.ones((3, 3), bool)
 
 
 def refresh(gdem: Gdem, surface: Surface, freedom: U8, open_m: Sequence[tuple[float, float]] = ()) -> Gdem:
-    """The orbiter's map with the cells under the local map's window brought up to date; the same one if none is.
+    """The orbiter's map with the cells under the local map's window updated; the same object if none changed.
 
-    surface: the window; freedom: (8, rows, columns) uint8 on its grid. Cells are compared by their area; a cell of the
-    orbiter's map that is finer than the local map's, or that reaches beyond the window with more than half, stays.
-    open_m: places (x, y) whose cells are never closed: where a way begins or ends in a cell it need not cross it.
+    surface: the window.
+    freedom: (8, rows, columns) uint8 on its grid.
+    open_m: places (x, y) whose cells are never closed: a way that begins or ends in a cell need not cross it. Cells are
+        compared by their area. A cell of the orbiter's map stays if it is finer than the local map's, or if more than
+        half of it lies outside the window.
     """
     heights: F32 = gdem.heights_m.copy()
     known = surface.cell_class >= CellClass.HIT
@@ -70,7 +72,7 @@ def _part(coarse: Grid, fine: Grid, j: int, i: int) -> tuple[slice, slice]:
 
 
 def _spanned(passable: Bool) -> bool:
-    """Whether no piece of passable ground touches two sides of the cell."""
+    """True if no piece of passable ground touches two sides of the cell."""
     labels, _ = ndimage.label(passable, EIGHT)
     sides = [set(side[side > 0].tolist()) for side in (labels[0], labels[-1], labels[:, 0], labels[:, -1])]
     return not any(sides[a] & sides[b] for a in range(4) for b in range(a))

@@ -1,16 +1,16 @@
-"""The way over the orbiter's map (Eq. 21 to 26, corrected): layers, directed edge costs, cost-to-go from the goal.
+"""Global path over the orbiter's map (Eq. 21 to 26, corrected): layers, directed edge costs, cost-to-go from the goal.
 
 A cell of the GDEM (10 m) is far larger than the rover, so roughness and inclination come from the 3 x 3 window about
 each node. Eq. 25 of an edge, in metres:
 
     cost = len * (1 + (W_B B/B_max + W_x |roll|/theta_max + W_y |pitch|/theta_max) / W_L)
 
-that is Eq. 25 divided by W_L / l_grid, with the penalties counted by length (by node, as printed, a diagonal would pay
-less per metre). It is never below 1 per metre, so the field continues the LDEM's cost-to-go, which is in metres too.
-Roll and pitch are those of a body that heads along the edge: the cost of an edge depends on its direction. As the law
-takes magnitudes, the way back costs the same.
+This is Eq. 25 divided by W_L / l_grid, with the penalties counted by length (counted by node, as printed, a diagonal
+would pay less per metre). It is never below 1 per metre, so the field continues the LDEM's cost-to-go, which is in
+metres too. Roll and pitch are those of a body that heads along the edge: the cost of an edge depends on its direction.
+As the law takes magnitudes, the way back costs the same.
 
-`native.global_field` does the work. Long plans are watched and cancelled through a `Workspace` of the caller's.
+`native.global_field` does the work. A caller watches and cancels long plans through its own `Workspace`.
 """
 
 from __future__ import annotations
@@ -26,15 +26,16 @@ from onboard.native.global_field import Workspace, workspace
 from onboard.records import F32, F64, I32, Gdem, Grid
 
 NEIGHBOURS = ((0, 1), (1, 1), (1, 0), (1, -1), (0, -1), (-1, -1), (-1, 0), (-1, 1))  # (dj, di), 45 degrees apart
-ROUGHNESS_FLOOR_M = 0.05  # B_max is at least this: the noise of a smooth map is no roughness
+ROUGHNESS_FLOOR_M = 0.05  # B_max is at least this, so that noise of a smooth map does not count as roughness
 NEAREST = 8
 
 
 @dataclass(frozen=True, slots=True)
 class Layers:
-    """What Eq. 21 to 24 need of each node, all (rows, columns) float32; NaN where the GDEM has no data.
+    """Terms of Eq. 21 to 24 for each node, all (rows, columns) float32; NaN where the GDEM has no data.
 
-    roughness_m: standard deviation in the window (Eq. 21). slope_x, slope_y: gradient of the fitted plane.
+    roughness_m: standard deviation in the window (Eq. 21).
+    slope_x, slope_y: gradient of the fitted plane.
     """
 
     roughness_m: F32
@@ -44,8 +45,11 @@ class Layers:
 
 @dataclass(frozen=True, slots=True)
 class GlobalField:
-    """Cost-to-go over the GDEM. cost_m: (rows, columns) float32, metres, inf where the goal cannot be reached.
+    """Cost-to-go over the GDEM.
 
+    grid: the GDEM's grid.
+    goal_m: x, y of the goal.
+    cost_m: (rows, columns) float32, metres, inf where the goal cannot be reached.
     next_node: (rows, columns) int32, flat index of the next node on the way (itself: straight to the goal), -1 none.
     """
 
@@ -58,10 +62,11 @@ class GlobalField:
 def layers(gdem: Gdem, raw_roughness: bool = False) -> Layers:
     """Roughness about the 3 x 3 window's plane and the plane's gradient (Eq. 21, 23, 24).
 
-    Beyond the border the ground goes on as a straight line. A missing neighbour is replaced by the reflection of the
-    one opposite (linear), both missing by the node itself. `raw_roughness`: the standard deviation as Eq. 21 prints it,
-    which counts the slope as roughness. Raises ValueError for an empty map or heights that are not contiguous float32
-    of the grid's shape.
+    Beyond the border the ground is extrapolated linearly. A missing neighbour is replaced by the reflection of the
+    opposite one (linear); if both are missing, by the node itself. Raises ValueError for an empty map or heights that
+    are not contiguous float32 of the grid's shape.
+
+    raw_roughness: the standard deviation as Eq. 21 prints it, which counts the slope as roughness.
     """
     work = _room(gdem)
     return Layers(*global_field.make_layers(gdem.heights_m, gdem.grid.cell_m, raw_roughness, work))
@@ -70,8 +75,8 @@ def layers(gdem: Gdem, raw_roughness: bool = False) -> Layers:
 def edge_costs(gdem: Gdem, planning: Planning) -> F32:
     """Cost of leaving each node towards each of NEIGHBOURS, (8, rows, columns) metres, inf where impassable (Eq. 25).
 
-    Penalties are the mean of both ends; steeper than `slope_limit_rad` about either axis at either end is impassable,
-    and so is an edge to or from a node without data. Raises as `layers` does.
+    Penalties are the mean of both ends. An edge is impassable if either end is steeper than `slope_limit_rad` about
+    either axis, or has no data. Raises as `layers` does.
     """
     work = _room(gdem)
     make_edges(gdem, planning, work)
@@ -86,9 +91,11 @@ def edge_costs(gdem: Gdem, planning: Planning) -> F32:
 def solve(gdem: Gdem, goal_m: tuple[float, float], planning: Planning, work: Workspace | None = None) -> GlobalField:
     """The whole cost-to-go field of a goal (Eq. 26 for every start at once).
 
-    The goal is joined to its 8 nearest nodes by straight lines; off the map to none, so that no node reaches it.
-    `work`: room for the map's size, to use it again; its `progress` rises to 3 * rows * columns and can be cancelled
-    from another thread. Raises as `layers` does, ValueError for a goal that is not finite, CancelledError.
+    The goal is joined to its 8 nearest nodes by straight lines; a goal off the map to none, so that no node reaches it.
+    Raises as `layers` does, ValueError for a goal that is not finite, CancelledError.
+
+    work: workspace of the map's size, for repeated use; its `progress` rises to 3 * rows * columns and can be cancelled
+        from another thread.
     """
     if not np.isfinite(goal_m).all():
         raise ValueError(f"goal_m: expected finite coordinates, given {goal_m}")
@@ -118,7 +125,7 @@ def make_edges(gdem: Gdem, planning: Planning, work: Workspace) -> None:
 
 
 def _joined(gdem: Gdem, goal_m: tuple[float, float]) -> tuple[NDArray[np.int64], F64]:
-    """Nodes with data beside the goal and the straight ways from them; none where the goal is off the map."""
+    """Nodes with data around the goal and their straight distances to it; none if the goal is off the map."""
     if not gdem.grid.contains(*gdem.grid.cell(*goal_m)):
         return np.empty(0, np.int64), np.empty(0)
     near, way = _nearest(gdem.grid, np.array([goal_m]))
@@ -128,9 +135,9 @@ def _joined(gdem: Gdem, goal_m: tuple[float, float]) -> tuple[NDArray[np.int64],
 
 
 def _nearest(grid: Grid, points_m: F64) -> tuple[NDArray[np.int64], F64]:
-    """Flat indices (k, 8) of the nodes nearest to each point and the ways to them (k, 8).
+    """Flat indices (k, 8) of the nodes nearest to each point, and their distances (k, 8).
 
-    A point outside the map counts from the border point nearest to it, plus the straight way there.
+    A point outside the map is moved to the nearest border point; the distance to it is added.
     """
     high = (grid.x0_m + (grid.columns - 1) * grid.cell_m, grid.y0_m + (grid.rows - 1) * grid.cell_m)
     inside = np.clip(points_m, (grid.x0_m, grid.y0_m), high)
@@ -152,10 +159,10 @@ def _nearest(grid: Grid, points_m: F64) -> tuple[NDArray[np.int64], F64]:
 def values_at(field: GlobalField, points_m: F64) -> F64:
     """Cost-to-go at points (k, 2) in metres, (k,) float64, inf where there is no way.
 
-    A GDEM value at a point is the minimum over its 8 nearest nodes of field + way, so L is continuous. Within one and a
-    half cells of the goal the straight line to it counts too, so the value at the goal is 0. On even ground it is
-    continuous to a twentieth of a cell; where a node leaves the eight beside rough ground it may jump by that node's
-    penalty, which a field that is seeded with these values smooths again (its own ways are shorter).
+    The value at a point is the minimum over its 8 nearest nodes of field + distance, so L is continuous. Within one and
+    a half cells of the goal the straight line to it counts too, so the value at the goal is 0. On even ground L is
+    continuous to a twentieth of a cell. Where a node leaves the set of eight next to rough ground, L may jump by that
+    node's penalty; a field seeded with these values smooths the jump (its own ways are shorter).
     """
     near, way = _nearest(field.grid, points_m)
     value = np.min(field.cost_m.ravel()[near].astype(np.float64) + way, axis=1)
@@ -169,7 +176,7 @@ def value_at(field: GlobalField, x_m: float, y_m: float) -> float:
 
 
 def path(field: GlobalField, start_m: tuple[float, float]) -> F64:
-    """The candidate path (k, 2): start, nodes, goal. Empty (0, 2) where the goal cannot be reached (Eq. 26)."""
+    """The candidate path (k, 2): start, nodes, goal. Empty (0, 2) if the goal cannot be reached (Eq. 26)."""
     start, goal = np.array(start_m, dtype=np.float64), np.array(field.goal_m)
     value = value_at(field, *start_m)
     if not np.isfinite(value):

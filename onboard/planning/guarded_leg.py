@@ -1,9 +1,9 @@
-"""One leg under the drive guard: begun on the map of its stop, told line by line, at its end entered into the map.
+"""One leg under the drive guard: begin on the map of its stop, process each line, enter the result into the map.
 
     begin(map, path, trail) -> leg;   hear(leg, line, pose) -> leg, bad cells;   credit(map, leg, pose, bad) -> map
 
-Pure. The flight program and the kinematic missions both drive by these three; `listen` is the flight program's `hear`,
-a job that makes the lines from scans.
+Pure. The flight program and the kinematic missions both use these three functions; `listen` is the flight program's
+`hear`, a job that makes the lines from scans.
 """
 
 from __future__ import annotations
@@ -26,15 +26,19 @@ from onboard.planning.tracks import tracks
 from onboard.records import F64, Bool, Cloud, Pose, TiltTrack
 from protocol.conventions import wrap_rad
 
-MARGIN_M = 3.0  # of the guard's grid round the path: the line reaches 2.5 m
-NEXT = 6  # stations ahead among which the rover is looked for: a line comes each 11 mm, and a way may cross itself
-TURN_M = 0.2  # what a radian of heading counts in that
+MARGIN_M = 3.0  # of the guard's grid around the path: the line reaches 2.5 m
+NEXT = 6  # stations ahead that are searched: a line comes every 11 mm, and a path may cross itself
+TURN_M = 0.2  # distance that a radian of heading counts as in that search
 
 
 @dataclass(frozen=True, slots=True)
 class Leg:
-    """stations (k, 3): of the path, `at`: the one that was reached; trail (m, 3): driven before it.
+    """State of a leg.
 
+    watch: state of the drive guard.
+    stations: (k, 3) of the path.
+    trail: (m, 3) driven before it.
+    at: index of the station that was reached.
     ahead: cells (rows, columns) that wheels roll over from there on.
     """
 
@@ -46,12 +50,15 @@ class Leg:
 
 
 def settings_of(config: Config) -> Settings:
-    """What the guard reads of the configuration."""
+    """Parts of the configuration that the guard reads."""
     return Settings(config.rover, config.mapping, config.drive_guard)
 
 
 def begin(memory: StopMap, pose: Pose, ways: tuple[F64, F64], stop: int, config: Config) -> Leg:
-    """The guard of a leg that begins at `pose`. ways: stations (k, 3) to come, and the trail (m, 3) driven so far."""
+    """The guard of a leg that begins at `pose`.
+
+    ways: stations (k, 3) to come, and the trail (m, 3) driven so far.
+    """
     stations, trail = ways
     reach_m = MARGIN_M + float(np.abs(stations[:, :2] - (pose.x_m, pose.y_m)).max(initial=0.0))
     surface = classify(ldem.window(memory.cells, pose.x_m, pose.y_m, 2 * reach_m), config.mapping)
@@ -60,7 +67,7 @@ def begin(memory: StopMap, pose: Pose, ways: tuple[F64, F64], stop: int, config:
 
 
 def hear(leg: Leg, line: Cloud, pose: Pose, settings: Settings) -> tuple[Leg, tuple[Bad, ...]]:
-    """The leg after one more line, in the map frame by the estimate `pose`; and the cells that stop the rover by it."""
+    """Process one line, in the map frame by the estimate `pose`; return the new leg and the cells that stop it."""
     at = _reached(leg, pose)
     if at != leg.at:
         ahead = tracks(leg.stations[at:], leg.trail, leg.watch.surface.grid, settings.rover)
@@ -70,7 +77,7 @@ def hear(leg: Leg, line: Cloud, pose: Pose, settings: Settings) -> tuple[Leg, tu
 
 
 def listen(leg: Leg, lines: Sequence[GuardLine], config: Config) -> tuple[Leg, tuple[Bad, ...]]:
-    """`hear` for lines as the scanner gives them, in their order."""
+    """Process lines as the scanner delivers them, in their order; see `hear`."""
     settings, found = settings_of(config), list[Bad]()
     for line in lines:
         leg, bad = hear(leg, _cloud(line, config), line.pose, settings)
@@ -79,7 +86,7 @@ def listen(leg: Leg, lines: Sequence[GuardLine], config: Config) -> tuple[Leg, t
 
 
 def credit(memory: StopMap, leg: Leg, pose: Pose, bad: Sequence[Bad], config: Config) -> StopMap:
-    """The map with the strip's verdict, as the leg ends at `pose`, and the bad cells blocked for wheels."""
+    """The map with the strip's result merged, as the leg ends at `pose`, and the bad cells blocked for wheels."""
     ahead_m = drive_guard.ahead_m(config.rover, config.drive_guard)
     cells = strip_map.merge(memory.cells, leg.watch.strip, pose, ahead_m, config.mapping)
     blocked = {*memory.blocked_m, *((cell.x_m, cell.y_m) for cell in bad)}
@@ -87,7 +94,7 @@ def credit(memory: StopMap, leg: Leg, pose: Pose, bad: Sequence[Bad], config: Co
 
 
 def _reached(leg: Leg, pose: Pose) -> int:
-    """The station nearest to a pose among the next few; never one before the last."""
+    """The station nearest to a pose among the next few; never an earlier one."""
     near = leg.stations[leg.at : leg.at + NEXT]
     turned = np.abs([wrap_rad(yaw - pose.yaw_rad) for yaw in near[:, 2].tolist()])
     away_m = each.hypot(near[:, 0] - pose.x_m, near[:, 1] - pose.y_m) + TURN_M * turned
@@ -95,7 +102,7 @@ def _reached(leg: Leg, pose: Pose) -> int:
 
 
 def _cloud(line: GuardLine, config: Config) -> Cloud:
-    """The line's beams, those without a return too; the axis is held, so one angle holds for the whole turn."""
+    """The line's beams, those without a return too. The axis does not move, so one angle applies to the whole scan."""
     scan = line.scan
     end_ns = scan.start_ns + round(len(scan.ranges_m) * scan.beam_ns) + 1
     held = TiltTrack(np.array([scan.start_ns, end_ns]), np.array([line.tilt_rad, line.tilt_rad]))

@@ -2,11 +2,11 @@
 
     printed                                      here
     compares with the last neighbour listed      with the node it stands on
-    `return` leaves the search at seed one       every seed is climbed, the highest top is the answer
+    `return` leaves the search at seed one       every seed is climbed, the highest top is the result
     may step to a neighbour that is worse        steps only where it is strictly better, so every climb ends
 
-It scores no more nodes than it looks at, each once, and finds a top near a seed: `next_position` scores all nodes and
-tells what that costs (the regret).
+It scores each node that it visits once, and finds a top near a seed. `next_position` scores all nodes and computes the
+loss of this search (the regret).
 """
 
 from __future__ import annotations
@@ -22,13 +22,15 @@ from onboard.records import F64, Bool
 Cell = tuple[int, int]
 Score = Callable[[NDArray[np.int64]], F64]  # (n, 2) cells (j, i) -> (n,) scores, higher is better
 
-SEEDS = 5  # as the chapter's Fig. 9
+SEEDS = 5  # as in the chapter's Fig. 9
 
 
 @dataclass(frozen=True, slots=True)
 class Climb:
-    """What the search found. cell, score: the highest top; ties the lowest (j, i). tops: where each seed's climb ended.
+    """Result of the search.
 
+    cell, score: the highest top; of equal ones the lowest (j, i).
+    tops: the end of each seed's climb.
     evaluated: every node scored, with its score.
     """
 
@@ -39,7 +41,7 @@ class Climb:
 
 
 def draw_seeds(candidates: Bool, generator: np.random.Generator, count: int = SEEDS) -> tuple[Cell, ...]:
-    """`count` nodes drawn from the candidates (rows, columns) with equal chance, repeats allowed; () of none."""
+    """`count` nodes drawn from the candidates (rows, columns) with equal chance, repeats allowed; () without any."""
     cells = np.argwhere(candidates)
     if len(cells) == 0:
         return ()
@@ -49,8 +51,9 @@ def draw_seeds(candidates: Bool, generator: np.random.Generator, count: int = SE
 def climb(score: Score, candidates: Bool, seeds: tuple[Cell, ...]) -> Climb:
     """The highest of the tops above the seeds.
 
-    candidates: (rows, columns), the nodes that may be stood on; the score is asked of no others. Raises ValueError
-    without seeds and for a seed that is no candidate.
+    candidates: (rows, columns), the allowed nodes; no other node is scored.
+
+    Raises ValueError without seeds and for a seed that is no candidate.
     """
     rows, columns = candidates.shape
     bad = [(j, i) for j, i in seeds if not (0 <= j < rows and 0 <= i < columns and candidates[j, i])]
@@ -63,7 +66,7 @@ def climb(score: Score, candidates: Bool, seeds: tuple[Cell, ...]) -> Climb:
 
 
 def _top(score: Score, candidates: Bool, seed: Cell, evaluated: dict[Cell, float]) -> Cell:
-    """Where the climb from a seed ends; what it scores goes into `evaluated`."""
+    """End of the climb from a seed; new scores go into `evaluated`."""
     _evaluate(score, [seed], evaluated)
     current = seed
     while True:

@@ -1,22 +1,22 @@
-"""The mission rule: what to do at each stop, why, and why it ends. Pure, over plain data (`10-navigation` section 5).
+"""Mission rule: the decision at each stop, its reason, and the end of the mission. Pure (`10-navigation` section 5).
 
     R1 start     two scans at the first stop, ahead and behind; one at every other
     R2 trail     poses driven over stay free (done by the caller)
     R4 terminal  a goal pose is reachable over free poses: drive to the one nearest to the goal. One in the outer half
                  of the tolerance waits while a commit may still show a nearer one
     R10 choice   the strategy's own stop, while the record distance fell by 0.5 m within the last 2 stops; at every
-                 stop where `guard` is false (simulation only: nothing but `stop_limit` ends such a mission)
+                 stop if `guard` is false (simulation only: nothing but `stop_limit` ends such a mission)
     R5 commit    follow the optimistic path to its last free pose, look at the first that is not free
     R6 failed    a commit that would repeat a stop and heading, or look at the same target a third time: another
                  viewpoint, at most twice per 0.5 m block of targets; then the target is marked as an obstacle
-    R7 confirm   no way is left: R5 once more, with what is blocked farther than 3 m from every stop taken as unknown
+    R7 confirm   no way is left: R5 once more, with blocked poses farther than 3 m from every stop taken as unknown
     R8 again     still none: the marks and tries are cleared, once in a mission
     R9 give up   else unreachable, with the nearest reachable pose
-    R11 unseen   where the scanner saw too little of that side it looks there again first, `lost_beams.looks` times in a
-                 mission at most; done by the caller (`core.seeing`), like R2
+    R11 unseen   where the scanner saw too little of a side, it looks there again first, at most `lost_beams.looks`
+                 times in a mission; done by the caller (`core.seeing`), like R2
 
-Every stop is new, or uses up a look or a try of a block of targets, or lowers the record; marks grow but for R8, which
-comes once; `stop_limit` bounds what is left, twice that the legs of a way that is free to the goal.
+Every stop is new, or uses up a look or a try of a block of targets, or lowers the record. Marks only grow, except for
+R8, which happens once. `stop_limit` bounds the rest, and twice `stop_limit` the legs of a way that is free to the goal.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ SAME_TARGET_M = 0.25
 
 
 class Stop(NamedTuple):
-    """A place and heading from which a scan was taken."""
+    """Place and heading from which a scan was taken."""
 
     x_m: float
     y_m: float
@@ -51,7 +51,11 @@ class Stop(NamedTuple):
 
 
 class Tried(NamedTuple):
-    """How often a block of targets (BLOCK_M squares of the map, row and column) was looked at from elsewhere."""
+    """Number of looks from other viewpoints at a block of targets.
+
+    row, column: block of BLOCK_M squares of the map.
+    tries: number of looks.
+    """
 
     row: int
     column: int
@@ -60,9 +64,14 @@ class Tried(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Option:
-    """A stop that can be driven to. target_m: the first pose that is not free (R5), where there is one.
+    """A stop that can be driven to.
 
-    data: numbers for the report. reason: why the strategy chose this place.
+    stop: place and heading.
+    path: the way to it.
+    cost_m: cost in metres.
+    target_m: the first pose that is not free (R5), if there is one.
+    data: numbers for the report.
+    reason: why the strategy chose this place.
     """
 
     stop: Stop
@@ -75,7 +84,7 @@ class Option:
 
 @dataclass(frozen=True, slots=True)
 class Again:
-    """The state has changed (a mark more, or none): look for the options again and ask again at the same stop."""
+    """Request to compute the options again at the same stop, because the marks in the state have changed."""
 
     rule: str
     reason: str
@@ -83,7 +92,12 @@ class Again:
 
 @dataclass(frozen=True, slots=True)
 class Nearest:
-    """For R9: the reachable pose nearest to the goal, how far from it, and the cells that bound the ground."""
+    """Reachable pose nearest to the goal, for R9.
+
+    x_m, y_m: its place.
+    distance_m: its distance to the goal.
+    blocking_cells: number of cells that bound the reachable ground.
+    """
 
     x_m: float
     y_m: float
@@ -93,12 +107,16 @@ class Nearest:
 
 @dataclass(frozen=True, slots=True)
 class MissionState:
-    """What the rule remembers of one mission. A mission on a map that is there already begins with number=1: its first
-    stop takes one scan.
+    """State of one mission. A mission on an existing map begins with number=1: its first stop takes one scan.
 
-    stops: places scanned from, newest last. marked: points counted blocked.
-    targets: points that commits looked at. record_m: smallest optimistic cost-to-go so far; since_record: stops since
-    it last fell by 0.5 m. cleared: R8 was used.
+    number: stops so far.
+    stops: places scanned from, newest last.
+    targets: points that commits looked at.
+    marked: points that count as blocked.
+    tried: looks at blocks of targets.
+    record_m: smallest optimistic cost-to-go so far.
+    since_record: stops since it last fell by 0.5 m.
+    cleared: R8 was used.
     """
 
     number: int = 0
@@ -113,10 +131,17 @@ class MissionState:
 
 @dataclass(frozen=True, slots=True)
 class Situation:
-    """What planning found at this stop. best_cost_m: least optimistic cost-to-go over the reachable free poses.
+    """Results of planning at this stop; an option is None if there is none.
 
-    Options are None where there is none; `confirm` is looked for only without a commit, `viewpoint` only where the
-    commit, or the confirm, has `failed`.
+    pose: place and heading of the rover.
+    goal_m: x, y of the goal.
+    nearest: for R9.
+    terminal: for R4.
+    commit: for R5.
+    choice: for R10.
+    confirm: for R7, computed only without a commit.
+    viewpoint: for R6, computed only if the commit, or the confirm, has `failed`.
+    best_cost_m: least optimistic cost-to-go over the reachable free poses.
     """
 
     pose: Stop
@@ -131,14 +156,14 @@ class Situation:
 
 
 def scan_headings(state: MissionState) -> tuple[float, ...]:
-    """R1: the yaws (rad) relative to the rover's at which to scan at this stop."""
+    """Yaws (rad) relative to the rover's at which to scan at this stop (R1)."""
     return (0.0, math.pi) if state.number == 0 else (0.0,)
 
 
 def arrive(state: MissionState, pose: Stop, best_cost_m: float = math.inf) -> MissionState:
-    """The state once the stop's scans are taken: counted, its headings kept, the record brought up to date.
+    """The state after the stop's scans: stop counted, headings added, record updated.
 
-    Call it once at each stop, before `decide` (which may be asked several times at one stop).
+    Call it once at each stop, before `decide` (which may be called several times at one stop).
     """
     scanned = tuple(pose._replace(heading_rad=wrap_rad(pose.heading_rad + turn)) for turn in scan_headings(state))
     lower = best_cost_m <= state.record_m - RECORD_STEP_M
@@ -152,15 +177,15 @@ def arrive(state: MissionState, pose: Stop, best_cost_m: float = math.inf) -> Mi
 
 
 def interrupted(state: MissionState, before: MissionState) -> MissionState:
-    """The state after a way that ends short of what was decided: nothing was tried yet at its end.
+    """The state after a path that ends before the decided stop: nothing has been tried at its end yet.
 
-    before: as `arrive` gave it at this stop, or later.
+    before: the state that `arrive` returned at this stop, or a later one.
     """
     return replace(state, targets=before.targets, tried=before.tried)
 
 
 def repeats(state: MissionState, stop: Stop) -> bool:
-    """Whether a scan was taken at this place (0.1 m) and heading (10 degrees) before."""
+    """True if a scan was taken at this place (0.1 m) and heading (10 degrees) before."""
     return any(
         dist(stop[:2], earlier[:2]) <= REPEAT_M
         and abs(wrap_rad(stop.heading_rad - earlier.heading_rad)) <= REPEAT_RAD
@@ -169,22 +194,22 @@ def repeats(state: MissionState, stop: Stop) -> bool:
 
 
 def failed(state: MissionState, commit: Option) -> bool:
-    """Whether a commit would bring nothing: its scan was taken before, or its target was looked at twice already."""
+    """True if a commit would show nothing new: its scan was taken before, or its target was looked at twice already."""
     target = commit.target_m
     looks = sum(target is not None and dist(target, earlier) <= SAME_TARGET_M for earlier in state.targets)
     return repeats(state, commit.stop) or looks >= LOOKS
 
 
 def tries_left(state: MissionState, target_m: tuple[float, float]) -> int:
-    """How many more viewpoints a target's block may have (R6)."""
+    """Number of further viewpoints that a target's block may have (R6)."""
     row, column = _block(target_m)
     return TRIES - sum(t.tries for t in state.tried if (t.row, t.column) == (row, column))
 
 
 def decide(state: MissionState, situation: Situation, mission: Mission) -> tuple[Decision | Again, MissionState]:
-    """The decision at this stop by R4 to R10, or Again after which the caller plans again with the state returned.
+    """The decision at this stop by R4 to R10, or Again; after Again the caller plans again with the returned state.
 
-    Pure; each Again has marked a target, or cleared the marks for the once in a mission (R8).
+    Pure; each Again has marked a target, or cleared the marks, which happens once in a mission (R8).
     """
     away = dist(situation.pose[:2], situation.goal_m)
     ended = _at_the_limit(state, situation, away, mission)
@@ -206,7 +231,7 @@ def decide(state: MissionState, situation: Situation, mission: Mission) -> tuple
 
 
 def _at_the_limit(state: MissionState, situation: Situation, away_m: float, mission: Mission) -> Decision | None:
-    """The end by count: past `stop_limit` only a way that is free to the goal goes on, and past twice that nothing."""
+    """The end by count: past `stop_limit` only a way that is free to the goal is driven, past twice that none."""
     limit = mission.stop_limit
     if state.number <= limit:
         return None
@@ -219,12 +244,12 @@ def _at_the_limit(state: MissionState, situation: Situation, away_m: float, miss
 
 
 def _may_choose(state: MissionState, choice: Option, mission: Mission) -> bool:
-    """R10."""
+    """True if R10 allows the strategy's choice."""
     return not mission.guard or (state.since_record < RECORD_STOPS and not repeats(state, choice.stop))
 
 
 def _ends(state: MissionState, situation: Situation, away_m: float, mission: Mission) -> bool:
-    """R4: whether the mission ends from here."""
+    """True if the mission ends from here (R4)."""
     terminal, commit = situation.terminal, situation.commit
     near_m = away_m if terminal is None else dist(terminal.stop[:2], situation.goal_m)
     if terminal is None and away_m > mission.goal_tolerance_m:
@@ -254,7 +279,7 @@ def _no_way(state: MissionState, situation: Situation) -> tuple[Decision | Again
 
 
 def _failed_try(state: MissionState, situation: Situation, commit: Option) -> tuple[Decision | Again, MissionState]:
-    """R6: the commit would repeat a scan that showed nothing of its target."""
+    """R6: the commit would repeat a scan that showed nothing new at its target."""
     if commit.target_m is None:
         return _no_way(state, situation)
     view = situation.viewpoint

@@ -1,15 +1,15 @@
-"""The next sensing position (Eq. 27, 28, corrected): every candidate is scored, the optimum is exact.
+"""Next sensing position (Eq. 27, 28, corrected): every candidate is scored, the optimum is exact.
 
     E(n) = W_occ * Gain(n) - W_L * (L(n) - L_min) / (L_max - L_min)
 
-over every cell of chi_free with a finite L. Both terms run from 0 to 1, so the weights compare like with like.
+over every cell of chi_free with a finite L. Both terms run from 0 to 1, so the weights compare like quantities.
 
     Gain  "visibility": Vis, the cells seen of those in range (Eq. 6)
-          "newly-seen": unknown cells seen in the sector of the best heading, of all cells that a sector holds
-    L     the cost-to-go given (the pose field's), or `straight_line_m` of it (Eq. 27 as printed)
+          "newly-seen": unknown cells seen in the sector of the best heading, of all cells of a sector
+    L     the given cost-to-go (the pose field's), or `straight_line_m` of it (Eq. 27 as printed)
 
-The term of L is 0 where its span is below 1e-6 m. Ties: the lowest (L, j, i). `choose` looks at every candidate,
-`choose_by_climb` is Algorithm 2 with its faults fixed, and `regret` tells what that would have lost.
+The term of L is 0 where its span is below 1e-6 m. Ties: the lowest (L, j, i). `choose` scores every candidate,
+`choose_by_climb` is Algorithm 2 with its faults fixed, and `regret` computes the loss of that search.
 """
 
 from __future__ import annotations
@@ -36,10 +36,16 @@ LEAST_SPAN_M = 1e-6
 
 @dataclass(frozen=True, slots=True)
 class Question:
-    """What is asked, on one grid, (rows, columns). Raises ValueError for another shape or dtype, or infinite heights.
+    """Problem of the next sensing position on one grid, (rows, columns).
 
-    z_mean: float32 m, NaN = unknown. free: bool, chi_free. cost_m: float32, cost-to-go; what is not finite is no way.
-    goal_m: where to look when no place shows anything new. stops_m: places of earlier stops; none is taken again.
+    grid: the grid.
+    z_mean: float32 m, NaN = unknown.
+    free: bool, chi_free.
+    cost_m: float32, cost-to-go; not finite where there is no way.
+    goal_m: direction to look in if no place shows anything new.
+    stops_m: places of earlier stops; none is taken again.
+
+    Raises ValueError for another shape or dtype, for infinite heights and for a goal that is not finite.
     """
 
     grid: Grid
@@ -62,7 +68,13 @@ class Question:
 
 @dataclass(frozen=True, slots=True)
 class Criterion:
-    """What a place is worth. gain: one of GAINS. weights: W_occ and W_L of Eq. 28, >= 0."""
+    """Score of a place.
+
+    gain: one of GAINS.
+    weight_occlusion, weight_distance: W_occ and W_L of Eq. 28, >= 0.
+
+    Raises ValueError for other values.
+    """
 
     gain: str = "visibility"
     weight_occlusion: float = 1.0
@@ -78,10 +90,16 @@ class Criterion:
 
 @dataclass(frozen=True, slots=True)
 class Choice:
-    """One place. score: E = gain_term + distance_term, the two terms of Eq. 28 with their weights and signs.
+    """One place.
 
+    cell: (j, i).
+    x_m, y_m: its centre.
+    heading_rad: heading to scan at.
+    score: E = gain_term + distance_term.
+    gain_term, distance_term: the two terms of Eq. 28 with their weights and signs.
     visibility, new_cells: Vis and the unknown cells seen, both in the sector of the heading; with the gain "newly-seen"
-    beyond the map too. cost_m: L.
+        beyond the map too.
+    cost_m: L.
     """
 
     cell: tuple[int, int]
@@ -98,11 +116,12 @@ class Choice:
 
 @dataclass(frozen=True, slots=True)
 class NextPosition:
-    """best: None where no candidate is left. alternatives: up to five next best, at least 1 m from each other and the
-    best.
+    """Result of the search.
 
-    score_map: E, (rows, columns) float64, NaN where not scored. rejections: cells that are no candidates, by the first
-    rule that refused each.
+    best: the best place; None if no candidate is left.
+    alternatives: up to five next best, at least 1 m from each other and from the best.
+    score_map: E, (rows, columns) float64, NaN where not scored.
+    rejections: number of cells that are no candidates, by the first rule that refused each.
     """
 
     best: Choice | None
@@ -112,12 +131,12 @@ class NextPosition:
 
     @property
     def scored(self) -> int:
-        """How many candidates were scored."""
+        """Number of scored candidates."""
         return int(np.isfinite(self.score_map).sum())
 
     @property
     def reason(self) -> str:
-        """One line for people: why this place, or why none."""
+        """One line for people: the reason for this place, or for none."""
         refused = ", ".join(f"{count} {rule}" for rule, count in self.rejections.items() if count)
         cells = f"{self.scored} of {self.score_map.size} cells scored" + (f" ({refused})" if refused else "")
         if self.best is None:
@@ -128,9 +147,11 @@ class NextPosition:
 
 @dataclass(frozen=True, slots=True)
 class Regret:
-    """What one climb of Algorithm 2 loses. ratio: (best E - its E) / (best E - worst E), 0 where all are equal.
+    """Loss of one climb of Algorithm 2.
 
-    cell, score: what it found. evaluations: distinct nodes it scored.
+    ratio: (best E - its E) / (best E - worst E), 0 if all are equal.
+    cell, score: its result.
+    evaluations: number of distinct nodes it scored.
     """
 
     ratio: float
@@ -140,7 +161,7 @@ class Regret:
 
 
 def choose(question: Question, eyes: Eyes, criterion: Criterion) -> NextPosition:
-    """Score every candidate and take the best. Without candidates `best` is None and `rejections` say why."""
+    """Score every candidate and take the best. Without candidates `best` is None and `rejections` give the reasons."""
     candidates, rejections = screen(question)
     term = _distance_term(question, candidates, criterion)
     return _ranked(question, _sight(question, eyes, criterion), criterion, term, rejections)
@@ -149,7 +170,7 @@ def choose(question: Question, eyes: Eyes, criterion: Criterion) -> NextPosition
 def choose_by_climb(
     question: Question, eyes: Eyes, criterion: Criterion, generator: np.random.Generator
 ) -> NextPosition:
-    """Likewise by Algorithm 2 with its faults fixed, from seeds of the generator; only what it looks at is scored."""
+    """Choose by Algorithm 2 with its faults fixed, from seeds of the generator; only the visited cells are scored."""
     candidates, rejections = screen(question)
     term, sight = _distance_term(question, candidates, criterion), _sight(question, eyes, criterion)
 
@@ -165,9 +186,9 @@ def choose_by_climb(
 
 
 def regret(found: NextPosition, generator: np.random.Generator) -> Regret | None:
-    """What one climb of Algorithm 2 from seeds of the generator loses on the same scores; None without candidates.
+    """Loss of one climb of Algorithm 2 from seeds of the generator on the same scores; None without candidates.
 
-    Raises ValueError for an answer of `choose_by_climb`, whose map has holes.
+    Raises ValueError for a result of `choose_by_climb`, because its map has unscored candidates.
     """
     if found.scored + sum(found.rejections.values()) != found.score_map.size:
         raise ValueError(f"found: expected every candidate scored (by `choose`), given {found.reason}")
@@ -193,7 +214,7 @@ def straight_line_m(grid: Grid, z_mean: F32, goal_m: tuple[float, float]) -> F32
 
 
 def screen(question: Question) -> tuple[Bool, dict[str, int]]:
-    """The candidates (rows, columns), and how many other cells fell to which rule; each cell falls to the first."""
+    """The candidates (rows, columns), and the number of other cells by the first rule that refused each."""
     left, fresh = np.ones_like(question.free), np.ones_like(question.free)
     x, y = centres(question.grid)
     for stop_x, stop_y in question.stops_m:
@@ -224,7 +245,7 @@ def _sight(question: Question, eyes: Eyes, criterion: Criterion) -> Sight:
 def _ranked(
     question: Question, sight: Sight, criterion: Criterion, term: F64, rejections: Mapping[str, int]
 ) -> NextPosition:
-    """The answer over the cells whose distance `term` is given, not NaN."""
+    """The result over the cells whose distance `term` is not NaN."""
     where = np.isfinite(term)
     if not where.any():
         return NextPosition(None, (), term, rejections)

@@ -1,4 +1,4 @@
-"""What can be done at a stop, as options for the mission rule: terminal, commit, the strategy's choice, a viewpoint."""
+"""Options of a stop for the mission rule: terminal, commit, the strategy's choice, a viewpoint."""
 
 from __future__ import annotations
 
@@ -23,18 +23,26 @@ from onboard.planning.pose_planner import PoseFieldPlanner
 from onboard.planning.poses import Freedom
 from onboard.records import F32, F64, I32, U8, Bool, CellClass, Path, Surface
 
-LOOK_BEYOND_M = 1.5  # R5 looks this far past the first pose that is not free
-HEADING_SLACK_RAD = math.radians(60)  # a heading this far off still has its target in the sector
+LOOK_BEYOND_M = 1.5  # R5: look this far past the first pose that is not free
+HEADING_SLACK_RAD = math.radians(60)  # with a heading this far off the target is still in the sector
 BACK_OFF_M = 1.5  # a stop moves back at most this far along its path to find room to turn
 VIEW_M, APART_M, TARGET_M = 4.0, 0.5, 0.55  # R6: reach of a viewpoint, distance from stops, radius of the targets
 
 
 @dataclass(frozen=True, slots=True)
 class Fields:
-    """The ground at a stop as the options see it; arrays over poses are (8, rows, columns).
+    """Ground at a stop as input of the options; arrays over poses are (8, rows, columns).
 
-    start: x, y, yaw; cell: its pose (j, i, o). reach: free poses connected with it. optimistic_m: cost-to-go with
-    unknown poses passable. chain: its descent (k, 3) from the rover, empty where there is no way.
+    surface: classified cells.
+    freedom: uint8 of Freedom.
+    closeness: float32 soft cost ratio.
+    start: x, y, yaw of the rover.
+    cell: its pose (j, i, o).
+    reach: free poses connected with it.
+    optimistic_m: cost-to-go with unknown poses passable.
+    chain: its descent (k, 3) from the rover, empty where there is no way.
+    goal_m: x, y of the goal.
+    planning: configuration.
     """
 
     surface: Surface
@@ -51,7 +59,7 @@ class Fields:
     @property
     def ground(self) -> Ground:
         """The free poses on their grid."""
-        return Ground(self.freedom == int(Freedom.FREE), self.surface.grid)  # as an enum it takes five times as long
+        return Ground(self.freedom == int(Freedom.FREE), self.surface.grid)  # int: the enum takes five times as long
 
 
 def optimistic_chain(cost: F32, cell: tuple[int, int, int], planning: config.Planning, cell_m: float, near: F32) -> I32:
@@ -62,7 +70,7 @@ def optimistic_chain(cost: F32, cell: tuple[int, int, int], planning: config.Pla
 
 
 def terminal(fields: Fields, tolerance_m: float) -> Option | None:
-    """R4: the way to the reachable pose nearest to the goal; None where none lies within the tolerance."""
+    """Option R4: the way to the reachable pose nearest to the goal; None if none lies within the tolerance."""
     away = _distances(fields, fields.goal_m)
     open_cells = np.asarray(fields.reach.any(axis=0))
     nearest = float(np.min(away[open_cells], initial=np.inf))
@@ -83,9 +91,9 @@ def terminal(fields: Fields, tolerance_m: float) -> Option | None:
 
 
 def commit(fields: Fields) -> Option | None:
-    """R5: the way to the last free pose of the optimistic path, looking at the first that is not free.
+    """Option R5: the way to the last free pose of the optimistic path, looking at the first that is not free.
 
-    None where there is no such path, or no free way to that pose.
+    None if there is no such path, or no free way to that pose.
     """
     chain = fields.chain
     if len(chain) == 0:
@@ -107,7 +115,7 @@ def commit(fields: Fields) -> Option | None:
 def choice(
     fields: Fields, eyes: Eyes, state: MissionState, mission: config.Mission
 ) -> tuple[Option | None, NextPosition | None]:
-    """The strategy's next sensing position as an option, with its whole answer; None, None where it scores nothing."""
+    """The strategy's next sensing position as an option, with its whole result; the option is None without a place."""
     surface = fields.surface
     cost = np.where(fields.reach, fields.optimistic_m, np.float32(np.inf)).min(axis=0)
     if mission.distance == "straight-line":
@@ -127,9 +135,9 @@ def choice(
 
 
 def viewpoint(fields: Fields, target_m: tuple[float, float], state: MissionState, eyes: Eyes) -> Option | None:
-    """R6: the reachable place within 4 m of a target, 0.5 m from all stops, that sees most of its unknown cells.
+    """Option R6: the reachable place within 4 m of a target, 0.5 m from all stops, that sees most of its unknown cells.
 
-    None where no such place sees any of them, or none can be driven to.
+    None if no such place sees any of them, or the best one cannot be driven to.
     """
     unknown = fields.surface.cell_class <= CellClass.OCCLUDED
     from_target = _distances(fields, target_m)
@@ -154,9 +162,9 @@ def viewpoint(fields: Fields, target_m: tuple[float, float], state: MissionState
 
 
 def nearest(fields: Fields) -> Nearest:
-    """R9: the reachable pose nearest to the goal and how many cells with blocked poses border the reachable ground.
+    """The reachable pose nearest to the goal (R9), and the number of cells with blocked poses next to reachable ones.
 
-    Where no pose is (a keep-out lies across the rover), the rover's own.
+    The rover's own pose if no pose is reachable (a keep-out lies across the rover).
     """
     if not fields.reach.any():
         return Nearest(*fields.start[:2], dist(fields.start[:2], fields.goal_m), 0)
@@ -173,7 +181,7 @@ def nearest(fields: Fields) -> Nearest:
 
 
 def _plan(fields: Fields, goals: Bool, end: tuple[float, float] | None) -> Plan:
-    """By the configured planner; where that finds no way, by the pose field, and the reason says so."""
+    """Plan by the configured planner; if it finds no way, by the pose field, with both reasons in the result."""
     problem = Problem(fields.freedom, fields.surface.grid, fields.start, goals, fields.planning, fields.closeness, end)
     plan = PLANNERS[fields.planning.planner]().plan(problem)
     if plan.path is not None or fields.planning.planner == "pose-field":
@@ -185,8 +193,8 @@ def _plan(fields: Fields, goals: Bool, end: tuple[float, float] | None) -> Plan:
 def _looking(fields: Fields, plan: Plan, look_m: tuple[float, float], sketch: Option) -> Option | None:
     """The sketch with the plan's path and a turn at its end to look at a point; None without a path.
 
-    Where the end has no room to turn to within 60 degrees, the stop moves back along the path; failing that it keeps
-    the path's last heading.
+    If the end has no room to turn to within 60 degrees, the stop moves back along the path. If no such place is found,
+    the stop takes the path's last heading.
     """
     if plan.path is None:
         return None
@@ -203,7 +211,7 @@ def _looking(fields: Fields, plan: Plan, look_m: tuple[float, float], sketch: Op
 
 
 def _turn_towards(station: F64, look_m: tuple[float, float], ground: Ground) -> F64 | None:
-    """Stations of the free turn that ends nearest to the direction of a point, or None beyond 60 degrees off it."""
+    """Stations of the free turn that ends nearest to the direction of a point; None if over 60 degrees off."""
     x, y, yaw = (float(part) for part in station)
     dx, dy = look_m[0] - x, look_m[1] - y
     wanted = atan2(dy, dx) if hypot(dx, dy) > 1e-6 else yaw

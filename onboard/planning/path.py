@@ -1,13 +1,13 @@
-"""From a chain of lattice poses to a path that is driven: lines of sight, real yaws, stations.
+"""Drivable path from a chain of lattice poses: lines of sight, real yaws, stations.
 
 A lattice pose is (j, i, o), the body's axis at o * 22.5 degrees modulo 180: the rover is symmetric, so a free pose is
 free with either end ahead. Three steps, all deterministic:
 
-1. `shorten`: from each point straight to the farthest pose of the chain that can be seen over free poses, the body
-   along the line, unless that way costs more closeness than the chain saves; where no line is seen, one step of the
-   chain as it is (crab: the body keeps its axis).
+1. `shorten`: from each point straight to the farthest pose of the chain that is visible over free poses, the body along
+   the line, unless that way costs more closeness than the chain saves; if no line is free, one step of the chain
+   unchanged (crab: the body keeps its axis).
 2. `lead`: which end leads. The scanner's end, unless the way back is a short retreat or there is no room to turn round.
-3. stations at most 0.05 m and 11.25 degrees apart; each one's pose is free by the same test that `is_free` repeats.
+3. stations at most 0.05 m and 11.25 degrees apart; each one's pose is free by the same test as `is_free`.
 """
 
 from __future__ import annotations
@@ -28,13 +28,17 @@ STEP_RAD = math.pi / ORIENTATIONS
 SPACING_M = 0.05
 TURN_STEP_RAD = math.radians(11.25)
 RETREAT_M = 1.0
-BETWEEN = 0.4  # of a step of orientation: an axis farther than 0.1 of it from an orientation lies between two
+BETWEEN = 0.4  # of an orientation step: an axis more than 0.1 of a step from an orientation lies between two
 DETOUR = 1.02  # a line of sight may cost this much more than the chain it replaces
 HORIZON = 150  # poses of the chain that a line of sight may skip
 
 
 class Leg(NamedTuple):
-    """A straight piece: from the last point to (x_m, y_m), the body's axis at `axis_rad` (modulo 180 degrees)."""
+    """A straight piece of a path from the last point.
+
+    x_m, y_m: its end.
+    axis_rad: the body's axis (modulo 180 degrees).
+    """
 
     x_m: float
     y_m: float
@@ -44,7 +48,10 @@ class Leg(NamedTuple):
 class Ground(NamedTuple):
     """Free poses on their grid.
 
-    free: (8, rows, columns) bool. The same shape, or None: closeness, a ratio; unblocked, poses that nothing blocks.
+    free: (8, rows, columns) bool.
+    grid: the grid.
+    closeness: a ratio, of the same shape, or None.
+    unblocked: bool, poses that nothing blocks, of the same shape, or None.
     """
 
     free: Bool
@@ -53,7 +60,7 @@ class Ground(NamedTuple):
     unblocked: Bool | None = None
 
     def allows(self, stations: F64) -> bool:
-        """Whether the pose of every station (k, 3) is free: nearest cell, nearest orientation."""
+        """True if the pose of every station (k, 3) is free: nearest cell, nearest orientation."""
         j, i, o = self._poses(stations)
         inside = (i >= 0) & (i < self.grid.columns) & (j >= 0) & (j < self.grid.rows)
         return bool(inside.all() and self.free[o, j, i].all())
@@ -61,9 +68,9 @@ class Ground(NamedTuple):
     def price_m(
         self, a: tuple[float, float], b: tuple[float, float], axis_rad: float, spacing_m: float = SPACING_M
     ) -> float:
-        """Price of the straight way from a to b with the axis held, inf where a pose of its stations is not free.
+        """Cost of the straight way from a to b at a fixed axis, inf if a pose of its stations is not free.
 
-        An axis between two orientations has wheels where neither has them: the other one must not be blocked.
+        An axis between two orientations puts wheels on cells of neither: the other orientation must not be blocked.
         """
         at, nearest = axis_rad / STEP_RAD, round(axis_rad / STEP_RAD)
         for other in (round(at - BETWEEN), round(at + BETWEEN)):
@@ -82,12 +89,12 @@ class Ground(NamedTuple):
 
 
 def ground_of(freedom: U8, grid: Grid, closeness: F32 | None = None) -> Ground:
-    """Ground from (8, rows, columns) uint8 of Freedom and, for prices, float32 closeness of the same shape."""
+    """Ground from (8, rows, columns) uint8 of Freedom and, for costs, float32 closeness of the same shape."""
     return Ground(freedom == int(Freedom.FREE), grid, closeness, freedom != int(Freedom.BLOCKED))
 
 
 def is_free(stations: F64, freedom: U8, grid: Grid) -> bool:
-    """Whether every station (k, 3) of x, y (m), yaw (rad) stands on a free pose; outside the grid none does."""
+    """True if every station (k, 3) of x, y (m), yaw (rad) stands on a free pose; outside the grid none does."""
     return ground_of(freedom, grid).allows(np.asarray(stations, dtype=np.float64))
 
 
@@ -96,16 +103,17 @@ def drivable(
 ) -> Path:
     """The path from the pose `start` (x, y, yaw) along a chain of free lattice poses (k, 3) that begins in its cell.
 
-    `end`: a point in the last pose's cell to stop at instead of its centre. Raises ValueError where the chain is empty
-    or leaves the free poses: it must come from a field over the same ones.
+    end: a point in the last pose's cell to stop at instead of its centre.
+
+    Raises ValueError if the chain is empty or leaves the free poses: it must come from a field over the same poses.
     """
     if len(states) == 0:
         raise ValueError("an empty chain of poses has no path; check that the goal is reachable first")
     points = [(start[0], start[1])] + [ground.grid.centre(int(j), int(i)) for j, i, _ in states]
     axes = [orientation(start[2])] + [int(o) for _, _, o in states]
-    if end is not None:  # by the cell's centre: a line from another cell may cut a third one's corner
+    if end is not None:  # via the cell's centre: a line from another cell may cut a third cell's corner
         points, axes = [*points, end], [*axes, axes[-1]]
-    if bool(np.all(states[:, :2] == states[0, :2])):  # within one cell its centre is no place to go by
+    if bool(np.all(states[:, :2] == states[0, :2])):  # within one cell the path does not go via its centre
         points, axes = [points[0], points[-1]], [axes[0], axes[-1]]
     return Path(lead(shorten(points, axes, start[2], ground), start, ground))
 
@@ -113,8 +121,11 @@ def drivable(
 def shorten(points: list[tuple[float, float]], axes: list[int], yaw_rad: float, ground: Ground) -> list[Leg]:
     """Legs along the points with the chain's orientations `axes`; every leg and the turns between are free.
 
-    points: (x, y), m; axes: orientation 0..7 at each. yaw_rad: of the rover at the first. Raises ValueError where two
-    points in turn are not joined over free poses.
+    points: (x, y), m.
+    axes: orientation 0..7 at each.
+    yaw_rad: of the rover at the first.
+
+    Raises ValueError if two consecutive points are not joined over free poses.
     """
     legs: list[Leg] = []
     at, axis = 0, yaw_rad
@@ -128,7 +139,7 @@ def shorten(points: list[tuple[float, float]], axes: list[int], yaw_rad: float, 
         else:
             to = at + 1
             seen = _step(points[at], points[to], axes[to] * STEP_RAD, axis, ground)
-            if seen is None:  # first back to the chain's own orientation here
+            if seen is None:  # turn back to the chain's orientation here first
                 legs.append(Leg(*points[at], axes[at] * STEP_RAD))
                 seen = _step(points[at], points[to], axes[to] * STEP_RAD, axes[at] * STEP_RAD, ground)
             if seen is None:
@@ -139,7 +150,7 @@ def shorten(points: list[tuple[float, float]], axes: list[int], yaw_rad: float, 
 
 
 def _prices(points: list[tuple[float, float]], axes: list[int], ground: Ground) -> list[float]:
-    """Price of the chain from its first point to each."""
+    """Cost of the chain from its first point to each."""
     gone = [0.0]
     for a, b, axis in zip(points, points[1:], axes[1:]):
         gone.append(gone[-1] + ground.price_m(a, b, axis * STEP_RAD, math.inf))
@@ -151,7 +162,7 @@ def _sight(
 ) -> float | None:
     """The axis of the straight way from a to b along the body.
 
-    None where a pose of it or of the turn to it is not free, or where its price is above `most_m`.
+    None if a pose of it or of the turn to it is not free, or if its cost is above `most_m`.
     """
     if dist(a, b) < 1e-9:
         return None
@@ -164,7 +175,7 @@ def _sight(
 def _step(
     a: tuple[float, float], b: tuple[float, float], axis_rad: float, before_rad: float, ground: Ground
 ) -> float | None:
-    """A step of the chain as it is: turn at a from `before_rad`, then to b with a fixed axis; None where not free."""
+    """Axis of one unchanged step of the chain: turn at a from `before_rad`, then to b; None if not free."""
     free = math.isfinite(ground.price_m(a, b, axis_rad)) and _turn(a, before_rad, axis_rad, ground) is not None
     return axis_rad if free else None
 
@@ -179,7 +190,7 @@ def _line(a: tuple[float, float], b: tuple[float, float], yaw_rad: float) -> F64
 
 
 def _turn(at: tuple[float, float], from_rad: float, to_rad: float, ground: Ground) -> F64 | None:
-    """Stations of a free turn on the spot from one axis to another (modulo 180 degrees): the shorter way if free."""
+    """Stations of a free turn on the spot between two axes (modulo 180 degrees), the shorter one first; else None."""
     delta = math.remainder(to_rad - from_rad, math.pi)
     for angle in (delta, delta - math.copysign(math.pi, delta)):
         stations = _spin(at, from_rad, angle)
@@ -191,7 +202,8 @@ def _turn(at: tuple[float, float], from_rad: float, to_rad: float, ground: Groun
 def turn_to(at: tuple[float, float], from_rad: float, to_rad: float, ground: Ground) -> F64 | None:
     """Stations (k, 3) of a free turn on the spot from one yaw to another, both included.
 
-    The shorter way is tried first; None where neither is free. at: x, y, m.
+    The shorter turn is tried first; None if neither is free.
+    at: x, y, m.
     """
     delta = wrap_rad(to_rad - from_rad)
     for angle in (delta, delta - math.copysign(math.tau, delta)):
@@ -210,9 +222,9 @@ def _spin(at: tuple[float, float], from_rad: float, angle_rad: float) -> F64:
 
 
 def lead(legs: list[Leg], start: tuple[float, float, float], ground: Ground) -> F64:
-    """Stations (k, 3) of x, y (m), yaw (rad) over the legs from `start`: which end leads, where to turn round.
+    """Stations (k, 3) of x, y (m), yaw (rad) over the legs from `start`, with the leading end and the turns decided.
 
-    Raises ValueError where a turn between two legs is not free.
+    Raises ValueError if a turn between two legs is not free.
     """
     stations = [np.array([start], dtype=np.float64)]
     place, yaw = (start[0], start[1]), start[2]
@@ -235,7 +247,7 @@ def lead(legs: list[Leg], start: tuple[float, float, float], ground: Ground) -> 
 
 
 def _ahead(place: tuple[float, float], leg: Leg) -> float:
-    """The yaw on the leg's axis with the scanner's end towards its far end."""
+    """The yaw on the leg's axis with the scanner's end towards the leg's far end."""
     dx, dy = leg.x_m - place[0], leg.y_m - place[1]
     forward = cos(leg.axis_rad) * dx + sin(leg.axis_rad) * dy >= -1e-9
     return wrap_rad(leg.axis_rad if forward else leg.axis_rad + math.pi)

@@ -1,4 +1,4 @@
-"""What the planning jobs are asked and what they answer: plain records; core and archive need not know the jobs."""
+"""Inputs and outputs of the planning jobs: plain records, so that core and archive need not import the jobs."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from onboard.planning.fences import Fence
 from onboard.planning.mission_rule import MissionState
 from onboard.records import F32, F64, U8, Decision, Gdem, Grid, Ldem, Pose, Scan
 
-if TYPE_CHECKING:  # its module loads scipy, and the records travel without it
+if TYPE_CHECKING:  # its module loads scipy, which the records do not need
     from onboard.planning.next_position import NextPosition
 
 
@@ -28,12 +28,20 @@ class Settings:
 
 @dataclass(frozen=True, slots=True)
 class PlanRequest:
-    """What the job is given. ldem: the window around the rover. trail: (k, 3) x, y, yaw driven so far (R2).
+    """Input of the planning job.
 
-    gdem None: nothing is known from orbit, the goal lies in a straight line. blocked_m: points whose cells no wheel may
-    roll over, whatever the map says: the drive guard stopped at them. slippery_m: where the wheels slipped: dear
-    ground. unseen_m: centres of cells that are unknown whatever the map says: beams should have told of them and did
-    not. fences: keep-outs are obstacles. sigma_m: 1 sigma of the pose's place in the plan.
+    ldem: the map window around the rover.
+    pose: the rover's pose.
+    goal_m: x, y of the goal.
+    gdem: the orbiter's map; None: no orbital data, the goal lies in a straight line.
+    state: mission state.
+    settings: configuration.
+    trail: (k, 3) x, y, yaw driven so far (R2).
+    blocked_m: points whose cells no wheel may roll over, regardless of the map: the drive guard stopped at them.
+    slippery_m: places where the wheels slipped; ground there costs more.
+    fences: keep-outs are obstacles.
+    sigma_m: 1 sigma of the rover's position in the plane.
+    unseen_m: centres of cells that are unknown regardless of the map: beams should have seen them and did not.
     """
 
     ldem: Ldem
@@ -52,7 +60,12 @@ class PlanRequest:
 
 @dataclass(frozen=True, slots=True)
 class GuardLine:
-    """One turn of the scanner while the drive guard holds it: scan, tilt, the estimate at its middle."""
+    """One scan under the drive guard, with the axis at rest.
+
+    scan: the scan.
+    tilt_rad: tilt of the axis.
+    pose: the estimate at the middle of the scan.
+    """
 
     scan: Scan
     tilt_rad: float
@@ -61,10 +74,14 @@ class GuardLine:
 
 @dataclass(frozen=True, slots=True)
 class PlanReport:
-    """For the record and for people. node_sets: uint8 of NodeSet, z_mean: float32, both on `grid`.
+    """Report of a plan, for the record and for people.
 
-    global_path: (k, 2) over the orbiter's map, empty where there is none. optimistic_path: (k, 2). next_position: what
-    the strategy found, None where it was not asked.
+    grid: grid of the layers.
+    node_sets: uint8 of NodeSet on `grid`.
+    z_mean: float32 on `grid`.
+    global_path: (k, 2) over the orbiter's map; without one the straight line; empty if there is no way.
+    optimistic_path: (k, 2).
+    next_position: result of the strategy, None if it was not asked.
     """
 
     grid: Grid
@@ -77,9 +94,14 @@ class PlanReport:
 
 @dataclass(frozen=True, slots=True)
 class PlanResult:
-    """The decision with its path, the mission's new state, the report; where the rover stood and wanted to go.
+    """Output of the planning job.
 
-    gdem: the orbiter's map as the next stop is to be given it, brought up to date by what was seen from here.
+    decision: the decision with its path.
+    state: the mission's new state.
+    report: report of the plan.
+    pose: the rover's pose.
+    goal_m: x, y of the goal.
+    gdem: the orbiter's map, refreshed, as input of the next stop.
     """
 
     decision: Decision

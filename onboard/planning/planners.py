@@ -1,5 +1,6 @@
-"""The local planners: `PLANNERS` maps the names of `planning.planner` in the configuration to classes with
-`plan(problem) -> Plan` (`contract`). A new planner is a file here and a row in the table.
+"""Table of the local planners: `PLANNERS` maps the names of `planning.planner` in the configuration to classes.
+
+Each class has `plan(problem) -> Plan` (`contract`). A new planner is a file here and a row in the table.
 """
 
 from __future__ import annotations

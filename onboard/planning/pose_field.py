@@ -1,7 +1,7 @@
 """Cost-to-go over poses (cell, 8 orientations): straight, crab, turn on the spot; `10-navigation` section 5.
 
-A move goes to one of the 8 neighbour cells and keeps the orientation; its price is its length times the crab factor of
-the angle between the way and the body's axis, modulo 180 degrees. A turn keeps the cell and goes to the next
+A move goes to one of the 8 neighbour cells and keeps the orientation; its cost is its length times the crab factor of
+the angle between the move and the body's axis, modulo 180 degrees. A turn keeps the cell and goes to the next
 orientation. Every pose is checked by itself, so corners need no rule of their own. Edges cost the same both ways: a
 field is the cost to go to its seeds and the cost to come from them.
 """
@@ -20,8 +20,8 @@ from onboard.planning.poses import ORIENTATIONS, Freedom
 from onboard.records import F32, I32, U8
 
 DIRECTIONS = ((0, 1), (1, 1), (1, 0), (1, -1), (0, -1), (-1, -1), (-1, 0), (-1, 1))  # (dj, di) of k * 45 degrees
-CRAB_FACTORS = (1.0, 1.2, 1.2, 1.32, 1.44)  # way against body axis: 0, 22.5, 45, 67.5, 90 degrees
-ROUNDING = 1e-5  # of float32 prices
+CRAB_FACTORS = (1.0, 1.2, 1.2, 1.32, 1.44)  # angle between move and body axis: 0, 22.5, 45, 67.5, 90 degrees
+ROUNDING = 1e-5  # of float32 costs
 LEAST_TURN_M = 1e-3  # a turn costs at least this, so that descent always ends
 
 
@@ -34,12 +34,14 @@ def cost_to_go(
     closeness: F32 | None = None,
     seed_costs_m: NDArray[np.floating] | None = None,
 ) -> F32:
-    """Price in metres from every pose to the nearest seed, float32 (8, rows, columns), inf where there is no way.
+    """Cost in metres from every pose to the nearest seed, float32 (8, rows, columns), inf where there is no way.
 
-    seeds: (k, 3) integers j, i, o; o = -1 stands for all eight orientations; a seed that is not passable counts for
-    nothing. optimistic: unknown poses are passable at the same price, else free ones only. closeness: ratio, the price
-    of an edge is multiplied by 1 + its mean at both ends. seed_costs_m: (k,) finite, what is left to go from each seed
-    (0 without it). Raises ValueError for seeds outside the grid.
+    seeds: (k, 3) integers j, i, o; o = -1 stands for all eight orientations; a seed that is not passable is ignored.
+    optimistic: unknown poses are passable at the same cost, else free ones only.
+    closeness: ratio; the cost of an edge is multiplied by 1 + its mean at both ends.
+    seed_costs_m: (k,) finite, the remaining cost from each seed (0 without it).
+
+    Raises ValueError for seeds outside the grid.
     """
     least = Freedom.UNKNOWN if optimistic else Freedom.FREE
     left_m = np.zeros(len(seeds)) if seed_costs_m is None else np.asarray(seed_costs_m, np.float64)
@@ -55,9 +57,9 @@ def descend(
 ) -> I32:
     """The cheapest way from a pose (j, i, o) to a seed: int32 (k, 3) poses j, i, o, start and seed included.
 
-    Give planning, cell_m and closeness as for cost_to_go: the way follows the edges the field was made of. Among equals
-    the first of the directions wins, turns last. It ends where no neighbour explains the cost: at a seed. Raises
-    ValueError where the cost of the start is inf.
+    Pass planning, cell_m and closeness as for cost_to_go: the way follows the edges of the field. Among equal costs the
+    first of the directions wins, turns last. The way ends where no neighbour explains the cost: at a seed. Raises
+    ValueError if the cost of the start is inf.
     """
     j, i, o = (int(part) for part in start)
     if not np.isfinite(cost[o, j, i]):
@@ -83,7 +85,7 @@ def descend(
 
 
 def moves_m(cell_m: float) -> F32:
-    """Price of a move, float32 (8 orientations, 8 directions): length times crab factor."""
+    """Cost of a move, float32 (8 orientations, 8 directions): length times crab factor."""
     table = np.empty((ORIENTATIONS, len(DIRECTIONS)), np.float32)
     for o in range(ORIENTATIONS):
         for k, (dj, di) in enumerate(DIRECTIONS):

@@ -1,4 +1,4 @@
-"""The default local planner: the pose field over free poses, its descent, shortened by line of sight."""
+"""Default local planner: descent of the pose field over free poses, shortened by line of sight."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from onboard.planning.poses import Freedom, pose_index
 
 
 class PoseFieldPlanner:
-    """Plans over (cell, 8 orientations): straight, crab, turn on the spot."""
+    """Local planner over (cell, 8 orientations): straight, crab, turn on the spot."""
 
     def plan(self, problem: Problem) -> Plan:
         """See `contract`. Starts from the nearest lattice pose."""

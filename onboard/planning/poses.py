@@ -1,13 +1,12 @@
-"""Which poses (cell, one of 8 orientations) are free, blocked or unknown, and the node sets of the chapter.
+"""Freedom of poses (cell, one of 8 orientations): free, blocked or unknown; and the node sets of the chapter.
 
-Orientation o stands for the body's axis at o * 22.5 degrees against +x, modulo 180: the rover is symmetric, which end
-leads is decided by the path. Arrays over poses are (8, rows, columns) = freedom[o, j, i]. Rules: `10-navigation`
-section 3.
+Orientation o is the body's axis at o * 22.5 degrees against +x, modulo 180: the rover is symmetric, and the path
+decides which end leads. Arrays over poses are (8, rows, columns) = freedom[o, j, i]. Rules: `10-navigation` section 3.
 
-The plane fitted over 0.9 m takes the slope out of a wheel's step. A wall nearby bends that plane the more, the more of
-the wall is known, and ground that was free would become blocked by a better view. So two rules ask for two witnesses: a
-step counts if it is too high with the plane taken out and as it is; the ground is too steep if the fitted plane at the
-centre and the plane of the four wheels both say so.
+The plane fitted over 0.9 m removes the slope from a wheel's step. A nearby wall bends that plane, and the more so the
+more of the wall is known, so a better view would block ground that was free. So two rules need two witnesses: a step
+counts if it is too high both with the plane removed and without; the ground is too steep if both the fitted plane at
+the centre and the plane of the four wheels are too steep.
 """
 
 from __future__ import annotations
@@ -27,13 +26,13 @@ from onboard.records import F32, F64, U8, Bool, CellClass, Grid, NodeSet, Surfac
 
 ORIENTATIONS = 8
 PLANE_M = 0.9  # side of the window of the fitted plane
-LEAST_OF_PLANE = 20  # known cells that a plane needs, a quarter of its window: fewer at a rim make slopes of noise
-CLOSE_M = 0.5  # the soft cost of closeness fades out over this distance
-SIGMAS = 2.0  # of the rover's place: so much nearer to what is blocked it may be than it believes
+LEAST_OF_PLANE = 20  # known cells that a plane needs, a quarter of its window: with fewer, at a rim, noise makes slopes
+CLOSE_M = 0.5  # the soft cost of closeness falls to 0 over this distance
+SIGMAS = 2.0  # of the rover's position: it may be this much nearer to a blocked pose than estimated
 
 
 class Freedom(IntEnum):
-    """What is known of a pose."""
+    """Knowledge of a pose."""
 
     BLOCKED = 0
     UNKNOWN = 1
@@ -53,13 +52,12 @@ def pose_index(grid: Grid, x_m: float, y_m: float, yaw_rad: float) -> tuple[int,
 def pose_freedom(surface: Surface, rover: config.Rover, planning: config.Planning, tyres: bool = True) -> U8:
     """Freedom of every pose, uint8 of Freedom (8, rows, columns); `10-navigation` section 3.
 
-    Free: every wheel's cell and its 8 neighbours known with steps up to step_m, roll, pitch and slope within their
-    limits, no tyre on what stands out (`tall`), and nothing under the body over under_belly_m above the wheel plane, by
-    hits or, over unknown cells that the body may touch, by a beam that passed. Blocked: a known cell breaks a rule.
-    Else unknown. Cells beyond the grid are unknown. A known cell has its heights. tyres: False leaves out the rule of
-    what stands out.
-    Raises ValueError for layers of wrong shape, dtype or layout, and for cells so large that the wheels of a pose do
-    not span an area.
+    Free: every wheel's cell and its 8 neighbours known with steps up to step_m; roll, pitch and slope within their
+    limits; no tyre on a cell that stands out (`tall`); and nothing under the body more than under_belly_m above the
+    wheel plane, by hits or, over unknown cells that the body may touch, by a beam that passed. Blocked: a known cell
+    breaks a rule. Else unknown. Cells beyond the grid are unknown. A known cell has its heights.
+    tyres: False leaves out the rule of cells that stand out. Raises ValueError for layers of wrong shape, dtype or
+        layout, and for cells so large that the wheels of a pose do not span an area.
     """
     cell_m = surface.grid.cell_m
     limits = kernel.Limits(
@@ -78,7 +76,10 @@ def pose_freedom(surface: Surface, rover: config.Rover, planning: config.Plannin
 
 
 def block(freedom: U8, cells: NDArray[np.int64], touched: Callable[[int], Sequence[tuple[int, int]]]) -> None:
-    """Blocks, in place, every pose that touches one of the cells (k, 2) j, i. touched: (dj, di) in an orientation."""
+    """Block, in place, every pose that touches one of the cells (k, 2) j, i.
+
+    touched: function that returns the touched cells (dj, di) of an orientation.
+    """
     _, rows, columns = freedom.shape
     for o in range(ORIENTATIONS):
         at = (cells[:, None, :] - np.array(touched(o), np.int64)).reshape(-1, 2)
@@ -87,10 +88,11 @@ def block(freedom: U8, cells: NDArray[np.int64], touched: Callable[[int], Sequen
 
 
 def tall(surface: Surface, step_m: float) -> Bool:
-    """Cells that stand out of the ground around them by more than a step, bool (rows, columns): a rock's top.
+    """Cells that stand out of the ground around them by more than a step, bool (rows, columns): the top of a rock.
 
-    They stand so high over the lowest of the 8 neighbours, and over the middle of two opposite cells, one or two cells
-    off, whichever pair is lowest: a slope has its middle at the cell itself.
+    The height counts over the lowest of the 8 neighbours, and over the lowest mean of two opposite cells, one or two
+    cells
+    away: on a slope that mean is the height of the cell itself.
     """
     top, low = surface.z_top.astype(np.float64), np.pad(surface.z_bot.astype(np.float64), 2, constant_values=np.nan)
     rows, columns = top.shape
@@ -110,7 +112,10 @@ def tall(surface: Surface, step_m: float) -> Bool:
 
 
 def trail(freedom: U8, poses: NDArray[np.integer]) -> U8:
-    """A copy with the driven poses free (R2). poses: (k, 3) integers j, i, o; those outside the grid are left out."""
+    """A copy with the driven poses free (R2).
+
+    poses: (k, 3) integers j, i, o; poses outside the grid are ignored.
+    """
     j, i, o = np.asarray(poses, np.int64).reshape(-1, 3).T
     _, rows, columns = freedom.shape
     inside = (j >= 0) & (j < rows) & (i >= 0) & (i < columns)
@@ -120,17 +125,18 @@ def trail(freedom: U8, poses: NDArray[np.integer]) -> U8:
 
 
 def closeness(freedom: U8, planning: config.Planning, cell_m: float, sigma_m: float = 0.0) -> F32:
-    """Soft cost ratio >= 0 near blocked poses, float32 (8, rows, columns): a move's price is multiplied by 1 + it.
+    """Soft cost ratio >= 0 near blocked poses, float32 (8, rows, columns): a move's cost is multiplied by 1 + ratio.
 
-    `closeness_weight` beside a blocked pose of the same orientation, falling linearly to 0 at 0.5 m; and
-    `touching_ratio` more where a neighbour cell or the next orientation is blocked: a wheel that passes there may brush
-    the foot of a rock, so it is done only where there is no other way. So is a pose within two sigmas of the rover's
-    own place (sigma_m, m) of that. Unknown poses draw no cost: an optimistic way must not shun them.
+    The ratio is `closeness_weight` next to a blocked pose of the same orientation, falling linearly to 0 at 0.5 m. It
+    is higher by `touching_ratio` where a neighbour cell or the next orientation is blocked: a wheel that passes there
+    may brush the foot of a rock, so such a pose is used only if there is no other way. The same addition applies to
+    poses nearer to a blocked pose than two sigmas of the rover's position (sigma_m, m). Unknown poses add no cost: an
+    optimistic way must not avoid them.
     """
     cells = math.ceil(CLOSE_M / cell_m) + 2
     beyond_m = (np.sqrt(np.arange(cells * cells)) - 1.0) * cell_m  # by the square of the distance in cells
     falloff = planning.closeness_weight * np.clip(1.0 - beyond_m / CLOSE_M, 0.0, 1.0)
-    beside = np.arange(len(falloff)) <= 2  # squared cells: the kernel adds it there
+    beside = np.arange(len(falloff)) <= 2  # squared cells: the kernel adds touching_ratio there
     falloff += planning.touching_ratio * (~beside & (beyond_m <= SIGMAS * sigma_m))
     return kernel.closeness(freedom, falloff.astype(np.float32), planning.touching_ratio)
 
@@ -138,7 +144,7 @@ def closeness(freedom: U8, planning: config.Planning, cell_m: float, sigma_m: fl
 def clearance_m(freedom: U8, poses: NDArray[np.integer], cell_m: float) -> NDArray[np.float64]:
     """Distance (k,) of each pose (k, 3) integers j, i, o to the nearest blocked cell of its orientation, at most 0.5 m.
 
-    A neighbour cell is at distance 0. Poses off the grid have the full 0.5 m: there is nothing known to be near.
+    A neighbour cell is at distance 0. Poses off the grid have the full 0.5 m: nothing near them is known.
     """
     half = math.ceil(CLOSE_M / cell_m) + 1
     dj, di = np.mgrid[-half : half + 1, -half : half + 1].reshape(2, -1)
@@ -155,7 +161,7 @@ def reachable(freedom: U8, j: int, i: int, o: int) -> Bool:
     """Free poses connected with pose (j, i, o) over free poses, bool (8, rows, columns); all False if it is not free.
 
     Connected by the edges of the pose field: the 8 neighbour cells in the same orientation, the two next orientations.
-    The pose has to lie on the grid.
+    The pose must lie on the grid.
     """
     return kernel.reachable(freedom, Freedom.FREE, (j, i, o))
 
@@ -163,8 +169,9 @@ def reachable(freedom: U8, j: int, i: int, o: int) -> Bool:
 def node_sets(surface: Surface, freedom: U8, reachable_mask: Bool) -> U8:
     """The sets chi of the cells, uint8 of NodeSet (rows, columns); disjoint, their union is the grid (Eq. 2 to 5).
 
-    The first that fits: free (centre of a free pose that the rover can reach), outside, occluded, obstacle. As printed
-    each set is defined by the others; here the beams and `reachable` say it. reachable_mask: bool (8, rows, columns).
+    The first that fits: free (centre of a free pose that the rover can reach), outside, occluded, obstacle. As printed,
+    each set is defined by the others; here the beams and `reachable` define them.
+    reachable_mask: bool (8, rows, columns).
     """
     free = ((freedom == Freedom.FREE) & reachable_mask).any(axis=0)
     sets = np.full(free.shape, NodeSet.OBSTACLE, np.uint8)
@@ -188,8 +195,8 @@ def wheel_cells(o: int, rover: config.Rover, cell_m: float) -> tuple[tuple[int, 
 def tyre_cells(o: int, rover: config.Rover, cell_m: float) -> tuple[tuple[int, int], ...]:
     """(dj, di) of the cells that a tyre may touch in orientation o, from base_link anywhere in its cell.
 
-    A tyre is a rectangle a diameter long and a wheel wide. Wheels stand where they do, not in the middle of a cell: a
-    square of 3 x 3 cells round the nearest one leaves out up to 0.1 m of a tyre.
+    A tyre is a rectangle a diameter long and a wheel wide. Wheels do not stand in the middle of a cell: a square of 3 x
+    3 cells around the nearest one leaves out up to 0.1 m of a tyre.
     """
     yaw = o * math.pi / ORIENTATIONS
     c, s, half = cos(yaw), sin(yaw), cell_m / 2
@@ -206,9 +213,9 @@ def tyre_cells(o: int, rover: config.Rover, cell_m: float) -> tuple[tuple[int, i
 
 
 def steered_cells(o: int, rover: config.Rover, cell_m: float, margin_m: float) -> tuple[tuple[int, int], ...]:
-    """(dj, di) of the cells within a margin of a tyre in orientation o, whichever way it steers, from base_link.
+    """(dj, di) of the cells within a margin of a tyre in orientation o, at any steering angle, from base_link.
 
-    In a way sideways and in a turn a tyre reaches beyond where it stands along the body: up to the circle about it.
+    In a crab move and in a turn a tyre reaches beyond its place along the body: up to the circle about it.
     """
     yaw = o * math.pi / ORIENTATIONS
     c, s, half = cos(yaw), sin(yaw), cell_m / 2
@@ -227,8 +234,8 @@ def steered_cells(o: int, rover: config.Rover, cell_m: float, margin_m: float) -
 def footprint(rover: config.Rover, cell_m: float) -> kernel.Footprint:
     """The cells under the wheels in each orientation, and row by row those under the body and those it may touch.
 
-    Under it lie cells by their centre; it may touch those whose centre is within half a cell of it: a pose stands for
-    the whole of its cell.
+    A cell is under the body if its centre is. The body may touch a cell if its centre is within half a cell of the
+    body, because a pose represents the whole of its cell.
     """
     reach = math.ceil((hypot(rover.body_length_m, rover.body_width_m) / 2 + cell_m) / cell_m)
     under, touched = (_covered(rover, cell_m, margin_m, reach) for margin_m in (0.0, cell_m / 2))
@@ -250,6 +257,6 @@ def _covered(rover: config.Rover, cell_m: float, margin_m: float, reach: int) ->
 
 
 def _span(rows: Bool) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """First and last column set in each of rows (k, n) without gaps; last before first where none is."""
+    """First and last column set in each of rows (k, n) without gaps; last is before first if none is set."""
     first = rows.argmax(axis=1)
     return first, first + rows.sum(axis=1) - 1

@@ -1,10 +1,10 @@
-"""What a goto is going to be: path, length and time, on the map as the ground has it. Pure; rover and ground run it.
+"""Prediction of a goto: path, length and time, on the map that the ground has. Pure; rover and ground run it.
 
-    request -> `shown`: heights to 2 mm, freedom of the poses    (onboard; the product `ldem` carries just that)
+    request -> `shown`: heights to 2 mm, freedom of the poses    (onboard; the product `ldem` carries exactly this)
             -> `predict`: the mission rule's decision over it, whole    (onboard and `ground preview`: the same bits)
 
-The way is the decision's path, and beyond the known ground the optimistic path; where the goal lies outside the map,
-what the orbiter's map says is left. Nothing of it is driven: the rover looks first, and decides on what it then sees.
+The way is the decision's path, and beyond the known ground the optimistic path; if the goal lies outside the map, the
+rest of the way on the orbiter's map. The rover does not drive this path: it scans first, and decides on the new map.
 """
 
 from __future__ import annotations
@@ -32,20 +32,24 @@ from protocol.products import LdemProduct, MapGrid, encode_ldem, rounded
 from protocol.products.pose_map import PoseMap, encode_poses
 
 MOST_STATIONS = 60
-_STRAIGHT_M = 0.02  # a station so near to the line of its neighbours says nothing
+_STRAIGHT_M = 0.02  # a station nearer than this to the line of its neighbours is left out
 _STRAIGHT_RAD = math.radians(3.0)
 _SPOT_M = 1e-6
-_PARK_S = 3.0  # the axis goes to where a sweep begins, the stream starts
-_LOOK_AGAIN_M = 2.0  # farther than this after the last look the rover looks again before it says arrived
-_STEER_S = 3.8  # the wheels swing before and after a turn on the spot, and the drives stop: measured on the bench
+_PARK_S = 3.0  # the axis moves to the start of the sweep, the stream starts
+_LOOK_AGAIN_M = 2.0  # farther than this from the last look the rover looks again before it reports arrival
+_STEER_S = 3.8  # the wheels steer before and after a turn on the spot, and the drives stop: measured on the bench
 
 
 @dataclass(frozen=True, slots=True)
 class Prediction:
-    """kind, rule, reason: as of a Decision. path: (k, 3) x, y, yaw to be driven on known ground, at most 60 corners.
+    """Predicted goto.
 
-    beyond: (m, 2) the way hoped for behind it. length_m: of both, to the goal; NaN where there is no way, time_s too.
-    looks: scans on the way.
+    kind, rule, reason: those of the Decision.
+    path: (k, 3) x, y, yaw to be driven on known ground, at most 60 corners.
+    beyond: (m, 2) the expected way after it.
+    length_m: of both, to the goal; NaN if there is no way.
+    time_s: duration; NaN if there is no way.
+    looks: number of scans on the way.
     """
 
     kind: str
@@ -59,7 +63,7 @@ class Prediction:
 
     @property
     def leads(self) -> bool:
-        """Whether there is a way."""
+        """True if there is a way."""
         return math.isfinite(self.length_m)
 
     @property
@@ -70,7 +74,10 @@ class Prediction:
         return f"predicted {self.length_m:.1f} m in {self.time_s:.0f} s, {self.looks} looks"
 
     def to_json(self, **more: Any) -> bytes:
-        """One JSON object, places to the millimetre; `more` are keys that lead."""
+        """One JSON object, places to the millimetre.
+
+        more: further keys, placed first.
+        """
         tree = {**more, "kind": self.kind, "rule": self.rule, "reason": self.reason,
                 "length_m": _number(self.length_m, 2), "time_s": _number(self.time_s, 0), "looks": self.looks,
                 "path": np.round(self.path, 3).tolist(), "beyond": np.round(self.beyond, 2).tolist()}
@@ -83,14 +90,14 @@ def settings_of(config: Config) -> Settings:
 
 
 def digest(config: Config) -> bytes:
-    """8 bytes over all settings that a prediction reads: rover and ground have the same where these are the same."""
+    """Hash of 8 bytes over all settings that a prediction reads: the same on rover and ground for the same settings."""
     tree = {**asdict(settings_of(config)), "motion": asdict(config.motion), "jobs": asdict(config.jobs)}
     tree["mission"].pop("gdem")  # a file's name
     return hashlib.blake2b(json.dumps(tree, sort_keys=True).encode(), digest_size=8).digest()
 
 
 def shown(request: PlanRequest, known: bool, settings: bytes = bytes(8)) -> tuple[LdemProduct, PoseMap]:
-    """The map of a request as the ground gets it: heights as they come back from the product, poses and sets."""
+    """The map of a request as the ground receives it: heights as decoded from the product, poses and sets."""
     surface = cycle.surface_of(request)
     freedom = cycle.freedom_of(request, surface)
     pose, at = request.pose, surface.grid
@@ -101,13 +108,13 @@ def shown(request: PlanRequest, known: bool, settings: bytes = bytes(8)) -> tupl
 
 
 def pack(request: PlanRequest, known: bool, config: Config) -> bytes:
-    """The job behind `get ldem`: the product's bytes."""
+    """Bytes of the product of `get ldem`; runs as a job."""
     product, poses = shown(request, known, digest(config))
     return encode_ldem(product) + encode_poses(poses)
 
 
 def foresee(request: PlanRequest, known: bool, config: Config) -> Prediction:
-    """The job behind a goto's answer: `predict` on what the ground would be shown of this map."""
+    """Prediction for the reply to a goto: `predict` on the map that the ground would receive; runs as a job."""
     product, poses = shown(request, known)
     gdem = None if request.gdem is None else closed(request.gdem, request.fences)
     return predict(product, poses, request.goal_m, gdem, config)
@@ -115,9 +122,9 @@ def foresee(request: PlanRequest, known: bool, config: Config) -> Prediction:
 
 def predict(product: LdemProduct, poses: PoseMap, goal_m: tuple[float, float], gdem: Gdem | None,
             config: Config) -> Prediction:
-    """A goto from where the rover stood on this map, with no mission before it.
+    """Prediction of a goto from the rover's place on this map, without a mission before it.
 
-    gdem None: the goal, where it lies outside the map, is taken for straight on.
+    gdem: None: a goal outside the map is assumed to lie straight ahead.
     """
     grid = Grid(*product.grid)
     z = product.heights_m
@@ -125,7 +132,7 @@ def predict(product: LdemProduct, poses: PoseMap, goal_m: tuple[float, float], g
     surface = Surface(grid, known, z, z, z, np.full_like(z, np.inf))
     x_m, y_m, yaw_rad = poses.pose
     request = PlanRequest(
-        ldem=ldem.empty(Grid(grid.x0_m, grid.y0_m, grid.cell_m, 1, 1)),  # what the beams said is not asked any more
+        ldem=ldem.empty(Grid(grid.x0_m, grid.y0_m, grid.cell_m, 1, 1)),  # not read: surface and freedom are given
         pose=Pose(x_m, y_m, yaw_rad=yaw_rad), goal_m=goal_m, gdem=gdem,
         state=MissionState(number=1) if poses.known else MissionState(),
         settings=settings_of(config), trail=np.array([[x_m, y_m, yaw_rad]]), slippery_m=poses.slippery_m,
@@ -148,12 +155,12 @@ def predict(product: LdemProduct, poses: PoseMap, goal_m: tuple[float, float], g
 
 
 def _as_sent(places_m: tuple[tuple[float, float], ...]) -> tuple[tuple[float, float], ...]:
-    """Places with the bits that they have after the product's four bytes each; the newest thousand."""
+    """Places rounded to the product's float32; the newest thousand."""
     return tuple((x, y) for x, y in np.array(places_m[-1000:], np.float32).reshape(-1, 2).astype(float).tolist())
 
 
 def _beyond(found: cycle.Decided, grid: Grid) -> F64:
-    """The optimistic way from where the decision's path ends, (m, 2); itself alone where none leads on."""
+    """The optimistic way from the end of the decision's path, (m, 2); only that end if there is none."""
     chain, end = found.fields.chain, found.decision.path.stations[-1, :2]
     places = np.array([grid.x0_m, grid.y0_m]) + chain[:, 1::-1] * grid.cell_m
     if not len(places):
@@ -163,7 +170,7 @@ def _beyond(found: cycle.Decided, grid: Grid) -> F64:
 
 
 def _left_m(beyond: F64, goal_m: tuple[float, float], found: cycle.Decided, tolerance_m: float) -> float:
-    """What is left of the way behind the map's border."""
+    """Length of the way beyond the map's border."""
     straight_m = dist(beyond[-1].tolist(), goal_m)
     if found.global_field is None or straight_m <= tolerance_m + found.fields.surface.grid.cell_m:
         return straight_m
@@ -172,7 +179,7 @@ def _left_m(beyond: F64, goal_m: tuple[float, float], found: cycle.Decided, tole
 
 
 def _looks(length_m: float, leg_m: float, known: bool) -> int:
-    """One before each leg, one behind at an unknown place, one at the end of a long last leg."""
+    """Number of looks: one before each leg, one behind at an unknown place, one at the end of a long last leg."""
     legs, left_m = 1, length_m
     while left_m > 1.25 * leg_m:
         legs, left_m = legs + 1, left_m - leg_m
@@ -180,7 +187,7 @@ def _looks(length_m: float, leg_m: float, known: bool) -> int:
 
 
 def _time_s(stations: F64, length_m: float, looks: int, known: bool, config: Config) -> float:
-    """Looks with the work on them, the way at cruising speed, turns on the spot."""
+    """Duration: looks with their jobs, the way at cruising speed, turns on the spot."""
     sweep_s = sum(s.duration_ns for s in segments(config.scanning, config.rover.lidar_z_m)) / 1e9
     look_s = _PARK_S + sweep_s + (2 * config.jobs.map_ticks + config.jobs.plan_ticks) / 100
     steps_m = each.hypot(*np.diff(stations[:, :2], axis=0).T)
@@ -194,7 +201,7 @@ def _time_s(stations: F64, length_m: float, looks: int, known: bool, config: Con
 
 
 def _corners(stations: F64) -> F64:
-    """The stations at which way or body turn, and the ends; at most 60."""
+    """The stations at which the way or the body turns, and the ends; at most 60."""
     kept, on_spot = [0], each.hypot(*np.diff(stations[:, :2], axis=0).T) < _SPOT_M
     for k in range(1, len(stations) - 1):
         if on_spot[k - 1] and on_spot[k]:

@@ -1,4 +1,4 @@
-"""How the next stop is chosen, by the names of `mission.strategy`: what a place is worth and how the best is found.
+"""Strategies for the next stop, by the names of `mission.strategy`: score of a place and search for the best.
 
 `optimistic` chooses by rule R5 alone and scores nothing: its row is None. R10 guards all others, so every mission ends.
 """
@@ -19,7 +19,11 @@ from onboard.planning.next_position import Criterion, NextPosition, Question, ch
 
 @dataclass(frozen=True, slots=True)
 class Strategy:
-    """gain: of Eq. 28. climbs: by Algorithm 2 instead of scoring every candidate."""
+    """A row of STRATEGIES.
+
+    gain: of Eq. 28.
+    climbs: search by Algorithm 2 instead of scoring every candidate.
+    """
 
     gain: str
     climbs: bool = False
@@ -36,9 +40,9 @@ STRATEGIES: Mapping[str, Strategy | None] = MappingProxyType(
 
 
 def next_position(question: Question, eyes: Eyes, mission: Mission, stop: int) -> NextPosition | None:
-    """The answer of the mission's strategy at its `stop`-th stop; None where the strategy scores nothing.
+    """The result of the mission's strategy at its `stop`-th stop; None if the strategy scores nothing.
 
-    The seeds of a climb depend on the stop's number and the free cells alone: the same stop gives the same answer.
+    The seeds of a climb depend on the stop's number and the free cells alone: the same stop gives the same result.
     """
     strategy = STRATEGIES[mission.strategy]
     if strategy is None:

@@ -1,7 +1,7 @@
-"""Which cells the wheels roll over on a path: what the drive guard watches and what the trust range asks for.
+"""Cells that the wheels roll over on a path: watched by the drive guard and checked by the trust range.
 
-By the same lattice poses that the planner tests: a wheel's cell and its 8 neighbours. A pose stands for all places in
-its cell and all headings within 11.25 degrees, so a wheel may truly roll over any of the nine.
+They follow from the lattice poses that the planner tests: a wheel's cell and its 8 neighbours. A pose stands for all
+places in its cell and all headings within 11.25 degrees, so a wheel may roll over any of the nine.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ def lattice(stations: F64, grid: Grid) -> NDArray[np.int64]:
 
 
 def driven(stations: F64, trail: F64, grid: Grid) -> Bool:
-    """Of each station (k, 3), whether its lattice pose is one of the trail's (m, 3) (R2)."""
+    """Flag of each station (k, 3): its lattice pose is one of the trail's (m, 3) (R2)."""
     poses = set(map(tuple, lattice(trail, grid).tolist()))
     return np.array([tuple(pose) in poses for pose in lattice(stations, grid).tolist()], np.bool_)
 

@@ -1,16 +1,16 @@
-"""The trust range: on pitted ground a path is driven only as far as its wheels roll over cells seen from near.
+"""Trust range: on pitted ground a path is driven only as far as its wheels roll over cells seen from near.
 
-A hole of width w shows itself only to depth w * h / r from r away (h the scanner's height), so nothing seen from afar
-proves that a wheel will not fall (study 3.6). Trusted is a wheel's cell, its 8 neighbours too, that was
+A hole of width w is visible only to depth w * h / r from distance r (h the scanner's height), so a view from afar never
+proves that a wheel will not fall (study 3.6). A wheel's cell is trusted if it and its 8 neighbours were
 
-    hit from within trust_m, or filled or holed beside such hits, or assumed under the start,
-    or lies under a pose that was driven before (R2),
-    or that the guard's line will have swept on this very path before the wheel comes there.
+    hit from within trust_m, or filled or holed next to such hits, or assumed under the start,
+    or lie under a pose that was driven before (R2),
+    or will be swept by the guard's line on this path before the wheel arrives.
 
-On smooth ground, with the guard, that is asked only where the way goes sideways or back: there no line was before.
-On smooth ground each cell must have been seen from within near_m besides: from farther a cell has one to five hits, and
-of a rock half hidden behind another they show the foot alone.
-What the guard will sweep is trusted for the path only; a view goes into the map with its data (`strip_map.merge`).
+On smooth ground, with the guard, this applies only to parts of the way that lead sideways or back: no line was there
+before. On smooth ground each cell must also have been seen from within near_m: from farther away a cell gets one to
+five hits, and of a rock half hidden behind another they show only the foot.
+Cells that the guard will sweep are trusted for this path only; the map gets a view with its data (`strip_map.merge`).
 """
 
 from __future__ import annotations
@@ -32,18 +32,18 @@ from onboard.planning.plan_records import PlanRequest, Settings
 from onboard.planning.tracks import driven, wheel_squares
 from onboard.records import F64, Bool, CellClass, Decision, Grid, Ldem, Path
 
-NOSE_M = 0.6  # it may always go so far where a look brings nothing more
-AHEAD_RATIO = cos(math.radians(30.0))  # of a way that the guard's line has gone before
-SETTLE = 4  # stations: a cell is judged twice and the rover stopped before a wheel comes there
+NOSE_M = 0.6  # the rover may always drive this far where a look shows nothing more
+AHEAD_RATIO = cos(math.radians(30.0))  # least forward share of a way that the guard's line has swept before
+SETTLE = 4  # stations: a cell is judged twice and the rover stopped before a wheel arrives
 _NEIGHBOURS = np.ones((3, 3), np.bool_)
 
 
 def within_trust(decision: Decision, request: PlanRequest, state: MissionState) -> Decision:
     """The decision with its path cut before the first station whose wheels are not trusted, to scan there.
 
-    The decision itself where all are. A way shorter than the nose of 0.6 m is driven for a scan at a new place or
-    heading only (`mission_rule.repeats`); where that scan was taken before, the nose goes: so every cut stop is new or
-    0.6 m farther, and `stop_limit` ends what is left.
+    The decision itself if all stations are trusted. A path shorter than 0.6 m (NOSE_M) is driven only for a scan at a
+    new place or heading (`mission_rule.repeats`). If that scan was taken before, the rover drives 0.6 m. So every cut
+    stop is new or 0.6 m farther, and `stop_limit` ends the rest.
     """
     stations = decision.path.stations
     good = _good(stations, request)
@@ -61,7 +61,7 @@ def within_trust(decision: Decision, request: PlanRequest, state: MissionState) 
 
 
 def _good(stations: F64, request: PlanRequest) -> Bool:
-    """Of each station (k, 3), whether the rover may drive there without a look before, (k,) bool."""
+    """Flags (k,) of stations (k, 3) that the rover may drive to without a look before."""
     mapping, guard_on = request.settings.mapping, request.settings.drive_guard.on
     if request.settings.mission.ground != "smooth":
         return trusted_stations(stations, request, mapping.trust_m, swept=guard_on)
@@ -72,9 +72,10 @@ def _good(stations: F64, request: PlanRequest) -> Bool:
 
 
 def trusted_stations(stations: F64, request: PlanRequest, range_m: float, swept: bool) -> Bool:
-    """Of each station (k, 3), whether all its wheel cells are trusted when the rover comes there, (k,) bool.
+    """Flags (k,) of stations (k, 3) whose wheel cells are all trusted when the rover arrives.
 
-    range_m: seen from within it. swept: what the guard's line will pass over counts as seen.
+    range_m: a cell counts as seen within this range.
+    swept: cells that the guard's line will pass over count as seen.
     """
     grid, settings = request.ldem.grid, request.settings
     cells = wheel_squares(stations, grid, settings.rover)
@@ -88,7 +89,7 @@ def trusted_stations(stations: F64, request: PlanRequest, range_m: float, swept:
 
 
 def sideways(stations: F64) -> Bool:
-    """Of each station (k, 3), whether the way to it leads more than 30 degrees off its heading, (k,) bool."""
+    """Flags (k,) of stations (k, 3) whose way leads more than 30 degrees off their heading."""
     (dx, dy), yaw = np.diff(stations[:, :2], axis=0).T, stations[1:, 2]
     ahead_m = each.cos(yaw) * dx + each.sin(yaw) * dy
     found = np.zeros(len(stations), np.bool_)
@@ -97,7 +98,7 @@ def sideways(stations: F64) -> Bool:
 
 
 def seen_near(ldem: Ldem, settings: Settings, range_m: float) -> Bool:
-    """Cells (rows, columns) that were seen from within range_m, or stood on at the start."""
+    """Cells (rows, columns) that were seen from within range_m, or assumed under the rover at the start."""
     kind = classify(ldem, settings.mapping).cell_class
     near = (ldem.n > 0) & (ldem.view_m <= range_m)
     gap = (kind == CellClass.FILLED) | (kind == CellClass.HOLE)
@@ -106,9 +107,9 @@ def seen_near(ldem: Ldem, settings: Settings, range_m: float) -> Bool:
 
 
 def _swept(stations: F64, cells: NDArray[np.int64], grid: Grid, settings: Settings) -> Bool:
-    """Whether the guard's line has passed over each of the cells (k, m, 2) SETTLE stations before it is rolled over.
+    """Flags of the cells (k, m, 2) that the guard's line has passed over SETTLE stations before a wheel arrives.
 
-    The line counts as far to the sides as it is within the trust range of the scanner.
+    The line counts sideways as far as it is within the trust range of the scanner.
     """
     rover, guard = settings.rover, settings.drive_guard
     line_m = ahead_m(rover, guard)

@@ -1,4 +1,4 @@
-"""What a scanner would see from a place (Algorithm 1, Eq. 6, corrected).
+"""Visibility of cells from a place (Algorithm 1, Eq. 6, corrected).
 
     z_s  +----____             beam t steps cell by cell away from the observer; slope S = (Z(cell) - z_s) / distance.
          |        ----___      A cell is visible if S >= S_max - 1e-6, S_max being the steepest slope before it
@@ -6,8 +6,8 @@
     -----+----/  \\----------
 
 The offsets (dj, di) of step k of beam t are the same for every observer: one table, `Beams`. Near the observer many
-beams sample one cell, so each sample counts a share of it and sums count distinct cells: a cell that half of its
-beams see counts half. The shares are integers, so sums and ties are exact.
+beams sample one cell, so each sample counts as a share of it and sums count distinct cells: a cell seen by half of its
+beams counts half. The shares are integers, so sums and ties are exact.
 """
 
 from __future__ import annotations
@@ -42,10 +42,12 @@ __all__ = [
 
 @dataclass(frozen=True, slots=True)
 class Scene:
-    """Ground to look over, arrays (rows, columns).
+    """Ground of a view, arrays (rows, columns).
 
-    height_m: float32, predicted where unknown. unknown: bool. veil: float32, what `native.visibility.total` adds to
-    the slope of a cell before it hides others; None where every cell is known.
+    height_m: float32, predicted where unknown.
+    unknown: bool.
+    veil: float32, added by `native.visibility.total` to the slope of a cell before it hides others; None if every cell
+        is known.
     """
 
     height_m: F32
@@ -55,7 +57,11 @@ class Scene:
 
 @dataclass(frozen=True, slots=True)
 class Sector:
-    """The beams within half_rad of a heading: one for all nodes, or (rows, columns) of them. Finite angles."""
+    """Beams within half_rad of a heading. Finite angles.
+
+    heading_rad: one for all nodes, or (rows, columns) of them.
+    half_rad: half width.
+    """
 
     heading_rad: float | F64
     half_rad: float
@@ -63,9 +69,11 @@ class Sector:
 
 @dataclass(frozen=True, slots=True)
 class Asked:
-    """What `total` is asked. where: bool (rows, columns), nodes to answer for; None = all. sector: None = all round.
+    """Request to `total`.
 
-    new_half_rad: half width of the sector in which newly seen cells are sought, pi = all round; None = not asked.
+    where: bool (rows, columns), nodes to compute; None = all.
+    sector: None = all round.
+    new_half_rad: half width of the sector in which newly seen cells are sought, pi = all round; None = not computed.
     targets: bool (rows, columns), the cells that count as newly seen; None = the unknown ones.
     """
 
@@ -77,11 +85,13 @@ class Asked:
 
 @dataclass(frozen=True, slots=True)
 class Visibility:
-    """For every node, float64 (rows, columns), NaN where not asked.
+    """Result for every node, float64 (rows, columns), NaN where not requested.
 
-    index: Vis (Eq. 6), cells seen / cells of the map in range and sector. seen_cells, range_cells: both numbers.
-    new_cells: targets seen in the best sector of the asked width; heading_rad: its middle, in (-pi, pi], the smallest
-    azimuth of equal ones. gain: new_cells / all cells of that sector in range, those beyond the map included.
+    index: Vis (Eq. 6), cells seen / cells of the map in range and sector.
+    seen_cells, range_cells: both numbers.
+    new_cells: targets seen in the best sector of the requested width.
+    heading_rad: middle of that sector, in (-pi, pi], the smallest azimuth of equal ones.
+    gain: new_cells / all cells of that sector in range, those beyond the map included.
     """
 
     index: F64
@@ -94,7 +104,11 @@ class Visibility:
 
 @dataclass(frozen=True, slots=True)
 class View:
-    """What one observer sees. seen: bool (rows, columns), cells of which a beam sees some. The rest as `Visibility`."""
+    """View of one observer.
+
+    seen: bool (rows, columns), cells of which at least one beam sees a part.
+    index, seen_cells, range_cells: as in `Visibility`.
+    """
 
     seen: Bool
     index: float
@@ -103,7 +117,7 @@ class View:
 
 
 def beams(range_m: float, cell_m: float, count: int = 360) -> Beams:
-    """The table for a range and a number of beams round the circle; steps are one cell long.
+    """The table for a range and a number of beams around the circle; steps are one cell long.
 
     Raises ValueError for a range below one cell, no beams or a table of 2^31 cells or more.
     """
@@ -113,7 +127,7 @@ def beams(range_m: float, cell_m: float, count: int = 360) -> Beams:
         raise ValueError(f"count: expected at least 1 beam, given {count}")
     k = np.arange(1, int(range_m / cell_m + 1e-9) + 1)
     angle = np.arange(count) * (math.tau / count)
-    # a nanocell decides which way a half rounds, not the last bit of this machine's cosine
+    # rounding to 1e-9 cell first, so that the last bit of this machine's cosine does not decide how a half rounds
     di = np.rint(np.round(k * each.cos(angle)[:, None], 9)).astype(np.int32)
     dj = np.rint(np.round(k * each.sin(angle)[:, None], 9)).astype(np.int32)
     inverse = (1.0 / (each.hypot(di, dj) * cell_m)).astype(np.float32)
@@ -137,7 +151,7 @@ def _shares(dj: I32, di: I32) -> tuple[I32, int, int]:
 
 
 def predicted(z_mean: F32) -> F32:
-    """Heights with each unknown (NaN) cell at the height of the nearest known one; all 0 where nothing is known."""
+    """Heights with each unknown (NaN) cell at the height of the nearest known one; all 0 if nothing is known."""
     unknown = np.isnan(z_mean)
     if unknown.all():
         return np.zeros_like(z_mean)
@@ -146,10 +160,10 @@ def predicted(z_mean: F32) -> F32:
 
 
 def scene(z_mean: F32, prediction: F32 | None = None, optimistic: bool = True) -> Scene:
-    """A scene from heights (rows, columns) of any float type, taken in single precision; NaN = unknown.
+    """Scene from heights (rows, columns) of any float type, converted to single precision; NaN = unknown.
 
-    `prediction`, (rows, columns), stands in for unknown heights; it defaults to `predicted`.
-    Unknown cells never hide what lies behind them when `optimistic`, always when not.
+    prediction: (rows, columns), replaces unknown heights; default `predicted`.
+    optimistic: unknown cells never hide the ground behind them; if False, they always do.
     """
     unknown = np.isnan(z_mean)
     if not unknown.any():
@@ -162,10 +176,11 @@ def scene(z_mean: F32, prediction: F32 | None = None, optimistic: bool = True) -
 def total(
     ground: Scene, table: Beams, eye_m: float, asked: Asked | None = None, progress: Progress | None = None
 ) -> Visibility:
-    """What observers on every node, eyes `eye_m` above the ground there, would see.
+    """Visibility of observers on every node, with eyes `eye_m` above the ground there.
 
-    `progress` counts nodes and can stop the run. Raises ValueError for wrong shapes, dtypes or heights that are not
-    finite, CancelledError when stopped.
+    progress: counts nodes and can stop the run.
+
+    Raises ValueError for wrong shapes, dtypes or heights that are not finite, CancelledError when stopped.
     """
     question = Asked() if asked is None else asked
     shape, count = ground.height_m.shape, len(table.dj)
@@ -192,7 +207,7 @@ def total(
 
 
 def from_node(ground: Scene, table: Beams, eye_m: float, node: tuple[int, int], sector: Sector | None = None) -> View:
-    """What one observer on `node` (j, i) would see. Raises ValueError for a node off the map, else as `total`."""
+    """View of one observer on `node` (j, i). Raises ValueError for a node off the map, else as `total`."""
     first, width = _sector(sector, len(table.dj), (1, 1))
     beam = 0 if first is None else int(first[0, 0])
     seen, sees, in_range = native.view(table, (ground.height_m, ground.veil), node, eye_m, (beam, width))
@@ -200,7 +215,7 @@ def from_node(ground: Scene, table: Beams, eye_m: float, node: tuple[int, int], 
 
 
 def _width(half_rad: float, count: int) -> int:
-    """Beams within half_rad of a beam."""
+    """Number of beams within half_rad of a beam."""
     if not half_rad >= 0.0:
         raise ValueError(f"half width of a sector: expected >= 0 rad, given {half_rad}")
     return min(2 * int(min(half_rad, math.pi) / (math.tau / count) + 1e-9) + 1, count)
@@ -222,7 +237,7 @@ def _sector(sector: Sector | None, count: int, shape: tuple[int, ...]) -> tuple[
 
 
 def _shares_of_sectors(table: Beams, width: int) -> F64:
-    """Shares of all samples in the sector of `width` beams round each beam."""
+    """Shares of all samples in the sector of `width` beams around each beam."""
     of_beam = table.share.sum(axis=1, dtype=np.int64)
     half = width // 2
     wrapped = np.concatenate([of_beam[len(of_beam) - half :], of_beam, of_beam[: width - half - 1]])

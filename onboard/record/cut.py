@@ -1,8 +1,8 @@
-"""`onboard record cut`: some ticks of a record as a record of their own, which says from where it comes.
+"""`onboard record cut`: copy some ticks of a record into a record of their own, which names its source.
 
-A slice that begins with its run can be replayed as it is. One that begins later can not, for the state of the core is
-in no record; with `replayable` it keeps, of the ticks before it, what a replay needs: their inputs and digests.
-Without an end a record that was cut off becomes a closed one, and parts become one file.
+A slice that begins with its run can be replayed directly. A slice that begins later cannot, because no record contains
+the state of the core; with `replayable` it also contains what a replay needs of the earlier ticks: their inputs and
+digests. Without an end, a record that was cut off becomes a closed one, and parts become one file.
 """
 
 from __future__ import annotations
@@ -24,28 +24,32 @@ _OF_THE_END = (MAP_END, "rhythm.json")
 
 @dataclass(frozen=True, slots=True)
 class Slice:
-    """Ticks from `first` to `last`, both in it; last 0: to the end. replayable: with what a replay needs before it."""
+    """Range of ticks.
+
+    first, last: first and last tick, both included; last 0: to the end.
+    replayable: True to include what a replay needs of the earlier ticks.
+    """
 
     first: int = 1
     last: int = 0
     replayable: bool = False
 
     def keeps(self, number: int, topic: str) -> bool:
-        """Whether a message of a tick is in the slice, or is needed for its replay."""
+        """True if a message of a tick is in the slice, or is needed for its replay."""
         if self.last and number > self.last:
             return False
         return number >= self.first or (self.replayable and (topic.startswith("/in/") or topic in LEAN))
 
 
 def seconds(first_s: float, last_s: float, replayable: bool = False) -> Slice:
-    """The ticks of a time since the start of the run; last_s 0: to the end."""
+    """Slice by the time since the start of the run; last_s 0: to the end."""
     return Slice(max(1, round(first_s * 1e9 / TICK_NS)), round(last_s * 1e9 / TICK_NS), replayable)
 
 
 def cut(path: Path, out: Path, part: Slice) -> int:
-    """Write the slice in place of `out`; the number of its ticks. Nothing is written where the record has none of them.
+    """Write the slice to `out`, replacing it; return the number of its ticks.
 
-    Raises DamagedRecordError, FileNotFoundError, OSError.
+    If the record has none of the ticks, nothing is written. Raises DamagedRecordError, FileNotFoundError, OSError.
     """
     record = open_record(path)
     temporary = out.with_name(out.name + ".part")
@@ -77,7 +81,7 @@ def _write(writer: Writer, record: Record, part: Slice) -> int:
             writer.flush()  # type: ignore[no-untyped-call]
             size = 0
     writer.finish()  # type: ignore[no-untyped-call]
-    return ticks if number >= part.first else 0  # else there is only what a replay would need before it
+    return ticks if number >= part.first else 0  # otherwise there is only what a replay needs of earlier ticks
 
 
 def _origin(record: Record, part: Slice) -> dict[str, str]:

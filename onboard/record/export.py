@@ -1,4 +1,4 @@
-"""`onboard record export`: channels of a record for other tools: CSV, JSON lines, or a file that Foxglove draws."""
+"""`onboard record export`: export of a record's channels as CSV, JSON lines, or an MCAP file for Foxglove."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ HEAD = ("t_s", "tick", "channel")
 
 
 def rows(record: Record, channels: Sequence[str]) -> Iterator[Row]:
-    """The messages of some channels, in the order of the record; each row with its time, tick and channel."""
+    """Yield the messages of some channels in the order of the record; each row with its time, tick and channel."""
     for number, messages in record.ticks():
         t_s = time_ns_of(number, messages) / 1e9
         for topic in channels:
@@ -28,7 +28,7 @@ def rows(record: Record, channels: Sequence[str]) -> Iterator[Row]:
 
 
 def write_csv(record: Record, channels: Sequence[str], out: Path) -> int:
-    """One table: a column for every name that occurs in any row; lists are JSON. Returns the number of rows."""
+    """Write one table: a column for each name that occurs in any row; lists are JSON. Returns the number of rows."""
     columns = dict.fromkeys(HEAD)
     for row in rows(record, channels):
         columns.update(dict.fromkeys(row))
@@ -43,7 +43,7 @@ def write_csv(record: Record, channels: Sequence[str], out: Path) -> int:
 
 
 def write_jsonl(record: Record, channels: Sequence[str], out: Path) -> int:
-    """An object a line. Returns the number of rows."""
+    """Write one JSON object per line. Returns the number of rows."""
     count = 0
     with out.open("w", encoding="utf-8") as file:
         for row in rows(record, channels):

@@ -1,4 +1,4 @@
-"""A record as an MCAP file whose channels Foxglove draws: JSON with schemas, the pose and events in its own types.
+"""Export of a record as an MCAP file for Foxglove: JSON with schemas, the pose and events in Foxglove's own types.
 
     /pose  /tf    from /out/pose    foxglove.PoseInFrame, foxglove.FrameTransform (base_link in map)
     /log          from /out/event   foxglove.Log
@@ -23,7 +23,7 @@ from protocol.can_codec import TABLE
 from protocol.modes import SEVERITIES
 
 Value = dict[str, Any]
-EVERY = {"/out/pose": 5, "/in/tick": 50}  # ticks: 20 and 2 a second are enough for eyes
+EVERY = {"/out/pose": 5, "/in/tick": 50}  # ticks: 20 and 2 a second are enough for display
 _NUMBER, _TEXT = {"type": "number"}, {"type": "string"}
 _STAMP = {"type": "object", "properties": {"sec": _NUMBER, "nsec": _NUMBER}}
 _XYZ = {"type": "object", "properties": {axis: _NUMBER for axis in "xyz"}}
@@ -31,7 +31,12 @@ _XYZW = {"type": "object", "properties": {axis: _NUMBER for axis in "xyzw"}}
 
 
 class View(NamedTuple):
-    """A channel that is made. schema: its name; fields: name -> JSON schema; source: the channel it is made from."""
+    """One exported channel.
+
+    schema: name of its schema.
+    fields: name -> JSON schema.
+    source: channel of the record from which it is computed.
+    """
 
     schema: str
     fields: Mapping[str, Value]
@@ -62,7 +67,7 @@ VIEWS: Mapping[str, View] = {
 
 
 def write_foxglove(record: Record, channels: Sequence[str], out: Path) -> int:
-    """The views that are made from some channels. Returns the number of messages."""
+    """Write the views of some channels. Returns the number of messages."""
     count = 0
     with out.open("wb") as file:
         writer = Writer(file, compression=CompressionType.ZSTD)
@@ -90,7 +95,7 @@ def _register(writer: Writer, topic: str) -> int:
 
 
 def _made(source: str, raw: bytes, now_ns: int) -> Iterator[tuple[str, Value]]:
-    """(topic, message) of what Foxglove is shown of one message of the record."""
+    """Yield (topic, message) for Foxglove from one message of the record."""
     for row in ROWS[source](raw) if source in _MAKERS else ():
         yield from _MAKERS[source](row, now_ns)
 
@@ -138,7 +143,7 @@ def _stamp(now_ns: int) -> Value:
 
 
 def _quaternion(roll_rad: float, pitch_rad: float, yaw_rad: float) -> Value:
-    """Of intrinsic z-y-x angles."""
+    """Quaternion of intrinsic z-y-x angles."""
     cr, sr = math.cos(roll_rad / 2), math.sin(roll_rad / 2)
     cp, sp = math.cos(pitch_rad / 2), math.sin(pitch_rad / 2)
     cy, sy = math.cos(yaw_rad / 2), math.sin(yaw_rad / 2)

@@ -1,4 +1,4 @@
-"""`onboard record info`: what a record holds, counted, and whether it is whole."""
+"""`onboard record info`: counts, digests and completeness of a record."""
 
 from __future__ import annotations
 
@@ -16,7 +16,11 @@ from onboard.records import Keeps
 
 @dataclass(slots=True)
 class Channel:
-    """Messages of one topic, their bytes, and in which ticks the first and the last came."""
+    """Counts of one topic.
+
+    messages, bytes: number of messages and their bytes.
+    first_tick, last_tick: ticks of the first and the last message.
+    """
 
     messages: int = 0
     bytes: int = 0
@@ -26,9 +30,19 @@ class Channel:
 
 @dataclass(slots=True)
 class Info:
-    """Of a whole record. missing: ticks between first and last that it has not; lean: ticks kept without outputs.
+    """Summary of a whole record.
 
-    inputs_sha256, outputs_sha256: over all messages in their order; two runs of the same scenario have the same.
+    files: one row for each file.
+    closed: True if its writer closed the last file.
+    cut_off: text where the last file was not closed.
+    ticks, first_tick, last_tick: number of ticks, first and last.
+    seconds: duration, s.
+    missing: ticks between first and last that are not in the record.
+    lean: ticks recorded without their outputs.
+    replayable: True if the record can be replayed.
+    channels, attachments: by name.
+    versions: of the program that made it.
+    inputs_sha256, outputs_sha256: over all messages in their order; equal for two runs of the same scenario.
     """
 
     files: list[dict[str, Any]]
@@ -48,12 +62,12 @@ class Info:
     outputs_sha256: str = ""
 
     def as_json(self) -> dict[str, Any]:
-        """All of it as plain values."""
+        """Return the summary as plain values."""
         return asdict(self)
 
 
 def info_of(path: Path) -> Info:
-    """Everything, by one pass over all messages. Raises DamagedRecordError, FileNotFoundError."""
+    """Summarise a record in one pass over all messages. Raises DamagedRecordError, FileNotFoundError."""
     record = open_record(path)
     made = Info([_file(record, k) for k in range(len(record.files))], record.files[-1].closed, record.cut_off)
     for name, data in record.attachments.items():
@@ -91,7 +105,7 @@ def _file(record: Record, k: int) -> dict[str, Any]:
 
 
 def lines(info: Info) -> Iterator[str]:
-    """The table for people."""
+    """Yield the lines of the table for people."""
     for file in info.files:
         origin = f", a slice of {file['cut_from']}" if "cut_from" in file else ""
         part = f", part {file['number']}" if len(info.files) > 1 else ""

@@ -1,4 +1,4 @@
-"""What made a record: versions of the packages, commit and digest of the program, and the tables of its wires."""
+"""Provenance of a record: versions of the packages, commit and digest of the program, and its wire tables."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from collections.abc import Iterator, Mapping
 from importlib.metadata import version
 from pathlib import Path
 
-COMMIT = "commit.txt"  # beside onboard's modules where the program was installed (tools/install.py)
+COMMIT = "commit.txt"  # in onboard's folder if the program was installed (tools/install.py)
 WIRES = ("rover.dbc", "eldorado.xml")
 _PACKAGES = ("numpy", "scipy", "filterpy", "small-gicp", "python-can", "eclipse-zenoh", "mcap")
 _SITE = Path(__file__).parents[2]  # holds protocol and onboard
@@ -27,13 +27,13 @@ def versions_file() -> tuple[str, bytes, str]:
 
 
 def wires() -> Iterator[tuple[str, bytes]]:
-    """Name and content of the tables that the bytes in a record are read by."""
+    """Yield name and content of the tables that decode the bytes in a record."""
     for name in WIRES:
         yield name, (_SITE / "protocol" / name).read_bytes()
 
 
 def versions(attached: Mapping[str, bytes]) -> dict[str, str]:
-    """What a record tells of the program that made it; nothing where it is cut off before that, or does not tell."""
+    """Versions of the program that made a record; empty if the record was cut off before them or has none."""
     try:
         found = json.loads(attached.get(_VERSIONS, b"{}"))
     except (ValueError, RecursionError):
@@ -42,7 +42,7 @@ def versions(attached: Mapping[str, bytes]) -> dict[str, str]:
 
 
 def another_program(attached: Mapping[str, bytes]) -> str:
-    """A sentence where a record was made by other sources than these; "" where by these, or where it does not tell."""
+    """Sentence for a record made by other sources than these; "" if made by these, or unknown."""
     told = versions(attached)
     if told.get("sources_sha256", own := sources_sha256(_SITE)) == own:
         return ""
@@ -50,12 +50,12 @@ def another_program(attached: Mapping[str, bytes]) -> str:
 
 
 def commit(site: Path) -> str:
-    """Of the program in this folder, as git names it: told by its installation or its checkout, else "unknown"."""
+    """Commit of the program in this folder, from its installation or its checkout, else "unknown"."""
     installed = site / "onboard" / COMMIT
     if installed.exists():
         return installed.read_text().strip()
     if not (site / ".git").exists():
-        return "unknown"  # git would look further up, and find what is not ours
+        return "unknown"  # git would search the parent folders and find a foreign repository
     command = ["git", "-c", "safe.directory=*", "-C", str(site), "rev-parse", "HEAD"]
     try:
         done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=_LIMIT_S)
@@ -65,7 +65,7 @@ def commit(site: Path) -> str:
 
 
 def sources_sha256(site: Path) -> str:
-    """Of every module that flies, path and content: what a commit does not tell of a changed checkout."""
+    """SHA-256 over path and content of each module that flies. A commit does not identify a changed checkout."""
     whole = hashlib.sha256()
     for package in ("onboard", "protocol"):
         for path in sorted((site / package).rglob("*.py")):

@@ -1,7 +1,7 @@
-"""A record as it can be read: of one file or of several parts, closed or cut off, checked before anything is used.
+"""Reader of records: one file or several parts, closed or cut off, checked before anything is used.
 
-A file that was closed ends with MCAP's magic; whatever does not fit in it is damage. A file without that end was cut
-off, by a power loss or `kill -9`: it is good up to its last whole chunk, and what follows is left alone. So is what is
+A closed file ends with MCAP's magic; any error in it is damage. A file without that end was cut off by a power loss or
+`kill -9`: it is valid up to its last complete chunk, and the rest is ignored. The same is true of a file that is being
 written while it is read.
 """
 
@@ -31,20 +31,20 @@ from protocol.conventions import TICK_NS
 from protocol.visible import visible
 
 MAGIC = b"\x89MCAP0\r\n"
-_MOST_WORDS = 200  # of what a library says
-# what the reader of the file raises on bytes that were never written so
+_MOST_WORDS = 200  # of a library's error message
+# errors of the file reader on bytes that no writer produced
 UNREADABLE = (McapError, ZstdError, EOFError, ValueError, KeyError, OverflowError, MemoryError, struct.error)
 
 
 class DamagedRecordError(ValueError):
-    """The record is not what was written; the text names the tick and channel where that shows."""
+    """The record differs from what was written; the text names the tick and channel of the error."""
 
 
 @contextmanager
 def reading(number: int, what: str) -> Iterator[None]:
-    """Within it, what bytes raise that no flight program wrote becomes DamagedRecordError that names tick and channel.
+    """Context that converts decoding errors into DamagedRecordError with tick and channel.
 
-    A checksum tells damage, not who made a file.
+    A checksum proves that a file is undamaged, not who wrote it.
     """
     try:
         yield
@@ -56,7 +56,16 @@ def reading(number: int, what: str) -> Iterator[None]:
 
 @dataclass(slots=True)
 class File:
-    """What one pass over a file has shown. whole_bytes: up to the last whole record; closed: its writer ended it."""
+    """Result of one pass over a file.
+
+    path, size: the file and its bytes.
+    closed: True if its writer closed it.
+    whole_bytes: bytes up to the last complete MCAP record.
+    last_tick: last tick in a complete chunk.
+    library: library that wrote it.
+    attachments: by name.
+    part: metadata of the part.
+    """
 
     path: Path
     size: int
@@ -68,7 +77,7 @@ class File:
     part: dict[str, str] = field(default_factory=dict)
 
     def records(self) -> Iterator[McapRecord]:
-        """What is whole of it, chunks opened."""
+        """Yield the complete MCAP records of the file, chunks unpacked."""
         with self.path.open("rb") as file:
             head = _Head(file, self.whole_bytes)
             try:
@@ -86,43 +95,43 @@ class Record:
 
     @property
     def attachments(self) -> Mapping[str, bytes]:
-        """Of all parts; those that each part repeats are alike."""
+        """Attachments of all parts; those that each part repeats are equal."""
         return {name: data for file in self.files for name, data in file.attachments.items()}
 
     @property
     def first_tick(self) -> int:
-        """1 where the record begins as its run does, the only place from which it can be replayed."""
+        """First tick; 1 if the record begins with its run, the only place from which it can be replayed."""
         return int(self.files[0].part.get("first_tick", "1"))
 
     @property
     def cut_off(self) -> str:
-        """In words, where the last file was not closed; else empty."""
+        """Description of the end if the last file was not closed; else empty."""
         last = self.files[-1]
         if last.closed:
             return ""
         return f"cut off after tick {last.last_tick}, {last.size - last.whole_bytes} bytes behind it are no whole chunk"
 
     def ticks(self) -> Iterator[tuple[int, dict[str, bytes]]]:
-        """See ticks_of."""
+        """Yield the ticks of all files; see `ticks_of`."""
         for file in self.files:
             yield from ticks_of(file.records())
 
 
 class _Head:
-    """The first bytes of a file, for a reader of streams."""
+    """The first `size` bytes of a file, as a stream."""
 
     def __init__(self, file: BinaryIO, size: int) -> None:
         self._file, self.left = file, size
 
     def read(self, size: int) -> bytes:
-        """As of a file that ends there."""
+        """Read as from a file that ends after these bytes."""
         data = self._file.read(min(size, self.left))
         self.left -= len(data)
         return data
 
 
 def open_record(path: Path) -> Record:
-    """The file and the further parts of its run that lie beside it, each read once and its sums checked.
+    """Open a record: the file and the further parts of its run in the same folder, each read once and checked.
 
     Raises DamagedRecordError, FileNotFoundError.
     """
@@ -136,7 +145,7 @@ def open_record(path: Path) -> Record:
 
 
 def survey(path: Path) -> File:
-    """One pass over one file. Raises DamagedRecordError, FileNotFoundError."""
+    """Read and check one file in one pass. Raises DamagedRecordError, FileNotFoundError."""
     size = path.stat().st_size
     with path.open("rb") as file:
         file.seek(max(0, size - len(MAGIC)))
@@ -162,7 +171,7 @@ def survey(path: Path) -> File:
 
 
 def _sum_fits(file: BinaryIO, attachment: Attachment) -> bool:
-    """Whether the attachment that ends here has its checksum; the library does not look at it. 0: none was made."""
+    """True if the attachment that ends here has its checksum, which the library does not check. 0: no checksum."""
     file.seek(-4, os.SEEK_CUR)
     told = file.read(4)
     built = RecordBuilder()
@@ -172,13 +181,13 @@ def _sum_fits(file: BinaryIO, attachment: Attachment) -> bool:
 
 
 def _note(found: File, record: McapRecord, broken: str) -> str:
-    """Takes in one record of the file; in words, what does not fit in it, or did not in one before."""
+    """Process one MCAP record of the file; return the description of the first error so far, or ""."""
     if isinstance(record, Chunk):
         try:
             get_chunk_data_stream(record, validate_crc=True)
         except UNREADABLE as error:
             return broken or _words(error)
-        if broken:  # an unfinished end has nothing whole behind it
+        if broken:  # nothing complete follows an unfinished end
             raise DamagedRecordError(f"it reads as far as tick {found.last_tick}; then: {broken}")
         found.last_tick = record.message_end_time // TICK_NS
     elif isinstance(record, Attachment):
@@ -203,7 +212,7 @@ def _first(path: Path) -> Path:
 
 
 def _follows(before: File, after: File) -> bool:
-    """Whether the second names the first as the part before it: by the bytes of its ticks."""
+    """True if the second file names the first as its previous part, by the digest of its bytes."""
     size = int(after.part.get("before_bytes", "0"))
     if not 0 < size <= before.whole_bytes:
         return False
@@ -216,7 +225,7 @@ def _follows(before: File, after: File) -> bool:
 
 
 def ticks_of(records: Iterable[McapRecord]) -> Iterator[tuple[int, dict[str, bytes]]]:
-    """(tick, topic -> message), in the order of the file."""
+    """Yield (tick, topic -> message) in the order of the file."""
     topics: dict[int, str] = {}
     number = -1
     messages: dict[str, bytes] = {}
@@ -241,13 +250,13 @@ def time_ns_of(number: int, messages: Mapping[str, bytes]) -> int:
 
 
 def inputs_of(number: int, messages: dict[str, bytes]) -> tuple[Inputs, tuple[int, ...]]:
-    """What `decode_inputs` gives. Raises DamagedRecordError."""
+    """Call `decode_inputs`. Raises DamagedRecordError."""
     with reading(number, "its inputs"):
         return decode_inputs(messages)
 
 
 def check_inputs(number: int, recorded: dict[str, bytes]) -> None:
-    """Raises DamagedRecordError where a tick's inputs are not those that its outputs were computed from."""
+    """Raise DamagedRecordError if a tick's inputs are not those from which its outputs were computed."""
     if "/in/tick" not in recorded or "/out/tick" not in recorded:
         raise DamagedRecordError(f"tick {number}: its message is missing")
     try:

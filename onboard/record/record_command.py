@@ -1,4 +1,4 @@
-"""The commands `onboard record ...`: what a record holds, a slice of it, its channels for other tools."""
+"""Commands `onboard record ...`: summary of a record, a slice of it, export of its channels for other tools."""
 
 from __future__ import annotations
 
@@ -27,14 +27,14 @@ Examples:
 
 @click.group("record", epilog=EXAMPLES)
 def app() -> None:
-    """What was recorded of a run."""
+    """Inspect, cut and export the record of a run."""
 
 
 @app.command("info", epilog=EXAMPLES)
 @click.argument("record", type=Path)
 @click.option("--json", "as_json", is_flag=True, help="All of it as JSON.")
 def info_command(record: Path, as_json: bool) -> None:
-    """Count what RECORD holds: ticks, channels, attachments with their sums, whether it was closed or cut off.
+    """Summarise RECORD: ticks, channels, attachments with their sums, whether it was closed or cut off.
 
     Exit codes: 0 done, 65 the record is damaged, 66 no such file.
     """
@@ -54,7 +54,7 @@ def info_command(record: Path, as_json: bool) -> None:
 def cut_command(
     record: Path, out: Path, ticks: str | None, seconds: str | None, replayable: bool, force: bool
 ) -> None:
-    """Write a slice of RECORD that says from where it comes; without an end given, a whole and closed record.
+    """Write a slice of RECORD that names its source; without an end given, a whole and closed record.
 
     Exit codes: 0 done, 64 no such slice, 65 the record is damaged, 66 no such file, 73 no place to write.
     """
@@ -76,7 +76,7 @@ def cut_command(
 @click.option("--channels", default="", help="Which, by commas; without it all.")
 @click.option("--force", is_flag=True, help="Write over a file that is there.")
 def export_command(record: Path, out: Path, channels: str, force: bool) -> None:
-    """Write channels of RECORD for other tools, the bytes in words: CAN frames by their signals, events, poses.
+    """Write channels of RECORD for other tools, decoded: CAN frames by their signals, events, poses.
 
     Exit codes: 0 done, 64 no such channel or format, 65 the record is damaged, 66 no such file, 73 no place to write.
     """
@@ -124,7 +124,7 @@ def _may_write(record: Path, out: Path, force: bool) -> None:
 
 
 def _read(record: Path, work: Callable[[], T]) -> T:
-    """What `work` makes of a record, or the exit code with a line that says why not."""
+    """Return the result of `work`, or exit with a code and a line that states the reason."""
     from onboard.record.reader import DamagedRecordError
 
     if not record.is_file():

@@ -1,8 +1,8 @@
-"""Registrations in a record: what a library found beside the tick, and the last bits differ by the processor.
+"""Registrations in a record: results of a library outside the tick whose last bits differ by the processor.
 
-small_gicp asks the C library for sines, so a registration enters the core as an input: /in/registration holds it with
-the job that made it. A replay makes it anew, compares the two within FAR_M, FAR_RAD and FAR_RATIO, and goes on with the
-recorded one, to the bit. All other results of jobs are the same on every processor (docs/determinism.md).
+small_gicp calls the C library's sine, so a registration enters the core as an input: /in/registration contains it with
+the job that made it. A replay computes it again, compares the two within FAR_M, FAR_RAD and FAR_RATIO, and continues
+with the recorded one, bit for bit. All other results of jobs are the same on every processor (docs/determinism.md).
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ import numpy as np
 from onboard.records import F64, JobDone
 
 FAR_M, FAR_RAD = 1e-6, 1e-6
-FAR_RATIO = 1e-4  # of the covariance's sigmas, of the plain numbers
+FAR_RATIO = 1e-4  # of the covariance's sigmas, and of the other numbers
 _HEAD = struct.Struct("<II")
 _NUMBERS = ("inlier_ratio", "apart_m", "moved_m", "moved_rad")
 _WORDS = ("accepted", "converged", "told", "degenerate", "reason")
@@ -26,19 +26,19 @@ _FIELDS = struct.Struct(f"<{16 + 16 + len(_NUMBERS)}d")
 
 
 class Kept(NamedTuple):
-    """One of them: its job, and the fields of the registration."""
+    """One recorded registration: its job, and its fields by name."""
 
     job_id: int
     fields: Mapping[str, Any]
 
 
 def encode(jobs: Sequence[JobDone]) -> bytes:
-    """The message of the jobs whose results are taken; empty where none of them registered."""
+    """Encode the registrations of the jobs whose results are taken; empty if none of them registered."""
     return b"".join(_row(job.job_id, found) for job in jobs if (found := _of(job)) is not None)
 
 
 def decode(raw: bytes) -> Iterator[Kept]:
-    """What a message holds."""
+    """Yield the registrations of a message."""
     at = 0
     while at < len(raw):
         job_id, size = _HEAD.unpack_from(raw, at)
@@ -54,7 +54,7 @@ def decode(raw: bytes) -> Iterator[Kept]:
 
 
 def taken(jobs: Sequence[JobDone], raw: bytes) -> tuple[tuple[JobDone, ...], str]:
-    """The jobs' results with the recorded registrations in place of their own, and where they differ by too much."""
+    """Replace the jobs' registrations by the recorded ones; return the jobs, and a text of too large differences."""
     kept, out, words = {row.job_id: row.fields for row in decode(raw)}, [], []
     for job in jobs:
         found, fields = _of(job), kept.pop(job.job_id, None)
@@ -73,7 +73,7 @@ def _told(there: bool) -> str:
 
 
 def _of(job: JobDone) -> Any:
-    """The RegistrationResult in a job's result. By name: its module brings small_gicp."""
+    """RegistrationResult in a job's result, by attribute name: importing its class would load small_gicp."""
     return getattr(job.value, "registration", None)
 
 
@@ -84,7 +84,7 @@ def _row(job_id: int, found: Any) -> bytes:
 
 
 def _differences(found: Any, fields: Mapping[str, Any]) -> Iterator[str]:
-    """Of a registration made anew, from the recorded one, in words."""
+    """Yield the differences of a repeated registration from the recorded one, as text."""
     for name in ("accepted", "converged", "told", "degenerate"):
         if getattr(found, name) != fields[name]:
             yield f"{name}: recorded {fields[name]}, now {getattr(found, name)}"
@@ -100,6 +100,6 @@ def _differences(found: Any, fields: Mapping[str, Any]) -> Iterator[str]:
 
 
 def _alike(a: F64, b: F64) -> bool:
-    """Whether two covariances differ by little of their own sigmas."""
+    """True if two covariances differ by less than FAR_RATIO of their own sigmas."""
     sigmas = np.sqrt(np.maximum(b.diagonal(), 0.0))
     return bool((np.abs(a - b) <= FAR_RATIO * np.outer(sigmas, sigmas) + 1e-15).all())

@@ -1,4 +1,4 @@
-"""`onboard replay`: the same core on a record's inputs; every output byte and state digest is compared."""
+"""`onboard replay`: run the core on a record's inputs and compare every output byte and state digest."""
 
 from __future__ import annotations
 
@@ -28,9 +28,13 @@ Start = tuple[Config, Gdem | None, StopMap | None, dict[str, bytes]]
 
 @dataclass(slots=True)
 class Verdict:
-    """What a replay found. `first_difference` empty: identical. `cut_off`: where a record ends that was not closed.
+    """Result of a replay.
 
-    another_program: where there is a difference, and these are not the sources that made the record.
+    ticks: number of ticks replayed.
+    bytes_compared: by channel.
+    first_difference: description; empty: identical.
+    cut_off: description of the end of a record that was not closed.
+    another_program: text if there is a difference and other sources made the record.
     """
 
     ticks: int = 0
@@ -41,14 +45,14 @@ class Verdict:
 
     @property
     def identical(self) -> bool:
-        """Every compared byte is the same, and there were some."""
+        """True if at least one byte was compared and all are the same."""
         return not self.first_difference and self.ticks > 0 and sum(self.bytes_compared.values()) > 0
 
 
 def replay(path: Path, look: Look = lambda number, rover: None) -> Verdict:
     """Run the core of this version on the record's inputs. Raises DamagedRecordError, FileNotFoundError.
 
-    look: sees the rover after each tick.
+    look: called with the rover after each tick.
     """
     record = open_record(path)
     verdict = Verdict(bytes_compared=dict.fromkeys(OUTPUTS, 0), cut_off=record.cut_off)
@@ -84,12 +88,12 @@ def replay(path: Path, look: Look = lambda number, rover: None) -> Verdict:
 
 
 def own_files(record: Record) -> Mapping[str, tuple[Any, ...]]:
-    """What the shell of a replay adds to jobs: in place of the record that is written, the one that is read."""
+    """Arguments that a replay's shell adds to jobs: the files of the record that it reads."""
     return {JOBS["product_record"].function: (lambda: [file.path for file in record.files],)}
 
 
 def check_order(before: Inputs, inputs: Inputs) -> None:
-    """Raises DamagedRecordError where ticks between two are missing that the clock had not slipped."""
+    """Raise DamagedRecordError if ticks between two are missing that the clock had not skipped."""
     slipped = inputs.health.slipped_ticks - before.health.slipped_ticks
     if inputs.tick - before.tick - 1 > slipped:
         lost = f"; {inputs.record.lost_ticks} ticks of the run were not kept" if inputs.record.lost_ticks else ""
@@ -97,7 +101,7 @@ def check_order(before: Inputs, inputs: Inputs) -> None:
 
 
 def start_state(record: Record) -> Start:
-    """Configuration, orbiter's map, own map and what else was kept as a run began. Raises DamagedRecordError."""
+    """Configuration, orbiter's map, own map and other saved state at the start of a run. Raises DamagedRecordError."""
     if record.first_tick != 1:
         raise DamagedRecordError(f"it begins at tick {record.first_tick}: {origin(record)}")
     attachments = record.attachments
@@ -112,7 +116,9 @@ def start_state(record: Record) -> Start:
 
 
 def config_of(record: Record, overrides: Mapping[str, Any] | None = None) -> Config:
-    """The configuration of the run, with single values changed. Raises DamagedRecordError, and ConfigError for those.
+    """The configuration of the run, with single values changed.
+
+    Raises DamagedRecordError; ConfigError for the changed values.
     """
     if "config.toml" not in record.attachments:
         raise DamagedRecordError("at its start: no config.toml: not a record of this program, or cut off there")
@@ -127,7 +133,7 @@ def config_of(record: Record, overrides: Mapping[str, Any] | None = None) -> Con
 
 
 def origin(record: Record) -> str:
-    """Of a record that does not begin with its run: where the beginning is."""
+    """Text for a record that does not begin with its run: the location of the beginning."""
     part: Mapping[str, str] = record.files[0].part
     if "cut_from" in part:
         return f"a slice of {part['cut_from']}, which can be replayed; `cut --replayable` keeps what a replay needs"
@@ -135,7 +141,7 @@ def origin(record: Record) -> str:
 
 
 def last_map(path: Path) -> tuple[Tile, ...]:
-    """Tiles of the map that the run of a record left, or where it left none, began with.
+    """Tiles of the map at the end of a record's run, or, if it has none, at its start.
 
     Raises DamagedRecordError, FileNotFoundError.
     """

@@ -1,4 +1,4 @@
-"""The command `onboard replay`."""
+"""Command `onboard replay`."""
 
 from __future__ import annotations
 
@@ -32,9 +32,9 @@ Examples:
 def replay(record: Path, with_config: Path | None, settings: tuple[str, ...], as_json: bool) -> None:
     """Run the same core on the inputs of RECORD and compare every output: `identical`, or the first difference.
 
-    Further parts of the same run are read as well, if they lie beside it. A record that was cut off is compared as far
-    as it goes. With another configuration there is no verdict but a report of what the rover would have done otherwise,
-    as far as the recorded inputs tell: they do not answer to what it does.
+    Further parts of the same run are read as well, if they are in the same folder. A record that was cut off is
+    compared up to its end. With another configuration the result is not a verdict but a report of what the rover would
+    have done differently, as far as the recorded inputs show: they do not react to what it does.
 
     Exit codes: 0 identical, or a report; 1 different; 65 the record is damaged; 66 no such file; 78 something wrong in
     the configuration.
@@ -47,7 +47,7 @@ def replay(record: Path, with_config: Path | None, settings: tuple[str, ...], as
 
 
 def print_verdict(path: Path, as_json: bool, again: Callable[[Path], Verdict]) -> int:
-    """Print the verdict of `again`; returns the exit code."""
+    """Print the verdict of `again`; return the exit code."""
     from onboard.record.reader import DamagedRecordError
 
     if not path.is_file():

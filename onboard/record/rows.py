@@ -1,4 +1,4 @@
-"""TABLE of channels: what a message says, as rows of named values, for people and for tools that know no El Dorado."""
+"""TABLE of channels: decoders of messages to rows of named values, for people and for other tools."""
 
 from __future__ import annotations
 
@@ -154,7 +154,7 @@ ROWS: Mapping[str, Callable[[bytes], Iterator[Row]]] = {
 
 
 def frame(can_id: int, data: bytes) -> Row:
-    """A CAN frame with its signals where the DBC knows it, and they are within their ranges."""
+    """Decode a CAN frame; with its signals if the DBC has it and they are within their ranges."""
     head = {"can_id": can_id, "data": data.hex()}
     known = TABLE.get(can_id)
     if known is None:
@@ -166,7 +166,7 @@ def frame(can_id: int, data: bytes) -> Row:
 
 
 def first_difference(topic: str, recorded: bytes, made: bytes) -> str:
-    """Where two messages of a channel part, in words: byte, and where it can be named, row and field."""
+    """Describe the first difference of two messages of a channel: byte and, if it can be named, row and field."""
     at = next((k for k, (a, b) in enumerate(zip(recorded, made)) if a != b), min(len(recorded), len(made)))
     field = _first_field(topic, recorded, made)
     return (

@@ -1,6 +1,6 @@
-"""The record's channels: how one tick's inputs and outputs become bytes, and how inputs come back from them.
+"""Channels of a record: encoding of one tick's inputs and outputs, and decoding of inputs.
 
-Each channel is one MCAP topic with one message for each tick in which it has something; LAYOUTS says how it reads.
+Each channel is one MCAP topic with one message for each tick in which it has data; LAYOUTS describes its bytes.
 """
 
 from __future__ import annotations
@@ -71,11 +71,11 @@ LAYOUTS = {
 INPUTS = tuple(topic for topic in LAYOUTS if topic.startswith("/in/"))
 OUTPUTS = tuple(topic for topic in LAYOUTS if topic.startswith("/out/"))
 _CHECKS = struct.Struct(f"<{len(INPUTS)}I")
-LEAN = ("/out/tick", "/out/event")  # are kept also where a disk takes little: see onboard.ports.Keeps
+LEAN = ("/out/tick", "/out/event")  # recorded even if the disk accepts little: see onboard.ports.Keeps
 
 
 def encode_inputs(inputs: Inputs) -> dict[str, bytes]:
-    """Topic -> message, for the channels that have something; /in/tick always."""
+    """Encode inputs: topic -> message, for the channels that have data; /in/tick always."""
     ids = b"".join(struct.pack("<I", job.job_id) for job in inputs.jobs)
     head = TICK.pack(
         inputs.tick, inputs.now_ns, inputs.lidar_state, inputs.link_state, *inputs.health,
@@ -110,7 +110,7 @@ def encode_inputs(inputs: Inputs) -> dict[str, bytes]:
 
 
 def decode_inputs(messages: dict[str, bytes]) -> tuple[Inputs, tuple[int, ...]]:
-    """Inputs of one tick without the jobs' values, and the ids of the jobs whose results were taken."""
+    """Decode the inputs of one tick without the jobs' values, and the ids of the jobs whose results were taken."""
     raw = messages["/in/tick"]
     tick, now_ns, lidar_state, link_state, *health = TICK.unpack_from(raw)
     ids = struct.unpack(f"<{(len(raw) - TICK.size) // 4}I", raw[TICK.size :])
@@ -131,7 +131,7 @@ def _bus_bytes(bus: BusStatus) -> bytes:
 
 
 def read_bus(raw: bytes) -> BusStatus:
-    """The message of /in/bus, or that there is none."""
+    """Decode the message of /in/bus; a default status if there is none."""
     if not raw:
         return BusStatus()
     state, failures, openings, *errors = _BUS.unpack_from(raw)
@@ -143,7 +143,7 @@ def _record_bytes(record: RecordStatus) -> bytes:
 
 
 def read_record(raw: bytes) -> RecordStatus:
-    """The message of /in/record, or that there is none."""
+    """Decode the message of /in/record; a default status if there is none."""
     if not raw:
         return RecordStatus()
     keeps, trouble, lost_ticks = _RECORD.unpack_from(raw)
@@ -156,7 +156,7 @@ def _time_bytes(timing: Timing) -> bytes:
 
 
 def read_timing(raw: bytes) -> Timing:
-    """The message of /in/time, or that there is none."""
+    """Decode the message of /in/time; a default timing if there is none."""
     if not raw:
         return Timing()
     late_ns, groups, jobs = _TIME.unpack_from(raw)
@@ -165,12 +165,12 @@ def read_timing(raw: bytes) -> Timing:
 
 
 def read_machine(raw: bytes) -> Machine | None:
-    """The message of /in/machine; None where there is none."""
+    """Decode the message of /in/machine; None if there is none."""
     return Machine(*_MACHINE.unpack(raw)) if raw else None
 
 
 def read_frames(raw: bytes) -> tuple[Frame, ...]:
-    """Frames of /in/can."""
+    """Decode the frames of /in/can."""
     frames, at = [], 0
     while at < len(raw):
         stamp_ns, can_id, size = _FRAME_IN.unpack_from(raw, at)
@@ -181,7 +181,7 @@ def read_frames(raw: bytes) -> tuple[Frame, ...]:
 
 
 def read_chunks(raw: bytes) -> tuple[Chunk, ...]:
-    """Chunks of /in/lidar."""
+    """Decode the chunks of /in/lidar."""
     chunks, at = [], 0
     while at < len(raw):
         rx_ns, size = _CHUNK.unpack_from(raw, at)
@@ -192,7 +192,7 @@ def read_chunks(raw: bytes) -> tuple[Chunk, ...]:
 
 
 def read_link(raw: bytes) -> tuple[LinkMessage, ...]:
-    """Messages of /in/link."""
+    """Decode the messages of /in/link."""
     found, at = [], 0
     while at < len(raw):
         rx_ns, accepted, station, kind, verdict_size, size = _MESSAGE.unpack_from(raw, at)
@@ -205,7 +205,7 @@ def read_link(raw: bytes) -> tuple[LinkMessage, ...]:
 
 
 def read_saved(raw: bytes) -> tuple[Saved, ...]:
-    """Results of /in/disk."""
+    """Decode the results of /in/disk."""
     found, at = [], 0
     while at < len(raw):
         name, error = _SAVED.unpack_from(raw, at)
@@ -216,7 +216,7 @@ def read_saved(raw: bytes) -> tuple[Saved, ...]:
 
 
 def encode_outputs(outputs: Outputs, inputs: dict[str, bytes]) -> dict[str, bytes]:
-    """Topic -> message of one tick's outputs; /out/tick guards the inputs it was computed from."""
+    """Encode one tick's outputs: topic -> message; /out/tick contains checksums of the inputs."""
     checks = _CHECKS.pack(*(zlib.crc32(inputs.get(topic, b"")) for topic in INPUTS))
     ids = struct.pack(
         f"<{len(outputs.jobs) + len(outputs.cancelled)}I", *(job.job_id for job in outputs.jobs),
@@ -246,5 +246,5 @@ def encode_outputs(outputs: Outputs, inputs: dict[str, bytes]) -> dict[str, byte
 
 
 def input_checks(out_tick: bytes) -> dict[str, int]:
-    """CRC-32 of each input channel as the tick's output remembers it."""
+    """CRC-32 of each input channel, from the message of /out/tick."""
     return dict(zip(INPUTS, _CHECKS.unpack_from(out_tick, 8)))

@@ -1,7 +1,7 @@
-"""The work of `get record`, beside the tick: a part of the record that is being written, as a record of its own.
+"""Job of `get record`, outside the tick: copy a part of the record that is being written into a record of its own.
 
-Only chunks that hold something of the time are read; the others are passed over by their heads. What is unfinished at
-the end of a file is left alone. The same messages give the same bytes, in flight and in a replay of the whole record.
+Only chunks that overlap the requested time are read; the others are skipped by their headers. An unfinished end of a
+file is ignored. The same messages give the same bytes, in flight and in a replay of the whole record.
 """
 
 from __future__ import annotations
@@ -26,8 +26,8 @@ SLIM_LEAVES_OUT = ("/in/lidar", "/in/can", "/out/can", "/out/link", "/plan")
 _ATTACHED = ("config.toml", "versions.json")
 _HEAD, _TIMES = struct.Struct("<BQ"), struct.Struct("<QQ")
 _CHUNK_TICKS = 50
-_END_BYTES = 10_000  # of schemas, channels and indices behind the last chunk, about
-RAW_RATIO = 8  # what zstandard makes of a record at best
+_END_BYTES = 10_000  # of schemas, channels and indices after the last chunk, about
+RAW_RATIO = 8  # best compression of a record by zstandard
 Rows = list[tuple[str, Message]]
 Wanted = tuple[int, int, bool]
 
@@ -35,9 +35,12 @@ Wanted = tuple[int, int, bool]
 def record_slice(
     files: Callable[[], Sequence[Path]], since_ns: int, until_ns: int, slim: bool, limit_bytes: int
 ) -> tuple[bytes, str]:
-    """(an MCAP file, what it holds in words); no bytes, and why, where there is nothing.
+    """Return (an MCAP file, description of its content); no bytes and the reason if there is nothing.
 
-    files: of the record, oldest first. slim: without SLIM_LEAVES_OUT. Ends earlier where it would be over the limit.
+    files: of the record, oldest first.
+    since_ns, until_ns: onboard time.
+    slim: True to leave out SLIM_LEAVES_OUT.
+    limit_bytes: the slice ends earlier if it would exceed this size.
     """
     try:
         rows, attached = _read(files(), (since_ns, until_ns, slim), RAW_RATIO * limit_bytes)
@@ -46,7 +49,7 @@ def record_slice(
     if not rows:
         return b"", f"the record holds nothing from {since_ns / 1e9:.2f} s to {until_ns / 1e9:.2f} s"
     data, kept = b"", len(rows)
-    while kept and not data:  # again, closed before what did not fit
+    while kept and not data:  # again, ending before what did not fit
         data, kept = _write(rows[:kept], attached, limit_bytes)
     if not data:
         return b"", f"half a second of it does not fit {limit_bytes} bytes; slim takes less"
@@ -56,7 +59,7 @@ def record_slice(
 
 
 def _read(files: Sequence[Path], wanted: Wanted, most_bytes: int) -> tuple[Rows, dict[str, bytes]]:
-    """The messages in their order, whole chunks until there are so many bytes of them."""
+    """Messages in their order, and attachments; reads complete chunks until there are `most_bytes` of messages."""
     rows: Rows = []
     attached: dict[str, bytes] = {}
     topics, size = _topics(), 0
@@ -76,7 +79,7 @@ def _read(files: Sequence[Path], wanted: Wanted, most_bytes: int) -> tuple[Rows,
 
 
 def _records(file: BinaryIO, since_ns: int, until_ns: int) -> Iterator[tuple[int, ReadDataStream]]:
-    """Whole attachments, and whole chunks that reach into the time."""
+    """Yield complete attachments, and complete chunks that overlap the time."""
     if file.read(len(MAGIC)) != MAGIC:
         return
     size = file.seek(0, io.SEEK_END)
@@ -104,7 +107,7 @@ def _messages(chunk: Chunk, topics: dict[int, str], wanted: Wanted) -> Rows:
 
 
 def _write(rows: Rows, attached: dict[str, bytes], limit_bytes: int) -> tuple[bytes, int]:
-    """The file, and how many rows it holds: whole half seconds, as long as it is not over the limit."""
+    """Write the file in complete half seconds, up to the size limit; return it with the number of its rows."""
     file = io.BytesIO()
     writer = Writer(file, 1 << 31, CompressionType.ZSTD, IndexType.CHUNK, enable_data_crcs=True)
     writer.start(profile="", library="el-dorado")
@@ -130,7 +133,7 @@ def _write(rows: Rows, attached: dict[str, bytes], limit_bytes: int) -> tuple[by
 
 
 def _topics() -> dict[int, str]:
-    """Id of a channel -> its topic: only the first chunk of a file names them, and a run's files have them alike."""
+    """Topic by channel id. Only the first chunk of a file names them, and all files of a run use the same ids."""
     writer = Writer(io.BytesIO())
     writer.start()
     return {number: topic for topic, number in register(writer).items()}

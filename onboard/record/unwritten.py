@@ -1,4 +1,4 @@
-"""Why a record is not on the disk as it should be, for commands whose purpose is the record."""
+"""Description of a record that is not complete on the disk, for commands whose purpose is the record."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from onboard.records import RecordTrouble
 
 
 def unwritten(recorder: Recorder) -> str:
-    """What the disk says, and what that cost; "" where it has taken all, which is certain after `close` only."""
+    """Text with the disk's error and the lost ticks; "" if all was stored, which is certain after `close` only."""
     status = recorder.status
     if status.trouble is RecordTrouble.NONE and not status.lost_ticks:
         return ""

@@ -1,8 +1,8 @@
-"""`onboard replay --with-config`: the core with another configuration on a record's inputs, and what it does otherwise.
+"""`onboard replay --with-config`: run the core with another configuration on a record's inputs and report differences.
 
-The inputs stay those of the record: wheels, scanner and operator do not answer to what the core now does. So the report
-holds for what comes from the inputs alone (estimates, monitors, decisions), and after the first other order to the
-wheels less with every metre. Jobs are taken at the tick at which they are due.
+The inputs stay those of the record: wheels, scanner and operator do not react to what the core now does. So the report
+is valid for what depends on the inputs alone (estimates, monitors, decisions); after the first different wheel command
+its validity decreases with every metre. Jobs are taken at the tick at which they are due.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ SHOWN = 20  # events in the text; JSON has all
 
 
 class Told(NamedTuple):
-    """An event that one of the two runs has and the other has not."""
+    """An event that only one of the two runs has."""
 
     t_s: float
     name: str
@@ -39,7 +39,12 @@ class Told(NamedTuple):
 
 @dataclass(slots=True)
 class Channel:
-    """Ticks in which an output differs; the first of them (0: none), and how."""
+    """Differences of one output channel.
+
+    ticks: number of ticks that differ.
+    first_tick: the first of them; 0: none.
+    first: description of the first difference.
+    """
 
     ticks: int = 0
     first_tick: int = 0
@@ -48,7 +53,15 @@ class Channel:
 
 @dataclass(slots=True)
 class Report:
-    """What differs. settings: name -> (recorded, now). worst_pose_m: between the two estimates, and at which tick."""
+    """Differences between the recorded run and the run with another configuration.
+
+    settings: name -> (recorded, now).
+    ticks: number of ticks.
+    channels: differences by output channel.
+    worst_pose_m, worst_pose_tick: largest distance between the two estimates, and its tick.
+    only_recorded, only_now: events of one run only.
+    cut_off: description of the end of a record that was not closed.
+    """
 
     settings: dict[str, tuple[str, str]]
     ticks: int = 0
@@ -60,13 +73,13 @@ class Report:
     cut_off: str = ""
 
     def as_json(self) -> dict[str, Any]:
-        """All of it as plain values."""
+        """Return the report as plain values."""
         return {**asdict(self), "only_recorded": [row._asdict() for row in self.only_recorded],
                 "only_now": [row._asdict() for row in self.only_now]}  # fmt: skip
 
 
 def changed_config(path: Path, with_config: Path | None, overrides: Mapping[str, Any]) -> Config:
-    """The file in place of the record's configuration, where one is named, and single values over it.
+    """Configuration for the run: the file, if one is named, else the record's, with single values changed.
 
     Raises ConfigError, DamagedRecordError, FileNotFoundError.
     """
@@ -74,7 +87,7 @@ def changed_config(path: Path, with_config: Path | None, overrides: Mapping[str,
 
 
 def fly(path: Path, config: Config) -> Report:
-    """The whole record with another configuration. Raises DamagedRecordError, FileNotFoundError."""
+    """Run the whole record with another configuration. Raises DamagedRecordError, FileNotFoundError."""
     record = open_record(path)
     recorded_config, gdem, memory, kept = start_state(record)
     rover, jobs = Rover(config, gdem, memory, kept), Inline(own_files(record))
@@ -86,7 +99,7 @@ def fly(path: Path, config: Config) -> Report:
         done = jobs.take(jobs.due(number))
         with reading(number, "channel /in/registration"):
             known, apart = registrations.taken(done, recorded.get("/in/registration", b""))
-        outputs = tick(rover, replace(inputs, jobs=done if apart else known))  # apart: it went another way
+        outputs = tick(rover, replace(inputs, jobs=done if apart else known))  # apart: the run has diverged
         jobs.start(outputs.jobs, outputs.cancelled)
         made = encode_outputs(outputs, recorded)
         report.ticks += 1
@@ -100,7 +113,7 @@ def fly(path: Path, config: Config) -> Report:
 
 
 def settings_between(recorded: Config, now: Config) -> dict[str, tuple[str, str]]:
-    """The values that are not the same."""
+    """Settings whose values differ."""
     rows = [(s.name, k.name) for s in dataclasses.fields(Config) for k in dataclasses.fields(getattr(now, s.name))]
     pairs = {
         f"{section}.{key}": (word(getattr(getattr(recorded, section), key)), word(getattr(getattr(now, section), key)))
@@ -123,7 +136,7 @@ def _compare(report: Report, number: int, recorded: Mapping[str, bytes], made: M
 
 
 def _without(rows: list[Told], others: list[Told]) -> list[Told]:
-    """The rows that the others have not, whenever; each row of the others takes one away."""
+    """Rows that the others do not have at any time; each row of the others removes one."""
     left, kept = Counter((row.name, row.text) for row in others), []
     for row in rows:
         if left[row.name, row.text]:
@@ -134,7 +147,7 @@ def _without(rows: list[Told], others: list[Told]) -> list[Told]:
 
 
 def lines(report: Report) -> Iterator[str]:
-    """The report for people."""
+    """Yield the lines of the report for people."""
     for name, (recorded, now) in report.settings.items():
         yield f"setting    {name}: recorded {recorded}, now {now}"
     if not report.settings:

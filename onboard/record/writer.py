@@ -1,14 +1,14 @@
-"""The record of a run: every input and output of the core, tick by tick, with what is needed to run it again.
+"""Writer of a run's record: every input and output of the core, tick by tick, with what a replay needs.
 
-MCAP, zstd. A chunk ends twice a second and is forced to the disk, beside the tick. Attachments: config.toml,
-versions.json with commit and digest of the program; at the start rover.dbc and eldorado.xml, gdem.npz, kept parameters
-and fences, the tiles of the map; at the end its tiles and rhythm.json. Decisions with their maps ride on /plan as .npz,
-for the report; a replay makes them anew.
+MCAP, zstd. A chunk ends twice a second and is synced to the disk, outside the tick. Attachments: config.toml,
+versions.json with commit and digest of the program; at the start rover.dbc and eldorado.xml, gdem.npz, saved parameters
+and fences, the tiles of the map; at the end its tiles and rhythm.json. Decisions with their maps are on /plan as .npz,
+for the report; a replay computes them again.
 
-While the disk refuses, what was written waits in memory, and less is kept of each tick, the dearest first:
+While the disk refuses, data waits in memory. The amount of waiting data determines how much of a tick is recorded:
 
-    nothing waits    all                       half of waiting_bytes    outputs, which a replay makes anew
-    something waits  all but /plan             waiting_bytes            everything
+    nothing waits    all                       half of waiting_bytes    of outputs only LEAN; a replay computes all
+    something waits  all but /plan             waiting_bytes            nothing
 """
 
 from __future__ import annotations
@@ -36,17 +36,17 @@ if TYPE_CHECKING:
 
     from onboard.perception.stop_map import StopMap
 
-MAP_START, MAP_END = "map-start/", "map-end/"  # names of the attachments that are tiles begin so
-KEPT = "kept/"  # and of what else outlives a run so
-PART = "part"  # metadata: where in the run a file begins
+MAP_START, MAP_END = "map-start/", "map-end/"  # prefixes of the names of attachments that are tiles
+KEPT = "kept/"  # prefix of other state that outlives a run
+PART = "part"  # metadata: position of a file in the run
 FLUSH_TICKS = 50
 _CHUNK_BYTES = 1 << 18
 
 
 class Recorder:
-    """Writes the record of config.record; with an empty path it does nothing. Used as a context manager.
+    """Writer of the record of config.record; with an empty path it does nothing. Use it as a context manager.
 
-    opener: of files, a disk of the bench in place of the real one.
+    opener: opens the files; a simulated disk on the bench.
     """
 
     def __init__(
@@ -54,12 +54,12 @@ class Recorder:
         kept: Mapping[str, bytes] = MappingProxyType({}), opener: Opener = DiskFile,
     ) -> None:  # fmt: skip
         self._config, self._opener = config, opener
-        self._files: list[RecordFile] = []  # the last is written to; of those before it something waits
+        self._files: list[RecordFile] = []  # the last one is written to; earlier ones still have waiting data
         self._number = self._lost_ticks = self._chunk_bytes = 0
         if not config.record.path:
             return
         self._first = first_path(config.record.path)
-        self._made_by = made_by.versions_file()  # once: a further part begins in a tick
+        self._made_by = made_by.versions_file()  # once, because a further part begins within a tick
         self._begin({"first_tick": "1"})
         for name, data in made_by.wires():
             self._attach(name, data, "application/octet-stream")
@@ -73,21 +73,21 @@ class Recorder:
 
     @property
     def path(self) -> Path | None:
-        """The file that is written to; None without a record."""
+        """File that is being written; None without a record."""
         return self._files[-1].path if self._files else None
 
     def paths(self) -> list[Path]:
-        """The files of this run's record that are on the disk, oldest first."""
+        """Files of this run's record on the disk, oldest first."""
         return family(self._first, False)
 
     @property
     def waiting_bytes(self) -> int:
-        """In memory, not on the disk yet."""
+        """Bytes in memory that are not on the disk yet."""
         return sum(file.waiting_bytes for file in self._files)
 
     @property
     def status(self) -> RecordStatus:
-        """For the inputs of the next tick."""
+        """Status for the inputs of the next tick."""
         waiting, limit = self.waiting_bytes, self._config.record.waiting_bytes
         keeps = Keeps.NOTHING if waiting > limit else Keeps.LEAN if waiting > limit // 2 else Keeps.ALL
         error = next((file.error for file in self._files if file.error), None)
@@ -97,7 +97,7 @@ class Recorder:
         return RecordStatus(keeps, trouble, error.strerror or str(error), self._lost_ticks)
 
     def write(self, inputs: Inputs, outputs: Outputs) -> None:
-        """One tick; what is kept of it stands in its inputs."""
+        """Record one tick; its inputs state how much of it is recorded."""
         if not self._files:
             return
         if inputs.record.keeps is Keeps.NOTHING:
@@ -111,7 +111,7 @@ class Recorder:
                 self._next_part(inputs.tick + 1)
 
     def end(self, memory: StopMap | None, rhythm: Mapping[str, Any] | None = None) -> None:
-        """The map as the run leaves it, and how it kept its rhythm (onboard.status.report); after the last tick."""
+        """Attach the final map and the timing summary (onboard.status.report); call after the last tick."""
         if not self._files:
             return
         if rhythm is not None:
@@ -128,7 +128,7 @@ class Recorder:
         self.close()
 
     def close(self) -> None:
-        """Finish the file; returns when all is on the disk that it takes."""
+        """Finish the file; returns when all that the disk accepts is stored."""
         if self._files:
             self._files[-1].end(self._writer.finish)
         for file in self._files:
@@ -156,15 +156,15 @@ class Recorder:
         self._chunk_bytes += len(data)
 
     def _flush(self) -> None:
-        """Between ticks, so that a chunk holds whole ones."""
+        """End the chunk; call between ticks, so that a chunk contains complete ticks."""
         self._writer.flush()  # type: ignore[no-untyped-call]
         self._chunk_bytes = 0
 
     # -- files -----------------------------------------------------------------------------------------------------
 
     def _begin(self, part: Mapping[str, str]) -> None:
-        """The next file; each says with which configuration and program it was made."""
-        from mcap.writer import CompressionType, Writer  # not for a run without a record
+        """Begin the next file; each one contains the configuration and program that made it."""
+        from mcap.writer import CompressionType, Writer  # not loaded for a run without a record
 
         self._number += 1
         path, config = part_path(self._first, self._number), self._config
@@ -180,7 +180,7 @@ class Recorder:
         self._channels = register(self._writer)
 
     def _next_part(self, first_tick: int) -> None:
-        """The part before is named by what it held, so that none can be taken for another."""
+        """Begin the next part. Its metadata identifies the previous part by size and digest."""
         before = self._files[-1]
         origin = {"before_bytes": str(before.tell()), "before_sha256": before.sha256.hexdigest()}
         before.end(self._writer.finish)
@@ -195,7 +195,7 @@ class Recorder:
                 self._files.remove(file)
 
     def _open(self, path: Path) -> OpenFile:
-        """In the thread of the file: the oldest records go first, so that with this one the bound still holds."""
+        """Open a file, in its thread. The oldest records are deleted first, so that the limit includes the new one."""
         whole_folder = self._config.record.path.endswith("/")
         relatives = [other for other in family(self._first, whole_folder) if other != path]
         if path == self._first and not whole_folder:

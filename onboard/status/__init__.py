@@ -1,1 +1,1 @@
-"""What the daemon tells of itself to who asks on the same machine."""
+"""Status report of the daemon, for callers on the same machine."""

@@ -1,4 +1,4 @@
-"""`onboard status`: what the daemon on this machine is doing, once or again and again."""
+"""The command `onboard status`: shows the state of the daemon on this machine, once or repeatedly."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def status(place: Path | None, as_json: bool, watch: bool, every_s: float) -> No
     """Mode, phase, pose, rate groups with slips and worst times, jobs, real-time options, record of the daemon here;
     processor, memory, temperature and disk of the computer.
 
-    Exit codes: 0 told, 69 no daemon answers.
+    Exit codes: 0 report shown, 69 no daemon answers.
 
     \b
     Examples:
@@ -52,7 +52,7 @@ def status(place: Path | None, as_json: bool, watch: bool, every_s: float) -> No
 
 
 def lines(told: dict[str, Any]) -> list[str]:
-    """The report for people."""
+    """Format the report for people."""
     pose = told["pose"]
     at = f"x {pose['x_m']:.2f} y {pose['y_m']:.2f} z {pose['z_m']:.2f} m"
     return [

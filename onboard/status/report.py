@@ -1,4 +1,4 @@
-"""The report behind `onboard status`: one dictionary of plain values, made from the core's state and the shell's."""
+"""Report of `onboard status`: one dictionary of plain values, from the state of the core and of the shell."""
 
 from __future__ import annotations
 
@@ -18,7 +18,14 @@ SHARES = {"p50": 0.5, "p99": 0.99, "p999": 0.999}
 
 @dataclass(frozen=True, slots=True)
 class Shell:
-    """What only the shell knows. record: path, '' without one."""
+    """Values that only the shell has.
+
+    clock: mode of the clock, `wall` or `lockstep`.
+    pid: process id.
+    uptime_ns: time since the start.
+    grants: results of the real-time requests.
+    record, record_bytes: path of the record, '' without one, and its size.
+    """
 
     clock: str
     pid: int
@@ -29,7 +36,7 @@ class Shell:
 
 
 def report(rover: Rover, shell: Shell) -> dict[str, Any]:
-    """Everything `onboard status` shows; seconds, metres, radians, bytes."""
+    """Return the whole report; seconds, metres, radians, bytes."""
     executive, pose = rover.executive, rover.localisation.pose
     return {
         "pid": shell.pid,
@@ -46,7 +53,7 @@ def report(rover: Rover, shell: Shell) -> dict[str, Any]:
 
 
 def rhythm(rover: Rover, grants: Sequence[Grant]) -> dict[str, Any]:
-    """How the rhythm was kept since the start; also what the record holds of it at its end, for the report."""
+    """Timing since the start; also the last part of the record, for its report."""
     return {
         "rate_groups": _groups(rover.pace),
         "ticks": _ticks(rover.pace),
@@ -56,7 +63,7 @@ def rhythm(rover: Rover, grants: Sequence[Grant]) -> dict[str, Any]:
 
 
 def _computer(machine: Machine | None) -> dict[str, float | None] | None:
-    """What the computer told of itself; what it does not say is None, which JSON has."""
+    """Load figures of the computer; an unknown one is None, which JSON has."""
     return machine and {name: value if math.isfinite(value) else None for name, value in machine._asdict().items()}
 
 

@@ -1,7 +1,7 @@
-"""TABLE of products: what the rover sends down when asked, and how far off what arrives may be.
+"""TABLE of products that the rover sends down on request, with the accuracy of each.
 
-Each codec is a file of this folder, both ends in it. Bytes in, arrays out, the same bits wherever they are decoded;
-whatever does not decode is WireError("product"), and nothing is allocated on the word of bytes that do not fit.
+Each codec is one file of this folder with both ends: bytes in, arrays out, the same bits on every computer. Data that
+cannot be decoded raises WireError("product"); sizes are checked before anything is allocated.
 """
 
 from __future__ import annotations
@@ -23,7 +23,13 @@ RECORD_CODEC = "mcap"
 
 
 class ProductKind(NamedTuple):
-    """One row. codec: of the object that comes down. error: how far off it may be, in words for people."""
+    """One product.
+
+    name: name in `get`.
+    codec: codec name of the object that is sent down.
+    means: text for people.
+    error: largest error, text for people.
+    """
 
     name: str
     codec: str

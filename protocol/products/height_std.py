@@ -1,7 +1,7 @@
-"""The product of height deviations: 1 sigma of the heights of each cell's hits, in steps of a factor of sqrt(2).
+"""Height deviation product: 1 sigma of the heights of each cell's hits, in steps of a factor of sqrt(2).
 
-A cell's level is one byte: 0 where no deviation is known, k from 1 mm * sqrt(2)^(k - 1) on; zstandard packs them. What
-comes back is at most 19 % off (a factor of 2^0.25), from 1 mm to 46 m; smaller ones come back as 1 mm.
+A cell's level is one byte: 0 for an unknown deviation, k for 1 mm * sqrt(2)^(k - 1) on; zstandard compresses them. The
+decoded value is at most 19 % off (a factor of 2^0.25), from 1 mm to 46 m; smaller ones decode as 1 mm.
 """
 
 from __future__ import annotations
@@ -18,8 +18,8 @@ from protocol.products.packing import check, compress, expand
 
 HEIGHT_STD_CODEC = "height-std-1"
 LEAST_M, MOST_LEVEL = 1e-3, 32
-_STEPS = np.sqrt(np.ldexp(1.0, np.arange(MOST_LEVEL)))  # of the levels from 1 on, in LEAST_M: sqrt(2)^k to the bit
-_BETWEEN = _STEPS[:-1] * math.sqrt(math.sqrt(2.0))  # two levels
+_STEPS = np.sqrt(np.ldexp(1.0, np.arange(MOST_LEVEL)))  # of levels 1 and up, in LEAST_M: sqrt(2)^k to the bit
+_BETWEEN = _STEPS[:-1] * math.sqrt(math.sqrt(2.0))  # thresholds between two levels
 _HEAD = struct.Struct("<4sHHdddI")
 _MAGIC = b"STD1"
 
@@ -27,14 +27,18 @@ F32 = NDArray[np.float32]
 
 
 class HeightStd(NamedTuple):
-    """std_m (rows, columns) float32, NaN where it is not known."""
+    """Height deviations of a map.
+
+    grid: the map's grid.
+    std_m: (rows, columns) float32, m, NaN where unknown.
+    """
 
     grid: MapGrid
     std_m: F32
 
 
 def encode_height_std(product: HeightStd) -> bytes:
-    """The product's bytes. Raises ValueError where the shape is not the grid's."""
+    """Encode the product. Raises ValueError if the shape is not the grid's."""
     grid = product.grid
     if product.std_m.shape != (grid.rows, grid.columns) or product.std_m.size == 0:
         raise ValueError(f"deviations {product.std_m.shape} for a grid of {(grid.rows, grid.columns)}")
@@ -47,7 +51,7 @@ def encode_height_std(product: HeightStd) -> bytes:
 
 
 def decode_height_std(data: bytes) -> HeightStd:
-    """The product. Raises WireError("product") on anything malformed."""
+    """Decode the product. Raises WireError("product") if it is malformed."""
     check(len(data) >= _HEAD.size, f"{len(data)} B are no deviations")
     magic, rows, columns, x0_m, y0_m, cell_m, size = _HEAD.unpack_from(data)
     check(magic == _MAGIC and len(data) == _HEAD.size + size, f"{magic!r}, {len(data)} B")

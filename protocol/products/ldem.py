@@ -1,8 +1,8 @@
-"""The map product: heights and node sets of a grid in few bytes, the same bits on both sides.
+"""Map product: heights and node sets of a grid in few bytes, the same bits on both sides.
 
 Heights become integers by an explicit step and offset, integers become residuals of the MED predictor
-(`prediction`), residuals become byte planes, and zstandard packs them. Which cells have a height is a bit mask.
-Behind the map's bytes may follow what the planner made of it (`pose_map`).
+(`prediction`), residuals become byte planes, and zstandard compresses them. A bit mask marks the cells with a height.
+The planner's pose map (`pose_map`) may follow the map's bytes.
 """
 
 from __future__ import annotations
@@ -32,7 +32,13 @@ U8 = NDArray[np.uint8]
 
 
 class MapGrid(NamedTuple):
-    """Where a grid lies: centre of cell (0, 0), cell, rows along +y, columns along +x (as onboard.records.Grid)."""
+    """Grid of a map (as onboard.records.Grid).
+
+    x0_m, y0_m: centre of cell (0, 0).
+    cell_m: side of a cell.
+    rows: along +y.
+    columns: along +x.
+    """
 
     x0_m: float
     y0_m: float
@@ -42,7 +48,12 @@ class MapGrid(NamedTuple):
 
 
 class LdemProduct(NamedTuple):
-    """heights_m (rows, columns) float32, NaN = no height; node_sets (rows, columns) uint8 of the sets chi, 0 to 3."""
+    """Map of heights and node sets.
+
+    grid: the map's grid.
+    heights_m: (rows, columns) float32, NaN = no height.
+    node_sets: (rows, columns) uint8, number of the node set chi, 0 to 3.
+    """
 
     grid: MapGrid
     heights_m: F32
@@ -50,9 +61,9 @@ class LdemProduct(NamedTuple):
 
 
 def encode_ldem(product: LdemProduct, step_m: float = STEP_M) -> bytes:
-    """The product's bytes; heights come back at most step_m / 2 off.
+    """Encode the product; decoded heights are at most step_m / 2 off.
 
-    Raises ValueError where shapes do not fit the grid or a node set is over 3.
+    Raises ValueError if shapes do not fit the grid or a node set is over 3.
     """
     grid, shape = product.grid, (product.grid.rows, product.grid.columns)
     if product.heights_m.shape != shape or product.node_sets.shape != shape or 0 in shape:
@@ -75,7 +86,7 @@ def encode_ldem(product: LdemProduct, step_m: float = STEP_M) -> bytes:
 
 
 def decode_ldem(data: bytes) -> LdemProduct:
-    """The product. Raises WireError("product") on anything malformed."""
+    """Decode the product. Raises WireError("product") if it is malformed."""
     if len(data) < _HEAD.size:
         raise WireError("product", f"{len(data)} B are no map")
     magic, rows, columns, x0_m, y0_m, cell_m, step_m, offset_m, planes, *sizes = _HEAD.unpack_from(data)
@@ -98,7 +109,7 @@ def decode_ldem(data: bytes) -> LdemProduct:
 
 
 def checked_grid(x0_m: float, y0_m: float, cell_m: float, rows: int, columns: int) -> MapGrid:
-    """The grid of a product that came. Raises WireError("product") where no map lies so."""
+    """Check and build the grid of a received product. Raises WireError("product") if no map can have this grid."""
     check(0 < rows * columns <= _MAX_CELLS, f"{rows} x {columns} cells")
     check(within(MOST_PLACE_M, x0_m, y0_m), f"a grid at {x0_m:g}, {y0_m:g}")
     check(_LEAST_CELL_M <= cell_m <= _MOST_CELL_M, f"cells of {cell_m:g} m")
@@ -106,7 +117,7 @@ def checked_grid(x0_m: float, y0_m: float, cell_m: float, rows: int, columns: in
 
 
 def poses_of(data: bytes) -> PoseMap | None:
-    """The section of poses behind a map's bytes; None where none follows. Raises WireError("product")."""
+    """Decode the pose section after a map's bytes; None if there is none. Raises WireError("product")."""
     try:
         end = _HEAD.size + sum(_HEAD.unpack_from(data)[-3:])
     except struct.error as error:
@@ -115,7 +126,7 @@ def poses_of(data: bytes) -> PoseMap | None:
 
 
 def rounded(heights_m: F32, step_m: float = STEP_M) -> F32:
-    """The heights as they come back from `encode_ldem` and `decode_ldem`, the same bits."""
+    """Heights after `encode_ldem` and `decode_ldem`, the same bits."""
     known = np.isfinite(heights_m)
     heights = np.where(known, heights_m, 0).astype(np.float64)
     offset_m = float(heights[known].min()) if known.any() else 0.0

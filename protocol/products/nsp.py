@@ -1,9 +1,9 @@
-"""The explanation product: one decision of the mission rule, and how the next sensing position was chosen. Exact.
+"""Explanation product: one decision of the mission rule and the choice of the next sensing position. Exact.
 
     head | places, best first | counts by rule | texts: strategy, kind, rule, reason
 
-A place is a row of numbers, all that Eq. 28 was made of; a count is of the cells that one rule refused. Where the
-strategy scores nothing there are no places and no counts, and the decision with its reason stands alone.
+A place is a row with all terms of Eq. 28; a count is the number of cells that one rule refused. If the strategy scores
+nothing, the product has no places and no counts, only the decision with its reason.
 """
 
 from __future__ import annotations
@@ -23,10 +23,15 @@ _LENGTH = struct.Struct("<H")
 
 
 class Place(NamedTuple):
-    """One candidate that was scored. score = gain_term + distance_term, the terms of Eq. 28 with weights and signs.
+    """One scored candidate. score = gain_term + distance_term, the terms of Eq. 28 with weights and signs.
 
-    row, column: of the plan's grid. visibility, new_cells: what is seen from there in the sector of the heading.
-    cost_m: what is left to the goal.
+    row, column: cell of the plan's grid.
+    x_m, y_m, heading_rad: pose in the map frame.
+    score: sum of the two terms.
+    gain_term: term of the visibility gain.
+    distance_term: term of the distance.
+    visibility, new_cells: visibility and new cells from there, in the sector of the heading.
+    cost_m: remaining cost to the goal.
     """
 
     row: int
@@ -43,11 +48,19 @@ class Place(NamedTuple):
 
 
 class Explanation(NamedTuple):
-    """A decision at a stop. places: the best and up to five next best, empty where the strategy scores nothing.
+    """A decision at a stop.
 
-    pose, goal_m: where the rover stood and wanted to go. end: x, y, heading (rad) of the way that was decided. way_m:
-    its length. rejected: cells that are no candidates, by the first rule that refused each. scored: cells that are;
-    cells: of the map. weights: of gain and distance.
+    stop: number of the stop.
+    pose: x m, y m, yaw rad of the rover.
+    goal_m: x, y of the goal.
+    end: x m, y m, heading rad at the end of the chosen path.
+    way_m: length of that path.
+    weights: of gain and distance.
+    strategy, kind, rule, reason: texts of the decision.
+    scored: number of cells that are candidates.
+    cells: number of cells of the map.
+    places: the best and up to five next best; empty if the strategy scores nothing.
+    rejected: number of cells that are no candidates, by the first rule that refused each.
     """
 
     stop: int
@@ -67,7 +80,7 @@ class Explanation(NamedTuple):
 
 
 def encode_nsp(told: Explanation) -> bytes:
-    """The product's bytes. Raises ValueError where there are more places, counts or letters than fit."""
+    """Encode the product. Raises ValueError if there are more places, counts or bytes of text than fit."""
     names = {name: name.encode() for name in told.rejected}
     texts = [text.encode() for text in (told.strategy, told.kind, told.rule, told.reason)]
     if len(told.places) > MOST_PLACES or len(told.rejected) > MOST_COUNTS:
@@ -84,7 +97,7 @@ def encode_nsp(told: Explanation) -> bytes:
 
 
 def decode_nsp(data: bytes) -> Explanation:
-    """The product. Raises WireError("product") on anything malformed."""
+    """Decode the product. Raises WireError("product") if it is malformed."""
     try:
         magic, stop, places, counts, scored, cells, *numbers = _HEAD.unpack_from(data)
         if magic != _MAGIC or places > MOST_PLACES or counts > MOST_COUNTS:

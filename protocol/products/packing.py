@@ -1,4 +1,4 @@
-"""What the codecs of products share: bytes out of zstandard of a size that is known, integers as byte planes."""
+"""Shared helpers of product codecs: zstandard with a known size, integers as byte planes."""
 
 from __future__ import annotations
 
@@ -16,23 +16,23 @@ I64 = NDArray[np.int64]
 
 
 def check(sound: bool, what: str) -> None:
-    """Raises WireError("product") that says what is not sound."""
+    """Raise WireError("product") with the text `what` unless `sound`."""
     if not sound:
         raise WireError("product", what)
 
 
 def within(most: float, *values: float) -> bool:
-    """Whether all are numbers of at most this size."""
+    """True if all values are numbers of at most this magnitude."""
     return all(abs(value) <= most for value in values)  # false for a NaN
 
 
 def compress(data: bytes) -> bytes:
-    """One zstandard frame that names its content's size."""
+    """Compress into one zstandard frame that contains its content's size."""
     return zstandard.ZstdCompressor(level=LEVEL, write_content_size=True).compress(data)
 
 
 def expand(data: bytes, size: int) -> U8:
-    """The content, which is `size` B. Raises WireError("product") before anything larger is allocated."""
+    """Decompress content of `size` B. Raises WireError("product") before anything larger is allocated."""
     try:
         named = zstandard.frame_content_size(data)
         if named != size:
@@ -46,7 +46,7 @@ def expand(data: bytes, size: int) -> U8:
 
 
 def fold(values: I64) -> I64:
-    """Small numbers of either sign as small ones without: 0, -1, 1, -2 ... become 0, 1, 2, 3 ..."""
+    """Map signed integers to unsigned ones: 0, -1, 1, -2 ... become 0, 1, 2, 3 ..."""
     return np.where(values < 0, -2 * values - 1, 2 * values)
 
 
@@ -56,12 +56,12 @@ def unfold(values: I64) -> I64:
 
 
 def planes_of(folded: I64) -> int:
-    """Byte planes that these numbers take, at least 1."""
+    """Number of byte planes for these numbers, at least 1."""
     return max(1, (int(folded.max(initial=0)).bit_length() + 7) // 8)
 
 
 def to_planes(folded: I64, planes: int) -> bytes:
-    """The lowest bytes of all, then the next ones, and so on: alike with alike."""
+    """Store the lowest bytes of all numbers, then the next bytes, and so on: similar bytes are adjacent."""
     return b"".join(((folded >> 8 * n) & 0xFF).astype(np.uint8).tobytes() for n in range(planes))
 
 
@@ -74,14 +74,14 @@ def from_planes(raw: U8, planes: int) -> I64:
 
 
 def pack_integers(values: I64) -> bytes:
-    """Integers of either sign: count of planes u8, then the planes, compressed."""
+    """Pack signed integers: count of planes u8, then the planes, compressed."""
     folded = fold(values.reshape(-1))
     planes = planes_of(folded)
     return bytes([planes]) + compress(to_planes(folded, planes))
 
 
 def unpack_integers(data: bytes, count: int) -> I64:
-    """The inverse for `count` integers, flat. Raises WireError("product")."""
+    """The inverse of `pack_integers` for `count` integers, flat. Raises WireError("product")."""
     if not data or not 1 <= data[0] <= MOST_PLANES:
         raise WireError("product", "integers without a count of planes")
     return unfold(from_planes(expand(data[1:], data[0] * count), data[0]))

@@ -1,8 +1,9 @@
-"""What the planner made of a map, behind the map's bytes: which poses are free, and where the rover stands on it.
+"""Pose map section after a map's bytes: freedom of all poses, and the rover's pose on the map.
 
 A pose is a cell and one of 8 orientations of the body's axis (k * 22.5 degrees modulo 180); it is blocked, unknown or
-free, 0, 1, 2. The eight of a cell are one 16-bit word, 2 bits each, orientation 0 lowest; words become two byte planes,
-zstandard packs them. With it the ground runs the rover's own planner on the same bits (`onboard.planning.prediction`).
+free: 0, 1, 2. The eight poses of a cell are one 16-bit word, 2 bits each, orientation 0 lowest. Words become two byte
+planes, zstandard compresses them. With this section the ground runs the rover's own planner on the same bits
+(`onboard.planning.prediction`).
 """
 
 from __future__ import annotations
@@ -25,10 +26,13 @@ U8 = NDArray[np.uint8]
 
 
 class PoseMap(NamedTuple):
-    """freedom: (8, rows, columns) uint8, 0 blocked, 1 unknown, 2 free. pose: x m, y m, yaw rad of the rover.
+    """Freedom of poses and state of the rover.
 
-    slippery_m: places where the wheels slipped, kept to 2 mm or better. known: whether the map tells the ground under
-    the rover, so that a goto looks ahead only. settings: digest of the settings that planning reads.
+    freedom: (8, rows, columns) uint8, 0 blocked, 1 unknown, 2 free.
+    pose: x m, y m, yaw rad of the rover.
+    slippery_m: places where the wheels slipped, x, y, with an error of at most 2 mm.
+    known: True if the map covers the ground under the rover, so that a goto scans ahead only.
+    settings: digest of the settings that planning reads.
     """
 
     freedom: U8
@@ -39,7 +43,7 @@ class PoseMap(NamedTuple):
 
 
 def encode_poses(poses: PoseMap) -> bytes:
-    """The section's bytes. Raises ValueError for another shape or value of freedom than a map's."""
+    """Encode the section. Raises ValueError for a wrong shape or value of freedom."""
     freedom = poses.freedom
     if freedom.ndim != 3 or freedom.shape[0] != ORIENTATIONS or 0 in freedom.shape or int(freedom.max()) > 2:
         raise ValueError(f"freedom {freedom.shape} should be 8 layers of 0 to 2")
@@ -56,7 +60,7 @@ def encode_poses(poses: PoseMap) -> bytes:
 
 
 def decode_poses(data: bytes) -> PoseMap:
-    """The section. Raises WireError("product") on anything malformed."""
+    """Decode the section. Raises WireError("product") if it is malformed."""
     try:
         magic, known, settings, x_m, y_m, yaw_rad, rows, columns, places, size = _HEAD.unpack_from(data)
         at = _HEAD.size + 8 * places

@@ -1,10 +1,10 @@
-"""Prediction of an image from what is decoded already: an integer for each cell becomes a small residual.
+"""Prediction of an image from its decoded neighbours: the integer of each cell becomes a small residual.
 
     NW  N  NE        known so far, when the cells come in the order of i + 2 j (row j, column i)
      W  [ ]
 
-A cell that is not known has residual 0 and takes its west neighbour's integer for the predictions of others, in the
-first column its north one's. The first row and column are predicted by the one neighbour that they have.
+An unknown cell has residual 0 and uses its west neighbour's integer for the predictions of others, in the first column
+its north neighbour's. The first row and column are predicted by the one neighbour that they have.
 """
 
 from __future__ import annotations
@@ -20,14 +20,14 @@ Predictor = Callable[[I64, I64, I64, I64], I64]  # of west, north, north-west, n
 
 
 def median_edge(west: I64, north: I64, north_west: I64, _north_east: I64) -> I64:
-    """The MED prediction (LOCO-I, 2000): the middle one of west, north and west + north - north-west."""
+    """MED prediction (LOCO-I, 2000): the median of west, north and west + north - north-west."""
     low, high = np.minimum(west, north), np.maximum(west, north)
     middle: I64 = np.maximum(low, np.minimum(west + north - north_west, high))
     return middle
 
 
 def mean_of_three(west: I64, north: I64, _north_west: I64, north_east: I64) -> I64:
-    """Half of west, a quarter of north and of north-east: for images whose noise is larger than their steps."""
+    """Half of west, a quarter each of north and north-east: for images whose noise is larger than their steps."""
     return (2 * west + north + north_east) // 4
 
 
@@ -47,13 +47,13 @@ def residuals(quanta: I64, known: Bool, predict: Predictor) -> I64:
 
 
 def _carried(column: I64, known: Bool) -> I64:
-    """The first column's unknown cells take the cell to their north (0 above all)."""
+    """Fill unknown cells of the first column with the cell to their north (0 in the top row)."""
     source = np.maximum.accumulate(np.where(known, np.arange(len(column)), -1))
     return np.where(source >= 0, column[np.maximum(source, 0)], 0)
 
 
 def integers(left: I64, known: Bool, predict: Predictor) -> I64:
-    """The inverse of `residuals`: all cells of one i + 2 j at once, for they need only those before."""
+    """The inverse of `residuals`. All cells with equal i + 2 j are decoded at once: they need only earlier ones."""
     rows, columns = left.shape
     padded = np.zeros((rows + 1, columns + 1), np.int64)
     flat, stride = padded.reshape(-1), columns + 1

@@ -1,10 +1,10 @@
-"""The scan product: one sweep of the tilting scanner as a predicted range image, and the axis beside it.
+"""Scan product: one sweep of the tilting scanner as a predicted range image, and the tilt axis samples.
 
     head | statuses | ranges of the pixels that have one | starts of the lines | their beam times | tilt: times, angles
 
 A range becomes an integer by an explicit step, minus the prediction from its neighbours (half of the one before in the
-same turn, a quarter of two in the turn before: a scanner's noise is larger than the ground's steps). With pixels,
-times and tilt the points are made anew, each beam at its own time (`onboard.perception.scan3d`).
+same turn, a quarter of two in the turn before: a scanner's noise is larger than the ground's steps). From pixels,
+times and tilt the receiver computes the points, each beam at its own time (`onboard.perception.scan3d`).
 """
 
 from __future__ import annotations
@@ -38,11 +38,20 @@ I64 = NDArray[np.int64]
 
 
 class ScanProduct(NamedTuple):
-    """One sweep. ranges_m (lines, beams) float32, NaN where status is not 0; status (lines, beams) uint8.
+    """One sweep.
 
     Beam k of line j was fired at start_ns[j] + k * beam_ns[j] in direction first_angle_rad + k * step_rad of the
-    scanner's plane. tilt_ns, tilt_rad (k,): samples of the axis, positive down. T_map_base: (4, 4), the pose at which
-    the scan entered the map at stop `stop`. T_base_scanner: (4, 4), how the scanner is mounted, at tilt 0.
+    scanner's plane.
+
+    stop: number of the stop.
+    first_angle_rad, step_rad: directions of the beams.
+    ranges_m: (lines, beams) float32, NaN where status is not 0.
+    status: (lines, beams) uint8.
+    start_ns: (lines,) time of each line's first beam.
+    beam_ns: (lines,) time between beams.
+    tilt_ns, tilt_rad: (k,) samples of the tilt axis, positive down.
+    T_map_base: (4, 4), pose at which the scan entered the map.
+    T_base_scanner: (4, 4), mounting of the scanner at tilt 0.
     """
 
     stop: int
@@ -59,7 +68,7 @@ class ScanProduct(NamedTuple):
 
 
 def encode_scan(product: ScanProduct, step_m: float = STEP_M) -> bytes:
-    """The product's bytes; what is lossy comes back within the steps above. Raises ValueError where shapes differ."""
+    """Encode the product; decoded lossy fields are within the steps above. Raises ValueError if shapes differ."""
     lines, beams = product.ranges_m.shape
     samples = len(product.tilt_ns)
     if product.status.shape != (lines, beams) or {len(product.start_ns), len(product.beam_ns)} != {lines}:
@@ -84,7 +93,7 @@ def encode_scan(product: ScanProduct, step_m: float = STEP_M) -> bytes:
 
 
 def decode_scan(data: bytes) -> ScanProduct:
-    """The product. Raises WireError("product") on anything malformed."""
+    """Decode the product. Raises WireError("product") if it is malformed."""
     if len(data) < _HEAD.size:
         raise WireError("product", f"{len(data)} B are no scan")
     magic, stop, lines, beams, samples, first_rad, step_rad, step_m, *rest = _HEAD.unpack_from(data)
@@ -125,7 +134,7 @@ def _whole(rows: list[float]) -> F64:
 
 
 def _pack_times(times_ns: I64) -> bytes:
-    """As differences of differences, in microseconds: what comes at a steady rate leaves next to nothing."""
+    """Pack times as second differences in microseconds: a steady rate takes almost no bytes."""
     steps = (times_ns + TIME_STEP_NS // 2) // TIME_STEP_NS
     return pack_integers(np.diff(np.diff(steps, prepend=0), prepend=0))
 

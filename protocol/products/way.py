@@ -1,4 +1,4 @@
-"""The way product: what the rover answers to a goto, one JSON object. Its encoder is `Prediction.to_json` on board."""
+"""Way product: the rover's answer to a goto, one JSON object. Its encoder is `Prediction.to_json` on board."""
 
 from __future__ import annotations
 
@@ -13,9 +13,14 @@ _MOST_BYTES = 1_000_000
 
 
 class WayProduct(NamedTuple):
-    """length_m, time_s: None where there is no way. looks: scans on it. station, request_id: of the goto, 0 of none.
+    """Predicted path of a goto.
 
-    path: x m, y m, heading rad of its corners in the map frame. beyond: x m, y m of the straight rest to the goal.
+    station, request_id: the goto; 0: none.
+    kind, rule, reason: texts of the decision.
+    length_m, time_s: None if there is no path.
+    looks: number of scans on the path.
+    path: x m, y m, heading rad of its corners in the map frame.
+    beyond: x m, y m of the straight rest to the goal.
     """
 
     station: int
@@ -31,7 +36,7 @@ class WayProduct(NamedTuple):
 
 
 def decode_way(data: bytes) -> WayProduct:
-    """The product; keys that are not known are left out. Raises WireError("product") on anything malformed."""
+    """Decode the product; unknown keys are ignored. Raises WireError("product") if it is malformed."""
     if len(data) > _MOST_BYTES:
         raise WireError("product", f"way: {len(data)} B, at most {_MOST_BYTES}")
     try:

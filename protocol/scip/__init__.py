@@ -1,4 +1,4 @@
-"""SCIP 2.0, the language of Hokuyo scanners, both directions: bytes in, checked replies out, and back. No I/O.
+"""SCIP 2.0, the protocol of Hokuyo scanners, both directions: bytes in, checked replies out, and back. No I/O.
 
 A request is one line; a reply is lines that end in one LF each and closes with an empty line, so frames end at LF LF:
 
@@ -20,7 +20,7 @@ A request is one line; a reply is lines that end in one LF each and closes with 
     text      KEY:VALUE;s                        the sum covers what stands before the `;`
 
 Source: Hokuyo C-42-03320B; statuses and strings as logged from a UTM-30LX. Nothing here was tried on a physical sensor.
-One idea a file, both directions together: what one end writes and the other reads is seen to be the same.
+One idea per file, both directions together: writer and reader of a format can be compared at a glance.
 """
 
 from protocol.scip.block_reader import BlockReader, Reader

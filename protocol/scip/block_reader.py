@@ -1,4 +1,4 @@
-"""The data blocks of many scans of one layout, checked and read into memory that is kept."""
+"""Reader of the data blocks of many scans of one layout into preallocated memory."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from protocol.scip.blocks import BLOCK
 
 
 class Reader(Protocol):
-    """Called with a frame, it says whether all checks of its blocks hold, and fills `values`."""
+    """Callable that checks the blocks of a frame, fills `values` and returns True if all checks pass."""
 
     values: NDArray[np.int64]
 
@@ -19,7 +19,11 @@ class Reader(Protocol):
 
 
 class BlockReader:
-    """Steps over arrays. at: where in the frame the blocks begin; count: values, each of 1 to 3 `characters`."""
+    """Block reader with numpy.
+
+    at: offset of the blocks in the frame.
+    count: number of values, each of 1 to 3 `characters`.
+    """
 
     def __init__(self, at: int, count: int, characters: int) -> None:
         self.values: NDArray[np.int64] = np.empty(count, np.int64)
@@ -33,7 +37,7 @@ class BlockReader:
         self._exact = np.empty(count, np.float32)
 
     def __call__(self, frame: memoryview | bytes) -> bool:
-        """Whether sizes, sums, LFs and characters are right; then `values` holds the values."""
+        """Check sizes, sums, LFs and characters; return True if all are right, with the result in `values`."""
         if len(frame) != self._size:
             return False
         raw = np.frombuffer(frame, np.uint8)

@@ -1,4 +1,4 @@
-"""Values as data blocks: 64 characters, a sum, an LF; the last block holds what is left."""
+"""Data blocks: 64 characters, a sum, an LF; the last block holds the rest."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ _LINE_FEED = np.uint8(0x0A - 0x30 & 0xFF)
 
 
 def sixes_of(values: NDArray[np.int32], characters: int) -> NDArray[np.uint8]:
-    """The characters less 0x30 of values of any shape, row by row."""
+    """Split values of any shape, row by row, into characters less 0x30."""
     shifts = np.arange(6 * (characters - 1), -1, -6, dtype=np.int32)
     return ((values.reshape(-1, 1) >> shifts) & 0x3F).astype(np.uint8).ravel()
 
 
 def values_of(sixes: NDArray[np.uint8], count: int, characters: int) -> NDArray[np.int32]:
-    """The values of `count * characters` characters less 0x30."""
+    """Join `count * characters` characters less 0x30 into values."""
     wide = sixes.astype(np.int32).reshape(count, characters)
     value = wide[:, 0]
     for k in range(1, characters):
@@ -28,7 +28,7 @@ def values_of(sixes: NDArray[np.uint8], count: int, characters: int) -> NDArray[
 
 
 def cut(sixes: NDArray[np.uint8]) -> bytes:
-    """Characters less 0x30 as blocks with sums and LFs."""
+    """Format characters less 0x30 as blocks with sums and LFs."""
     whole = len(sixes) // BLOCK
     lines = np.empty((whole, BLOCK + 2), np.uint8)
     lines[:, :BLOCK] = sixes[: whole * BLOCK].reshape(whole, BLOCK)
@@ -40,7 +40,7 @@ def cut(sixes: NDArray[np.uint8]) -> bytes:
 
 
 def join(body: bytes) -> NDArray[np.uint8]:
-    """The characters less 0x30 of blocks whose last LF is missing (the splitter took it).
+    """Return the characters less 0x30 of blocks whose last LF is missing (the splitter removed it).
 
     Raises WireError: "length" (LF not where it belongs, an empty last block), "block_sum".
     """
@@ -58,12 +58,12 @@ def join(body: bytes) -> NDArray[np.uint8]:
 
 
 def encode_blocks(values: NDArray[np.int32], characters: int) -> bytes:
-    """Values (any shape, row by row) as data blocks with sums and LFs."""
+    """Encode values (any shape, row by row) as data blocks with sums and LFs."""
     return cut(sixes_of(values, characters))
 
 
 def decode_blocks(body: bytes, count: int, characters: int) -> NDArray[np.int32]:
-    """`count` values from data blocks whose last LF is missing.
+    """Decode `count` values from data blocks whose last LF is missing.
 
     Raises WireError: "length" (blocks too short or long, LF not where it belongs), "character", "block_sum".
     """

@@ -1,8 +1,8 @@
-"""Scans of one request, checked and decoded into memory that is kept: for the driver, which has one every 25 ms.
+"""Decoder of the scans of one request into preallocated memory, for the driver, which gets a scan every 25 ms.
 
-The layout of a scan of one echo is known from its request, so that head and blocks are checked where they must stand.
-Where a check fails, the frame goes to `parse_scan`, which is slow and names the fault; so do scans of several echoes
-and those with stamps of 11 characters.
+The request determines the layout of a scan of one echo, so head and blocks are checked at fixed offsets. A frame that
+fails a check goes to `parse_scan`, which is slow and reports the error; so do scans of several echoes and those with
+stamps of 11 characters.
 """
 
 from __future__ import annotations
@@ -18,12 +18,12 @@ _STAMP = 6  # 4 characters, sum, LF
 
 
 class ScanDecoder:
-    """Frames of the splitter in, scans out. A scan's values hold until the next one is decoded."""
+    """Scan decoder: frames of the splitter in, scans out. A scan's values are valid until the next scan is decoded."""
 
     def __init__(
         self, asked: ScanRequest, string: bytes = b"", reader: Callable[[int, int, int], Reader] = BlockReader
     ) -> None:
-        """string: what was sent after the `;` of the request, if anything. reader: makes what reads the blocks."""
+        """string: text sent after the `;` of the request, if any. reader: factory of the block reader."""
         kind = asked.kind
         self.asked = asked
         self._string = string
@@ -35,7 +35,7 @@ class ScanDecoder:
         self._read = reader(self._stamp_at + _STAMP, asked.values, kind.characters)
 
     def decode(self, frame: memoryview | bytes) -> ScanReply:
-        """The scan in a frame, all checked. Raises WireError as `parse_reply` and `parse_scan`."""
+        """Decode and check the scan in a frame. Raises WireError as `parse_reply` and `parse_scan`."""
         head = bytes(frame[: self._stamp_at + _STAMP])
         remaining = self._remaining(head) if self._plain else -1
         if remaining < 0 or not self._read(frame):
@@ -43,7 +43,7 @@ class ScanDecoder:
         return ScanReply(remaining, decode_value(head[self._stamp_at : self._stamp_at + 4]), self._read.values)
 
     def _remaining(self, head: bytes) -> int:
-        """The remaining count, if echo, status and the stamp's sum are right; else -1."""
+        """Return the remaining count if echo, status and the stamp's sum are right; else -1."""
         after, stamp = head[self._after_at : self._stamp_at], head[self._stamp_at :]
         if not head.startswith(self._head) or after != self._after or len(stamp) != _STAMP:
             return -1

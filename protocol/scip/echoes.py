@@ -1,4 +1,4 @@
-"""Several echoes of one beam, in ND, NE, HD, HE: the first as ever, each further one after an `&`.
+"""Several echoes of one beam, in ND, NE, HD, HE: the first one as in MD, each further one after an `&`.
 
     one echo   RRR          with intensity   RRRIII
     three      RRR&RRR&RRR                   RRRIII&RRRIII&RRRIII
@@ -19,9 +19,9 @@ _AND = np.uint8(0x26 - 0x30 & 0xFF)
 
 
 def encode_echoes(values: NDArray[np.int32], characters: int) -> bytes:
-    """Blocks of values (beams, echoes, channels); an echo whose range is MISSING, and those after it, are not sent.
+    """Encode values (beams, echoes, channels) as blocks; an echo of range MISSING and those after it are not sent.
 
-    Raises ValueError where a beam has no first echo.
+    Raises ValueError if a beam has no first echo.
     """
     beams, echoes, channels = values.shape
     sent = np.logical_and.accumulate(values[:, :, 0] != MISSING, axis=1)
@@ -35,10 +35,10 @@ def encode_echoes(values: NDArray[np.int32], characters: int) -> bytes:
 
 
 def decode_echoes(body: bytes, beams: int, shape: tuple[int, int, int]) -> NDArray[np.int32]:
-    """(beams, echoes, channels) values of blocks whose last LF is missing; MISSING where there was no echo.
+    """Decode blocks whose last LF is missing into values (beams, echoes, channels), MISSING for a missing echo.
 
     shape: (echoes at most, channels, characters). Raises WireError: as `join`, "character", "length" (too few or too
-    many beams, an echo cut short, more echoes than there may be).
+    many beams, an echo cut short, more echoes than allowed).
     """
     echoes, channels, characters = shape
     sixes, wide = join(body), channels * characters

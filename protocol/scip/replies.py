@@ -1,4 +1,4 @@
-"""Replies: written by the sensor, read and checked by the driver."""
+"""Replies of the sensor: encoding for the emulator, parsing and checks for the driver."""
 
 from __future__ import annotations
 
@@ -18,26 +18,29 @@ STAMP_MODULUS = 1 << 24  # milliseconds: 4 h 39 min 37 s
 
 
 def reply(echo: bytes, status: str, lines: bytes = b"") -> bytes:
-    """A whole reply: echo, status and sum, `lines` (each with its own sum and LF), the empty line."""
+    """Format a whole reply: echo, status and sum, `lines` (each with its own sum and LF), the empty line."""
     code = status.encode()
     return b"%b\n%b%b\n%b\n" % (echo, code, checksum(code), lines)
 
 
 def text_line(key: str, value: str) -> bytes:
-    """`KEY:VALUE;s` and LF."""
+    """Format `KEY:VALUE;s` and LF."""
     text = f"{key}:{value}".encode()
     return text + b";" + checksum(text) + b"\n"
 
 
 def stamp_line(stamp: int, characters: int = 4) -> bytes:
-    """A time, its sum, LF. 4 characters: ms, wraps at 2**24; 11 characters: µs, 66 bits."""
+    """Format a time, its sum, LF. 4 characters: ms, wraps at 2**24; 11 characters: µs, 66 bits."""
     text = encode_value(stamp % (1 << 6 * characters), characters)
     return text + checksum(text) + b"\n"
 
 
 def scan_reply(asked: ScanRequest, echo: bytes, stamp: int, values: NDArray[np.int32]) -> bytes:
-    """A whole scan. stamp: ms (4 characters) or µs (11). values: (beams,), or (beams, 2) with intensity, or flat;
-    for a request of several echoes (beams, echoes, channels) with MISSING."""
+    """Format a whole scan.
+
+    stamp: ms (4 characters) or µs (11).
+    values: (beams,), or (beams, 2) with intensity, or flat; for several echoes (beams, echoes, channels) with MISSING.
+    """
     kind = asked.kind
     encode = encode_echoes if kind.echoes > 1 else encode_blocks
     status = "99" if asked.streams else "00"
@@ -45,7 +48,12 @@ def scan_reply(asked: ScanRequest, echo: bytes, stamp: int, values: NDArray[np.i
 
 
 class Reply(NamedTuple):
-    """A frame whose status sum fits. `body`: the lines after the status, the last without its LF."""
+    """A frame with a correct status sum.
+
+    echo: first line, the echo of the request.
+    status: two characters.
+    body: the lines after the status, the last without its LF.
+    """
 
     echo: bytes
     status: str
@@ -53,10 +61,12 @@ class Reply(NamedTuple):
 
 
 class ScanReply(NamedTuple):
-    """A scan all of whose checks passed.
+    """A scan that passed all checks.
 
-    values: (request.values,) int32, mm or codes (ME, GE: range, intensity, range, ...); of a request of several echoes
-    (beams, echoes, channels), MISSING where there was none. stamp_ms: of %MD, %ME as well, cut to 24 bits.
+    remaining: number of scans that follow.
+    stamp_ms: time stamp, ms, 24 bits; stamps of %MD and %ME are converted.
+    values: (request.values,) int32, mm or codes (ME, GE: range, intensity, range, ...); for several echoes
+        (beams, echoes, channels), MISSING for a missing echo.
     """
 
     remaining: int
@@ -65,7 +75,7 @@ class ScanReply(NamedTuple):
 
 
 def parse_reply(frame: bytes) -> Reply:
-    """A frame of the splitter. Raises WireError: "length" (no status line), "status_sum"."""
+    """Parse a frame of the splitter. Raises WireError: "length" (no status line), "status_sum"."""
     echo, _, rest = frame.partition(b"\n")
     status, _, body = rest.partition(b"\n")
     if len(status) != 3:
@@ -76,7 +86,7 @@ def parse_reply(frame: bytes) -> Reply:
 
 
 def parse_stamp(line: bytes, characters: int = 4) -> int:
-    """The time of a stamp line (also of TM1's): ms of 4 characters, µs of 11.
+    """Parse the time of a stamp line (also of TM1's): ms of 4 characters, µs of 11.
 
     Raises WireError: "length", "stamp_sum", "character".
     """
@@ -88,12 +98,12 @@ def parse_stamp(line: bytes, characters: int = 4) -> int:
 
 
 def state_line(code: str) -> bytes:
-    """The three digits of %ST, their sum, LF."""
+    """Format the three digits of %ST, their sum, LF."""
     return code.encode() + checksum(code.encode()) + b"\n"
 
 
 def parse_state(line: bytes) -> str:
-    """The code in a state line without LF. Raises WireError: "length", "text_sum", "character"."""
+    """Parse the code in a state line without LF. Raises WireError: "length", "text_sum", "character"."""
     if len(line) != 4:
         raise WireError("length", f"state line of {len(line)} bytes")
     if checksum(line[:3]) != line[3:]:
@@ -104,7 +114,7 @@ def parse_state(line: bytes) -> str:
 
 
 def parse_scan(answer: Reply, asked: ScanRequest, string: bytes = b"") -> ScanReply:
-    """The scan in a reply to `asked` (sent with `;string`, if any), all checked.
+    """Decode and check the scan in a reply to `asked` (sent with `;string`, if any).
 
     Raises WireError like its parts, or "echo", "status".
     """
@@ -122,7 +132,7 @@ def parse_scan(answer: Reply, asked: ScanRequest, string: bytes = b"") -> ScanRe
 
 
 def _remaining(echo: bytes, asked: ScanRequest, string: bytes) -> int:
-    """How many scans follow, by the echo, which is otherwise that of the request."""
+    """Return the number of scans that follow, from the echo; the rest of the echo must match the request."""
     line = asked.line()
     counted = asked.streams and asked.scans > 0
     digits = echo[len(line) - 2 : len(line)] if counted else b"00"
@@ -136,7 +146,7 @@ def _remaining(echo: bytes, asked: ScanRequest, string: bytes) -> int:
 
 
 def parse_text(answer: Reply) -> dict[str, str]:
-    """KEY: VALUE of VV, PP or II, blanks stripped, control characters visible.
+    """Parse KEY: VALUE of VV, PP or II, blanks stripped, control characters visible.
 
     Raises WireError: "text" (no key), "text_sum".
     A sum over the text with its `;` is accepted as well: some firmware sends it.

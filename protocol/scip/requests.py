@@ -1,4 +1,4 @@
-"""Request lines: written by the driver, read by the sensor; the grammar of all commands as two tables."""
+"""Request lines: encoding for the driver, parsing for the emulator; the grammar of all commands as two tables."""
 
 from __future__ import annotations
 
@@ -6,7 +6,14 @@ from typing import NamedTuple
 
 
 class Measuring(NamedTuple):
-    """What a measuring command delivers. characters: of one value; stamp: characters of the time stamp."""
+    """Format of a measuring command's data.
+
+    characters: of one value.
+    intensity: True if each range is followed by an intensity.
+    streams: True if scans follow without further requests.
+    echoes: most echoes of a beam.
+    stamp: characters of the time stamp.
+    """
 
     characters: int = 3
     intensity: bool = False
@@ -33,14 +40,23 @@ _STRING = frozenset(b"abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ012345
 
 
 def request(code: str, parameters: str = "", string: str = "") -> bytes:
-    """A request line: `request("TM", "1")`. string: up to 16 letters, digits, space . _ + @, echoed in the reply."""
+    """Format a request line: `request("TM", "1")`.
+
+    string: up to 16 letters, digits, space . _ + @; the reply echoes it. Raises ValueError for another string.
+    """
     if len(string) > 16 or not _STRING.issuperset(string.encode()):
         raise ValueError(f"string {string!r}: at most 16 of letters, digits, space . _ + @")
     return f"{code}{parameters}{';' if string else ''}{string}\n".encode()
 
 
 class Request(NamedTuple):
-    """A request as a sensor reads it. `status` is "00", or the refusal of a bad string ("0G", "0H")."""
+    """A request as received by the sensor.
+
+    echo: the line.
+    code: the command.
+    parameters: the characters after the code.
+    status: "00", or the refusal of a bad string ("0G", "0H").
+    """
 
     echo: bytes
     code: str
@@ -49,7 +65,7 @@ class Request(NamedTuple):
 
 
 def parse_request(line: bytes) -> Request:
-    """One request line without its LF. Bytes that are no text become code ""."""
+    """Parse one request line without its LF. Bytes that are no text become code ""."""
     head, mark, string = line.partition(b";")
     status = "00"
     if mark and len(string) > 16:
@@ -62,7 +78,7 @@ def parse_request(line: bytes) -> Request:
 
 
 def refusal(asked: Request) -> str:
-    """The status that refuses a request by its form: "0G", "0H", "0E" unknown, "0C" short, "0D" long; else "00"."""
+    """Status that refuses a malformed request: "0G", "0H", "0E" unknown, "0C" short, "0D" long; else "00"."""
     if asked.status != "00":
         return asked.status
     size = PARAMETERS.get(asked.code)
@@ -72,7 +88,14 @@ def refusal(asked: Request) -> str:
 
 
 class ScanRequest(NamedTuple):
-    """A request for ranges. code: one of MEASURING; scans 0: endless."""
+    """A request for ranges.
+
+    code: one of MEASURING.
+    first, last: steps.
+    cluster: steps merged into one value.
+    skip: scans left out between two.
+    scans: number of scans; 0: endless.
+    """
 
     code: str
     first: int
@@ -83,32 +106,32 @@ class ScanRequest(NamedTuple):
 
     @property
     def kind(self) -> Measuring:
-        """What its command delivers."""
+        """Data format of its command."""
         return MEASURING[self.code]
 
     @property
     def beams(self) -> int:
-        """Directions of a scan; the last cluster may be a part of one."""
+        """Number of directions of a scan; the last cluster may be incomplete."""
         step = max(1, self.cluster)
         return (self.last - self.first + step) // step
 
     @property
     def channels(self) -> int:
-        """Values of an echo: range, or range and intensity."""
+        """Number of values of an echo: 1 for range, 2 for range and intensity."""
         return 2 if self.kind.intensity else 1
 
     @property
     def values(self) -> int:
-        """How many values a scan of one echo each holds (ranges and intensities together)."""
+        """Number of values in a scan of one echo per beam (ranges and intensities together)."""
         return self.beams * self.channels
 
     @property
     def streams(self) -> bool:
-        """Whether scans follow by themselves."""
+        """True if scans follow without further requests."""
         return self.kind.streams
 
     def line(self, remaining: int | None = None) -> bytes:
-        """The request without LF; with `remaining`, the echo of a scan that has so many to follow."""
+        """Format the request without LF; with `remaining`, the echo of a scan that has so many to follow."""
         text = f"{self.code}{self.first:04d}{self.last:04d}{self.cluster:02d}"
         if self.streams:
             text += f"{self.skip:d}{self.scans if remaining is None else remaining:02d}"
@@ -116,7 +139,7 @@ class ScanRequest(NamedTuple):
 
 
 def parse_scan_request(asked: Request, last_step: int) -> ScanRequest | str:
-    """The fields of a measuring request, or the status that refuses them ("0C" too few, "0D" too long, "01" ...)."""
+    """Parse a measuring request; return its fields, or the refusing status ("0C" too few, "0D" too long, "01" ...)."""
     text, stream = asked.parameters, MEASURING[asked.code].streams
     if (status := refusal(asked)) != "00":
         return status

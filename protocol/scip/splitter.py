@@ -1,4 +1,4 @@
-"""The stream of a sensor, cut into frames at LF LF, however its bytes were cut on the way."""
+"""Splitter of a sensor's stream into frames at LF LF; pieces may have any size."""
 
 from __future__ import annotations
 
@@ -7,16 +7,18 @@ from collections.abc import Iterator
 
 FRAME_LIMIT = 32_768  # the longest reply (NE, 1081 beams with 3 echoes) has 22,000 bytes
 _FEEDS = re.compile(rb"\n*")
-_SCAN = (b"\n99b\n", b"\n00P\n")  # what follows the echo of a scan
+_SCAN = (b"\n99b\n", b"\n00P\n")  # the bytes after the echo of a scan
 
 
 class Splitter:
-    """Bytes of the stream in, whole frames out.
+    """Stream splitter: bytes in, whole frames out.
 
-    A frame comes with the arrival time of its first byte: the sensor pauses inside a frame, its last byte says little.
-    `echo`, if set, begins the scans of the running stream: where it stands inside a frame whose end was lost, the frame
-    is cut there, so that one bad byte costs one scan. `overflows`: how often more than FRAME_LIMIT bytes without an end
-    were dropped. Nothing is asked of the heap for a frame: it is a view of the buffer, which never grows.
+    A frame comes with the arrival time of its first byte, because the sensor pauses inside a frame. It is a view of the
+    buffer, which never grows: no frame allocates memory.
+
+    echo: if set, the first line of each scan of the running stream. Where it is found inside a frame whose end was
+        lost, the frame is cut, so that one bad byte costs one scan.
+    overflows: number of times that more than FRAME_LIMIT bytes without an end were dropped.
     """
 
     def __init__(self) -> None:
@@ -27,20 +29,20 @@ class Splitter:
         self.clear()
 
     def clear(self) -> None:
-        """Forget a half frame (the port was reopened)."""
+        """Drop a partial frame, because the port was reopened."""
         self._used = 0
         self._searched = 0
-        self._headless = False  # the beginning of what is in the buffer was dropped
+        self._headless = False  # True if the beginning of the buffer's frame was dropped
         self._marks: list[tuple[int, int]] = []  # (offset in the buffer, arrival) of each piece, rising
 
     def receive(self, rx_ns: int, data: bytes) -> list[tuple[int, bytes]]:
-        """(arrival of the first byte, frame without its closing LF LF) for each frame that is complete now."""
+        """Return (arrival of the first byte, frame without its closing LF LF) for each frame that is complete now."""
         return [(first_ns, bytes(frame)) for first_ns, frame in self.frames(rx_ns, data)]
 
     def frames(self, rx_ns: int, data: bytes) -> Iterator[tuple[int, memoryview]]:
-        """Like `receive`, one by one, without a copy: each view holds until the next is asked for.
+        """Like `receive`, one by one, without a copy: each view is valid until the next frame is requested.
 
-        To be run to its end. A change of `echo` counts from the next frame on.
+        Run the iterator to its end. A change of `echo` applies from the next frame on.
         """
         pieces = memoryview(data)
         while pieces:
@@ -63,14 +65,14 @@ class Splitter:
             self._searched = max(0, self._used - 1)
 
     def _after_feeds(self, start: int) -> int:
-        """The end of the empty frames from there on: a million line feeds are one step, not half a million."""
-        if start == self._used or self._buffer[start] != 0x0A:  # mostly
+        """Return the end of the empty frames from `start` on, in one step: a million line feeds cost no loop."""
+        if start == self._used or self._buffer[start] != 0x0A:  # the usual case
             return start
         feeds = _FEEDS.match(self._buffer, start, self._used)
         return feeds.end() if feeds else start
 
     def _cut(self, start: int, end: int) -> list[tuple[int, int]]:
-        """(start, end) of the frame, or of what stands before a scan in it and of that scan."""
+        """Return (start, end) of the frame; two spans if a scan begins inside: what precedes it and the scan."""
         while start < end and self._buffer[start] == 0x0A:
             start += 1
         if start == end:
@@ -81,14 +83,14 @@ class Splitter:
         return [(inner, end)] if self._headless else [(start, inner), (inner, end)]
 
     def _scan_in(self, start: int, end: int) -> int:
-        """Where the last scan begins that has its echo between start and end; -1 if there is none."""
+        """Return the start of the last scan whose echo lies between start and end; -1 if there is none."""
         at = self._buffer.rfind(self.echo, start, end)
         while at >= 0 and not self._buffer.startswith(_SCAN, self._buffer.find(b"\n", at, end), end):
             at = self._buffer.rfind(self.echo, start, at + len(self.echo) - 1)
         return at
 
     def _arrival(self, offset: int) -> int:
-        """Of the piece with the byte at `offset`: mostly the last, and one of them begins at 0."""
+        """Return the arrival time of the piece with the byte at `offset`: mostly the last; one of them begins at 0."""
         index = len(self._marks) - 1
         while self._marks[index][0] > offset:
             index -= 1
@@ -98,7 +100,7 @@ class Splitter:
         if not size:
             return
         left = self._used - size
-        if not left:  # mostly: the last piece brought the end of a frame
+        if not left:  # the usual case: the last piece ended with the end of a frame
             self._used = 0
             self._marks.clear()
             return

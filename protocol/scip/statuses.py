@@ -1,4 +1,4 @@
-"""What the two characters of a status say: one table by command, one for all commands."""
+"""Meanings of the two status characters: one table by command, one for all commands."""
 
 from __future__ import annotations
 
@@ -41,12 +41,12 @@ _AS_ASKED = {("BM", "02"), ("TM", "02"), ("TM", "03"), ("%TM", "02"), ("%TM", "0
 
 
 def meaning(code: str, status: str) -> str:
-    """What `status` says in a reply to command `code` ("BM", "%TM"), in a few words."""
+    """Return the meaning of `status` in a reply to command `code` ("BM", "%TM"), in a few words."""
     return BY_COMMAND.get(code, {}).get(status) or FOR_ALL.get(status) or "a status that no manual lists"
 
 
 def succeeded(code: str, status: str) -> bool:
-    """Whether the sensor is now as asked: "00", or it was so already, or it has nothing there to set."""
+    """True if the sensor is now in the requested state: "00", it was so already, or the model has no such setting."""
     return status == "00" or (code, status) in _AS_ASKED
 
 
@@ -58,5 +58,5 @@ _STATES: dict[str, str] = {
 
 
 def state_text(code: str) -> str:
-    """A state code of %ST with what it says: "000: standby"."""
+    """Return a state code of %ST with its meaning: "000: standby"."""
     return f"{code}: {_STATES.get(code, 'a state that no manual lists')}"

@@ -1,4 +1,4 @@
-"""What a distance below DMIN says: it is no distance but a code, and each family of sensors has its own."""
+"""Codes that replace distances below DMIN; each family of sensors has its own."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from enum import IntEnum
 
 
 class Code(IntEnum):
-    """What a beam met instead of an object at a distance."""
+    """Reason why a beam has no distance."""
 
     NO_OBJECT = 1
     TOO_NEAR = 2
@@ -21,7 +21,7 @@ UTM_30LX = {1: Code.NO_OBJECT, 2: Code.TOO_NEAR, 3: Code.INTERFERENCE, 4: Code.N
 """UTM-30LX, UTM-30LX-EW (SCIP 2.0, table 4)."""
 
 URG_04LX = {
-    0: Code.NO_OBJECT,  # perhaps at 22 m
+    0: Code.NO_OBJECT,  # possibly at 22 m
     **dict.fromkeys(range(1, 6), Code.TOO_WEAK),
     6: Code.OTHER,
     7: Code.INTERFERENCE,  # the beams on both sides have errors
@@ -38,5 +38,5 @@ _FAMILIES = (("URG-04LX", URG_04LX), ("UBG-04LX", URG_04LX), ("UTM-30LX", UTM_30
 
 
 def codes_of(model: str) -> dict[int, Code]:
-    """The codes of the model named in MODL or PROD; of one that is in no list, those of the UTM-30LX."""
+    """Return the codes of the model named in MODL or PROD; an unknown model has those of the UTM-30LX."""
     return next((codes for name, codes in _FAMILIES if name in model), UTM_30LX)

@@ -1,6 +1,6 @@
-"""`python -m tests.bench [--quick] [NAME ...]`: measures the rows that can be measured, writes build/bench.json.
+"""`python -m tests.bench [--quick] [NAME ...]`: measures the rows of the performance table, writes build/bench.json.
 
-A row that is short or fails never changes the exit code; it is shown.
+A row that is short of its goal or fails is shown and never changes the exit code.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ CORE_ROWS = {name: row for module in CORE_MODULES for name, row in module.ROWS.i
 
 
 def pinned(work: Callable[[], Measured]) -> Measured:
-    """`work` on one core; children of other rows keep both."""
+    """Run `work` on one core; child processes of other rows keep all cores."""
     cores = os.sched_getaffinity(0)
     os.sched_setaffinity(0, {max(cores)})
     try:
@@ -47,10 +47,10 @@ def pinned(work: Callable[[], Measured]) -> Measured:
 
 
 def measure(name: str, repeats: int, mission: flight.Mission) -> Measured:
-    """One row."""
+    """Measure one row."""
     if name in CORE_ROWS:
         return pinned(lambda: CORE_ROWS[name](repeats))
-    if name in jitter.ROWS:  # on all cores: the planner works on another
+    if name in jitter.ROWS:  # on all cores: the planner works on another core
         return jitter.ROWS[name](repeats)
     if name == "start":
         return start.start(repeats)
@@ -88,7 +88,7 @@ def main(words: list[str]) -> None:
 
 
 def show(rows: list[dict], missing: list[str]) -> None:
-    """The measured rows as a table, the others by name."""
+    """Show the measured rows as a table, the others by name."""
     table = Table("row", "ratio", "goal", "", "ours", "reference", "against", "note")
     for r in rows:
         held = "[green]holds[/]" if r["holds"] else "[yellow]short[/]"

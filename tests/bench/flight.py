@@ -33,7 +33,7 @@ MEAN_LIMIT, TAIL_LIMIT = 0.05, 0.20
 
 
 class Mission:
-    """A flat mission in lock-step, four processes, real sockets; flown when first asked for."""
+    """Flat mission in lock-step, four processes, real sockets; flown at its first use."""
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
@@ -41,7 +41,7 @@ class Mission:
 
     @property
     def result(self) -> RunResult:
-        """What came of it. Raises RuntimeError where it failed."""
+        """Result of the mission. Raises RuntimeError if it failed."""
         if self._result is None:
             self._result = run(FLAT, self._folder / "mission", lambda *_: None)
             if self._result.error:
@@ -55,7 +55,7 @@ class Mission:
 
 
 def hil_rtf(mission: Mission, repeats: int) -> Measured:
-    """Bench time over wall time."""
+    """Measure bench time over wall time."""
     r = mission.result
     return Measured(
         r.bench_s / r.wall_s,
@@ -68,7 +68,7 @@ def hil_rtf(mission: Mission, repeats: int) -> Measured:
 
 
 def memory(mission: Mission, repeats: int) -> Measured:
-    """Largest resident memory of the onboard process."""
+    """Measure the largest resident memory of the onboard process."""
     rss = mission.result.onboard_rss_bytes
     return Measured(
         rss / LIMIT_BYTES, 0.0, 0.0, "the limit", f"{rss / 1e6:.0f} MB in one mission; ten are not flown", rss > 0
@@ -76,13 +76,13 @@ def memory(mission: Mission, repeats: int) -> Measured:
 
 
 def tick_cost(mission: Mission, repeats: int) -> Measured:
-    """The core's ticks while driving, on the inputs of the record; jobs run beside them and are left out."""
+    """Measure the core's ticks while driving, on the inputs of the record, without the jobs that run in parallel."""
     with mission.record.open("rb") as file:
         recorded = [decode_inputs(messages) for _, messages in ticks_of(StreamReader(file).records)]
     for name in LATER:
         resolve_name(name)
     gc.collect()
-    gc.freeze()  # as onboard does after its start, and so that the record's objects are not collected in a tick
+    gc.freeze()  # as onboard does after its start; also, a tick does not collect the record's objects
     passes = [_driving_ticks_s(mission, recorded) for _ in range(repeats)]
     gc.unfreeze()
     period_s = TICK_NS / 1e9
@@ -116,7 +116,7 @@ def _start(mission: Mission) -> tuple:
 
 
 def replay_rtf(mission: Mission, repeats: int) -> Measured:
-    """The record replayed and compared."""
+    """Measure the replay and comparison of the record."""
     taken, verdict = [], None
     for _ in range(max(1, repeats // 2)):
         began = perf_counter()

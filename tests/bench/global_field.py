@@ -28,7 +28,7 @@ MEMORY_LIMIT_B = 2e9
 
 
 def ground(side: int) -> np.ndarray:
-    """Fractal heights with a median slope of 5.7 degrees, float32."""
+    """Return fractal heights with a median slope of 5.7 degrees, float32."""
     z = fractal_heights(side, CELL_M, 0.8, 1.0, np.random.default_rng(7))
     low, high = 0.0, 100.0
     for _ in range(40):
@@ -38,7 +38,7 @@ def ground(side: int) -> np.ndarray:
 
 
 def by_scipy(heights_m: np.ndarray, goal: int, planning: Planning) -> np.ndarray:
-    """The same field: ndimage for the layers, whole arrays for the edges, a csr graph, its dijkstra."""
+    """Compute the same field with scipy: ndimage for the layers, whole arrays for the edges, dijkstra on a csr."""
     limit, (rows, columns) = planning.slope_limit_rad, heights_m.shape
     z = np.pad(heights_m.astype(np.float64), 1, mode="reflect", reflect_type="odd")
     z -= z.mean()
@@ -69,7 +69,7 @@ def by_scipy(heights_m: np.ndarray, goal: int, planning: Planning) -> np.ndarray
 
 
 def measure(side: int, repeats: int, inner: int = 1) -> Measured:
-    """The whole field of the node in the middle, in a workspace that is used again as at each stop."""
+    """Measure the whole field of the middle node, in a workspace that is reused as at each stop."""
     heights_m, planning = ground(side), Planning(slope_limit_rad=LIMIT_RAD)
     gdem = Gdem(Grid(CELL_M / 2, CELL_M / 2, CELL_M, side, side), heights_m)
     flat, work = side // 2 * side + side // 2, door.workspace(side, side)
@@ -92,7 +92,7 @@ def measure(side: int, repeats: int, inner: int = 1) -> Measured:
 
 
 def plan_5000() -> None:
-    """Prints the seconds of a 5000 x 5000 plan, this process's peak memory and the share of the nodes reached."""
+    """Print the seconds of a 5000 x 5000 plan, this process's peak memory and the share of the nodes reached."""
     heights_m = np.tile(ground(1000), (5, 5))
     gdem = Gdem(Grid(5.0, 5.0, CELL_M, 5000, 5000), heights_m)
     began = time.perf_counter()
@@ -105,7 +105,7 @@ def plan_5000() -> None:
 
 
 def in_a_process_of_its_own() -> tuple[float, float, float]:
-    """Seconds, peak bytes and reached share of a 5000 x 5000 plan."""
+    """Return seconds, peak bytes and reached share of a 5000 x 5000 plan, run in a child process."""
     run = subprocess.run(
         [sys.executable, "-m", "tests.bench.global_field"],
         cwd=Path(__file__).parents[2],
@@ -118,7 +118,7 @@ def in_a_process_of_its_own() -> tuple[float, float, float]:
 
 
 def global_2000(repeats: int) -> Measured:
-    """And, as context, 5000 x 5000 within 2 GB."""
+    """Measure 2000 x 2000 and, for comparison, 5000 x 5000 within 2 GB."""
     made = measure(2000, repeats)
     took_s, peak_b, reached = in_a_process_of_its_own()
     note = f"{made.note}; 5000 x 5000: {took_s:.2f} s, {peak_b / 1e9:.2f} GB at most, {reached:.0%} reached"

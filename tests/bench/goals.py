@@ -1,4 +1,4 @@
-"""The rows of the performance table: their goals, and what a measurement of one says."""
+"""Rows of the performance table: their goals, and the form of a measurement."""
 
 from __future__ import annotations
 
@@ -10,7 +10,12 @@ from typing import Any, NamedTuple
 
 
 class Goal(NamedTuple):
-    """`ratio` holds at or above `limit` (at_least) or at or below it. Absolute goals: ratio = measured / limit."""
+    """Goal of a row.
+
+    text: for people.
+    limit: bound of the ratio; of an absolute goal the ratio is measured / limit.
+    at_least: True: `ratio` must be at or above `limit`; False: at or below.
+    """
 
     text: str
     limit: float
@@ -57,7 +62,7 @@ ENOUGH_S, MOST_PAIRS = 0.05, 25
 
 @dataclass(frozen=True, slots=True)
 class Measured:
-    """One row. `also`: what the goal asks beside the ratio (accuracy, equal bits)."""
+    """Measurement of one row. also: True if the goal's other conditions are met (accuracy, equal bits)."""
 
     ratio: float
     ours_s: float
@@ -67,7 +72,7 @@ class Measured:
     also: bool = True
 
     def row(self, name: str) -> dict[str, Any]:
-        """The entry of bench.json."""
+        """Return the entry of bench.json."""
         goal = GOALS[name]
         holds = self.also and (self.ratio >= goal.limit if goal.at_least else self.ratio <= goal.limit)
         return {
@@ -86,7 +91,7 @@ MISSING = Measured(0.0, 0.0, 0.0, "", "missing: part not built", False)
 
 
 def seconds(work: Callable[[], object], repeats: int, inner: int = 1) -> float:
-    """Median wall time of one call over `repeats` of `inner` calls each, after one to warm up."""
+    """Return the median wall time of one call over `repeats` of `inner` calls each, after one to warm up."""
     work()
     return median(_once(work, inner) for _ in range(repeats))
 
@@ -94,10 +99,10 @@ def seconds(work: Callable[[], object], repeats: int, inner: int = 1) -> float:
 def against(
     ours: Callable[[], object], theirs: Callable[[], object], reference: str, repeats: int, inner: int = 1
 ) -> Measured:
-    """Reference time over our time: the median over pairs, each measured one right after the other.
+    """Measure reference time over our time: the median over pairs, each measured one right after the other.
 
-    A clock that goes up and down, as on a machine shared with others, so touches both of a pair alike. Pairs are
-    measured until there are `repeats` of them and ENOUGH_S of ours, at most MOST_PAIRS.
+    A varying clock rate, as on a shared machine, then affects both of a pair alike. Pairs are measured until there are
+    `repeats` of them and ENOUGH_S of ours, at most MOST_PAIRS.
     """
     ours(), theirs()
     pairs = [(_once(ours, inner), _once(theirs, inner)) for _ in range(repeats)]

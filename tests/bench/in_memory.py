@@ -1,6 +1,6 @@
 """Rows of a scenario in one process: hil-rtf-memory, hil-rtf-scan. One mission on the demo's first field serves both.
 
-The process never waits, so its CPU time is what it would take alone on a core; neighbours do not count.
+The process never waits, so its CPU time is its run time alone on a core; other processes have no influence.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from tests.bench.goals import Measured
 
 @dataclass(frozen=True, slots=True)
 class Flown:
-    """CPU time of each tick, apart where a sweep runs; and whether the rover came to its goal."""
+    """CPU time of each tick, with and without a sweep in progress; and whether the rover reached its goal."""
 
     sweeping_s: tuple[float, ...]
     other_s: tuple[float, ...]
@@ -28,7 +28,7 @@ class Flown:
 
 @cache
 def flown() -> Flown:
-    """Plant, devices, CAN, SCIP, link frames and the flight program with all its jobs; every tick measured."""
+    """Fly with plant, devices, CAN, SCIP, link frames and the flight program with all its jobs; measure every tick."""
     bench = InMemory(Scenario(name="bench", terrain="fbm", link="lan"), step_ns=CAMPAIGN_STEP_NS)
     taken: dict[bool, list[float]] = {True: [], False: []}
     while not bench.ended:
@@ -42,13 +42,13 @@ def flown() -> Flown:
 
 
 def hil_rtf_memory(repeats: int) -> Measured:
-    """Bench time over CPU time of the whole mission, its start-up left out."""
+    """Measure bench time over CPU time of the whole mission, without its start-up."""
     run = flown()
     return _ratio((*run.sweeping_s, *run.other_s), run, f"{run.way_m:.1f} m, {run.sweeps} sweeps")
 
 
 def hil_rtf_scan(repeats: int) -> Measured:
-    """The same for the ticks in which a 3D scan runs: 40 turns of 1081 rays a second."""
+    """Measure the same over the ticks of a 3D scan: 40 turns of 1081 rays a second."""
     run = flown()
     return _ratio(run.sweeping_s, run, f"{len(run.sweeping_s)} ticks of {run.sweeps} sweeps")
 

@@ -1,4 +1,4 @@
-"""Row tick-jitter: `onboard jitter` in a process of its own, with whatever real-time options this machine grants."""
+"""Row tick-jitter: `onboard jitter` in a child process, with the real-time options that this machine grants."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ P50_LIMIT, P999_LIMIT = 2.5, 3.0
 
 
 def judged(runs: list[dict[str, Any]]) -> Measured:
-    """Medians over the runs, each against its reference in the same seconds.
+    """Return the medians over the runs, each against its reference in the same seconds.
 
     Without FIFO a loaded machine decides the tail, so only p50 counts then.
     """
@@ -36,7 +36,7 @@ def judged(runs: list[dict[str, Any]]) -> Measured:
 
 
 def tick_jitter(repeats: int) -> Measured:
-    """Wake-up lateness of the tick with a planner job running."""
+    """Measure the wake-up lateness of the tick while a planner job runs."""
     words = [sys.executable, "-m", "onboard", "jitter", "--real-time", "--json", "--seconds", str(SECONDS)]
     return judged([json.loads(subprocess.check_output(words, text=True)) for _ in range(repeats)])
 

@@ -19,12 +19,12 @@ from onboard.records import Cloud, Grid
 from tests.bench.goals import Measured, against, seconds
 
 GRID = Grid(-9.95, -9.95, 0.1, 200, 200)
-EYE_M = np.array([0.03, 0.02, 0.7])  # on no border of a cell
+EYE_M = np.array([0.03, 0.02, 0.7])  # not on the border of a cell
 LINES, BEAMS = 460, 1081
 
 
 def sweep(lines: int = LINES) -> Cloud:
-    """Beams of `lines` turns of the scanner over waves of 5 cm, to 10 m."""
+    """Return the beams of `lines` turns of the scanner over waves of 5 cm, to 10 m."""
     azimuth = np.deg2rad(np.arange(BEAMS) * 0.25 - 135.0)
     down = np.geomspace(math.radians(60), math.radians(3), lines)[:, None]
     length = np.minimum(0.7 / np.tan(down), 9.7)
@@ -40,7 +40,7 @@ def sweep(lines: int = LINES) -> Cloud:
 
 
 def by_ufunc(grid: Grid, cloud: Cloud) -> tuple[np.ndarray, ...]:
-    """n, sum, sum of squares, highest, lowest of each cell by bincount and ufunc.at: no beams."""
+    """Compute n, sum, sum of squares, highest, lowest of each cell by bincount and ufunc.at, without beams."""
     ends = cloud.ends_m[cloud.hit]
     cell = np.floor((ends[:, 1] - grid.y0_m) / grid.cell_m + 0.5).astype(np.int64) * grid.columns
     cell += np.floor((ends[:, 0] - grid.x0_m) / grid.cell_m + 0.5).astype(np.int64)
@@ -52,7 +52,7 @@ def by_ufunc(grid: Grid, cloud: Cloud) -> tuple[np.ndarray, ...]:
 
 
 def by_numpy(grid: Grid, cloud: Cloud) -> tuple[np.ndarray, ...]:
-    """The same with z_ray: all beams go from border to border of the cells in step, those that have ended drop out."""
+    """Compute the same with z_ray: all beams step from cell border to cell border together; finished beams drop out."""
     start = (cloud.origin_m[:2] - (grid.x0_m, grid.y0_m)) / grid.cell_m + 0.5
     way = cloud.ends_m.astype(np.float64) - cloud.origin_m
     flat = way[:, :2] / grid.cell_m
@@ -82,7 +82,7 @@ def by_numpy(grid: Grid, cloud: Cloud) -> tuple[np.ndarray, ...]:
 
 
 def rasterise_200k(repeats: int) -> Measured:
-    """Clouds of 200,000 hits to five statistics of a new grid: strewn over it, and in the scanner's order."""
+    """Measure 200,000 hits into five statistics of a new grid: at random places, and in the scanner's order."""
     rng = np.random.default_rng(1)
     strewn = np.column_stack([rng.uniform(-9.9, 9.9, (200_000, 2)), rng.normal(0, 0.1, 200_000)]).astype(np.float32)
     whole = sweep()
@@ -102,7 +102,10 @@ def rasterise_200k(repeats: int) -> Measured:
 
 
 def turn_by_numpy(grid: Grid, turn: Turn, mount: Mount, layers: tuple[np.ndarray, ...]) -> None:
-    """The hits of one turn added to flat layers n, sum, sum of squares, highest, lowest: each step for all beams."""
+    """Add the hits of one turn to flat layers n, sum, sum of squares, highest, lowest.
+
+    Each step for all beams at once.
+    """
     keep = np.flatnonzero(turn.ranges_m <= turn.longest_m)
     length = turn.ranges_m[keep].astype(np.float64)
     (cos_az, sin_az), (cos_tilt, sin_tilt) = turn.azimuths[:, keep], turn.tilts[:, keep]
@@ -126,7 +129,7 @@ def turn_by_numpy(grid: Grid, turn: Turn, mount: Mount, layers: tuple[np.ndarray
 
 
 def rasterise_scan(repeats: int) -> Measured:
-    """One turn of 1081 beams, ranges and tilt, into a live grid."""
+    """Measure one turn of 1081 beams, ranges and tilt, into a live grid."""
     azimuth, tilt = np.deg2rad(np.arange(BEAMS) * 0.25 - 135.0), np.deg2rad(np.linspace(20.0, 19.7, BEAMS))
     ranges = (2.0 + 0.1 * np.random.default_rng(1).standard_normal(BEAMS)).astype(np.float32)
     turn = Turn(ranges, np.stack([np.cos(azimuth), np.sin(azimuth)]), np.stack([np.cos(tilt), np.sin(tilt)]), 8.0)
@@ -147,7 +150,7 @@ def rasterise_scan(repeats: int) -> Measured:
 
 
 def scan_to_map(repeats: int) -> Measured:
-    """460 lines of 1081 beams, z_ray along each beam's cells."""
+    """Measure 460 lines of 1081 beams, z_ray along each beam's cells."""
     cloud, few = sweep(), sweep(23)
     ours, theirs = raster.rasterise(GRID, few), by_numpy(GRID, few)
     differing = int((~np.isclose(ours.z_ray.ravel(), theirs[5], atol=1e-4)).sum())
@@ -163,7 +166,7 @@ def scan_to_map(repeats: int) -> Measured:
 
 
 def registration_100k(repeats: int) -> Measured:
-    """Two scans of 100,000 points, start 0.30 m and 2.6 degrees off."""
+    """Measure two scans of 100,000 points, with a start error of 0.30 m and 2.6 degrees."""
     rng = np.random.default_rng(3)
 
     def seen(truth: np.ndarray) -> np.ndarray:
@@ -206,7 +209,7 @@ def _transform(x_m: float, y_m: float, yaw_rad: float) -> np.ndarray:
 
 
 def fbm_1024(repeats: int) -> Measured:
-    """A map of 1024 x 1024."""
+    """Measure a map of 1024 x 1024."""
     half = np.fft.rfft2(np.random.default_rng(2).standard_normal((1024, 1024)))
 
     def bare() -> object:

@@ -18,14 +18,16 @@ GOAL_M = (9.0, 2.0)
 
 
 def ground() -> tuple[np.ndarray, np.ndarray]:
-    """Heights of the rows of visibility, and which cells are free: less than 20 cm of height within 30 cm."""
+    """Return heights of the visibility rows, and the free cells: less than 20 cm of height within 30 cm."""
     z = workload()[0].height_m
     return z, maximum_filter(z, 7) - minimum_filter(z, 7) < 0.2
 
 
 def nsp_cycle(repeats: int) -> Measured:
-    """Every free node with the sector that faces the goal: score map, best, alternatives; against climbs that look
-    from one node at a time, and from none twice. Their time is that of one climb, the mean over draws of the seeds.
+    """Measure every free node with the sector facing the goal: score map, best, alternatives.
+
+    The reference is a climb that looks from one node at a time, and from none twice; its time is the mean over draws of
+    the start nodes.
     """
     z, free = ground()
     asked = Question(GRID, z, free, straight_line_m(GRID, z, GOAL_M), GOAL_M)

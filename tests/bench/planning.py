@@ -26,7 +26,7 @@ SIDE, CELL_M = 200, 0.1
 
 
 def pose_graph(passable: np.ndarray, turn_m: float) -> sparse.csr_array:
-    """Edges between passable poses (8, rows, columns), without loops over cells."""
+    """Return the edges between passable poses (8, rows, columns), without loops over cells."""
     index, prices = np.arange(passable.size).reshape(passable.shape), moves_m(CELL_M)
     here, there, price = [], [], []
     for o in range(8):
@@ -48,7 +48,7 @@ def pose_graph(passable: np.ndarray, turn_m: float) -> sparse.csr_array:
 
 
 def pose_field(repeats: int) -> Measured:
-    """Free and optimistic field over 200 x 200 x 8 poses with discs of rock and unknown patches."""
+    """Measure free and optimistic field over 200 x 200 x 8 poses with discs of rock and unknown patches."""
     rng, planning = np.random.default_rng(5), Config().planning
     freedom = np.full((8, SIDE, SIDE), 2, np.uint8)
     y, x = np.mgrid[0:SIDE, 0:SIDE]
@@ -79,7 +79,7 @@ def pose_field(repeats: int) -> Measured:
 
 
 def cell_classes(repeats: int) -> Measured:
-    """Classes, bounds and pose freedom of 200 x 200 cells x 8: one sweep over rough ground with rocks and holes."""
+    """Measure classes, bounds, pose freedom of 200 x 200 cells x 8: one sweep over rough ground with rocks, holes."""
     config = Config()
     grid = Grid(-9.95, -9.95, CELL_M, SIDE, SIDE)
     rng, seen = np.random.default_rng(4), sweep()
@@ -106,7 +106,7 @@ def cell_classes(repeats: int) -> Measured:
 
 
 def local_cycle(repeats: int) -> Measured:
-    """One sweep into a map of 200 x 200, classes, poses, decision, path, default strategy."""
+    """Measure one sweep into a map of 200 x 200, classes, poses, decision, path, default strategy."""
     config = Config()
     grid = Grid(-9.95, -9.95, CELL_M, SIDE, SIDE)
     seen = sweep()

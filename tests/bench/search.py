@@ -16,7 +16,7 @@ DENSITY = 0.108  # share of obstacle cells
 
 
 def rock_field(side: int) -> np.ndarray:
-    """Free cells of a field of discs of 1 to 5 cells radius, (side, side) bool; the goal's corner is free."""
+    """Return the free cells among discs of 1 to 5 cells radius, (side, side) bool; the goal's corner is free."""
     rng, free = np.random.default_rng(3), np.ones((side, side), bool)
     y, x = np.mgrid[-5:6, -5:6]
     for _ in range(side * side):
@@ -29,7 +29,7 @@ def rock_field(side: int) -> np.ndarray:
 
 
 def serpentine(side: int, corridor: int) -> np.ndarray:
-    """One way from corner to corner: walls of one cell between corridors, open at alternating ends."""
+    """Return a single path from corner to corner: walls of one cell between corridors, open at alternating ends."""
     free = np.ones((side, side), bool)
     for wall, j in enumerate(range(corridor, side, corridor + 1)):
         free[j] = False
@@ -38,14 +38,14 @@ def serpentine(side: int, corridor: int) -> np.ndarray:
 
 
 def goal(free: np.ndarray) -> np.ndarray:
-    """The first cell."""
+    """Return the goal mask: the first cell."""
     goals = np.zeros_like(free)
     goals[0, 0] = True
     return goals
 
 
 def graph(free: np.ndarray) -> sparse.csr_array:
-    """Steps between free cells, not between two obstacles, prices in metres."""
+    """Return the steps between free cells, not between two obstacles, with costs in metres."""
     rows, columns = free.shape
     padded = np.pad(free, 1)
     index = np.arange(free.size, dtype=np.int32).reshape(free.shape)
@@ -64,7 +64,7 @@ def graph(free: np.ndarray) -> sparse.csr_array:
 
 
 def against_scipy(side: int, repeats: int, inner: int) -> Measured:
-    """The whole field from one goal cell."""
+    """Measure the whole field from one goal cell."""
     free = rock_field(side)
     goals, edges = goal(free), graph(free)
 
@@ -81,7 +81,7 @@ def against_scipy(side: int, repeats: int, inner: int) -> Measured:
 
 
 def maze(repeats: int) -> Measured:
-    """Time per free cell, serpentine over rock field: the worst of corridors 1, 3 and 9 cells wide at both sizes."""
+    """Measure the time per free cell, serpentine over rock field: the largest of corridors 1, 3, 9 wide, both sizes."""
 
 
     def per_cell_s(free: np.ndarray, inner: int) -> float:
@@ -100,7 +100,7 @@ def maze(repeats: int) -> Measured:
 
 
 def against_mcp(repeats: int) -> Measured:
-    """Rock field of 2000 x 2000 against scikit-image's geometric minimum cost path (it cuts corners: same work)."""
+    """Measure a 2000 x 2000 rock field against scikit-image's MCP_Geometric (it cuts corners: same work)."""
     from skimage.graph import MCP_Geometric
 
     free = rock_field(2000)

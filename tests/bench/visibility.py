@@ -1,4 +1,4 @@
-"""Rows of visibility: total against the scalar loop, against numpy, and against the arithmetic alone."""
+"""Rows of visibility: all nodes against the scalar loop, against numpy, and against the arithmetic alone."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from tests.oracles_visibility import Look
 
 SIDE, CELL_M, EYE_M, RANGE_M, BEAMS = 200, 0.1, 0.7, 10.0, 720
 ASKED = kernel.Request(EYE_M)
-NODES = 100  # of the 40,000 for numpy
+NODES = 100  # of the 40,000, for numpy
 
 
 @cache
 def workload() -> tuple[visibility.Scene, visibility.Beams]:
-    """fBm of H 0.8 (5 cm rms) with 60 hemispherical rocks, all known, and the beams: 720 of 100 steps."""
+    """Return fBm of H 0.8 (5 cm rms) with 60 hemispherical rocks, all known, and the beams: 720 of 100 steps."""
     rng = np.random.default_rng(4)
     u, v = np.fft.rfftfreq(SIDE), np.fft.fftfreq(SIDE)[:, None]
     away = np.hypot(u, v)
@@ -33,13 +33,13 @@ def workload() -> tuple[visibility.Scene, visibility.Beams]:
 
 
 def samples(table: visibility.Beams) -> int:
-    """Samples on the map over all nodes."""
+    """Return the number of samples on the map over all nodes."""
     on_map = np.maximum(SIDE - np.abs(table.dj), 0).astype(np.int64) * np.maximum(SIDE - np.abs(table.di), 0)
     return int(on_map.sum())
 
 
 def total(repeats: int) -> Measured:
-    """All nodes, vectors of neighbours, against one node after the other."""
+    """Measure all nodes with vectors of neighbours against one node after the other."""
     ground, table = workload()
     results = []
     ours_s = seconds(lambda: results.append(kernel.total(table, ground.height_m, None, ASKED)), repeats)
@@ -54,7 +54,7 @@ def total(repeats: int) -> Measured:
 
 
 def numpy(repeats: int) -> Measured:
-    """All nodes against numpy over all beams of a node, timed on a sample of nodes."""
+    """Measure all nodes against numpy over all beams of a node, timed on a sample of nodes."""
     ground, table = workload()
     look = Look(ground, table, EYE_M)
     drawn = np.random.default_rng(0).choice(SIDE * SIDE, NODES, replace=False)
@@ -68,13 +68,13 @@ def numpy(repeats: int) -> Measured:
 
 
 def limit(repeats: int) -> Measured:
-    """All nodes against as many samples of the same inner loop on a few kilobytes."""
+    """Measure all nodes against as many samples of the same inner loop on a few kilobytes."""
     ground, table = workload()
     one_beam, strip = visibility.beams(25.6, CELL_M, 1), np.zeros((4, 300), np.float32)
     wanted = samples(table)
     times = wanted // kernel.arithmetic(one_beam, strip, EYE_M, 1)
     ours_s, limits_s = [], []
-    for _ in range(repeats):  # in turn: the machine's speed wanders
+    for _ in range(repeats):  # in turn: the machine's speed varies
         ours_s.append(seconds(lambda: kernel.total(table, ground.height_m, None, ASKED), 1))
         limits_s.append(seconds(lambda: kernel.arithmetic(one_beam, strip, EYE_M, times), 1))
     ours, least = float(np.median(ours_s)), float(np.median(limits_s))

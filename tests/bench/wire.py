@@ -30,7 +30,7 @@ LINK_LIMIT_HZ = 50_000
 
 
 def can_codec(repeats: int) -> Measured:
-    """12 frames encoded and decoded with counter and checksum."""
+    """Measure 12 frames encoded and decoded with counter and checksum."""
     messages = sorted(cantools.database.load_file(DBC).messages, key=lambda m: m.frame_id)[::3][:FRAMES]
     rows = [TABLE[message.frame_id] for message in messages]
     values = [[message.get_signal_by_name(f).minimum for f in row.fields] for message, row in zip(messages, rows)]
@@ -62,7 +62,7 @@ def can_codec(repeats: int) -> Measured:
 
 
 def link_codec(repeats: int) -> Measured:
-    """Authenticated datagrams of 200 bytes sealed and opened."""
+    """Measure authenticated datagrams of 200 bytes sealed and opened."""
     keys, count, payload = link.bench_keys(1), 2000, bytes(200 - link.OVERHEAD)
     key = keys.downlink.key(link.DOWNLINK_KEY_ID)
     assert key is not None
@@ -85,17 +85,17 @@ class _Wire:
         self._frame = frame
 
     def recv(self, size: int) -> bytes:
-        """The next bytes."""
+        """Return the next bytes."""
         data, self._frame = self._frame[:size], self._frame[size:]
         return data
 
 
 def scip_decode(repeats: int) -> Measured:
-    """200 MD frames of 1081 beams in a flood, all checks, to whole numbers: splitter and decoder against hokuyolx.
+    """Measure 200 MD frames of 1081 beams in a burst, all checks, to integers: splitter and decoder against hokuyolx.
 
     hokuyolx gets each frame by itself (it merges those that come in one read) and does not convert its stamps to UTC.
     """
-    from hokuyolx import HokuyoLX  # `make bench` brings it
+    from hokuyolx import HokuyoLX  # installed by `make bench`
 
     asked, rng = scip.ScanRequest("MD", 0, 1080), np.random.default_rng(1)
     values = rng.integers(23, 60_000, (200, asked.values)).astype(np.int32)
@@ -127,7 +127,7 @@ def scip_decode(repeats: int) -> Measured:
 
 
 def scip_poll(repeats: int) -> Measured:
-    """What the session does in the tick that brings a scan of 1081 beams, p50."""
+    """Measure the session's work in the tick that brings a scan of 1081 beams, p50."""
     session = LidarSession(LidarConfig())
     twin = sensor.Lidar(1, lambda times_ns: np.linspace(2.0, 4.0, len(times_ns)), profiles.IDEAL)
     state, up, taken = PortState.CLOSED, b"", []

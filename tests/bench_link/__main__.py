@@ -1,6 +1,6 @@
-"""`python -m tests.bench_link [--quick] [NAME ...]`: the promises of the link, in virtual time (`make bench-link`).
+"""`python -m tests.bench_link [--quick] [NAME ...]`: the link's promises in virtual time (`make bench-link`).
 
-Exit codes: 0 all hold, 1 one is broken or a row failed.
+Exit codes: 0 all promises hold, 1 one is broken or a row failed.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ ROWS: dict[str, Callable[[bool, Told], list[Figure]]] = {
 
 
 def main(words: Sequence[str]) -> int:
-    """Measure, write, show; 1 where a promise is broken."""
+    """Measure, write, show. Returns 1 if a promise is broken."""
     parser = argparse.ArgumentParser(
         prog="python -m tests.bench_link", description="Holds the link to its figures; writes build/bench-link.json.",
         epilog="Example: python -m tests.bench_link --quick bulk blackout",
@@ -55,7 +55,7 @@ def main(words: Sequence[str]) -> int:
 
 
 def _tell(text: str, last: bool = False) -> None:
-    """Progress: one line that is written over on a terminal, a line each elsewhere."""
+    """Print progress: one line that is overwritten on a terminal, a line each elsewhere."""
     if sys.stderr.isatty():
         sys.stderr.write(f"\r\x1b[K{text}" + ("\n" if last else ""))
     else:
@@ -64,7 +64,7 @@ def _tell(text: str, last: bool = False) -> None:
 
 
 def show(figures: Sequence[Figure], failed: Sequence[str], out: Path) -> None:
-    """The table, and what is broken below it."""
+    """Print the table, and the failures below it."""
     table = Table("row", "link", "figure", "value", "95 % interval", "worst", "limit", "n", "")
     for f in figures:
         limit = f"{'>=' if f.at_least else '<='} {f.limit:.4g}"

@@ -18,7 +18,7 @@ _SETTLE_S = 240.0
 
 @dataclass(frozen=True)
 class Asked:
-    """One seed. waits_rtt: from the request to the first report, in round trips."""
+    """Result of one seed. waits_rtt: time from request to first report, in round trips."""
 
     waits_rtt: list[float]
     lost: int
@@ -27,9 +27,9 @@ class Asked:
 
 
 def ask(seed: int, commands: int, told: Told = lambda _: None) -> Asked:
-    """Commands at a steady rate until each has its outcome."""
+    """Send commands at a steady rate until each has its outcome."""
     world, asked = World(LINK, seed, remembered=commands), 0
-    world.run(_SETTLE_S, lambda: world.session.commanding)  # nothing is sent before the rover's versions were heard
+    world.run(_SETTLE_S, lambda: world.session.commanding)  # nothing is sent before the rover's versions arrive
     begin_s = world.now_s
     while asked < commands:
         world.request("goto", {"x_m": float(asked % 10_000), "y_m": float(asked // 10_000)})
@@ -48,7 +48,7 @@ def ask(seed: int, commands: int, told: Told = lambda _: None) -> Asked:
 
 
 def row(quick: bool, told: Told) -> list[Figure]:
-    """The figures."""
+    """Measure the figures."""
     runs = []
     for seed in range(1 if quick else 5):
         runs.append(ask(seed, COMMANDS, lambda text, seed=seed: told(f"seed {seed}: {text}")))

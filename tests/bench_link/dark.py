@@ -1,4 +1,4 @@
-"""Row `blackout`: 60 s without a bit, in the middle of a product, of events and of commands with and without expiry."""
+"""Row `blackout`: 60 s without a bit, during a product, events, and commands with and without expiry."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _SIZE_BYTES = 160_000
 
 @dataclass
 class Watch:
-    """What the ground hears of one run."""
+    """Recorder of the ground's news in one run."""
 
     fresh_s: float = float("inf")
     events: list[str] = field(default_factory=list)
@@ -40,7 +40,7 @@ class Watch:
 
 @dataclass(frozen=True)
 class Passed:
-    """One run. wrong: what broke a promise, by name."""
+    """Result of one run. wrong: names of the broken promises."""
 
     fresh_s: float
     wrong: tuple[str, ...]
@@ -48,7 +48,7 @@ class Passed:
 
 
 def pass_through(link: Profile, seed: int) -> Passed:
-    """One blackout from 25 to 85 s. Three commands are given in it: two expire, one may come at any time."""
+    """Run one blackout from 25 to 85 s. Three commands are given in it: two expire, one may arrive at any time."""
     world, watch = World(link, seed), Watch()
     world.hear = watch
     data, texts = np.random.default_rng(seed).bytes(_SIZE_BYTES), list[str]()
@@ -84,7 +84,10 @@ def _all_known(world: World, watch: Watch, texts: list[str]) -> bool:
 
 
 def row(quick: bool, told: Told) -> list[Figure]:
-    """Over the Moon's profile and over its bad one. At 30 % loss fresh telemetry is held to its 95th percentile."""
+    """Measure the Moon's profile and its bad one.
+
+    At 30 % loss the limit applies to fresh telemetry's 95th percentile.
+    """
     out, seeds = [], 3 if quick else 60
     for name, q in (("moon", 1.0), ("moon-bad", 0.95)):
         told(name)

@@ -1,7 +1,7 @@
-"""Row `memory`: a day of both ends and the link in one process; what it holds may not grow.
+"""Row `memory`: a day of both ends and the link in one process, whose memory may not grow.
 
-`python -m tests.bench_link.day HOURS` is that process: a command a minute, an event in ten seconds, a cloud in ten
-minutes, a minute's blackout an hour, 30 % loss. It prints its resident memory in bytes each hour of virtual time.
+`python -m tests.bench_link.day HOURS` is that process: a command each minute, an event each 10 s, a cloud each 10 min,
+a blackout of one minute each hour, 30 % loss. It prints its resident memory in bytes each hour of virtual time.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ _LINK = {"blackout_first_s": 1800.0, "blackout_every_s": 3600.0}
 
 
 def live(hours: int) -> None:
-    """The process."""
+    """Run the process."""
     from onboard.records import Event
     from tests.bench_link.world import World, profile
 
@@ -40,12 +40,12 @@ def live(hours: int) -> None:
 
 
 def resident_bytes() -> int:
-    """Resident memory of this process."""
+    """Return the resident memory of this process."""
     return int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE")
 
 
 def row(quick: bool, told: Told) -> list[Figure]:
-    """The process, watched."""
+    """Run the process and record its memory."""
     hours, sizes_mb = (2 if quick else 24), []
     words = [sys.executable, "-m", "tests.bench_link.day", str(hours)]
     with subprocess.Popen(words, stdout=subprocess.PIPE, text=True) as process:

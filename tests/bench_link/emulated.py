@@ -21,7 +21,7 @@ _CELLS = 200
 
 
 def _rate_error(link: Profile, seconds: float) -> float:
-    """How far the bytes on a saturated line are from its rate, as a share."""
+    """Return the relative deviation of a saturated line's byte rate from its nominal rate."""
     model = both_directions(replace(link, loss=0.0, mean_bad_s=0.0, blackout_length_s=0.0, duplicate=0.0), 1)[0]
     size = 1150 if link.down_bps > 1e5 else 200
     spacing_ns = round((size + OVERHEAD_BYTES) * 8 * S / link.down_bps * 0.8)
@@ -34,7 +34,7 @@ def _rate_error(link: Profile, seconds: float) -> float:
 
 
 def _delays_s(model: Impairment, link: Profile, rate_bps: float) -> list[float]:
-    """How far each lone datagram's time of flight is from the one-way delay and its time on the line."""
+    """Return each single datagram's deviation from the one-way delay and its time on the line, s."""
     off = []
     for k in range(2000):
         at_ns = k * S
@@ -48,7 +48,7 @@ def _delays_s(model: Impairment, link: Profile, rate_bps: float) -> list[float]:
 
 
 def _sigmas(link: Profile, seeds: int) -> float:
-    """How many standard deviations the losses of 20,000 datagrams a seed are from the profile's, states left out."""
+    """Return the deviation of the losses of 20,000 datagrams a seed from the profile, in sigmas, without shadow."""
     n, p = 20_000 * seeds, link.loss
     plain = replace(link, mean_bad_s=0.0, blackout_length_s=0.0)
     models = [model for seed in range(seeds) for model in both_directions(plain, seed)]
@@ -57,7 +57,7 @@ def _sigmas(link: Profile, seeds: int) -> float:
 
 
 def _shadow_sigmas(link: Profile, seeds: int) -> float:
-    """The same for the share of time in shadow, whose stays are drawn: variance 2 T ab/(a+b) x share (1 - share)."""
+    """Return the same for the share of time in shadow, with drawn stays: variance 2 T ab/(a+b) x share (1 - share)."""
     seconds, a, b = 20_000.0 * seeds, link.mean_bad_s, link.mean_good_s
     models, step_s = [both_directions(link, seed)[0] for seed in range(seeds)], 0.1
     steps = round(seconds / seeds / step_s)
@@ -68,7 +68,7 @@ def _shadow_sigmas(link: Profile, seeds: int) -> float:
 
 
 def emulator(quick: bool, told: Told) -> list[Figure]:
-    """Every profile: rate, delay, loss, and the same drops for the same seed."""
+    """Measure every profile: rate, delay, loss, and equal drops for equal seeds."""
     out, seeds = [], 1 if quick else 5
     for name in LINKS:
         told(name)
@@ -94,7 +94,7 @@ def _differing(link: Profile) -> int:
 
 
 def maps(quick: bool, told: Told) -> list[Figure]:
-    """200 x 200 nodes of the bench's fields, at the map's own 5 cm and, rougher, every second node of them."""
+    """Measure 200 x 200 nodes of the bench's fields, at the map's own 5 cm and, rougher, every second node of them."""
     out, seeds = [], range(2 if quick else 12)
     for name, make, step in (("fBm", make_field, 1), ("fBm, 10 cm", make_field, 2), ("craters", make_crater_field, 1)):
         told(name)

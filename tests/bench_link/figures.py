@@ -1,4 +1,4 @@
-"""What a row of `make bench-link` says: figures with their limits and intervals."""
+"""Figures of a row of `make bench-link`, with their limits and intervals."""
 
 from __future__ import annotations
 
@@ -10,14 +10,17 @@ from typing import Any
 import numpy as np
 from scipy.special import stdtrit
 
-Told = Callable[[str], None]  # progress
+Told = Callable[[str], None]  # receives progress
 
 
 @dataclass(frozen=True)
 class Figure:
-    """One number of a promise. low, high: 95 % interval over what was drawn; worst: of all seeds, where that is kept.
+    """One figure of a promise.
 
-    limit: holds at or above it (at_least), else at or below. judged: the number that is held against it.
+    low, high: 95 % interval over the draws.
+    worst: of all seeds, if known.
+    limit: bound of value and worst.
+    at_least: True: they must be at or above it; False: at or below.
     """
 
     row: str
@@ -34,22 +37,22 @@ class Figure:
 
     @property
     def holds(self) -> bool:
-        """Worst and value on the right side of the limit."""
+        """True if value and worst are on the right side of the limit."""
         return all(v >= self.limit if self.at_least else v <= self.limit for v in (self.value, self.worst))
 
     def report(self) -> dict[str, Any]:
-        """For the JSON file."""
+        """Return the entry of the JSON file."""
         return {**asdict(self), "holds": self.holds}
 
 
 def share(row: str, link: str, what: str, hits: int, of: int, limit: float, *, at_least: bool = True) -> Figure:
-    """A ratio with Wilson's interval; `limit` binds the ratio."""
+    """Return a ratio with Wilson's interval; `limit` bounds the ratio."""
     low, high = wilson(hits, of)
     return Figure(row, link, what, hits / of, low, high, hits / of, limit, at_least, "", of)
 
 
 def count(row: str, link: str, what: str, found: int, limit: int, of: int, *, at_least: bool = False) -> Figure:
-    """A number of cases that may not be passed; 0 of n in the interval's high end by Wilson."""
+    """Return a number of cases with its bound; the interval's high end for 0 of n is Wilson's."""
     low, high = (edge * of for edge in wilson(found, of))
     return Figure(row, link, what, found, low, high, found, limit, at_least, "", of)
 
@@ -57,9 +60,9 @@ def count(row: str, link: str, what: str, found: int, limit: int, of: int, *, at
 def quantile(
     row: str, link: str, what: str, drawn: Sequence[Sequence[float]], q: float, limit: float, unit: str
 ) -> Figure:
-    """A quantile of all that was drawn, at or below its limit; the interval by resampling whole seeds.
+    """Return a quantile of all draws, at or below its limit; its interval comes from resampling whole seeds.
 
-    drawn: one sequence per seed. Draws within a seed share queue and shadow, so they are not taken one by one.
+    drawn: one sequence per seed. Draws within a seed share queue and shadow, so they are not resampled one by one.
     """
     rng = np.random.default_rng(1)
     groups = [np.asarray(group, float) for group in drawn if len(group)]
@@ -76,7 +79,7 @@ def quantile(
 def mean(
     row: str, link: str, what: str, drawn: Sequence[float], limit: float, unit: str = "", *, at_least: bool = False
 ) -> Figure:
-    """A mean over seeds with Student's interval; the worst seed is held against the limit too."""
+    """Return a mean over seeds with Student's interval; the limit applies to the worst seed too."""
     values = np.asarray(drawn, float)
     n = len(values)
     half = float(stdtrit(n - 1, 0.975) * values.std(ddof=1) / math.sqrt(n)) if n > 1 else 0.0
@@ -85,7 +88,7 @@ def mean(
 
 
 def wilson(hits: int, of: int) -> tuple[float, float]:
-    """Wilson's 95 % interval of a share (1927)."""
+    """Return Wilson's 95 % interval of a share (1927)."""
     z2 = 1.96**2
     middle = (hits + z2 / 2) / (of + z2)
     half = 1.96 * math.sqrt(hits * (of - hits) / of + z2 / 4) / (of + z2)

@@ -1,4 +1,4 @@
-"""Row `hostile`: 100,000 frames of somebody without the keys, while genuine commands pass."""
+"""Row `hostile`: 100,000 frames of an enemy without the keys, while genuine commands pass."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _COMMAND_EVERY_S = 1.0
 
 
 class Enemy:
-    """Frames that must be refused, of all kinds in turn. heard: what it saw arrive, in each direction."""
+    """Source of frames that must be refused, of all kinds in turn. heard: frames it recorded, in each direction."""
 
     def __init__(self, seed: int) -> None:
         self._rng = np.random.default_rng(seed)
@@ -39,7 +39,7 @@ class Enemy:
         return self._rng.bytes(int(self._rng.integers(0, 1300)))
 
     def _forged(self, towards: str, boot_id: int) -> bytes:
-        """Right in all but the key."""
+        """Return a frame that is right in all but the key."""
         return Sealer(bytes(32), _sender(towards), boot_id, counter=self._turn).seal(Kind.TELECOMMAND, bytes(40))
 
     def _bent(self, towards: str, boot_id: int) -> bytes:
@@ -62,11 +62,11 @@ class Enemy:
         return self._pick(towards)
 
     def _old_epoch(self, towards: str, boot_id: int) -> bytes:
-        """As somebody would send who has the key of an epoch that is over."""
+        """Return a frame under the key of a past epoch."""
         return self._genuine_key(towards, epoch=9).seal(Kind.TELECOMMAND, bytes(40))
 
     def _wrong_boot(self, towards: str, boot_id: int) -> bytes:
-        """As recorded in the boot before this."""
+        """Return a frame sealed for the boot before."""
         return self._genuine_key(towards, boot_id=boot_id - 1).seal(Kind.TELECOMMAND, bytes(40))
 
     def _far_counter(self, towards: str, boot_id: int) -> bytes:
@@ -88,7 +88,7 @@ def _sender(towards: str) -> int:
 
 
 class Besieged(World):
-    """A world in which the enemy speaks to both ends in every tick."""
+    """A world in which the enemy sends to both ends in every tick."""
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -118,7 +118,7 @@ class Besieged(World):
 
 
 def siege(seed: int, frames: int, per_tick: int) -> tuple[Besieged, list[float]]:
-    """Commands once a second under fire until so many frames are thrown; the waits for their answers, in s."""
+    """Send a command a second under fire until `frames` frames were sent; return the waits for the answers, s."""
     world = Besieged(LINK, seed)
     world.run(6.0)
     world.per_tick, next_s = per_tick, 6.0
@@ -133,7 +133,7 @@ def siege(seed: int, frames: int, per_tick: int) -> tuple[Besieged, list[float]]
 
 
 def row(quick: bool, told: Told) -> list[Figure]:
-    """What is accepted of them, and whether genuine traffic notices."""
+    """Measure how many enemy frames are accepted, and the effect on genuine traffic."""
     seeds = range(1 if quick else 3)
     frames, accepted, undone, thrown, waits_s = FRAMES // 10 if quick else FRAMES, 0, 0, 0, []
     for seed in seeds:

@@ -1,4 +1,4 @@
-"""Rows `bulk` and `profiles`: what share of the token bucket the file has, and that a map comes over every link."""
+"""Rows `bulk` and `profiles`: a file's share of the token bucket, and the arrival of a map over every link."""
 
 from __future__ import annotations
 
@@ -20,7 +20,10 @@ CLEAN, LOSSY = 0.85, 0.80
 
 @dataclass(frozen=True)
 class Moved:
-    """One object. share: its bytes by what the bucket had left beside the other traffic until it was whole."""
+    """Result of one object.
+
+    share: its bytes over those that the bucket left beyond other traffic until it was whole.
+    """
 
     share: float
     seconds: float
@@ -28,7 +31,7 @@ class Moved:
 
 
 def move(link: Profile, seed: int, size: int, limit_s: float = 900.0) -> Moved:
-    """An object that nothing compresses, over a link that has told its telemetry for 10 s before."""
+    """Transfer an incompressible object over a link that has carried telemetry for 10 s."""
     world, data, got = World(link, seed), np.random.default_rng(seed).bytes(size), list[News]()
     world.hear = lambda _, news: got.append(news) if isinstance(news, ProductHeard) else None
     world.run(10.0)
@@ -41,7 +44,7 @@ def move(link: Profile, seed: int, size: int, limit_s: float = 900.0) -> Moved:
 
 
 def bulk(quick: bool, told: Told) -> list[Figure]:
-    """64 kbit/s, at a satellite's and the Moon's delay."""
+    """Measure 64 kbit/s, at a satellite's and the Moon's delay."""
     out, seeds = [], 4 if quick else 30
     for name, loss in [(name, loss) for name in ("ets8-a", "moon") for loss in (0.0, 0.1, 0.3)]:
         told(f"{name}, {loss:.0%}")
@@ -54,7 +57,7 @@ def bulk(quick: bool, told: Told) -> list[Figure]:
 
 
 def profiles(quick: bool, told: Told) -> list[Figure]:
-    """Over every link a map arrives as it was sent, and a command's outcome is known; nothing is done twice."""
+    """Check over every link that a map arrives as sent, a command's outcome is known, and nothing is done twice."""
     out, seeds = [], 2 if quick else 10
     for name in LINKS:
         told(name)

@@ -1,4 +1,4 @@
-"""Row `resume`: half of a product is there, an end is started anew; what of the bytes that were there comes again."""
+"""Row `resume`: an end restarts in the middle of a product; share of the received bytes that is sent again."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from tests.bench_link.figures import Figure, Told, count, mean
 from tests.bench_link.moved import SIZE_BYTES
 from tests.bench_link.world import World, profile
 
-AGAIN = 0.2  # of what was there; at 30 % loss two transfers differ by so much, a fresh start is 1 more
+AGAIN = 0.2  # of the received bytes; at 30 % loss two transfers differ by this much, a new start is 1 more
 
 
 def restart(name: str, loss: float, who: str, seed: int) -> tuple[float, bool]:
-    """Bytes of bulk on the line, beyond those of the same transfer without a restart, by half the object; is it right?
+    """Return the bulk bytes that a restart adds, over half the object, and whether the object is right.
 
     who: "ground", "rover", or "" for none.
     """
@@ -46,7 +46,7 @@ def _share(world: World) -> float:
 
 
 def row(quick: bool, told: Told) -> list[Figure]:
-    """160 kB, a satellite's and the Moon's delay, without loss and with a third of all lost."""
+    """Measure 160 kB at a satellite's and the Moon's delay, without loss and with 30 %."""
     out, seeds = [], 2 if quick else 10
     for name, loss in [(name, loss) for name in ("ets8-a", "moon") for loss in (0.0, 0.3)]:
         whole = [restart(name, loss, "", seed) for seed in range(seeds)]

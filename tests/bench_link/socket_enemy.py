@@ -1,4 +1,4 @@
-"""The enemy of row `hostile-udp`, a process of its own: many sockets, no key, what it has heard of the station."""
+"""The enemy of row `hostile-udp` in its own process: many sockets, no key, recorded datagrams of the station."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from protocol.link import KEY_UP
 from tests.bench_link.hostile import Enemy
 
 SEED, PORTS, PER_TURN, FRESH = 1, 400, 200, 21
-TURN_S = 0.01  # 20,000 datagrams a second where a turn is not late
-# What a zenoh 1.10 end sends first: 120 of them kept a listener of zenoh shut for 7 s.
+TURN_S = 0.01  # 20,000 datagrams a second if no turn is late
+# First message of a zenoh 1.10 end: 120 of them blocked a listener of zenoh for 7 s.
 OPENING = bytes.fromhex("c109f108a8cf041c793302c5d4c806371ede9f0ab004812701")
 
 
 def run(port: int, ear: Connection, fires: Event, ends: Event, thrown: Synchronized[int]) -> None:
-    """Says first from which addresses it speaks, hears what the station sends, and throws while it fires."""
+    """Report its own addresses, record what the station sends, and send while `fires` is set."""
     enemy, rng, hellos = Enemy(SEED), np.random.default_rng(SEED), list[bytes]()
     with ExitStack() as stack:
         mine = [stack.enter_context(socket.socket(socket.AF_INET, socket.SOCK_DGRAM)) for _ in range(PORTS)]
@@ -43,7 +43,7 @@ def run(port: int, ear: Connection, fires: Event, ends: Event, thrown: Synchroni
 
 def _throw(enemy: Enemy, rng: np.random.Generator, hellos: list[bytes], mine: list[socket.socket],
            thrown: Synchronized[int]) -> None:
-    """PER_TURN datagrams, a few of them made in this turn."""
+    """Send PER_TURN datagrams, a few of them made in this turn."""
     fresh = list(enemy.frames(KEY_UP, FRESH, 1))
     word = bytes([Word.HELLO, thrown.value % 5]) + rng.bytes(WORD_BYTES - 2)
     hello = hellos[-1] if hellos else word

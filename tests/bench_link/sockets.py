@@ -1,8 +1,8 @@
 """Row `hostile-udp`: the companion of `hostile` on real UDP sockets and the wall clock.
 
-Somebody without a key, in a process of his own, speaks from many ports: openings of zenoh that nobody finishes, words
-as long as a hello, hellos recorded of the station, the frames of `hostile`. In each try a new station opens and stops
-the rover.
+An enemy without a key, in a process of its own, sends from many ports: zenoh openings that it never finishes, words as
+long as a hello, recorded hellos of the station, the frames of `hostile`. In each try a new station opens and stops the
+rover.
 """
 
 from __future__ import annotations
@@ -36,7 +36,8 @@ _SPAWN = get_context("spawn")
 class Siege:
     """Rover and stations, turned by one thread every 10 ms of the wall clock, and the enemy. Use it inside `with`.
 
-    fires: set while the enemy does. thrown: its datagrams.
+    fires: set while the enemy sends.
+    thrown: its datagrams so far.
     """
 
     def __init__(self) -> None:
@@ -48,7 +49,7 @@ class Siege:
         self.done = self.places = 0
 
     def __enter__(self) -> Siege:
-        self._folder = self._stack.enter_context(TemporaryDirectory())  # the stations' numbers, which only rise
+        self._folder = self._stack.enter_context(TemporaryDirectory())  # the stations' counters, which only rise
         self.port = self._stack.enter_context(LinkPort("udp/127.0.0.1:0", self._keys, 1))
         self.core = Downlink(Link(rate_bps=256e3))
         self._number = self.port._end.port
@@ -74,7 +75,7 @@ class Siege:
         return round(1e9 * (time.monotonic() - self._start_s))
 
     def stop_s(self) -> float | None:
-        """How long a new station takes from its start until its stop is confirmed; None: not in 30 s."""
+        """Return the time from a new station's start to the confirmation of its stop; None: not in 30 s."""
         settings = Settings(endpoint=f"udp/127.0.0.1:{self._number}", bench_seed=SEED, one_way_s=0.0,
                             state=self._folder)
         began_s = time.monotonic()
@@ -112,7 +113,7 @@ class Siege:
 
 
 def row(quick: bool, told: Told) -> list[Figure]:
-    """A stop by a new station, in peace and besieged; what the enemy holds; memory."""
+    """Measure a stop by a new station, in peace and under fire; the enemy's places at the rover; memory."""
     tries = 5 if quick else TRIES
     with Siege() as siege:
         told(f"{tries} stops in peace")

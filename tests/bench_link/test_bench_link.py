@@ -1,4 +1,4 @@
-"""`make bench-link`: its judges by numbers known from elsewhere, and a seed or two of each promise."""
+"""Tests of `make bench-link`: its statistics by published numbers, and a seed or two of each promise."""
 
 import json
 

@@ -1,4 +1,4 @@
-"""Rows `telemetry` and `telemetry-bulk`: how much of 2 Hz arrives, and how old, with an idle and with a busy link."""
+"""Rows `telemetry` and `telemetry-bulk`: share and age of 2 Hz telemetry on an idle and on a busy link."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from tests.bench_link.world import World, profile
 
 RATE_HZ = 2.0
 BESIDE_LOSS, LATE_S = 0.02, 0.3
-WATCHED = ("mode", "x_m", "yaw_rad", "steer_1_rad", "job_ratio")  # one of each message of 2 Hz
+WATCHED = ("mode", "x_m", "yaw_rad", "steer_1_rad", "job_ratio")  # one item of each 2 Hz message
 LINKS = ("lan", "ets8-a", "ets8-b", "ets8-c", "ets8-shadow", "moon", "moon-bad", "stress")
 
 
 @dataclass
 class Heard:
-    """Ages in s of each sample that came, by its name and onboard time."""
+    """Ages in s of each sample that arrived, by its name and onboard time."""
 
     ages_s: dict[tuple[str, int], float]
     made: int
@@ -30,7 +30,7 @@ class Heard:
 
 
 def lost_share(link: Profile, until_s: float) -> float:
-    """What the profile says is lost between 0 and until_s."""
+    """Return the share that the profile loses between 0 and until_s."""
     p = link.loss
     if link.mean_bad_s:
         p = 1 - (1 - p) * link.mean_good_s / (link.mean_bad_s + link.mean_good_s)
@@ -46,7 +46,7 @@ def _dark(link: Profile, at_s: float) -> bool:
 
 
 def listen(name: str, seed: int, seconds: float, busy: bool) -> Heard:
-    """A span with nothing to do, or with one product after the other."""
+    """Run for a time without products, or with one product after the other."""
     link = profile(name)
     world, heard = World(link, seed), Heard({}, round(seconds * RATE_HZ) * len(WATCHED))
     world.hear = heard
@@ -77,10 +77,10 @@ def _row(row: str, quick: bool, told: Told, busy: bool) -> list[Figure]:
 
 
 def idle(quick: bool, told: Told) -> list[Figure]:
-    """Nothing else on the link."""
+    """Measure with nothing else on the link."""
     return _row("telemetry", quick, told, busy=False)
 
 
 def busy(quick: bool, told: Told) -> list[Figure]:
-    """Products one after the other all the time."""
+    """Measure with products one after the other all the time."""
     return _row("telemetry-bulk", quick, told, busy=True)

@@ -3,8 +3,8 @@
     onboard.core.downlink.Downlink --- sealed --> hil.link.impairment --- opened --> ground.session.session.Session
           the flight program's end     <----------  both directions  ----------      the station's end
 
-Sealing, opening, token bucket, priorities, transactions, events, bulk and telemetry are those that fly. What is left
-out is zenoh, disk and the rest of the rover: an order is completed in the tick in which it comes, unless `act` says
+Sealing, opening, token bucket, priorities, transactions, events, bulk and telemetry are the flight code. zenoh, disk
+and the rest of the rover are left out: an order is completed in the tick in which it arrives, unless `act` does
 otherwise.
 """
 
@@ -37,16 +37,16 @@ VIEW = View(
     mode=Mode.STANDBY, phase=Phase.NONE, estimate=_STANDING, goal_m=(6.0, 8.0),
     wheels=tuple(WheelState(0.1 * n, 9.0, 0.5 * n, n, 0) for n in (1, 2, 3, 4)),
     power=PowerState(25.25, 3.5, 0.87, 21.0, 0), job="map", job_ratio=0.25,
-)  # every message has something to say: the most that housekeeping takes
+)  # every message has a value: the most that housekeeping takes
 
 
 def profile(name: str, **changes: float) -> Profile:
-    """A named link with some of its values changed."""
+    """Return a named link with some of its values changed."""
     return replace(load_profile(name), **changes)
 
 
 class RoverEnd:
-    """What the flight program does with the link: its core's end and the keys of its port."""
+    """The flight program's part of the link: its core's end and the keys of its port."""
 
     def __init__(self, rate_bps: float, boot_id: int = 1) -> None:
         key = KEYS.downlink.key(DOWNLINK_KEY_ID)
@@ -61,13 +61,16 @@ class RoverEnd:
         return self.core.receive(messages, now_ns)
 
     def send(self, now_ns: int) -> list[tuple[int, bytes]]:
-        """(kind, datagram) of all that may go now."""
+        """Return (kind, datagram) of all that may be sent now."""
         return [(kind, self._sealer.seal(kind, payload)) for kind, payload in self.core.send(now_ns)]
 
 
 @dataclass
 class World:
-    """One link with a rover and a station on it. `tick` is 10 ms, `run` goes until a time or until `done` says so."""
+    """One link with a rover and a station on it.
+
+    `tick` is 10 ms; `run` continues until a time or until `done` is true.
+    """
 
     link: Profile
     seed: int
@@ -77,9 +80,9 @@ class World:
     remembered: int = 2048  # requests in the session
     now_ns: int = 0
     executed: list[Order] = field(default_factory=list)
-    line_bytes: dict[int, int] = field(default_factory=dict)  # put on the downlink so far, by kind
-    verdicts: dict[str, int] = field(default_factory=dict)  # of what reached the ground
-    kept: list[bytes] | None = None  # a list: chunks that the station's archive would have; it takes them in again
+    line_bytes: dict[int, int] = field(default_factory=dict)  # bytes put on the downlink so far, by kind
+    verdicts: dict[str, int] = field(default_factory=dict)  # of datagrams that reached the ground
+    kept: list[bytes] | None = None  # a list: chunks as in the station's archive; it loads them after a restart
 
     def __post_init__(self) -> None:
         self.rover = RoverEnd(self.link.down_bps)
@@ -94,13 +97,13 @@ class World:
         return made
 
     def restart_ground(self) -> None:
-        """A new process of the station: its disk has counters, next request id, boot id, and `kept`; nothing else."""
+        """Restart the station's process: its disk has counters, next request id, boot id and `kept`; nothing else."""
         old = self.session
         self.session = self._new_session(old.sealer.counter + 640, old.requester.next_id, old.boot_id)
         self.session.recall(lambda: reversed(self.kept or []))
 
     def restart_rover(self) -> None:
-        """A new start of the flight program, under the next boot id; what it was doing is gone."""
+        """Restart the flight program under the next boot id; its work in progress is lost."""
         self.rover = RoverEnd(self.link.down_bps, self.rover.boot_id + 1)
 
     def request(self, name: str, arguments: dict | None = None, lifetime_s: float = 0.0) -> int:
@@ -159,7 +162,7 @@ class World:
         return self.now_ns / S
 
     def beside_bulk(self) -> int:
-        """Bytes on the line so far that were no bulk."""
+        """Return the bytes on the line so far that were not bulk."""
         return sum(size for kind, size in self.line_bytes.items() if kind != Kind.BULK_CHUNK)
 
 

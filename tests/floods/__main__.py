@@ -1,7 +1,7 @@
-"""`python -m tests.floods [KIND ...]`: how soon STOP is confirmed while something floods the rover, on the wall clock.
+"""`python -m tests.floods [KIND ...]`: time to a confirmed STOP while something floods the rover, on the wall clock.
 
-The figures are of this machine and its load: `quiet` says what it does without a flood. Exit code 1 where an order to
-stop was not confirmed.
+The figures are of this machine and its load; `quiet` measures without a flood. Exit code 1 if an order to stop was not
+confirmed.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ def main(words: Sequence[str]) -> int:
 
 
 def line(row: Besieged) -> str:
-    """A row of the table."""
+    """Return a row of the table."""
     answered, newcomers = [each.answered_s for each in row.tries], [each.newcomer_s for each in row.tries]
     cells = (
         row.kind, len(row.tries), f"{median(answered):.2f}, {max(answered):.2f} s",

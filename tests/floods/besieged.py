@@ -30,7 +30,7 @@ from tests.floods import bus_flooders, flooders
 from tests.soak.taken import MB, taken
 
 ROOT = Path(__file__).parents[2]
-# What the link is carried by, and the enemy beside the rover's surroundings.
+# Carriers of the link, and floods of the rover's other ports.
 ENEMIES: dict[str, tuple[str, Callable[..., None] | None]] = {
     "quiet": ("udp", None), "scanner": ("udp", None), "bus": ("udp", None), "datagrams": ("udp", flooders.datagrams),
     "hellos": ("udp", flooders.hellos), "huge": ("udp", flooders.huge), "disk": ("udp", flooders.disk),
@@ -46,9 +46,14 @@ DRIVE = {"vx_mps": 0.1, "vy_mps": 0.0, "yaw_radps": 0.0, "duration_s": 60.0, "di
 
 
 class Stopped(NamedTuple):
-    """One try. answered_s, stood_s: from the order `stop` to its report COMPLETED, and to wheels that stand (0: they
-    stood). newcomer_s: then, the flood goes on, from the start of another station to the report of its own `stop`.
-    drove: whether the wheels turned when the flood began. faults: active when it was over."""
+    """One try.
+
+    answered_s: time from the order `stop` to its report COMPLETED.
+    stood_s: time from the order to standing wheels; 0: they stood already.
+    newcomer_s: then, still flooded, time from the start of another station to the report of its own `stop`.
+    drove: True if the wheels turned when the flood began.
+    faults: active at the end.
+    """
 
     answered_s: float
     stood_s: float
@@ -58,9 +63,10 @@ class Stopped(NamedTuple):
 
 
 class Besieged(NamedTuple):
-    """The tries under one flood. Ticks are of the flight program's own account, since its start.
+    """The tries under one flood. Ticks are the flight program's own counts, since its start.
 
-    refused: datagrams that failed a check. slips: what ticks were left out for, the most frequent first.
+    refused: datagrams that failed a check.
+    slips: causes of missed ticks, the most frequent first.
     """
 
     kind: str
@@ -76,19 +82,19 @@ class Besieged(NamedTuple):
 
     @property
     def faults(self) -> tuple[str, ...]:
-        """All that were told in the tries."""
+        """All faults reported in the tries."""
         return tuple(sorted({name for each in self.tries for name in each.faults}))
 
 
 def free_port(kind: int) -> int:
-    """A port that nobody has now."""
+    """Return a port that is free now."""
     with socket.socket(socket.AF_INET, kind) as probe:
         probe.bind(("127.0.0.1", 0))
         return int(probe.getsockname()[1])
 
 
 class Siege:
-    """Rover, surroundings and station, for this flood; use it inside `with`. folder: of the files."""
+    """Rover, surroundings and station, for one flood; use it inside `with`. folder: of the files."""
 
     def __init__(self, folder: Path, kind: str) -> None:
         self._folder, self._kind, self._stack = folder, kind, ExitStack()
@@ -96,7 +102,7 @@ class Siege:
         self.fastest_radps = flooders.SPAWN.Value("d", 0.0)
         self._start_ns = time.monotonic_ns()
         self.session: Session
-        self.disk = folder / "disk"  # all that is written, by rover and station
+        self.disk = folder / "disk"  # everything that rover and station write
         self.record = self.disk / "onboard.mcap"
 
     def __enter__(self) -> Self:
@@ -127,7 +133,7 @@ class Siege:
         self._begin_enemy(carrier, link, ground)
 
     def _mount(self) -> None:
-        """A file system of its own. Raises PermissionError where this user may not mount one."""
+        """Mount a file system of its own. Raises PermissionError if this user may not mount one."""
         words = ["mount", "-t", "tmpfs", "-o", f"size={DISK_MB}m", "none", str(self.disk)]
         done = subprocess.run(words, capture_output=True, text=True, check=False)
         if done.returncode:
@@ -135,7 +141,7 @@ class Siege:
         self._stack.callback(subprocess.run, ["umount", str(self.disk)], check=True)
 
     def _flood_of(self, surroundings: str) -> Event:
-        """Bus and scanner are there always, and flood in their own row."""
+        """Return the flag of a surrounding: bus and scanner always exist, and flood in their own row."""
         return self._flood if surroundings == self._kind else self._calm
 
     def _start(self, run: Callable[..., None], *given: object) -> None:
@@ -152,7 +158,7 @@ class Siege:
 
     @contextmanager
     def _stationed(self) -> Iterator[None]:
-        """With a station that drives the rover. A new one each time: another one's stop may bind the one before."""
+        """Run with a new station that drives the rover; another station's stop may bind an earlier one."""
         with Archive(self._settings.archive, time.time_ns()) as archive, Station(self._settings, archive) as station:
             self._station, self.session = station, station.session
             station.wait_open(LIMIT_S, LIMIT_S)
@@ -182,7 +188,7 @@ class Siege:
         self._stack.callback(self.flight.terminate)
 
     def _set_flood(self, on: bool) -> None:
-        """quota: no file of the flight program may grow."""
+        """Switch the flood. quota: no file of the flight program may grow."""
         if on:
             self._flood.set()
         else:
@@ -195,11 +201,11 @@ class Siege:
 
     @property
     def now_ns(self) -> int:
-        """Since the siege began."""
+        """Time since the siege began, ns."""
         return time.monotonic_ns() - self._start_ns
 
     def until(self, done: Callable[[], bool], limit_s: float = LIMIT_S) -> bool:
-        """Keeps the station going until `done`; whether it was within the limit."""
+        """Run the station until `done`; returns whether it was within the limit."""
         end_ns = self.now_ns + round(limit_s * 1e9)
         while not done():
             if self.now_ns > end_ns:
@@ -210,12 +216,12 @@ class Siege:
         return True
 
     def order(self, name: str, **arguments: Any) -> Callable[[], bool]:
-        """Sends it; the function says whether it has ended or, what moves, begun."""
+        """Send an order. The returned function reports whether it has ended or, if it moves the rover, begun."""
         request = self.session.request(name, arguments, self.now_ns)
         return lambda: self.session.requester.requests[request].state in (State.COMPLETED, State.FAILED)
 
     def status(self) -> dict[str, Any]:
-        """What the flight program says of itself."""
+        """Return the flight program's own status."""
         found: list[dict[str, Any]] = []
 
         def asked() -> bool:
@@ -233,14 +239,14 @@ class Siege:
         return (self.disk / "onboard.log").read_text()[-500:]
 
     def _refused(self) -> int:
-        """So many as the rover's telemetry says: on a strained computer it comes ten times more seldom."""
+        """Return the count in the rover's telemetry; on a strained computer it is sent ten times less often."""
         items = self.session.items
         if not self.until(lambda: "link_refused" in items):
             raise RuntimeError(f"no word of refused datagrams within {LIMIT_S:g} s: {self._log()}")
         return int(items["link_refused"].value)
 
     def attempt(self) -> Stopped:
-        """Drive, flood, stop; then all is as before."""
+        """Drive, flood, stop; then restore the initial state."""
         self.order("drive", **DRIVE)
         drove = self.until(lambda: self.fastest_radps.value > MOVING_RADPS, 10.0)
         self._set_flood(True)
@@ -262,7 +268,7 @@ class Siege:
         return Stopped((ended_ns - begun_ns) / 1e9, (standing_ns[0] - begun_ns) / 1e9, newcomer_s, drove, faults)
 
     def _newcomer(self) -> float:
-        """`ground stop`, but for the start of its process."""
+        """Run `ground stop`, without the start of its process."""
         plan = Plan(tuple(parse("stop", "floods")), contact_s=LIMIT_S, limit_s=LIMIT_S)
         begun_ns = self.now_ns
         code, _ = operate(self._settings, plan, Teller(lambda _: None, False, 1e9))
@@ -271,7 +277,7 @@ class Siege:
         return (self.now_ns - begun_ns) / 1e9
 
     def _make_ready(self) -> None:
-        """In STANDBY without a fault that keeps it from driving; the flood before has drained by then."""
+        """Wait for STANDBY without a fault that prevents driving; the flood before has drained by then."""
 
         def ready() -> bool:
             told = self.status()
@@ -284,13 +290,13 @@ class Siege:
             raise RuntimeError(f"not ready within {LIMIT_S:g} s: {self.status()['mode']}, {self.status()['faults']}")
 
     def keep(self, record: Path) -> None:
-        """Ends the flight program and copies its record, before its disk goes."""
+        """End the flight program and copy its record, before its disk is unmounted."""
         self.flight.terminate()
         self.flight.wait()
         shutil.copy(self.record, record)
 
     def besiege(self, tries: int) -> Besieged:
-        """So many tries."""
+        """Run the tries."""
         with self._stationed():
             self._make_ready()
             before, rss_before = self.status()["ticks"], taken(self.flight.pid, 0.0).rss_bytes

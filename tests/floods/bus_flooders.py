@@ -1,6 +1,6 @@
-"""Carrier A's surroundings: the node that carries on, and intruders on its two endpoints, without the keys.
+"""Surroundings of carrier A: the forwarding node, and intruders on its two endpoints, without the keys.
 
-    sessions    1000 connections that say nothing and 100 zenoh sessions; 500 new ones a second, the oldest give way
+    sessions    1000 connections that send nothing and 100 zenoh sessions; 500 new ones a second, the oldest close
     samples     zenoh sessions that put datagrams of 1 kB and samples of 100 kB on every key, towards rover and station
 """
 
@@ -26,12 +26,12 @@ LINE = Profile(down_bps=1e9, up_bps=1e9, one_way_s=0.001)
 
 
 def locator(port: int) -> str:
-    """Where the node listens."""
+    """Return the node's address."""
     return f"tcp/127.0.0.1:{port}"
 
 
 def node(ports: Ports, ends: Event) -> None:
-    """It carries whatever comes."""
+    """Run the node; it forwards everything."""
     with LinkEmulator(LINE, 1, *map(locator, ports)) as emulator:
         run_wall(emulator.turn, lambda _: ends.is_set())
 
@@ -44,7 +44,7 @@ def _session(stack: ExitStack, port: int) -> zenoh.Session:
 
 
 def sessions(ports: Ports, floods: Event, ends: Event) -> None:
-    """Held while it floods; the oldest gives way to a new one."""
+    """Open connections and sessions during the flood; a new one closes the oldest."""
     turn = cycle(ports)
     while not ends.is_set():
         if not floods.wait(0.2):
@@ -77,11 +77,11 @@ def _open(held: deque[ExitStack], port: int) -> None:
 
 
 def samples(ports: Ports, floods: Event, ends: Event) -> None:
-    """As many a second as the node takes."""
+    """Put as many samples a second as the node accepts."""
     with ExitStack() as stack:
         towards = ((ports[0], KEY_DOWN), (ports[1], KEY_UP), (ports[0], carrier.question_key(carrier.ROVER)),
                    (ports[1], carrier.question_key(carrier.GROUND)))  # fmt: skip
-        time.sleep(0.5)  # zenoh says nothing where nobody listens yet
+        time.sleep(0.5)  # zenoh sends nothing to a key without a subscriber
         puts = [_session(stack, port).declare_publisher(key, congestion_control=zenoh.CongestionControl.DROP)
                 for port, key in towards]  # fmt: skip
         while not ends.is_set():

@@ -5,7 +5,7 @@
     datagrams   a UDP socket; floods with forged commands
     hellos      1000 UDP sockets of 250 addresses; each asks for a place, with hellos and with openings of zenoh
     huge        a UDP socket; floods with datagrams of 64 kB
-    disk        writes a disk full, and takes what becomes free
+    disk        fills a disk, and takes any space that becomes free
 """
 
 from __future__ import annotations
@@ -30,13 +30,13 @@ from protocol.link import Kind, Sealer
 SPAWN = get_context("spawn")
 FLOOD_FRAMES = [Frame(0x100 + n, bytes(8)) for n in range(1000)]
 FEEDS = b"\n" * 65_536
-PLACES = 1000  # sockets of somebody who asks for a place at the rover
-# What a zenoh 1.10 end sends first: 120 of them kept a listener of zenoh shut for 7 s.
+PLACES = 1000  # sockets that each ask for a place at the rover
+# First message of a zenoh 1.10 end: 120 of them blocked a listener of zenoh for 7 s.
 OPENING = bytes.fromhex("c109f108a8cf041c793302c5d4c806371ede9f0ab004812701")
 
 
 def bus(port: int, floods: Event, ends: Event, fastest_radps: Synchronized[float]) -> None:
-    """fastest_radps: what the wheel that turns fastest does."""
+    """Run the bus. fastest_radps: rate of the fastest wheel."""
     hub, stand = CanHub(port=port), Stand()
     begun_ns, now_ns = time.monotonic_ns(), 0
     while not ends.is_set():
@@ -51,7 +51,7 @@ def bus(port: int, floods: Event, ends: Event, fastest_radps: Synchronized[float
 
 
 def scanner(port: int, floods: Event, ends: Event) -> None:
-    """It answers nothing."""
+    """Run the scanner, which answers nothing."""
     with socket.create_server(("127.0.0.1", port)) as server:
         server.settimeout(0.2)
         while not ends.is_set():
@@ -79,7 +79,7 @@ def _speak(rover: socket.socket, floods: Event, ends: Event) -> None:
 
 
 def datagrams(port: int, floods: Event, ends: Event) -> None:
-    """As many a second as this machine can send."""
+    """Send as many as this machine can."""
     sealer = Sealer(bytes(32), 1, 1)
     forged = [sealer.seal(Kind.TELECOMMAND, bytes(40)) for _ in range(1000)]
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as out:
@@ -92,7 +92,7 @@ def datagrams(port: int, floods: Event, ends: Event) -> None:
 
 
 def hellos(port: int, floods: Event, ends: Event) -> None:
-    """As many a second as this machine can send, from addresses 127.0.1.1 to 127.0.1.250."""
+    """Send as many as this machine can, from addresses 127.0.1.1 to 127.0.1.250."""
     mine = [socket.socket(socket.AF_INET, socket.SOCK_DGRAM) for _ in range(PLACES)]
     for number, each in enumerate(mine):
         each.bind((f"127.0.1.{1 + number % 250}", 0))
@@ -109,7 +109,7 @@ def hellos(port: int, floods: Event, ends: Event) -> None:
 
 
 def huge(port: int, floods: Event, ends: Event) -> None:
-    """The longest datagrams there are."""
+    """Send datagrams of the greatest length."""
     datagram = bytes(65_507)
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as out:
         while not ends.is_set():
@@ -121,7 +121,7 @@ def huge(port: int, floods: Event, ends: Event) -> None:
 
 
 def disk(folder: Path, floods: Event, ends: Event) -> None:
-    """Full while it floods: the last byte too."""
+    """Fill the disk to the last byte during the flood."""
     with (folder / "others").open("wb", buffering=0) as others:
         while not ends.is_set():
             if not floods.wait(0.2):

@@ -1,6 +1,6 @@
-"""STOP under each flood, on the wall clock, with real sockets. The times are reported by `python -m tests.floods`.
+"""STOP under each flood, on the wall clock, with real sockets. `python -m tests.floods` reports the times.
 
-Left out are the floods of carrier A under which a new station does not always get through (docs/real-time.md).
+Floods of carrier A under which a new station does not always get through are left out (docs/real-time.md).
 """
 
 import subprocess
@@ -27,7 +27,7 @@ def test_stop_is_confirmed_while_something_floods_memory_is_flat_and_the_record_
             siege = stack.enter_context(Siege(tmp_path, kind))
         except PermissionError as error:
             pytest.skip(str(error))
-        row = siege.besiege(tries=3)  # raises where a stop is not confirmed
+        row = siege.besiege(tries=3)  # raises if a stop is not confirmed
         siege.keep(record)
     print(line(row))
     words = [sys.executable, "-m", "onboard", "replay", str(record)]

@@ -1,9 +1,11 @@
-"""`python -m tests.fuzz [DOOR ...]`: hostile bytes at every place where bytes come in from outside.
+"""`python -m tests.fuzz [DOOR ...]`: hostile bytes at every input from outside.
 
-Each door gets its time. A try ends with what the door makes of the bytes or with its documented error; whatever else
-is found: an exception, a warning, a try of over 20 s, memory that grows. It is told with the command that repeats it.
-With atheris (`make fuzz` installs it, on x86-64) inputs that reach new code are kept in build/fuzz and damaged further;
---keep puts the shortest of them beside the tests. Without it, or with --blind, made and damaged inputs from a seed.
+Each door gets its time. A try ends with the door's result or with its documented error. Everything else is a finding:
+an exception, a warning, a try of over 20 s, memory that grows. A finding is printed with the command that repeats it.
+
+With atheris (`make fuzz` installs it, on x86-64) inputs that reach new code are stored in build/fuzz and damaged
+further; --keep stores the shortest of them with the tests. Without it, or with --blind, inputs are made and damaged
+from a seed.
 
 Exit codes: 0 nothing found, 1 something found, 2 wrong usage, 130 Ctrl-C.
 """
@@ -27,7 +29,7 @@ GROWN_MB = 256
 
 
 def blind(name: str, seconds: float, seed: int, first: int) -> int:
-    """Tries of a door until its time is over; their number. Raises AssertionError."""
+    """Try a door until its time is over; returns the number of tries. Raises AssertionError."""
     began, number, before_mb = time.monotonic(), first, _peak_mb()
     while number == first or time.monotonic() - began < seconds:
         tries(DOORS, name, seed, number, AT_ONCE)
@@ -41,7 +43,7 @@ def _peak_mb() -> float:
 
 
 def hunt(name: str, asked: argparse.Namespace) -> bool:
-    """One door; whether nothing was found."""
+    """Fuzz one door; returns whether nothing was found."""
     if asked.blind or not guided.available():
         try:
             print(f"{name}: {blind(name, asked.seconds, asked.seed, asked.first)} tries, nothing found", flush=True)
@@ -61,7 +63,7 @@ def hunt(name: str, asked: argparse.Namespace) -> bool:
 
 
 def main(words: Sequence[str]) -> int:
-    """The command."""
+    """Run the command."""
     parser = argparse.ArgumentParser(prog="python -m tests.fuzz", description=__doc__,
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("doors", nargs="*", metavar="DOOR", help=f"of {', '.join(DOORS)}; none: all")

@@ -1,4 +1,4 @@
-"""Tries at a door from a seed: bytes that the door makes, most of them damaged. The same seed gives the same tries."""
+"""Tries at a door from a seed: bytes from the door's generator, most of them damaged. Equal seeds give equal tries."""
 
 from __future__ import annotations
 
@@ -9,25 +9,25 @@ import numpy as np
 from tests.fuzz.damage import damaged
 from tests.fuzz.door import Door
 
-SOUND_RATIO = 0.2  # of the tries: made, not damaged
+SOUND_RATIO = 0.2  # of the tries: not damaged
 
 
 def example(door: Door, seed: int, number: int) -> bytes:
-    """The bytes of a try."""
+    """Return the bytes of a try."""
     rng = np.random.default_rng((seed, number))
     made = door.make(rng)
     return made if rng.random() < SOUND_RATIO else damaged(made, rng)
 
 
 def feed(door: Door, data: bytes) -> None:
-    """One try. A warning is an error."""
+    """Run one try. A warning is an error."""
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         door.feed(data)
 
 
 def tries(doors: dict[str, Door], name: str, seed: int, first: int, count: int) -> None:
-    """So many tries of a door. Raises AssertionError that names the first that failed."""
+    """Run `count` tries of a door. Raises AssertionError that names the first that failed."""
     for number in range(first, first + count):
         try:
             feed(doors[name], example(doors[name], seed, number))

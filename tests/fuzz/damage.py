@@ -1,4 +1,4 @@
-"""Damage to bytes, from a seeded generator: flips, cuts, copies, and numbers that programs stumble over."""
+"""Damage to bytes, from a seeded generator: flips, cuts, copies, and numbers that often cause errors."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ Rng = np.random.Generator
 
 
 def damaged(data: bytes, rng: Rng) -> bytes:
-    """The bytes with one to four pieces of damage, half of them within the head."""
+    """Return the bytes with one to four pieces of damage, half of them within the head."""
     for _ in range(int(rng.integers(1, 5))):
         reach = len(data) if rng.random() < 0.5 else min(len(data), HEAD_BYTES)
         data = _once(data, int(rng.integers(0, reach + 1)), rng)
@@ -54,12 +54,12 @@ def _once(data: bytes, at: int, rng: Rng) -> bytes:
 
 
 def whole(rng: Rng, shape: int | tuple[int, ...]) -> np.ndarray:
-    """Integers of 64 bits of any size: small ones, large ones, the ends."""
+    """Return 64-bit integers of any size: small ones, large ones, the limits."""
     small = rng.integers(-1000, 1000, shape)
     large = rng.integers(-(2**63), 2**63 - 1, shape, np.int64, endpoint=True)
     return np.where(rng.random(shape) < rng.random(), small, large >> rng.integers(0, 63, shape))
 
 
 def real(rng: Rng) -> float:
-    """A number of any size, or none."""
+    """Return a number of any size, or a non-finite one."""
     return float(rng.choice(_REALS)) if rng.random() < 0.3 else float(rng.normal() * 10.0 ** rng.integers(-3, 6))

@@ -1,4 +1,4 @@
-"""What a door is to the fuzz, and how one string of bytes stands for several messages."""
+"""The interface of a door, and the coding of several messages in one string of bytes."""
 
 from __future__ import annotations
 
@@ -12,10 +12,11 @@ MOST_PARTS = 64
 
 
 class Door(NamedTuple):
-    """A place where bytes come in from outside.
+    """Input from outside.
 
-    make(rng): bytes as the other side sends them, or as a hostile one may. feed(data): gives them to the program and
-    returns where it takes them or refuses them with the documented error; whatever else it raises is found.
+    make(rng): bytes as the other side sends them, or as a hostile one may.
+    feed(data): passes them to the program and returns if it accepts them or refuses them with the documented error; any
+    other exception is a finding.
     """
 
     make: Callable[[Rng], bytes]
@@ -23,12 +24,12 @@ class Door(NamedTuple):
 
 
 def join(parts: Iterable[bytes]) -> bytes:
-    """Messages one after the other, each with its length."""
+    """Join messages, each with its length."""
     return b"".join(struct.pack("<H", len(part)) + part for part in parts)
 
 
 def split(data: bytes) -> list[bytes]:
-    """Any bytes as messages, MOST_PARTS at most: a length that reaches too far takes what is there."""
+    """Split any bytes into messages, MOST_PARTS at most; a length beyond the end takes what is there."""
     parts: list[bytes] = []
     at = 0
     while at + 2 <= len(data) and len(parts) < MOST_PARTS:

@@ -1,7 +1,7 @@
-"""A door under libFuzzer, by atheris: inputs that reach code which none before reached are kept and damaged further.
+"""A door under libFuzzer, by atheris: inputs that reach new code are stored and damaged further.
 
 `run` starts `python -m tests.fuzz.guided DOOR FLAGS` as a process of its own: the program is instrumented as it is
-imported, and libFuzzer ends the process where a limit of time or memory is broken.
+imported, and libFuzzer ends the process if a limit of time or memory is exceeded.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ _DAMAGE, _MAKE = 0.5, 0.6  # shares of the mutations: ours, and up to here a new
 
 
 class Ended(NamedTuple):
-    """How a run ended. found: the input that broke the door; said: the end of what the process wrote."""
+    """Result of a run. found: the input that broke the door; said: the end of the process output."""
 
     tries: int
     kept: int
@@ -42,12 +42,12 @@ class Ended(NamedTuple):
 
 
 def available() -> bool:
-    """Whether atheris is installed."""
+    """Return whether atheris is installed."""
     return find_spec("atheris") is not None
 
 
 def run(name: str, seconds: int, seed: int, folder: Path) -> Ended:
-    """Fuzzes a door for so many seconds. The corpus is in folder/corpus/NAME, what breaks the door in folder/found."""
+    """Fuzz a door for a time. The corpus is in folder/corpus/NAME, inputs that break the door in folder/found."""
     corpus, found = folder / "corpus" / name, folder / "found"
     for made in (corpus, found):
         made.mkdir(parents=True, exist_ok=True)
@@ -66,7 +66,7 @@ def run(name: str, seconds: int, seed: int, folder: Path) -> Ended:
 
 
 def keep(name: str, folder: Path) -> int:
-    """Puts into KEPT the shortest inputs of the corpus in folder that reached new code; how many those are."""
+    """Store in KEPT the shortest inputs of the corpus in folder that reached new code; returns their number."""
     chosen = {path.read_bytes() for path in (folder / "corpus" / name).iterdir()} - {*kept(name), *_seeds(name)}
     short = [data for data in (*chosen, *kept(name)) if len(data) <= LONGEST_KEPT]
     shortest = sorted(short, key=lambda data: (len(data), data))[:MOST_KEPT]
@@ -85,7 +85,7 @@ def _seeds(name: str) -> list[bytes]:
 
 
 def kept(name: str) -> list[bytes]:
-    """Inputs of a door that were kept."""
+    """Return the stored inputs of a door."""
     path = KEPT / f"{name}.zip"
     if not path.exists():
         return []
@@ -105,7 +105,7 @@ def _stat(said: str, name: str) -> int:
 
 
 def _mutated(door: Door, mutate: Callable[[bytes, int], bytes], data: bytes, most: int, seed: int) -> bytes:
-    """The next input from one of the corpus."""
+    """Return the next input from one of the corpus."""
     rng = np.random.default_rng(seed)
     dice = rng.random()
     if dice < _DAMAGE:
@@ -116,7 +116,7 @@ def _mutated(door: Door, mutate: Callable[[bytes, int], bytes], data: bytes, mos
 
 
 def main(name: str, flags: list[str]) -> None:
-    """The process that `run` starts."""
+    """Run the process that `run` starts."""
     import atheris
 
     # an editable installation has a loader of its own, which atheris cannot instrument: the sources come first

@@ -1,9 +1,9 @@
 """`python -m tests.fuzz.kernels [--seconds S] [--seed N] [ROW ...]`: odd arguments through every door to the kernels.
 
 A call ends in a result, the same bits from every build of this machine, or in a ValueError. `make test-sanitize` runs
-this on a build in which a step outside an array or undefined arithmetic ends the process. So the hunt runs in a child;
-if the child dies, the same examples run again, each in a child of its own, and hypothesis has the smallest that kills
-it. The seeds are fixed; the seconds only say when to stop.
+this on a build in which an access outside an array or undefined arithmetic ends the process. The hunt therefore runs in
+a child. If the child dies, the same examples run again, each in a child of its own, and hypothesis finds the smallest
+that kills it. The seeds are fixed; the seconds only limit the time.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ Check = Callable[[Row, dict[str, Any]], None]
 
 
 def outcome(row: Row, arguments: dict[str, Any]) -> bytes | str:
-    """The bits of the result, every NaN alike, or the words of the ValueError."""
+    """Return the bits of the result, every NaN alike, or the text of the ValueError."""
     signal.alarm(PATIENCE_S)
     try:
         arrays = row.call(**copy.deepcopy(arguments))
@@ -44,7 +44,7 @@ def outcome(row: Row, arguments: dict[str, Any]) -> bytes | str:
 
 
 def check(row: Row, arguments: dict[str, Any]) -> None:
-    """Raises AssertionError where a build does otherwise than the baseline, whatever else where a door lets it pass."""
+    """Raise AssertionError if a build differs from the baseline; any other exception of a door passes through."""
     before = {door: door.kernels for door in row.doors}
     try:
         found = {}
@@ -59,13 +59,13 @@ def check(row: Row, arguments: dict[str, Any]) -> None:
 
 
 def check_apart(row: Row, arguments: dict[str, Any]) -> None:
-    """The same in a child: raises AssertionError where it dies."""
+    """Do the same in a child; raises AssertionError if it dies."""
     said = in_child(lambda: check(row, arguments))
     assert not said, said
 
 
 def in_child(work: Callable[[], None]) -> str:
-    """Runs `work` in a copy of this process; what that said if it failed or died, else nothing."""
+    """Run `work` in a copy of this process; returns its error output if it failed or died, else ""."""
     with TemporaryFile() as words:
         child = os.fork()
         if child == 0:
@@ -86,7 +86,7 @@ def in_child(work: Callable[[], None]) -> str:
 
 
 def hunt(row: Row, examples: int, number: int, each: Check) -> None:
-    """`examples` examples of a row's arguments; raises what `each` raises, noting the smallest example."""
+    """Try `examples` examples of a row's arguments; raises like `each`, with the smallest example noted."""
 
     @seed(number)
     @settings(
@@ -103,7 +103,7 @@ def hunt(row: Row, examples: int, number: int, each: Check) -> None:
 
 
 def described(value: Any) -> str:
-    """Arrays with what numpy's repr leaves out: layout and address."""
+    """Describe arrays with the layout and alignment that numpy's repr leaves out."""
     if isinstance(value, list | tuple) and any(isinstance(v, np.ndarray) for v in value):
         return f"({', '.join(map(described, value))})"
     if not isinstance(value, np.ndarray):
@@ -113,7 +113,7 @@ def described(value: Any) -> str:
 
 
 def smallest(row: Row, examples: int, number: int) -> str:
-    """'' if the hunt finds nothing, else what was found, with the smallest example that shows it."""
+    """Return '' if the hunt finds nothing, else the finding with its smallest example."""
     found = in_child(lambda: hunt(row, examples, number, check))
     if found:
         try:
@@ -124,7 +124,7 @@ def smallest(row: Row, examples: int, number: int) -> str:
 
 
 def main(words: Iterable[str]) -> int:
-    """Row after row until the time is up; 1 if something was found."""
+    """Hunt row after row until the time is up; returns 1 if something was found."""
     asked = argparse.ArgumentParser(prog="tests.fuzz.kernels", description=__doc__)
     asked.add_argument("--seconds", type=float, default=120.0)
     asked.add_argument("--seed", type=int, default=1)

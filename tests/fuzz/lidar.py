@@ -1,7 +1,7 @@
-"""`python -m tests.fuzz.lidar [--seconds S] [--seed N]`: anything at all as requests to the emulated scanner.
+"""`python -m tests.fuzz.lidar [--seconds S] [--seed N]`: any bytes as requests to the emulated scanner.
 
-Whatever comes, cut however: no exception, the same answer as to the bytes one by one, one reply a line with the line's
-own beginning as echo and a sum that fits, and no more memory than a line and the limit of the queue.
+For any bytes, cut in any way: no exception, the same answer as to the bytes one by one, one reply a line with the
+line's own beginning as echo and a correct sum, and no more memory than a line and the limit of the queue.
 """
 
 from __future__ import annotations
@@ -38,14 +38,14 @@ talks = st.lists(st.tuples(_line, _end, st.integers(0, 60)), max_size=30)  # a l
 
 
 def sensor_of(profile: Profile, *faults: Fault) -> Lidar:
-    """A connected sensor 5 m from everything."""
+    """Return a connected sensor 5 m from everything."""
     made = Lidar(1, lambda times_ns: np.full(len(times_ns), 5.0), profile, faults)
     made.connect()
     return made
 
 
 def answers(profile: Profile, talk: list[tuple[bytes, bytes, int]], whole: bool) -> tuple[list[bytes], bytes]:
-    """The lines that should be answered, and all that came back."""
+    """Return the lines that should be answered, and all output."""
     sensor, sent, now_ms, out = sensor_of(profile), b"", 0, b""
     for line, end, wait_ms in talk:
         now_ms += wait_ms
@@ -63,7 +63,7 @@ def answers(profile: Profile, talk: list[tuple[bytes, bytes, int]], whole: bool)
 
 
 def check_talk(profile: Profile, talk: list[tuple[bytes, bytes, int]]) -> None:
-    """One conversation, in one piece a line and byte by byte."""
+    """Check one conversation, in one piece a line and byte by byte."""
     lines, out = answers(profile, talk, True)
     assert answers(profile, talk, False)[1] == out
     *frames, begun = out.split(b"\n\n")
@@ -81,7 +81,7 @@ def check_talk(profile: Profile, talk: list[tuple[bytes, bytes, int]]) -> None:
 
 
 def check_faults(talk: list[tuple[bytes, bytes, int]], kinds: list[str]) -> None:
-    """The same with faults of the cable and the sensor: no exception, a bounded queue."""
+    """Check the same with faults of the cable and the sensor: no exception, a bounded queue."""
     sensor, now_ms = sensor_of(UTM30LX_EW, *(Fault(kind, 0.05 * k) for k, kind in enumerate(kinds))), 0
     for line, end, wait_ms in talk:
         now_ms += wait_ms
@@ -96,7 +96,7 @@ faults_and_talks = given(talks, st.lists(st.sampled_from(sorted(KINDS)), unique=
 
 
 def main() -> int:
-    """Until the seconds are over, 200 examples at a time of each."""
+    """Run until the seconds are over, 200 examples at a time of each."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--seconds", type=float, default=120.0)
     parser.add_argument("--seed", type=int, default=1)

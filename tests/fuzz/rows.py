@@ -43,7 +43,7 @@ from onboard.records import Cloud, Grid, Surface
 
 
 def mostly(usual: st.SearchStrategy[Any], odd: st.SearchStrategy[Any]) -> st.SearchStrategy[Any]:
-    """One in sixteen is odd: few enough that many calls of some ten arguments get past the door."""
+    """Return a strategy of which one in sixteen is odd: many calls of some ten arguments then pass the door."""
     return st.sampled_from([usual] * 15 + [odd]).flatmap(lambda one: one)
 
 
@@ -85,7 +85,7 @@ LAYOUTS = mostly(st.just(np.ascontiguousarray), st.sampled_from(ODD))
 
 @st.composite
 def arrays(draw: st.DrawFn, shape: tuple[int, ...], dtype: DTypeLike, values: st.SearchStrategy[Any] = NUMBERS) -> Any:
-    """Up to five values strewn over `shape`; some are laid out or typed as no door expects."""
+    """Return an array of up to five values at random places of `shape`; some have an unexpected layout or type."""
     palette = np.array(draw(st.lists(values, min_size=1, max_size=5)))
     strewn = np.random.default_rng(draw(st.integers(0, 99))).choice(palette, shape)
     made = strewn.astype(np.uint8).view(np.bool_) if dtype is np.bool_ else strewn.astype(dtype)
@@ -111,7 +111,7 @@ def together(**each: st.SearchStrategy[Any]) -> st.SearchStrategy[dict[str, Any]
 
 
 class Row(NamedTuple):
-    """`call(**arguments)` gives the arrays that every build must give alike, or raises ValueError."""
+    """One door. call(**arguments): returns the arrays that every build must give alike, or raises ValueError."""
 
     doors: tuple[ModuleType, ...]
     arguments: st.SearchStrategy[dict[str, Any]]
@@ -332,7 +332,9 @@ _wheels = st.tuples(SIDES, SIDES).flatmap(
 
 _vectors = together(x=SIZES.flatmap(lambda n: arrays((n,), np.float64)), y=mostly(st.floats(), st.just(0.0)))
 _matrices = st.tuples(SIDES, SIDES, SIDES).flatmap(
-    lambda n: together(a=arrays(n[:2], np.float64), b=arrays(n[1:], np.float64), square=arrays((n[1], n[1]), np.float64))
+    lambda n: together(
+        a=arrays(n[:2], np.float64), b=arrays(n[1:], np.float64), square=arrays((n[1], n[1]), np.float64)
+    )
 )
 
 _images = st.tuples(SIDES, SIDES).flatmap(

@@ -1,8 +1,8 @@
-"""`python -m tests.fuzz.scip [--seconds S] [--seed N]`: damage of any kind to what the driver reads.
+"""`python -m tests.fuzz.scip [--seconds S] [--seed N]`: damage of any kind to the driver's input.
 
-First a million single flipped bits in measurement frames, none of which may be taken; then, until the time is over,
-streams with damage against the oracle, and sessions that are told anything: no exception, no growth, and scans again
-when the line is good.
+First a million single flipped bits in measurement frames, none of which may be accepted; then, until the time is over,
+damaged streams against the oracle, and sessions that receive any bytes: no exception, no growth, and scans again when
+the line is good.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ _words = st.lists(_reply | st.binary(max_size=200) | st.just(b"x" * 70_000), max
 
 
 def flips(tries: int, start: int) -> int:
-    """How many of so many frames with one flipped bit were taken: all bits of frame after frame."""
+    """Return the number of accepted frames among those with one flipped bit: all bits of frame after frame."""
     at, taken, done, k = len(FULL.line()) + 11, 0, 0, start
     blocks, decoder = Blocks(at, FULL.values, 3), scip.ScanDecoder(FULL)
     while done < tries:
@@ -57,7 +57,7 @@ def _decoded(decoder: scip.ScanDecoder, frame: bytes) -> bool:
 
 
 def survives(words: list[bytes]) -> None:
-    """A session that streams is told anything, and streams again."""
+    """Feed any bytes to a streaming session; it must stream again."""
     rig = Rig()
     rig.session.stream(True)
     rig.run(20)
@@ -70,7 +70,7 @@ def survives(words: list[bytes]) -> None:
 
 
 def hunt(examples: int, number: int) -> None:
-    """So many examples of each law."""
+    """Try `examples` examples of each law."""
     rules = settings(max_examples=examples, deadline=None, database=None, derandomize=False,
                      phases=(Phase.generate, Phase.shrink), suppress_health_check=list(HealthCheck))  # fmt: skip
     seed(number)(rules(given(DAMAGE, st.lists(st.integers(1, 3000), min_size=1, max_size=4))(LAW)))()
@@ -78,7 +78,7 @@ def hunt(examples: int, number: int) -> None:
 
 
 def main() -> None:
-    """Flips, then rounds of examples until the time is over."""
+    """Run flips, then rounds of examples until the time is over."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--seconds", type=float, default=120)
     parser.add_argument("--seed", type=int, default=1)

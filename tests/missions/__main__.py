@@ -1,4 +1,4 @@
-"""`python -m tests.missions`: the campaign in the kinematic world (`make missions`), and single missions drawn.
+"""`python -m tests.missions`: the campaign in the kinematic world (`make missions`), and drawings of single missions.
 
     python -m tests.missions fly --run optimistic --seeds 1-10
     python -m tests.missions guard
@@ -36,7 +36,7 @@ app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_
 
 
 def runs(fresh: int | None = None) -> tuple[Run, ...]:
-    """The whole campaign; `fresh` is the first of 60 more seeds."""
+    """Return the whole campaign; `fresh` is the first of 60 more seeds."""
     made = [Run("optimistic", "main", FIXED)]
     if fresh is not None:
         made.append(Run("optimistic, fresh seeds", "main", tuple(range(fresh, fresh + 60))))
@@ -71,10 +71,10 @@ def fly(
     workers: Annotated[int, typer.Option(min=1, help="Processes.")] = os.cpu_count() or 1,
     out: Annotated[Path, typer.Option(help="Folder for missions.json, table.md and pictures.")] = OUT,
 ) -> None:
-    """Fly, write one row a mission, show the table. Exit 1 where the default rule falls short of its promise.
+    """Fly, write one row a mission, show the table. Exit 1 if the default rule falls short of its promise.
 
-    Files are written anew after each mission, so what was flown before a Ctrl-C is there (exit 130). Ctrl-C waits for
-    the missions in flight, a second one ends at once.
+    Files are rewritten after each mission, so finished missions are stored at a Ctrl-C (exit 130). Ctrl-C waits for the
+    missions in progress, a second one ends at once.
     """
     chosen = _chosen(name, seeds, fresh_from)
     total = sum(len(run.seeds) for run in chosen)
@@ -102,7 +102,7 @@ def fly(
 def table(
     missions: Annotated[Path, typer.Option(help="What `fly` wrote.")] = OUT / "missions.json",
 ) -> None:
-    """The table of the last campaign in Markdown, as in docs/missions.md."""
+    """Print the table of the last campaign in Markdown, as in docs/missions.md."""
     try:
         rows = [Row.of_json(row) for row in json.loads(missions.read_text())]
     except (OSError, ValueError, TypeError) as error:
@@ -116,9 +116,9 @@ def guard(
     workers: Annotated[int, typer.Option(help="Processes.")] = os.cpu_count() or 1,
     objects: Annotated[int, typer.Option(help="Holes, and as many rocks, that a wheel is to meet.")] = 100,
 ) -> None:
-    """The drive guard: objects put on the tracks, then pitted and smooth fields with and without it.
+    """Test the drive guard: objects placed on the tracks, then pitted and smooth fields with and without it.
 
-    Exit 1 where it falls short of its promise.
+    Exit 1 if it falls short of its promise.
     """
     wanted = set(numbers(seeds)) if seeds else None
     legs: Sequence[open_loop.Outcome] = ()
@@ -155,7 +155,7 @@ app.command("rocks")(proofs.rocks_command)
 
 
 def _chosen(name: str | None, seeds: str, fresh_from: str | None) -> Sequence[Run]:
-    """The runs asked for."""
+    """Return the selected runs."""
     chosen = [run for run in runs(_first_seed(fresh_from)) if not name or run.name.startswith(name)]
     if not chosen:
         raise typer.BadParameter(f"{name!r}: no run begins so", param_hint="--run")
@@ -163,7 +163,7 @@ def _chosen(name: str | None, seeds: str, fresh_from: str | None) -> Sequence[Ru
 
 
 def _first_seed(commit: str | None) -> int | None:
-    """The first fresh seed: a commit's id as a number, past the fixed ones."""
+    """Return the first fresh seed: a commit's id as a number, above the fixed seeds."""
     if commit is None:
         return None
     try:
@@ -173,7 +173,7 @@ def _first_seed(commit: str | None) -> int | None:
 
 
 def _write(rows: list[Row], order: Sequence[Run], out: Path) -> None:
-    """Rows, brought into the order of the runs, and their table as files."""
+    """Write rows, in the order of the runs, and their table to files."""
     names = [run.name for run in order]
     rows.sort(key=lambda row: (names.index(row.run), row.seed))
     (out / "missions.json").write_text(json.dumps([row.as_json() for row in rows], indent=1) + "\n")
@@ -181,7 +181,7 @@ def _write(rows: list[Row], order: Sequence[Run], out: Path) -> None:
 
 
 def _summed(rows: Sequence[Row]) -> list[Summary]:
-    """One line for each run, in the order of the rows."""
+    """Return one line for each run, in the order of the rows."""
     return [summary(name, [row for row in rows if row.run == name]) for name in dict.fromkeys(row.run for row in rows)]
 
 

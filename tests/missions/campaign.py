@@ -1,4 +1,4 @@
-"""Many missions: what is flown, one row for each, and the table that sums them up."""
+"""Campaign of many missions: their runs, one row for each mission, and the summary table."""
 
 from __future__ import annotations
 
@@ -19,15 +19,18 @@ from tests.missions.truth import Truth, truth
 from tests.missions.world import World
 
 POSE_ERROR = Errors(0.05, math.radians(1.0))
-REGISTERED = Errors(0.02, math.radians(0.3))  # what a registration leaves
+REGISTERED = Errors(0.02, math.radians(0.3))  # the error after a registration
 UNGUARDED_STOPS = 25
 
 
 @dataclass(frozen=True)
 class Run:
-    """One set of fields under one rule. name: as in the table. settings: over the defaults of the configuration.
+    """One set of fields under one rule.
 
-    orbit_cell_m: cell of the orbiter's map that the rover is given, 0: it has none. drift: of the estimate on the way.
+    name: as in the table.
+    settings: changes to the default configuration.
+    orbit_cell_m: cell of the orbiter's map that the rover has; 0: it has none.
+    drift: of the estimate during drives.
     """
 
     name: str
@@ -41,7 +44,7 @@ class Run:
 
 @dataclass(frozen=True)
 class Row:
-    """What came of one mission. ratio: way over the truth optimum, nan where there is none."""
+    """Result of one mission. ratio: driven way over the true optimum; nan if there is none."""
 
     run: str
     seed: int
@@ -62,12 +65,12 @@ class Row:
     rules: str
 
     def as_json(self) -> dict[str, object]:
-        """For a file; what is not finite is null."""
+        """Return the row for a file; non-finite numbers are null."""
         return {k: v if not isinstance(v, float) or math.isfinite(v) else None for k, v in asdict(self).items()}
 
     @classmethod
     def of_json(cls, row: dict[str, Any]) -> Row:
-        """From a file; null is nan. Raises TypeError when keys are missing or foreign."""
+        """Build from a file; null becomes nan. Raises TypeError if keys are missing or unknown."""
         return cls(**{k: math.nan if v is None else v for k, v in row.items()})
 
 
@@ -77,12 +80,12 @@ def _scanner(config: Config) -> Scanner:
 
 
 def config_of(run: Run) -> Config:
-    """A whole leg at once: nothing slips here, so no leg needs to be short for the registration."""
+    """Return the configuration, with whole legs: nothing slips here, so registration needs no short legs."""
     return load(None, {"mission.leg_m": 100.0, **run.settings})
 
 
 def mission(run: Run, seed: int) -> tuple[World, Truth, Flight]:
-    """One mission of a run: its field, what the truth planner says of it, and what came of it."""
+    """Fly one mission of a run; returns its field, the truth planner's result, and the flight."""
     config = config_of(run)
     world = FIELDS[run.fields](seed)
     gdem = from_orbit(world, run.orbit_cell_m) if run.orbit_cell_m else None
@@ -91,7 +94,7 @@ def mission(run: Run, seed: int) -> tuple[World, Truth, Flight]:
 
 
 def fly(run: Run, seed: int) -> Row:
-    """One mission of a run as a row."""
+    """Fly one mission of a run and return its row."""
     world, perfect, flight = mission(run, seed)
     arrived = flight.kind == "arrived"
     ratio = flight.way_m / perfect.way_m if arrived and perfect.way_m < math.inf else math.nan
@@ -105,7 +108,7 @@ def fly(run: Run, seed: int) -> Row:
 
 @dataclass(frozen=True)
 class Summary:
-    """A line of the table. Stops and ratios are of the reachable goals that were reached: (median, p90, most)."""
+    """Line of the table. Stops and ratios are of the reachable goals that were reached: (median, p90, most)."""
 
     name: str
     missions: int
@@ -123,7 +126,7 @@ class Summary:
 
 
 def summary(name: str, rows: Sequence[Row]) -> Summary:
-    """beyond: goals that the truth planner calls unreachable and that were reached all the same."""
+    """Sum up a run. beyond: goals reached although the truth planner calls them unreachable."""
     good = [row for row in rows if row.reachable and row.outcome == "arrived"]
     return Summary(
         name, len(rows), sum(row.reachable for row in rows), len(good),

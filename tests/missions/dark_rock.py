@@ -1,7 +1,7 @@
-"""A rock that returns no light, across the straight way of a whole kinematic mission: is it ever free, is it touched?
+"""Dark rock test: a rock that returns no light lies across the straight path of a whole kinematic mission.
 
 Gently rough ground, goal 9 m ahead, a rock 0.2 m high and wide on the straight line 2 to 7 m from the start. No beam
-that meets it returns. What the beams beside it say of its cells must not make a pose free that rolls over its top.
+that meets it returns. The beams next to it must not make a pose free that rolls over its top.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from tests.missions.world import Triangles, World, of_field
 
 SEEDS = tuple(range(1, 11))
 SIDE_M, AWAY_M, GOAL_M = 0.2, (2.0, 7.0), 9.0
-RIM_M = 0.01  # what is dark reaches so far around it
+RIM_M = 0.01  # the dark area extends this far around the rock
 
 
 @dataclass(frozen=True)
@@ -42,9 +42,12 @@ class DarkRun:
 
 @dataclass(frozen=True)
 class DarkRow:
-    """One mission. free: poses over the rock's top that were free after a scan, the most of all its stops.
+    """One mission.
 
-    touched: wheels that came onto the rock. hard: poses in hard contact. at_m: way from the start to the rock.
+    free: largest number of free poses over the rock's top after any scan.
+    touched: wheels that came onto the rock.
+    hard: poses in hard contact.
+    at_m: distance from the start to the rock.
     """
 
     seed: int
@@ -59,7 +62,7 @@ class DarkRow:
 
 
 class Watched(Kinematic):
-    """A mission that looks, after each scan, whether a pose over the rock is free."""
+    """A mission that checks after each scan for free poses over the rock."""
 
     rock: Rock
     free = 0
@@ -70,7 +73,7 @@ class Watched(Kinematic):
         self.free = max(self.free, self.over(self.flight.memory))
 
     def over(self, memory: StopMap) -> int:
-        """Free poses that roll over the rock's top, by the map so far."""
+        """Return the free poses that roll over the rock's top, by the map so far."""
         config = self.config
         surface = surface_around(memory, Pose(self.rock.x_m, self.rock.y_m), 4.0, config)
         freedom = pose_freedom(surface, config.rover, config.planning)
@@ -78,7 +81,7 @@ class Watched(Kinematic):
 
 
 def fly(run: DarkRun, seed: int) -> DarkRow:
-    """The mission of a seed."""
+    """Fly the mission of a seed."""
     world = ground(seed)
     made = replace(scanner(Config()), errors=run.errors)
     mission = Watched(world, made, REGISTERED, seed, drift=FLOWN_DRIFT)
@@ -89,7 +92,7 @@ def fly(run: DarkRun, seed: int) -> DarkRow:
 
 
 def ground(seed: int) -> World:
-    """The field of a seed with the dark rock as its only one."""
+    """Return the field of a seed with the dark rock as its only one."""
     rng = np.random.default_rng([seed, SALT, 2])
     field = compose(Recipe(0.8, median_slope_deg=MEDIAN_SLOPE_DEG), Course(away_m=GOAL_M), rng, seed)
     away_m = rng.uniform(*AWAY_M)
@@ -100,7 +103,7 @@ def ground(seed: int) -> World:
 
 
 def shortfalls(rows: Sequence[DarkRow]) -> list[str]:
-    """Each mission with a free pose over the rock, or in touch with anything."""
+    """Return each mission with a free pose over the rock, or with any contact."""
     return [
         f"dark rock, seed {row.seed}: {row.free} poses over it were free, {row.touched} wheels on it, {row.hard} hard "
         "contacts"
@@ -109,7 +112,7 @@ def shortfalls(rows: Sequence[DarkRow]) -> list[str]:
 
 
 def cells(rows: Sequence[DarkRow]) -> tuple[str, ...]:
-    """A line for the table of rocks: name, free, touched, arrived."""
+    """Return a line of the rocks table: name, free, touched, arrived."""
     never = sum(row.free == 0 and row.touched == 0 and row.hard == 0 for row in rows)
     arrived = sum(row.outcome == "arrived" for row in rows)
     touched = sum(row.touched + row.hard > 0 for row in rows)

@@ -1,4 +1,4 @@
-"""A flown mission as a picture."""
+"""Picture of a flown mission."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ DOTS = 100  # per inch
 
 
 def picture(world: World, perfect: Truth, flight: Flight) -> bytes:
-    """The bytes of a PNG: true ground, way, contacts, decisions with their reasons, the map at each stop."""
+    """Return the bytes of a PNG: true ground, path, contacts, decisions with their reasons, the map at each stop."""
     stops = np.array([(stop.pose.x_m, stop.pose.y_m) for stop in flight.stops])
     way = [part for at, stop in zip(stops, flight.stops) for part in (at[None], stop.driven[:, :2])]
     flown = f"{flight.way_m:.1f} m driven, {flight.scans} scans, {flight.hard} hard contacts"

@@ -1,4 +1,4 @@
-"""How far the estimate of a drive is off, drawn from a seeded generator."""
+"""Error of the estimate during a drive, drawn from a seeded generator."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from onboard.records import F64
 
 @dataclass(frozen=True)
 class Drift:
-    """1 sigma of the estimate inside a drive: half of the power a bias until the next scan, half noise."""
+    """1 sigma of the estimate inside a drive: half of the power is a bias until the next scan, half is noise."""
 
     way_ratio: float = 0.015
     height_ratio: float = 0.005
@@ -21,7 +21,7 @@ class Drift:
     correlation_s: float = 0.5
 
     def draw(self, way_m: F64, cruise_mps: float, rng: np.random.Generator) -> F64:
-        """(k, 6) errors of x, y, z, roll, pitch, yaw at each way (k,) driven since the scan."""
+        """Return (k, 6) errors of x, y, z, roll, pitch, yaw at each way (k,) driven since the scan."""
         noise = rng.normal(size=(len(way_m), 6))
         keep = np.exp(-np.diff(way_m, prepend=way_m[0]) / cruise_mps / self.correlation_s)
         for k in range(1, len(noise)):

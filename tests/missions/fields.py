@@ -1,4 +1,4 @@
-"""The fields of the campaign, drawn from seeds: whether a goal can be reached is said by the truth planner, not here.
+"""Fields of the campaign, drawn from seeds. The truth planner, not this module, decides whether a goal is reachable.
 
     main   20 m x 20 m, fBm of median slope 4.5 to 7.5 degrees, H 0.75 to 0.9; rocks by kind (seed modulo 5); goal 10 to
            16 m away; the rover looks within 45 degrees of it
@@ -28,7 +28,7 @@ from tests.missions.world import Triangles, World, of_field
 
 CELL_M, SIDE_M, FAR_SIDE_M = 0.05, 20.0, 50.0
 EDGE_M = 1.5  # of start and goal from the border
-RING_EDGE_M = 4.0  # of a goal with a wall round it: no way that leads beyond the border is left open
+RING_EDGE_M = 4.0  # of a goal with a wall round it: no path beyond the border stays open
 START_CLEAR_M, GOAL_CLEAR_M = 1.0, 0.5
 STEEPEST_P95_DEG = 16.0
 HOLES_PER_M2 = 60 / 400
@@ -43,7 +43,7 @@ KINDS: tuple[tuple[str, RockLaw | None], ...] = (
 
 @dataclass(frozen=True)
 class Course:
-    """A square field, how far the goal lies from the start and, at least, from the field's border."""
+    """A square field, the distance from start to goal, and the goal's least distance from the border."""
 
     side_m: float = SIDE_M
     away_m: tuple[float, float] = (10.0, 16.0)
@@ -51,13 +51,13 @@ class Course:
 
 
 def main_field(seed: int) -> World:
-    """One of the 60."""
+    """Return one of the 60 main fields."""
     kind, law = KINDS[seed % len(KINDS)]
     return _field(seed, 1, Course(), kind, law)
 
 
 def trap(seed: int) -> World:
-    """A U across the straight way, its mouth towards the start."""
+    """Return a field with a U across the straight path, its mouth towards the start."""
     rng = np.random.default_rng([seed, 2])
     world = _field(seed, 2, Course(away_m=(11.0, 14.0)), "U-trap", PowerLaw(0.01))
     high_m, deep_m, wide_m = rng.uniform(0.5, 0.9), rng.uniform(3.0, 6.0), rng.uniform(4.0, 8.0)
@@ -69,7 +69,7 @@ def trap(seed: int) -> World:
 
 
 def ring(seed: int) -> World:
-    """A goal with a closed wall round it."""
+    """Return a field with a closed wall round the goal."""
     rng = np.random.default_rng([seed, 3])
     world = _field(seed, 3, Course(away_m=(10.0, 14.0), goal_edge_m=RING_EDGE_M), "ring", PowerLaw(0.01))
     along, across = _about_goal(world)
@@ -78,19 +78,19 @@ def ring(seed: int) -> World:
 
 
 def far(seed: int) -> World:
-    """A long way."""
+    """Return a field with a distant goal."""
     return _field(seed, 4, Course(FAR_SIDE_M, (36.0, 42.0)), "far", PowerLaw(0.02))
 
 
 def pits(seed: int) -> World:
-    """Holes that a scan from afar cannot prove."""
+    """Return a field with holes that a distant scan cannot prove."""
     rng = np.random.default_rng([seed, 5])
     world = _field(seed, 5, Course(), "pits", Golombek(0.05))
     return with_holes(world, round(HOLES_PER_M2 * SIDE_M**2), rng)
 
 
 def demo(seed: int) -> World:
-    """The field of the demo; its rocks meet the beams as they do there, by their own triangles."""
+    """Return the demo's field; beams meet its rocks by their own triangles, as in the demo."""
     field = demo_field(seed).field
     return replace(of_field(field, "demo"), caster=Triangles(field))
 
@@ -101,7 +101,7 @@ FIELDS: Mapping[str, Callable[[int], World]] = {
 
 
 def with_holes(world: World, count: int, rng: np.random.Generator) -> World:
-    """Holes of 0.2 to 0.7 m x 0.12 to 0.30 m, none near start or goal."""
+    """Return the world with holes of 0.2 to 0.7 m x 0.12 to 0.30 m, none near start or goal."""
     grid, holes = world.grid, []
     low = np.array([grid.x0_m, grid.y0_m])
     high = low + grid.cell_m * np.array([grid.columns - 1, grid.rows - 1])
@@ -115,7 +115,7 @@ def with_holes(world: World, count: int, rng: np.random.Generator) -> World:
 
 
 def from_orbit(world: World, cell_m: float) -> Gdem:
-    """The orbiter's map of a world: means over blocks of whole cells, what is left over at the far borders cut off."""
+    """Return the orbiter's map of a world: means over blocks of whole cells; the rest at the far borders is cut off."""
     grid = world.grid
     factor = round(cell_m / grid.cell_m)
     heights = block_mean(world.heights_m[: grid.rows // factor * factor, : grid.columns // factor * factor], factor)
@@ -125,7 +125,7 @@ def from_orbit(world: World, cell_m: float) -> Gdem:
 
 
 def _field(seed: int, salt: int, course: Course, kind: str, law: RockLaw | None) -> World:
-    """A square field; the start is the origin of the map."""
+    """Return a square field; the start is the origin of the map."""
     rng = np.random.default_rng([seed, salt])
     nodes = round(course.side_m / CELL_M)
     soil = _soil(nodes, rng)
@@ -142,7 +142,7 @@ def _field(seed: int, salt: int, course: Course, kind: str, law: RockLaw | None)
 
 
 def _soil(nodes: int, rng: np.random.Generator) -> F64:
-    """fBm of the slopes asked for; drawn again while its steepest twentieth is too steep."""
+    """Return fBm of the required slopes; drawn again while its steepest twentieth is too steep."""
     while True:
         hurst, median_deg = rng.uniform(0.75, 0.9), rng.uniform(4.5, 7.5)
         tile = fractal_heights(2 * nodes, CELL_M, hurst, 1.0, rng)[:nodes, :nodes]
@@ -152,7 +152,7 @@ def _soil(nodes: int, rng: np.random.Generator) -> F64:
 
 
 def _ends(course: Course, rng: np.random.Generator) -> tuple[F64, F64]:
-    """Start and goal from the field's corner, so far apart as asked."""
+    """Return start and goal from the field's corner, at the required distance."""
     while True:
         start, goal = rng.uniform(EDGE_M, course.side_m - EDGE_M, (2, 2))
         inside = min(*goal, *(course.side_m - goal)) >= course.goal_edge_m
@@ -161,12 +161,12 @@ def _ends(course: Course, rng: np.random.Generator) -> tuple[F64, F64]:
 
 
 def _on_lattice(edge_m: float) -> float:
-    """The first centre of a cell at or after an edge."""
+    """Return the first centre of a cell at or after an edge."""
     return (math.floor(edge_m / CELL_M) + 0.5) * CELL_M
 
 
 def _about_goal(world: World) -> tuple[F64, F64]:
-    """Of each node the way beyond the goal, seen from the start, and to the left of that line, (rows, columns)."""
+    """Return each node's distance beyond the goal, seen from the start, and left of that line, (rows, columns)."""
     grid, (gx, gy) = world.grid, world.goal_m
     x, y = grid.x0_m + np.arange(grid.columns) * grid.cell_m - gx, grid.y0_m + np.arange(grid.rows) * grid.cell_m - gy
     bearing = math.atan2(gy, gx)

@@ -23,7 +23,7 @@ TRENCH_M, DEEP_M = (2.6, 2.9), 0.12
 
 
 def stopped() -> Stopped:
-    """The rover on its way along +x, when the first cell is bad."""
+    """Return the rover on its way along +x, at the first bad cell."""
     config = load(None, {"drive_guard.on": True})
     even = World(GRID, np.zeros((GRID.rows, GRID.columns), np.float32), Pose(0.0, 0.0), (4.0, 0.0), 1, "even",
                  np.empty((0, 4)))  # fmt: skip

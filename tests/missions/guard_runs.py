@@ -1,4 +1,4 @@
-"""The drive guard's figures: missions on pitted and smooth ground with and without it, and objects put in its way."""
+"""Figures of the drive guard: missions on pitted and smooth ground with and without it, objects in its path."""
 
 from __future__ import annotations
 
@@ -26,13 +26,13 @@ class GuardRun:
     errors: ScanErrors | None = None
 
     def only(self, wanted: set[int] | None) -> GuardRun:
-        """The run with these of its seeds; None: with all."""
+        """Return the run with these of its seeds; None: with all."""
         return self if wanted is None else replace(self, seeds=tuple(seed for seed in self.seeds if seed in wanted))
 
 
 @dataclass(frozen=True)
 class GuardRow:
-    """What came of one mission. false_stops: guard stops where the true ground has neither step nor hole."""
+    """Result of one mission. false_stops: guard stops where the true ground has neither step nor hole."""
 
     run: str
     seed: int
@@ -60,7 +60,7 @@ MOST_STOPS_PER_10_M = 2.0  # of the guard, on smooth fields
 
 
 def fly(run: GuardRun, seed: int) -> GuardRow:
-    """One mission of a run, with drift inside the drives and what a registration leaves at each stop."""
+    """Fly one mission of a run, with drift during the drives and a registration error at each stop."""
     config = load(None, run.settings)
     flight = Guarded(FIELDS[run.fields](seed), replace(scanner(config), errors=run.errors), REGISTERED, seed).fly()
     assert isinstance(flight, GuardedFlight)
@@ -71,7 +71,7 @@ def fly(run: GuardRun, seed: int) -> GuardRow:
 
 
 def shortfalls(rows: Sequence[GuardRow]) -> list[str]:
-    """Each promise of the guard that these missions break, in words."""
+    """Return each promise of the guard that these missions break, in words."""
     guarded, trusted = _of(GUARD, rows), _of(TRUST, rows)
     both = {row.seed for row in guarded} & {row.seed for row in trusted}
     scans = [sum(row.scans for row in part if row.seed in both) for part in (guarded, trusted)]
@@ -99,7 +99,7 @@ def _stops_per_10_m(rows: Sequence[GuardRow]) -> float:
 
 
 def table(rows: Sequence[GuardRow]) -> Table:
-    """Sums over the rows of each run."""
+    """Return sums over the rows of each run."""
     made = Table("fields and rule", "missions", "with hard contact", "with a wheel in a hole", "wheel cells never seen",
                  "arrived / reported / endless", "scans", "guard stops (false)", "guard stops per 10 m")  # fmt: skip
     for run in RUNS:

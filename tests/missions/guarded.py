@@ -1,7 +1,7 @@
-"""A mission with the drive guard: lines of the held scanner while driving, an estimate that drifts inside the drive.
+"""Mission with the drive guard: lines of the fixed scanner while driving, and an estimate that drifts during the drive.
 
-The rover follows its estimate, so the drift moves where it truly goes; errors of height and attitude enter the lines
-only. A line is cast every 22 mm of way (every other one of the scanner's, for speed) and every 1.5 degrees of a turn.
+The rover follows its estimate, so the drift moves its true path; errors of height and attitude enter the lines only. A
+line is cast every 22 mm of path (every other one of the scanner's, for speed) and every 1.5 degrees of a turn.
 """
 
 from __future__ import annotations
@@ -27,14 +27,14 @@ from tests.missions.scanner import STEP_RAD, Scanner, hull_way_m
 from tests.missions.world import World, wheels
 
 LINE_M, LINE_RAD = 0.022, math.radians(1.5)
-FEEL_M, FEEL_RAD = 0.05, math.radians(11.25)  # contacts and tracks are looked at so often
+FEEL_M, FEEL_RAD = 0.05, math.radians(11.25)  # contacts and tracks are checked this often
 STOPPING_M, BACK_OFF_M = 0.10, 0.30
 PATCH_M, PATCH_DEPTH_M = 0.10, 0.08  # a wheel over such a patch of a hole is in it
 
 
 @dataclass(frozen=True)
 class LineScanner:
-    """The scanner held at the guard's tilt: directions (beams, 3) in base axes, way to the rover's own hull."""
+    """The scanner fixed at the guard's tilt: directions (beams, 3) in base axes, distance to the rover's own hull."""
 
     config: Config
     directions: F64
@@ -42,7 +42,7 @@ class LineScanner:
     errors: ScanErrors | None = None
 
     def line(self, world: World, true: Pose, believed: Pose, rng: np.random.Generator) -> Cloud:
-        """One line from the true pose, entered where the rover believes to be."""
+        """Cast one line from the true pose and enter it at the estimated pose."""
         rover, sigma_m, range_m = self.config.rover, self.config.lidar.range_noise_m, self.config.scanning.range_m
         mount = np.array([rover.lidar_x_m, 0.0, rover.lidar_z_m])
         T_true, T_map_base = true.matrix(), believed.matrix()
@@ -59,7 +59,7 @@ class LineScanner:
         return Cloud(origin, ends[kept].astype(np.float32), hit[kept], sigma_m)
 
     def _with_errors(self, length_m: F64, hit: Bool, rng: np.random.Generator) -> tuple[F64, Bool]:
-        """The line's ranges with the errors, and which beams are lost: they say nothing and are left out."""
+        """Return the line's ranges with the errors, and the mask of lost beams, which are left out."""
         assert self.errors
         status = np.where(hit, BeamStatus.OK, BeamStatus.NO_RETURN).astype(np.uint8)
         ranges_m = np.where(hit, length_m, np.nan).astype(np.float32)
@@ -69,7 +69,7 @@ class LineScanner:
 
 
 def line_scanner(config: Config) -> LineScanner:
-    """The held scanner of a configuration."""
+    """Return the fixed scanner of a configuration."""
     half = int(config.scanning.sector_rad / STEP_RAD)
     phi, down = np.arange(-half, half + 1) * STEP_RAD, config.drive_guard.tilt_rad
     directions = np.stack([np.cos(phi) * math.cos(down), np.sin(phi), -np.cos(phi) * math.sin(down)], axis=1)
@@ -78,7 +78,7 @@ def line_scanner(config: Config) -> LineScanner:
 
 @dataclass(frozen=True)
 class GuardStop:
-    """Where the guard stopped the rover, by which cells; real: the true ground has a step or hole there."""
+    """Stop of the guard with the cells that caused it. real: True if the true ground has a step or hole there."""
 
     pose: Pose
     bad: tuple[Bad, ...]
@@ -87,7 +87,7 @@ class GuardStop:
 
 @dataclass
 class GuardedFlight(Flight):
-    """in_hole: wheel poses in a hole."""
+    """Flight with the count in_hole: wheel poses in a hole."""
 
     guard_stops: list[GuardStop] = field(default_factory=list)
     in_hole: int = 0
@@ -95,7 +95,7 @@ class GuardedFlight(Flight):
 
 @dataclass(frozen=True)
 class Drive:
-    """A path in small steps. stations (k, 3) believed; true (k, 3); errors (k, 6); way_m, feel (k,)."""
+    """A path in small steps. stations: (k, 3) estimated; true: (k, 3); errors: (k, 6); way_m, feel: (k,)."""
 
     stations: F64
     true: F64
@@ -105,7 +105,7 @@ class Drive:
 
 
 class Guarded(Kinematic):
-    """A mission whose drives drift; with `drive_guard.on` the guard rides along."""
+    """A mission whose drives drift; with `drive_guard.on` the guard is active."""
 
     def __init__(self, world: World, scanner: Scanner, errors: Errors, seed: int, drift: Drift = FLOWN_DRIFT) -> None:
         super().__init__(world, scanner, errors, seed, drift=drift)
@@ -148,7 +148,7 @@ class Guarded(Kinematic):
         return not bad
 
     def _in_steps(self, stations: F64) -> Drive:
-        """The path with a line at every step, and what the drift makes of it in truth."""
+        """Return the path with a line at every step, and the true path under drift."""
         fine, feel = [stations[:1]], [1.0]
         since_m = since_rad = 0.0
         for a, b in pairwise(stations):
@@ -165,19 +165,19 @@ class Guarded(Kinematic):
         steps = np.concatenate(fine)
         way_m = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(steps[:, :2], axis=0).T))])
         errors = self.drift.draw(way_m, self.config.motion.cruise_mps, self.rng)
-        errors[:, [0, 1, 5]] -= errors[0, [0, 1, 5]]  # it starts where the last stop left it
+        errors[:, [0, 1, 5]] -= errors[0, [0, 1, 5]]  # it starts where the last stop ended
         true = self._in_truth(steps) + errors[:, [0, 1, 5]]
         return Drive(steps, true, errors, way_m, np.array(feel))
 
     def _at(self, drive: Drive, k: int) -> tuple[Pose, Pose]:
-        """The true and the believed pose at a step."""
+        """Return the true and the estimated pose at a step."""
         true = self._stand(*drive.true[k])
         x, y, yaw = (float(part) for part in drive.stations[k])
         dz, droll, dpitch = (float(part) for part in drive.errors[k, 2:5])
         return true, Pose(x, y, true.z_m + dz, true.roll_rad + droll, true.pitch_rad + dpitch, wrap_rad(yaw))
 
     def _roll(self, true: Pose, station: F64 | None, surface: Surface, strip: ldem.Ldem) -> None:
-        """What the wheels meet there: contact, a hole, ground that nobody had seen. station: None where it stands."""
+        """Check a step for contact, a hole, and unseen ground. station: None where the rover stands."""
         self._feel(true)
         self.flight.in_hole += in_hole(self.world, true, self.config.rover)
         if station is not None:
@@ -185,13 +185,13 @@ class Guarded(Kinematic):
             self.flight.unseen += unseen(station, known, surface.grid, self.config.rover)
 
     def _stopped(self, bad: tuple[Bad, ...]) -> None:
-        """The rule takes the leg as not tried."""
+        """Tell the rule to count the leg as not tried."""
         real = any(really_bad(self.world, cell.x_m, cell.y_m) for cell in bad)
         self.flight.guard_stops.append(GuardStop(self.true, bad, real))
         self.rule = interrupted(self.rule, self.before)
 
     def _back(self, drive: Drive, k: int) -> int:
-        """0.3 m back along the way; the step it ends at."""
+        """Drive 0.3 m back along the path; returns the step at its end."""
         last = int(np.searchsorted(drive.way_m, max(0.0, drive.way_m[k] - BACK_OFF_M)))
         for at in range(k - 1, last - 1, -1):
             if drive.feel[at]:
@@ -201,7 +201,7 @@ class Guarded(Kinematic):
 
 
 def in_hole(world: World, pose: Pose, rover: Rover) -> bool:
-    """Whether a patch of 10 x 10 cm under a wheel lies in a hole of 0.08 m or more."""
+    """Return whether a patch of 10 x 10 cm under a wheel lies in a hole of 0.08 m or more."""
     half = PATCH_M / 2
     deep = world.holes[world.holes[:, 3] >= PATCH_DEPTH_M]
     for x, y in wheels(pose, rover):
@@ -212,7 +212,7 @@ def in_hole(world: World, pose: Pose, rover: Rover) -> bool:
 
 
 def really_bad(world: World, x_m: float, y_m: float) -> bool:
-    """Whether the true ground has a hole within 0.3 m of a point, or a step of 0.08 m within one cell's cross."""
+    """Return whether the true ground has a hole within 0.3 m of a point, or a step of 0.08 m in one cell's cross."""
     edge = np.hypot(world.holes[:, 0] - x_m, world.holes[:, 1] - y_m) - world.holes[:, 2] / 2
     side = np.arange(-0.15, 0.151, 0.05)
     dx, dy = (part.ravel() for part in np.meshgrid(side, side))

@@ -1,7 +1,7 @@
-"""Shares of lost beams on sound ground under a scanner like a real one: the table of docs/lost-beams.md.
+"""Shares of lost beams on sound ground under a realistic scanner: the table of docs/lost-beams.md.
 
-`python -m tests.missions.lost_beams`: fields of the campaign, two sweeps each, every beam lost that meets ground
-flatter than 5 degrees, half of the further loss singly and half in clumps of 3 to 30.
+`python -m tests.missions.lost_beams`: fields of the campaign, two sweeps each. Every beam that meets ground flatter
+than 5 degrees is lost; half of the further loss is single beams, half clumps of 3 to 30.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ FAR_M, GRAZING_RAD = 30.0, math.radians(5.0)
 
 
 def lossy(eye: Scanner, world: World, pose: Pose, ratio: float, seed: int) -> tuple[Scan, ...]:
-    """A sweep from a true pose."""
+    """Return a sweep with losses from a true pose."""
     T_map_base, rover, shape = pose.matrix(), eye.config.rover, (eye.lines, eye.beams)
     origin = T_map_base[:3, :3] @ (rover.lidar_x_m, rover.lidar_y_m, rover.lidar_z_m) + T_map_base[:3, 3]
     rays = eye.directions @ T_map_base[:3, :3].T
@@ -51,7 +51,7 @@ def _dropouts(count: int, ratio: float, seed: int) -> Bool:
 
 
 def worst_torn(eye: Scanner, scans: tuple[Scan, ...]) -> float:
-    """The largest share of torn places that the watch in flight makes of a sweep."""
+    """Return the largest share of torn places that the flight's monitor finds in a sweep."""
     watch, worst = ReturnWatch(eye.config.rover, eye.config.scanning.sector_rad), 0.0
     for scan in scans:
         watch.update([scan], float(np.interp(scan.start_ns + 40e6, eye.tilt.times_ns, eye.tilt.angles_rad)))
@@ -60,7 +60,7 @@ def worst_torn(eye: Scanner, scans: tuple[Scan, ...]) -> float:
 
 
 def main() -> None:
-    """Prints the table's rows."""
+    """Print the table's rows."""
     config = Config()
     eye, rows = scanner(config), {ratio: [] for ratio in RATIOS}
     for seed in SEEDS:

@@ -1,11 +1,11 @@
-"""The map of two scans at the start under lost beams, outliers, mixed pixels and dark ground, against the map without.
+"""Map of two scans at the start under lost beams, outliers, mixed pixels and dark ground, against the error-free map.
 
     sweeps of an ideal scanner -> errors on their ranges and codes -> cloud, map, classes, pose freedom
 
 No physics and no drive. A share is of the poses (cell, one of 8 orientations) that are free, or can be reached from the
-rover's own pose, on the map of the same sweeps without errors. A pose that is free with errors and not without is
-counted apart: it does not make up for one that was lost. Up to LOOKED of these are looked at on the true ground: a
-rover that stands there is in hard contact (belly, a wheel's step, tilt) or not.
+rover's own pose, on the map of the same sweeps without errors. A pose that is free only with errors is counted apart:
+it does not compensate a lost one. Up to LOOKED of these are checked on the true ground for hard contact of a rover that
+stands there (belly, a wheel's step, tilt).
 """
 
 from __future__ import annotations
@@ -41,7 +41,10 @@ HEADS = ("sweeps with", "free poses kept, mean (worst field)", "reachable poses 
 
 @dataclass(frozen=True)
 class Case:
-    """A row of the table. least_ratio: of the reachable poses that must be kept, mean over the fields; None: open."""
+    """Row of the table.
+
+    least_ratio: least mean share of the reachable poses that must stay, over the fields; None: open.
+    """
 
     name: str
     errors: ScanErrors = ScanErrors()
@@ -50,7 +53,7 @@ class Case:
 
 
 def cases() -> tuple[Case, ...]:
-    """The table's rows, those of the promise first."""
+    """Return the table's rows, those of the promise first."""
     lost = ((0.0001, 0.98), (0.001, 0.98), (0.01, 0.95), (0.05, 0.80))
     return (
         *(Case(f"{100 * ratio:g} % lost, single", ScanErrors(ratio), least) for ratio, least in lost),
@@ -64,7 +67,7 @@ def cases() -> tuple[Case, ...]:
 
 @dataclass(frozen=True)
 class MapRun:
-    """Fields of one kind, "campaign" or "demo". noise_m: 1 sigma of the ranges, None: as configured."""
+    """Fields of one kind, "campaign" or "demo". noise_m: 1 sigma of the ranges; None: as configured."""
 
     fields: str
     seeds: tuple[int, ...] = SEEDS
@@ -73,9 +76,12 @@ class MapRun:
 
 @dataclass(frozen=True)
 class MapRow:
-    """One field under one case, in poses. kept: free (reachable) with and without the errors; false: with alone.
+    """One field under one case, in poses.
 
-    looked, hard: of the false ones, how many were looked at on the true ground, and are in hard contact there.
+    kept: free (reachable) with and without the errors.
+    false: free with the errors only.
+    looked: false ones checked on the true ground.
+    hard: those of them in hard contact.
     """
 
     fields: str
@@ -91,7 +97,7 @@ class MapRow:
 
 
 class Poses(NamedTuple):
-    """Which poses (8, rows, columns) are free, and which the rover reaches."""
+    """Masks (8, rows, columns) of the free poses and of those that the rover reaches."""
 
     grid: Grid
     free: Bool
@@ -99,7 +105,7 @@ class Poses(NamedTuple):
 
 
 def fly(run: MapRun, seed: int) -> tuple[MapRow, ...]:
-    """Every case on one field."""
+    """Run every case on one field."""
     world = FIELDS["main" if run.fields == "campaign" else run.fields](seed)
     made = replace(scanner(Config()), noise_m=run.noise_m)
     clean = sweeps(made, world)
@@ -124,14 +130,14 @@ Sweeps = Sequence[tuple[Pose, tuple[Scan, ...]]]
 
 
 def sweeps(made: Scanner, world: World) -> Sweeps:
-    """Two at the start, ahead and behind, each with the pose that it was taken from."""
+    """Return two sweeps at the start, ahead and behind, each with its pose."""
     rng, start = np.random.default_rng([world.seed, SALT]), world.start
     stands = [world.stand(start.x_m, start.y_m, start.yaw_rad + turn, made.config.rover) for turn in (0.0, math.pi)]
     return tuple((pose, made.sweep(world, pose, rng)) for pose in stands)
 
 
 def map_of(made: Scanner, seen: Sweeps) -> StopMap:
-    """The flight program's map of sweeps at poses that it knows."""
+    """Return the flight program's map of sweeps at known poses."""
     memory = None
     for pose, scans in seen:
         found = look(scans, made.tilt, pose.matrix(), None, made.config)
@@ -141,20 +147,20 @@ def map_of(made: Scanner, seen: Sweeps) -> StopMap:
 
 
 def surface_around(memory: StopMap, place: Pose, size_m: float, config: Config) -> Surface:
-    """What the planner knows of the square of size_m around a place."""
+    """Return the planner's surface in the square of size_m around a place."""
     near = ldem.window(memory.cells, place.x_m, place.y_m, size_m)
     return without_unseen(classify(near, config.mapping), memory.unseen_m)
 
 
 def in_hard_contact(world: World, grid: Grid, pose: I64, config: Config) -> bool:
-    """Whether a rover that stands at a pose o, j, i of a map is in hard contact with the true ground."""
+    """Return whether a rover that stands at a pose o, j, i of a map is in hard contact with the true ground."""
     o, j, i = (int(part) for part in pose)
     stood = world.stand(*grid.centre(j, i), o * math.pi / ORIENTATIONS, config.rover)
     return world.contact(stood, config.rover) == HARD
 
 
 def poses_of(made: Scanner, world: World, seen: Sweeps) -> Poses:
-    """What the map of these sweeps says of the poses; the rover's own counts as free."""
+    """Return the poses by the map of these sweeps; the rover's own counts as free."""
     config, start = made.config, world.start
     surface = surface_around(map_of(made, seen), start, config.mapping.size_m, config)
     freedom = pose_freedom(surface, config.rover, config.planning)
@@ -164,7 +170,7 @@ def poses_of(made: Scanner, world: World, seen: Sweeps) -> Poses:
 
 
 def dark_discs(world: World, config: Config) -> F64:
-    """Discs (n, 3) of ground that returns nothing, 2 to 7 m from the start, none under the rover."""
+    """Return discs (n, 3) of ground that returns nothing, 2 to 7 m from the start, none under the rover."""
     rng = np.random.default_rng([world.seed, SALT, 99])
     away, bearing = rng.uniform(*DARK_AWAY_M, DARK_DISCS), rng.uniform(-math.pi, math.pi, DARK_DISCS)
     radius = rng.uniform(*DARK_RADIUS_M, DARK_DISCS)
@@ -174,9 +180,10 @@ def dark_discs(world: World, config: Config) -> F64:
 
 @dataclass(frozen=True)
 class MapLine:
-    """A case over all fields, as ratios: (mean, least) of the fields. false_ratio: of the free poses of all.
+    """A case over all fields, as ratios: (mean, least) of the fields.
 
-    hard_ratio: of the false ones that were looked at, nan where there are none.
+    false_ratio: of all free poses.
+    hard_ratio: of the checked false poses; nan if there are none.
     """
 
     case: Case
@@ -187,7 +194,7 @@ class MapLine:
 
 
 def summed(rows: Sequence[MapRow]) -> list[MapLine]:
-    """A line for each case, in the table's order."""
+    """Return a line for each case, in the table's order."""
     by_case: Mapping[str, list[MapRow]] = {case.name: [r for r in rows if r.case == case.name] for case in cases()}
     return [_line(case, by_case[case.name]) for case in cases() if by_case[case.name]]
 
@@ -202,7 +209,7 @@ def _line(case: Case, rows: Sequence[MapRow]) -> MapLine:
 
 
 def shortfalls(lines: Sequence[MapLine]) -> list[str]:
-    """Each promise that a line breaks, in words."""
+    """Return each promise that a line breaks, in words."""
     return [
         f"{line.case.name}: {100 * line.reachable[0]:.1f} % of the reachable poses kept, "
         f"{100 * line.case.least_ratio:g} % promised"
@@ -211,7 +218,7 @@ def shortfalls(lines: Sequence[MapLine]) -> list[str]:
 
 
 def cells(line: MapLine) -> tuple[str, ...]:
-    """A line as text, in the order of HEADS."""
+    """Return a line as text, in the order of HEADS."""
     free, reach = (f"{100 * mean:.1f} % ({100 * least:.1f} %)" for mean, least in (line.free, line.reachable))
     least = "-" if line.case.least_ratio is None else f"{100 * line.case.least_ratio:g} %"
     hard = "-" if math.isnan(line.hard_ratio) else f"{100 * line.hard_ratio:.1f} %"

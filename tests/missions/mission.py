@@ -1,11 +1,10 @@
-"""One mission in the kinematic world: the flight program's map, poses and rule; only clock and devices are replaced.
+"""One mission in the kinematic world: the flight program's map, poses and rule, without its clock and devices.
 
     scan (true beams, range noise) -> cloud -> map at the estimated pose -> plan -> drive -> turn -> scan ...
 
-The estimate is off by an error drawn anew at each stop (registration would leave it), and on the way by a drift (the
-odometry's); a path is planned in the estimate's frame and driven in the true one. Contacts are looked for at every
-station of the path and on turns; tyres on rocks in small steps between them as well, so at headings between the
-orientations that the planner knows.
+The estimate has an error drawn at each stop (that of a registration), and on the way a drift (that of the odometry). A
+path is planned in the estimate's frame and driven in the true one. Contacts are checked at every station of the path
+and on turns; tyres on rocks in small steps between them as well, so at headings between the planner's orientations.
 """
 
 from __future__ import annotations
@@ -44,7 +43,7 @@ class Errors:
 
 @dataclass(frozen=True)
 class Stop:
-    """One sensing stop: where the rover truly stood, and what was decided there."""
+    """One sensing stop: the rover's true pose, and the decision there."""
 
     pose: Pose
     result: PlanResult
@@ -53,11 +52,14 @@ class Stop:
 
 @dataclass
 class Flight:
-    """What came of a mission. kind: 'arrived', 'unreachable' or 'endless': given up at the stop limit alone.
+    """Result of a mission.
 
-    miss_m: true distance from the goal at the end. hard, soft: poses in contact. contacts: (k, 3) x, y, severity.
-    unseen: wheels on cells of the map that nobody had seen, nor assumed at the start. on_rocks: each rock over the
-    plant's limit with the wheel that touched it.
+    kind: 'arrived', 'unreachable' or 'endless' (ended by the stop limit alone).
+    miss_m: true distance from the goal at the end.
+    hard, soft: poses in contact.
+    contacts: (k, 3) x, y, severity.
+    unseen: wheels on cells of the map that were neither seen nor assumed at the start.
+    on_rocks: each rock over the plant's limit with the wheel that touched it.
     """
 
     kind: str = ""
@@ -99,7 +101,7 @@ class Kinematic:
         self.trail: list[tuple[float, float, float]] = []
 
     def fly(self) -> Flight:
-        """The whole mission."""
+        """Fly the whole mission."""
         self._scan()
         self._turn(wrap_rad(self.estimate.yaw_rad + math.pi))
         self._scan()
@@ -110,7 +112,7 @@ class Kinematic:
         return self.flight
 
     def _decided(self) -> bool:
-        """Plans and drives; whether the mission has ended."""
+        """Plan and drive; returns whether the mission has ended."""
         result = self._plan()
         decision = result.decision
         self.rule, self.gdem = result.state, result.gdem
@@ -164,7 +166,7 @@ class Kinematic:
         return np.array(self.trail[-TRAIL_POSES:]).reshape(-1, 3)
 
     def _drive(self, decision: Decision) -> bool:
-        """Along the path, station by station, in the true frame; whether it came to its end."""
+        """Drive along the path, station by station, in the true frame; returns whether it was completed."""
         stations = decision.path.stations
         true = self._in_truth(stations) + self._drifted(stations)
         self.trail += [tuple(station) for station in stations]  # type: ignore[misc]
@@ -178,15 +180,15 @@ class Kinematic:
         return True
 
     def _drifted(self, stations: F64) -> F64:
-        """(k, 3) how far the rover truly is from where it follows the path, x, y, yaw: what the odometry gets wrong."""
+        """Return (k, 3) true offsets x, y, yaw from the estimated path: the odometry error."""
         if self.drift == NO_DRIFT:
             return np.zeros((len(stations), 3))
         way_m = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(stations[:, :2], axis=0).T))])
         errors = self.drift.draw(way_m, self.config.motion.cruise_mps, self.rng)[:, [0, 1, 5]]
-        return np.asarray(errors - errors[0])  # it starts where the last stop left it
+        return np.asarray(errors - errors[0])  # it starts where the last stop ended
 
     def _look_under(self, stations: F64) -> None:
-        """Counts wheels at believed stations (k, 3) on what the map does not know, the lattice pose it stands in apart.
+        """Count wheels at estimated stations (k, 3) on unknown cells, except in the lattice pose of the start.
 
         There an error of the pose may have shifted the map under a wheel.
         """
@@ -198,7 +200,7 @@ class Kinematic:
         self.flight.unseen += sum(unseen(station, known, surface.grid, self.config.rover) for station in left)
 
     def _turn(self, yaw_rad: float) -> None:
-        """On the spot, to a heading of the estimate."""
+        """Turn on the spot to a heading of the estimate."""
         turn = wrap_rad(yaw_rad - self.estimate.yaw_rad)
         for k in range(1, math.ceil(abs(turn) / TURN_STEP_RAD) + 1):
             part = self.true.yaw_rad + turn * k / math.ceil(abs(turn) / TURN_STEP_RAD)
@@ -208,13 +210,13 @@ class Kinematic:
         self.trail.append((self.estimate.x_m, self.estimate.y_m, self.estimate.yaw_rad))
 
     def _err(self) -> None:
-        """A new error of the estimate, as the registration of a new stop leaves it."""
+        """Draw a new error of the estimate, as after the registration of a new stop."""
         dx, dy = self.rng.normal(0.0, self.errors.place_m, 2) if self.errors.place_m else (0.0, 0.0)
         turn = float(self.rng.normal(0.0, self.errors.heading_rad)) if self.errors.heading_rad else 0.0
         self.estimate = self._believed(self.true.x_m + dx, self.true.y_m + dy, wrap_rad(self.true.yaw_rad + turn))
 
     def _in_truth(self, stations: F64) -> F64:
-        """Stations (k, 3) of the estimate's frame where they truly lie, by the error of this stop."""
+        """Transform stations (k, 3) from the estimate's frame to the true one, by the error of this stop."""
         turn = self.true.yaw_rad - self.estimate.yaw_rad
         c, s = math.cos(turn), math.sin(turn)
         x, y = stations[:, 0] - self.estimate.x_m, stations[:, 1] - self.estimate.y_m
@@ -223,14 +225,14 @@ class Kinematic:
         )
 
     def _believed(self, x_m: float, y_m: float, yaw_rad: float) -> Pose:
-        """An estimate there; height and attitude are the true ones (IMU)."""
+        """Return the estimate of a true pose; height and attitude are the true ones (IMU)."""
         return replace(self.true, x_m=float(x_m), y_m=float(y_m), yaw_rad=float(yaw_rad))
 
     def _stand(self, x_m: float, y_m: float, yaw_rad: float) -> Pose:
         return self.world.stand(float(x_m), float(y_m), float(yaw_rad), self.config.rover)
 
     def _feel(self, pose: Pose) -> None:
-        """Contacts at a true pose, and of the tyres with rocks on the way there from the last one."""
+        """Check contacts at a true pose, and tyres on rocks on the way from the last one."""
         severity = self.world.contact(pose, self.config.rover)
         if severity:
             self.flight.contacts.append((pose.x_m, pose.y_m, severity))
@@ -241,6 +243,6 @@ class Kinematic:
 
 
 def unseen(station: F64, known: Bool, grid: Grid, rover: Rover) -> int:
-    """How many wheels of the rover at a station x, y, yaw stand on cells that are not `known` (rows, columns)."""
+    """Return the number of wheels at a station x, y, yaw on cells that are not `known` (rows, columns)."""
     x, y, yaw = (float(part) for part in station)
     return sum(not known[grid.cell(*at)] for at in wheels(Pose(x, y, yaw_rad=yaw), rover))

@@ -1,8 +1,10 @@
-"""Objects put on the wheels' tracks after the scan: does the guard see each before a wheel comes there (study 9.3)?
+"""Objects placed on the wheels' tracks after the scan.
 
-Paths are the truth planner's on fields without holes, a scan every 4 m; each leg gets one object 2.5 m of way or more
-behind its scan. The guard only tells, nothing stops. Counted are objects that a wheel truly meets; missed is one that
-no trigger named 0.10 m before.
+Does the guard detect each before a wheel reaches it (study 9.3)?
+
+Paths are the truth planner's on fields without holes, a scan every 4 m; each leg gets one object at least 2.5 m of path
+behind its scan. The guard only reports, nothing stops. Counted are objects that a wheel truly meets; an object is
+missed if no trigger named it 0.10 m before.
 """
 
 from __future__ import annotations
@@ -34,13 +36,13 @@ from tests.missions.world import World, wheels
 LEG_M, FROM_M = 4.0, 2.5
 AT_ONCE = 8  # fields
 MISSED_RATIO = 0.01
-BESIDE_M = 0.2  # a trigger so near to an object's rim names it
+BESIDE_M = 0.2  # a trigger this near to an object's rim names it
 HALF_PATCH_M = 0.05
 
 
 @dataclass(frozen=True)
 class Put:
-    """An object: round, its walls steep. up_m: height of a rock, negative: a hole."""
+    """A round object with steep walls. up_m: height of a rock; negative: depth of a hole."""
 
     x_m: float
     y_m: float
@@ -48,7 +50,7 @@ class Put:
     up_m: float
 
     def into(self, world: World) -> World:
-        """The world with it."""
+        """Return the world with the object."""
         grid = world.grid
         x = grid.x0_m + np.arange(grid.columns) * grid.cell_m - self.x_m
         y = grid.y0_m + np.arange(grid.rows) * grid.cell_m - self.y_m
@@ -56,7 +58,7 @@ class Put:
         return replace(world, heights_m=(world.heights_m + np.where(inside, self.up_m, 0.0)).astype(np.float32))
 
     def met(self, pose: Pose, rover: Rover) -> bool:
-        """Whether a wheel's patch of 10 cm lies wholly in the hole, or touches the rock."""
+        """Return whether a wheel's patch of 10 cm lies wholly in the hole, or touches the rock."""
         for x, y in wheels(pose, rover):
             part = HALF_PATCH_M if self.up_m < 0 else -HALF_PATCH_M  # the patch's farthest corner, or its nearest side
             if math.hypot(*(max(0.0, abs(d) + part) for d in (x - self.x_m, y - self.y_m))) <= self.width_m / 2:
@@ -66,10 +68,11 @@ class Put:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What the guard said on one leg. lead_m: of the first trigger that names the object before a wheel meets it.
+    """Result of the guard on one leg.
 
-    lead_m: nan where none did; met False: no wheel met the object. other: triggers that name something else, counted
-    once for every 0.3 m of way.
+    lead_m: of the first trigger that names the object before a wheel meets it; nan if none did.
+    met: False: no wheel met the object.
+    other: triggers that name something else, counted once for every 0.3 m of path.
     """
 
     seed: int
@@ -89,7 +92,7 @@ class OpenLoop(Guarded):
     """One path in legs of 4 m, each driven once with a hole and once with a rock."""
 
     def outcomes(self, path: F64, seed: int) -> Iterator[Outcome]:
-        """Every leg's, in the path's order."""
+        """Return the outcomes of every leg, in the path's order."""
         way = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(path[:, :2], axis=0).T))])
         bare = self.world
         for first_m in np.arange(0.0, way[-1] - LEG_M, LEG_M):
@@ -106,7 +109,7 @@ class OpenLoop(Guarded):
                 yield self._outcome(leg, thing, seed)
 
     def _draw(self, leg: F64, way_m: F64, up: float) -> Put:
-        """An object on a front wheel's track."""
+        """Return an object on a front wheel's track."""
         at_m = self.rng.uniform(FROM_M, LEG_M - 0.6)
         x, y, yaw = leg[int(np.searchsorted(way_m, at_m))]
         spot = wheels(Pose(x, y, yaw_rad=yaw), self.config.rover)[int(self.rng.choice([0, 3]))]
@@ -141,7 +144,7 @@ class OpenLoop(Guarded):
 
 
 def outcomes(seed: int) -> list[Outcome]:
-    """All legs of one field; none where its goal cannot be reached."""
+    """Return the outcomes of all legs of one field; none if its goal cannot be reached."""
     config = load(None, GUARDED)
     world = main_field(seed)
     perfect = truth(world, config)
@@ -151,7 +154,7 @@ def outcomes(seed: int) -> list[Outcome]:
 
 
 def until_met(each: int, workers: int) -> Iterator[list[Outcome]]:
-    """All legs so far, field by field from seed 1 on, until a wheel has met `each` holes and `each` rocks."""
+    """Yield the legs so far, field by field from seed 1 on, until a wheel has met `each` holes and `each` rocks."""
     found: list[Outcome] = []
     with ProcessPoolExecutor(workers) as pool:
         for first in count(1, AT_ONCE):
@@ -163,7 +166,7 @@ def until_met(each: int, workers: int) -> Iterator[list[Outcome]]:
 
 
 def met(found: Sequence[Outcome]) -> tuple[int, int]:
-    """How many holes and rocks a wheel met."""
+    """Return the numbers of holes and rocks that a wheel met."""
     rocks = sum(one.rock for one in found if one.met)
     return sum(one.met for one in found) - rocks, rocks
 
@@ -175,7 +178,7 @@ def shortfalls(found: Sequence[Outcome]) -> list[str]:
 
 
 def table(found: Sequence[Outcome]) -> Table:
-    """Holes and rocks: put, met by a wheel, missed by the guard, with how much lead."""
+    """Return the table of holes and rocks: placed, met by a wheel, missed by the guard, with the lead."""
     made = Table("objects on the tracks", "put", "met by a wheel", "missed", "lead least / 5 % / median, m",
                  "other triggers per 10 m")  # fmt: skip
     for name, rock in (("holes", False), ("rocks", True)):
@@ -190,7 +193,7 @@ def table(found: Sequence[Outcome]) -> Table:
 
 
 def _ahead(leg: F64) -> F64:
-    """Of each step of a leg, whether it goes ahead (or turns): backwards the guard sees nothing."""
+    """Return for each step of a leg whether it goes ahead (or turns): backwards the guard sees nothing."""
     step = np.diff(leg[:, :2], axis=0)
     ahead: F64 = step[:, 0] * np.cos(leg[1:, 2]) + step[:, 1] * np.sin(leg[1:, 2]) >= -1e-9
     return ahead

@@ -1,4 +1,4 @@
-"""Missions beside each other, in processes; and which ones, from a command line."""
+"""Missions in parallel processes, and their selection on a command line."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Row = TypeVar("Row")
 
 
 class Seeded(Protocol):
-    """What is flown once for each of its seeds."""
+    """Runs that are flown once for each of their seeds."""
 
     @property
     def seeds(self) -> tuple[int, ...]:
@@ -30,12 +30,12 @@ RunT = TypeVar("RunT", bound=Seeded)
 def fly_all(
     fly: Callable[[RunT, int], Row], runs: Sequence[RunT], workers: int, renewed: int = 0
 ) -> Iterator[Row]:  # fmt: skip
-    """Every mission of every run, as they end.
+    """Yield the rows of every mission of every run, as they end.
 
-    renewed: after so many missions another process takes a worker's place, for missions that leave memory behind; 0:
-    never. Workers that are renewed import this program anew: `fly` and `runs` are those of its modules.
-
-    Ctrl-C reaches the caller alone: a mission begun is flown out, unless a second one kills it.
+    renewed: after this many missions a new process replaces a worker, for missions that leave memory in use; 0: never.
+        New
+    workers import this program again: `fly` and `runs` are those of its modules.
+    Ctrl-C reaches the caller alone: missions in progress are completed, unless a second one kills them.
     """
     workshop = _Workshop(renewed) if renewed else None
     with ExitStack() as ended, ThreadPoolExecutor(workers) if workshop else _processes(workers) as pool:
@@ -54,16 +54,16 @@ def fly_all(
 
 
 class _Workshop:
-    """A process for each thread that asks, another after `renewed` missions.
+    """A process for each calling thread, replaced after `renewed` missions.
 
-    ProcessPoolExecutor's own max_tasks_per_child stands still for ever in Python 3.11 (cpython issue 115634).
+    ProcessPoolExecutor's own max_tasks_per_child hangs in Python 3.11 (cpython issue 115634).
     """
 
     def __init__(self, renewed: int) -> None:
         self._renewed, self._own, self._all = renewed, threading.local(), list[ProcessPoolExecutor]()
 
     def fly(self, fly: Callable[[RunT, int], Row], run: RunT, seed: int) -> Row:
-        """One mission in this thread's process."""
+        """Run one mission in this thread's process."""
         own = self._own
         if getattr(own, "left", 0) == 0:
             if hasattr(own, "process"):
@@ -74,7 +74,7 @@ class _Workshop:
         return own.process.submit(fly, run, seed).result()
 
     def close(self) -> None:
-        """No process is left."""
+        """End all processes."""
         for process in self._all:
             process.shutdown()
 
@@ -95,7 +95,7 @@ def _finish(pool: Executor) -> None:
 
 
 def numbers(text: str) -> tuple[int, ...]:
-    """The seeds of `1-10` or `3,7`. Raises typer.BadParameter."""
+    """Return the seeds of `1-10` or `3,7`. Raises typer.BadParameter."""
     found: list[int] = []
     for part in text.split(","):
         low, _, high = part.partition("-")

@@ -1,4 +1,4 @@
-"""What the default rule must show, and where a campaign falls short of it; the table in Markdown."""
+"""Promises of the default rule, the check of a campaign against them, and the table in Markdown."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from tests.missions.campaign import Summary
 
-WHOLE = 60  # seeds of a full set: how many of them are reachable is a promise too
+WHOLE = 60  # seeds of a full set: the number of reachable ones is a promise too
 LEAST_REACHABLE = 40
 HEADS = ("rule and fields", "missions", "reached / reachable", "beyond", "reported", "endless", "stops",
          "way / optimum", "hard", "soft", "unseen",
@@ -16,10 +16,13 @@ HEADS = ("rule and fields", "missions", "reached / reachable", "beyond", "report
 
 @dataclass(frozen=True)
 class Promise:
-    """Of one set of fields. reached_ratio: of the reachable goals. Medians and p90 at most, None: not promised.
+    """Promise of one set of fields.
 
-    all_reachable: every field of the set. unreachable: every goal is to be reported so. off_rocks: no tyre touches a
-    rock of over 0.08 m.
+    reached_ratio: of the reachable goals.
+    Medians and p90: upper limits; None: not promised.
+    all_reachable: True: every field of the set.
+    unreachable: True: every goal must be reported so.
+    off_rocks: True: no tyre touches a rock over 0.08 m.
     """
 
     reached_ratio: float = 1.0
@@ -45,7 +48,7 @@ PROMISES: Mapping[str, Promise] = {
 
 
 def shortfalls(lines: Sequence[Summary]) -> list[str]:
-    """Each promise that a line of the table breaks, in words; runs without a promise must only end."""
+    """Return each promise that a line of the table breaks, in words; runs without a promise must only end."""
     return [f"{line.name}: {text}" for line in lines for text in _broken(line, PROMISES.get(line.name))]
 
 
@@ -78,7 +81,7 @@ def _broken(s: Summary, promise: Promise | None) -> Iterator[str]:
 
 
 def cells(s: Summary) -> tuple[str, ...]:
-    """A line of the table as text, in the order of HEADS."""
+    """Return a line of the table as text, in the order of HEADS."""
     stops, ratio = (" / ".join(f"{v:{form}}" for v in of) if of[0] == of[0] else "-"
                     for of, form in ((s.stops, ".0f"), (s.ratio, ".2f")))  # fmt: skip
     return (s.name, str(s.missions), f"{s.reached} / {s.reachable}", str(s.beyond), str(s.reported), str(s.endless),
@@ -86,6 +89,6 @@ def cells(s: Summary) -> tuple[str, ...]:
 
 
 def markdown(lines: Sequence[Summary]) -> str:
-    """The table as Markdown."""
+    """Return the table as Markdown."""
     rows = [HEADS, ("---",) + ("---:",) * (len(HEADS) - 1), *(cells(line) for line in lines)]
     return "\n".join("| " + " | ".join(row) + " |" for row in rows) + "\n"

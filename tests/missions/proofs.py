@@ -1,6 +1,6 @@
-"""The commands of the map's proofs without physics: `python -m tests.missions map`, `... rocks`.
+"""Commands of the map's proofs without physics: `python -m tests.missions map`, `... rocks`.
 
-Each shows a line as a field ends, then one table, writes it as Markdown and ends with exit code 1 where a promise is
+Each prints a line when a field ends, then one table, writes it as Markdown and ends with exit code 1 if a promise is
 broken. `--docs` writes the table into the page that includes it, from a whole run only.
 """
 
@@ -69,7 +69,7 @@ def rocks_command(
     out: Out = OUT,
     docs: Docs = False,
 ) -> None:
-    """Rocks of 0.07 to 0.15 m, 2 to 8 m away: do they block? Rocks seen by few beams, and dark ones in the way."""
+    """Rocks of 0.07 to 0.15 m, 2 to 8 m away: do they block? Rocks seen by few beams, and dark ones in the path."""
     if losses not in LOSSES:
         raise typer.BadParameter(f"{losses!r}: expected {' or '.join(LOSSES)}", param_hint="--losses")
     _whole(docs, not seeds and losses == "default")
@@ -94,7 +94,7 @@ def rocks_command(
 
 
 def _within(all_seeds: tuple[int, ...], asked: str) -> tuple[int, ...]:
-    """Those asked for, of all."""
+    """Return the selected seeds."""
     return tuple(seed for seed in all_seeds if not asked or seed in numbers(asked))
 
 
@@ -106,7 +106,7 @@ def _whole(docs: bool, whole: bool) -> None:
 def _tell(
     name: str, rows: Sequence[Any], heads: Sequence[str], table: Sequence[Sequence[str]], out: Path, page: Path | None
 ) -> None:
-    """Table on the screen; rows and table as files, and into the page."""
+    """Print the table; write rows and table to files, and into the page."""
     out.mkdir(parents=True, exist_ok=True)
     (out / f"{name}.json").write_text(json.dumps([asdict(row) for row in rows], indent=1) + "\n")
     (out / f"{name}.md").write_text(markdown(heads, table))
@@ -116,7 +116,7 @@ def _tell(
 
 
 def end(short: Sequence[str]) -> None:
-    """Says what falls short; exit code 1 if anything does."""
+    """Print the broken promises; exit with code 1 if there are any."""
     for text in short:
         typer.echo(f"falls short: {text}", err=True)
     raise typer.Exit(1 if short else 0)

@@ -1,4 +1,4 @@
-"""Small rocks before the rover, one sweep, then pose freedom: is every pose that rolls over the rock's top not free?
+"""Small rocks before the rover, one sweep, then pose freedom: no pose that rolls over the rock's top may be free.
 
 Gently rough ground (fBm, median slope 3 degrees) without other rocks; each place has one rock of a given height and a
 drawn width, 2, 4, 6 or 8 m from base_link, within 55 degrees of straight ahead; four places share a sweep, more than a
@@ -30,10 +30,10 @@ from tests.missions.scanner import FAR_M, Scanner, scanner
 from tests.missions.world import Triangles, World, of_field
 
 HEIGHTS_M, WIDTHS_M, AWAYS_M = (0.07, 0.08, 0.10, 0.15), (0.15, 0.40), (2.0, 4.0, 6.0, 8.0)
-SEEDS = tuple(range(1, 51))  # so many places of each height and distance
+SEEDS = tuple(range(1, 51))  # places of each height and distance
 MEDIAN_SLOPE_DEG, SALT = 3.0, 83
 SECTOR_RAD, APART_M = math.radians(55), 1.0
-PROMISED_M, PROMISED_AWAY_M = 0.08, 4.0  # so high and so near: every one blocks
+PROMISED_M, PROMISED_AWAY_M = 0.08, 4.0  # each rock of this height and within this distance blocks
 FEW_HEIGHT_M, FEW_BEAMS = 0.10, (5, 12)
 OUTLIERS = ScanErrors(outlier_ratio=0.001)
 HEADS = ("rock", *(f"{away_m:g} m away" for away_m in AWAYS_M))
@@ -41,7 +41,7 @@ HEADS = ("rock", *(f"{away_m:g} m away" for away_m in AWAYS_M))
 
 @dataclass(frozen=True)
 class RockRun:
-    """A distance with its seeds. few: of the rock's beams only 5 to 12 side by side return."""
+    """A distance with its seeds. few: True: only 5 to 12 adjacent beams of the rock return."""
 
     away_m: float
     seeds: tuple[int, ...] = SEEDS
@@ -51,7 +51,12 @@ class RockRun:
 
 @dataclass(frozen=True)
 class RockRow:
-    """One rock. beams: that returned from it; free: poses that roll over its top and are free, of so many poses."""
+    """One rock.
+
+    beams: that returned from it.
+    free: free poses that roll over its top.
+    poses: all poses that roll over its top.
+    """
 
     away_m: float
     seed: int
@@ -64,7 +69,7 @@ class RockRow:
 
     @property
     def blocks(self) -> bool:
-        """Whether no pose that rolls over it is free."""
+        """True if no pose that rolls over it is free."""
         return self.free == 0
 
 
@@ -74,7 +79,7 @@ def _scanner() -> Scanner:
 
 
 def fly(run: RockRun, seed: int) -> tuple[RockRow, ...]:
-    """The four rocks of one sweep."""
+    """Run the four rocks of one sweep."""
     made, rng = _scanner(), np.random.default_rng([seed, SALT, round(10 * run.away_m), run.few])
     heights = (FEW_HEIGHT_M,) * len(HEIGHTS_M) if run.few else tuple(rng.permutation(HEIGHTS_M).tolist())
     field, world = rocky(run.away_m, heights, seed, rng)
@@ -97,7 +102,7 @@ def fly(run: RockRun, seed: int) -> tuple[RockRow, ...]:
 
 
 def rocky(away_m: float, heights_m: Sequence[float], seed: int, rng: np.random.Generator) -> tuple[Field, World]:
-    """Gentle ground with a rock of each height at the distance, the start heading along +x."""
+    """Return gentle ground with a rock of each height at the distance, the start heading along +x."""
     recipe = Recipe(rng.uniform(0.75, 0.9), median_slope_deg=MEDIAN_SLOPE_DEG)
     field = compose(recipe, Course(away_m=9.0), rng, seed)
     rocks = []
@@ -109,13 +114,13 @@ def rocky(away_m: float, heights_m: Sequence[float], seed: int, rng: np.random.G
 
 
 def standing(field: Field, x_m: float, y_m: float, width_m: float, height_m: float, rng: np.random.Generator) -> Rock:
-    """A rock of this size on the field's soil."""
+    """Return a rock of this size on the field's soil."""
     z_m = float(soil_height(field.grid, field.soil_z, np.array([x_m]), np.array([y_m]))[0])
     return rock_of(x_m, y_m, z_m, width_m, height_m, rng)
 
 
 def _bearings(away_m: float, count: int, rng: np.random.Generator) -> F64:
-    """Drawn within the sector until all are APART_M apart at this distance."""
+    """Return bearings within the sector, all APART_M apart at this distance."""
     while True:
         found = np.sort(rng.uniform(-SECTOR_RAD, SECTOR_RAD, count))
         if (2 * away_m * np.sin(np.diff(found) / 2) >= APART_M).all():
@@ -123,7 +128,7 @@ def _bearings(away_m: float, count: int, rng: np.random.Generator) -> F64:
 
 
 def beams_on(rock: Rock, field: Field, made: Scanner, world: World, pose: Pose) -> I32:
-    """Numbers of the sweep's beams whose light truly meets the rock."""
+    """Return the numbers of the sweep's beams whose light truly meets the rock."""
     T, rover = pose.matrix(), made.config.rover
     origin = T[:3, :3] @ (rover.lidar_x_m, 0.0, rover.lidar_z_m) + T[:3, 3]
     ways = made.directions @ T[:3, :3].T
@@ -137,7 +142,7 @@ def beams_on(rock: Rock, field: Field, made: Scanner, world: World, pose: Pose) 
 
 
 def thinned(scans: Sequence[Scan], on_rock: Sequence[I32], rng: np.random.Generator) -> tuple[Scan, ...]:
-    """The scans with few of each rock's beams left: those nearest, in the range image, to one of its upper third."""
+    """Return the scans with few of each rock's beams: those nearest, in the range image, to one of its upper third."""
     ranges_m, status = np.stack([s.ranges_m for s in scans]), np.stack([s.status for s in scans])
     for beams in on_rock:
         line, beam = np.unravel_index(beams, status.shape)
@@ -152,13 +157,13 @@ def thinned(scans: Sequence[Scan], on_rock: Sequence[I32], rng: np.random.Genera
 
 
 def top_of(rock: Rock) -> tuple[float, float]:
-    """(x, y) of its highest point."""
+    """Return (x, y) of its highest point."""
     x_m, y_m, _ = rock.vertices_m[rock.vertices_m[:, 2].argmax()]
     return float(x_m), float(y_m)
 
 
 def rolling_over(point_m: tuple[float, float], grid: Grid, rover: Rover) -> I32:
-    """Poses (k, 3) o, j, i on the grid that have a point under a wheel."""
+    """Return poses (k, 3) o, j, i on the grid that have a point under a wheel."""
     half_m, reach = rover.wheel_width_m / 2, math.ceil(1.0 / grid.cell_m)
     j0, i0 = grid.cell(*point_m)
     j, i = (part.ravel() for part in np.mgrid[j0 - reach : j0 + reach + 1, i0 - reach : i0 + reach + 1])
@@ -178,12 +183,12 @@ def rolling_over(point_m: tuple[float, float], grid: Grid, rover: Rover) -> I32:
 
 
 def free_of(freedom: U8, poses: I32) -> int:
-    """How many of these poses are free."""
+    """Return the number of free poses among these."""
     return int((freedom[tuple(poses.T)] == Freedom.FREE).sum())
 
 
 def cells(rows: Sequence[RockRow]) -> list[tuple[str, ...]]:
-    """The table: how many block, by height and distance; then rocks seen by few beams."""
+    """Return the table: number of blocking rocks by height and distance; then rocks seen by few beams."""
     whole, few_beams = [row for row in rows if not row.few], [row for row in rows if row.few]
     lines = [
         (f"{height_m:g} m high", *_shares([row for row in whole if row.height_m == height_m])) for height_m in HEIGHTS_M
@@ -201,7 +206,7 @@ def _share(rows: Sequence[RockRow]) -> str:
 
 
 def shortfalls(rows: Sequence[RockRow]) -> list[str]:
-    """Every rock that had to block and does not."""
+    """Return every rock that should block and does not."""
     return [
         f"seed {row.seed}: a rock of {row.height_m:g} m x {row.width_m:g} m, {row.away_m:g} m away, {row.beams} beams: "
         f"{row.free} of {row.poses} poses that roll over it are free"

@@ -1,7 +1,7 @@
-"""What a real scanner does to a sweep: lost beams, single or in clumps, outliers, and mixed pixels at edges.
+"""Errors of a real scanner on a sweep: lost beams, single or in clumps, outliers, and mixed pixels at edges.
 
-The errors act on the ranges and codes of a sweep that an ideal scanner made, as arrays (lines, beams). Their order is
-that of the light: a beam that is split between two surfaces, a wrong range, a beam that returns nothing.
+The errors act on the ranges and codes of an ideal scanner's sweep, as arrays (lines, beams). Their order is that of the
+light: a beam that is split between two surfaces, a wrong range, a beam that returns nothing.
 """
 
 from __future__ import annotations
@@ -15,15 +15,17 @@ from onboard.records import F32, U8, BeamStatus, Bool, Scan
 
 EDGE_M = 0.2  # neighbour beams that differ by more have an edge between them
 NEAREST_M = 0.1  # an outlier is never nearer
-CLUMP = (3, 30)  # beams side by side that are lost together
+CLUMP = (3, 30)  # adjacent beams that are lost together
 
 
 @dataclass(frozen=True)
 class ScanErrors:
-    """Shares of the beams. lost_ratio: of all beams; clump: least and most beams lost side by side.
+    """Error shares of the beams.
 
-    outlier_ratio: of the returns, off by up to outlier_m. mixed_ratio: of the beams at an edge, their range is drawn
-    between the two surfaces.
+    lost_ratio: of all beams.
+    clump: least and most adjacent beams lost together.
+    outlier_ratio: of the returns, off by up to outlier_m.
+    mixed_ratio: of the beams at an edge; their range is drawn between the two surfaces.
     """
 
     lost_ratio: float = 0.0
@@ -33,7 +35,7 @@ class ScanErrors:
     mixed_ratio: float = 0.0
 
     def apply(self, scans: Sequence[Scan], rng: np.random.Generator) -> tuple[Scan, ...]:
-        """The same scans with these errors."""
+        """Return the same scans with these errors."""
         ranges_m = np.stack([scan.ranges_m for scan in scans])
         status = np.stack([scan.status for scan in scans])
         if self.mixed_ratio:
@@ -52,9 +54,9 @@ DEFAULT = ScanErrors(lost_ratio=0.01, clump=CLUMP, outlier_ratio=0.0002, mixed_r
 
 
 def lost(shape: tuple[int, int], ratio: float, clump: tuple[int, int], rng: np.random.Generator) -> Bool:
-    """Which beams (lines, beams) are lost: clumps at random places of random lines until `ratio` of them is reached.
+    """Return the mask (lines, beams) of lost beams: clumps at random places of random lines until `ratio` is reached.
 
-    clump: least and most beams of one, (1, 1): single beams. A clump that begins near a line's end is cut there.
+    clump: least and most beams of one; (1, 1): single beams. A clump that begins near a line's end is cut there.
     """
     lines, beams = shape
     gone = np.zeros(shape, np.bool_)
@@ -71,14 +73,14 @@ def lost(shape: tuple[int, int], ratio: float, clump: tuple[int, int], rng: np.r
 
 
 def outliers(ranges_m: F32, status: U8, ratio: float, off_m: float, rng: np.random.Generator) -> F32:
-    """Ranges of which `ratio` is off by up to `off_m`, uniformly, nearer or farther."""
+    """Return ranges of which `ratio` is off by up to `off_m`, uniformly, nearer or farther."""
     off = (rng.random(ranges_m.shape) < ratio) & (status == BeamStatus.OK)
     wrong = np.maximum(ranges_m + rng.uniform(-off_m, off_m, ranges_m.shape), NEAREST_M)
     return np.where(off, wrong, ranges_m).astype(np.float32)
 
 
 def mixed(ranges_m: F32, status: U8, ratio: float, rng: np.random.Generator) -> F32:
-    """Ranges of which, at edges, `ratio` lies anywhere between the beam's own surface and its neighbour's.
+    """Return ranges of which, at edges, `ratio` lies anywhere between the beam's own surface and its neighbour's.
 
     An edge is between neighbour beams of one line whose ranges differ by more than EDGE_M; the farther beam is split.
     """

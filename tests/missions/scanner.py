@@ -1,7 +1,7 @@
 """The scanner of the kinematic world: every beam of a sweep at its own time and tilt, cast on the true ground.
 
-Gives what the driver gives, scans and a tilt track, so that the flight program's own `cloud` makes the points. The deck
-and the wheels stand in the way: their returns are there, and what lies behind them is not.
+It returns the driver's types, scans and a tilt track, so that the flight program's own `cloud` makes the points. The
+deck and the wheels block beams: their returns are there, and nothing behind them.
 """
 
 from __future__ import annotations
@@ -25,9 +25,12 @@ FAR_M = 30.0  # a return from beyond the mapping range is a return
 
 @dataclass(frozen=True)
 class Scanner:
-    """Beams of one sweep in base_link axes: directions (lines * beams, 3), way to the rover's own hull (inf: none).
+    """Beams of one sweep in base_link axes: directions (lines * beams, 3), distance to the rover's own hull (inf.
 
-    noise_m: 1 sigma of a range as it really is; None: as the configuration believes. errors: on top of an ideal sweep.
+    None).
+
+    noise_m: true 1 sigma of a range; None: as configured.
+    errors: added to an ideal sweep.
     """
 
     config: Config
@@ -40,7 +43,7 @@ class Scanner:
     errors: ScanErrors | None = None
 
     def sweep(self, world: World, pose: Pose, rng: np.random.Generator) -> tuple[Scan, ...]:
-        """The scans of a stop, taken from the true pose, with range noise."""
+        """Return the scans of a stop, taken from the true pose, with range noise."""
         T_map_base = pose.matrix()
         rover = self.config.rover
         origin = T_map_base[:3, :3] @ (rover.lidar_x_m, 0.0, rover.lidar_z_m) + T_map_base[:3, 3]
@@ -61,7 +64,7 @@ class Scanner:
 
 
 def scanner(config: Config) -> Scanner:
-    """The scanner of a configuration: its sweep profile and sector."""
+    """Return the scanner of a configuration: its sweep profile and sector."""
     pieces = segments(config.scanning, config.rover.lidar_z_m)
     ends_ns = np.cumsum([0] + [piece.duration_ns for piece in pieces])
     angles = np.array([pieces[0].start_rad] + [piece.end_rad for piece in pieces])
@@ -79,7 +82,7 @@ def scanner(config: Config) -> Scanner:
 
 
 def hull_way_m(config: Config, directions: F64) -> F64:
-    """Way of each beam to the nearest box of the rover's own hull, inf where it meets none (slab test)."""
+    """Return the distance of each beam to the nearest box of the rover's own hull; inf if it meets none (slab test)."""
     rover = config.rover
     origin = np.array([rover.lidar_x_m, 0.0, rover.lidar_z_m])
     nearest = np.full(len(directions), np.inf)

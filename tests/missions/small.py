@@ -18,7 +18,7 @@ Box = tuple[float, float, float, float]
 
 
 def quick(**settings: object) -> Config:
-    """The coarse sweep; settings: SECTION__NAME=value over it."""
+    """Return the configuration with the coarse sweep; settings: SECTION__NAME=value over it."""
     return load(None, {**QUICK, **{name.replace("__", "."): value for name, value in settings.items()}})
 
 

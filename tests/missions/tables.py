@@ -1,7 +1,7 @@
-"""A command's table: on the screen, as Markdown, and in the page of the documents that includes it.
+"""Table of a command: on the screen, as Markdown, and in the page of the documents that includes it.
 
-In a page the table stands between two lines, <!-- begin NAME ... --> and <!-- end NAME -->; what is between them is
-written by the command.
+In a page the table stands between two lines, <!-- begin NAME ... --> and <!-- end NAME -->; the command writes the text
+between them.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from rich.table import Table
 
 
 def markdown(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    """The table as Markdown: the first column to the left, figures to the right."""
+    """Return the table as Markdown: the first column to the left, figures to the right."""
     lines = [heads, ("---",) + ("---:",) * (len(heads) - 1), *rows]
     return "\n".join("| " + " | ".join(line) + " |" for line in lines) + "\n"
 
@@ -28,7 +28,7 @@ def shown(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> Table:
 
 
 def put(page: Path, name: str, table: str) -> None:
-    """Writes a table into its place in a page. Raises ValueError where the page has no such place."""
+    """Write a table into its place in a page. Raises ValueError if the page has no such place."""
     text = page.read_text(encoding="utf-8")
     place = re.compile(rf"(<!-- begin {re.escape(name)}\b[^\n]*-->\n).*?(<!-- end {re.escape(name)} -->)", re.DOTALL)
     if not place.search(text):

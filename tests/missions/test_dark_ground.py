@@ -1,4 +1,4 @@
-"""Ground that loses beams because they graze it is no dark thing: what it costs the map with unseen cells."""
+"""Tests of ground that loses beams by grazing incidence: it is not dark, and costs the map unseen cells."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ GRAZING = LidarErrors(grazing_rad=math.radians(5.0))
 
 
 def grazed(field: Field, pose: Pose, scans: tuple[Scan, ...], made: Scanner, rng: np.random.Generator) -> np.ndarray:
-    """Which beams (lines, beams) of a sweep the bench's scanner would lose for grazing."""
+    """Return the mask (lines, beams) of a sweep's beams that the bench's scanner would lose by grazing incidence."""
     T, rover = pose.matrix(), made.config.rover
     origin = T[:3, :3] @ (rover.lidar_x_m, 0.0, rover.lidar_z_m) + T[:3, 3]
     ways = made.directions @ T[:3, :3].T

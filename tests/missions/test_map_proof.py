@@ -1,4 +1,4 @@
-"""The table of the map under scan errors: what it counts, and what falls short."""
+"""Tests of the map under scan errors: its counts, and its broken promises."""
 
 from dataclasses import replace
 

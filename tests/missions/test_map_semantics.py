@@ -1,4 +1,4 @@
-"""What the map says against the true ground: two scans by the true beams, ahead and behind, then the rules."""
+"""Map semantics against the true ground: two scans by the true beams, ahead and behind, then the rules."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ pytestmark = [pytest.mark.campaign, pytest.mark.xdist_group("map-semantics")]  #
 
 
 class Seen(NamedTuple):
-    """A world, what two scans at its start make of it, and the way of each cell from there, (rows, columns) m."""
+    """A world, the map of two scans at its start, and the distance of each cell from there, (rows, columns) m."""
 
     world: World
     surface: Surface
@@ -66,7 +66,7 @@ def pitted() -> list[Seen]:
 
 
 def drawn(seen: Seen, within_m: float) -> list[Pose]:
-    """Poses that the map calls free, the rover settled there on the true ground."""
+    """Return poses that are free in the map, with the rover settled there on the true ground."""
     free = np.argwhere((seen.freedom == Freedom.FREE) & (seen.away_m <= within_m))
     x, y = centres(seen.surface.grid)
     chosen = np.random.default_rng([seen.world.seed, 79]).permutation(len(free))[:POSES]
@@ -77,7 +77,7 @@ def drawn(seen: Seen, within_m: float) -> list[Pose]:
 
 
 def scanned(surface: Surface, pose: Pose) -> np.ndarray:
-    """Cells (rows, columns) of even ground at height 0 whose four corners a scan from `pose` looks at.
+    """Return cells (rows, columns) of even ground at height 0 whose four corners a scan from `pose` reaches.
 
     Within sector, tilts and range, 3 sigma of its noise off, and not behind the rover's own hull.
     """

@@ -1,4 +1,4 @@
-"""The campaign's table, and what counts as falling short of the promise."""
+"""Tests of the campaign's table, and of the check against the promise."""
 
 import json
 import math

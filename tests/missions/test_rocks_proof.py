@@ -1,4 +1,4 @@
-"""The table of small rocks: the rock placed is the rock asked for, and what rolls over it is what is counted."""
+"""Tests of the small rocks table: the placed rock has the required size, and poses that roll over it are counted."""
 
 import math
 from dataclasses import replace

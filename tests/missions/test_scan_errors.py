@@ -1,4 +1,4 @@
-"""Errors put on an ideal sweep: as many as asked, of the kind asked, the same for the same seed."""
+"""Tests of errors on an ideal sweep: the required number and kind, and equal errors for equal seeds."""
 
 from dataclasses import replace
 

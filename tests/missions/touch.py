@@ -22,7 +22,7 @@ from protocol.conventions import WHEEL_SIGNS, wrap_rad
 from tests.missions.world import World, wheels
 
 SAMPLE_M = 0.0125
-STEP_M, STEP_RAD = 0.02, math.radians(2.0)  # between two poses it is looked at so often
+STEP_M, STEP_RAD = 0.02, math.radians(2.0)  # between two poses contact is checked this often
 JUMP_M = 1.0  # poses farther apart are not the ends of one movement
 
 
@@ -53,7 +53,7 @@ def touches(world: World, pose: Pose, rover: Rover, turning: bool = False) -> It
 
 
 def between(a: Pose, b: Pose) -> Iterator[tuple[float, float, float, bool]]:
-    """Places x, y, yaw from a to b, b included, in small steps, and whether it is a turn on the spot."""
+    """Yield places x, y, yaw from a to b, b included, in small steps, and whether it is a turn on the spot."""
     way_m, turn = math.dist((a.x_m, a.y_m), (b.x_m, b.y_m)), wrap_rad(b.yaw_rad - a.yaw_rad)
     pieces = 1 if way_m > JUMP_M else max(1, math.ceil(way_m / STEP_M), math.ceil(abs(turn) / STEP_RAD))
     on_spot = way_m < STEP_M and turn != 0.0

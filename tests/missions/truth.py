@@ -17,7 +17,10 @@ from tests.missions.world import World, true_surface
 
 @dataclass(frozen=True)
 class Truth:
-    """What a perfect map says. path: the cheapest way to the pose nearest to the goal, None: unreachable."""
+    """Result of planning on a perfect map.
+
+    path: the cheapest path to the pose nearest to the goal; None: unreachable.
+    """
 
     surface: Surface
     freedom: U8
@@ -25,7 +28,7 @@ class Truth:
 
     @property
     def reachable(self) -> bool:
-        """Whether a free pose within the goal's tolerance can be reached."""
+        """Return whether a free pose within the goal's tolerance can be reached."""
         return self.path is not None
 
     @property
@@ -35,7 +38,7 @@ class Truth:
 
 
 def truth(world: World, config: Config) -> Truth:
-    """The perfect map of a world, and the way over it."""
+    """Return the perfect map of a world, and the path over it."""
     surface = true_surface(world, config.mapping.cell_m)
     freedom = pose_freedom(surface, config.rover, config.planning)
     start = (world.start.x_m, world.start.y_m, world.start.yaw_rad)
@@ -51,7 +54,7 @@ def truth(world: World, config: Config) -> Truth:
 
 
 def _goals(surface: Surface, reach: Bool, goal_m: tuple[float, float], tolerance_m: float) -> Bool:
-    """The reachable poses nearest to the goal, none where they lie farther from it than the tolerance."""
+    """Return the reachable poses nearest to the goal; none if they are farther from it than the tolerance."""
     grid = surface.grid
     x: F64 = grid.x0_m + np.arange(grid.columns) * grid.cell_m - goal_m[0]
     y: F64 = grid.y0_m + np.arange(grid.rows) * grid.cell_m - goal_m[1]

@@ -31,16 +31,16 @@ from protocol.conventions import WHEEL_SIGNS
 HARD_BELLY_M, SOFT_BELLY_M = 0.15, 0.12  # ground above the wheel plane under the body
 HARD_STEP_M, SOFT_STEP_M = 0.12, 0.10  # of one wheel
 HALF_PATCH_M = 0.05  # of the patch that a wheel stands on
-TYRE_REACH_M = 0.15  # from a wheel's centre no point of its tyre is so far
+TYRE_REACH_M = 0.15  # greatest distance of a tyre's point from the wheel's centre
 HARD_TILT_RAD, SOFT_TILT_RAD = math.radians(30), math.radians(27)
 CLEAR, SOFT, HARD = 0, 1, 2
 
 
 class Caster(Protocol):
-    """What beams from one point meet: see HeightField.cast."""
+    """Beams from one point: see HeightField.cast."""
 
     def cast(self, origin_m: F64, directions: F64, range_m: float) -> F64:
-        """Ranges (n,) along unit directions (n, 3), inf where nothing is met in range."""
+        """Return ranges (n,) along unit directions (n, 3); inf where nothing is met in range."""
         ...
 
 
@@ -57,10 +57,12 @@ class Triangles:
 
 @dataclass(frozen=True)
 class World:
-    """True heights (rows, columns) on `grid`; where the rover starts and wants to go; what is drawn into the ground.
+    """True heights (rows, columns) on `grid`, start and goal of the rover, and objects in the ground.
 
-    holes: (n, 4) x, y, width, depth. dark: (n, 3) x, y, radius of discs whose ground and rocks return no light.
-    caster: what beams meet in place of the raster; None: the raster. rocks: as bodies; the raster has them as well.
+    holes: (n, 4) x, y, width, depth.
+    dark: (n, 3) x, y, radius of discs whose ground and rocks return no light.
+    caster: replaces the raster for beams; None: the raster.
+    rocks: as bodies; the raster has them as well.
     soil_m: heights without the rocks, (rows, columns); None: as heights_m.
     """
 
@@ -90,14 +92,14 @@ class World:
         return soil_height(self.grid, self.heights_m if self.soil_m is None else self.soil_m, x_m, y_m)
 
     def is_dark(self, points_m: F64) -> Bool:
-        """Which points (n, 2) lie on a dark disc."""
+        """Return the mask of points (n, 2) on a dark disc."""
         found = np.zeros(len(points_m), np.bool_)
         for x_m, y_m, radius_m in self.dark:
             found |= np.hypot(points_m[:, 0] - x_m, points_m[:, 1] - y_m) <= radius_m
         return found
 
     def sunk(self, holes: F64) -> World:
-        """The same world with round holes (n, 4) of x, y, width, depth, their walls steep."""
+        """Return the same world with round holes (n, 4) of x, y, width, depth, with steep walls."""
         grid, deep = self.grid, np.zeros_like(self.heights_m)
         x, y = grid.x0_m + np.arange(grid.columns) * grid.cell_m, grid.y0_m + np.arange(grid.rows) * grid.cell_m
         for at_x, at_y, width_m, depth_m in holes:
@@ -108,7 +110,7 @@ class World:
         )
 
     def stand(self, x_m: float, y_m: float, yaw_rad: float, rover: Rover) -> Pose:
-        """The pose of the rover set down there, from the heights under its wheels."""
+        """Return the pose of the rover placed there, from the heights under its wheels."""
         c, s = math.cos(yaw_rad), math.sin(yaw_rad)
         length, width = rover.half_wheelbase_m, rover.half_track_m
         along, across = np.array([length, -length, -length, length]), np.array([width, width, -width, -width])
@@ -118,7 +120,7 @@ class World:
         return Pose(x_m, y_m, float(z.mean()), roll, pitch, yaw_rad)
 
     def contact(self, pose: Pose, rover: Rover) -> int:
-        """CLEAR, SOFT or HARD of the rover standing at a pose: belly, a step under a wheel, tilt."""
+        """Return CLEAR, SOFT or HARD for the rover standing at a pose: belly, a step under a wheel, tilt."""
         tilt = max(abs(pose.roll_rad), abs(pose.pitch_rad))
         belly, step = self._rises_m(pose, rover)
         if belly > HARD_BELLY_M or step > HARD_STEP_M or tilt > HARD_TILT_RAD:
@@ -126,11 +128,11 @@ class World:
         return SOFT if belly > SOFT_BELLY_M or step > SOFT_STEP_M or tilt > SOFT_TILT_RAD else CLEAR
 
     def belly_m(self, pose: Pose, rover: Rover) -> float:
-        """How far the ground under the deck rises above the wheel plane at most."""
+        """Return the greatest height of the ground under the deck above the wheel plane."""
         return self._rises_m(pose, rover)[0]
 
     def _rises_m(self, pose: Pose, rover: Rover) -> tuple[float, float]:
-        """`belly_m`, and the largest step of a wheel with the wheel plane taken out."""
+        """Return `belly_m`, and the largest step of a wheel relative to the wheel plane."""
         along, across, above = self._over(pose, math.hypot(rover.half_wheelbase_m, rover.half_track_m) + TYRE_REACH_M)
         under = _within(along, across, rover.half_wheelbase_m, rover.half_track_m)
         steps = []
@@ -142,7 +144,7 @@ class World:
         return float(above[under].max()), float(max(steps))
 
     def _over(self, pose: Pose, reach_m: float) -> tuple[F64, F64, F64]:
-        """Nodes of the raster near a pose: along and across the body, height over the wheel plane."""
+        """Return nodes of the raster near a pose: along and across the body, height over the wheel plane."""
         grid, c, s = self.grid, math.cos(pose.yaw_rad), math.sin(pose.yaw_rad)
         i0, i1 = (round((pose.x_m - grid.x0_m + side * reach_m) / grid.cell_m) for side in (-1, 1))
         j0, j1 = (round((pose.y_m - grid.y0_m + side * reach_m) / grid.cell_m) for side in (-1, 1))
@@ -155,13 +157,13 @@ class World:
 
 
 def _within(along_m: F64, across_m: F64, half_length_m: float, half_width_m: float) -> Bool:
-    """Which points lie in a rectangle about the origin, its border included."""
+    """Return the mask of points in a rectangle about the origin, its border included."""
     inside: Bool = (np.abs(along_m) <= half_length_m + 1e-9) & (np.abs(across_m) <= half_width_m + 1e-9)
     return inside
 
 
 def wheels(pose: Pose, rover: Rover) -> list[tuple[float, float]]:
-    """(x, y) of the four wheels."""
+    """Return (x, y) of the four wheels."""
     c, s = math.cos(pose.yaw_rad), math.sin(pose.yaw_rad)
     length, width = rover.half_wheelbase_m, rover.half_track_m
     return [
@@ -170,7 +172,7 @@ def wheels(pose: Pose, rover: Rover) -> list[tuple[float, float]]:
 
 
 def of_field(made: Field, kind: str) -> World:
-    """The world of a field, without holes."""
+    """Return the world of a field, without holes."""
     return World(
         made.grid, truth_height(made), made.start, made.goal_m, made.seed, kind, holes=np.empty((0, 4)),
         rocks=made.rocks, soil_m=made.soil_z,
@@ -178,5 +180,5 @@ def of_field(made: Field, kind: str) -> World:
 
 
 def true_surface(world: World, cell_m: float) -> Surface:
-    """The whole true ground as a planner would know it at best: every cell hit."""
+    """Return the whole true ground as a planner's best knowledge: every cell hit."""
     return surface_of(world.grid, world.heights_m, cell_m)

@@ -2,12 +2,12 @@
 
     python -m tests.scenarios                     all campaigns, whole
     python -m tests.scenarios --short             all, as CI flies them
-    python -m tests.scenarios library --rest 2    a third of what CI does not fly always
+    python -m tests.scenarios library --rest 2    a third of the seeds that CI does not always fly
     python -m tests.scenarios nominal --seeds 1-3 --workers 1
     python -m tests.scenarios losses --seeds 801-830
     python -m tests.scenarios fresh --docs          whole, its summary into docs/campaigns.md
 
-How to add one: tests/scenarios/registry.py.
+To add one: tests/scenarios/registry.py.
 """
 
 from __future__ import annotations
@@ -46,9 +46,9 @@ def main(
     docs: Annotated[bool, typer.Option("--docs", help="Write the summaries into docs/, of whole campaigns.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Rows as JSON in place of the tables.")] = False,
 ) -> None:
-    """Fly campaigns, write a row a flight, show the tables.
+    """Fly campaigns, write one row a flight, show the tables.
 
-    Exit codes: 0 all promises hold, 1 one is broken (which and by whom is said), 130 Ctrl-C: flights in the air are
+    Exit codes: 0 all promises hold, 1 one is broken (printed with its seed), 130 Ctrl-C: flights in progress are
     finished and written, a second Ctrl-C ends at once.
     """
     chosen = _chosen(name, seeds, short, rest)
@@ -100,19 +100,19 @@ def _show(rows: Mapping[str, Sequence[Any]], as_json: bool) -> None:
 
 
 def _summary(name: str, rows: Sequence[Any]) -> list[tuple[str, ...]]:
-    """The lines that the page includes, none where it includes nothing of this campaign."""
+    """Return the lines that the page includes; none if it includes nothing of this campaign."""
     made: list[tuple[str, ...]] = getattr(CAMPAIGNS[name], "summary", lambda _: [])(rows) if rows else []
     return made
 
 
 def _heads(name: str) -> tuple[str, ...]:
-    """A summary's columns: the campaign's own, or those of missions."""
+    """Return a summary's columns: the campaign's own, or those of missions."""
     own: tuple[str, ...] = getattr(CAMPAIGNS[name], "HEADS", HEADS)
     return own
 
 
 def _put(rows: Mapping[str, Sequence[Any]]) -> None:
-    """The summaries of campaigns that were flown whole, into the page."""
+    """Write the summaries of campaigns that were flown whole into the page."""
     for name, found in rows.items():
         lines = _summary(name, found)
         if lines and {row.seed for row in found} == set(CAMPAIGNS[name].SEEDS):
@@ -120,7 +120,7 @@ def _put(rows: Mapping[str, Sequence[Any]]) -> None:
 
 
 def table(rows: Sequence[Any]) -> Table:
-    """A column for each field of the rows."""
+    """Return a table with a column for each field of the rows."""
     heads = [field.name for field in fields(rows[0])] if rows else []
     shown = Table(*heads)
     for row in rows:
@@ -135,7 +135,8 @@ def _cell(value: Any) -> str:
 
 
 if __name__ == "__main__":
-    if any(os.environ.get(key) != text for key, text in FIXED_ENVIRONMENT.items()):  # the same bits every time
+    # so that every run gives the same bits
+    if any(os.environ.get(key) != text for key, text in FIXED_ENVIRONMENT.items()):
         environment = {**os.environ, **FIXED_ENVIRONMENT}
         os.execve(sys.executable, [sys.executable, "-m", "tests.scenarios", *sys.argv[1:]], environment)
     app()

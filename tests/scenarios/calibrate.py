@@ -1,10 +1,10 @@
-"""Rovers built wrongly by chance: `onboard calibrate` finds how, and odometry is the better for it.
+"""Rovers with random build errors: `onboard calibrate` estimates the errors and improves odometry.
 
-Each seed draws errors (build_errors.py), drives the square on firm, leaning ground with rocks around, and estimates.
-Then the same square is driven again by a rover that knows the estimate, and both drives' odometry (wheels and gyro,
-nothing of the scanner) is compared with the truth, leg by leg, in the axes of a scanner that sits as believed: whether
-all wheels are askew or the scanner is, no drive shows (docs/calibration.md). Beside it that of one who knows how the
-rover is built: what ground and slip leave, which no calibration takes away.
+Each seed draws errors (build_errors.py), drives the square on firm, sloping ground with rocks around, and estimates.
+Then a rover with the estimate drives the same square again. The odometry of both drives (wheels and gyro, without the
+scanner) is compared with the truth, leg by leg, in the axes of the scanner as configured: a drive cannot show whether
+all wheels or the scanner are turned (docs/calibration.md). For comparison, odometry with the true build shows the
+error from ground and slip that no calibration removes.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from tests.onboard.calibrate_rig import Yard
 SEEDS = tuple(range(1, 11))
 SHORT = (1,)
 SIDE_M = 1.5
-LIMITS = {  # of what a drive shows; a wheel of 0.1 m rolls 0.5 % short on this ground
+LIMITS = {  # of errors that a drive can show; a wheel of 0.1 m rolls 0.5 % short on this ground
     "radius_mm": 1.2, "lidar_mm": 20.0, "lidar_tilt_deg": 0.15, "lidar_yaw_deg": 1.5, "imu_tilt_deg": 0.15,
     "steer_seen_deg": 1.5, "steer_difference_deg": 0.5,
 }  # fmt: skip
@@ -38,9 +38,13 @@ PATTERNS = {"mean": (1, 1, 1, 1), "front_rear": (1, -1, -1, 1), "left_right": (1
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """Errors of the estimate against how it was built. steer_seen: the mean angle; steer_difference: the worse of front
-    against rear and left against right. sigmas: worst error of all values over its sigma. way_*: rms over the legs of
-    how far odometry is off, mm: before, after, and on the second drive for one who knows how the rover is built.
+    """Errors of the estimate against the true build.
+
+    steer_seen_deg: mean steering angle.
+    steer_difference_deg: the larger of front against rear and left against right.
+    sigmas: largest error of all values in units of its sigma.
+    way_before_mm, way_after_mm: rms odometry error over the legs, before and after calibration.
+    way_built_mm: the same on the second drive, with the true build.
     """
 
     seed: int
@@ -59,7 +63,7 @@ class Row:
 
 
 def fly(seed: int) -> Row:
-    """Both drives of one rover."""
+    """Fly both drives of one rover."""
     built = drawn(seed).built(Rover())
     problem, first = drive(built, Rover(), seed)
     if first is None:
@@ -74,13 +78,13 @@ def fly(seed: int) -> Row:
 
 @dataclass(frozen=True, slots=True)
 class Driven:
-    """What a drive shows, and the true poses (place, quaternion) of its stops."""
+    """Evidence of a drive, and the true poses (position, quaternion) of its stops."""
 
     seen: Evidence
     stops: Sequence[tuple[np.ndarray, np.ndarray]]
 
     def off_mm(self, believes: Rover, built: Rover) -> float:
-        """Rms over the legs of how far odometry of a rover believed so is off what its scanner should say."""
+        """Return the rms odometry error over the legs, mm, with this configuration, in its scanner's axes."""
         model = Model(self.seen, believes)
         ways = model.ways(model.start())[:, :2]
         askew = Rotation.from_euler("z", believes.lidar_yaw_rad - built.lidar_yaw_rad).as_matrix()[:2, :2]
@@ -89,7 +93,7 @@ class Driven:
 
 
 def drive(built: Rover, believes: Rover, seed: int) -> tuple[str, Driven | None]:
-    """What ended it early, or the drive."""
+    """Return the reason for an early end, or the drive."""
     yard, poses = Yard(built, seed), []
 
     def observe(world: Yard, machine: Drive) -> None:
@@ -128,7 +132,7 @@ def _errors(found: Estimate, built: Rover) -> tuple[float, ...]:
 
 
 def judge(rows: Sequence[Row]) -> list[str]:
-    """Every figure within LIMITS; odometry as good as for one who knows the rover; over all, better by BETTER_RATIO."""
+    """Check each figure against LIMITS, odometry against that with the true build, all against BETTER_RATIO."""
     short, flown = [], [row for row in rows if row.outcome == "calibrated"]
     for row in rows:
         if row.outcome != "calibrated":

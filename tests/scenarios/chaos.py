@@ -1,7 +1,8 @@
 """Missions under three hostilities each, at random times: at the goal, or stopped with the true reason, and no contact.
 
 The demo's fields 1 to 30. Kinds and times are drawn from the seed among all rows of hostilities.py, between 5 s and
-200 s; they may overlap. Each has to be felt by the flight program, and the record's replay has to be the flight.
+200 s; they may overlap. The flight program must detect each of them, and the replay of the record must equal the
+flight.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ from tests.scenarios.siege import Attack, Siege
 
 SEEDS, SHORT = tuple(range(1, 31)), (23, 24)
 COUNT, EARLIEST_S, LATEST_S = 3, 5.0, 200.0
-ECHO_S = 10.0  # a fault may still be found so long after a hostility's end
+ECHO_S = 10.0  # a fault may be raised this long after a hostility's end
 HEADS = ("hostility", "what it does", "faults it may raise", "it may end a mission by", "flown", "arrived",
          "stopped by it", "felt, least", "faults told")  # fmt: skip
 FAULT = re.compile(r"\b[A-Z]+(?:_[A-Z0-9]+)+\b")
@@ -34,10 +35,15 @@ FAULT = re.compile(r"\b[A-Z]+(?:_[A-Z0-9]+)+\b")
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """One flight. kinds, begun_s, ended_s, felt: of the hostilities. outcome: 'arrived' or the reason that was told.
+    """One flight.
 
-    reasons: the faults that this names; over_s: when the mission's outcome was told. faults, told_s: names of those
-    raised, and when. replayed: ticks compared; different: where the replay was not the flight.
+    kinds, begun_s, ended_s, felt: of the hostilities.
+    outcome: 'arrived', or the reason that the rover reported.
+    reasons: faults that this reason names.
+    over_s: time of the mission's outcome.
+    faults, told_s: names and times of the raised faults.
+    replayed: compared ticks.
+    different: where the replay differed from the flight.
     """
 
     seed: int
@@ -60,18 +66,18 @@ class Row:
 
     @property
     def arrived(self) -> bool:
-        """Whether the rover said so."""
+        """True if the rover reported its arrival."""
         return self.outcome == "arrived"
 
     def truth(self, at_s: float) -> frozenset[str]:
-        """Faults of which a hostility was the cause at this time."""
+        """Return the faults that a hostility caused at this time."""
         rows = (HOSTILITIES[kind].raises for kind, begin_s, end_s in zip(self.kinds, self.begun_s, self.ended_s)
                 if begin_s <= at_s <= end_s + ECHO_S)
         return frozenset().union(*rows)
 
 
 def drawn(seed: int) -> list[Attack]:
-    """The hostilities of a seed, by their begin."""
+    """Return the hostilities of a seed, by their begin."""
     rng = np.random.default_rng([seed, 0xC4A05])
     kinds = rng.choice(np.array(sorted(HOSTILITIES)), COUNT, replace=False).tolist()
     begins_s = np.sort(rng.uniform(EARLIEST_S, LATEST_S, COUNT)).round(2).tolist()
@@ -81,12 +87,12 @@ def drawn(seed: int) -> list[Attack]:
 
 
 def fly(seed: int) -> Row:
-    """The mission of a seed."""
+    """Fly the mission of a seed."""
     return flown(Scenario(name="chaos", terrain="fbm", seed=seed), drawn(seed))
 
 
 def flown(scenario: Scenario, attacks: Sequence[Attack]) -> Row:
-    """A scenario under these attacks, and its replay."""
+    """Fly a scenario under these attacks, and replay it."""
     with TemporaryDirectory() as folder:
         record = Path(folder) / "chaos.mcap"
         siege, watch, error = Siege(scenario, attacks, record), Watch(), ""
@@ -123,24 +129,24 @@ def _seconds(event: Event) -> float:
 
 
 def named(outcome: str) -> tuple[str, ...]:
-    """The faults that a reason names."""
+    """Return the faults that a reason names."""
     return tuple(name for name in FAULT.findall(outcome) if name in BY_NAME)
 
 
 def true_reason(row: Row) -> bool:
-    """Whether a mission that did not arrive names a fault, and only such as a hostility had caused then."""
+    """Return whether a mission that did not arrive names faults, and only those that hostilities caused then."""
     return not row.arrived and bool(row.reasons) and set(row.reasons) <= _may_end(row)
 
 
 def _may_end(row: Row) -> frozenset[str]:
-    """Faults by which the mission could end when it did: `ends` of hostilities about that time."""
+    """Return the faults that could end the mission when it ended: `ends` of the hostilities around that time."""
     rows = (HOSTILITIES[kind].ends for kind, begin_s, end_s in zip(row.kinds, row.begun_s, row.ended_s)
             if begin_s <= row.over_s <= end_s + ECHO_S)
     return frozenset().union(*rows)
 
 
 def broken(row: Row) -> list[str]:
-    """Of one flight: each promise that it did not keep."""
+    """Return the promises that one flight broke."""
     short, who = [], f"seed {row.seed}"
     if row.arrived and row.to_goal_m > GOAL_M:
         short.append(f"{who}: arrived {row.to_goal_m} m from the goal by truth")
@@ -151,18 +157,18 @@ def broken(row: Row) -> list[str]:
     short += [f"{who}: {name} at {at_s:.1f} s, which no hostility raises" for name, at_s in zip(row.faults, row.told_s)
               if name not in row.truth(at_s)]
     short += [f"{who}: {kind} was not felt" for kind, felt, end_s in zip(row.kinds, row.felt, row.ended_s)
-              if not felt and not (HOSTILITIES[kind].in_sweep and end_s > row.over_s)]  # after a mission none scans
+              if not felt and not (HOSTILITIES[kind].in_sweep and end_s > row.over_s)]  # after a mission no sweep runs
     short += [f"{who}: {text}" for text in row.different]
     return short
 
 
 def judge(rows: Sequence[Row]) -> list[str]:
-    """Each flight by itself."""
+    """Judge each flight by itself."""
     return [text for row in rows for text in broken(row)]
 
 
 def summary(rows: Sequence[Row]) -> list[tuple[str, ...]]:
-    """A line for each hostility, in the order of HEADS, and one for all flights."""
+    """Return a line for each hostility, in the order of HEADS, and one for all flights."""
     lines = [_line(name, [row for row in rows if name in row.kinds]) for name in HOSTILITIES]
     arrived = sum(row.arrived and row.to_goal_m <= GOAL_M for row in rows)
     stopped, contacts = sum(map(true_reason, rows)), sum(len(row.contacts) for row in rows)

@@ -2,8 +2,8 @@
 
     hostilities -> queue of the kernel, bounded -> CanBus, LidarPort, LinkPort: budgets, counts, checks -> Inputs
 
-Budgets of bytes, frames and datagrams are in force; those of time are not, for the bench has no wall clock. What comes
-while a queue is full is lost, as in a kernel.
+Budgets of bytes, frames and datagrams apply; budgets of time do not, since the bench has no wall clock. Input that
+arrives while a queue is full is lost, as in a kernel.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ MOST_FRAMES, MOST_BYTES, MOST_DATAGRAMS = 4_000, 65_536, 8_192  # of the kernel'
 
 @dataclass(frozen=True, slots=True)
 class _Message:
-    """A data frame as python-can hands it over."""
+    """Data frame in the form of python-can."""
 
     arbitration_id: int
     data: bytes
@@ -35,18 +35,18 @@ class _Message:
 
 
 class _Wire:
-    """A python-can bus: frames wait here."""
+    """A python-can bus with a queue of frames."""
 
     def __init__(self) -> None:
         self.waiting: deque[_Message] = deque()
 
     def recv(self, timeout: float) -> _Message | None:
-        """The next frame, if there is one."""
+        """Return the next frame, or None."""
         return self.waiting.popleft() if self.waiting else None
 
 
 class CanDoor(CanBus):
-    """The bus port; frames keep the time of their arrival, as the kernel stamps them."""
+    """The bus port. Frames keep their time of arrival, as the kernel stamps them."""
 
     def __init__(self) -> None:
         self._wire = _Wire()
@@ -54,7 +54,7 @@ class CanDoor(CanBus):
         self.clock_ns = lambda: 0
 
     def feed(self, frames: Iterable[Frame]) -> None:
-        """What is on the bus now."""
+        """Put frames on the bus."""
         for frame in frames:
             if len(self._wire.waiting) < MOST_FRAMES:
                 self._wire.waiting.append(_Message(*frame))
@@ -64,7 +64,7 @@ class CanDoor(CanBus):
 
 
 class LidarDoor(LidarPort):
-    """The scanner's port on one end of a pair of sockets."""
+    """The scanner's port on one end of a socket pair."""
 
     def __init__(self) -> None:
         super().__init__("in memory")
@@ -76,29 +76,29 @@ class LidarDoor(LidarPort):
 
     @property
     def waiting(self) -> int:
-        """Bytes that were not read yet."""
+        """Number of bytes not read yet."""
         return self._fed - self.received
 
     def connect(self) -> None:
-        """It is open."""
+        """Nothing to do: it is open."""
 
     def feed(self, data: bytes) -> None:
-        """What the scanner says now."""
+        """Send the scanner's bytes."""
         self._fed += self._far.send(data[: MOST_BYTES - self.waiting])
 
     def drain(self) -> None:
-        """A connection has ended: what was on its way is lost."""
+        """Discard bytes in transit after the end of a connection."""
         self._fill(self.waiting)
         self._pending.clear()
 
     def close(self) -> None:
-        """Both ends."""
+        """Close both ends."""
         super().close()
         self._far.close()
 
 
 class _End(LinkEnd):
-    """The carrier's end: datagrams wait here."""
+    """Link end with a queue of datagrams."""
 
     open = linked = True
 
@@ -107,7 +107,7 @@ class _End(LinkEnd):
         self.waiting: deque[bytes] = deque()
 
     def knock(self) -> None:
-        """It is open."""
+        """Nothing to do: it is open."""
 
     def take(self, most: int) -> list[bytes]:
         """See LinkEnd."""
@@ -116,14 +116,14 @@ class _End(LinkEnd):
         return got
 
     def put(self, datagram: bytes) -> None:
-        """The bench reads what the rover says elsewhere."""
+        """Nothing to do: the bench reads the rover's datagrams elsewhere."""
 
     def close(self) -> None:
-        """Nothing to end."""
+        """Nothing to do."""
 
 
 class Doors:
-    """The three ports of a flight. Close it."""
+    """The three ports of a flight. The caller closes it."""
 
     def __init__(self, config: Config, seed: int) -> None:
         self._end, self._can, self._lidar = _End(), CanDoor(), LidarDoor()
@@ -131,15 +131,14 @@ class Doors:
         self._link.clock_ns = lambda: 0
 
     def can(self, frames: Iterable[Frame], now_ns: int) -> tuple[Frame, ...]:
-        """What is on the bus in this tick -> what the flight program reads."""
+        """Put frames on the bus and return those that the flight program reads in this tick."""
         self._can.feed(frames)
         return tuple(self._can.read(now_ns))
 
     def lidar(self, pieces: list[tuple[int, bytes]] | None, now_ns: int, strange: bool) -> tuple[Chunk, ...]:
-        """The same of the scanner; None while its port is closed.
+        """Do the same for the scanner; pieces None while its port is closed.
 
-        Bytes keep the time of their arrival, but while the scanner is strange or something waits: then it is that of
-        the read.
+        Bytes keep their time of arrival. While the scanner is strange or bytes wait, it is the time of reading.
         """
         if pieces is None:
             self._lidar.drain()
@@ -150,12 +149,12 @@ class Doors:
         return self._lidar.read(now_ns)
 
     def link(self, datagrams: Iterable[bytes], now_ns: int) -> tuple[LinkMessage, ...]:
-        """The same of the link."""
+        """Do the same for the link."""
         room = MOST_DATAGRAMS - len(self._end.waiting)
         self._end.waiting.extend([*datagrams][:room])
         return self._link.read(now_ns)
 
     def close(self) -> None:
-        """Sockets and threads."""
+        """Close sockets and threads."""
         self._lidar.close()
         self._link.close()

@@ -1,7 +1,7 @@
-"""A mission in figures, for campaigns: the rover's own account of it against the truth, and why it ended.
+"""Figures of a mission for campaigns: the rover's reports against the truth, and the reason of its end.
 
-`Watch` sits on a flight and keeps the largest error of the pose; `ended` makes the row; `true_reason` says whether a
-mission that did not arrive stopped for what was really so.
+`Watch` observes a flight and stores the largest pose error; `ended` makes the row; `true_reason` returns whether a
+mission that did not arrive stopped for a true reason.
 """
 
 from __future__ import annotations
@@ -28,11 +28,14 @@ HEADS = ("missions", "flown", "at the goal", "stopped with the true reason", "el
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """One flight. outcome: 'arrived' or the reason that was told; to_goal_m: true distance from the (last) goal.
+    """One flight.
 
-    max_error_m: of the told pose against the true one, horizontally, at any tick of the mission. goals: those reached.
-    goal_errors_m: of the pose, at each goal, after the turn on the spot where there is one. registered, refused:
-    registrations taken, and not.
+    outcome: 'arrived', or the reason that the rover reported.
+    to_goal_m: true distance from the (last) goal.
+    max_error_m: largest horizontal error of the reported pose at any tick of the mission.
+    goals: number of goals reached.
+    goal_errors_m: pose error at each goal, after the turn on the spot if there is one.
+    registered, refused: accepted and refused registrations.
     """
 
     seed: int
@@ -53,18 +56,18 @@ class Row:
 
     @property
     def arrived(self) -> bool:
-        """Whether the rover said so."""
+        """True if the rover reported its arrival."""
         return self.outcome == "arrived"
 
 
 class Watch:
-    """Sees each tick: how far the told pose is off."""
+    """Observer of the error of the reported pose at each tick."""
 
     def __init__(self) -> None:
         self.error_m = self.max_error_m = 0.0
 
     def __call__(self, tick: int, inputs: Inputs, outputs: Outputs, rover: Rover, state: PlantState) -> None:
-        """The observer of InMemory.run and step."""
+        """Observe a tick, for InMemory.run and step."""
         pose = rover.localisation.pose
         self.error_m = math.dist((pose.x_m, pose.y_m), state.position_m[:2].tolist())
         if rover.executive.phase is not Phase.NONE:
@@ -72,7 +75,7 @@ class Watch:
 
 
 def with_losses(bench: InMemory, ratio: float | None) -> InMemory:
-    """A bench whose scanner loses this share of its beams; None: as the scenario has it. Before the first tick."""
+    """Set the share of lost beams of a bench before its first tick; None: that of the scenario."""
     if ratio is not None:
         bench.lidar.dropout_ratio = ratio
     return bench
@@ -82,7 +85,7 @@ def ended(
     bench: InMemory, watch: Watch, seed: int, goal_m: tuple[float, float], outcome: str,
     errors_m: Sequence[float] = (),
 ) -> Row:  # fmt: skip
-    """The row of a flight that is over."""
+    """Return the row of a finished flight."""
     events = [event.name for event in bench.events]
     x_m, y_m, _ = bench.state.position_m.tolist()
     return Row(
@@ -97,13 +100,13 @@ def ended(
 
 
 def contact_words(contact: Any) -> str:
-    """A contact of the truth, when and what: a pair of both, or a record with `begin_s` and `what`."""
+    """Return time and kind of a contact: a pair of both, or a record with `begin_s` and `what`."""
     at_s, what = contact if isinstance(contact, tuple) else (contact.begin_s, contact.what)
     return f"{at_s:.1f} s: {what}"
 
 
 def outcome_of(bench: InMemory, error: str = "") -> str:
-    """'arrived' where every order so far was completed, else what was told of the first that was not."""
+    """Return 'arrived' if every order so far was completed, else the report on the first that was not."""
     for request in bench.operator.requests:
         if request.state is not State.COMPLETED:
             told = request.report.text if request.report else "no answer"
@@ -112,10 +115,10 @@ def outcome_of(bench: InMemory, error: str = "") -> str:
 
 
 def true_reason(row: Row) -> bool:
-    """Whether a mission that did not arrive told what was so.
+    """Return whether a mission that did not arrive reported the true reason.
 
-    Every goal here can be reached on the true ground, so 'no way is left' is never the truth; that the scanner saw too
-    little is, where beams are lost.
+    Every goal here can be reached on the true ground, so 'no way is left' is never true. "The scanner saw too little"
+    is true if beams are lost.
     """
     if row.arrived or NO_WAY in row.outcome or not row.lost_ratio:
         return False
@@ -123,7 +126,7 @@ def true_reason(row: Row) -> bool:
 
 
 def broken(row: Row) -> list[str]:
-    """Of one flight: neither at the goal nor stopped with the true reason; and each contact."""
+    """Return a flight's broken promises: neither at the goal nor stopped with the true reason; each contact."""
     short = []
     if row.arrived and row.to_goal_m > GOAL_M:
         short.append(f"seed {row.seed}: arrived {row.to_goal_m} m from the goal by truth")
@@ -136,7 +139,7 @@ def broken(row: Row) -> list[str]:
 
 
 def line(name: str, rows: Sequence[Row]) -> tuple[str, ...]:
-    """A line of the documents' table, in the order of HEADS."""
+    """Return a line of the documents' table, in the order of HEADS."""
     at_goal = [row for row in rows if row.arrived and row.to_goal_m <= GOAL_M]
     stopped = sum(true_reason(row) for row in rows)
     errors_m = [error for row in rows for error in row.goal_errors_m]

@@ -1,4 +1,4 @@
-"""The demo's fields 101 to 130, on which nothing was ever tuned: at the goal by truth, or stopped with the true reason.
+"""The demo's fields 101 to 130, never used for tuning: at the goal by truth, or stopped with the true reason.
 
 The scanner is the scenarios' default. No contact of a wheel with a rock over 0.08 m, none of the body.
 """
@@ -18,10 +18,10 @@ judge = losses.judge
 
 
 def fly(seed: int) -> Row:
-    """The mission on the seed's field."""
+    """Fly the mission on the seed's field."""
     return losses.flown(InMemory(Scenario(name="fresh", terrain="fbm", seed=seed), step_ns=CAMPAIGN_STEP_NS), seed)
 
 
 def summary(rows: Sequence[Row]) -> list[tuple[str, ...]]:
-    """One line."""
+    """Return one line."""
     return [line("fresh fields", rows)]

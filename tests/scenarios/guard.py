@@ -1,6 +1,6 @@
-"""Trenches and steps put across the way after the scan: the drive guard stops for each; few stops where there is none.
+"""Trenches and steps placed across the path after the scan: the drive guard stops for each, and rarely without one.
 
-Seeds 1 to 20 put a trench (0.30 m wide, 0.12 m deep), 21 to 40 a step (0.10 m), 2.5 to 7 m of way from the stop, on
+Seeds 1 to 20 place a trench (0.30 m wide, 0.12 m deep), 21 to 40 a step (0.10 m), 2.5 to 7 m of path from the stop, on
 gently rolling ground, and end when the rover has backed off. Seeds 41 to 50 are whole missions on the demo's fields.
 """
 
@@ -32,16 +32,19 @@ SHORT = (1, 21, 41)
 SET = {"drive_guard.on": True}
 GOAL_M = (8.0, 0.0)
 SLOPE_DEG = 2.0
-LEG_M = 8.0  # one leg to the goal, so that there is way of 7 m
+LEG_M = 8.0  # one leg to the goal, so that there are 7 m of path
 MOST_PER_10_M, MOST_FALSE_PER_10_M = 2.0, 0.2
 TRUE_STEP_M, ONE_CELL_M = 0.08, 0.15  # a true step: within a cell and its neighbours
 
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """One flight. at_m: of way to the obstacle's edge; room_m: from the foremost wheel to it when the rover stood.
+    """One flight.
 
-    in_it: a wheel's rim came over the obstacle. false_stops: where no true step over 0.08 m is.
+    at_m: path length to the obstacle's edge.
+    room_m: distance from the foremost wheel to the edge after the rover stopped.
+    in_it: True if a wheel's rim came over the obstacle.
+    false_stops: stops without a true step over 0.08 m.
     """
 
     seed: int
@@ -59,14 +62,14 @@ class Row:
 
 
 def fly(seed: int) -> Row:
-    """The flight of a seed."""
+    """Fly the flight of a seed."""
     if seed in NOMINAL:
         return _nominal(seed)
     return Crossing(seed, "trench" if seed in TRENCHES else "step").fly()
 
 
 class Crossing:
-    """A way that an obstacle comes to lie across, watched tick by tick."""
+    """Flight with an obstacle placed across its path, observed tick by tick."""
 
     def __init__(self, seed: int, kind: str) -> None:
         self.seed, self.kind = seed, kind
@@ -76,7 +79,7 @@ class Crossing:
         self.at_m, self.room_m, self.in_it, self.stopped = 0.0, math.inf, False, False
 
     def fly(self) -> Row:
-        """To the scan after the guard's stop, or to the first wheel on the obstacle, or to the mission's end."""
+        """Fly until the scan after the guard's stop, the first wheel on the obstacle, or the mission's end."""
         outcome = "passed"
         try:
             while not (self.bench.ended or self.in_it or self.stopped):
@@ -105,7 +108,7 @@ class Crossing:
         self.in_it |= bool(self.obstacle.holds(x_m, y_m, radius_m).any())
         self.room_m = min(self.room_m, -float(self.obstacle.along_m(x_m, y_m).max()) - radius_m)
         backing = mission.phase is Phase.BACKING_OFF
-        self.stopped = backing and not mission.hazards  # it stands, and what it saw is in the map
+        self.stopped = backing and not mission.hazards  # it stands, and the hazards are in the map
 
     def _dig(self, way_m: F64) -> None:
         self.obstacle = ground_faults.across(KINDS[self.kind], way_m, self.seed)
@@ -115,13 +118,13 @@ class Crossing:
 
 
 def rolling(seed: int) -> Field:
-    """Gently rolling ground without rocks, the goal 8 m ahead."""
+    """Return gently rolling ground without rocks, the goal 8 m ahead."""
     field = compose(Recipe(0.8, median_slope_deg=SLOPE_DEG), Course(), np.random.default_rng([seed, 22]), seed)
     return replace(field, goal_m=GOAL_M)
 
 
 def wheels(state: PlantState, rover: config.Rover) -> tuple[F64, F64]:
-    """(x, y) of the four wheels' places, in truth."""
+    """Return (x, y) of the four wheels' true places."""
     x, y, z, w = state.quaternion_xyzw
     yaw = math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
     along, across = (np.array(WHEEL_SIGNS) * (rover.half_wheelbase_m, rover.half_track_m)).T
@@ -130,7 +133,7 @@ def wheels(state: PlantState, rover: config.Rover) -> tuple[F64, F64]:
 
 
 def _nominal(seed: int) -> Row:
-    """A whole mission with nothing put in its way; each stop of the guard is held against the true ground."""
+    """Fly a whole mission without an obstacle; each stop of the guard is compared with the true ground."""
     field_seed = seed - NOMINAL[0] + 1
     bench = InMemory(Scenario(name="guard", terrain="fbm", seed=field_seed, set=SET), step_ns=CAMPAIGN_STEP_NS)
     whys: list[tuple[str, bool]] = []
@@ -151,7 +154,7 @@ def _nominal(seed: int) -> Row:
 
 
 def true_step(field: Field, x_m: float, y_m: float) -> bool:
-    """Whether the true ground has a step over 0.08 m within the cell and its neighbours, its slope taken out."""
+    """Return whether the true ground, without its slope, has a step over 0.08 m within the cell and its neighbours."""
     side = np.arange(-ONE_CELL_M, ONE_CELL_M + 1e-9, field.grid.cell_m)
     dx, dy = (part.ravel() for part in np.meshgrid(side, side))
     z = height_at(field, x_m + dx, y_m + dy)
@@ -160,7 +163,7 @@ def true_step(field: Field, x_m: float, y_m: float) -> bool:
 
 
 def judge(rows: Sequence[Row]) -> list[str]:
-    """Every obstacle stopped for with no wheel on it; on the demo's fields few stops, hardly any for nothing."""
+    """Check that the guard stopped for each obstacle without a wheel on it, and rarely on the demo's fields."""
     short = [
         f"seed {row.seed}: the {row.kind} at {row.at_m} m: {'a wheel on it' if row.in_it else row.outcome}"
         for row in rows if row.kind != "nominal" and (row.in_it or row.outcome != "stopped")

@@ -1,12 +1,12 @@
-"""TABLE of hostilities: what an enemy, or a thing gone mad, says to the flight program; and what is the truth about it.
+"""TABLE of hostilities: input of an enemy, or of a failed device, to the flight program, and its true consequences.
 
     scanner ----+                                   raises  faults that it may raise
-    CAN bus ----+--> Outside --> the ports          ends    those by which a mission may end; none: it has to go on
-    link, disk -+                                   felt    what the flight program counts of it, which has to rise
+    CAN bus ----+--> Outside --> the ports          ends    faults by which a mission may end; none: it must go on
+    link, disk -+                                   felt    count of the flight program that must rise
 
-`act` is called in each tick while it lasts and changes the Outside (tests/scenarios/siege.py); `heal` once at its end.
-A mission that ends by any other fault, or raises one that stands in no row, did not tell the truth. To add a row, add
-it here: tests/scenarios/test_hostilities.py shows of each that it reaches the flight program.
+`act` is called in each tick of the hostility and changes the Outside (tests/scenarios/siege.py); `heal` once at its
+end. A mission that ends by any other fault, or raises a fault of no row, reported an untruth. To add a row, add it
+here: tests/scenarios/test_hostilities.py checks that each reaches the flight program.
 """
 
 from __future__ import annotations
@@ -39,15 +39,20 @@ Act = Callable[["Outside", Rng], None]
 TICK_NS = 10_000_000
 FEEDS, ENDLESS = b"\n" * 65_536, b"0" * 65_536
 FLOOD_IDS, FOREIGN_IDS = range(0x100, 0x4E8), range(0x500, 0x540)
-OLD_NS = 300_000_000  # a recorded frame is sent again after so long
-AWAY = {"x_m": -40.0, "y_m": 40.0}  # where no field is
+OLD_NS = 300_000_000  # age at which a recorded frame is sent again
+AWAY = {"x_m": -40.0, "y_m": 40.0}  # outside of every field
 OTHER, BABBLER, HOARDER = 2, 3, 4  # stations with keys of their own; the operator is 1
 _HEAD = struct.Struct("<IqqqB")
 _ARDUPILOT, _PX4 = (*range(18), 30), range(1, 11)
 
 
 class Hostility(NamedTuple):
-    """A row. lasts_s: from, to. felt_s: within so much it is felt; in_sweep: by scans alone."""
+    """One row of the table.
+
+    lasts_s: least and longest duration.
+    felt_s: time within which `felt` must rise.
+    in_sweep: True if only scans can detect it.
+    """
 
     means: str
     act: Act
@@ -64,7 +69,7 @@ class Hostility(NamedTuple):
 
 
 def _says(make: Callable[[Rng], bytes]) -> Act:
-    """These bytes in each tick, in place of the scanner's own."""
+    """Replace the scanner's bytes in each tick by these."""
     def act(out: Outside, rng: Rng) -> None:
         out.pieces, out.strange = [(out.now_ns, make(rng))], True
 
@@ -72,7 +77,7 @@ def _says(make: Callable[[Rng], bytes]) -> Act:
 
 
 def _damage(out: Outside, rng: Rng) -> None:
-    """One byte of 500 is another."""
+    """Change one byte of 500."""
     for n, (at_ns, data) in enumerate(out.pieces):
         raw = np.frombuffer(data, np.uint8).copy()
         hit = rng.random(len(raw)) < 0.002
@@ -97,7 +102,7 @@ def _foreign(out: Outside, rng: Rng) -> None:
 
 
 def _forge(out: Outside, rng: Rng) -> None:
-    """Of any id of ours, an emergency stop's too, and its checksum is wrong."""
+    """Send a frame with any of our ids, an emergency stop's too, and a wrong checksum."""
     can_id = int(rng.choice([*TABLE]))
     data = rng.bytes(8)
     if sound(data, crc_seed(can_id)):
@@ -106,13 +111,13 @@ def _forge(out: Outside, rng: Rng) -> None:
 
 
 def _repeat(out: Outside, rng: Rng) -> None:
-    """A frame of this tick once more: its checksum is right, its counter stale."""
+    """Repeat a frame of this tick: its checksum is right, its counter stale."""
     if out.frames:
         out.frames.append(out.frames[int(rng.integers(len(out.frames)))]._replace(stamp_ns=out.now_ns))
 
 
 def _recorded(out: Outside, rng: Rng) -> None:
-    """Frames of a while ago, one of each id once in ten ticks."""
+    """Send old frames again, one of each id once in ten ticks."""
     old = {frame.can_id: frame for frame in out.seen_frames if frame.stamp_ns < out.now_ns - OLD_NS}
     out.frames += [frame._replace(stamp_ns=out.now_ns) for can_id, frame in old.items()
                    if (out.now_ns // TICK_NS + can_id) % 10 == 0]
@@ -131,7 +136,7 @@ def _goto(request_id: int, **changes: float) -> bytes:
 
 
 def _forged(count: int) -> Act:
-    """Datagrams under a key that nobody has."""
+    """Send datagrams under a key that no station has."""
     def act(out: Outside, rng: Rng) -> None:
         sealer = out.sealer(bytes(32), 1)
         out.datagrams += [sealer.seal(Kind.TELECOMMAND, _goto(int(rng.integers(1 << 31)))) for _ in range(count)]
@@ -140,12 +145,12 @@ def _forged(count: int) -> Act:
 
 
 def _replay(out: Outside, rng: Rng) -> None:
-    """All that the operator said, each ten times a tick, and nothing of it a first time."""
+    """Send all recorded datagrams of the operator ten times a tick."""
     out.datagrams += [*out.seen_datagrams] * 10
 
 
 def _earlier_boot(out: Outside, rng: Rng) -> None:
-    """What the operator's key sealed for another start of the flight program."""
+    """Send commands sealed with the operator's key for another boot of the flight program."""
     key = out.keys.command.key(1)
     assert key is not None
     for boot_id in (out.boot_id - 1, out.boot_id + 1):
@@ -153,14 +158,14 @@ def _earlier_boot(out: Outside, rng: Rng) -> None:
 
 
 def _foreign_key(out: Outside, rng: Rng) -> None:
-    """The operator's number under another station's key."""
+    """Send the operator's id under another station's key."""
     key = out.keys.command.key(OTHER)
     assert key is not None
     out.datagrams += [out.sealer(key, 1).seal(Kind.TELECOMMAND, _goto(n)) for n in range(10)]
 
 
 def _viewer(out: Outside, rng: Rng) -> None:
-    """Who can hear the rover uses that key for commands, as the operator and as the rover."""
+    """Send commands sealed with the downlink key, as the operator and as the rover."""
     key = out.keys.downlink.key(DOWNLINK_KEY_ID)
     assert key is not None
     for key_id in (1, DOWNLINK_KEY_ID):
@@ -168,7 +173,7 @@ def _viewer(out: Outside, rng: Rng) -> None:
 
 
 def _without_lease(out: Outside, rng: Rng) -> None:
-    """A second station orders what it may not while the operator holds the lease."""
+    """Send orders of a second station that need the lease, while the operator has it."""
     orders = (
         ("goto", AWAY), ("turn", {"heading_rad": 1.0}), ("return", {}), ("mission", {"goals_m": (1.0, 1.0)}),
         ("fence_add", {"fence": "here", "kind": "keep_out", "corners_m": (-9.0, -9.0, 9.0, -9.0, 9.0, 9.0)}),
@@ -182,7 +187,7 @@ def _without_lease(out: Outside, rng: Rng) -> None:
 
 
 def absurd_payloads(rng: Rng) -> list[tuple[Kind, bytes]]:
-    """Damaged and absurd words of a station with a key; none of them is a command that may be done."""
+    """Return damaged and absurd payloads of a station with a key; none of them is a valid command."""
     def head(command_id: int) -> bytes:
         return _HEAD.pack(int(rng.integers(1 << 30, 1 << 31)), 0, 0, 0, command_id)
 
@@ -205,23 +210,23 @@ def absurd_payloads(rng: Rng) -> list[tuple[Kind, bytes]]:
 
 
 def _absurd(out: Outside, rng: Rng) -> None:
-    """Of a station without the lease, and under the operator's own key."""
+    """Send these payloads from a station without the lease, and under the operator's own key."""
     words = absurd_payloads(rng)
     for seal in (out.station(BABBLER).seal, out.bench.operator.seal):
         out.datagrams.append(seal(*words[int(rng.integers(len(words)))]))
 
 
 def _questions(out: Outside, rng: Rng) -> None:
-    """A station with a key asks for the time, each time as a new request."""
+    """Ask for the time from a station with a key, each time as a new request."""
     for _ in range(3):
         asked = commands.Telecommand(int(rng.integers(1 << 31)), 0, 0, "time", {})
         out.datagrams.append(out.station(HOARDER).seal(Kind.TELECOMMAND, commands.encode(asked)))
 
 
 def _mode_words(out: Outside, rng: Rng) -> None:
-    """A ground program's modes, through the gateway of a second station: what it makes of them goes to the rover.
+    """Send a ground program's modes through the gateway of a second station, and its orders to the rover.
 
-    Without AUTO.LOITER, which is an order to stop of who has a key, and no hostility.
+    Without AUTO.LOITER, which is a valid stop of a station with a key, and no hostility.
     """
     foreign = [*((custom, 0) for custom in _ARDUPILOT), *((custom, sub) for custom in _PX4 for sub in range(11))]
     known = Known(Origin(0.0, 0.0), Mode.AUTONOMOUS, 0.0, True, goals_m=((3.0, 0.0), (6.0, 1.0)))
@@ -241,7 +246,7 @@ def _black_out(out: Outside, rng: Rng) -> None:
 
 
 def _flood_behind(out: Outside, rng: Rng) -> None:
-    """All that waited, three times, among thousands of forged ones."""
+    """Send the whole hoard three times, among thousands of forged datagrams."""
     hoard = out.hoard
     out.hoard, out.silent, out.datagrams = [], False, hoard + out.datagrams
     _forged(5000)(out, rng)
@@ -297,12 +302,12 @@ def _refused(*kinds: str) -> Callable[[Rover, Inputs], int]:
 
 
 def _heard(station: int) -> Callable[[Rover, Inputs], int]:
-    """When something of it last opened, in ticks."""
+    """Return when a datagram of a station was last accepted, in ticks."""
     return lambda rover, inputs: rover.downlink.heard_ns.get(station, 0) // TICK_NS
 
 
 def _silence(rover: Rover, inputs: Inputs) -> int:
-    """For how many ticks nothing has come, beyond the 5 s between two words of an operator who waits."""
+    """Return the ticks without contact beyond the 5 s between two datagrams of a waiting operator."""
     return max(0, (inputs.now_ns - rover.downlink.last_contact_ns) // TICK_NS - 600)
 
 
@@ -342,7 +347,7 @@ HOSTILITIES: Mapping[str, Hostility] = {
         ends=frozenset({"NODE_TWICE"})),
     "can_recorded": Hostility(
         "sound frames of 0.3 s ago, each id ten times a second", _recorded,
-        # while a wheel steers, an angle of 0.3 s ago is 9 degrees off
+        # while a wheel steers, its angle of 0.3 s ago is 9 degrees off
         TWICE | {"CLOCK_JUMP", "TILT_STALL", "STEER_STUCK"}, _out_of_order, ends=frozenset({"NODE_TWICE"})),
     "can_errors": Hostility("2000 error frames a second", _errors, NONE, _error_frames),
     "link_forged": Hostility("20,000 forged datagrams a second", _forged(200), NONE, _refused("tag")),

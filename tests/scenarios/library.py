@@ -1,8 +1,9 @@
-"""Every scenario of hil/scenarios, in one process beside a twin without the fault: each keeps its promise.
+"""Every scenario of hil/scenarios, in one process next to a twin without the fault: each keeps its promise.
 
-Its record is then replayed by the narrowest build of the kernels, to the same bytes as the widest one flew; where a
-disk refuses it has gaps and cannot be (tests/onboard/test_record_file.py). A flight's seed is the scenario's place in
-the list (`hil list`), from 1. What needs processes of its own is flown over sockets, in tests/hil/test_missions.py.
+Its record is then replayed by the narrowest build of the kernels, to the same bytes as the widest one flew. Records of
+scenarios with a failing disk have gaps and cannot be replayed (tests/onboard/test_record_file.py). A flight's seed is
+the scenario's place in the list (`hil list`), from 1. Scenarios that need several processes are flown over sockets, in
+tests/hil/test_missions.py.
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ from onboard.native.variant import FORCED_BY, VARIANTS
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """One scenario. replayed: ticks that were compared; broken: the promises it did not keep."""
+    """One scenario. replayed: compared ticks; broken: promises that it broke."""
 
     seed: int
     name: str
@@ -56,12 +57,12 @@ SHORT = tuple(k for k, scenario in enumerate(scenarios(), 1) if scenario.name in
 
 @cache
 def _twins() -> Twins:
-    """Of this worker."""
+    """Return the twins of this worker."""
     return Twins()
 
 
 def fly(seed: int) -> Row:
-    """The scenario at this place."""
+    """Fly the scenario at this place."""
     scenario = scenarios()[seed - 1]
     with TemporaryDirectory() as folder:
         record = Path(folder) / f"{scenario.name}.mcap"
@@ -79,7 +80,7 @@ def fly(seed: int) -> Row:
 
 
 def replayed_elsewhere(record: Path) -> tuple[int, tuple[str, ...]]:
-    """Ticks compared by `onboard replay` on the other build of the kernels, and what was different, if anything."""
+    """Return the ticks compared by `onboard replay` on the other build of the kernels, and the differences."""
     command = [sys.executable, "-m", "onboard", "replay", "--json", str(record)]
     environment = {**os.environ, **FIXED_ENVIRONMENT, FORCED_BY: VARIANTS[0]}
     done = subprocess.run(command, capture_output=True, text=True, env=environment, check=False)
@@ -91,5 +92,5 @@ def replayed_elsewhere(record: Path) -> tuple[int, tuple[str, ...]]:
 
 
 def judge(rows: Sequence[Row]) -> list[str]:
-    """Every promise of every scenario."""
+    """Return every broken promise of every scenario."""
     return [f"{row.name}: {text}" for row in rows for text in row.broken]

@@ -1,10 +1,10 @@
-"""Where the rover believes to be: error at the end of 20 m, and whether its covariance tells the truth, at every stop.
+"""Accuracy of localisation: error at the end of 20 m, and consistency of the covariance at every stop.
 
 Seeds 1 to 10 are the demo's fields; 21 to 24 slopes of 20 degrees with rocks, up, across and down; 31 to 34 the
 demo's fields with a band of soft soil, 1.5 m deep, across the way. The rover drives to the goal 15 m away, then 5 m
 back towards the start. Errors are against the truth in the map's frame, whose origin and heading are the pose at the
-first order: the filter is told no more of it. NEES is e^T P^-1 e over x, y, z, yaw, before and after the registration
-of each stop but the first; over n stops of an honest filter their sum is chi-square with 4 n degrees of freedom.
+first order; the filter gets no other truth. NEES is e^T P^-1 e over x, y, z, yaw, before and after the registration
+of each stop but the first; over n stops of a consistent filter the sum is chi-square with 4 n degrees of freedom.
 Noise figures are fitted on seeds from 101 on.
 """
 
@@ -53,7 +53,7 @@ SAMPLE_TICKS = 50
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """One flight. Errors at its end; the odometry is a filter of the same sensors that is never registered."""
+    """One flight, with its errors at the end. Odometry is a filter of the same sensors without registration."""
 
     seed: int
     ground: str
@@ -70,30 +70,30 @@ class Row:
 
 
 class Stop(NamedTuple):
-    """The filter against the truth at a stop: error (4,) of x, y, z, yaw, covariance (4, 4)."""
+    """Filter against the truth at a stop: error (4,) of x, y, z, yaw, covariance (4, 4)."""
 
     error: F64
     covariance: F64
 
     @property
     def nees(self) -> float:
-        """e^T P^-1 e, chi-square of 4 degrees of freedom where the covariance is honest."""
+        """e^T P^-1 e; chi-square with 4 degrees of freedom for a consistent covariance."""
         return float(self.error @ np.linalg.solve(self.covariance, self.error))
 
 
 class Recorder(Protocol):
-    """What may sit on a flight and keep it (tests/scenarios/tapes.py)."""
+    """Recorder of a flight (tests/scenarios/tapes.py)."""
 
     def attach(self, bench: InMemory) -> None:
-        """Before the first step."""
+        """Attach to a bench before its first step."""
 
     def see(self, outputs: Outputs, true: Pose | None) -> None:
-        """After each tick. true: pose in the map's frame, None before there is a map."""
+        """Record a tick. true: pose in the map's frame, None before there is a map."""
 
 
 @dataclass(slots=True)
 class Watch:
-    """Sees each tick: both filters against the truth, and the moments of the stops."""
+    """Observer of both filters against the truth at each tick, and of the stops."""
 
     alone: Localisation
     recorder: Recorder | None = None
@@ -133,16 +133,16 @@ class Watch:
                 self.after.append(Stop(self.error, rover.localisation.estimate.covariance))
                 self.stops_m.append(self.way_m)
             elif event.name == "REGISTRATION_REFUSED":
-                self.before.pop()  # the look behind at the start, mostly: there is nothing to register to
+                self.before.pop()  # mostly the look behind at the start: there is nothing to register to
 
     @property
     def trace(self) -> Trace:
-        """For a picture."""
+        """Return the flight's trace for a picture."""
         way, error, sigma, drift = (np.array(column) for column in zip(*self.samples))
         return Trace(way, error, sigma, drift, np.array(self.stops_m))
 
     def _in_map(self, true: Pose) -> Pose:
-        """A true pose in the frame that began where the rover stood, heading and place as it was told."""
+        """Transform a true pose to the map frame, whose origin is the reported pose at the first order."""
         assert self._origin and self._start
         turn = self._origin.yaw_rad - self._start.yaw_rad
         dx, dy = true.x_m - self._start.x_m, true.y_m - self._start.y_m
@@ -156,12 +156,12 @@ class Watch:
 
 
 def fly(seed: int) -> Row:
-    """The seed's flight in figures."""
+    """Return the row of the seed's flight."""
     return flown(seed)[0]
 
 
 def flown(seed: int, recorder: Recorder | None = None) -> tuple[Row, Watch]:
-    """To the goal of the seed's ground and 5 m back, and all that was seen on the way."""
+    """Fly to the goal of the seed's ground and 5 m back; returns the row and the observer."""
     name, ground = ground_of(seed)
     settings = SLOPE_SETTINGS if name == "slope" else {}
     bench = InMemory(
@@ -197,7 +197,7 @@ def _until_done(bench: InMemory, watch: Watch, patch: Patch | None) -> None:
 
 
 def judge(rows: Sequence[Row]) -> list[str]:
-    """Means over the level and over the rough flights, the worst, and both NEES where there are stops enough."""
+    """Check the means of level and rough flights, the largest error, and both NEES if there are enough stops."""
     short = [f"seed {row.seed}: {row.outcome}" for row in rows if "from the goal" not in row.outcome]
     for names, limit in ((("level",), MEAN_PERCENT), (("slope", "soft"), ROUGH_PERCENT)):
         some = [row for row in rows if row.ground in names]
@@ -224,7 +224,7 @@ def judge(rows: Sequence[Row]) -> list[str]:
 
 
 def ground_of(seed: int) -> tuple[str, Field]:
-    """Kind and field of a seed."""
+    """Return kind and field of a seed."""
     hundreds, rest = divmod(seed, 100)
     if 20 < rest < 30:
         return "slope", slope(seed)
@@ -233,9 +233,9 @@ def ground_of(seed: int) -> tuple[str, Field]:
 
 
 def slope(seed: int) -> Field:
-    """Gentle waves and rocks on a plane of 20 degrees: up, across, down and across it from start to goal, in turn.
+    """Return gentle waves and rocks on a plane of 20 degrees: up, across, down and across from start to goal, by seed.
 
-    Without rocks nothing on a plane fixes x, y or yaw: a rover that has scanned there knows what its odometry does.
+    Without rocks nothing on a plane fixes x, y or yaw: scans there add nothing to odometry.
     """
     rng = np.random.default_rng([seed, 77])
     course = draw_course(rng)
@@ -248,7 +248,7 @@ def slope(seed: int) -> Field:
 
 
 class Patch:
-    """The band of soft soil across the straight way from start to goal: each wheel is on it or not."""
+    """Band of soft soil across the straight line from start to goal; each wheel is on it or off it."""
 
     def __init__(self, bench: InMemory) -> None:
         self._bench, self._soft = bench, [False] * 4
@@ -259,7 +259,7 @@ class Patch:
         self._wheels = np.array([(*place, 0.0) for place in wheel_places(bench.rover.config.rover)])
 
     def step(self) -> None:
-        """Before each tick."""
+        """Set the soil of each wheel before a tick."""
         state = self._bench.state
         places = state.position_m + rotate(np.tile(state.quaternion_xyzw, (4, 1)), self._wheels)
         for k, way_m in enumerate((places[:, :2] - self._from) @ self._along):
@@ -278,6 +278,6 @@ def _pose(state: PlantState) -> Pose:
 
 
 def _off(pose: Pose, true: Pose) -> F64:
-    """(4,): x, y, z, yaw of a pose minus the true one's."""
+    """Return (4,): x, y, z, yaw of a pose minus the true one."""
     off = (pose.x_m - true.x_m, pose.y_m - true.y_m, pose.z_m - true.z_m)
     return np.array([*off, wrap_rad(pose.yaw_rad - true.yaw_rad)])

@@ -1,8 +1,8 @@
 """Missions with a scanner that loses 1, 3 or 8 % of its beams: at the goal, or stopped with the true reason.
 
 The demo's fields 1 to 30; seed 101 is field 1 at 1 %, 330 is field 30 at 3 %, 801 is field 1 at 8 %. No mission touches
-anything, and none ends with "no way is left": each field has a way. Keep-outs along the field's edges come first: the
-world ends there, and the flight program would look for a way beyond.
+anything, and none ends with "no way is left": each field has a way. Keep-outs along the field's edges are set first:
+the world ends there, and the flight program would look for a way beyond.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ LIMIT_S = 3600.0
 
 
 def fly(seed: int) -> Row:
-    """The mission of a seed."""
+    """Fly the mission of a seed."""
     percent, field = divmod(seed, 100)
     scenario = Scenario(name="losses", terrain="fbm", seed=field, limit_s=LIMIT_S)
     ground = ground_of(scenario).field
@@ -30,7 +30,7 @@ def fly(seed: int) -> Row:
 
 
 def flown(bench: InMemory, seed: int) -> Row:
-    """To the end of the mission."""
+    """Fly to the end of the mission."""
     watch, goal_m = Watch(), bench.field.goal_m
     flight = bench.run(watch)
     outcome = outcome_of(bench, flight.error)
@@ -38,11 +38,11 @@ def flown(bench: InMemory, seed: int) -> Row:
 
 
 def judge(rows: Sequence[Row]) -> list[str]:
-    """Each flight by itself."""
+    """Judge each flight by itself."""
     return [text for row in rows for text in broken(row)]
 
 
 def summary(rows: Sequence[Row]) -> list[tuple[str, ...]]:
-    """A line for each share of lost beams."""
+    """Return a line for each share of lost beams."""
     percents = sorted({row.seed // 100 for row in rows})
     return [line(f"{percent} % lost", [row for row in rows if row.seed // 100 == percent]) for percent in percents]

@@ -1,4 +1,4 @@
-"""Generated ground, nothing broken: the rover arrives, touches nothing, and no fault is raised.
+"""Generated ground without injected faults: the rover arrives, touches nothing, and raises no fault.
 
 Fields are the demo's (20 m x 20 m, slopes and rocks, goal 15 m away), one for each seed.
 """
@@ -19,7 +19,7 @@ GOAL_M = 0.3
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """One mission. outcome: 'arrived' or what came in its place; to_goal_m: true distance at the end."""
+    """One mission. outcome: 'arrived' or the reason why not; to_goal_m: true distance at the end."""
 
     seed: int
     outcome: str
@@ -32,7 +32,7 @@ class Row:
 
 
 def fly(seed: int) -> Row:
-    """The mission on the seed's field."""
+    """Fly the mission on the seed's field."""
     flight = InMemory(Scenario(name="nominal", terrain="fbm", seed=seed), step_ns=CAMPAIGN_STEP_NS).run()
     told = flight.requests[0].report if flight.requests else None
     return Row(
@@ -48,7 +48,7 @@ def fly(seed: int) -> Row:
 
 
 def judge(rows: Sequence[Row]) -> list[str]:
-    """Arrived within GOAL_M, no contact, no fault: each of them."""
+    """Check each flight: arrived within GOAL_M, no contact, no fault."""
     short = []
     for row in rows:
         if row.outcome != "arrived" or row.to_goal_m > GOAL_M:

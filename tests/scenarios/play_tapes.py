@@ -1,4 +1,4 @@
-"""`python -m tests.scenarios.play_tapes`: flights kept as tapes, and the estimate over them with other figures."""
+"""`python -m tests.scenarios.play_tapes`: records flights as tapes, and estimates over them with other figures."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
 
 @app.command()
 def record(seeds: str, out: Annotated[Path, typer.Option(help="Folder for SEED.npz.")] = OUT) -> None:
-    """Fly each seed of the campaign `localisation` and keep what its sensors said."""
+    """Fly each seed of the campaign `localisation` and store its sensor data."""
     out.mkdir(parents=True, exist_ok=True)
     for seed in numbers(seeds):
         recorder = Recorder()
@@ -38,7 +38,7 @@ def run(
     settings: Annotated[list[str] | None, typer.Option("--set", help="name=value of [localisation].")] = None,
     tapes: Annotated[Path, typer.Option(help="Folder of the tapes.")] = OUT,
 ) -> None:
-    """The estimate over tapes, with today's figures and these: errors at the end, and what each covariance is worth."""
+    """Estimate over tapes with today's figures and these: errors at the end, and the NEES of each covariance."""
     changes = {name: float(value) for name, _, value in (setting.partition("=") for setting in settings or ())}
     before: list[Stop] = []
     after: list[Stop] = []
@@ -57,7 +57,7 @@ def run(
 
 
 def worth(when: str, stops: Sequence[Stop]) -> str:
-    """Root mean square of error / sigma of each axis, and the mean NEES with its band."""
+    """Return the root mean square of error / sigma of each axis, and the mean NEES with its band."""
     if not stops:
         return f"{when}: no registration was believed"
     ratios = np.array([stop.error / np.sqrt(stop.covariance.diagonal()) for stop in stops])
@@ -68,7 +68,7 @@ def worth(when: str, stops: Sequence[Stop]) -> str:
 
 
 def _todays(tape: Tape) -> Figures:
-    """The defaults of now, at the flight's start."""
+    """Return today's defaults, with the flight's start."""
     was = tape.figures
     return replace(Figures(), start_x_m=was.start_x_m, start_y_m=was.start_y_m, start_yaw_rad=was.start_yaw_rad)
 

@@ -1,25 +1,26 @@
-"""TABLE of the campaigns: many scenarios with physics, each in one process, and the promises they are held to.
+"""TABLE of the campaigns: many scenarios with physics, each in one process, and the promises that each is judged by.
 
 To add one, two files:
-  1. tests/scenarios/NAME.py with what `Campaign` lists; its first docstring line is its title. See nominal.py: `fly`
-     makes a Scenario, flies it by InMemory and returns a frozen dataclass of figures, `judge` says what of the
-     promise does not hold.
+
+  1. tests/scenarios/NAME.py with the attributes of `Campaign`; its first docstring line is its title. See nominal.py:
+     `fly` makes a Scenario, flies it by InMemory and returns a frozen dataclass of figures, `judge` returns the broken
+     promises.
   2. here, its row.
 
-`fly` of one seed takes about 20 s of one core; a campaign of several kinds of case numbers them by its seeds. Looking
-into a flight, tick by tick:
+`fly` of one seed takes about 20 s of one core; a campaign of several kinds of case numbers them by its seeds. To
+observe a flight, tick by tick:
 
-    def observe(tick, inputs, outputs, rover, state):   # what went in, what came out, the core itself, the truth
+    def observe(tick, inputs, outputs, rover, state):   # inputs, outputs, the core itself, the truth
         error_m = math.dist(outputs.pose[:2], state.position_m[:2])
 
     InMemory(Scenario(seed=seed), step_ns=CAMPAIGN_STEP_NS).run(observe)
 
-Where docs/campaigns.md includes a campaign's figures, its module has `summary(rows)`: lines in the order of its
-HEADS, or of flown.HEADS where it has none. They stand under the rows, and `--docs` writes them into the page.
+If docs/campaigns.md includes a campaign's figures, its module has `summary(rows)`: lines in the order of its HEADS, or
+of flown.HEADS if it has none. They are printed under the rows, and `--docs` writes them into the page.
 
-Faults are a scenario's (`faults=(Injection("wheel_silent", when="drive", after_s=5.0, target=2),)`); what has no
-injection is set on the bench before the run (`bench.plant.set_soil(1, "soft")`), or between two steps of a loop of the
-campaign's own (`while not bench.ended: bench.step(observe)`, then `bench.free()`).
+Faults are a scenario's (`faults=(Injection("wheel_silent", when="drive", after_s=5.0, target=2),)`); a condition
+without an injection is set on the bench before the run (`bench.plant.set_soil(1, "soft")`), or between two steps of a
+loop of the campaign's own (`while not bench.ended: bench.step(observe)`, then `bench.free()`).
 """
 
 from __future__ import annotations
@@ -32,7 +33,7 @@ from tests.scenarios import calibrate, chaos, fresh, guard, library, localisatio
 
 
 class Campaign(Protocol):
-    """What a campaign's module offers. Row: a frozen dataclass of plain values with a field `seed`."""
+    """Attributes of a campaign's module. Row: a frozen dataclass of plain values with a field `seed`."""
 
     __doc__: str | None
     SEEDS: tuple[int, ...]  # the whole campaign
@@ -40,14 +41,14 @@ class Campaign(Protocol):
 
     @staticmethod
     def fly(seed: int) -> Any:
-        """One flight's row; the same seed gives the same row."""
+        """Return one flight's row; the same seed gives the same row."""
 
     @staticmethod
     def judge(rows: Sequence[Any]) -> list[str]:
-        """Where these rows fall short of the promise, one sentence each."""
+        """Return the broken promises of these rows, one sentence each."""
 
 
-RENEWED = 4  # flights of a worker before another takes its place: each flight leaves memory behind
+RENEWED = 4  # flights of a worker process before a new one replaces it: each flight leaves memory in use
 CAMPAIGNS: Mapping[str, Campaign] = {
     "library": library,
     "guard": guard,
@@ -71,5 +72,5 @@ class Asked:
 
 
 def fly_one(asked: Asked, seed: int) -> tuple[str, Any]:
-    """In a worker: the campaign's name and the seed's row."""
+    """Run in a worker: return the campaign's name and the seed's row."""
     return asked.name, CAMPAIGNS[asked.name].fly(seed)

@@ -1,9 +1,10 @@
-"""A flight under hostilities: what the outside says is changed by them, then passes the flight program's own ports.
+"""Flight under hostilities: they change the input from outside, which then passes the flight program's own ports.
 
     bench and operator -> Outside -> hostilities (hostilities.py) -> Doors (doors.py) -> Inputs
 
-An attack lasts its time and then until the flight program felt it, LONGEST_S at most: none passes unnoticed because
-nobody looked. The flight ends when the order's outcome is known, every attack is over and AFTER_S have passed.
+An attack lasts its time and then until the flight program has counted it, LONGEST_S at most, so that none stays
+undetected for lack of time. The flight ends when the order's outcome is known, every attack is over and AFTER_S have
+passed.
 """
 
 from __future__ import annotations
@@ -30,7 +31,11 @@ STATIONS = 4
 
 @dataclass(slots=True)
 class Attack:
-    """One hostility. felt: how far it moved what the flight program counts. ended_s: NaN while it lasts."""
+    """One hostility.
+
+    felt: rise of the flight program's count.
+    ended_s: NaN while it lasts.
+    """
 
     name: str
     begin_s: float
@@ -42,16 +47,18 @@ class Attack:
 
     @property
     def over(self) -> bool:
-        """Whether it was healed."""
+        """True after its end."""
         return self.ended_s == self.ended_s
 
 
 class Outside:
-    """What the outside says in this tick, for hostilities to change; and what an intruder has got hold of.
+    """Input from outside in this tick, for hostilities to change; and the recordings of an intruder.
 
-    frames, pieces, datagrams: of bus, scanner (with its time) and link. silent: nothing passes the link either way, and
-    what was sent waits in `hoard`. strange: the scanner's bytes are not its own. first: an attack's first tick.
-    seen_frames, seen_datagrams: of the last seconds, genuine ones.
+    frames, pieces, datagrams: of bus, scanner (with times) and link.
+    silent: nothing passes the link in either direction; sent datagrams wait in `hoard`.
+    strange: the scanner's bytes are not its own.
+    first: True in an attack's first tick.
+    seen_frames, seen_datagrams: genuine ones of the last seconds.
     """
 
     def __init__(self, bench: InMemory, boot_id: int) -> None:
@@ -67,12 +74,12 @@ class Outside:
         self._sealers: dict[tuple[Any, ...], Sealer] = {}
 
     def sealer(self, key: bytes, key_id: int, boot_id: int | None = None) -> Sealer:
-        """The same one each time, so that its counter rises."""
+        """Return the sealer of a key; the same one each time, so that its counter rises."""
         boot_id = self.boot_id if boot_id is None else boot_id
         return self._sealers.setdefault((key, key_id, boot_id), Sealer(key, key_id, boot_id))
 
     def station(self, key_id: int) -> Sealer:
-        """A station with its own key."""
+        """Return the sealer of a station with its own key."""
         key = self.keys.command.key(key_id)
         assert key is not None
         return self.sealer(key, key_id)
@@ -92,13 +99,13 @@ class Siege(InMemory):
 
     @property
     def ended(self) -> bool:
-        """See the module."""
+        """True at the end as the module defines it."""
         after_ns = self.tick * 10_000_000 - AFTER_S * NS
         quiet = all(attack.over and attack.ended_s * NS < after_ns for attack in self.attacks)
         return super().ended and (quiet or self.tick / 100 >= self.scenario.limit_s)
 
     def step(self, observe: Observe | None = None) -> None:
-        """One tick; what each attack moved is noted."""
+        """Run one tick and store the effect of each attack."""
         def look(tick: int, inputs: Inputs, outputs: Outputs, rover: Any, state: Any) -> None:
             for attack in self.attacks:
                 if attack.before is not None and not attack.over:
@@ -109,7 +116,7 @@ class Siege(InMemory):
         super().step(look)
 
     def free(self) -> None:
-        """The ports as well."""
+        """Close the ports as well."""
         super().free()
         self._doors.close()
 
@@ -138,7 +145,7 @@ class Siege(InMemory):
                        link_messages=self._doors.link(out.datagrams, now_ns))
 
     def _wage(self, attack: Attack, inputs: Inputs) -> None:
-        """An attack's part in this tick: its begin, what it does, its end."""
+        """Run an attack's part in this tick: its begin, its action, its end."""
         now_s, row = inputs.now_ns / NS, HOSTILITIES[attack.name]
         if attack.over or now_s < attack.begin_s or self.rover is None:
             return

@@ -1,11 +1,11 @@
-"""What the sensors said in flights of the bench, kept on disk, and the estimate run over it again.
+"""Sensor data of bench flights, stored on disk, and a run of the estimator over them.
 
     python -m tests.scenarios.play_tapes record 101-104,121,131       flies each seed of the campaign `localisation`
     python -m tests.scenarios.play_tapes run 101-104 --set slope_slip_ratio=0.3 --set registration_scale=0.6
 
-A flight takes a minute and a half, its tape some seconds. The rover goes where it went in the flight, whatever the
-estimate says, so noise figures are fitted on tapes and judged in flights. With the figures of the flight the estimate
-comes out bit for bit as there.
+A flight takes a minute and a half, its tape some seconds. The path is that of the flight, whatever the estimate is, so
+noise figures are fitted on tapes and judged in flights. With the figures of the flight the estimate is bit for bit that
+of the flight.
 """
 
 from __future__ import annotations
@@ -33,9 +33,11 @@ UNKNOWN = (math.nan,) * 3
 
 @dataclass(frozen=True, slots=True)
 class Scanned:
-    """A scan of the flight. asked, taken: rows of the tape where it was registered and where the filter was told.
+    """Scan of the flight.
 
-    again: the points of the scan before entered the map anew with these. points_base: (n, 3).
+    asked, taken: rows of the tape at which it was registered and at which the filter received the result.
+    again: True if the points of the scan before entered the map again with these.
+    points_base: (n, 3), m.
     """
 
     asked: int
@@ -46,12 +48,17 @@ class Scanned:
 
 @dataclass(frozen=True, slots=True)
 class Tape:
-    """A flight, a row a tick, (n, ...). figures: of the filter, as in the flight.
+    """A flight, one row a tick.
 
-    now_ns: int64. wheels: (n, 4, 3) angle of the steering, encoder (rad), age (ns), NaN where not known. told: (n, 4),
-    whether the wheel was believed. slips: (n,), whether SLIP_HIGH held. imu: (n, 7) stamp (ns), gyro, accelerometer,
-    NaN where there was none. true: (n, 6) x, y, z, yaw, roll, pitch in the map's frame, NaN before the order. said:
-    likewise, by the flight's filter.
+    figures: of the filter, as in the flight.
+    now_ns: (n,) int64.
+    wheels: (n, 4, 3) steering angle (rad), encoder (rad), age (ns); NaN if not known.
+    told: (n, 4), True if the wheel was trusted.
+    slips: (n,), True while SLIP_HIGH was active.
+    imu: (n, 7) stamp (ns), gyro (rad/s), accelerometer (m/s^2); NaN if there was none.
+    true: (n, 6) x, y, z, yaw, roll, pitch in the map's frame; NaN before the order.
+    said: the same by the flight's filter.
+    scans: in order.
     """
 
     figures: Figures
@@ -65,7 +72,7 @@ class Tape:
     scans: tuple[Scanned, ...]
 
     def save(self, path: Path) -> None:
-        """One file of numpy's."""
+        """Write one numpy file."""
         header = json.dumps({name: getattr(self.figures, name) for name in Figures.__slots__})
         marks = np.array([(s.asked, s.taken, s.again) for s in self.scans], np.int64).reshape(-1, 3)
         points = {f"points_{k}": scan.points_base for k, scan in enumerate(self.scans)}
@@ -76,7 +83,7 @@ class Tape:
 
 
 def load(path: Path) -> Tape:
-    """What `save` wrote."""
+    """Read a file of `save`."""
     with np.load(path) as kept:
         scans = tuple(
             Scanned(int(asked), int(taken), bool(again), kept[f"points_{k}"])
@@ -87,7 +94,7 @@ def load(path: Path) -> Tape:
 
 
 class Recording(Localisation):
-    """The estimate of a flight, and all it was fed with."""
+    """The estimator of a flight, which stores all its inputs."""
 
     def __init__(self, rover: Geometry, config: Figures) -> None:
         super().__init__(rover, config)
@@ -98,7 +105,7 @@ class Recording(Localisation):
         self, wheels: Sequence[WheelState | None], imu: ImuSample | None, now_ns: int, health: Wheels = SOUND,
         slips: bool = False,
     ) -> None:
-        """Keeps the arguments."""
+        """Update the estimate and store the arguments."""
         super().update(wheels, imu, now_ns, health, slips)
         told = tuple(wheel.tells_way for wheel in health)
         felt = (imu.stamp_ns, *imu.gyro_radps, *imu.accel_mps2) if imu else (math.nan,) * 7
@@ -108,7 +115,7 @@ class Recording(Localisation):
 
 @dataclass(slots=True)
 class Recorder:
-    """Put on a bench before its first step; shown each tick; makes the tape."""
+    """Recorder of a flight: attached to a bench before its first step, called each tick; makes the tape."""
 
     estimate: Recording | None = None
     scans: list[Scanned] = field(default_factory=list)
@@ -117,13 +124,13 @@ class Recorder:
     _asked: int = 0
 
     def attach(self, bench: InMemory) -> None:
-        """In the place of the rover's filter, which has not moved yet."""
+        """Replace the rover's filter before its first update."""
         assert bench.rover
         config = bench.rover.config
         bench.rover.localisation = self.estimate = Recording(config.rover, config.localisation)
 
     def see(self, outputs: Outputs, true: Pose | None) -> None:
-        """A tick. true: pose in the map's frame, None before there is a map."""
+        """Record a tick. true: pose in the map's frame, None before there is a map."""
         assert self.estimate
         row = len(self.estimate.rows) - 1
         for request in outputs.jobs:
@@ -137,7 +144,7 @@ class Recorder:
         self.said.append(_row(self.estimate.pose))
 
     def tape(self) -> Tape:
-        """All that was seen."""
+        """Return the tape."""
         assert self.estimate
         now_ns, wheels, told, slips, imu = zip(*self.estimate.rows)
         return Tape(
@@ -149,9 +156,12 @@ class Recorder:
 
 @dataclass(frozen=True, slots=True)
 class Played:
-    """The estimate along a tape, said: (n, 6) as the tape's, sigma: (n, 4) of its first four.
+    """Estimate along a tape.
 
-    before, after: of each registration that was believed. refused: of each that was not, row and why.
+    said: (n, 6), like `Tape.said`.
+    sigma: (n, 4), of x, y, z, yaw.
+    before, after: of each accepted registration.
+    refused: row and reason of each refused one.
     """
 
     said: F64
@@ -163,7 +173,7 @@ class Played:
 
 @dataclass(slots=True)
 class Player:
-    """Runs an estimate over a tape, as tick and mission do in flight."""
+    """Runs the estimator over a tape, as tick and mission do in flight."""
 
     tape: Tape
     figures: Figures
@@ -174,7 +184,7 @@ class Player:
     _kept: tuple[F64, F32, Pose, tuple[float, float]] | None = None
 
     def run(self) -> Played:
-        """All of it."""
+        """Run it over the whole tape."""
         tape, estimate = self.tape, Localisation(Geometry(), self.figures)
         asked, taken = ({getattr(scan, name): scan for scan in tape.scans} for name in ("asked", "taken"))
         said, sigma = np.empty((len(tape.now_ns), 6)), np.empty((len(tape.now_ns), 4))
@@ -227,6 +237,6 @@ def _fed(tape: Tape, row: int) -> tuple[list[WheelState | None], ImuSample | Non
 
 
 def _placed(points: F32, T_map_base: F64) -> F32:
-    """As `stop_map.moved` places them."""
+    """Place points as `stop_map.moved` does."""
     placed: F32 = (points.astype(np.float64) @ T_map_base[:3, :3].T + T_map_base[:3, 3]).astype(np.float32)
     return placed

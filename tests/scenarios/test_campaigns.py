@@ -1,4 +1,4 @@
-"""Campaigns are complete, and their command says what came of them."""
+"""Tests of the campaigns: they are complete, and their command reports the results."""
 
 import json
 from dataclasses import dataclass, replace
@@ -54,14 +54,14 @@ class Square:
 
 @pytest.fixture
 def squares(monkeypatch):
-    """A campaign that falls short where a square is over 9."""
+    """A campaign that fails for a square over 9."""
     made = SimpleNamespace(
         __doc__="Squares stay small.\n\nMore.", SEEDS=(1, 2, 3), SHORT=(2,), fly=lambda seed: Square(seed, seed * seed),
         judge=lambda rows: [f"seed {row.seed}: {row.square}" for row in rows if row.square > 9],
     )  # fmt: skip
     for module in (command, registry):
         monkeypatch.setattr(module, "CAMPAIGNS", {"squares": made})
-    monkeypatch.setattr(command, "RENEWED", 0)  # a worker that imports the registry anew would not know it
+    monkeypatch.setattr(command, "RENEWED", 0)  # a worker that imports the registry again would not know it
 
 
 def asked(folder, *words):

@@ -1,4 +1,4 @@
-"""Missions with a real scanner: what falls short, which reasons are the truth, and where the goals lie."""
+"""Tests of missions with a real scanner: broken promises, true reasons, and the places of the goals."""
 
 import math
 from dataclasses import replace

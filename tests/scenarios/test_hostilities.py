@@ -1,4 +1,4 @@
-"""Hostilities reach the flight program, and a chaos flight is judged by each of its promises."""
+"""Tests of hostilities: each reaches the flight program, and a chaos flight is judged by each of its promises."""
 
 from dataclasses import replace
 
@@ -19,11 +19,11 @@ from tests.scenarios.hostilities import HOSTILITIES, absurd_payloads
 from tests.scenarios.siege import Attack, Siege
 
 FLAT = Scenario(name="chaos", terrain="flat", seed=3)
-BEGIN_S, SWEEP_S, AFTER_S = 2.5, 5.0, 1.5  # the operator has ordered; the scanner sweeps
+BEGIN_S, SWEEP_S, AFTER_S = 2.5, 5.0, 1.5  # the operator has given its order; the scanner sweeps
 
 
 def besieged(*names, end_s, observe=None, record=None):
-    """A flight on level ground under these, from BEGIN_S or SWEEP_S on, as long as each says that it is felt."""
+    """Fly on level ground under these, from BEGIN_S or SWEEP_S on, each for its `felt_s`."""
     attacks = [Attack(name, SWEEP_S if HOSTILITIES[name].in_sweep else BEGIN_S, HOSTILITIES[name].felt_s,
                       np.random.default_rng(n)) for n, name in enumerate(names)]
     siege = Siege(FLAT, attacks, record)

@@ -1,4 +1,4 @@
-"""The campaign of the estimate says what falls short, and only that."""
+"""Tests of the localisation judge: it reports each broken promise, and only those."""
 
 from dataclasses import replace
 
@@ -22,7 +22,7 @@ def test_a_flight_within_its_promises_is_not_named():
         ({"error_m": 0.12}, "0.12 m at the end"),
         ({"outcome": "no way"}, "no way"),
         ({"nees_after": (9.0, 8.0) * 25}, "NEES after"),
-        ({"nees_before": (0.5, 2.0) * 25}, "NEES before"),  # a covariance that is too wide is not honest either
+        ({"nees_before": (0.5, 2.0) * 25}, "NEES before"),  # a covariance that is too wide is not consistent either
     ],
 )
 def test_what_falls_short_is_named(change, word):

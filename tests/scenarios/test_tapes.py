@@ -1,4 +1,4 @@
-"""A tape holds all that the estimate was fed with: run over it, it says what it said in flight, bit for bit."""
+"""A tape has all inputs of the estimator: run over it, the estimator gives the flight's results, bit for bit."""
 
 from dataclasses import replace
 
@@ -16,7 +16,7 @@ pytestmark = [pytest.mark.mission, pytest.mark.xdist_group("tape")]  # flown onc
 
 @pytest.fixture(scope="module")
 def tape(tmp_path_factory):
-    """The looks of the first stop, the turn between them, the way to the second and its scan: kept and read back."""
+    """The looks of the first stop, the turn between them, the way to the second and its scan: stored and read back."""
     bench = InMemory(Scenario(seed=1), ground=ground_of(1)[1], step_ns=5_000_000)
     recorder, config = Recorder(), bench.rover.config
     watch = Watch(Localisation(config.rover, config.localisation), recorder)

@@ -1,4 +1,4 @@
-"""What the wheels campaign measures in truth and holds its flights to."""
+"""Tests of the wheels campaign's judge: its measurements of the truth, and its limits."""
 
 import math
 from dataclasses import replace
@@ -58,7 +58,7 @@ def test_nothing_is_said_before_a_second_is_over_of_slow_wheels_and_of_a_turn_on
 
 
 def strays_rad(turn_radps, seconds, **state):
-    """After so long with the body turning so fast, ahead with the wheels straight unless told otherwise."""
+    """Return the strays after this time at this turn rate; by default straight ahead with the wheels straight."""
     slip, still = TrueSlip(), truth(**state)
     turning = replace(still, angular_radps=np.array([0.0, 0.0, turn_radps]))
     for _ in range(round(seconds * 100)):
@@ -88,7 +88,7 @@ def test_the_wheels_turn_is_taken_out_and_a_turn_on_the_spot_is_no_straying():
 
 
 def watched(fault, row, wheel, spells):
-    """The campaign's truth after spells of (ticks, wheel 1's share of what it owes); nothing is found."""
+    """Return the campaign's truth after spells of (ticks, share of wheel 1's owed rate); nothing is detected."""
     seen = wheels._Truth(fault, row, wheel)
     seen.begun = True
     rover = SimpleNamespace(
@@ -125,7 +125,7 @@ def test_the_way_counts_from_the_start_of_the_second_that_shows_a_slip():
 
 
 def jumping(counts_rad):
-    """The campaign's truth of a jumping encoder of wheel 1 over so many ticks, by what its count has too much."""
+    """Return the campaign's truth of a jumping encoder of wheel 1; counts_rad: error of its count, for each tick."""
     seen = wheels._Truth("encoder_jumping", "ENCODER_BAD", 1)
     seen.begun = True
     for tick, over_rad in enumerate(counts_rad):
@@ -145,7 +145,7 @@ def test_a_jumping_encoder_shows_from_its_first_jump_and_not_by_the_wires_lag():
 
 
 def lacking(ticks, found_tick=None):
-    """The campaign's truth of dust on which the body stands for so long, the last of it still there."""
+    """Return the campaign's truth of dust on which the body stands for so long, to the last tick."""
     seen = wheels._Truth("no_grip", "NOT_MOVING", 0)
     seen.begun = True
     for tick in range(ticks):
@@ -163,7 +163,7 @@ def test_dust_shows_where_the_rover_stands_on_it_for_the_rows_time_or_until_it_i
 
 
 def named_before(name, velocity_mps):
-    """Rows held false that are named before the fault begins, the wheels at RIM_MPS."""
+    """Return the rows counted as false that are named before the fault begins, with the wheels at RIM_MPS."""
     seen = wheels._Truth("soft_patch", "SLIP_HIGH", 0)
     rover = SimpleNamespace(localisation=LOCALISED)
     for tick in range(WINDOW_TICKS):

@@ -1,9 +1,10 @@
-"""Three goals in a row, and at each a turn on the spot by 360 degrees: no contact, and the pose known to 0.1 m.
+"""Three goals in a row, and at each a turn on the spot by 360 degrees: no contact, and a pose error below 0.1 m.
 
 The demo's fields 1 to 20. Goals are drawn by the seed, 3 to 9 m from one another and 1.5 m or more from the field's
-edge, where the true ground has a way with room to and where a rover that stands up to 0.1 m off can turn without
-touching a rock. The turn is three orders `turn` of 120 degrees, which ask no map: it is the place that has to be free.
-Keep-outs along the field's edges come first: the world ends there, and the flight program would look for a way beyond.
+edge, where the true ground has a way with margin to and where a rover with a position error of up to 0.1 m can turn
+without touching a rock. The turn is three orders `turn` of 120 degrees, which use no map: the place itself must be
+free. Keep-outs along the field's edges are set first: the world ends there, and the flight program would look for a way
+beyond.
 """
 
 from __future__ import annotations
@@ -35,7 +36,7 @@ PLACES_TRIED = 10_000
 
 
 def fly(seed: int) -> Row:
-    """The mission on the seed's field, to its end or to the first order that fails."""
+    """Fly the mission on the seed's field, to its end or to the first order that fails."""
     scenario = Scenario(name="three-goals", terrain="fbm", seed=seed, limit_s=LIMIT_S)
     bench = InMemory(scenario, (), step_ns=CAMPAIGN_STEP_NS)
     watch, errors_m, reason = Watch(), [], ""
@@ -58,7 +59,7 @@ def fly(seed: int) -> Row:
 
 
 def edges(field: Field) -> tuple[Order, ...]:
-    """The orders of four keep-outs, a strip along each edge of the field."""
+    """Return the orders of four keep-outs, a strip along each edge of the field."""
     west, south = field.grid.x0_m, field.grid.y0_m
     east, north = field.grid.centre(field.grid.rows - 1, field.grid.columns - 1)
     strips = {
@@ -72,19 +73,19 @@ def edges(field: Field) -> tuple[Order, ...]:
 
 
 def goto(goal_m: tuple[float, float]) -> Order:
-    """The order to a goal: at once, the first one when the rover has started."""
+    """Return the order to a goal: at once; the first one after the rover's start."""
     return Order(GOTO_S, "goto", {"x_m": goal_m[0], "y_m": goal_m[1]})
 
 
 def turn(bench: InMemory) -> Order:
-    """A third of a turn to the left."""
+    """Return the order of a third of a turn to the left."""
     assert bench.rover is not None
     yaw_rad = bench.rover.localisation.pose.yaw_rad
     return Order(0.0, "turn", {"heading_rad": round(float(wrap_rad(yaw_rad + 2 * math.pi / TURNS)), 6)})
 
 
 def _done(bench: InMemory, watch: Watch, order: Order) -> bool:
-    """Gives an order and flies until its outcome is known; whether it was completed."""
+    """Give an order and fly until its outcome is known; return whether it was completed."""
     bench.operator.ask(order)
     while not bench.ended:
         bench.step(watch)
@@ -92,7 +93,7 @@ def _done(bench: InMemory, watch: Watch, order: Order) -> bool:
 
 
 def goals_of(field: Field, seed: int) -> tuple[tuple[float, float], ...]:
-    """The goals of a seed, to the centimetre. Raises ValueError where the field has no such places."""
+    """Return the goals of a seed, rounded to 1 cm. Raises ValueError if the field has no such places."""
     rng, surface = np.random.default_rng([seed, 0x3A]), true_surface(field)
     roomy = free_with_room(surface, Rover(), Planning())
     o, j, i = pose_of(surface.grid, field.start.x_m, field.start.y_m, field.start.yaw_rad)
@@ -120,24 +121,24 @@ def _places(field: Field, rng: np.random.Generator) -> F64:
 
 
 def _all_good(good: Bool, j: int, i: int) -> bool:
-    """A cell and its neighbours."""
+    """Return whether a cell and its neighbours are good."""
     return bool(good[max(j - 1, 0) : j + 2, max(i - 1, 0) : i + 2].all())
 
 
 def clear_m(field: Field, x_m: float, y_m: float) -> float:
-    """From a place to the nearest rock of ROCK_M or more, by its widest; inf where there is none."""
+    """Return the distance to the nearest rock of ROCK_M or more, by its widest radius; inf if there is none."""
     rocks = [rock for rock in field.rocks if rock.height_m >= ROCK_M]
     return min((math.hypot(rock.x_m - x_m, rock.y_m - y_m) - rock.diameter_m / 2 for rock in rocks), default=math.inf)
 
 
 def turning_m(rover: Rover) -> float:
-    """How far the tyres reach in a turn on the spot, their wheels steered along it."""
+    """Return the reach of the tyres in a turn on the spot, with the wheels steered along it."""
     arm_m = math.hypot(rover.half_wheelbase_m, rover.half_track_m) + rover.wheel_width_m / 2
     return math.hypot(arm_m, rover.wheel_radius_m)
 
 
 def judge(rows: Sequence[Row]) -> list[str]:
-    """Each flight by itself, and the pose at each goal."""
+    """Judge each flight by itself, and the pose at each goal."""
     return [text for row in rows for text in broken(row)] + [
         f"seed {row.seed}: the pose is {error} m off at goal {goal}, {ERROR_M} promised"
         for row in rows for goal, error in enumerate(row.goal_errors_m, 1) if error > ERROR_M
@@ -145,5 +146,5 @@ def judge(rows: Sequence[Row]) -> list[str]:
 
 
 def summary(rows: Sequence[Row]) -> list[tuple[str, ...]]:
-    """One line."""
+    """Return one line."""
     return [line("three goals, a turn at each", rows)]

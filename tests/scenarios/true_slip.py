@@ -1,10 +1,10 @@
-"""What the ground does to the rover, from the plant alone: what SLIP_HIGH and NOT_MOVING are held to.
+"""True slip of the rover, from the plant alone: the reference for SLIP_HIGH and NOT_MOVING.
 
     lacks    share of the wheels' way in the last second that the body did not make along it
-    strays   how far the body turned otherwise than the wheels within 1 m of driving along
+    strays   turn of the body beyond that of the wheels within 1 m of driving
 
-The wheels stand in mirror places. So by their word the rover's middle goes as the mean of the four hubs, whatever it
-turns, and it turns by the hubs' mean moment over the places' mean square.
+The wheels stand in mirror places. By the wheels, therefore, the rover's middle moves with the mean of the four hubs,
+whatever its turn, and it turns by the hubs' mean moment over the places' mean square.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from onboard.config import Rover
 from protocol.conventions import WHEEL_SIGNS
 
 WINDOW_TICKS, TICK_S = 100, 0.01
-LEAST_MPS = 0.04  # slower wheels say nothing of slip: they turn the rover on the spot, or start
+LEAST_MPS = 0.04  # slower wheels do not show slip: they turn the rover on the spot, or start
 STRAY_M = 1.0
 ROVER = Rover()
 PLACES_M = tuple((along * ROVER.half_wheelbase_m, across * ROVER.half_track_m) for along, across in WHEEL_SIGNS)
@@ -26,14 +26,14 @@ SQUARE_M2 = sum(a * a + b * b for a, b in PLACES_M)
 
 
 class TrueSlip:
-    """`update` each tick."""
+    """Estimator of the true slip; `update` each tick."""
 
     def __init__(self) -> None:
         self._ways: deque[tuple[float, float]] = deque(maxlen=WINDOW_TICKS)  # of the wheels, of the body along it
         self._strays: deque[tuple[float, float]] = deque([(0.0, 0.0)])  # (way driven, excess of the turn) since 1 m
 
     def update(self, state: PlantState) -> None:
-        """Takes one tick."""
+        """Process one tick."""
         u, w, turn_radps = wheels_twist(state)
         ahead, left, _ = rotate(inverse(state.quaternion_xyzw.tolist()), state.velocity_mps.tolist())
         speed = math.hypot(u, w)
@@ -47,19 +47,19 @@ class TrueSlip:
 
     @property
     def lacks_ratio(self) -> float:
-        """Over 1 where the body went back; 0 before a second is over and where the wheels were slow in it."""
+        """Share that the body lacks: over 1 if it went back; 0 before a second has passed, and for slow wheels."""
         wheels, body = (sum(way[k] for way in self._ways) / WINDOW_TICKS for k in (0, 1))
         return 1.0 - body / wheels if len(self._ways) == WINDOW_TICKS and wheels > LEAST_MPS else 0.0
 
     @property
     def strays_rad(self) -> float:
-        """The most between now and any moment within the last 1 m."""
+        """Largest difference of the excess turn between now and any moment within the last 1 m."""
         now_rad = self._strays[-1][1]
         return max(abs(now_rad - excess_rad) for _, excess_rad in self._strays)
 
 
 def wheels_twist(state: PlantState) -> tuple[float, float, float]:
-    """(v_x, v_y, omega) in base axes by the wheels' true rates and angles."""
+    """Return (v_x, v_y, omega) in base axes by the wheels' true rates and angles."""
     u = w = moment = 0.0
     for (a, b), wheel in zip(PLACES_M, state.wheels):
         rim = ROVER.wheel_radius_m * wheel.rate_radps

@@ -1,13 +1,13 @@
-"""Each wheel fault of the bench: its own row is named, of the right wheel, within its time, and no other before it.
+"""Each wheel fault of the bench: the right row names the right wheel in time, and no other row before it.
 
 A case is a seed: 10 * field + row of CASES, on the nominal campaign's kind of field. The fault begins 8 s into the
-first drive, where nothing is named; the flight ends 15 s after it was found, or 60 s later. Soft ground waits for a
-way that rises (RISES_DEG): down a slope the rover rolls over powder and dust, and off dust on ground that leans: there
-it stands for less than the row's time. A pot's offset is watched for 300 s:
-after the first looks around, which turn the rover on the spot, that is time for the 5 m in which it must be found. A
-way is one driven along; wheels that turn the rover on the spot make none. Time counts from the first tick at which the
-truth shows the fault (`_violates`): a weak wheel is sound while the ground asks for less than it has left, a jumping
-encoder until it jumps. The thresholds were set on fields 1 to 5; these are others.
+first drive without a named row; the flight ends 15 s after detection, or 60 s later without one. Soft ground waits for
+a path that rises (RISES_DEG): down a slope the rover rolls over powder and dust, and off dust on sloping ground, where
+it stands for less than the row's time. A pot's offset is watched for 300 s: after the first looks around, which turn
+the rover on the spot, this allows the 5 m of driving in which it must be detected. Only driving along counts; wheels
+that turn the rover on the spot add no way. Time counts from the first tick at which the truth shows the fault
+(`_violates`): a weak wheel is sound while the ground needs less than it has left, a jumping encoder until it jumps.
+The thresholds were set on fields 1 to 5; these are others.
 """
 
 from __future__ import annotations
@@ -49,25 +49,30 @@ DETECTS = {  # rows whose time and response are judged here, with the flights on
 TICKS_PER_S, NS, NEVER = 100, 1_000_000_000, 1 << 60
 WAYS_KEPT = 6 * WINDOW_TICKS
 AFTER_TICKS, WATCH_TICKS, ANSWER_TICKS = 800, 6000, 1500
-LONG_TICKS = {"pot_offset": 30_000}  # in place of WATCH_TICKS
-WAYS_M = {"STEER_OFFSET": 5.0, "SLIP_HIGH": 1.0}  # rows whose time is a way
+LONG_TICKS = {"pot_offset": 30_000}  # replaces WATCH_TICKS
+WAYS_M = {"STEER_OFFSET": 5.0, "SLIP_HIGH": 1.0}  # rows whose limit is a distance
 TURNS_RADPS, OFF_RADPS, WORKS_NM, STEER_RAD = 0.15, 0.012, 0.2, math.radians(3.0)
-JUMP_RAD = 0.05  # of the count that is told against the true one; the wires' lag alone is 0.02
-COME_AND_GO = ("wheel_free", "wheel_weak", "no_grip")  # shown for the whole of the row's time, or until they are found
-BLOCK_TICKS, LAG_S = 20, 0.03  # of the means; from an order to the wheel, by the wires of the bench
+JUMP_RAD = 0.05  # of the reported count against the true one; the bus delay alone is 0.02
+COME_AND_GO = ("wheel_free", "wheel_weak", "no_grip")  # shown for the whole of the row's time, or until detected
+BLOCK_TICKS, LAG_S = 20, 0.03  # of the means; from an order to the wheel, by the bench's bus
 LACKS = {"soft_patch": 0.5, "no_grip": 0.8}  # share of the wheels' way in a second that the body lacks
-RISES_DEG = {"soft_patch": (2.5, 8.0), "no_grip": (-1.0, 3.0)}  # of the true ground, along the way through the patch
-LEANS_DEG = {"soft_patch": 90.0, "no_grip": 3.0}  # the most across the way
-AHEAD_M, HALF_M = {"soft_patch": PATCH_AHEAD_M, "no_grip": 0.0}, 1.0  # where that is looked at
+RISES_DEG = {"soft_patch": (2.5, 8.0), "no_grip": (-1.0, 3.0)}  # of the true ground, along the path through the patch
+LEANS_DEG = {"soft_patch": 90.0, "no_grip": 3.0}  # largest slope across the path
+AHEAD_M, HALF_M = {"soft_patch": PATCH_AHEAD_M, "no_grip": 0.0}, 1.0  # place of that slope
 
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """One flight. took_s: from the first tick that shows the fault to the event, below 0 before it; -1 without both.
+    """One flight.
 
-    way_m: of the wheels in that time. shown: whether the truth shows the fault at all. lacks: the most of the wheels'
-    way that the body lacked in a second, until then; strays_deg: the most it turned otherwise within 1 m. others: rows
-    named before it, and before the fault began those that the truth did not show. answer: what the rover did first.
+    took_s: time from the first tick that shows the fault to the event; negative: event before it; -1 without both.
+    way_m: of the wheels in that time.
+    shown: True if the truth shows the fault at all.
+    lacks: largest share of the wheels' way that the body lacked in a second, until then.
+    strays_deg: largest excess turn within 1 m.
+    found: row and wheels of the event.
+    others: rows named before it; of those before the fault began only the rows that the truth did not show.
+    answer: first response of the rover.
     """
 
     seed: int
@@ -84,30 +89,31 @@ class Row:
 
 
 class _Truth:
-    """When the fault shows in truth, and the wheels' way from there until it is found."""
+    """True state of the fault: first tick at which it shows, and the wheels' way from there until detection."""
 
     def __init__(self, fault: str, row: str, wheel: int) -> None:
         self.violated_tick, self.lacks, self.strays_rad, self.begun = -1, 0.0, 0.0, False
         self._fault, self._row, self._wheel = fault, row, wheel
         self._slip, self._found = TrueSlip(), False
         self._run_ticks = self._gap_ticks = 0
-        self._late_ticks = WINDOW_TICKS - 1 if wheel == 0 else 0  # from the first tick of a slip to where it shows
+        # from the first tick of a slip to the tick that shows it
+        self._late_ticks = WINDOW_TICKS - 1 if wheel == 0 else 0
         lasts_ticks = round(BY_NAME[row].detect_s * TICKS_PER_S) if fault in COME_AND_GO else 1
         self._lasts_ticks = max(1, lasts_ticks - self._late_ticks)
         self._owed: deque[float] = deque([0.0], maxlen=BLOCK_TICKS + 1)
         self._offs: deque[float] = deque(maxlen=BLOCK_TICKS)
         self._ways_m: deque[float] = deque([0.0], maxlen=WAYS_KEPT)  # of the wheels, since the start
         self._from_m = self._to_m = 0.0
-        self._ahead_rad: float | None = None  # told position of the wheel over the true one, as the fault began
-        self.false: list[str] = []  # rows named before the fault began that the ground does not account for
+        self._ahead_rad: float | None = None  # reported minus true position of the wheel, as the fault began
+        self.false: list[str] = []  # rows named before the fault began that the ground does not explain
 
     @property
     def way_m(self) -> float:
-        """From the first tick that shows the fault to the one that found it."""
+        """Way from the first tick that shows the fault to its detection, m."""
         return max(0.0, self._to_m - self._from_m) if self.violated_tick >= 0 else 0.0
 
     def observe(self, tick: int, _inputs: Inputs, outputs: Outputs, rover: Rover, state: PlantState) -> None:
-        """One tick of the flight."""
+        """Observe one tick of the flight."""
         self._slip.update(state)
         step = rover.localisation.step
         self._ways_m.append(self._ways_m[-1] + math.hypot(step.dx_m, step.dy_m))
@@ -129,7 +135,7 @@ class _Truth:
             self.violated_tick, self._from_m = tick - ago, self._ways_m[max(-1 - ago, -len(self._ways_m))]
 
     def _count(self, violates: bool) -> None:
-        """The ticks for which the truth has shown it, with gaps of less than a block."""
+        """Count the ticks for which the truth has shown the fault, with gaps of less than a block."""
         self._gap_ticks = 0 if violates else self._gap_ticks + 1
         going_on = self._run_ticks > 0 and self._gap_ticks < BLOCK_TICKS
         self._run_ticks = self._run_ticks + 1 if violates or going_on else 0
@@ -148,11 +154,11 @@ class _Truth:
         return turns
 
     def _works(self, state: PlantState) -> bool:
-        """Whether the other drives have work to do."""
+        """Return whether the other drives have a load."""
         return sum(abs(w.torque_nm) for k, w in enumerate(state.wheels, 1) if k != self._wheel) > WORKS_NM
 
     def _jumped(self, rover: Rover, true_rad: float) -> bool:
-        """Whether the encoder's count is no longer what it was when the fault began, but for the wires' lag."""
+        """Return whether the encoder's error has changed since the fault began, by more than the bus delay explains."""
         told = rover.nodes.wheels[self._wheel - 1]
         assert told
         ahead_rad = told.position_rad - true_rad
@@ -161,18 +167,18 @@ class _Truth:
         return abs(ahead_rad - self._ahead_rad) > JUMP_RAD
 
     def _owe(self, ordered_radps: float, turned_radps: float) -> None:
-        """What a sound drive would have turned in this tick, and what this one did."""
+        """Add the rate of a sound drive in this tick, and this drive's deviation from it."""
         self._owed.append(approach(self._owed[-1], ordered_radps, SLEW_RADPS2 / TICKS_PER_S))
         self._offs.append(turned_radps - self._owed[-1])
 
     def _off(self) -> bool:
-        """Whether the wheel turned otherwise than it owed, on the mean of a block."""
+        """Return whether the wheel's rate deviates from that of a sound drive, on the mean of a block."""
         ramp_radps2 = abs(self._owed[-1] - self._owed[0]) * TICKS_PER_S / BLOCK_TICKS
         return abs(sum(self._offs)) / BLOCK_TICKS > OFF_RADPS + LAG_S * ramp_radps2
 
 
 def fly(seed: int) -> Row:
-    """The flight of one case on one field."""
+    """Fly one case on one field."""
     fault, row, wheel = CASES[seed % len(CASES)]
     bench = InMemory(Scenario(name=fault, terrain="fbm", seed=seed // len(CASES)), step_ns=CAMPAIGN_STEP_NS)
     truth = _Truth(fault, row, wheel)
@@ -190,14 +196,14 @@ def fly(seed: int) -> Row:
             if truth.begun and row in map(_row_of, _named(bench.events[before:])):
                 end_tick = min(end_tick, bench.tick + ANSWER_TICKS)
     except PlantAbortError:
-        pass  # the row says what was found until then
+        pass  # the row has what was found until then
     finally:
         bench.free()
     return _row(seed, truth, bench.events[before:] if truth.begun else [])
 
 
 def _fits(bench: InMemory, fault: str) -> bool:
-    """Whether nothing is named, and the ground is one on which the fault shows."""
+    """Return whether no row is named and the ground is one on which the fault shows."""
     assert bench.rover
     if bench.rover.watch.faults:
         return False
@@ -215,14 +221,14 @@ def _fits(bench: InMemory, fault: str) -> bool:
 
 
 def _rise_deg(field: Field, middle: tuple[float, float], towards: tuple[float, float]) -> float:
-    """Of the true ground about a place (m), towards a unit vector, over 2 * HALF_M."""
+    """Return the true slope about a place (m), towards a unit vector, over 2 * HALF_M, degrees."""
     along_m = np.array([-HALF_M, HALF_M])
     behind_m, before_m = height_at(field, middle[0] + along_m * towards[0], middle[1] + along_m * towards[1])
     return math.degrees(math.atan2(before_m - behind_m, 2.0 * HALF_M))
 
 
 def _named(events: Sequence[Event]) -> list[Event]:
-    """Those that name a row of this subject."""
+    """Return the events that name a row of this subject."""
     return [e for e in events if e.name == "FAULT" and e.text.startswith(WHEEL_ROWS)]
 
 
@@ -250,16 +256,16 @@ def _row(seed: int, truth: _Truth, events: Sequence[Event]) -> Row:
 
 
 def _short(text: str) -> str:
-    """The row's name and the wheels, of an event's text."""
+    """Return the row's name and the wheels from an event's text."""
     name, wheels = text.partition(":")[0], text.rpartition(" (wheel ")
     return f"{name} (wheel {wheels[2]}" if wheels[1] else name
 
 
 def judge(rows: Sequence[Row]) -> list[str]:
-    """Found where it showed, of the right wheel, in time, answered as told, nothing else named before it or falsely.
+    """Check each flight: detected if it showed, right wheel, in time, right response, no other or false row before it.
 
-    NOT_MOVING follows SLIP_HIGH by its nature. SLIP_HIGH may come before the truth is as bad as LACKS; it is false
-    where the body lacked less than the monitor calls calm, and turned as its wheels did.
+    NOT_MOVING follows SLIP_HIGH by its nature. SLIP_HIGH may come before the truth is as bad as LACKS; it is false if
+    the body lacked less than the monitor calls calm, and turned as its wheels did.
     """
     return [f"{row.seed} {row.fault}: {text}" for row in rows for text in _faults_of(row)] + [
         f"{fault} never showed in {len(flown)} flights: {name} is not judged"
@@ -286,11 +292,11 @@ def _faults_of(row: Row) -> Iterator[str]:
 
 
 def _slips(lacks_ratio: float, strays_rad: float) -> bool:
-    """Whether the ground lets the rover slip by more than the monitor calls calm."""
+    """Return whether the true slip exceeds the level that the monitor calls calm."""
     return lacks_ratio > CALM or strays_rad > ASTRAY_RAD
 
 
 def _answered(response: Sequence[Step], answer: str) -> bool:
-    """Whether the rover did first what the row says: a new look where it tells of one, and it is no row for SAFE."""
+    """Return whether the rover's first response is that of the row: a new look if the row has one, else not SAFE."""
     looks = Step.RESCAN in response or Step.BACK_OFF in response
     return answer.startswith(("BACKING_OFF", "SCANNING")) if looks else "SAFE" not in answer

@@ -29,10 +29,12 @@ def main(
     wall_s: Annotated[float, typer.Option(min=0, help="Seconds on the wall clock; 0: none.")] = 60.0,
     out: Annotated[Path, typer.Option(help="Folder for records and logs.")] = OUT,
 ) -> None:
-    """Memory flat within 2 MB, no more descriptors or threads, no tick left out: missions and idle in lock-step, and
-    idle on the wall clock, where ticks left out are counted and told. Figures are printed.
+    """Check for flat memory within 2 MB, no more descriptors or threads, no missed tick, over missions and idle time.
 
-    Exit codes: 0 all hold, 1 one does not (which is said), 69 the daemon did not come up on the wall clock.
+    In lock-step all of this applies. On the wall clock the rover is idle, and missed ticks are counted and printed
+    only. Figures are printed.
+
+    Exit codes: 0 all hold, 1 one does not (printed), 69 the daemon did not start on the wall clock.
     """
     broken: list[str] = []
     if missions:

@@ -1,7 +1,7 @@
 """Ten missions in a row, then idle to the end of the hour, in lock-step: the daemon itself with its record and map.
 
-The rover drives to and fro on flat ground, a mission a slot of time, so that a sample at a slot's end finds it
-standing. The first missions make the map and load what missions need: growth is judged from SETTLED on.
+The rover drives to and fro on flat ground, one mission in each time slot, so that it stands when a slot's end is
+sampled. The first missions make the map and load what missions need: growth is judged from SETTLED on.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ IDLE_S = 300.0  # between two samples of an idle rover
 
 @dataclass(frozen=True, slots=True)
 class Soaked:
-    """What came of it. missions: samples at their ends; idle: while nothing is asked of the rover."""
+    """Result of the soak. missions: samples at their ends; idle: samples without orders."""
 
     missions: tuple[Taken, ...]
     idle: tuple[Taken, ...]
@@ -41,7 +41,7 @@ class Soaked:
     error: str
 
     def faults(self, wanted: int, duration_s: float) -> list[str]:
-        """What of the promise does not hold."""
+        """Return the broken promises."""
         found = [self.error] if self.error else []
         if self.arrived != wanted:
             found.append(f"{self.arrived} of {wanted} missions arrived")
@@ -54,7 +54,7 @@ class Soaked:
 
 
 class Sampler:
-    """Called by the bench about twice a second: keeps the last sample before each mark of the bench's time."""
+    """Called by the bench about twice a second; stores the last sample before each mark of the bench's time."""
 
     def __init__(self, marks_s: Sequence[float], tell: Callable[[Taken], None]) -> None:
         self._marks_s, self._tell = list(marks_s), tell
@@ -63,7 +63,7 @@ class Sampler:
         self.kept: list[Taken] = []
 
     def __call__(self, progress: Progress, _wall_s: float) -> None:
-        """One look."""
+        """Take a sample."""
         self._pid = self._pid or child(("onboard", "run"))
         if self._pid is None:
             return
@@ -76,7 +76,7 @@ class Sampler:
 
 
 def soak(missions: int, duration_s: float, folder: Path, tell: Callable[[Taken], None]) -> Soaked:
-    """Fly the missions, idle until `duration_s` of the bench's time."""
+    """Fly the missions, then idle until `duration_s` of the bench's time."""
     start = ground_of(Scenario(terrain="flat")).field.start
     goals = [(start.x_m + dx, start.y_m + dy) for dx, dy in (WAYS_M[k % len(WAYS_M)] for k in range(missions))]
     script = "".join(f"at {FIRST_S + k * SLOT_S}: goto {x:.3f} {y:.3f}\n" for k, (x, y) in enumerate(goals))

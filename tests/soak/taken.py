@@ -1,4 +1,4 @@
-"""What a process takes of the machine, as the system says, and whether that grows."""
+"""Resources of a process, as the system reports them, and the check for growth."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ FLAT_MB = 2.0
 
 
 class Taken(NamedTuple):
-    """Of one process at one time of its run."""
+    """Resources of one process at one time of its run."""
 
     at_s: float
     rss_bytes: int
@@ -21,7 +21,7 @@ class Taken(NamedTuple):
 
 
 def taken(pid: int, at_s: float) -> Taken:
-    """Now. Raises OSError where the process has gone."""
+    """Return the present resources. Raises OSError if the process has ended."""
     process = Path("/proc") / str(pid)
     pages = int((process / "statm").read_text().split()[1])
     return Taken(at_s, pages * os.sysconf("SC_PAGE_SIZE"), len(list((process / "fd").iterdir())),
@@ -29,7 +29,7 @@ def taken(pid: int, at_s: float) -> Taken:
 
 
 def child(words: Sequence[str]) -> int | None:
-    """The process that this one has started whose command line has these words one after the other."""
+    """Return this process's child whose command line has these words one after the other; None if there is none."""
     wanted = b"\0".join(word.encode() for word in ("", *words, ""))
     for task in Path("/proc/self/task").iterdir():
         for pid in (task / "children").read_text().split():
@@ -39,7 +39,7 @@ def child(words: Sequence[str]) -> int | None:
 
 
 def growth(samples: Sequence[Taken]) -> list[str]:
-    """What grows over these samples, in words: memory by over FLAT_MB, descriptors or threads by one."""
+    """Return the growth over these samples, in words: memory by over FLAT_MB, descriptors or threads by one."""
     if len(samples) < 2:
         return ["nothing can be said of growth: fewer than two samples"]
     first, rest = samples[0], samples[1:]

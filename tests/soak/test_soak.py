@@ -1,4 +1,4 @@
-"""The soak's judge: what grows is found, what does not is let be; and what it reads of a process is the system's."""
+"""Tests of the soak's judge: it finds growth and nothing else; its process figures are the system's."""
 
 import os
 import subprocess
@@ -67,7 +67,7 @@ def test_descriptors_and_threads_are_those_of_the_process():
 
 @contextmanager
 def waiting_child(*words: str) -> Iterator[subprocess.Popen[bytes]]:
-    """A child with these words that runs: one that was only started may have no command line yet."""
+    """Start a child with these words and wait until it runs: before that it may have no command line."""
     code = "print(flush=True); input()"
     pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE}
     with subprocess.Popen([sys.executable, "-c", code, *words], **pipes) as started:

@@ -1,4 +1,4 @@
-"""The daemon alone on the wall clock: what it takes, and how many ticks it leaves out, as its own status says."""
+"""The daemon alone on the wall clock: its resources and missed ticks, from its own status."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ START_LIMIT_S, END_LIMIT_S = 60.0, 30.0
 
 @dataclass(frozen=True, slots=True)
 class Sat:
-    """What came of it. ticks: as the wake-ups were counted; late_us: below which 99 % of them came."""
+    """Result of the run. ticks: number of counted wake-ups; late_us: lateness of 99 % of them was below this."""
 
     samples: tuple[Taken, ...]
     ticks: int
@@ -28,7 +28,7 @@ class Sat:
     exit_code: int
 
     def faults(self) -> list[str]:
-        """What of the promise does not hold; ticks left out are counted, not judged: the machine may be busy."""
+        """Return the broken promises. Missed ticks are counted, not judged: the machine may be busy."""
         found = growth(self.samples)
         if self.exit_code:
             found.append(f"the daemon ended with {self.exit_code}")
@@ -36,7 +36,7 @@ class Sat:
 
 
 def sit(duration_s: float, folder: Path) -> Sat:
-    """Run it for so long. Raises StatusError where it does not come up."""
+    """Run the daemon for this time. Raises StatusError if it does not start."""
     folder.mkdir(parents=True, exist_ok=True)
     socket, (lidar, link) = folder / "status.sock", free_ports(2)
     settings = {

@@ -1,1 +1,1 @@
-"""What scanner, tilt axis, inertial sensor and clocks do wrong although they answer."""
+"""Monitors of scanner, tilt axis, inertial sensor and clocks: devices that answer, but wrongly."""

@@ -1,13 +1,13 @@
-"""A gyro whose bias has changed: the means of two rests, half a second after the wheels have come to stand.
+"""Monitor of the gyro's bias: compares the means of two rests, from half a second after the wheels have stopped.
 
     moves |  settles 0.5 s |  mean of 1 s  |  mean of 1 s  | ... until two in a row agree | ... | moves
-                                                             the mean of both is this rest's word; with the last
-                                                             rest's it is compared
+                                                             the mean of both is this rest's estimate; it is
+                                                             compared with that of the last rest
 
-A rover that came to stand on powder creeps on: 0.2 degrees a second, half of it 1.5 s later. Its means do not agree. On
-dust it creeps for longer: a rest after a way on which the wheels slipped has no word.
-Noise of 1 mrad/s leaves 0.006 degrees a second in a mean; to agree is 3.7 sigmas of their difference, to have changed
-17 of the words'.
+On powder a rover that has stopped creeps on: 0.2 degrees a second, half of it 1.5 s later. Its means do not agree. On
+dust it creeps for longer: a rest after driving with wheel slip gives no estimate.
+Noise of 1 mrad/s leaves 0.006 degrees a second in a mean. The limit of agreement is 3.7 sigmas of the difference of two
+means, the limit of a change 17 sigmas of the difference of two estimates.
 """
 
 from __future__ import annotations
@@ -20,20 +20,24 @@ LIMIT_RADPS, AGREE_RADPS = math.radians(0.1), math.radians(0.03)
 
 
 class BiasWatch:
-    """`update` each tick. jumps: rests that read another bias than the one before; step_radps: by how much the last."""
+    """Bias monitor; call `update` each tick.
+
+    jumps: rests whose bias differs from that of the rest before.
+    step_radps: size of the last such change, on the axis that changed most.
+    """
 
     def __init__(self) -> None:
         self.jumps = 0
         self.step_radps = 0.0
-        self._known: list[float] | None = None  # the last rest's word
-        self._last: list[float] | None = None  # the last second's mean, of this rest
-        self._told = self._slipped = False  # this rest has said its word; the way to it slipped
+        self._known: list[float] | None = None  # estimate of the last rest
+        self._last: list[float] | None = None  # mean of the last second of this rest
+        self._told = self._slipped = False  # this rest has its estimate; the wheels slipped on the way to it
         self._sum = [0.0, 0.0, 0.0]
         self._samples = 0
         self._since_ns: int | None = None  # of this rest
 
     def update(self, rates_radps: Sequence[float] | None, standing: bool, now_ns: int, slips: bool = False) -> None:
-        """One tick: the gyro's newest sample, None where none came; whether the wheels stand, whether they slip."""
+        """Process one tick. rates_radps: newest gyro sample, None if none came; standing, slips: of the wheels."""
         if not standing:
             self._slipped = slips or (self._slipped and self._since_ns is None)
             self._since_ns = None

@@ -1,7 +1,7 @@
-"""An axis that does not move though it is told to: its way of the last quarter of a second against the one ordered.
+"""Monitor of a tilt axis that does not follow its order: distance moved in the last 0.25 s against the one ordered.
 
-The slowest sweep makes 7 mrad in that time, some five steps of the encoder. The order is looked at LAG_NS late: it has
-to cross the bus and the servo to follow.
+The slowest sweep moves 7 mrad in that time, some five steps of the encoder. The order is read LAG_NS late: it has to
+cross the bus and the servo has to follow.
 """
 
 from __future__ import annotations
@@ -13,12 +13,12 @@ from onboard.devices.tilt import Tilt
 
 WINDOW_TICKS, LAG_NS = 25, 50_000_000
 LEAST_RAD, MOVED_RATIO = 0.005, 0.3
-BEHIND_RAD = 0.004  # an axis that is there before its time does not move either
-FRESH_NS = 150_000_000  # a parked axis tells its angle at 10 Hz
+BEHIND_RAD = 0.004  # an axis that is ahead of its order does not move either
+FRESH_NS = 150_000_000  # a parked axis reports its angle at 10 Hz
 
 
 class StallWatch:
-    """`update` each tick; `stalled` holds while the axis lacks most of the way that it was told to make."""
+    """Stall monitor; call `update` each tick. stalled: the axis lacks most of the ordered motion."""
 
     def __init__(self) -> None:
         self.stalled = False
@@ -26,7 +26,7 @@ class StallWatch:
         self._ways: deque[tuple[float, float]] = deque(maxlen=WINDOW_TICKS + 1)
 
     def update(self, tilt: Tilt, now_ns: int) -> None:
-        """One tick; a new plan, and an axis that tells nothing, are judged from the beginning."""
+        """Process one tick. A new plan, or an axis that does not report, restarts the window."""
         ordered_rad, told_rad = tilt.ordered_rad(now_ns - LAG_NS), tilt.angle_rad
         if tilt.plan != self._plan or ordered_rad is None or told_rad is None or now_ns - tilt.stamp_ns > FRESH_NS:
             self._plan, self.stalled = tilt.plan, False

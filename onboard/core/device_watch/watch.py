@@ -1,4 +1,4 @@
-"""The device monitors in one: a tick of what the devices told in, the rows of protocol.faults that hold out."""
+"""All device monitors: the devices' data of one tick in, the active rows of protocol.faults out."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ DEVICE_ROWS = ("LIDAR_GARBLED", "LIDAR_DIRTY", "LIDAR_CLOCK", "CLOCK_JUMP", "TIL
 
 
 class DeviceWatch:
-    """`update` each tick. faults: row -> what is known of it, in words."""
+    """Watch of all devices; call `update` each tick. faults: row -> finding, in words."""
 
     def __init__(self, config: Config) -> None:
         self.faults: dict[str, str] = {}
@@ -27,7 +27,7 @@ class DeviceWatch:
         self._lidar_clock, self._clocks, self._biases = Jumps(), Jumps(), Jumps()
 
     def update(self, lidar: LidarSession, nodes: Nodes, scans: Sequence[Scan], now_ns: int) -> None:
-        """The scanner and the axis."""
+        """Process one tick of the scanner and the axis."""
         self._frames.update(lidar.counts["scans"], lidar.bad)
         self._returns.update(scans, nodes.tilt_angle_rad)
         self._stall.update(nodes.tilt, now_ns)
@@ -41,16 +41,16 @@ class DeviceWatch:
         self._set("TILT_STALL", self._stall.stalled, f"at {math.degrees(nodes.tilt_angle_rad or 0.0):.1f} degrees")
 
     def clocks(self, nodes: Nodes, utc_ns: int, now_ns: int) -> None:
-        """The tilt node's clock and UTC."""
+        """Process one tick of the tilt node's clock and UTC."""
         self._utc.update(utc_ns, now_ns)
         jumped = self._clocks.update(nodes.tilt.clock_jumps + self._utc.jumps, now_ns)
         utc = f", UTC {self._utc.jumps}, last by {self._utc.last_ns / 1e9:+.1f} s" if self._utc.jumps else ""
         self._set("CLOCK_JUMP", jumped, f"since the start the tilt node's {nodes.tilt.clock_jumps}{utc}")
 
     def rest(self, imu: ImuSample | None, standing: bool, slips: bool, now_ns: int) -> float:
-        """The gyro while the wheels stand: by how much its bias is found to have changed in this tick; 0: not.
+        """Process one tick of the gyro; return the change of its bias found in this tick, rad/s; 0 if none.
 
-        slips: whether SLIP_HIGH holds.
+        slips: SLIP_HIGH is active.
         """
         before = self._bias.jumps
         self._bias.update(imu.gyro_radps if imu else None, standing, now_ns, slips)
@@ -59,7 +59,7 @@ class DeviceWatch:
         return self._bias.step_radps if self._bias.jumps > before else 0.0
 
     def digest_items(self) -> tuple[float, ...]:
-        """Plain values for the state digest."""
+        """Values of this state that go into the state digest."""
         return (
             self._frames.bad_ratio, self._returns.torn_ratio, self._stall.stalled, self._lidar_clock.count,
             self._clocks.count, self._bias.jumps, self._bias.step_radps,

@@ -1,1 +1,1 @@
-"""What the wheels, their steering and the ground under them do wrong, found without trusting the wheels alone."""
+"""Monitors of wheels, steering and the ground under them, which do not rely on the wheels' data alone."""

@@ -1,7 +1,7 @@
-"""One wheel's drive in blocks of 0.2 s: what it owed, what it turned, what it told, what it drew.
+"""One wheel's drive in blocks of 0.2 s: rate owed, measured and reported, and current drawn.
 
     owed    rate (rad/s): the order as the node ramps it, at 1 rad/s2, two ticks late
-    turned  rate by the encoder's position;   told  rate by the feedback's own figure;   current (A), mean
+    turned  rate by the encoder's position;   told  rate reported in the feedback;   current (A), mean
 """
 
 from __future__ import annotations
@@ -16,11 +16,16 @@ from protocol.conventions import TICK_NS
 SLEW_RADPS2 = 1.0  # of the drives, 10-navigation section 2
 BLOCK_TICKS, BLOCKS = 20, 3
 ORDER_TICKS = 2  # from an order to the feedback that shows it
-LEAP_RAD = 0.02  # a position this far from where the told rate brings it; what is less is no disagreement of itself
+LEAP_RAD = 0.02  # a jump: the position is this far from the one that the told rate gives
 
 
 class Block(NamedTuple):
-    """Means over 0.2 s. ramp_radps2: how fast `owed` changed. current_a: None where no status came."""
+    """Means over 0.2 s.
+
+    owed_radps, turned_radps, told_radps: rates as above.
+    current_a: None if no status came.
+    ramp_radps2: rate of change of `owed`.
+    """
 
     owed_radps: float
     turned_radps: float
@@ -30,10 +35,10 @@ class Block(NamedTuple):
 
 
 class WheelBlocks:
-    """The last three blocks of one wheel; `update` each tick, True where a block was closed.
+    """The last three blocks of one wheel; call `update` each tick, True when it closes a block.
 
-    Ticks without a frame wait for the next one, which tells how far the wheel has come in all of them; so does a tick
-    in which the position leaps: a frame that the wire spoilt is gone with the next, an encoder that jumped stays there.
+    Ticks without a frame wait for the next frame, which gives the rotation over all of them. So does a tick in which
+    the position jumps: a frame damaged on the wire is gone with the next one, an encoder that jumped stays there.
     """
 
     def __init__(self) -> None:
@@ -46,7 +51,7 @@ class WheelBlocks:
         self._begin()
 
     def update(self, order: WheelCommand, state: WheelState | None, current_a: float | None) -> bool:
-        """Takes one tick. A wheel whose node does not run owes nothing and starts afresh."""
+        """Process one tick. A wheel whose node does not run owes nothing, and its blocks are cleared."""
         late = self._orders[0]
         self._orders.append(order.rate_radps)
         if not works(state):
@@ -61,7 +66,7 @@ class WheelBlocks:
         if current_a is not None:
             self._current += current_a
             self._currents += 1
-        if state.age_ns >= TICK_NS:  # nothing came: the next frame tells of this tick as well, or the node is silent
+        if state.age_ns >= TICK_NS:  # no frame: the next one covers this tick too, or the node is silent
             return False
         turned_rad = 0.0 if self._last_rad is None else state.position_rad - self._last_rad
         self._leapt = not self._leapt and _leaps(turned_rad, state.rate_radps, self._waiting)
@@ -97,5 +102,5 @@ class WheelBlocks:
 
 
 def _leaps(turned_rad: float, told_radps: float, ticks: int) -> bool:
-    """Whether a position is farther off than frames that came a tick early or late can make it."""
+    """Return whether the position is farther off than a frame one tick early or late explains."""
     return abs(turned_rad - told_radps * ticks * TICK_S) > LEAP_RAD + abs(told_radps) * TICK_S

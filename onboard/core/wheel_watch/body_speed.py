@@ -1,12 +1,12 @@
-"""How fast the body really goes, by the IMU; the wheels are believed only slowly.
+"""Speed of the body by the IMU; the wheels' odometry corrects it only slowly.
 
     dv/dt = f - u - w x v + 1.6 / tau * e,    du/dt = -w x u - e / tau^2,    e = odometry's velocity - v
 
-f specific force, w rates, u the reaction to gravity as the base sees it: the mean force of the last standing, turned by
-the gyro since. The last terms let the odometry pull v, and tilt u, within tau: 4 s where the rover drives, so that one
-that slips or stops shows within a second; 1.5 s where the wheels hardly carry it (turning on the spot, steering); 10 s
-while they are under suspicion. Where gravity is the Moon's, a tenth of a degree of tilt costs 3 mm/s2; on 50 m of rough
-ground driven without a stop v was within 0.028 m/s of the truth (means over 1 s).
+f specific force, w rates, u the reaction to gravity in base axes: the mean force of the last standstill, turned by the
+gyro since. The last terms let the odometry pull v, and tilt u, within tau: 4 s while the rover drives, so that slip or
+a stop shows within one second; 1.5 s while the wheels hardly move it (turning on the spot, steering); 10 s while the
+wheels are suspected of slip. In the Moon's gravity 0.1 degrees of tilt give 3 mm/s2. On 50 m of rough ground driven
+without a stop v was within 0.028 m/s of the truth (means over 1 s).
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ MEAN_TICKS = 50  # of standing, for u; twice that for the gyro's bias as well
 
 
 class BodySpeed:
-    """`update` each tick; vx_mps, vy_mps in base axes; `known` after the first second of standing."""
+    """Body speed vx_mps, vy_mps in base axes; call `update` each tick. known: after the first second of standing."""
 
     def __init__(self) -> None:
         self.known = False
@@ -32,16 +32,16 @@ class BodySpeed:
 
     @property
     def vx_mps(self) -> float:
-        """Ahead."""
+        """Speed forward, m/s."""
         return self._v[0]
 
     @property
     def vy_mps(self) -> float:
-        """To the left."""
+        """Speed to the left, m/s."""
         return self._v[1]
 
     def update(self, imu: ImuSample, wheels: Twist, standing: bool, tau_s: float) -> None:
-        """Takes one tick."""
+        """Process one tick."""
         if standing:
             self._stand(imu)
             return

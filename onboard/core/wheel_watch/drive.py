@@ -1,12 +1,12 @@
-"""Which of ENCODER_BAD, WHEEL_STUCK, WHEEL_FREE and WHEEL_WEAK three blocks of a wheel show, if any.
+"""Classifier of one wheel's three blocks: ENCODER_BAD, WHEEL_STUCK, WHEEL_FREE, WHEEL_WEAK or none.
 
-A sound drive has 8 N m where the ground asks for 1 at most: it turns as it owes, to 0.001 rad/s. So
+A sound drive has 8 N m where the ground needs 1 at most: it turns at the rate owed, to 0.001 rad/s. So
 
     position and told rate disagree: it hangs, or has jumped          the encoder
     it does not turn, and draws little                                the encoder, for the wheel must be turning
     it does not turn, and draws much, or nothing and is dragged       stuck
-    it turns otherwise than it owes: the ground turns it              free where it draws nothing, weak where it draws
-                                                                      some, towards what it owes, and not enough
+    its rate is not the one owed: the ground turns it                 free if it draws nothing, weak if it draws
+                                                                      some, towards the rate owed, but too little
 """
 
 from __future__ import annotations
@@ -16,19 +16,22 @@ from collections.abc import Sequence
 from onboard.core.wheel_watch.blocks import BLOCKS, Block
 from onboard.native.elementary import total
 
-OWES_RADPS = 0.15  # slower wheels are not judged
-STILL_RATIO = 0.1  # of what is owed: does not turn
-STALL_A = 3.0  # the ground's worst is 1.4
+OWES_RADPS = 0.15  # wheels with slower orders are not judged
+STILL_RATIO = 0.1  # of the rate owed: below it the wheel does not turn
+STALL_A = 3.0  # the most that the ground needs is 1.4
 NO_CURRENT_A = 0.03  # 3 sigma of a block's mean
-WORK_A = 0.05  # mean of the other wheels: there is work to do
-HARD_WORK_A = 0.35  # of the other wheels, which drag this one
-OFF_RADPS = 0.01  # from what is owed: half the slip of flat soil; a sound drive is within 0.001
-LAG_S = 0.015  # and this of a ramp
+WORK_A = 0.05  # mean of the other wheels: the ground needs drive
+HARD_WORK_A = 0.35  # mean of the other wheels while they drag this one
+OFF_RADPS = 0.01  # from the rate owed: half the slip of flat soil; a sound drive is within 0.001
+LAG_S = 0.015  # added allowance: this times the ramp
 DISAGREE_RADPS = 0.05  # position against told rate, mean of the blocks
 
 
 def encoder_bad(blocks: Sequence[Block], others_a: float) -> bool:
-    """Whether the encoder tells what cannot be, or nothing while the wheel must be turning. others_a: see below."""
+    """Return whether the encoder's data is impossible, or shows no motion though the wheel must be turning.
+
+    others_a: mean current of the other wheels, absolute values.
+    """
     if len(blocks) < BLOCKS:
         return False
     if abs(total(b.turned_radps - b.told_radps for b in blocks)) > DISAGREE_RADPS * BLOCKS:
@@ -39,12 +42,12 @@ def encoder_bad(blocks: Sequence[Block], others_a: float) -> bool:
 
 
 def drive_word(blocks: Sequence[Block], others_a: float) -> str | None:
-    """The fault's name, or None. others_a: mean of what the other wheels draw, by size. After `encoder_bad`."""
+    """Return the fault's name, or None; call after `encoder_bad`. others_a: mean absolute current of the others."""
     if len(blocks) < BLOCKS or any(b.current_a is None or abs(b.owed_radps) < OWES_RADPS for b in blocks):
         return None
     sign = 1.0 if blocks[-1].owed_radps > 0.0 else -1.0
     currents = [sign * (b.current_a or 0.0) for b in blocks]
-    if any(map(_still, blocks)):  # stuck, or its encoder is: a drive that gives too little slows down by and by
+    if any(map(_still, blocks)):  # the wheel or its encoder is stuck: a weak drive slows down gradually
         stuck = min(map(abs, currents[1:])) > STALL_A or max(map(abs, currents)) < NO_CURRENT_A
         return "WHEEL_STUCK" if stuck and all(map(_still, blocks)) else None
     offs = [sign * (b.turned_radps - b.owed_radps) for b in blocks]

@@ -1,12 +1,12 @@
-"""STEER_OFFSET: whether a reading that stands off its order is wrong, or the wheel really stands so; by the gyro.
+"""STEER_OFFSET: decides by the gyro if a steering reading off its order is wrong, or if the wheel really stands so.
 
 A reading that is wrong by o turns the odometry: the wheel's part in omega is m / Q, m = s * (a * sin d - b * cos d), so
 
-    x = -o * s * (a * cos d + b * sin d) / Q      is what the gyro turns more than the odometry, if the reading is wrong
+    x = -o * s * (a * cos d + b * sin d) / Q      is the gyro's rate in excess of the odometry, if the reading is wrong
 
-and 0 if it is right. x and the gyro's excess are summed over 0.25 m of way each; their regression says which. At 6
-degrees x is 2.9 degrees a metre, where a sound rover's excess walks by 0.4 degrees in half a metre. A turn on the spot
-has no part in it: there x is next to nothing, and the ground keeps degrees of the turn.
+and 0 if it is right. x and the gyro's excess are summed over 0.25 m of driving each; their regression decides. At 6
+degrees x is 2.9 degrees a metre, while a sound rover's excess walks by 0.4 degrees in half a metre. Turns on the spot
+do not count: there x is almost zero, and wheel slip takes degrees of the turn.
 """
 
 from __future__ import annotations
@@ -16,14 +16,18 @@ import math
 from onboard.core.wheel_watch.seen import LEAST_MPS, TICK_S, Seen, speed_mps
 from onboard.native.elementary import cos, sin
 
-LEAST_RAD = math.radians(1.5)  # a reading that stands off by less is left alone
+LEAST_RAD = math.radians(1.5)  # a smaller offset is ignored
 BLOCK_M, FIRST_M, LAST_M = 0.25, 1.0, 5.0
-TELLING_RAD = math.radians(3.0)  # of x in all: then it is decided
-FAINT_RAD = math.radians(1.0)  # and at LAST_M already at this
+TELLING_RAD = math.radians(3.0)  # sum of |x| that decides
+FAINT_RAD = math.radians(1.0)  # sum of |x| that decides from LAST_M on
 
 
 class OffsetWatch:
-    """One wheel at (a_m, b_m). verdict: None, or whether the reading is wrong; a change of the offset asks again."""
+    """Watch of one wheel at (a_m, b_m).
+
+    off_rad: offset of the reading. A new value makes the verdict open again.
+    verdict: True if the reading is wrong, False if the wheel really stands so, None if open.
+    """
 
     def __init__(self, place_m: tuple[float, float], q_m2: float) -> None:
         self._place_m, self._q_m2 = place_m, q_m2
@@ -33,11 +37,11 @@ class OffsetWatch:
 
     @property
     def open(self) -> bool:
-        """Whether a reading stands off and it is not known yet why."""
+        """True while a reading is off and the reason is not known yet."""
         return self.verdict is None and abs(self.off_rad) >= LEAST_RAD
 
     def update(self, off_rad: float, rim_m: float, seen: Seen, n: int) -> None:
-        """Takes one tick. off_rad: how far the reading of wheel `n` (from 0) stands off; rim_m: its way."""
+        """Process one tick. off_rad: offset of the reading of wheel `n` (from 0); rim_m: distance its rim rolled."""
         if off_rad != self.off_rad:
             self.off_rad, self.verdict = off_rad, None
             self._restart()

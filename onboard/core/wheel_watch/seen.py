@@ -1,4 +1,4 @@
-"""What the wheel monitors look at in one tick, as plain values."""
+"""Inputs of the wheel monitors in one tick, as plain values."""
 
 from __future__ import annotations
 
@@ -13,15 +13,20 @@ from protocol.conventions import TICK_NS
 
 TICK_S = 0.01
 FRESH_NS = 30_000_000
-LEAST_MPS = 0.04  # slower wheels drive the rover nowhere: they start, or turn it on the spot
+LEAST_MPS = 0.04  # slower wheels do not drive the rover: they start, or turn it on the spot
 
 
 class Seen(NamedTuple):
     """One tick. Wheels 1 to 4 in each sequence.
 
-    orders: those last sent. wheels: newest feedback, as read. currents_a: of the drives, where a status came since the
-    last tick, else None. imu: newest sample. step: odometry. turn_radps: yaw rate of the gyro, its bias taken out.
-    slip_ratio: the filter's, moved by registrations.
+    now_ns: time of the tick.
+    orders: last orders sent.
+    wheels: newest feedback, as read.
+    currents_a: currents of the drives; None where no status came since the last tick.
+    imu: newest sample.
+    step: odometry.
+    turn_radps: yaw rate of the gyro, bias removed.
+    slip_ratio: estimate of the filter, which registrations correct.
     """
 
     now_ns: int
@@ -35,7 +40,7 @@ class Seen(NamedTuple):
 
 
 def unheard(seen: Seen) -> Seen:
-    """A tick after `seen` that was left out: nothing came; how far the rover got in it is in the next one's step."""
+    """Return the inputs of a left-out tick after `seen`: no data; the next tick's step contains its motion."""
     wheels = tuple(state and state._replace(age_ns=TICK_NS) for state in seen.wheels)
     return seen._replace(
         now_ns=seen.now_ns + TICK_NS, wheels=wheels, currents_a=(None,) * len(wheels),
@@ -44,16 +49,16 @@ def unheard(seen: Seen) -> Seen:
 
 
 def works(state: WheelState | None) -> bool:
-    """Whether a wheel's node runs and was heard: only then do its wheel and steering owe what was ordered."""
+    """Return whether a wheel's node runs and its data is fresh; only then do wheel and steering owe their order."""
     return state is not None and state.age_ns <= FRESH_NS and state.state == NodeState.RUNNING
 
 
 def speed_mps(twist: Twist) -> float:
-    """How fast it goes, whatever it turns."""
+    """Speed of translation, without rotation."""
     return hypot(twist.vx_mps, twist.vy_mps)
 
 
 def approach(value: float, target: float, most: float) -> float:
-    """One step of at most `most` towards the target: how a drive ramps and a steering turns."""
+    """Value after one step of at most `most` towards the target: a drive's ramp or a steering's rate limit."""
     step = target - value
     return value + (most if step > most else -most if step < -most else step)

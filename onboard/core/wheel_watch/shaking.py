@@ -1,4 +1,4 @@
-"""How much the gyro shakes: rough ground turns a rover that goes over it, and not one that stays where it is."""
+"""Vibration measured by the gyro: rough ground shakes a rover that drives over it, and not one that stays in place."""
 
 from __future__ import annotations
 
@@ -10,15 +10,18 @@ BLOCK_TICKS = 50
 
 
 class Shaking:
-    """`update` each tick. now_radps: the largest deviation of an axis from its mean, in the quieter of the last two
-    half seconds: one knock is not a drive."""
+    """Vibration; call `update` each tick.
+
+    now_radps: largest standard deviation of an axis, in the quieter of the last two half seconds, so that a single
+        knock does not count as driving.
+    """
 
     def __init__(self) -> None:
         self.now_radps = self._last_radps = math.inf
         self._begin()
 
     def update(self, imu: ImuSample) -> None:
-        """Takes one tick."""
+        """Process one tick."""
         self._ticks += 1
         for k, rate in enumerate(imu.gyro_radps):
             self._sums[k] += rate

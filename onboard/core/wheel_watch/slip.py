@@ -1,16 +1,16 @@
-"""SLIP_HIGH and NOT_MOVING: what the wheels say against gyro, accelerometer and registrations.
+"""SLIP_HIGH and NOT_MOVING: the wheels' odometry against gyro, accelerometer and registrations.
 
     shortfall   1 - (the body's speed along the odometry's, by `body_speed`) / (the odometry's speed); turning on the
                 spot 1 - (the gyro's rate) / (the odometry's)
-    SLIP_HIGH   shortfall over 0.4 for 1 s of driving, or the gyro turns 8 degrees otherwise than the odometry within
-                1 m of driving along, or the filter's slip ratio, which registrations move, over 0.4. Until below 0.25
-                for 3 s
-    NOT_MOVING  shortfall over 0.7 for 0.3 s, and from then on for 3 s wheels that turn, no shaking of the gyro after
-                the first 1.5 s, no thrust forwards, and no turn on the spot that the gyro sees. A rover that slides
-                before it stands shakes: the gyro's quiet 1.5 s may come within 5 s. Until it stood for half a second
+    SLIP_HIGH   shortfall over 0.4 for 1 s of driving, or the gyro's turn differs from the odometry's by 8 degrees
+                within 1 m of driving along, or the filter's slip ratio, which registrations correct, is over 0.4.
+                Ends after 3 s below 0.25
+    NOT_MOVING  shortfall over 0.7 for 0.3 s, and from then on for 3 s turning wheels, no shaking of the gyro after
+                the first 1.5 s, no thrust forwards, and no turn on the spot by the gyro. A rover that slides before it
+                stops shakes: the gyro's quiet 1.5 s may come within 5 s. Ends after half a second of standing
 
-A turn on the spot has no part in that 1 m: in as much way of the rims it turns by 130 degrees, of which sound ground
-keeps 5 to 9, and wheels that steer turn a rover without any way. What it lacks is its shortfall.
+Turns on the spot do not count in that 1 m: over 1 m of rim travel the rover turns by 130 degrees, and sound ground
+takes 5 to 9 degrees of them; and wheels that steer turn the rover without any travel. The shortfall covers these turns.
 """
 
 from __future__ import annotations
@@ -24,19 +24,23 @@ from onboard.core.wheel_watch.shaking import Shaking
 from onboard.native.elementary import total
 from onboard.records import Twist
 
-LEAST_RADPS = 0.04  # slower turns than this are not judged; SLIP_HIGH itself lets a turn go on at 0.06
+LEAST_RADPS = 0.04  # slower turns are not judged; SLIP_HIGH itself lets a turn go on at 0.06
 HIGH, CALM, STOPPED, THRUST = 0.4, 0.25, 0.7, -0.3
-SUSPECT = 0.35  # from here on the wheels pull the body's speed less
+SUSPECT = 0.35  # from here on the odometry pulls the body's speed less
 HIGH_TICKS, CALM_TICKS, STOPPED_TICKS, STILL_TICKS, STOOD_TICKS = 100, 300, 30, 300, 50
-SUSPECT_TICKS = 500  # but no longer than this; nor is a stop that is not found by then
-SHAKING_RADPS = 0.006  # noise of the sensor 0.001, wheels that dig 0.005, rough ground under a rover that goes more
-SETTLE_TICKS = 150  # a rover that is stopped rocks for so long
+SUSPECT_TICKS = 500  # longest suspicion; a stop not found by then is dropped
+SHAKING_RADPS = 0.006  # sensor noise 0.001, digging wheels 0.005, rough ground under a moving rover more
+SETTLE_TICKS = 150  # a stopped rover rocks for this time
 ASTRAY_RAD = math.radians(8.0)  # a sound rover on rough ground: 3.7 degrees; turned by a stone: 6.8
 ASTRAY_M, PIECES = 0.25, 4
 
 
 class SlipWatch:
-    """`update` each tick; `high` and `still` are the faults, `shortfall` of the tick (0 where it is not judged)."""
+    """Watch of slip; call `update` each tick.
+
+    high, still: SLIP_HIGH and NOT_MOVING are active.
+    shortfall: of the tick, ratio; 0 if it is not judged.
+    """
 
     def __init__(self) -> None:
         self.high = self.still = False
@@ -47,7 +51,7 @@ class SlipWatch:
         self._turn_rad = self._way_m = 0.0
 
     def update(self, seen: Seen, strays: bool) -> None:
-        """Takes one tick; without an IMU nothing is judged. strays: whether the ground alone may turn the rover."""
+        """Process one tick; without an IMU nothing is judged. strays: only the ground can turn the rover off course."""
         if seen.imu is None:
             return
         self._suspect = self._suspect + 1 if self.shortfall > SUSPECT else 0
@@ -68,13 +72,13 @@ class SlipWatch:
         self._conclude(seen)
 
     def _tau_s(self, twist: Twist) -> float:
-        """How slowly the wheels may pull the body's speed."""
+        """Time constant with which the odometry pulls the body's speed."""
         if speed_mps(twist) <= LEAST_MPS:
             return SLOW_S
         return SUSPECT_S if 0 < self._suspect < SUSPECT_TICKS else DRIVING_S
 
     def _judge(self, seen: Seen) -> bool:
-        """Sets `shortfall`; False where the wheels are too slow to tell."""
+        """Set `shortfall`; return False if the wheels are too slow to judge."""
         twist = seen.step.twist
         speed = speed_mps(twist)
         self.shortfall = 0.0
@@ -90,7 +94,7 @@ class SlipWatch:
         return False
 
     def _stop(self, twist: Twist) -> None:
-        """Counts the ticks since the body seems to have stopped under turning wheels."""
+        """Count the ticks since the body seems to have stopped while the wheels turn."""
         shakes = self._stopped > SETTLE_TICKS and self._shaking.now_radps > SHAKING_RADPS
         turns = speed_mps(twist) <= LEAST_MPS and self.shortfall < CALM
         if self._stopped == 0:

@@ -1,7 +1,7 @@
-"""One wheel's steering against its rate-limited model: STEER_STUCK, and by how much the reading stands off.
+"""One wheel's steering against its rate-limited model: STEER_STUCK, and the offset of the reading.
 
-    model   the order, followed at the steering's rate from where the pot first read
-    off     what the reading had too much when the rover woke, and what it has jumped by since: a steering cannot jump
+    model   the order, followed at the steering's rate from the pot's first reading
+    off     excess of the reading at wake-up, plus its jumps since: a steering cannot jump
     stuck   the reading, less `off`, is more than 3 degrees from the model for 0.2 s
 """
 
@@ -16,13 +16,17 @@ from onboard.records import WheelCommand, WheelState
 
 STUCK_RAD = math.radians(3.0)
 STUCK_TICKS = 20
-WAKE_TICKS = 150  # from the first reading: a steering that was left turned has come home
-WAKE_RAD = math.radians(12.0)  # more than this is no offset
+WAKE_TICKS = 150  # from the first reading; by then a steering that was left turned is back at zero
+WAKE_RAD = math.radians(12.0)  # a larger difference is no offset
 POT_RAD = 0.01  # noise of a reading, 20 sigma
 
 
 class SteerWatch:
-    """`update` each tick. off_rad: how far the reading stands off; stuck_rad: the angle where it is stuck, or None."""
+    """Watch of a steering; call `update` each tick.
+
+    off_rad: offset of the reading.
+    stuck_rad: angle at which the steering is stuck, or None.
+    """
 
     def __init__(self, rate_radps: float) -> None:
         self.off_rad = 0.0
@@ -34,7 +38,7 @@ class SteerWatch:
         self._ticks = self._astray = 0
 
     def update(self, order: WheelCommand, state: WheelState | None) -> None:
-        """Takes one tick; while the node does not run the model stays."""
+        """Process one tick; while the node does not run the model stays as it is."""
         self._orders.append(order.steer_rad)
         if not works(state):
             self._astray = 0

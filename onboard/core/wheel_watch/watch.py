@@ -1,6 +1,6 @@
-"""The wheel monitors in one: a tick of plain values in, the faults' names, the wheels' health and corrections out.
+"""All wheel monitors: a tick of plain values in; the faults' names, the wheels' health and corrections out.
 
-What is found of a wheel stays found: it goes into the health, and the wheel is not judged again until `forget`.
+A finding about a wheel is latched: it goes into the health, and the wheel is not judged again until `forget`.
 """
 
 from __future__ import annotations
@@ -25,11 +25,11 @@ WHEEL_ROWS = (
     "ENCODER_BAD", "WHEEL_STUCK", "WHEEL_FREE", "WHEEL_WEAK", "STEER_STUCK", "STEER_OFFSET", "SLIP_HIGH", "NOT_MOVING",
 )  # fmt: skip
 DRIVE_OF = {"WHEEL_STUCK": Drive.STUCK, "WHEEL_FREE": Drive.FREE, "WHEEL_WEAK": Drive.FREE}
-MOST_LEFT_OUT = 100  # ticks; after a longer sleep the wheels' nodes have stopped them
+MOST_LEFT_OUT = 100  # ticks; after a longer pause the wheels' nodes have stopped the wheels
 
 
 class WheelWatch:
-    """`update` each tick. faults: name -> the wheels (1 to 4) it was found of, none where it is of the rover."""
+    """Watch of all wheels; call `update` each tick. faults: name -> wheels (1 to 4); none if it concerns the rover."""
 
     def __init__(self, rover: Rover) -> None:
         places = wheel_places(rover)
@@ -48,12 +48,12 @@ class WheelWatch:
 
     @property
     def faults(self) -> dict[str, tuple[int, ...]]:
-        """What holds now."""
+        """Faults that are active now."""
         rover = {"SLIP_HIGH": self.slip.high, "NOT_MOVING": self.slip.still}
         return {**self._found, **{name: () for name, holds in rover.items() if holds}}
 
     def update(self, seen: Seen) -> None:
-        """Takes one tick, and before it those that were left out since the last: the wheels turned on meanwhile."""
+        """Process one tick, and before it the ticks left out since the last: the wheels turned on meanwhile."""
         before, self._seen = self._seen or seen, seen
         for _ in range(min((seen.now_ns - before.now_ns) // TICK_NS - 1, MOST_LEFT_OUT)):
             before = unheard(before)
@@ -68,7 +68,7 @@ class WheelWatch:
             self._last[k] = seen.wheels[k]
 
     def forget(self, name: str) -> None:
-        """What was found of this row no longer holds: its wheels count as sound in it and are judged anew."""
+        """Drop the finding of this row: its wheels count as sound in it and are judged again."""
         for wheel in self._found.pop(name, ()):
             k = wheel - 1
             if name == "STEER_OFFSET":
@@ -82,15 +82,15 @@ class WheelWatch:
                 self._set_health(k, replace(self.health[k], **cured))
 
     def readings(self, wheels: Sequence[WheelState | None]) -> tuple[WheelState | None, ...]:
-        """The wheels' states with the steering readings that are known to be wrong put right."""
+        """Return the wheels' states with known wrong steering readings corrected."""
         return tuple(
             _less(state, offset.off_rad) if offset.verdict else state for state, offset in zip(wheels, self._offsets)
         )
 
     def steerings(self, wheels: Sequence[WheelState | None]) -> tuple[WheelState | None, ...]:
-        """`readings`, less what they stand off and it is not known yet why: where each steering believes it is.
+        """Return `readings` less the offsets of unknown cause: the angle at which each steering believes it is.
 
-        A steering that has come as far as it will must not hold the drives: without way nothing more is learnt of it.
+        A steering that has reached its believed angle must not stop the drives: only driving shows the cause.
         """
         return tuple(
             state if offset.verdict is False else _less(state, offset.off_rad)
@@ -98,14 +98,14 @@ class WheelWatch:
         )
 
     def orders(self, orders: Sequence[WheelCommand]) -> tuple[WheelCommand, ...]:
-        """The orders with the angles put right of steerings that are known to stand off."""
+        """Return the orders with the angles corrected for steerings known to stand off."""
         return tuple(
             order._replace(steer_rad=order.steer_rad - offset.off_rad) if offset.verdict is False else order
             for order, offset in zip(orders, self._offsets)
         )
 
     def digest_items(self) -> tuple[float, ...]:
-        """Plain values for the state digest."""
+        """Values of this state that go into the state digest."""
         body = self.slip.body
         return (body.vx_mps, body.vy_mps, self.slip.shortfall, *(steer.off_rad for steer in self._steers))
 
@@ -137,13 +137,13 @@ class WheelWatch:
             self._find("STEER_OFFSET", k, health)
 
     def _pulls_aside(self) -> bool:
-        """Whether a wheel is known to turn the rover, or its reading the odometry, and not the ground."""
+        """Return whether a wheel is known to turn the rover, or its reading the odometry, instead of the ground."""
         return any(h.drive is Drive.STUCK or h.steer_fixed_rad is not None for h in self.health) or any(
             offset.open for offset in self._offsets
         )
 
     def _others_a(self, k: int) -> float:
-        """Mean of what the other wheels drew in their newest block, by size."""
+        """Mean absolute current of the other wheels in their newest block."""
         drawn = [
             abs(watch.blocks[-1].current_a or 0.0) for n, watch in enumerate(self._drives) if n != k and watch.blocks
         ]
@@ -161,5 +161,5 @@ class WheelWatch:
 
 
 def _less(state: WheelState | None, off_rad: float) -> WheelState | None:
-    """A wheel's state with the steering reading less what it stands off, if it does."""
+    """Return a wheel's state with the steering reading less its offset."""
     return state._replace(steer_rad=state.steer_rad - off_rad) if state and off_rad else state

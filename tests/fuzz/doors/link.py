@@ -1,4 +1,4 @@
-"""Doors of the station: telemetry of who holds the downlink key, clients of the gateway and of the bridge."""
+"""Doors of the station: telemetry from a holder of the downlink key, clients of the gateway and of the bridge."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ _ASKED = ("COMMAND_LONG", "COMMAND_INT", "SET_MODE", "PARAM_SET", "PARAM_REQUEST
 
 
 def frame(kinds: Any, message: Any, payload: bytes) -> bytes:
-    """A MAVLink 2 frame of any payload, its checksum right."""
+    """Return a MAVLink 2 frame of any payload with the right checksum."""
     payload = payload[: message.unpacker.size]
     head = struct.pack("<BBBBBBHB", len(payload), 0, 0, 0, 1, 1, message.id & 0xFFFF, message.id >> 16)
     crc = kinds.x25crc(head + payload)
@@ -42,7 +42,7 @@ def frame(kinds: Any, message: Any, payload: bytes) -> bytes:
 
 
 def fields(message: Any, rng: Rng) -> bytes:
-    """A payload of numbers of any size."""
+    """Return a payload of numbers of any size."""
     out = b""
     for code in message.unpacker.format.lstrip("<"):
         if code in "fd":
@@ -60,7 +60,7 @@ def _ours() -> tuple[Any, ...]:
 
 
 def _payload(rng: Rng, requests: list[int]) -> tuple[Kind, bytes]:
-    """What an insider makes up as a rover."""
+    """Return a payload that an insider sends as a rover."""
     text = str(rng.choice(_TEXTS))
     match int(rng.integers(0, 5)):
         case 0:
@@ -92,7 +92,7 @@ _KINDS = tuple(Kind)
 
 @cache
 def _sound() -> tuple[bytes, ...]:
-    """What a rover says in a second, each behind the number of its kind."""
+    """Return the payloads of a rover in a second, each behind the number of its kind."""
     rover = ToyRover(bench_keys(7))
     rover.map = samples()["ldem"][0]
     said = (one for k in range(1, 100) for one in rover.tick_payloads(k * TICK_NS))
@@ -115,7 +115,7 @@ def _payload_of(part: bytes) -> tuple[Kind, bytes]:
 
 
 def _feed_telemetry(data: bytes) -> None:
-    """A station hears it beside a rover: news that can be shown, counts of what was refused, nothing else."""
+    """Feed a station that also receives a rover: the news must be printable, refusals counted, nothing else."""
     keys = bench_keys(7)
     session, rover, parts = Session(keys, 1), ToyRover(keys), split(data)
     rover.map = samples()["ldem"][0]
@@ -148,7 +148,7 @@ def _made_forged(rng: Rng) -> bytes:
 
 
 def _feed_forged(data: bytes) -> None:
-    """To the station: what is refused is counted."""
+    """Feed the station; refused datagrams are counted."""
     session = Session(bench_keys(7), 1)
     for now_ns, part in enumerate(split(data)):
         verdict, _ = session.receive(part, now_ns)
@@ -173,7 +173,7 @@ def _made_clients(rng: Rng) -> bytes:
 
 
 def _feed_clients(data: bytes) -> None:
-    """Clients of the gateway say it, or the rover's telemetry does (first byte odd)."""
+    """Feed from clients of the gateway, or through the rover's telemetry (first byte odd)."""
     bed = Bed(drive_s=0.3)
     client, sound, said = Client(bed), bed.rover.tick, list[bytes]()
 
@@ -196,7 +196,7 @@ def _feed_clients(data: bytes) -> None:
 
 
 def _checked(datagram: bytes) -> bytes:
-    """A MAVLink 2 frame of a known message with its checksum made right: damage is to reach what is behind it."""
+    """Return a MAVLink 2 frame of a known message with the right checksum: damage then reaches the code behind it."""
     known = common.mavlink_map.get(int.from_bytes(datagram[7:10], "little")) if datagram[:1] == b"\xfd" else None
     if known is None or len(datagram) < 12 or len(datagram) != 12 + datagram[1] or datagram[2]:
         return datagram
@@ -224,7 +224,7 @@ def _packed(field: packet_table.Field, rng: Rng) -> float | int | bytes:
 
 
 def _feed_packets(data: bytes) -> None:
-    """Another system at the bridge: a stream of packets; each that is whole becomes a request or a report."""
+    """Feed a stream of packets at the bridge; each whole one becomes a request or a report."""
     bed = Bed(drive_s=0.3)
     bed.step(0.3)
     bridge, splitter, reports = Bridge(bed.session), space_packets.Splitter(), 0

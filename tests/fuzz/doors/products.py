@@ -1,4 +1,4 @@
-"""Door of the products: what a rover, or a holder of the downlink key, sends as map, scan, decision, record, way."""
+"""Door of the products: map, scan, decision, record and path from a rover or a holder of the downlink key."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ _ROWS, _COLUMNS = 7, 9
 
 @cache
 def samples() -> dict[str, tuple[bytes, ...]]:
-    """Sound bytes of each product."""
+    """Return sound bytes of each product."""
     rng = np.random.default_rng(1)
     heights = rng.normal(0, 0.1, (_ROWS, _COLUMNS)).astype(np.float32)
     heights[2, 3:5] = np.nan
@@ -63,7 +63,7 @@ def samples() -> dict[str, tuple[bytes, ...]]:
 
 
 def _hostile_ldem(rng: Rng) -> bytes:
-    """A head and parts that fit each other, with any numbers in them."""
+    """Return a head and parts that fit each other, with any numbers in them."""
     planes, cells = int(rng.integers(1, 5)), _ROWS * _COLUMNS
     parts = [compress(rng.bytes(n)) for n in (planes * cells, (cells + 7) // 8)]
     parts.append(compress(rng.integers(0, 5, cells, np.uint8).tobytes()))
@@ -88,7 +88,7 @@ _HOSTILE = {"ldem": _hostile_ldem, "scan": _hostile_scan}
 
 
 def use(name: str, data: bytes) -> None:
-    """All that the station does with a product. Raises WireError or the station's own error where it cannot."""
+    """Use a product as the station does. Raises WireError or the station's own error if it cannot."""
     heard = ProductHeard(0, Product(1, name, "codec", data))
     assert visible(news_line(heard)) == news_line(heard)
     json.loads(news_json(heard))
@@ -114,7 +114,7 @@ def _parameters(data: bytes) -> None:
 
 
 def _made(rng: Rng) -> bytes:
-    """The number of a product, then its bytes, sound or made up."""
+    """Return the number of a product, then its bytes, sound or hostile."""
     names = list(samples())
     number = int(rng.integers(0, len(names)))
     name = names[number]

@@ -1,7 +1,7 @@
 """Doors of the flight program: scanner, CAN bus, socketcand server, datagrams, orders.
 
-Behind the bus and the orders stands the whole core: whatever came, it ticks on, its outputs can be recorded, and the
-next order to stop is executed.
+Bus and orders are fed to the whole core. After any input it ticks on, its outputs can be recorded, and the next order
+to stop is executed.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ from tests.onboard.lidar_rig import Rig
 STATION, STREAM_TICKS, STOP_TICKS = 3, 30, 30
 _STOP_ID, _OTHER = 0x7FFFFFF0, 5
 _WORDS = ("motion.cruise_mps", "a", "after 5 or continue goto 3 1", "0.09", "é\x1b[2J\n", "")
-_BITS_CRC, _BITS_WAIT = 0x8000, 0x4000  # of a frame's first two bytes: its checksum is made right; a tick goes by
+_BITS_CRC, _BITS_WAIT = 0x8000, 0x4000  # of a frame's first two bytes: the checksum is corrected; a tick passes
 _STANDING = (WheelTruth(0.0, 0.0, 0.0, 0.0),) * 4
 _BARRIER = (
     barrier.Hello("onboard"), barrier.Welcome(TICK_NS, 1), barrier.Stop("over"),
@@ -62,7 +62,7 @@ class Standing:
         self.stops, self.reports = 0, list[Report]()
 
     def tick(self, frames: tuple[Frame, ...] = (), messages: tuple[tuple[int, int, bytes], ...] = ()) -> Outputs:
-        """One tick: frames beside those of the nodes, messages as (station, kind, payload)."""
+        """Run one tick: frames in addition to those of the nodes, messages as (station, kind, payload)."""
         self.number += 1
         now_ns, zero = self.number * TICK_NS, np.zeros(3)
         truth = PlantState(now_ns, zero, np.array([0, 0, 0, 1.0]), zero, zero, np.array([0.0, 0.0, 1.62]), _STANDING)
@@ -81,7 +81,7 @@ class Standing:
         return outputs
 
     def must_stop(self) -> None:
-        """Asserts that an order to stop of another station is executed, and that nothing is to move after it."""
+        """Assert that an order to stop of another station is executed, and that nothing is to move after it."""
         order = commands.encode(commands.Telecommand(_STOP_ID, self.number * TICK_NS, 0, "stop", {}))
         for _ in range(STOP_TICKS):
             outputs = self.tick(messages=((_OTHER, Kind.TELECOMMAND, order),))
@@ -126,7 +126,7 @@ def _feed_frames(data: bytes) -> None:
 
 
 class _Stream:
-    """A UNIX socket that takes TCP's options for granted."""
+    """A UNIX socket that accepts TCP's options."""
 
     def __init__(self, stream: socket.socket) -> None:
         self._stream = stream
@@ -135,7 +135,7 @@ class _Stream:
         return getattr(self._stream, name)
 
     def setsockopt(self, *_option: int) -> None:
-        """Nothing to set."""
+        """Nothing to do."""
 
 
 def _made_text(rng: Rng) -> bytes:
@@ -174,7 +174,7 @@ def _feed_text(data: bytes) -> None:
 
 
 def _client(stream: socket.socket) -> Any:
-    """python-can's client as it is after its handshake."""
+    """Return python-can's client in its state after the handshake."""
     bus: Any = object.__new__(SocketCanDaemonBus)
     can.BusABC.__init__(bus, channel="vcan0")
     for name, value in (("socket", _Stream(stream)), ("message_buffer", deque()), ("receive_buffer", ""),
@@ -189,7 +189,7 @@ def _client(stream: socket.socket) -> Any:
 
 @cache
 def _replies() -> tuple[bytes, ...]:
-    """What a sound scanner said, tick by tick, from its first word until it streams."""
+    """Return the bytes of a sound scanner, tick by tick, from its first byte until it streams."""
     rig, heard = Rig(), list[bytes]()
     rig.cut = lambda data: (heard.append(data), [data])[1]
     rig.session.stream(True)
@@ -232,7 +232,7 @@ def _argument(argument: Argument, rng: Rng) -> Any:
 
 
 def _order(rng: Rng, now_ns: int = TICK_NS) -> bytes:
-    """The bytes of a command with arguments that mostly fit it."""
+    """Return the bytes of a command with arguments that mostly fit it."""
     while True:
         row = commands.TABLE[int(rng.integers(0, len(commands.TABLE)))]
         given = {one.name: _argument(one, rng) for one in row.arguments if one.required or rng.random() < 0.5}
@@ -253,7 +253,7 @@ def _made_orders(rng: Rng) -> bytes:
 
 
 def _feed_orders(data: bytes) -> None:
-    """Of who holds a command key: a byte for the kind, one for the station, the payload."""
+    """Feed messages of a holder of a command key: a byte for the kind, one for the station, the payload."""
     core = Standing()
     core.tick()
     for part in split(data):
@@ -270,7 +270,7 @@ def _made_datagrams(rng: Rng) -> bytes:
 
 
 def _feed_datagrams(data: bytes) -> None:
-    """Of anybody: what does not open changes nothing."""
+    """Feed datagrams of any sender: one that fails its check changes nothing."""
     opener = Opener(bench_keys(7).command, boot_id=1)
     for part in split(data):
         before = opener.highest(STATION), dict(opener.marks), opener.boot_id, opener.epoch

@@ -1,4 +1,4 @@
-"""Doors of what was stored: archives and records that are damaged or of others, and every command that reads them."""
+"""Doors of stored files: archives and records that are damaged or from others, and every command that reads them."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ _ASKED = (
 
 @cache
 def sound() -> bytes:
-    """An archive with some rows in each table."""
+    """Return an archive with some rows in each table."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "a.db"
         with Archive(path, _UTC_NS) as made:
@@ -58,7 +58,7 @@ def sound() -> bytes:
 
 
 def _made_archive(rng: Rng) -> bytes:
-    """Which question, then cells that no station writes (table, column, value, row), then damage (place, bytes)."""
+    """Return a query, then cells that no station writes (table, column, value, row), then damage (place, bytes)."""
     parts = [rng.bytes(1)]
     for _ in range(int(rng.integers(0, 4))):
         parts.append(b"\0" + rng.bytes(4))
@@ -80,7 +80,7 @@ def _feed_archive(data: bytes) -> None:
 
 
 def _patched(data: bytes, changes: list[bytes]) -> bytes:
-    """The bytes with the damage of those changes that are of this kind: (place, bytes)."""
+    """Return the bytes with the damage of those changes that are of this kind: (place, bytes)."""
     raw = bytearray(data)
     for change in changes:
         if change[:1] == b"\1" and len(change) > 5:
@@ -90,7 +90,7 @@ def _patched(data: bytes, changes: list[bytes]) -> bytes:
 
 
 def _ask(verb: Callable[[], object], *refused: type[BaseException]) -> None:
-    """Asserts that it ends with an answer or an error, and that a terminal obeys nothing of it."""
+    """Assert that it ends with an answer or an error, and that its output has no control characters."""
     out, beside = io.StringIO(), io.StringIO()
     with redirect_stdout(out), redirect_stderr(beside), suppress(*refused):
         verb()
@@ -98,7 +98,7 @@ def _ask(verb: Callable[[], object], *refused: type[BaseException]) -> None:
 
 
 def _spoil(path: Path, table: int, column: int, value: int, row: int) -> None:
-    """Some cells get a value that no station writes."""
+    """Set some cells to a value that no station writes."""
     name = [*TABLES, "runs"][table % (len(TABLES) + 1)]
     with suppress(sqlite3.Error), closing(sqlite3.connect(path)) as db, db:  # the bytes may be damaged
         if names := [found[1] for found in db.execute(f"pragma table_info({name})")]:  # none: the schema is damaged
@@ -111,7 +111,7 @@ def _spoil(path: Path, table: int, column: int, value: int, row: int) -> None:
 
 @cache
 def _record() -> tuple[tuple[Any, ...], ...]:
-    """A short run in which every channel has something, as the arguments of the calls that write it."""
+    """Return a short run with data in every channel, as the arguments of the calls that write it."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "r.mcap"
         record_rig.fly(path, ticks=40, say=record_rig.of_everything)
@@ -120,7 +120,7 @@ def _record() -> tuple[tuple[Any, ...], ...]:
 
 
 def _written(changes: dict[int, bytes]) -> bytes:
-    """The record with other bytes in some of its messages and attachments, every checksum right."""
+    """Return the record with other bytes in some of its messages and attachments, every checksum right."""
     out = io.BytesIO()
     writer, schemas, channels = Writer(out), dict[int, int](), dict[int, int]()
     writer.start(library="fuzz")
@@ -143,7 +143,7 @@ def _written(changes: dict[int, bytes]) -> bytes:
 
 
 def _commands(path: Path, out: Path) -> tuple[Callable[[], object], ...]:
-    """Every command that reads a record."""
+    """Return every command that reads a record."""
     return (
         partial(record_command.info_command.callback, path, False),
         partial(record_command.info_command.callback, path, True),

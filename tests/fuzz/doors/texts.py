@@ -29,7 +29,7 @@ SUFFIXES = (".tif", ".asc", ".img", ".npy")
 
 
 def one_line(error: Exception) -> None:
-    """Asserts that an error is told in one line of a length that can be read."""
+    """Assert that an error is one line of readable length."""
     text = str(error)
     assert text and "\n" not in text and len(text) < MOST_LINE, f"{len(text)} characters: {text[:200]!r}"
 
@@ -142,4 +142,4 @@ SCENARIO = Door(lambda rng: SCENARIOS[int(rng.integers(0, len(SCENARIOS)))].read
 
 
 def void(_answer: object) -> None:
-    """Drops an answer."""
+    """Discard an answer."""
