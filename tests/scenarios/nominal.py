@@ -1,6 +1,7 @@
 """Generated ground without injected faults: the rover arrives, touches nothing, and raises no fault.
 
-Fields are the demo's (20 m x 20 m, slopes and rocks, goal 15 m away), one for each seed.
+Fields are the demo's (20 m x 20 m, slopes and rocks, goal 15 m away), one for each seed, with keep-outs along their
+edges: the bench has no ground beyond them, and a look over an edge sees nothing.
 """
 
 from __future__ import annotations
@@ -10,7 +11,8 @@ from dataclasses import dataclass
 
 from hil.bench.contacts import line
 from hil.bench.in_memory import CAMPAIGN_STEP_NS, InMemory
-from hil.scenario.scenario import Scenario
+from hil.scenario.scenario import Scenario, ground_of
+from tests.scenarios.three_goals import edges, goto
 
 SEEDS = tuple(range(1, 11))
 SHORT = (1, 2, 3)
@@ -33,8 +35,11 @@ class Row:
 
 def fly(seed: int) -> Row:
     """Fly the mission on the seed's field."""
-    flight = InMemory(Scenario(name="nominal", terrain="fbm", seed=seed), step_ns=CAMPAIGN_STEP_NS).run()
-    told = flight.requests[0].report if flight.requests else None
+    scenario = Scenario(name="nominal", terrain="fbm", seed=seed)
+    ground = ground_of(scenario).field
+    orders = (*edges(ground), goto(ground.goal_m))
+    flight = InMemory(scenario, orders, ground=ground, step_ns=CAMPAIGN_STEP_NS).run()
+    told = flight.requests[-1].report if flight.requests else None
     return Row(
         seed=seed,
         outcome="arrived" if flight.arrived else flight.error or (told.text if told else "no outcome"),
