@@ -8,9 +8,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from hil.bench.in_memory import CAMPAIGN_STEP_NS, InMemory
-from hil.scenario.scenario import Scenario
+from hil.scenario.scenario import Scenario, ground_of
 from tests.scenarios import losses
 from tests.scenarios.flown import Row, line
+from tests.scenarios.three_goals import edges, goto
 
 SEEDS = tuple(range(101, 131))
 SHORT = (101, 103)
@@ -19,7 +20,10 @@ judge = losses.judge
 
 def fly(seed: int) -> Row:
     """Fly the mission on the seed's field."""
-    return losses.flown(InMemory(Scenario(name="fresh", terrain="fbm", seed=seed), step_ns=CAMPAIGN_STEP_NS), seed)
+    scenario = Scenario(name="fresh", terrain="fbm", seed=seed, limit_s=3600.0)
+    ground = ground_of(scenario).field
+    bench = InMemory(scenario, (*edges(ground), goto(ground.goal_m)), ground=ground, step_ns=CAMPAIGN_STEP_NS)
+    return losses.flown(bench, seed)
 
 
 def summary(rows: Sequence[Row]) -> list[tuple[str, ...]]:

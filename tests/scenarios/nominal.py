@@ -35,7 +35,7 @@ class Row:
 
 def fly(seed: int) -> Row:
     """Fly the mission on the seed's field."""
-    scenario = Scenario(name="nominal", terrain="fbm", seed=seed)
+    scenario = Scenario(name="nominal", terrain="fbm", seed=seed, limit_s=3600.0)
     ground = ground_of(scenario).field
     orders = (*edges(ground), goto(ground.goal_m))
     flight = InMemory(scenario, orders, ground=ground, step_ns=CAMPAIGN_STEP_NS).run()
