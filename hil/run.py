@@ -117,7 +117,7 @@ def run(
         interrupted.pop_all()
         bench.close(error or "the run is over")
         codes = processes.wait(_END_S)
-        cut = scenario.live or (not error and bench.ground_code is None)  # the bench ended before the script did
+        cut = scenario.live or bench.ground_code is None  # the bench ended before the script did
         error = error or _bad_ends(cut, codes, processes)
     report = folder / "link.json"
     return RunResult(

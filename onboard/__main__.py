@@ -40,7 +40,7 @@ COMMANDS = MappingProxyType({
 
 
 class Commands(click.Group):
-    """Those of this file and of COMMANDS. Ctrl-C in one that does not take it itself is told in one line."""
+    """The commands of this file and of COMMANDS. Ctrl-C in one that does not handle it is reported in one line."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         """See click.Group."""

@@ -16,6 +16,7 @@ from tools import extras
 ROOT = Path(__file__).parents[1]
 OURS = ("protocol", "onboard", "ground", "hil", "pictures")
 BENCH = {"pybullet", "viser", "embreex", "trimesh", "matplotlib", "pillow", "duckdb", "pydantic", "pytest"}
+OF_A_BUSY_COMPUTER = {"drift", "time", "gaps"}  # findings of `lidar check` that depend on when a process runs
 OWN_EXTRA = {"embreex", "rerun-sdk"}  # asked for by name: pyproject's extras `fast` and `rerun`
 
 
@@ -125,8 +126,10 @@ def test_a_fresh_environment_with_the_extra_onboard_alone_flies_replays_and_chec
     emulator = subprocess.Popen([here / "hil", "lidar", "--tcp", "0", "--json"], stdout=subprocess.PIPE, text=True)
     try:
         address = json.loads(emulator.stdout.readline())["addresses"][0]
-        checked = onboard("lidar", "check", address)
-        assert checked.returncode == 0, checked.stdout + checked.stderr
+        checked = onboard("lidar", "check", address, "--json")
+        report = json.loads(checked.stdout)
+        assert report["info"]["PROD"] and report["scans"] and not report["damaged"], checked.stdout + checked.stderr
+        assert {finding["name"] for finding in report["findings"]} <= OF_A_BUSY_COMPUTER, checked.stdout
     finally:
         emulator.terminate()
         emulator.wait()

@@ -1,4 +1,4 @@
-"""What each extra of pyproject.toml installs: from one lock, without what is never imported.
+"""Packages of each extra of pyproject.toml: from one lock, without those that are never imported.
 
     onboard    a rover's computer: what flies
     ground     a station

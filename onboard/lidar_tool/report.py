@@ -144,7 +144,8 @@ CHECKS: tuple[tuple[str, Callable[[Report], str], str], ...] = (
     ("gaps", _gaps, "{found}: the computer too busy, the line too slow (MD needs 135 kB/s), or frames damaged"),
     ("counter", _count("clock_jump", "clock_reboot"), "jumped or began anew {found} times: the sensor restarted; "
      "look at its power (12 V, 1 A at its start)"),
-    ("drift", _drift, "{found} between the sensor's clock and ours; quartz has under 100"),
+    ("drift", _drift, "{found} between the sensor's clock and ours; quartz has under 100. A computer that was busy "
+     "measures wrong: check again when it is idle"),
     ("time", _unsure, "a scan's time is known to {found} only: the link is unevenly late (hub, network, computer)"),
     ("repeats", _count("repeated_stamp"), "{found} turns came twice: the sensor's motor or firmware"),
     ("period", _count("period_off"), "the motor is over 1 % off its speed: worn, cold, or its voltage is low"),

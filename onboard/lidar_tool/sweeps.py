@@ -38,7 +38,7 @@ def sweeps_of(path: Path, config: Config) -> Iterator[Scan3d]:
 
 
 def recorded_sweeps(path: Path, config: Config) -> Iterator[RecordedSweep]:
-    """As `sweeps_of`, with the state of wheels and axis at the end of each sweep. Raises DamagedRecordError."""
+    """Yield the sweeps like `sweeps_of`, with wheels and axis at the end of each. Raises DamagedRecordError."""
     listener, nodes = Listener(config.lidar), Nodes(config.rover, config.can)
     scans: list[Scan] = []
     began_ns = ended_ns = 0

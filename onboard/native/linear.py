@@ -55,9 +55,8 @@ def solve(a: F64, b: F64) -> F64:
     """
     a, b = np.asarray(a, np.float64), np.asarray(b, np.float64)
     n, many = a.shape[-1] if a.ndim else 0, a.ndim == 3
-    if a.ndim not in (2, 3) or b.ndim not in (1, 2):
-        raise ValueError(f"no equations: {a.shape} and {b.shape}")
-    if a.shape[-2] != n or (b.shape != a.shape[:-1] if many else b.shape[0] != n):
+    fit = a.ndim in (2, 3) and a.shape[-2] == n and b.ndim in (1, 2)
+    if not fit or (b.shape != a.shape[:-1] if many else b.shape[0] != n):
         raise ValueError(f"no equations: {a.shape} and {b.shape}")
     used = np.array(a, order="C").reshape(-1, n, n)
     x = np.array(b, order="C").reshape(len(used), n, 1 if many or b.ndim == 1 else b.shape[1])
@@ -88,7 +87,7 @@ class Matrix(np.ndarray[Any, np.dtype[np.float64]]):
     """Array for foreign code: its `dot` and `@` call `product`."""
 
     def dot(self, b: Any, out: Any = None) -> Any:
-        """As `ndarray.dot`."""
+        """Return the product, like `ndarray.dot`."""
         return product(self.view(np.ndarray), b).view(Matrix)
 
     def __matmul__(self, other: Any) -> Any:

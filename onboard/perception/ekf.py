@@ -1,10 +1,10 @@
 """filterpy's ExtendedKalmanFilter, from the one file that holds it.
 
-`import filterpy` loads all that it has, and `filterpy.stats` all of scipy.stats: 35 MiB, and half of what a start of
-the flight program took in processor time. EKF.py needs no more of it than two helpers of `filterpy.common`, and
-`filterpy.stats.logpdf` for a likelihood that nobody asks for here. So while EKF.py is imported, filterpy's packages are
-their folders alone, without what their `__init__` loads, and `logpdf` loads the true one when it is called. Afterwards
-filterpy is what it was before: who imports it gets the whole.
+`import filterpy` loads the whole library, and `filterpy.stats` all of scipy.stats: 35 MiB, and half of the processor
+time of a start of the flight program. EKF.py needs two helpers of `filterpy.common` only, and `filterpy.stats.logpdf`
+for a likelihood that is not used here. So the `__init__` of filterpy's packages does not run while EKF.py is imported,
+and `logpdf` loads the real function when it is called. Afterwards `sys.modules` is restored: `import filterpy` loads
+the whole library.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ STATS = "filterpy.stats"
 
 @contextmanager
 def folders_alone() -> Iterator[None]:
-    """While it lasts, FOLDERS are packages whose `__init__` is not run. Raises ImportError without filterpy."""
+    """Within the block, FOLDERS are packages whose `__init__` does not run. Raises ImportError without filterpy."""
     before = _filterpy()
     for name in before:
         del sys.modules[name]

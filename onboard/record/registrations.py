@@ -25,7 +25,7 @@ _WORDS = ("accepted", "converged", "told", "degenerate", "reason")
 _FIELDS = struct.Struct(f"<{16 + 16 + len(_NUMBERS)}d")
 
 
-class Kept(NamedTuple):
+class RecordedRegistration(NamedTuple):
     """One recorded registration: its job, and its fields by name."""
 
     job_id: int
@@ -37,7 +37,7 @@ def encode(jobs: Sequence[JobDone]) -> bytes:
     return b"".join(_row(job.job_id, found) for job in jobs if (found := _of(job)) is not None)
 
 
-def decode(raw: bytes) -> Iterator[Kept]:
+def decode(raw: bytes) -> Iterator[RecordedRegistration]:
     """Yield the registrations of a message."""
     at = 0
     while at < len(raw):
@@ -50,25 +50,26 @@ def decode(raw: bytes) -> Iterator[Kept]:
             "T_map_base": np.array(numbers[:16]).reshape(4, 4), "covariance": np.array(numbers[16:32]).reshape(4, 4),
             **dict(zip(_NUMBERS, numbers[32:], strict=True)), **dict(zip(_WORDS, words, strict=True)),
         }  # fmt: skip
-        yield Kept(job_id, {**fields, "degenerate": tuple(fields["degenerate"])})
+        yield RecordedRegistration(job_id, {**fields, "degenerate": tuple(fields["degenerate"])})
 
 
 def taken(jobs: Sequence[JobDone], raw: bytes) -> tuple[tuple[JobDone, ...], str]:
     """Replace the jobs' registrations by the recorded ones; return the jobs, and a text of too large differences."""
-    kept, out, words = {row.job_id: row.fields for row in decode(raw)}, [], []
+    recorded, out, words = {row.job_id: row.fields for row in decode(raw)}, [], []
     for job in jobs:
-        found, fields = _of(job), kept.pop(job.job_id, None)
+        found, fields = _of(job), recorded.pop(job.job_id, None)
         if (found is None) != (fields is None):
-            words.append(f"job {job.job_id}: recorded {_told(fields is not None)}, now {_told(found is not None)}")
+            before, now = _presence(fields is not None), _presence(found is not None)
+            words.append(f"job {job.job_id}: recorded {before}, now {now}")
         elif found is not None and fields is not None:
             words += [f"job {job.job_id}: {word}" for word in _differences(found, fields)]
             job = job._replace(value=dataclasses.replace(job.value, registration=dataclasses.replace(found, **fields)))
         out.append(job)
-    words += [f"job {job_id}: recorded a registration, not taken now" for job_id in kept]
+    words += [f"job {job_id}: recorded a registration, not taken now" for job_id in recorded]
     return tuple(out), "; ".join(words)
 
 
-def _told(there: bool) -> str:
+def _presence(there: bool) -> str:
     return "a registration" if there else "none"
 
 

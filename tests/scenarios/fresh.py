@@ -7,11 +7,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from hil.bench.in_memory import CAMPAIGN_STEP_NS, InMemory
-from hil.scenario.scenario import Scenario, ground_of
+from hil.scenario.scenario import Scenario
 from tests.scenarios import losses
 from tests.scenarios.flown import Row, line
-from tests.scenarios.three_goals import edges, goto
+from tests.scenarios.mission import LIMIT_S, bench_to_goal
 
 SEEDS = tuple(range(101, 131))
 SHORT = (101, 103)
@@ -20,10 +19,7 @@ judge = losses.judge
 
 def fly(seed: int) -> Row:
     """Fly the mission on the seed's field."""
-    scenario = Scenario(name="fresh", terrain="fbm", seed=seed, limit_s=3600.0)
-    ground = ground_of(scenario).field
-    bench = InMemory(scenario, (*edges(ground), goto(ground.goal_m)), ground=ground, step_ns=CAMPAIGN_STEP_NS)
-    return losses.flown(bench, seed)
+    return losses.flown(bench_to_goal(Scenario(name="fresh", terrain="fbm", seed=seed, limit_s=LIMIT_S)), seed)
 
 
 def summary(rows: Sequence[Row]) -> list[tuple[str, ...]]:

@@ -37,7 +37,7 @@ from pictures.estimate import Trace
 from protocol.conventions import wrap_rad
 from protocol.modes import Phase
 from protocol.transactions import State
-from tests.scenarios.three_goals import edges
+from tests.scenarios.mission import edges
 
 SEEDS = (*range(1, 11), *range(21, 25), *range(31, 35))
 SHORT = (1, 31)

@@ -9,24 +9,21 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from hil.bench.in_memory import CAMPAIGN_STEP_NS, InMemory
-from hil.scenario.scenario import Scenario, ground_of
+from hil.bench.in_memory import InMemory
+from hil.scenario.scenario import Scenario
 from tests.scenarios.flown import Row, Watch, broken, ended, line, outcome_of, with_losses
-from tests.scenarios.three_goals import edges, goto
+from tests.scenarios.mission import LIMIT_S, bench_to_goal
 
 PERCENTS, FIELDS = (1, 3, 8), range(1, 31)
 SEEDS = tuple(100 * percent + field for percent in PERCENTS for field in FIELDS)
 SHORT = (101, 801)
-LIMIT_S = 3600.0
 
 
 def fly(seed: int) -> Row:
     """Fly the mission of a seed."""
     percent, field = divmod(seed, 100)
     scenario = Scenario(name="losses", terrain="fbm", seed=field, limit_s=LIMIT_S)
-    ground = ground_of(scenario).field
-    bench = InMemory(scenario, (*edges(ground), goto(ground.goal_m)), ground=ground, step_ns=CAMPAIGN_STEP_NS)
-    return flown(with_losses(bench, percent / 100), seed)
+    return flown(with_losses(bench_to_goal(scenario), percent / 100), seed)
 
 
 def flown(bench: InMemory, seed: int) -> Row:

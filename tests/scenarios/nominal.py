@@ -10,9 +10,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from hil.bench.contacts import line
-from hil.bench.in_memory import CAMPAIGN_STEP_NS, InMemory
-from hil.scenario.scenario import Scenario, ground_of
-from tests.scenarios.three_goals import edges, goto
+from hil.scenario.scenario import Scenario
+from tests.scenarios.mission import LIMIT_S, bench_to_goal
 
 SEEDS = tuple(range(1, 11))
 SHORT = (1, 2, 3)
@@ -35,10 +34,7 @@ class Row:
 
 def fly(seed: int) -> Row:
     """Fly the mission on the seed's field."""
-    scenario = Scenario(name="nominal", terrain="fbm", seed=seed, limit_s=3600.0)
-    ground = ground_of(scenario).field
-    orders = (*edges(ground), goto(ground.goal_m))
-    flight = InMemory(scenario, orders, ground=ground, step_ns=CAMPAIGN_STEP_NS).run()
+    flight = bench_to_goal(Scenario(name="nominal", terrain="fbm", seed=seed, limit_s=LIMIT_S)).run()
     told = flight.requests[-1].report if flight.requests else None
     return Row(
         seed=seed,

@@ -14,7 +14,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from hil.bench.in_memory import CAMPAIGN_STEP_NS, GOTO_S, InMemory
+from hil.bench.in_memory import CAMPAIGN_STEP_NS, InMemory
 from hil.bench.operator import Order
 from hil.plant.plant import PlantAbortError
 from hil.scenario.scenario import Scenario
@@ -25,13 +25,13 @@ from onboard.planning import poses
 from onboard.records import F64, Bool
 from protocol.conventions import wrap_rad
 from tests.scenarios.flown import Row, Watch, broken, ended, line, outcome_of
+from tests.scenarios.mission import LIMIT_S, edges, goto
 
 SEEDS = tuple(range(1, 21))
 SHORT = (1,)
 GOALS, APART_M, EDGE_M = 3, (3.0, 9.0), 1.5
 OFF_M, ROCK_M, ERROR_M = 0.1, 0.06, 0.1
-TURNS, LIMIT_S = 3, 3600.0
-KEEP_OUT_M = 0.6  # from the field's edge; the bench ends a flight whose body's middle is 0.5 m from it
+TURNS = 3
 PLACES_TRIED = 10_000
 
 
@@ -56,25 +56,6 @@ def fly(seed: int) -> Row:
     if outcome == "arrived" and len(errors_m) < GOALS:
         outcome = f"the limit of {LIMIT_S:g} s"
     return ended(bench, watch, seed, goal, outcome, errors_m)
-
-
-def edges(field: Field) -> tuple[Order, ...]:
-    """Return the orders of four keep-outs, a strip along each edge of the field."""
-    west, south = field.grid.x0_m, field.grid.y0_m
-    east, north = field.grid.centre(field.grid.rows - 1, field.grid.columns - 1)
-    strips = {
-        "west": (west, south, west + KEEP_OUT_M, north), "east": (east - KEEP_OUT_M, south, east, north),
-        "south": (west, south, east, south + KEEP_OUT_M), "north": (west, north - KEEP_OUT_M, east, north),
-    }  # fmt: skip
-    return tuple(
-        Order(GOTO_S, "fence_add", {"fence": name, "kind": "keep_out", "corners_m": (x0, y0, x1, y0, x1, y1, x0, y1)})
-        for name, (x0, y0, x1, y1) in strips.items()
-    )
-
-
-def goto(goal_m: tuple[float, float]) -> Order:
-    """Return the order to a goal: at once; the first one after the rover's start."""
-    return Order(GOTO_S, "goto", {"x_m": goal_m[0], "y_m": goal_m[1]})
 
 
 def turn(bench: InMemory) -> Order:
