@@ -23,7 +23,7 @@ FIXED := PYTHONHASHSEED=0 OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1
 
 .venv/.packages: requirements.lock tools/check_system.sh
 	@sh tools/check_system.sh "$(PYTHON)"
-	@echo "setting up .venv (once; a minute or two)"
+	@echo "setting up .venv: once, some 400 MB of downloads, a minute or two"
 	@$(PYTHON) -m venv --clear .venv
 	@$(B)/python -m pip install --quiet --disable-pip-version-check --only-binary :all: --require-hashes -r requirements.lock
 	@touch $@
@@ -39,11 +39,13 @@ FIXED := PYTHONHASHSEED=0 OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1
 	@$(B)/python -m pip install --quiet --disable-pip-version-check --no-build-isolation --no-deps --require-hashes -r requirements-source.lock
 	@touch $@
 
-demo: .venv/.project ## drive a rover across rocks to its goal; SEED=n, TERRAIN=real or craters
-	@$(B)/hil demo --seed $(SEED) --terrain $(TERRAIN)
+setup: .venv/.project ## build and install everything into .venv: the commands onboard, hil, ground are in .venv/bin
+
+demo: .venv/.project ## drive a rover across rocks to its goal; SEED=n, TERRAIN=real or craters, LIDAR="lost_ratio=0.03 ..."
+	@$(B)/hil demo --seed $(SEED) --terrain $(TERRAIN) $(LIDAR:%=--lidar %)
 
 sim: .venv/.project ## bench, rover and link in real time until Ctrl-C; try `ground` from another terminal
-	@$(B)/hil sim --seed $(SEED) --terrain $(TERRAIN)
+	@$(B)/hil sim --seed $(SEED) --terrain $(TERRAIN) $(LIDAR:%=--lidar %)
 
 test: .venv/.project .venv/.hokuyolx ## the fast test suite (5 minutes on two fast cores)
 	@$(FIXED) $(B)/python -m pytest -n 2 --dist loadfile -m "not campaign and not mission"
@@ -162,4 +164,4 @@ clean: ## remove build and .venv
 help: ## this list
 	@grep -E '^[a-z-]+:.*##' Makefile | sed 's/:.*## /\t/' | expand -t 16
 
-.PHONY: demo sim test test-missions test-scenarios test-vcan test-mutation test-sanitize fuzz lint bench bench-link soak missions nightly codec clients docs rover locks install uninstall deb size clean help
+.PHONY: setup demo sim test test-missions test-scenarios test-vcan test-mutation test-sanitize fuzz lint bench bench-link soak missions nightly codec clients docs rover locks install uninstall deb size clean help

@@ -9,6 +9,9 @@ All verbs are listed here, in the order of `--help`; their code is in `verbs`, `
 
 from __future__ import annotations
 
+from onboard import quiet_start  # first, before what takes long to load
+
+# isort: split
 import signal
 import sqlite3
 import sys
@@ -114,6 +117,7 @@ def run(argv: list[str] | None = None) -> int:
 
 def main() -> None:
     """Entry point. SIGTERM closes the session as Ctrl-C does."""
+    quiet_start.loaded()
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     sys.exit(run())
 

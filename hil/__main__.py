@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from onboard import quiet_start  # first, before what takes long to load
+
+# isort: split
 import json
 import os
 import signal
@@ -28,6 +31,7 @@ from hil.flying import (
     fly,
     fly_mixed,
     show,
+    waiting,
 )  # fmt: skip
 from hil.lidar.command import EPILOG as LIDAR_EPILOG
 from hil.lidar.command import main as lidar_command
@@ -98,7 +102,8 @@ def demo(
         if result.error:
             raise fail(EX_SOFTWARE, f"after {result.bench_s:.1f} s of bench time: {result.error}")
         facts = conclude(scenario, result)
-        problem = after.report(out)
+        with waiting(out, "writing the report ..."):
+            problem = after.report(out)
         show(facts, result.contacts)
         if problem:
             raise fail(EX_SOFTWARE, f"the report failed:\n{problem}")
@@ -205,6 +210,7 @@ def main() -> None:
     """Entry point; restarts the process if FIXED_ENVIRONMENT is not set: without it runs do not repeat bit by bit."""
     if any(os.environ.get(name) != text for name, text in FIXED_ENVIRONMENT.items()):
         os.execve(sys.executable, [sys.executable, "-m", "hil", *sys.argv[1:]], {**os.environ, **FIXED_ENVIRONMENT})
+    quiet_start.loaded()
     for number in (signal.SIGINT, signal.SIGTERM):  # both end a run in order, also where a shell ignores Ctrl-C
         signal.signal(number, signal.default_int_handler)
     app(prog_name="hil")

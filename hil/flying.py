@@ -8,7 +8,7 @@ import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import typer
 from rich.console import Console
@@ -144,9 +144,20 @@ def fly_mixed(scenario: Scenario, out: Path, lidar: str, can: str) -> None:
         raise fail(EX_SOFTWARE, str(died)) from None
 
 
-def conclude(scenario: Scenario, result: RunResult) -> dict[str, object]:
+@contextmanager
+def waiting(folder: Path, text: str) -> Iterator[None]:
+    """Show what the command does after the flight; at Ctrl-C print the files of the run and exit 130."""
+    try:
+        with status(Console(stderr=True), Text(text)):
+            yield
+    except KeyboardInterrupt:
+        raise fail(EX_INTERRUPTED, "\n".join(["ended by Ctrl-C after the flight", *_left(folder)])) from None
+
+
+def conclude(scenario: Scenario, result: RunResult) -> dict[str, Any]:
     """Replay a run, write its summary and certificate next to its record, and return the summary."""
-    replay = after.replay(result.folder)
+    with waiting(result.folder, "replaying the record ..."):
+        replay = after.replay(result.folder)
     facts = after.summary(scenario, result, replay)
     facts["replay_difference"] = replay.get("first_difference", "")
     (result.folder / "summary.json").write_text(json.dumps(facts, indent=2) + "\n")
@@ -155,10 +166,11 @@ def conclude(scenario: Scenario, result: RunResult) -> dict[str, object]:
     return facts
 
 
-def show(facts: dict[str, object], contacts: Sequence[Contact]) -> None:
+def show(facts: dict[str, Any], contacts: Sequence[Contact]) -> None:
     """Print the summary's main figures and each contact."""
     table = Table(show_header=False, box=None)
     for key in SHOWN:
         table.add_row(key, str(facts[key]))
+    table.add_row("scanner", after.scanner_line(facts["scanner"]))
     Console().print(table)
     print("\n".join(lines(contacts)))

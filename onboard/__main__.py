@@ -6,6 +6,9 @@ or listed: a start of `run` loads no other.
 
 from __future__ import annotations
 
+from onboard import quiet_start  # first, before what takes long to load
+
+# isort: split
 import faulthandler
 import gc
 import sys
@@ -117,6 +120,7 @@ def run(config: Path | None, settings: tuple[str, ...], print_config: bool) -> N
 
 def main() -> None:
     """Entry point."""
+    quiet_start.loaded()
     if sys.stderr:
         faulthandler.enable()  # if a watchdog ends a hung tick (SIGABRT), the traceback shows the place
     if to_journal():

@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, fields, replace
 from typing import Any
 
 from hil.devices.lidar_profile import PROFILES, Profile
@@ -25,6 +25,7 @@ from onboard.toml_text import TomlError, parse_toml
 
 Patch = tuple[float, float, float]  # centre x, y and radius, m, map frame
 PATCHES = "dark_patches_m"
+PAGE = "docs/sensors.md explains the keys"
 NEEDS_A_FIELD = frozenset({"ground_albedo", "rock_albedo", "dark_albedo", "dark_rocks_ratio", PATCHES})
 
 
@@ -58,11 +59,18 @@ class LidarErrors:
     sun_ratio: float = value(0.0, "[?] share of the beams lost that look into the sun's sector", low=0, high=1)
     sun_from_rad: float = value(0.0, "[?] map azimuth where that sector begins", low=-7, high=7)
     sun_to_rad: float = value(0.0, "[?] and ends, going left", low=-7, high=7)
+    window_ratio: float = value(0.0, "[?] share of the beams lost in the dirty part of its window", low=0, high=1)
+    window_from_rad: float = value(0.0, "[?] angle in the scanner's own frame where that part begins", low=-7, high=7)
+    window_to_rad: float = value(0.0, "[?] and ends, going left", low=-7, high=7)
 
     def __post_init__(self) -> None:
         if self.clump_least_beams > self.clump_most_beams:
             raise ConfigError(f"lidar: clump_least_beams = {self.clump_least_beams} is more than "
                               f"clump_most_beams = {self.clump_most_beams}")  # fmt: skip
+        for name in ("sun", "window"):
+            ratio, begin_rad, end_rad = (getattr(self, f"{name}_{key}") for key in ("ratio", "from_rad", "to_rad"))
+            if ratio > 0 and begin_rad == end_rad:
+                raise ConfigError(f"lidar: {name}_ratio = {ratio:g} needs a sector: {name}_from_rad and {name}_to_rad")
 
     def applied(self) -> Profile:
         """Profile of the sensor with these errors."""
@@ -75,6 +83,7 @@ class LidarErrors:
             mixed_ratio=self.mixed_ratio, outlier_ratio=self.outlier_ratio, outlier_m=self.outlier_m,
             speck_ratio=self.speck_ratio, speck_m=self.speck_m,
             sun_ratio=self.sun_ratio, sun_from_rad=self.sun_from_rad, sun_to_rad=self.sun_to_rad,
+            window_ratio=self.window_ratio, window_from_rad=self.window_from_rad, window_to_rad=self.window_to_rad,
         )  # fmt: skip
 
 
@@ -136,10 +145,17 @@ def lidar_table(words: Sequence[str], tree: Mapping[str, Any], option: str = "--
     for word in words:
         key, sign, text = word.partition("=")
         if not sign:
+            if word in {field.name for field in fields(LidarErrors)}:
+                raise ConfigError(f"{option} {word}: write {word}=VALUE ({PAGE})")
             key, text = "profile", word
+        if not key.strip():
+            raise ConfigError(f"{option} {word}: write KEY=VALUE ({PAGE})")
         given[key.strip()] = _value(text.strip())
     table = given if "profile" in given else {**tree, **given}
-    lidar_errors(table, option)
+    try:
+        lidar_errors(table, option)
+    except ConfigError as error:
+        raise ConfigError(f"{error} ({PAGE})") from None
     return table
 
 

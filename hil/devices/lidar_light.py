@@ -1,6 +1,6 @@
-"""Beams that return nothing or a false range: at random, in clumps, grazing, dark, sunlit; outliers, specks.
+"""Beams that return nothing or a false range: random, clumps, grazing, dark, sunlit, dirty window; outliers, specks.
 
-    true ranges --mixed--> --lost: dark, grazing, sun, at random--> --outliers, specks--> lidar_optics: noise and codes
+    true ranges --mixed--> --lost: CAUSES--> --outliers, specks--> lidar_optics: noise and codes
 
 The random numbers come from a separate stream of the sensor, not that of its noise: a sensor without these effects
 sends the same bytes as before. Nothing here was measured on a real sensor; the ratios are those of a scenario's
@@ -27,7 +27,7 @@ F64 = NDArray[np.float64]
 Bool = NDArray[np.bool_]
 LIGHT_STREAM = 3  # stream of the sensor's seed
 EDGE_M = 0.2  # neighbours that differ by more have an edge between them; the beam behind it meets both sides
-CAUSES = ("dark", "grazing", "sun", "random")
+CAUSES = ("dark", "grazing", "sun", "window", "random")
 BEAM_RAD = (np.arange(BEAMS) - FRONT_STEP) * (math.tau / STEPS_A_TURN)  # azimuth in the scanner's plane, left positive
 
 
@@ -108,13 +108,14 @@ class Light:
         return made
 
     def lost(self, ranges_m: F64, surface: Surface | None) -> Bool | None:
-        """True for each beam that returns nothing, by its surface, the sun or at random; None if no effect is on."""
+        """True for each beam that returns nothing, by one of CAUSES; None if no effect is on."""
         profile = self._profile
         there = (ranges_m >= profile.near_m) & (ranges_m <= profile.far_m)
         causes = {
             "dark": surface is not None and ranges_m > surface.reach_m,
             "grazing": self._grazed(ranges_m, surface) if profile.grazing_rad else False,
             "sun": self._sunlit(surface) if profile.sun_ratio else False,
+            "window": self._soiled() if profile.window_ratio else False,
             "random": self._dropped() if self.dropout_ratio else False,
         }
         count, part = self.count, self.counted
@@ -139,9 +140,13 @@ class Light:
     def _sunlit(self, surface: Surface | None) -> Bool:
         profile = self._profile
         azimuth_rad = BEAM_RAD if surface is None or surface.azimuth_rad is None else surface.azimuth_rad
-        width_rad = (profile.sun_to_rad - profile.sun_from_rad) % math.tau
-        inside = (azimuth_rad - profile.sun_from_rad) % math.tau <= width_rad
+        inside = in_sector(azimuth_rad, profile.sun_from_rad, profile.sun_to_rad)
         return np.asarray(inside & (self._rng.random(len(azimuth_rad)) < profile.sun_ratio))
+
+    def _soiled(self) -> Bool:
+        profile = self._profile
+        inside = in_sector(BEAM_RAD, profile.window_from_rad, profile.window_to_rad)
+        return np.asarray(inside & (self._rng.random(BEAMS) < profile.window_ratio))
 
     def _dropped(self) -> Bool:
         """Lost single beams and clumps; together dropout_ratio, of which clump_ratio in clumps."""
@@ -189,6 +194,14 @@ class Light:
 
     def _counted(self, beams: NDArray[np.int64]) -> int:
         return int(np.count_nonzero((beams >= self.counted.start) & (beams < self.counted.stop)))
+
+
+def in_sector(angle_rad: F64, begin_rad: float, end_rad: float) -> Bool:
+    """True for angles from begin to end, going left; for all of them if the end is a full turn or more ahead."""
+    if end_rad - begin_rad >= math.tau:
+        return np.ones(angle_rad.shape, np.bool_)
+    inside: Bool = (angle_rad - begin_rad) % math.tau <= (end_rad - begin_rad) % math.tau
+    return inside
 
 
 def sector(half_rad: float) -> slice:

@@ -135,6 +135,7 @@ class Profile:
     clump_ratio: share of these that are lost in clumps of clump_least to clump_most neighbours
     sun_ratio: share of the beams that return nothing, of those with an azimuth from sun_from_rad to sun_to_rad, to the
         left
+    window_ratio: the same for angles of the scanner's own plane, window_from_rad to window_to_rad
     mixed_ratio: share of the beams behind an edge that report a range between both sides
     outlier_ratio: share of the returns that are wrong by up to outlier_m
     speck_ratio: share of the beams that meet a speck of dust within speck_m
@@ -183,6 +184,9 @@ class Profile:
     sun_ratio: float = 0.0
     sun_from_rad: float = 0.0
     sun_to_rad: float = 0.0
+    window_ratio: float = 0.0
+    window_from_rad: float = 0.0
+    window_to_rad: float = 0.0
 
 
 IDEAL = Profile()

@@ -83,6 +83,7 @@ def lines_of(report: Report) -> list[str]:
         f"sensor    {name}, {report.info.get('FIRM', 'firmware unknown')}",
         f"scans     {tally.scans}, {tally.rate_hz:.2f} a second by their own times; {report.bad} damaged",
         f"beams     {beams or 'none'}; {tally.nearest_m:.3f} to {tally.farthest_m:.3f} m",
+        f"lost      {tally.lost_ratio:.1%} of the beams between others that returned",
         f"clock     {_clock(clock)}, from {clock.samples} scans",
     ]
     found = findings(report)

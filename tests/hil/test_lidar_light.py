@@ -7,10 +7,11 @@ import numpy as np
 import pytest
 
 from hil.bench.surfaces import Surfaces, asked
-from hil.devices.lidar_errors import IDEAL, REAL, SETS, LidarErrors
-from hil.devices.lidar_light import BEAM_RAD, Light, Surface, grazing, sector
+from hil.devices.lidar_errors import IDEAL, REAL, SETS, LidarErrors, lidar_errors, lidar_table
+from hil.devices.lidar_light import BEAM_RAD, Light, Surface, grazing, in_sector, sector
 from hil.devices.lidar_optics import NO_RETURN, Optics
 from hil.rays.ground_rays import GroundRays
+from onboard.config import ConfigError
 from tests.hil.small_fields import field_of, rough
 
 WALL_M = np.full(1081, 5.0)
@@ -87,6 +88,30 @@ def test_the_sun_takes_the_beams_of_its_sector_of_the_map_across_the_x_axis():
     lost = turns(sunny, 300, surface=Surface(np.ones(1081), np.full(1081, np.inf), azimuth_rad)) == NO_RETURN
     inside = (azimuth_rad >= math.tau - 0.3) | (azimuth_rad <= 0.4)
     assert lost[:, inside].mean() == pytest.approx(0.8, abs=0.02) and not lost[:, ~inside].any()
+
+
+def test_a_dirty_window_takes_the_same_directions_of_the_scanner_wherever_the_rover_looks():
+    dirty = optics(window_ratio=0.8, window_from_rad=-0.3, window_to_rad=0.4)
+    inside = (BEAM_RAD >= -0.3) & (BEAM_RAD <= 0.4)
+    for azimuth_rad in (BEAM_RAD, (BEAM_RAD + 1.0) % math.tau):
+        lost = turns(dirty, 300, surface=Surface(np.ones(1081), np.full(1081, np.inf), azimuth_rad)) == NO_RETURN
+        assert lost[:, inside].mean() == pytest.approx(0.8, abs=0.02) and not lost[:, ~inside].any()
+
+
+def test_a_sector_of_a_full_turn_or_more_holds_all_directions():
+    assert in_sector(BEAM_RAD, 0.0, math.tau).all() and in_sector(BEAM_RAD, -7.0, 7.0).all()
+
+
+@pytest.mark.parametrize("name", ["sun", "window"])
+def test_a_share_of_beams_lost_in_a_sector_without_width_is_refused(name):
+    with pytest.raises(ConfigError, match=f"{name}_ratio = 0.5 needs a sector"):
+        lidar_errors({f"{name}_ratio": 0.5}, "test")
+
+
+@pytest.mark.parametrize(("word", "found"), [("lost_ratio", "write lost_ratio=VALUE"), ("=3", "write KEY=VALUE")])
+def test_a_word_that_is_no_setting_of_the_scanner_is_refused_with_what_to_write(word, found):
+    with pytest.raises(ConfigError, match=found):
+        lidar_table([word], {})
 
 
 def test_the_same_seed_loses_the_same_beams_and_the_ideal_sensor_draws_nothing_for_it():
@@ -209,7 +234,7 @@ def test_a_dark_patch_is_lost_and_ground_of_a_low_albedo_is_seen_as_far_as_its_r
 
 def test_what_the_beams_meet_is_looked_up_only_where_it_matters():
     assert not asked(IDEAL) and asked(REAL)
-    assert all(asked(replace(IDEAL, **{key: item})) for key, item in (
-        ("ground_albedo", 0.5), ("rock_albedo", 0.5), ("dark_rocks_ratio", 0.1), ("grazing_rad", 0.1),
-        ("dark_patches_m", ((0.0, 0.0, 1.0),)), ("sun_ratio", 0.5),
+    assert all(asked(replace(IDEAL, **changed)) for changed in (
+        {"ground_albedo": 0.5}, {"rock_albedo": 0.5}, {"dark_rocks_ratio": 0.1}, {"grazing_rad": 0.1},
+        {"dark_patches_m": ((0.0, 0.0, 1.0),)}, {"sun_ratio": 0.5, "sun_to_rad": 1.0},
     ))  # fmt: skip

@@ -3,9 +3,11 @@
 import io
 
 import pytest
+import typer
 from rich.console import Console
 from rich.text import Text
 
+from hil.flying import waiting
 from hil.status import status
 
 
@@ -34,3 +36,12 @@ def test_a_status_that_was_just_printed_is_not_printed_again():
 @pytest.mark.parametrize("wall_s", [[], [1.0], [9.0]])
 def test_an_interrupted_status_ends_its_line(terminal, wall_s):
     assert told(wall_s, terminal).rpartition("\n")[2] in ("", "\x1b[?25h")  # at most the cursor shown again
+
+
+def test_ctrl_c_after_the_flight_names_the_record_and_the_command_that_makes_its_report(tmp_path, capsys):
+    (tmp_path / "onboard.mcap").touch()
+    with pytest.raises(typer.Exit) as ended, waiting(tmp_path, "replaying the record ..."):
+        raise KeyboardInterrupt
+    told = capsys.readouterr().err
+    assert ended.value.exit_code == 130 and "replaying the record ..." in told
+    assert str(tmp_path / "onboard.mcap") in told and f"ground report {tmp_path}" in told.replace("\n", " ")
