@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 _HEADER_BYTES = 4096
+_MEMBER, _MOST_MEMBERS = b"PK\x01\x02", 1000  # first bytes of a member's row in the zip's directory
 _BROKEN = (zipfile.BadZipFile, zlib.error, OSError, EOFError, NotImplementedError, RuntimeError, UnicodeError)
 _HEAD = re.compile(rb"\x93NUMPY\x01\x00(..)", re.DOTALL)
 _DESCR = re.compile(r"[<>=|]?[biufUS?]\d{0,6}")
@@ -45,6 +46,8 @@ NUMBER = Wanted("iuf", 0, 0, 64)
 
 def read_arrays(data: bytes, wanted: Mapping[str, Wanted]) -> dict[str, NDArray[Any]]:
     """Read the arrays by name. Raises ValueError, one line, for bytes that do not contain each of them as specified."""
+    if data.count(_MEMBER) > _MOST_MEMBERS:  # zipfile builds an object for each, minutes and gigabytes for millions
+        raise ValueError(f"has more than {_MOST_MEMBERS} members")
     try:
         with zipfile.ZipFile(io.BytesIO(data)) as file:
             names = set(file.namelist())
