@@ -71,7 +71,9 @@ def test_what_needs_processes_is_refused_where_there_are_none():
 @pytest.mark.parametrize(
     ("text", "code", "complaint"),
     [(None, 66, "no certificate"), ("{", 65, "no certificate of a run"), ("{}", 65, "KeyError: 'flight'"),
-     ('{"flight": {"faults": 3}}', 65, "no certificate of a run"), ('{"flight": 1}', 65, "TypeError")],
+     ('{"flight": {"faults": 3}}', 65, "no certificate of a run"), ('{"flight": 1}', 65, "TypeError"),
+     ("[" * 100_000, 65, "RecursionError"),
+     ('{"flight": {"faults": [], "set": {}, "expect": []}}', 65, "AttributeError")],
 )  # fmt: skip
 def test_what_is_no_certificate_is_one_line(tmp_path, text, code, complaint):
     path = tmp_path / "certificate.json"
