@@ -22,6 +22,7 @@ from hil.run_folder import check
 from hil.scenario.scenario import Scenario
 from hil.status import status
 from onboard.config import ConfigError
+from protocol.visible import visible_lines
 
 if TYPE_CHECKING:
     from hil.bench.world import Progress
@@ -37,7 +38,7 @@ EX_DATA, EX_NOINPUT, EX_UNAVAILABLE, EX_SOFTWARE, EX_CONFIG = 65, 66, 69, 70, 78
 
 def fail(code: int, text: str) -> typer.Exit:
     """Print one line on standard error and return the exit with this code."""
-    print(f"hil: {text}", file=sys.stderr)
+    print(visible_lines(f"hil: {text}"), file=sys.stderr)
     return typer.Exit(code)
 
 

@@ -11,6 +11,7 @@ from click.exceptions import Abort, Exit
 
 from onboard.config import Config, ConfigError, load, parse_override
 from onboard.journal import Level, say
+from protocol.visible import visible
 
 EX_UNHEALTHY, EX_USAGE, EX_DATAERR, EX_NOINPUT, EX_UNAVAILABLE, EX_CANTCREAT, EX_CONFIG = 1, 64, 65, 66, 69, 73, 78
 EX_SOFTWARE, EX_IOERR = 70, 74
@@ -19,7 +20,7 @@ EX_INTERRUPTED = 130
 
 def fail(code: int, text: str) -> Exit:
     """Print one helpful line on standard error and return the exit to raise."""
-    say(text, Level.ERROR)
+    say(visible(text), Level.ERROR)
     return Exit(code)
 
 

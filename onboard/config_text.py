@@ -29,5 +29,12 @@ def word(item: Any) -> str:
     if isinstance(item, bool):
         return "true" if item else "false"
     if isinstance(item, str):
-        return '"' + item.replace("\\", "\\\\").replace('"', '\\"') + '"'
+        return '"' + "".join(map(_in_quotes, item)) + '"'
     return repr(item)
+
+
+def _in_quotes(character: str) -> str:
+    """A character of a TOML text; control characters are escaped, TOML allows none."""
+    if character in '"\\':
+        return "\\" + character
+    return character if character.isprintable() else f"\\U{ord(character):08x}"

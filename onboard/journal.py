@@ -15,6 +15,8 @@ from enum import IntEnum
 from types import TracebackType
 from typing import Protocol
 
+from protocol.visible import visible_lines
+
 
 class Level(IntEnum):
     """Levels of syslog(3) in use; they are also the severities of events."""
@@ -45,7 +47,11 @@ def to_journal() -> bool:
 
 
 def say(text: str, level: Level = Level.INFO) -> None:
-    """Write a message to standard error, each line with its level if the journal reads it. A dead reader is ignored."""
+    """Write a message to standard error, each line with its level if the journal reads it. A dead reader is ignored.
+
+    Control characters are made visible: a message may quote a file, a device, or a program at the other end.
+    """
+    text = visible_lines(text)
     head = f"<{level:d}>" if to_journal() else "onboard: "
     lines = text.splitlines() if to_journal() else [text]
     with suppress(OSError):  # the reader has gone; the rover drives on

@@ -50,6 +50,12 @@ def test_the_command_repeats_a_file_and_names_the_doors_there_are(tmp_path, caps
     assert ended.value.code == 2 and "barrier" in capsys.readouterr().err
 
 
+def test_a_door_at_which_nothing_was_tried_is_no_success(monkeypatch, capsys):
+    monkeypatch.setattr(guided, "available", lambda: True)
+    monkeypatch.setattr(guided, "run", lambda *_: guided.Ended(0, 3, 80, None, ""))
+    assert main(["barrier"]) == 1 and "no try" in capsys.readouterr().out
+
+
 def test_messages_that_are_joined_are_split_again_and_any_bytes_can_be_split():
     parts = [b"", b"a", bytes(300)]
     assert split(join(parts)) == parts

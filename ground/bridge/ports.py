@@ -165,7 +165,7 @@ class Port:
     def _accept(self) -> None:
         try:
             peer, _ = self._at.accept()
-        except BlockingIOError:
+        except OSError:  # nobody, one that has left already, or no descriptor is free now
             return
         if len(self._clients) >= _CLIENTS:
             peer.close()

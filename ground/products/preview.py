@@ -9,6 +9,7 @@ from __future__ import annotations
 import io
 import math
 import zipfile
+import zlib
 from pathlib import Path
 from typing import NamedTuple
 
@@ -18,6 +19,7 @@ from ground.archive.read import Span, newest_product, reading, rows
 from ground.archive.schema import ArchiveError
 from onboard.config import Config, ConfigError, load
 from onboard.maps.gdem_file import read_gdem
+from onboard.maps.npz_arrays import check_size
 from onboard.parameters import TABLE as PARAMETERS
 from onboard.planning.prediction import Prediction, digest, predict
 from onboard.records import Gdem
@@ -27,6 +29,7 @@ from protocol.products import LdemProduct, MapGrid, decode_ldem, poses_of
 from protocol.products.pose_map import PoseMap
 
 _FAR_M = 0.3
+_MOST_BYTES = 1 << 29  # of a map file, unpacked
 # config sections covered by `digest`
 READ = ("rover", "mapping", "planning", "mission", "scanning", "drive_guard", "motion", "jobs")
 
@@ -63,6 +66,7 @@ def map_file(path: Path) -> Map:
         data = path.read_bytes()
         if data[:4] == b"LDM1":
             return _map(data, str(path))
+        check_size(data, _MOST_BYTES)
         with np.load(io.BytesIO(data)) as file:
             heights = file["heights_m"]
             if "freedom" not in file:
@@ -75,7 +79,7 @@ def map_file(path: Path) -> Map:
             return _standing(Map(LdemProduct(grid, heights, file["node_sets"]), poses, str(path)))
     except OSError as error:
         raise NoMapError(f"{path}: {error.strerror or error}") from error
-    except (KeyError, ValueError, EOFError, zipfile.BadZipFile) as error:
+    except (LookupError, ValueError, TypeError, EOFError, MemoryError, zipfile.BadZipFile, zlib.error) as error:
         if isinstance(error, NoMapError):
             raise
         raise NoMapError(f"{path}: no map of `ground get ldem`: {error}", 65) from error

@@ -30,8 +30,10 @@ _UNKNOWN = (
 def report(folder: Path, with_truth: bool = True) -> Path:
     """Write FOLDER/report.html and return its path. Raises NoRunError, OSError."""
     run = read_run(folder, with_truth)
-    path = folder / "report.html"
-    path.write_text(html(run), encoding="utf-8")
+    path, page = folder / "report.html", html(run)
+    if path.is_symlink():  # of another person's folder: it could lead anywhere
+        path.unlink()
+    path.write_text(page, encoding="utf-8")
     return path
 
 

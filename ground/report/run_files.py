@@ -8,7 +8,9 @@ from __future__ import annotations
 
 import io
 import json
+import struct
 import zipfile
+import zlib
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -20,6 +22,7 @@ from mcap.reader import McapReader, make_reader
 from zstandard import ZstdError
 
 from onboard.maps.gdem_file import from_npz
+from onboard.maps.npz_arrays import check_size
 from onboard.planning import archive
 from onboard.planning.archive import PlanPicture
 from onboard.records import F64, Gdem, Grid
@@ -28,7 +31,10 @@ from pictures.terrain import Ground
 from pictures.timelines import Span, Track
 
 EVERY = 10  # every tenth tick: ten poses a second
-_DAMAGE = (McapError, ZstdError, EOFError, ValueError, KeyError, UnicodeDecodeError)
+MOST_BYTES = 1 << 29  # of the ground, and of all plans, unpacked
+# of readers, and of code that meets values of another kind than the programs write; RuntimeError: nested too deep
+_DAMAGE = (McapError, ZstdError, EOFError, ValueError, LookupError, TypeError, AttributeError, ArithmeticError,
+           RuntimeError, MemoryError, OSError, struct.error, zipfile.BadZipFile, zlib.error)
 
 
 class NoRunError(ValueError):
@@ -155,9 +161,10 @@ def _record(folder: Path, path: Path) -> tuple[tuple[Any, ...], dict[str, Any]]:
                     times.append(message.log_time / 1e9)
                     poses.append(np.frombuffer(message.data, "<f8"))
             elif channel.topic == "/plan":
+                check_size(message.data, MOST_BYTES)
                 plans.append((message.log_time / 1e9, archive.from_npz(message.data)))
             else:
-                events += [Told(row["now_ns"] / 1e9, row["severity"], row["name"], row["text"])
+                events += [Told(row["now_ns"] / 1e9, str(row["severity"]), str(row["name"]), str(row["text"]))
                            for row in json.loads(message.data)]
     pose = np.array(poses, dtype=np.float64).reshape(-1, 6)
     track = Track(np.array(times), pose[:, :3], pose[:, 3:])
@@ -175,14 +182,15 @@ def _truth(path: Path) -> Truth | None:
             reader = make_reader(file)
             rows = [(m.log_time / 1e9, json.loads(m.data)) for _, _, m in reader.iter_messages(["/truth"])]
             contacts = _contacts(reader)
+
+        def column(name: str, width: int) -> F64:
+            return np.array([row[name] for _, row in rows], dtype=np.float64).reshape(-1, width)
+
+        angles = angles_rad(column("quaternion_xyzw", 4))
+        track = Track(np.array([time_s for time_s, _ in rows]), column("position_m", 3), angles)
+        return Truth(track, column("wheel_rate_radps", 4), column("steer_rad", 4), contacts)
     except _DAMAGE as error:
         raise NoRunError(f"{path} is damaged: {error}; --no-truth leaves it out") from error
-    def column(name: str, width: int) -> F64:
-        return np.array([row[name] for _, row in rows], dtype=np.float64).reshape(-1, width)
-
-    angles = angles_rad(column("quaternion_xyzw", 4))
-    track = Track(np.array([time_s for time_s, _ in rows]), column("position_m", 3), angles)
-    return Truth(track, column("wheel_rate_radps", 4), column("steer_rad", 4), contacts)
 
 
 def _contacts(reader: McapReader) -> tuple[Contact, ...] | None:
@@ -202,11 +210,13 @@ def _ground(path: Path) -> Ground | None:
     if not path.is_file():
         return None
     try:
-        with np.load(io.BytesIO(path.read_bytes())) as file:
+        data = path.read_bytes()
+        check_size(data, MOST_BYTES)
+        with np.load(io.BytesIO(data)) as file:
             heights = file["truth_heights_m"]
             grid = Grid(float(file["x0_m"]), float(file["y0_m"]), float(file["cell_m"]), *heights.shape)
             return Ground(grid, heights, file["rocks"], "the true ground")
-    except (KeyError, ValueError, OSError, zipfile.BadZipFile) as error:
+    except _DAMAGE as error:
         raise NoRunError(f"{path} is no field file: {error}; --no-truth leaves it out") from error
 
 
@@ -215,5 +225,5 @@ def _json(path: Path) -> dict[str, Any]:
         return {}
     try:
         return dict(json.loads(path.read_text()))
-    except ValueError as error:
+    except _DAMAGE as error:
         raise NoRunError(f"{path} is damaged: {error}") from error

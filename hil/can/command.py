@@ -19,6 +19,7 @@ from hil.can.hub import CanHub
 from hil.can.socket import CanSocket, NoInterfaceError
 from hil.can.stand import FAULTS, TICK_NS, Stand
 from onboard.config import ConfigError
+from protocol.visible import visible_lines
 
 NS = 1_000_000_000
 EX_USAGE, EX_UNAVAILABLE = 64, 69
@@ -98,7 +99,7 @@ def serve(wire: CanHub | CanSocket, stand: Stand, go_on: Callable[[int], bool]) 
 
 
 def _fail(code: int, text: str) -> typer.Exit:
-    typer.echo(f"hil can: {text}", err=True)
+    typer.echo(visible_lines(f"hil can: {text}"), err=True)
     return typer.Exit(code)
 
 

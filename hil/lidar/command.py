@@ -26,6 +26,7 @@ from hil.lidar.server import LidarServer, LidarTerminal
 from hil.lidar.service import Outlet, serve
 from onboard.config import ConfigError
 from protocol import scip
+from protocol.visible import visible_lines
 
 NS = 1_000_000_000
 EX_USAGE, EX_NOINPUT, EX_UNAVAILABLE = 64, 66, 69
@@ -81,7 +82,7 @@ def main(
 
 
 def _fail(code: int, text: str) -> typer.Exit:
-    typer.echo(f"hil lidar: {text}", err=True)
+    typer.echo(visible_lines(f"hil lidar: {text}"), err=True)
     return typer.Exit(code)
 
 

@@ -22,6 +22,7 @@ from hil.link.udp_relay import UdpRelay
 from onboard.config import ConfigError
 from protocol import WireError
 from protocol.barrier import parse_address
+from protocol.visible import visible_lines
 
 EX_USAGE, EX_UNAVAILABLE, EX_CANTCREAT = 64, 69, 73
 NS = 1_000_000_000
@@ -81,7 +82,7 @@ def main(
 
 
 def _fail(code: int, text: object) -> typer.Exit:
-    typer.echo(f"hil link: {text}", err=True)
+    typer.echo(visible_lines(f"hil link: {text}"), err=True)
     return typer.Exit(code)
 
 

@@ -19,6 +19,7 @@ from hil.link.record import Recorder
 from protocol.link import MAX_DATAGRAM
 
 _MOST_SESSIONS = 64  # beyond this the oldest session is dropped
+_MOST_PER_TURN = 1000  # datagrams of one socket; the rest waits in its buffer
 _BUFFER_BYTES = 1 << 20
 Address = tuple[str, int]
 
@@ -61,7 +62,7 @@ class UdpRelay:
             each.close()
 
     def turn(self, now_ns: int) -> None:
-        """Receive all waiting datagrams and send the due ones."""
+        """Receive waiting datagrams and send the due ones."""
         for datagram, sender in _received(self._to_ground):
             if sender not in self._to_rover:
                 self._open(sender)
@@ -102,9 +103,10 @@ def _socket() -> socket.socket:
 
 
 def _received(source: socket.socket) -> list[tuple[bytes, Address]]:
-    got = []
-    while True:
+    got: list[tuple[bytes, Address]] = []
+    for _ in range(_MOST_PER_TURN):
         try:
             got.append(source.recvfrom(MAX_DATAGRAM + 1))
         except (BlockingIOError, ConnectionError):
-            return got
+            break
+    return got

@@ -11,6 +11,7 @@ from typing import Annotated, Any
 import typer
 from rich.console import Console
 from rich.table import Table
+from rich.text import Text
 
 from hil.bench.contacts import lines
 from hil.devices.lidar_errors import lidar_table
@@ -19,6 +20,7 @@ from hil.rays.casters import CASTERS
 from hil.scenario.scenario import Scenario, load_scenario, paths_in
 from hil.watch.command import PORT, AfterOption, PortOption, WatchOption, check_film, film, shown
 from onboard.config import ConfigError, load, parse_override
+from protocol.visible import visible
 
 Name = Annotated[str, typer.Argument(metavar="SCENARIO", help="A name of `hil list`, or a TOML file.")]
 LidarOption = Annotated[list[str] | None, typer.Option(
@@ -140,7 +142,7 @@ def explain_scenario(scenario: Name) -> None:
     from hil.scenario.library import explain
 
     read = _read(scenario)
-    print(f"{read.name}: " + "\n".join(explain(read)))
+    print(f"{read.name}: " + "\n".join(map(visible, explain(read))))
 
 
 def _read(name: str) -> Scenario:
@@ -163,5 +165,5 @@ def _tell(verdicts: list[dict[str, Any]]) -> None:
     table = Table("promise", "", "found", box=None)
     for verdict in verdicts:
         kept = "[green]kept" if verdict["holds"] else "[red]broken"
-        table.add_row(verdict["promise"], kept, verdict["found"])
+        table.add_row(Text(visible(verdict["promise"])), kept, Text(visible(verdict["found"])))
     Console().print(table)

@@ -50,7 +50,7 @@ def _read(certificate: Path) -> tuple[dict[str, Any], Scenario]:
         return old, scenario_of(old["flight"])
     except FileNotFoundError:
         raise fail(EX_NOINPUT, f"no certificate {certificate}") from None
-    except (ValueError, KeyError, TypeError, UnicodeDecodeError) as error:
+    except (ValueError, LookupError, TypeError, AttributeError, RecursionError, OSError) as error:
         raise fail(EX_DATA, f"{certificate}: no certificate of a run: {type(error).__name__}: {error}") from None
 
 

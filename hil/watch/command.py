@@ -12,6 +12,7 @@ import typer
 from hil.watch.film_kind import KindError, check_kind
 from hil.watch.live import until_ctrl_c, watched
 from hil.watch.port import PortInUseError
+from protocol.visible import visible_lines
 
 EPILOG = (
     "Examples:\n\n  hil watch build/demo\n\n  hil watch build/demo --video demo.webp\n\n"
@@ -121,5 +122,5 @@ def _rerun(folder: Path, path: Path) -> None:
 
 
 def _fail(code: int, text: str) -> typer.Exit:
-    typer.echo(f"hil: {text}", err=True)
+    typer.echo(visible_lines(f"hil: {text}"), err=True)
     return typer.Exit(code)

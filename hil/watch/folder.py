@@ -13,6 +13,7 @@ import io
 import json
 import struct
 import zipfile
+import zlib
 from pathlib import Path
 
 import numpy as np
@@ -20,11 +21,13 @@ import numpy as np
 from hil.bench.truth import read_patch, read_turn
 from hil.watch.story import Moment, Story, Told, TrueGround, changed
 from hil.watch.tail import NoRunError, Said, Tail
+from onboard.maps.npz_arrays import check_size
 from onboard.planning import archive
 from onboard.records import Grid
 
 EVERY = 10  # one of this many estimated poses is used: ten a second
-_DAMAGE = (ValueError, KeyError, TypeError, struct.error)
+MOST_BYTES = 1 << 29  # of the ground, and of a plan, unpacked
+_DAMAGE = (ValueError, LookupError, TypeError, AttributeError, ArithmeticError, RuntimeError, struct.error)
 
 
 class Folder:
@@ -76,6 +79,7 @@ class Folder:
 
     def _add_record(self, said: Said) -> None:
         if said.topic == "/plan":
+            check_size(said.data, MOST_BYTES)
             self.story.plans.append((said.time_s, archive.from_npz(said.data)))
         elif said.topic == "/out/pose" and said.sequence % EVERY == 0:
             self.story.believed_way.add(said.time_s, np.frombuffer(said.data, "<f8")[:3])
@@ -87,10 +91,12 @@ class Folder:
 def read_ground(path: Path) -> TrueGround:
     """Read the true ground of a run. Raises NoRunError."""
     try:
-        with np.load(io.BytesIO(path.read_bytes())) as file:
+        data = path.read_bytes()
+        check_size(data, MOST_BYTES)
+        with np.load(io.BytesIO(data)) as file:
             heights_m = file["truth_heights_m"]
             grid = Grid(float(file["x0_m"]), float(file["y0_m"]), float(file["cell_m"]), *heights_m.shape)
             goal_x_m, goal_y_m = file["goal"].tolist()
             return TrueGround(grid, heights_m, file["rocks"], (goal_x_m, goal_y_m))
-    except (KeyError, ValueError, OSError, EOFError, zipfile.BadZipFile) as error:
+    except (*_DAMAGE, OSError, EOFError, MemoryError, zipfile.BadZipFile, zlib.error) as error:
         raise NoRunError(f"{path} is damaged: {error}") from error

@@ -13,7 +13,7 @@ from onboard.drivers.disk import write_whole
 from onboard.ports import EPOCH, Save, Saved
 
 NAMES = ("parameters", "fences", "pose", EPOCH)  # the last is written by the link's port
-BOOTS = "boots.json"
+BOOTS, MOST_BOOTS = "boots.json", 2**32 - 1  # the link has four bytes for it
 
 
 def read_kept(folder: str) -> dict[str, bytes]:
@@ -33,7 +33,10 @@ def count_boot(folder: str, least: int) -> tuple[int, str]:
     number, trouble = least, ""
     try:
         if path.is_file():
-            number = max(least, int(path.read_text()) + 1)
+            last = int(path.read_text())
+            if not 0 <= last < MOST_BOOTS:
+                raise ValueError(f"{last} is no number of a start")
+            number = max(least, last + 1)
     except (OSError, ValueError) as error:
         trouble = f"the count of starts in {path} cannot be read: {error}"
     try:

@@ -14,6 +14,7 @@ from pathlib import Path
 
 MOST_PATH = 107  # bytes of a unix socket's path, by the kernel
 CALLERS = 4  # that may wait; the kernel refuses more
+MOST_BYTES = 1 << 20  # of a report; another program may answer in a place that everybody may write to
 LEAST_NS = 50_000_000  # between answers: a caller in a loop costs the ticks little
 _MODE = 0o660
 
@@ -112,7 +113,7 @@ def _ask(path: Path, limit_s: float) -> bytes:
         line.settimeout(limit_s)
         line.connect(str(path))
         heard = b""
-        while part := line.recv(65536):
+        while len(heard) < MOST_BYTES and (part := line.recv(65536)):
             heard += part
     if not heard.endswith(b"\n"):
         raise StatusError(f"{path}: the answer was cut off; ask again")

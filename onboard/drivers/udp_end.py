@@ -54,7 +54,11 @@ class UdpRoverEnd(LinkEnd):
         self._order: deque[Address | None] = deque([None])  # sockets in the order of reading; None: the shared one
         self._astray: set[Address] = set()  # have a socket, but sent to the shared one
         self._asked: dict[Address, str] = {}  # sender -> rover's own address that it used
-        self._family, self._at = _resolved(*parse_locator(endpoint))
+        host, port = parse_locator(endpoint)
+        try:
+            self._family, self._at = _resolved(host, port)
+        except ValueError as error:  # before the network is up no name is known
+            raise LinkEndError(str(error)) from error
         self._main = socket.socket(self._family, socket.SOCK_DGRAM)
         try:
             self._main.bind(self._at)  # without SO_REUSEADDR: a port that is taken must be an error

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from onboard.command_line import EX_CANTCREAT, EX_DATAERR, EX_NOINPUT, EX_USAGE, fail
+from protocol.visible import visible
 
 if TYPE_CHECKING:
     from onboard.drivers.disk import Kept, TileFile
@@ -75,7 +76,7 @@ def export_command(source: Path, out: Path, form: str, as_json: bool) -> None:
         raise fail(EX_USAGE, f"{what}; --format is one of {', '.join(FORMATS)}")
     tiles, dropped = _tiles(source)
     for line in dropped:
-        print(f"onboard: dropped: {line}", file=sys.stderr)
+        print(f"onboard: dropped: {visible(line)}", file=sys.stderr)
     try:
         cells, _ = join(tiles)
         surface = classify(cells, replace(Mapping_(), cell_m=cells.grid.cell_m))
@@ -131,7 +132,7 @@ def _show(folder: Path, rows: list[dict[str, Any]], dropped: tuple[str, ...]) ->
     from rich.table import Table
 
     for line in dropped:
-        print(f"dropped: {line}")
+        print(f"dropped: {visible(line)}")
     if not rows:
         return
     console, table = Console(), Table(box=None)

@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 _HEADER_BYTES = 4096
+_MEMBER, _MOST_MEMBERS = b"PK\x01\x02", 1000  # first bytes of a member's row in the zip's directory
 _BROKEN = (zipfile.BadZipFile, zlib.error, OSError, EOFError, NotImplementedError, RuntimeError, UnicodeError)
 _HEAD = re.compile(rb"\x93NUMPY\x01\x00(..)", re.DOTALL)
 _DESCR = re.compile(r"[<>=|]?[biufUS?]\d{0,6}")
@@ -45,6 +46,7 @@ NUMBER = Wanted("iuf", 0, 0, 64)
 
 def read_arrays(data: bytes, wanted: Mapping[str, Wanted]) -> dict[str, NDArray[Any]]:
     """Read the arrays by name. Raises ValueError, one line, for bytes that do not contain each of them as specified."""
+    _refuse_a_crowd(data)
     try:
         with zipfile.ZipFile(io.BytesIO(data)) as file:
             names = set(file.namelist())
@@ -54,6 +56,23 @@ def read_arrays(data: bytes, wanted: Mapping[str, Wanted]) -> dict[str, NDArray[
             return {name: _array(name, _unpacked(file, name, row.most_bytes), row) for name, row in wanted.items()}
     except _BROKEN as error:
         raise ValueError(f"not a whole .npz: {' '.join(str(error).split())[:120]}") from None
+
+
+def check_size(data: bytes, most_bytes: int) -> None:
+    """Check an .npz before numpy's own reader gets it. Raises ValueError if it is none, or unpacks to more bytes."""
+    _refuse_a_crowd(data)
+    try:
+        with zipfile.ZipFile(io.BytesIO(data)) as file:
+            size = sum(member.file_size for member in file.infolist())
+    except _BROKEN as error:
+        raise ValueError(f"not a whole .npz: {' '.join(str(error).split())[:120]}") from None
+    if size > most_bytes:
+        raise ValueError(f"unpacks to {size} bytes, of {most_bytes} at most")
+
+
+def _refuse_a_crowd(data: bytes) -> None:
+    if data.count(_MEMBER) > _MOST_MEMBERS:  # zipfile builds an object for each, minutes and gigabytes for millions
+        raise ValueError(f"has more than {_MOST_MEMBERS} members")
 
 
 def _unpacked(file: zipfile.ZipFile, name: str, most_bytes: int) -> bytes:

@@ -13,6 +13,7 @@ from click.exceptions import Exit
 
 from onboard.command_line import EX_UNAVAILABLE, fail
 from onboard.drivers.status_port import StatusError, ask, usual_places
+from protocol.visible import visible, visible_lines
 
 CLEAR = "\x1b[H\x1b[2J"
 
@@ -39,16 +40,22 @@ def status(place: Path | None, as_json: bool, watch: bool, every_s: float) -> No
     while True:
         try:
             told = ask(places)
+            shown = told.decode("utf-8", "replace") if as_json else "\n".join(map(visible, page(told))) + "\n"
         except StatusError as error:
             hint = "`onboard run` starts one, its status.socket says where it answers"
             raise fail(EX_UNAVAILABLE, f"{error}; {hint}") from None
-        if as_json:
-            click.echo(told, nl=False)
-        else:
-            click.echo((CLEAR if watch else "") + "\n".join(lines(json.loads(told))))
+        click.echo((CLEAR if watch and not as_json else "") + visible_lines(shown), nl=False)
         if not watch:
             raise Exit(0)
         time.sleep(every_s)
+
+
+def page(told: bytes) -> list[str]:
+    """Read the report and format it for people. Raises StatusError if another program than the daemon answered."""
+    try:
+        return lines(json.loads(told))
+    except (ValueError, LookupError, TypeError, AttributeError, RecursionError):
+        raise StatusError("what answers there is no daemon of this version") from None
 
 
 def lines(told: dict[str, Any]) -> list[str]:

@@ -56,6 +56,9 @@ def hunt(name: str, asked: argparse.Namespace) -> bool:
         told = ended.said.partition("=== Uncaught")[2] or ended.said
         print(f"{name}: FOUND by {ended.found}\n{told[:3000]}\nagain: python -m tests.fuzz {name} --file {ended.found}")
         return False
+    if not ended.tries:
+        print(f"{name}: no try was made; see {asked.out / f'{name}.log'}")
+        return False
     more = f", {guided.keep(name, asked.out)} put beside the tests" if asked.keep else ""
     print(f"{name}: {ended.tries} tries, {ended.kept} inputs in the corpus, {ended.peak_mb} MB at most, nothing found"
           + more, flush=True)

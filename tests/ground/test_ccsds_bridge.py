@@ -14,7 +14,7 @@ from xtce_reader import CommandWriter
 
 from ground.__main__ import run
 from ground.bridge.bridge import Bridge
-from ground.bridge.ports import BridgeShell, parse_address
+from ground.bridge.ports import BridgeShell, Port, parse_address
 from ground.session.news import EventHeard, Item, ReportHeard
 from ground.session.session import Session
 from ground.session.telemetry import TelemetryReceiver, Value
@@ -328,6 +328,18 @@ def test_over_tcp_packets_follow_each_other_and_a_client_that_speaks_something_e
         assert stranger.recv(10) == b""  # hung up
     assert ["stop" in f["report_text"] for f in told] == [True, False]
     assert ["safe" in f["report_text"] for f in told] == [False, True]
+
+
+@pytest.mark.parametrize("error", [BlockingIOError, ConnectionAbortedError, OSError(24, "Too many open files")])
+def test_a_client_that_cannot_be_accepted_ends_no_bridge(error):
+    class Listener:
+        def accept(self):
+            raise error
+
+    port = Port(parse_address("tcp:127.0.0.1:0"), listen=True)
+    port.close()
+    port._at = Listener()
+    assert port.read() == []
 
 
 def test_a_port_that_is_taken_is_one_line():

@@ -2,15 +2,19 @@
 
 import math
 import re
+import shutil
+import zipfile
 from dataclasses import replace
 from html import escape
 
 import numpy as np
 import pytest
 import typer
+from mcap.writer import Writer
 from synthetic_run import GOAL, write_run, write_truth
 from typer.testing import CliRunner
 
+from ground.report import run_files
 from ground.report.report import html, report
 from ground.report.run_files import NoRunError, Told, angles_rad, read_run, spans_of
 from ground.report.words import EXPECTED_REFUSAL, RULES
@@ -92,6 +96,48 @@ def test_a_refused_registration_is_explained_where_there_is_one(folder, name, to
 def test_words_of_the_record_cannot_become_markup(page):
     assert "look at &lt;the rest&gt;" in page
     assert "<the rest>" not in page
+
+
+@pytest.mark.parametrize(("name", "data"), [
+    ("summary.json", b"[" * 100_000), ("summary.json", b"[1]"), ("certificate.json", b"5"), ("link.json", b"\xff"),
+    ("field.npz", b""), ("field.npz", b"PK"), ("truth.mcap", b"noise"), ("onboard.mcap", b""),
+])  # fmt: skip
+def test_a_damaged_file_of_a_run_is_one_line(folder, tmp_path, name, data):
+    shutil.copytree(folder, tmp_path / "run")
+    (tmp_path / "run" / name).write_bytes(data)
+    with pytest.raises(NoRunError, match=name) as raised:
+        read_run(tmp_path / "run")
+    assert "\n" not in str(raised.value)
+
+
+@pytest.mark.parametrize("events", [b"[" * 100_000, b"[1]", b"5", b"{}x", b'[{"now_ns": "x"}]', b'[{"now_ns": 1e400}]'])
+def test_events_that_no_flight_program_wrote_are_one_line(tmp_path, events):
+    with (tmp_path / "onboard.mcap").open("wb") as file:
+        writer = Writer(file)
+        writer.start()
+        channel = writer.register_channel("/out/event", "json", writer.register_schema("e", "jsonschema", b"{}"))
+        writer.add_message(channel, 5, events, 5)
+        writer.finish()
+    with pytest.raises(NoRunError, match=r"onboard\.mcap is damaged"):
+        read_run(tmp_path)
+
+
+def test_a_ground_that_would_fill_the_memory_is_refused_before_it_is_unpacked(folder, tmp_path, monkeypatch):
+    shutil.copytree(folder, tmp_path / "run")
+    with zipfile.ZipFile(tmp_path / "run" / "field.npz", "w", zipfile.ZIP_DEFLATED) as made:
+        made.writestr("truth_heights_m.npy", bytes(2 << 20))
+    monkeypatch.setattr(run_files, "MOST_BYTES", 1 << 20)
+    monkeypatch.setattr(np, "load", None)
+    with pytest.raises(NoRunError, match=r"field.npz .*unpacks to 2097152 bytes"):
+        run_files._ground(tmp_path / "run" / "field.npz")
+
+
+def test_a_report_is_written_into_the_folder_of_the_run_and_through_no_link(tmp_path):
+    write_run(tmp_path, ground=False, bench=False, step=50)
+    (tmp_path / "other").write_text("mine")
+    (tmp_path / "report.html").symlink_to(tmp_path / "other")
+    assert report(tmp_path) == tmp_path / "report.html"
+    assert (tmp_path / "other").read_text() == "mine" and not (tmp_path / "report.html").is_symlink()
 
 
 WHEEL = Touch(2, 0.09, (7.0, 3.0), (7.05, 3.1))

@@ -14,7 +14,8 @@ from typer.testing import CliRunner
 from hil import demo
 from hil.__main__ import app
 from hil.demo import differences
-from hil.scenario import verify_command
+from hil.flying import fail
+from hil.scenario import command, verify_command
 from hil.scenario.library import scenarios
 from hil.scenario.scenario import Scenario
 
@@ -35,6 +36,17 @@ def test_a_scenario_is_explained_with_the_fault_table_s_answer():
     assert "a wheel's gear jams" in told
     assert "expected   WHEEL_STUCK within 1 s" in told and "RESCAN" in told
     assert "promise    ends standing" in told
+
+
+def test_texts_of_a_scenario_file_draw_nothing_on_the_terminal(tmp_path, capsys):
+    path = tmp_path / "s.toml"
+    path.write_text('seed = 1\nabout = "\\u001b[2J\\u009b31m"\n')
+    told = hil("explain", str(path)).stdout
+    assert "\\x1b[2J\\x9b31m" in told and all(c.isprintable() or c == "\n" for c in told)
+    command._tell([{"promise": "says '[/x]\x1b[2J'", "holds": False, "found": "[red]\x9b"}])
+    told = capsys.readouterr().out
+    assert "[/x]\\x1b[2J" in told and "[red]\\x9b" in told
+    assert fail(78, "\x1b[2J").exit_code == 78 and capsys.readouterr().err == "hil: \\x1b[2J\n"
 
 
 @pytest.mark.parametrize("words", [("explain", "wheel_stuk"), ("run", "wheel_stuk"), ("run", "tests")])
@@ -59,7 +71,9 @@ def test_what_needs_processes_is_refused_where_there_are_none():
 @pytest.mark.parametrize(
     ("text", "code", "complaint"),
     [(None, 66, "no certificate"), ("{", 65, "no certificate of a run"), ("{}", 65, "KeyError: 'flight'"),
-     ('{"flight": {"faults": 3}}', 65, "no certificate of a run"), ('{"flight": 1}', 65, "TypeError")],
+     ('{"flight": {"faults": 3}}', 65, "no certificate of a run"), ('{"flight": 1}', 65, "TypeError"),
+     ("[" * 100_000, 65, "RecursionError"),
+     ('{"flight": {"faults": [], "set": {}, "expect": []}}', 65, "AttributeError")],
 )  # fmt: skip
 def test_what_is_no_certificate_is_one_line(tmp_path, text, code, complaint):
     path = tmp_path / "certificate.json"

@@ -6,6 +6,7 @@ import os
 import signal
 import socket
 import threading
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -19,6 +20,7 @@ from onboard.drivers import status_port
 from onboard.drivers.realtime import Grant
 from onboard.drivers.status_port import LEAST_NS, StatusError, StatusPort, ask, place_of
 from onboard.records import Machine
+from onboard.status import command
 from onboard.status.command import lines
 from onboard.status.report import Shell, report
 
@@ -83,6 +85,42 @@ def test_an_answer_that_was_cut_off_is_not_taken_for_a_report(port):
 def serve_once(port, answer):
     while not port.serve(lambda: answer, 0):
         pass
+
+
+def test_an_answer_that_never_ends_is_not_kept(tmp_path):
+    with socket.socket(socket.AF_UNIX) as server:
+        server.bind(str(tmp_path / "s"))
+        server.listen()
+        sent = []
+
+        def flood():
+            caller, _ = server.accept()
+            with caller, suppress(OSError):
+                while len(sent) < 1000:  # 65 MB
+                    sent.append(caller.sendall(bytes(65_536)))
+
+        flooding = threading.Thread(target=flood)
+        flooding.start()
+        with pytest.raises(StatusError, match="cut off"):
+            ask([tmp_path / "s"], 60.0)
+        flooding.join()
+    assert len(sent) < 100
+
+
+@pytest.mark.parametrize("words", [(), ("--json",)])
+def test_what_another_program_answers_draws_nothing_on_the_terminal(monkeypatch, words):
+    told = report(CoreBench().rover, SHELL) | {"mode": "STANDBY\x1b[2J\n\x9b", "faults": ["\x1b]0;x\x07"]}
+    monkeypatch.setattr(command, "ask", lambda _: json.dumps(told, ensure_ascii=False).encode() + b"\n")
+    done = CliRunner().invoke(app, ["status", *words])
+    assert done.exit_code == 0 and "STANDBY" in done.output
+    assert all(c.isprintable() or c == "\n" for c in done.output)
+
+
+@pytest.mark.parametrize("answer", [b"{}\n", b"[]\n", b"no\n", b"[" * 100_000 + b"\n", b"\xff\n"])
+def test_what_is_no_report_is_one_line(monkeypatch, answer):
+    monkeypatch.setattr(command, "ask", lambda _: answer)
+    done = CliRunner().invoke(app, ["status"])
+    assert done.exit_code == 69 and "no daemon of this version" in done.output and done.output.count("\n") == 1
 
 
 def test_no_daemon_is_said_with_the_places_that_were_looked_at(tmp_path):

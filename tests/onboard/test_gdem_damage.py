@@ -2,6 +2,7 @@
 
 import io
 import os
+import struct
 import subprocess
 import sys
 import zipfile
@@ -104,6 +105,25 @@ def bomb(path):
         file.write(header((28_000, 28_000)))
         for _ in range(3000):
             file.write(bytes(1 << 20))
+
+
+def crowd(path):
+    """A zip of 200,000 members without a byte."""
+    buffer, rows = io.BytesIO(), 200_000
+    with zipfile.ZipFile(buffer, "w") as made:
+        made.writestr("a", b"")
+    one = buffer.getvalue()
+    row = one[one.index(b"PK\x01\x02") : one.index(b"PK\x05\x06")]
+    path.write_bytes(row * rows + struct.pack("<4s4H2LH", b"PK\x05\x06", 0, 0, 0, 0, rows * len(row), 0, 0))
+
+
+def test_a_zip_of_very_many_members_is_refused_before_its_directory_is_read(tmp_path, monkeypatch):
+    crowd(tmp_path / "gdem.npz")
+    with zipfile.ZipFile(tmp_path / "gdem.npz") as file:
+        assert len(file.infolist()) == 200_000
+    monkeypatch.setattr(zipfile, "ZipInfo", None)  # one is made for each member
+    with pytest.raises(ValueError, match="members"):
+        from_npz((tmp_path / "gdem.npz").read_bytes())
 
 
 READ = """

@@ -77,6 +77,23 @@ def test_a_pds_label_that_names_another_file_reaches_no_network_through_it(tmp_p
     assert done.returncode == 65 and done.stderr.count("\n") == 1
 
 
+AUX = """<PAMDataset><SRS>http://127.0.0.1:{port}/crs.wkt</SRS><Metadata domain="OVERVIEWS">
+<MDI key="OVERVIEW_FILE">/vsi{kind}/http://127.0.0.1:{port}/o.tif</MDI></Metadata></PAMDataset>"""
+
+
+@pytest.mark.parametrize("kind", ["curl", "curl_streaming"])
+def test_files_beside_a_geotiff_reach_no_network(tmp_path, kind):
+    with listening() as server:
+        port = server.getsockname()[1]
+        path = geotiff(tmp_path / "a.tif", np.full((20, 20), 5.0))
+        for ending in ("ovr", "msk"):
+            (tmp_path / f"a.tif.{ending}").write_text(VRT.replace("/vsicurl", f"/vsi{kind}").format(port=port))
+        (tmp_path / "a.tif.aux.xml").write_text(AUX.format(port=port, kind=kind))
+        done = imported(path, "--out", tmp_path / "gdem.npz")
+        assert calls(server) == 0
+    assert done.returncode in (0, 65)
+
+
 @pytest.mark.parametrize("before", ["http://", "/vsicurl/http://"])
 def test_a_projection_is_a_name_or_a_text_and_no_address(tmp_path, before):
     with listening() as server:

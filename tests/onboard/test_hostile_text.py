@@ -5,9 +5,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from click.exceptions import Exit
 
 from onboard.command_line import read_config
 from onboard.config import ConfigError, load, parse_override
+from onboard.config_text import to_toml
 from onboard.native import pose_field
 from onboard.planning.pose_field import moves_m
 
@@ -46,6 +48,23 @@ def test_a_configuration_that_never_ends_is_not_read(capsys):
     with pytest.raises(Exception) as raised:
         read_config(Path("/dev/zero"), ())
     assert raised.value.exit_code == 78 and "/dev/zero" in capsys.readouterr().err
+
+
+def test_a_key_with_control_characters_is_one_visible_line(tmp_path, capsys):
+    path = tmp_path / "rover.toml"
+    path.write_text('"\\u001b[2J\\nonboard: running" = 1\n')
+    with pytest.raises(Exit) as raised:
+        read_config(path, ())
+    told = capsys.readouterr().err
+    assert raised.value.exit_code == 78 and "\\x1b[2J\\n" in told
+    assert told.count("\n") == 1 and told[:-1].isprintable()
+
+
+def test_a_text_with_control_characters_is_printed_as_toml_that_reads_back(tmp_path):
+    config = load(None, {"record.path": "a\x1b[2J\n\t\x7f\"\\b\u202e"})
+    (tmp_path / "rover.toml").write_text(text := to_toml(config))
+    assert all(c.isprintable() or c == "\n" for c in text)
+    assert load(tmp_path / "rover.toml") == config
 
 
 @pytest.mark.parametrize("turn_m", [math.nan, math.inf, -math.inf, 0.0])

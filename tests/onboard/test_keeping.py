@@ -277,6 +277,14 @@ def test_without_a_folder_the_configuration_says_the_number_and_an_unreadable_on
     assert count_boot(str(tmp_path), 5) == (6, "")
 
 
+@pytest.mark.parametrize("number", [2**32 - 1, 10**30, -1])
+def test_a_number_of_a_start_that_the_link_cannot_carry_is_told_as_unreadable(tmp_path, number):
+    (tmp_path / "boots.json").write_text(str(number))
+    assert count_boot(str(tmp_path), 5)[0] == 5 and count_boot(str(tmp_path), 5) == (6, "")
+    (tmp_path / "boots.json").write_text(str(2**32 - 2))
+    assert count_boot(str(tmp_path), 5) == (2**32 - 1, "")
+
+
 def test_the_flight_program_takes_the_number_for_its_link_and_tells_trouble_as_an_error(tmp_path, monkeypatch):
     config = replace(KEEPS, state=State(folder=str(tmp_path)))
     told = []

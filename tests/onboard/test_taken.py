@@ -3,6 +3,7 @@
 import os
 import signal
 import socket
+import stat
 from pathlib import Path
 
 import pytest
@@ -52,6 +53,16 @@ def test_an_endpoint_that_no_wait_can_mend_is_a_matter_of_the_configuration(endp
         LinkPort(endpoint, KEYS, 1)
 
 
+@pytest.mark.parametrize("number", [socket.EAI_AGAIN, socket.EAI_NONAME])
+def test_a_host_name_that_nobody_resolves_now_is_waited_for_too(monkeypatch, number):
+    def unresolved(*_, **__):
+        raise socket.gaierror(number, "no answer")
+
+    monkeypatch.setattr(socket, "getaddrinfo", unresolved)
+    with pytest.raises(LinkPortError, match=r"link\.endpoint = 'udp/rover\.example:7450'.*rover\.example: no answer"):
+        LinkPort("udp/rover.example:7450", KEYS, 1)
+
+
 def test_the_service_tries_for_ever_where_the_link_port_is_taken(tmp_path, taken):
     settings = alone(tmp_path / "onboard.mcap") | {"link__endpoint": taken}
     with started("run", **settings) as program:
@@ -92,6 +103,24 @@ def test_a_lock_is_given_back_and_a_stale_number_of_a_process_in_it_means_nothin
             FolderLock(str(tmp_path))
     with FolderLock(str(tmp_path)):
         pass
+
+
+def test_nobody_but_its_owner_can_take_the_lock(tmp_path):
+    """flock works through a descriptor for reading: who may read the file could keep the rover from starting."""
+    before = os.umask(0o022)
+    try:
+        with FolderLock(str(tmp_path / "new")):
+            assert mode(tmp_path / "new") == 0o700 and mode(tmp_path / "new" / "lock") == 0o600
+        (tmp_path / "lock").write_text("1")
+        assert mode(tmp_path / "lock") == 0o644  # as earlier versions made it
+        with FolderLock(str(tmp_path)):
+            assert mode(tmp_path / "lock") == 0o600
+    finally:
+        os.umask(before)
+
+
+def mode(path):
+    return stat.S_IMODE(path.stat().st_mode)
 
 
 def test_without_a_folder_nothing_is_locked():

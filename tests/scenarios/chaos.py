@@ -159,6 +159,8 @@ def broken(row: Row) -> list[str]:
     short += [f"{who}: {kind} was not felt" for kind, felt, end_s in zip(row.kinds, row.felt, row.ended_s)
               if not felt and not (HOSTILITIES[kind].in_sweep and end_s > row.over_s)]  # after a mission no sweep runs
     short += [f"{who}: {text}" for text in row.different]
+    if not row.replayed and not row.different:
+        short.append(f"{who}: its replay compared no tick")
     return short
 
 

@@ -136,6 +136,7 @@ STOPPED = replace(GONE_ON, outcome="goto: CAN_BABBLE: the bus is over 80 % full"
     (GONE_ON, {"told_s": (54.5,)}, "LIDAR_GARBLED at 54.5 s, which no hostility raises"),
     (GONE_ON, {"felt": (5, 6, 0)}, "link_forged was not felt"),
     (GONE_ON, {"different": ("its replay is different",)}, "its replay is different"),
+    (GONE_ON, {"replayed": 0}, "its replay compared no tick"),
     (STOPPED, {"outcome": "goto: no way is left", "reasons": ()}, "not for the reason told: goto: no way is left"),
     (STOPPED, {"over_s": 30.0}, "not for the reason told"),
     (STOPPED, {"reasons": ("CAN_BABBLE", "LOOP")}, "not for the reason told"),

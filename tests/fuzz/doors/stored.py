@@ -20,6 +20,7 @@ from mcap.writer import Writer
 from ground.archive.schema import TABLES, ArchiveError
 from ground.archive.store import Archive
 from ground.products import preview
+from ground.report import run_files
 from ground.verbs import archive, look
 from onboard.record import record_command, replay_command
 from onboard.record.export import FORMATS
@@ -152,7 +153,14 @@ def _commands(path: Path, out: Path) -> tuple[Callable[[], object], ...]:
         partial(record_command.cut_command.callback, path, out / "cut.mcap", "2:9", None, True, True),
         *(partial(record_command.export_command.callback, path, out / f"x.{form}", "", True) for form in FORMATS),
         partial(_by_callers, last_map, path),
+        partial(_reported, path.parent),
     )
+
+
+def _reported(folder: Path) -> None:
+    """Read the record as `ground report` does."""
+    with suppress(run_files.NoRunError):
+        run_files.read_run(folder)
 
 
 def _by_callers(read: Callable[[Path], object], path: Path) -> None:
@@ -176,7 +184,7 @@ def _feed_record(data: bytes) -> None:
     made = _written({struct.unpack("<H", one[1:3])[0] % len(_record()): one[3:] for one in changes
                      if one[:1] == b"\0" and len(one) >= 3})
     with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "r.mcap"
+        path = Path(folder) / "onboard.mcap"
         path.write_bytes(_patched(made, changes))
         verbs = _commands(path, Path(folder))
         _ask(verbs[(verb[:1] or b"\0")[0] % len(verbs)], SystemExit, click.exceptions.Exit)
