@@ -37,7 +37,7 @@ from pictures.estimate import Trace
 from protocol.conventions import wrap_rad
 from protocol.modes import Phase
 from protocol.transactions import State
-from tests.scenarios.mission import edges
+from tests.scenarios.mission import LIMIT_S, edges
 
 SEEDS = (*range(1, 11), *range(21, 25), *range(31, 35))
 SHORT = (1, 31)
@@ -167,8 +167,8 @@ def flown(seed: int, recorder: Recorder | None = None) -> tuple[Row, Watch]:
     name, ground = ground_of(seed)
     settings = SLOPE_SETTINGS if name == "slope" else {}
     bench = InMemory(
-        Scenario(name="localisation", seed=seed, set=settings), (*edges(ground), *goto(ground)), ground=ground,
-        step_ns=CAMPAIGN_STEP_NS,
+        Scenario(name="localisation", seed=seed, limit_s=LIMIT_S, set=settings), (*edges(ground), *goto(ground)),
+        ground=ground, step_ns=CAMPAIGN_STEP_NS,
     )  # fmt: skip
     config = bench.rover.config
     watch = Watch(Localisation(config.rover, config.localisation), recorder)
