@@ -19,7 +19,8 @@ KERNEL_TESTS := tests/onboard/test_kernels.py tests/onboard/test_live_grid.py te
 	tests/onboard/test_linear.py tests/hil/test_soil.py
 SANITIZED := EL_DORADO_KERNELS=build/sanitize ASAN_OPTIONS=detect_leaks=0 PYTHONMALLOC=malloc \
 	LD_PRELOAD="$$(g++ -print-file-name=libasan.so) $$(g++ -print-file-name=libstdc++.so)"
-FIXED := PYTHONHASHSEED=0 OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1
+# Libraries with one thread each, for speed: no result depends on it.
+ONE_THREAD := OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1
 
 .venv/.packages: requirements.lock tools/check_system.sh
 	@sh tools/check_system.sh "$(PYTHON)"
@@ -48,16 +49,24 @@ sim: .venv/.project ## bench, rover and link in real time until Ctrl-C; try `gro
 	@$(B)/hil sim --seed $(SEED) --terrain $(TERRAIN) $(LIDAR:%=--lidar %)
 
 test: .venv/.project .venv/.hokuyolx ## the fast test suite (5 minutes on two fast cores)
-	@$(FIXED) $(B)/python -m pytest -n 2 --dist loadfile -m "not campaign and not mission"
+	@$(ONE_THREAD) $(B)/python -m pytest -n 2 --dist loadfile -m "not campaign and not mission"
 
 test-missions: .venv/.project ## runs of real processes, maps, guard and rule on seeded fields, ways with a failed wheel (minutes)
-	@$(FIXED) $(B)/python -m pytest -n 2 --dist loadgroup -m "campaign or mission"
+	@$(ONE_THREAD) $(B)/python -m pytest -n 2 --dist loadgroup -m "campaign or mission"
 
 test-scenarios: .venv/.project ## whole missions with physics, each in one process; a few minutes, FULL=1 flies every seed
 	@$(B)/python -m tests.scenarios $(if $(FULL),,--short)
 
 test-vcan: .venv/.project ## the bus on real SocketCAN, in a QEMU guest where this kernel has none (minutes)
 	@$(B)/python -m tests.vcan
+
+test-roots: ## demo and fast suite in a fresh Debian 12 and the next, by an unprivileged user; needs root and mmdebstrap
+	@sh tools/fresh_root.sh bookworm .venv/.project demo test
+	@sh tools/fresh_root.sh trixie .venv/.project demo test
+	@cmp build/roots/bookworm.certificate.json build/roots/trixie.certificate.json && echo "the same certificate"
+
+test-certificates: .venv/.project ## demos of seeds 1 to 3 on three pretended processors: the same certificate; SEEDS="2 3"
+	@$(B)/python -m tests.certificates $(foreach seed,$(SEEDS),--seed $(seed))
 
 test-mutation: .venv/.project ## mutants: each fault detector disabled, comparisons and signs flipped; ONLY=kinematics in minutes
 	@$(B)/python -m tests.mutation $(if $(ONLY),--only $(ONLY))
@@ -72,18 +81,18 @@ build/sanitize/.built: .venv/.packages $(NATIVE)
 	@touch $@
 
 test-sanitize: .venv/.project build/sanitize/.built ## kernel tests and fuzz under ASan and UBSan, fuzz of SCIP, scanner and all doors, 2 min each
-	@$(FIXED) $(SANITIZED) $(B)/python -m pytest $(KERNEL_TESTS)
-	@$(FIXED) $(SANITIZED) $(B)/python -m tests.fuzz.kernels --seconds $(FUZZ_S) --seed $(SEED)
-	@$(FIXED) $(B)/python -m tests.fuzz.scip --seconds $(FUZZ_S) --seed $(SEED)
-	@$(FIXED) $(B)/python -m tests.fuzz.lidar --seconds $(FUZZ_S) --seed $(SEED)
-	@$(FIXED) $(B)/python -m tests.fuzz --blind --in-all $(FUZZ_S) --seed $(SEED)
+	@$(ONE_THREAD) $(SANITIZED) $(B)/python -m pytest $(KERNEL_TESTS)
+	@$(ONE_THREAD) $(SANITIZED) $(B)/python -m tests.fuzz.kernels --seconds $(FUZZ_S) --seed $(SEED)
+	@$(ONE_THREAD) $(B)/python -m tests.fuzz.scip --seconds $(FUZZ_S) --seed $(SEED)
+	@$(ONE_THREAD) $(B)/python -m tests.fuzz.lidar --seconds $(FUZZ_S) --seed $(SEED)
+	@$(ONE_THREAD) $(B)/python -m tests.fuzz --blind --in-all $(FUZZ_S) --seed $(SEED)
 
 .venv/.atheris: .venv/.packages requirements-fuzz.lock
 	@$(B)/python -m pip install --quiet --disable-pip-version-check --no-deps --only-binary :all: --require-hashes -r requirements-fuzz.lock
 	@touch $@
 
 fuzz: .venv/.project .venv/.atheris ## hostile bytes at every door, looking at the code they reach: FUZZ_S seconds a door, DOORS="can link"; SEED=n
-	@$(FIXED) $(B)/python -m tests.fuzz $(DOORS) --seconds $(FUZZ_S) --seed $(SEED)
+	@$(ONE_THREAD) $(B)/python -m tests.fuzz $(DOORS) --seconds $(FUZZ_S) --seed $(SEED)
 
 lint: .venv/.project ## ruff, mypy --strict on protocol and onboard, import contracts
 	@$(B)/ruff check .
@@ -91,19 +100,19 @@ lint: .venv/.project ## ruff, mypy --strict on protocol and onboard, import cont
 	@$(B)/lint-imports --no-cache
 
 bench: .venv/.project .venv/.hokuyolx ## measure; QUICK=1 for two repeats; writes build/bench.json
-	@$(FIXED) $(B)/python -m tests.bench $(if $(QUICK),--quick)
+	@$(ONE_THREAD) $(B)/python -m tests.bench $(if $(QUICK),--quick)
 
 bench-link: .venv/.project ## the link's promises in virtual time, many seeds; QUICK=1 few, ONLY="bulk blackout"; build/bench-link.json
-	@$(FIXED) $(B)/python -m tests.bench_link $(if $(QUICK),--quick) $(ONLY)
+	@$(ONE_THREAD) $(B)/python -m tests.bench_link $(if $(QUICK),--quick) $(ONLY)
 
 soak: .venv/.project ## ten missions in a row and an hour in lock-step, a minute on the wall clock: memory, descriptors, threads, ticks
-	@$(FIXED) $(B)/python -m tests.soak
+	@$(ONE_THREAD) $(B)/python -m tests.soak
 
 missions: .venv/.project ## mission rule, guard, map and small rocks without physics; FRESH=commit: 60 more seeds
-	@$(FIXED) $(B)/python -m tests.missions fly $(if $(FRESH),--fresh-from $(FRESH))
-	@$(FIXED) $(B)/python -m tests.missions guard
-	@$(FIXED) $(B)/python -m tests.missions map
-	@$(FIXED) $(B)/python -m tests.missions rocks
+	@$(ONE_THREAD) $(B)/python -m tests.missions fly $(if $(FRESH),--fresh-from $(FRESH))
+	@$(ONE_THREAD) $(B)/python -m tests.missions guard
+	@$(ONE_THREAD) $(B)/python -m tests.missions map
+	@$(ONE_THREAD) $(B)/python -m tests.missions rocks
 
 nightly: lint test test-missions test-vcan test-sanitize bench bench-link missions test-mutation ## all that tests or measures, with ten demo seeds, real ground, craters
 	@for seed in 1 2 3 4 5 6 7 8 9 10; do $(B)/hil demo --seed $$seed --out build/nightly/seed-$$seed || echo "seed $$seed failed" >> build/nightly/failed; done
@@ -112,6 +121,8 @@ nightly: lint test test-missions test-vcan test-sanitize bench bench-link missio
 	@$(B)/hil tally build/nightly
 	@$(MAKE) fuzz FUZZ_S=600
 	@$(MAKE) test-scenarios FULL=1
+	@$(MAKE) test-certificates
+	@if [ "$$(id -u)" = 0 ]; then $(MAKE) test-roots; else echo "without test-roots: it needs root"; fi
 
 codec: .venv/.project ## make the generated files in protocol/ anew from rover.dbc and eldorado.xml
 	@$(B)/python -m tools.make_can_codec
@@ -164,4 +175,4 @@ clean: ## remove build and .venv
 help: ## this list
 	@grep -E '^[a-z-]+:.*##' Makefile | sed 's/:.*## /\t/' | expand -t 16
 
-.PHONY: setup demo sim test test-missions test-scenarios test-vcan test-mutation test-sanitize fuzz lint bench bench-link soak missions nightly codec clients docs rover locks install uninstall deb size clean help
+.PHONY: setup demo sim test test-missions test-scenarios test-vcan test-roots test-certificates test-mutation test-sanitize fuzz lint bench bench-link soak missions nightly codec clients docs rover locks install uninstall deb size clean help

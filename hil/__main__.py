@@ -6,9 +6,7 @@ from onboard import quiet_start  # first, before what takes long to load
 
 # isort: split
 import json
-import os
 import signal
-import sys
 from pathlib import Path
 from typing import Annotated
 
@@ -37,7 +35,6 @@ from hil.lidar.command import EPILOG as LIDAR_EPILOG
 from hil.lidar.command import main as lidar_command
 from hil.link.command import EPILOG as LINK_EPILOG
 from hil.link.command import main as link_command
-from hil.processes import FIXED_ENVIRONMENT
 from hil.scenario import command as scenario_command
 from hil.scenario.scenario import Scenario
 from hil.scenario.verify_command import verify
@@ -207,9 +204,7 @@ def tally(
 
 
 def main() -> None:
-    """Entry point; restarts the process if FIXED_ENVIRONMENT is not set: without it runs do not repeat bit by bit."""
-    if any(os.environ.get(name) != text for name, text in FIXED_ENVIRONMENT.items()):
-        os.execve(sys.executable, [sys.executable, "-m", "hil", *sys.argv[1:]], {**os.environ, **FIXED_ENVIRONMENT})
+    """Entry point."""
     quiet_start.loaded()
     for number in (signal.SIGINT, signal.SIGTERM):  # both end a run in order, also where a shell ignores Ctrl-C
         signal.signal(number, signal.default_int_handler)

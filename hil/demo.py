@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import os
 import platform
 import subprocess
 import sys
@@ -20,7 +19,7 @@ from mcap.reader import make_reader
 from numpy.typing import NDArray
 
 from hil.link.impairment import Profile, load_profile
-from hil.processes import FIXED_ENVIRONMENT
+from hil.processes import environment
 from hil.scenario.scenario import Scenario, scanner_of
 from hil.scenario.verdicts import Facts, Verdict, judge
 from onboard.planning.archive import from_npz
@@ -198,7 +197,7 @@ def certificate(scenario: Scenario, result: RunResult) -> dict[str, Any]:
         "scenario": scenario.name, "terrain": scenario.terrain, "seed": scenario.seed,
         "flight": flight, "scenario_sha256": hashlib.sha256(config).hexdigest(),
         "versions": {"python": platform.python_version(), **{name: version(name) for name in _PACKAGES}},
-        "environment": FIXED_ENVIRONMENT, "machine": platform.machine(),
+        "machine": platform.machine(),
         "channels": {**result.streams, **link},
         "plant": {"states": result.states, "sha256": result.states_sha256},
     }
@@ -221,7 +220,7 @@ def scanner_line(scanner: dict[str, Any]) -> str:
 def replay(folder: Path) -> dict[str, Any]:
     """Run `onboard replay` on the run's record in a child process; returns its JSON."""
     command = [sys.executable, "-m", "onboard", "replay", "--json", str(folder / "onboard.mcap")]
-    done = subprocess.run(command, capture_output=True, text=True, env=_environment(), check=False)
+    done = subprocess.run(command, capture_output=True, text=True, env=environment(), check=False)
     if done.returncode not in (0, 1) or not done.stdout.startswith("{"):
         return {"verdict": "failed", "first_difference": done.stderr.strip()[-400:]}
     return dict(json.loads(done.stdout))
@@ -230,9 +229,5 @@ def replay(folder: Path) -> dict[str, Any]:
 def report(folder: Path) -> str:
     """Run `ground report` on the run; returns the error text, or ''."""
     command = [sys.executable, "-m", "ground", "report", str(folder)]
-    done = subprocess.run(command, capture_output=True, text=True, env=_environment(), check=False)
+    done = subprocess.run(command, capture_output=True, text=True, env=environment(), check=False)
     return "" if done.returncode == 0 else done.stderr.strip()[-2000:]
-
-
-def _environment() -> dict[str, str]:
-    return {**os.environ, **FIXED_ENVIRONMENT}

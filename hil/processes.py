@@ -13,15 +13,13 @@ import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-FIXED_ENVIRONMENT = {
-    # for the bench's own arithmetic; the flight program computes the same bits without: see docs/determinism.md
-    "PYTHONHASHSEED": "0",
-    "OPENBLAS_NUM_THREADS": "1",
-    "OPENBLAS_CORETYPE": "Haswell",
-    "OMP_NUM_THREADS": "1",
-    "NPY_DISABLE_CPU_FEATURES": "X86_V4 AVX512_ICL AVX512_SPR",
-    "PYTHONWARNINGS": "ignore::RuntimeWarning:numpy._core._multiarray_umath,ignore::ImportWarning",
-}
+ONE_THREAD = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}  # for speed: no result depends on it
+
+
+def environment() -> dict[str, str]:
+    """This process's, with one thread for each library in a child unless somebody has asked for more."""
+    return {**ONE_THREAD, **os.environ}
+
 
 _LIBC = ctypes.CDLL(None)
 _PR_SET_PDEATHSIG = 1
@@ -46,16 +44,16 @@ class Processes:
         self._may_end: dict[str, int] = {}
 
     def start(
-        self, name: str, module: str, arguments: Sequence[str], environment: Mapping[str, str] | None = None
+        self, name: str, module: str, arguments: Sequence[str], variables: Mapping[str, str] | None = None
     ) -> None:
         """Run `python -m module arguments`; its output goes to FOLDER/name.log."""
         log = (self._folder / f"{name}.log").open("ab" if name in self._started else "wb")
-        self._started[name] = module, arguments, environment
+        self._started[name] = module, arguments, variables
         with log:
             self._children[name] = subprocess.Popen(
                 [sys.executable, "-m", module, *arguments],
                 stdout=log, stderr=subprocess.STDOUT, stdin=subprocess.DEVNULL,
-                env={**os.environ, **FIXED_ENVIRONMENT, **(environment or {})},
+                env={**environment(), **(variables or {})},
                 start_new_session=True,  # Ctrl-C reaches only the bench, which ends the others in order
                 preexec_fn=_end_with_parent,
             )

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from onboard.native import elementary
 from onboard.records import Pose
 
 
@@ -105,7 +105,7 @@ class PlantState:
     def pose(self) -> Pose:
         """Pose of base_link in the map frame; angles intrinsic z-y-x."""
         x, y, z, w = self.quaternion_xyzw.tolist()
-        roll_rad = math.atan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y))
-        pitch_rad = math.asin(max(-1.0, min(1.0, 2.0 * (w * y - z * x))))
-        yaw_rad = math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+        roll_rad = elementary.atan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y))
+        pitch_rad = elementary.asin(max(-1.0, min(1.0, 2.0 * (w * y - z * x))))
+        yaw_rad = elementary.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
         return Pose(*self.position_m.tolist(), roll_rad, pitch_rad, yaw_rad)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 import time
 from collections.abc import Callable
 from contextlib import ExitStack
@@ -29,6 +28,7 @@ from hil.terrain import field_file
 from hil.terrain.fields import Accepted
 from onboard.config import load
 from onboard.maps.gdem_file import to_npz
+from onboard.native import linear
 from protocol.conventions import TICK_NS
 
 NAMES = frozenset({"onboard", "link", "ground"})
@@ -122,7 +122,7 @@ def run(
     report = folder / "link.json"
     return RunResult(
         folder, accepted, bench.tick * TICK_NS / 1e9, wall_s,
-        bench.progress.distance_to_goal_m, math.hypot(*bench.state.velocity_mps.tolist()), tuple(truth.contacts),
+        bench.progress.distance_to_goal_m, linear.norm(bench.state.velocity_mps), tuple(truth.contacts),
         bench.progress.sweeps,
         {name: stream.report() for name, stream in bench.streams.items()}, truth.states, truth.sha256(),
         json.loads(report.read_text()) if report.exists() else {}, bench.ground_code, tuple(injector.log),

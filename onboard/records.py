@@ -8,7 +8,7 @@ nanoseconds since the start of the run unless a name says otherwise; angles radi
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -145,6 +145,7 @@ class Outputs:
     events: tuple[Event, ...] = ()
     pose: tuple[float, float, float, float, float, float] = (0.0,) * 6  # estimate: x, y, z (m), roll, pitch, yaw (rad)
     state_digest: bytes = b""
+    state: Mapping[str, tuple[float, ...]] = field(default_factory=dict)  # what the digest is of, by part
     saves: tuple[Save, ...] = ()
     reboot: bool = False  # the flight program ends after this tick, to be started again
 

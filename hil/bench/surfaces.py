@@ -20,8 +20,10 @@ from numpy.typing import NDArray
 
 from hil.devices.lidar_errors import LidarErrors
 from hil.devices.lidar_light import Surface
+from hil.own_functions import generator
 from hil.terrain.field import Field
 from hil.terrain.mesh import soil_height
+from onboard.native import each
 from onboard.records import F32, F64, Grid
 
 ROCK_STREAM = 4  # stream of the scenario's seed
@@ -44,7 +46,7 @@ class Surfaces:
         self._rocks = np.array([(*rock.vertices_m.mean(axis=0), rock.diameter_m / 2) for rock in rocks], np.float64)
         self._rocks = self._rocks.reshape(-1, 4)  # centre x, y, z and radius
         self._rock_at = _rock_raster(field.grid, self._rocks)
-        self.dark = np.random.default_rng((seed, ROCK_STREAM)).random(len(rocks)) < errors.dark_rocks_ratio
+        self.dark = generator((seed, ROCK_STREAM)).random(len(rocks)) < errors.dark_rocks_ratio
         self._rock_reach_m = self._far_m * np.sqrt(np.where(self.dark, errors.dark_albedo, errors.rock_albedo))
 
     def met(self, origins_m: F64, directions: F64, ranges_m: F64) -> Surface:
@@ -59,14 +61,14 @@ class Surfaces:
         points = origins_m[hit] + ranges_m[hit, None] * ways
         i, j = (_nearest(points[:, k], first_m, grid.cell_m, count)
                 for k, first_m, count in ((0, grid.x0_m, grid.columns), (1, grid.y0_m, grid.rows)))  # fmt: skip
-        met_sine = -np.einsum("nk,nk->n", ways, self._normals[j, i])
+        met_sine = -inner(ways, self._normals[j, i].astype(np.float64))
         met_reach_m = np.full(len(hit), self._far_m * math.sqrt(errors.ground_albedo))
         self._meet_rocks(self._rock_at[j, i], points, ways, met_sine, met_reach_m)
         for x_m, y_m, radius_m in errors.dark_patches_m:
-            dark = (points[:, 0] - x_m) ** 2 + (points[:, 1] - y_m) ** 2 <= radius_m * radius_m
+            dark = np.square(points[:, 0] - x_m) + np.square(points[:, 1] - y_m) <= radius_m * radius_m
             met_reach_m[dark] = self._far_m * math.sqrt(errors.dark_albedo)
         sine[hit], reach_m[hit] = met_sine, met_reach_m
-        azimuth_rad = np.arctan2(directions[:, 1], directions[:, 0]) if errors.sun_ratio else None
+        azimuth_rad = each.atan2(directions[:, 1], directions[:, 0]) if errors.sun_ratio else None
         return Surface(sine, reach_m, azimuth_rad)
 
     def _meet_rocks(self, rock: I32, points: F64, ways: F64, sine: F64, reach_m: F64) -> None:
@@ -77,11 +79,16 @@ class Surfaces:
         rows, places = self._rocks[rock[near]], points[near]
         out = places - rows[:, :3]
         soil_m = soil_height(self.field.grid, self._soil_z, places[:, 0], places[:, 1])
-        inside = out[:, 0] ** 2 + out[:, 1] ** 2 <= rows[:, 3] ** 2
+        inside = np.square(out[:, 0]) + np.square(out[:, 1]) <= np.square(rows[:, 3])
         on = np.flatnonzero(inside & (places[:, 2] > soil_m + ABOVE_M))
         at, out = near[on], out[on]
-        sine[at] = -np.einsum("nk,nk->n", ways[at], out) / np.maximum(np.sqrt(np.einsum("nk,nk->n", out, out)), 1e-9)
+        sine[at] = -inner(ways[at], out) / np.maximum(np.sqrt(inner(out, out)), 1e-9)
         reach_m[at] = self._rock_reach_m[rock[at]]
+
+
+def inner(a: F64, b: F64) -> F64:
+    """Inner products of vectors (n, 3) with vectors (n, 3), as (n,)."""
+    return np.asarray(a[:, 0] * b[:, 0] + a[:, 1] * b[:, 1] + a[:, 2] * b[:, 2])
 
 
 def asked(errors: LidarErrors) -> bool:
@@ -93,7 +100,7 @@ def asked(errors: LidarErrors) -> bool:
 def _normals(soil_z: F64, cell_m: float) -> F32:
     """Unit normals of the slopes over two cells, (rows, columns, 3)."""
     slope_y, slope_x = np.gradient(soil_z, cell_m)
-    length = np.sqrt(1.0 + slope_x**2 + slope_y**2)
+    length = np.sqrt(1.0 + slope_x * slope_x + slope_y * slope_y)
     return np.dstack((-slope_x / length, -slope_y / length, 1.0 / length)).astype(np.float32)
 
 
@@ -119,7 +126,7 @@ def _rock_raster(grid: Grid, rocks: F64) -> I32:
             continue
         xs = grid.x0_m + np.arange(columns.start, columns.start + near.shape[1]) * grid.cell_m - x
         ys = grid.y0_m + np.arange(rows.start, rows.start + near.shape[0]) * grid.cell_m - y
-        away = np.hypot(xs[None, :], ys[:, None]) - radius
+        away = each.hypot(xs[None, :], ys[:, None]) - radius
         closer = (away <= grid.cell_m) & (away < near)
         near[closer], part[closer] = away[closer], number
     return raster

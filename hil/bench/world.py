@@ -12,7 +12,6 @@ Faults of hil.faults.injection act on this class, so they are the same for every
 from __future__ import annotations
 
 import hashlib
-import math
 import struct
 from array import array
 from collections.abc import Iterable, Sequence
@@ -38,6 +37,7 @@ from hil.records import PlantState, Turn
 from hil.terrain.field import Field
 from onboard.config import Rover
 from onboard.mounting import lidar_place, lidar_rotation
+from onboard.native import each, elementary, linear
 from onboard.records import BusTrouble, Frame
 from protocol.can_codec import TiltState
 from protocol.conventions import TICK_NS
@@ -150,10 +150,10 @@ class World:
         positions, quaternions = self.plant.poses_at(times_ns)
         tilt = self.nodes.tilt.angles_at(times_ns)
         flat = self._directions
-        in_base = np.column_stack([flat[:, 0] * np.cos(tilt), flat[:, 1], -flat[:, 0] * np.sin(tilt)])
+        in_base = np.column_stack([flat[:, 0] * each.cos(tilt), flat[:, 1], -flat[:, 0] * each.sin(tilt)])
         mount, turned = lidar_place(self._rover), lidar_rotation(self._rover)
         if turned is not None:
-            in_base = in_base @ turned.T
+            in_base = linear.product(in_base, turned.T)
         origins = positions + rotate(quaternions, np.broadcast_to(mount, in_base.shape))
         origins, directions = np.ascontiguousarray(origins), rotate(quaternions, in_base)
         ranges = self.plant.cast(origins, directions, 30.0)
@@ -238,9 +238,9 @@ class World:
         goal = self.field.goal_m
         x_m, y_m, _ = self.state.position_m.tolist()
         vx_mps, vy_mps, _ = self.state.velocity_mps.tolist()
-        p, speed_mps = self.progress, math.hypot(vx_mps, vy_mps)
+        p, speed_mps = self.progress, elementary.hypot(vx_mps, vy_mps)
         p.now_s = now_ns / NS
-        p.distance_to_goal_m = math.hypot(goal[0] - x_m, goal[1] - y_m)
+        p.distance_to_goal_m = elementary.hypot(goal[0] - x_m, goal[1] - y_m)
         p.way_m += speed_mps * TICK_NS / NS
         p.driving = speed_mps > DRIVING_MPS
         p.turning = abs(float(self.state.angular_radps[2])) > TURNING_RADPS
@@ -267,7 +267,7 @@ def pack_frame(frame: Frame) -> bytes:
 def beam_directions() -> NDArray[np.float64]:
     """x and y of the 1081 beam directions in the scanner's plane, (1081, 2)."""
     angles = np.deg2rad(np.arange(1081) * 0.25 - 135.0)
-    return np.column_stack([np.cos(angles), np.sin(angles)])
+    return np.column_stack([each.cos(angles), each.sin(angles)])
 
 
 def rotate(quaternions_xyzw: NDArray[np.float64], vectors: NDArray[np.float64]) -> NDArray[np.float64]:

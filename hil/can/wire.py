@@ -10,8 +10,7 @@ An error frame goes to the computer alone. `status` is the report of a controlle
 
 from __future__ import annotations
 
-import numpy as np
-
+from hil.own_functions import generator
 from onboard.ports import BUS_CLOSED, BUS_WORDS
 from onboard.records import BusStatus, BusTrouble, Frame, PortState
 from protocol.can_codec import DBC_VERSION, TABLE
@@ -38,7 +37,7 @@ class CanWire:
     """
 
     def __init__(self, seed: int) -> None:
-        self._rng = np.random.default_rng([seed, 0xB5])
+        self._rng = generator([seed, 0xB5])
         self.plugged, self.connected, self.bus_off = True, True, False
         self.corrupt_ratio, self.lost_ratio, self.ahead_ns = 0.0, 0.0, 0
         self.babble_id: int | None = None

@@ -24,6 +24,7 @@ from hil.devices.lidar_optics import Optics
 from hil.devices.lidar_profile import IDEAL, Profile
 from hil.devices.lidar_states import Machine, State, Task
 from hil.devices.lidar_turns import BEAMS, STEPS_A_TURN, Turns
+from hil.own_functions import generator
 from protocol import scip
 
 QUEUE_LIMIT = 1 << 20  # bytes on their way; beyond this, requests are ignored and scans not sent
@@ -79,8 +80,8 @@ class Lidar:
         self.turns = Turns(seed, profile)
         self.machine = Machine(profile, self.turns)
         self._cast, self._look = cast, look
-        self._rng = np.random.default_rng(seed)
-        self.optics = Optics(profile, self._rng, np.random.default_rng((seed, LIGHT_STREAM)))
+        self._rng = generator(seed)
+        self.optics = Optics(profile, self._rng, generator((seed, LIGHT_STREAM)))
         self._turn = 0  # next turn whose sweep is not over
         self._input = bytearray()
         self._output: deque[Piece] = deque()

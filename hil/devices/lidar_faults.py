@@ -21,6 +21,7 @@ import numpy as np
 from hil.devices.lidar_optics import Optics
 from hil.devices.lidar_profile import Profile
 from hil.devices.lidar_states import DRILLS, Machine, State
+from hil.own_functions import generator
 from onboard.config import ConfigError, from_tree
 from onboard.toml_text import TomlError, read_toml
 from protocol import scip
@@ -208,7 +209,7 @@ class Faults:
 
     def __init__(self, seed: int, schedule: tuple[Fault, ...] = ()) -> None:
         self.active: dict[str, str] = {}
-        self._rng = np.random.default_rng((seed, 1))  # own generator: a fault changes only what it damages
+        self._rng = generator((seed, 1))  # own generator: a fault changes only what it damages
         self._waiting = sorted(schedule, key=lambda fault: fault.at_s)
         self._running: list[tuple[int, str]] = []
         self._stamp = b""

@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 
 from hil.devices.lidar_profile import Profile
 from hil.devices.lidar_turns import BEAMS, FRONT_STEP, STEPS_A_TURN
+from onboard.native import elementary
 
 F64 = NDArray[np.float64]
 Bool = NDArray[np.bool_]
@@ -134,7 +135,7 @@ class Light:
         least_rad = self._profile.grazing_rad
         if surface is None:
             return grazing(ranges_m, least_rad)
-        share = 2.0 * (1.0 - surface.sine / math.sin(least_rad))
+        share = 2.0 * (1.0 - surface.sine / elementary.sin(least_rad))
         return np.asarray(self._rng.random(len(ranges_m)) < share)
 
     def _sunlit(self, surface: Surface | None) -> Bool:
@@ -156,7 +157,7 @@ class Light:
         lost = rng.random(BEAMS) < alone
         if in_clumps:
             mean_beams = (profile.clump_least + profile.clump_most) / 2
-            for _ in range(rng.poisson(-math.log1p(-in_clumps) * BEAMS / mean_beams)):  # clumps may overlap
+            for _ in range(rng.poisson(-elementary.log(1.0 - in_clumps) * BEAMS / mean_beams)):  # clumps may overlap
                 first = int(rng.integers(BEAMS))
                 length = int(rng.integers(profile.clump_least, profile.clump_most + 1))
                 lost[first : first + length] = True
@@ -217,6 +218,6 @@ def grazing(ranges_m: F64, least_rad: float) -> Bool:
     """
     with np.errstate(invalid="ignore"):
         steps = np.abs(np.diff(ranges_m)) / (np.minimum(ranges_m[1:], ranges_m[:-1]) * 2 * np.pi / STEPS_A_TURN)
-    flat = np.nan_to_num(steps, nan=0.0) > 1.0 / np.tan(least_rad)
+    flat = np.nan_to_num(steps, nan=0.0) > 1.0 / elementary.tan(least_rad)
     both: Bool = np.concatenate((flat[:1], flat)) & np.concatenate((flat, flat[-1:]))
     return both

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hil.devices.lidar_profile import Profile
+from hil.own_functions import generator
 from protocol import scip
 
 BEAMS, STEPS_A_TURN, FRONT_STEP = 1081, 1440, 540
@@ -41,7 +42,7 @@ class Turns:
     def _jitter_of(self, turn: int) -> float:
         block, place = divmod(turn, BLOCK_TURNS)
         if block != self._block:
-            drawn = np.random.default_rng((self._seed, JITTER_STREAM, block)).standard_normal(BLOCK_TURNS)
+            drawn = generator((self._seed, JITTER_STREAM, block)).standard_normal(BLOCK_TURNS)
             self._block, self._jitters_ns = block, drawn * self._jitter_ns
         return float(self._jitters_ns[place])
 

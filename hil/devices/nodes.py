@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from hil.devices.errors import USUAL, ImuErrors, PowerErrors, SensorErrors, WheelErrors
 from hil.devices.node import Node, Noise
 from hil.devices.tilt import TiltNode
+from hil.own_functions import generator
 from hil.records import PlantState, WheelDrive
 from onboard.config import Rover
 from onboard.mounting import Rows, imu_rotation, rotated, steer_offsets_rad
@@ -283,7 +284,7 @@ class Nodes:
 
 def build_nodes(seed: int, rover: Rover = DRAWING, errors: SensorErrors = USUAL) -> Nodes:
     """Seven nodes of a rover as built; each has its own random generator, a child of `seed`."""
-    streams = [np.random.default_rng(child) for child in np.random.SeedSequence([seed, 0xCA]).spawn(7)]
+    streams = [generator(child) for child in np.random.SeedSequence([seed, 0xCA]).spawn(7)]
     zeros = enumerate(steer_offsets_rad(rover), 1)
     wheels = tuple(WheelNode(n, streams[n - 1], zero, errors.wheel) for n, zero in zeros)
     imu = ImuNode(streams[5], imu_rotation(rover), errors.imu)

@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from hil.devices.errors import USUAL, TiltErrors
 from hil.devices.node import Node, Noise
 from hil.records import PlantState
+from onboard.native import elementary
 from onboard.records import Frame
 from protocol import can_codec
 from protocol.can_codec import TiltMode, TiltState
@@ -70,7 +71,7 @@ class TiltNode(Node):
         self.stalled = False
         self.clock_jump_us = 0
         self.encoder_step_rad = errors.encoder_step_rad
-        self._follow = 1.0 - math.exp(-KNOT_NS / 1e9 / errors.lag_s)
+        self._follow = 1.0 - elementary.exp(-KNOT_NS / 1e9 / errors.lag_s)
         self._play_rad = errors.backlash_rad / 2
         self.gap = False
         self._rate_error = float(rng.uniform(-errors.rate_error_ratio, errors.rate_error_ratio))

@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from hil.own_functions import generator
 from onboard.config import Rover
 
 Three = tuple[float, float, float]
@@ -54,7 +55,7 @@ def drawn(seed: int) -> BuildErrors:
     Wheels 1 %, steering and scanner 1.5 degrees, inertial sensor 1 degree, scanner's place 5 mm, but 1 mm sideways,
     since that is taken from the drawing.
     """
-    rng = np.random.default_rng([seed, 0xB01])
+    rng = generator([seed, 0xB01])
 
     def angles(count: int, sigma_deg: float) -> tuple[float, ...]:
         return tuple((math.radians(sigma_deg) * rng.standard_normal(count)).tolist())

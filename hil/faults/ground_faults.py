@@ -13,7 +13,6 @@ position: nearer obstacles are the task of the scan. Nothing heals it.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
@@ -21,8 +20,10 @@ from types import MappingProxyType
 import numpy as np
 
 from hil.bench.world import World
+from hil.own_functions import generator
 from hil.plant.turns import rotate
 from hil.terrain.field import Field
+from onboard.native import each, elementary
 from onboard.records import F32, F64, Bool
 
 ACROSS_M = 2.0
@@ -61,13 +62,13 @@ class Obstacle:
     def holds(self, x_m: F64, y_m: F64, margin_m: float = 0.0) -> Bool:
         """True for each point on the obstacle, or within a margin of it."""
         along = self.along_m(x_m, y_m)
-        across = math.cos(self.yaw_rad) * (y_m - self.y_m) - math.sin(self.yaw_rad) * (x_m - self.x_m)
+        across = elementary.cos(self.yaw_rad) * (y_m - self.y_m) - elementary.sin(self.yaw_rad) * (x_m - self.x_m)
         within: Bool = (along >= -margin_m) & (along <= self.kind.along_m + margin_m)
         return within & (np.abs(across) <= ACROSS_M / 2 + margin_m)
 
     def along_m(self, x_m: F64, y_m: F64) -> F64:
         """Distance of points beyond the near edge, along the route."""
-        return math.cos(self.yaw_rad) * (x_m - self.x_m) + math.sin(self.yaw_rad) * (y_m - self.y_m)
+        return elementary.cos(self.yaw_rad) * (x_m - self.x_m) + elementary.sin(self.yaw_rad) * (y_m - self.y_m)
 
     def dug(self, field: Field) -> F32:
         """Field's soil heights with the obstacle, (rows, columns)."""
@@ -80,15 +81,15 @@ class Obstacle:
 def across(kind: Kind, way_m: F64, seed: int) -> Obstacle | None:
     """Obstacle across a route (k, 2) at a place given by `seed`; None if the route is too short."""
     steps = np.diff(way_m, axis=0)
-    lengths = np.hypot(*steps.T)
+    lengths = each.hypot(*steps.T)
     at_m = np.concatenate([[0.0], np.cumsum(lengths)])
     farthest_m = min(FARTHEST_M, float(at_m[-1]) - BEFORE_END_M)
     if farthest_m < NEAREST_M:
         return None
-    drawn_m = float(np.random.default_rng([seed, 21]).uniform(NEAREST_M, farthest_m))
+    drawn_m = float(generator([seed, 21]).uniform(NEAREST_M, farthest_m))
     k = int(np.searchsorted(at_m, drawn_m)) - 1
     x, y = way_m[k] + (drawn_m - at_m[k]) / lengths[k] * steps[k]
-    return Obstacle(kind, float(x), float(y), math.atan2(steps[k, 1], steps[k, 0]))
+    return Obstacle(kind, float(x), float(y), elementary.atan2(steps[k, 1], steps[k, 0]))
 
 
 def put(bench: World, obstacle: Obstacle) -> None:
@@ -114,4 +115,4 @@ def collapse(bench: World, _processes: object, _target: int) -> None:
     q, (x, y, _) = tuple(bench.state.quaternion_xyzw.tolist()), bench.state.position_m.tolist()
     behind_x, behind_y, _ = rotate(q, (-SINKS.along_m / 2, SINKS_ASIDE_M + ACROSS_M / 2, 0.0))
     ahead_x, ahead_y, _ = rotate(q, (1.0, 0.0, 0.0))
-    put(bench, Obstacle(SINKS, x + behind_x, y + behind_y, math.atan2(ahead_y, ahead_x)))
+    put(bench, Obstacle(SINKS, x + behind_x, y + behind_y, elementary.atan2(ahead_y, ahead_x)))

@@ -12,6 +12,7 @@ from typing import NamedTuple
 from hil.bench.world import World
 from hil.devices.nodes import Encoder
 from hil.plant.plant import DRIVE_NM
+from onboard.native import elementary
 
 WEAK_RATIO = 0.01  # 0.08 N m: enough on flat soil, not up a slope
 POT_OFFSET_RAD = math.radians(6.0)
@@ -69,7 +70,7 @@ def _patch(soil: str, radius_m: float, ahead_m: float) -> Callable[[World, int],
     def lay(world: World, _n: int) -> None:
         x, y, _ = world.state.position_m
         vx, vy, _ = world.state.velocity_mps
-        share = ahead_m / max(math.hypot(vx, vy), 1e-6)
+        share = ahead_m / max(elementary.hypot(vx, vy), 1e-6)
         world.plant.patches.lay((x + share * vx, y + share * vy), radius_m, soil)
 
     return lay

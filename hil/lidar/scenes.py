@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from hil.devices.lidar import BEAMS, Cast
 from hil.devices.lidar_turns import FRONT_STEP, STEPS_A_TURN
+from onboard.native import each, elementary
 
 F64 = NDArray[np.float64]
 
@@ -101,7 +102,8 @@ SCENES: Mapping[str, Callable[[], Scene]] = {
 def still(scene: Scene, tilt_rad: float = 0.0) -> Cast:
     """Cast function of a scanner that does not move, its front `tilt_rad` down: the same ranges each turn."""
     angles = (np.arange(BEAMS) - FRONT_STEP) * (2 * np.pi / STEPS_A_TURN)
-    flat_x = np.cos(angles)
-    directions = np.column_stack((flat_x * np.cos(tilt_rad), np.sin(angles), -flat_x * np.sin(tilt_rad)))
+    flat_x = each.cos(angles)
+    cosine, sine = elementary.cos(tilt_rad), elementary.sin(tilt_rad)
+    directions = np.column_stack((flat_x * cosine, each.sin(angles), -flat_x * sine))
     ranges_m = scene.cast(np.zeros(3), directions)
     return lambda times_ns: ranges_m.copy()

@@ -18,6 +18,7 @@ from pathlib import Path
 
 import numpy as np
 
+from hil.own_functions import generator
 from onboard.config import ConfigError, from_tree, value
 from onboard.toml_text import TomlError, read_toml
 
@@ -230,5 +231,5 @@ class Impairment:
 
 def both_directions(profile: Profile, seed: int) -> tuple[Impairment, Impairment]:
     """(down, up) models of one link, each with a generator of its own from the seed."""
-    down, up = np.random.default_rng(seed).spawn(2)
+    down, up = generator(seed).spawn(2)
     return Impairment(profile, profile.down_bps, down), Impairment(profile, profile.up_bps, up)

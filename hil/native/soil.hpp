@@ -11,7 +11,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "../../onboard/kernels/elementary.hpp"
+
 namespace soil {
+
+namespace elementary = eldorado::elementary;  // the same bits on every processor
 
 struct Vec {
     double x = 0, y = 0, z = 0;
@@ -71,13 +75,13 @@ inline Contact step(const Ground& ground, const Soil& soil, Wheel& wheel, const 
     const Vec ahead = unit(cross(m.axis, {0, 0, 1})), up = cross(ahead, m.axis);
     const double fore = ground.height(m.centre.x + 0.5 * radius * ahead.x, m.centre.y + 0.5 * radius * ahead.y);
     const double aft = ground.height(m.centre.x - 0.5 * radius * ahead.x, m.centre.y - 0.5 * radius * ahead.y);
-    const double middle = std::atan2(fore - aft, radius);  // angle of the rim that faces the ground
+    const double middle = elementary::atan2(fore - aft, radius);  // the rim's angle that looks at the ground
     const double piece = radius * STEP * width / SLICES;
 
     Vec push, moment;
     double sum = 0, area = 0, first = 10, last = -10;
     for (int k = 0; k < ANGLES; ++k) {
-        const double angle = middle - REACH + k * STEP, sine = std::sin(angle), cosine = std::cos(angle);
+        const double angle = middle - REACH + k * STEP, sine = elementary::sin(angle), cosine = elementary::cos(angle);
         const Vec inward = cosine * up - sine * ahead;
         const double closing = -dot(m.velocity, inward);
         const double loaded = 1 - (1 - soil.unloading) * std::clamp(0.5 - wheel.heading * (angle - middle) / 0.2, 0.0, 1.0);
@@ -85,7 +89,7 @@ inline Contact step(const Ground& ground, const Soil& soil, Wheel& wheel, const 
             const Vec at = m.centre + (width * ((s + 0.5) / SLICES - 0.5)) * m.axis - radius * inward;
             const double depth = ground.height(at.x, at.y) - at.z;
             if (depth <= 0) continue;
-            const double still = soil.stiffness * (soil.exponent == 1 ? depth : std::pow(depth, soil.exponent)) * loaded;
+            const double still = soil.stiffness * (soil.exponent == 1 ? depth : elementary::exp(soil.exponent * elementary::log(depth))) * loaded;
             const double force = std::max(0.0, still + soil.damping * closing) * piece;
             push = push + force * inward;
             moment = moment + force * at;
@@ -112,15 +116,15 @@ inline Contact step(const Ground& ground, const Soil& soil, Wheel& wheel, const 
     const double a1 = (wheel.along + dt * dot(slip, along)) / (1 + dt * fresh);
     const double b1 = (wheel.across + dt * dot(slip, across)) / (1 + dt * fresh);
     const double rate_a = (a1 - wheel.along) / dt, rate_b = (b1 - wheel.across) / dt;
-    const double size = std::hypot(a1, b1), most = 6 * soil.shear_length, shrink = size > most ? most / size : 1;
+    const double size = elementary::hypot(a1, b1), most = 6 * soil.shear_length, shrink = size > most ? most / size : 1;
     wheel.along = a1 * shrink;
     wheel.across = b1 * shrink;
 
     const double limit = soil.cohesion * area + out.load * soil.tan_phi;
-    const double spring = size > 1e-12 ? limit * (1 - std::exp(-size / soil.shear_length)) / size : limit / soil.shear_length;
+    const double spring = size > 1e-12 ? limit * (1 - elementary::exp(-size / soil.shear_length)) / size : limit / soil.shear_length;
     double fa = -spring * a1 - soil.shear_damping * out.load * rate_a;
     double fb = -spring * b1 - soil.shear_damping * out.load * rate_b;
-    const double total = std::hypot(fa, fb);
+    const double total = elementary::hypot(fa, fb);
     if (total > limit) fa *= limit / total, fb *= limit / total;
     out.force = push + fa * along + fb * across;
     return out;

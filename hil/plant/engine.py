@@ -1,4 +1,7 @@
-"""Physics engine: the only import of pybullet; suppresses the banner that its C code prints to standard error."""
+"""Physics engine: the only import of pybullet; suppresses the banner that its C code prints to standard error.
+
+The engine computes with our elementary functions (hil.own_functions).
+"""
 
 from __future__ import annotations
 
@@ -6,6 +9,8 @@ import contextlib
 import os
 import sys
 from collections.abc import Iterator
+
+from hil.own_functions import give_to
 
 
 @contextlib.contextmanager
@@ -24,6 +29,7 @@ def _quiet_stderr() -> Iterator[None]:
 
 with _quiet_stderr():
     import pybullet
+give_to("pybullet")
 
 SOIL, ROCK, BODY, WHEEL = 1, 2, 4, 8  # collision groups
 

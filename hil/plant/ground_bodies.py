@@ -15,6 +15,7 @@ from hil.rays.casters import DEFAULT, ray_caster
 from hil.terrain.field import Field
 from hil.terrain.mesh import squares
 from hil.terrain.rocks import Rock
+from onboard.native import each
 from onboard.records import F32
 
 F64 = NDArray[np.float64]
@@ -60,7 +61,7 @@ class Ground:
         if body not in self._rocks:
             return None
         discs, rocks = self._rocks[body]
-        return rocks[int(np.argmin(np.hypot(discs[:, 0] - point_m[0], discs[:, 1] - point_m[1]) - discs[:, 2]))]
+        return rocks[int(np.argmin(each.hypot(discs[:, 0] - point_m[0], discs[:, 1] - point_m[1]) - discs[:, 2]))]
 
     def _mesh(self, vertices: F64, triangles: NDArray[np.int32], group: int, mask: int) -> int:
         shape = pybullet.createCollisionShape(

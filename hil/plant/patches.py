@@ -6,11 +6,11 @@ wheel that leaves powder is at once 3 cm deep in firm ground, and is thrown up a
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from typing import Any
 
 from hil.plant.soil import CLASSES, SoilClass, mixed
+from onboard.native import elementary
 
 EDGE_M = 0.3
 
@@ -49,7 +49,7 @@ class Patches:
 
     def _at(self, x_m: float, y_m: float, soil: SoilClass) -> SoilClass:
         for (px, py), radius, name in self._circles:
-            share = min((radius - math.hypot(x_m - px, y_m - py)) / EDGE_M, 1.0)
+            share = min((radius - elementary.hypot(x_m - px, y_m - py)) / EDGE_M, 1.0)
             if share > 0.0:
                 soil = mixed(soil, CLASSES[name], share)
         return soil

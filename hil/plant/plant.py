@@ -27,6 +27,7 @@ from hil.plant.turns import inverse, middle, rotate
 from hil.records import PlantState, Touch, WheelDrive, WheelTruth
 from hil.terrain.field import Field
 from onboard.config import Rover
+from onboard.native import elementary
 from onboard.records import F32, Pose
 from protocol.conventions import TICK_NS, WHEELS
 
@@ -278,7 +279,7 @@ class Plant:
             raise PlantAbortError(f"{edge:.2f} m from the field's edge at ({x:.2f}, {y:.2f})")
         qx, qy, qz, qw = q  # heights of the body's three axes
         up, ahead, left = 1 - 2 * (qx * qx + qy * qy), 2 * (qx * qz - qw * qy), 2 * (qy * qz + qw * qx)
-        if up <= 0 or max(abs(ahead), abs(left)) > math.sin(TIP_RAD):
+        if up <= 0 or max(abs(ahead), abs(left)) > elementary.sin(TIP_RAD):
             raise PlantAbortError(f"tipped: pitch or roll over {math.degrees(TIP_RAD):.0f} deg at ({x:.2f}, {y:.2f})")
         if self._history and abs(z - self._history[-1][1][2]) > JUMP_M:
             before = self._history[-1][1][2]

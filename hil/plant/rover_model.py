@@ -76,7 +76,8 @@ def _corner(rover: Rover, wheel: int, ahead: int, left: int) -> str:
     side, radius, limit = ("left" if left > 0 else "right"), rover.wheel_radius_m, rover.steer_limit_rad + 0.02
     tyre_shape = f'<cylinder radius="{radius}" length="{rover.wheel_width_m}"/>'
     shape = f'<collision><origin rpy="{math.pi / 2} 0 0"/><geometry>{tyre_shape}</geometry></collision>'
-    tyre = WHEEL_KG * (3 * radius**2 + rover.wheel_width_m**2) / 12
+    tyre = WHEEL_KG * (3 * radius * radius + rover.wheel_width_m * rover.wheel_width_m) / 12
+    roll = WHEEL_KG * radius * radius / 2
     return (
         f'<link name="steer_{wheel}">'
         + _inertia(STEER_KG, (0, 0, 0.06), (0.08, 0.08, 0.12))
@@ -86,7 +87,7 @@ def _corner(rover: Rover, wheel: int, ahead: int, left: int) -> str:
         f'<limit lower="-{limit}" upper="{limit}" effort="60" velocity="10"/>'
         '<dynamics damping="0" friction="0"/></joint>\n'
         f'<link name="wheel_{wheel}"><inertial><mass value="{WHEEL_KG}"/>'
-        f'<inertia ixx="{tyre}" iyy="{WHEEL_KG * radius**2 / 2}" izz="{tyre}" ixy="0" ixz="0" iyz="0"/></inertial>'
+        f'<inertia ixx="{tyre}" iyy="{roll}" izz="{tyre}" ixy="0" ixz="0" iyz="0"/></inertial>'
         f"{shape}</link>\n"
         f'<joint name="wheel_{wheel}" type="continuous"><parent link="steer_{wheel}"/><child link="wheel_{wheel}"/>'
         '<axis xyz="0 1 0"/><dynamics damping="0" friction="0"/></joint>\n'

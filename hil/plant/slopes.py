@@ -10,6 +10,7 @@ from hil.plant.plant import Plant
 from hil.records import PlantState, WheelDrive
 from hil.terrain.field import Field
 from onboard.config import Rover
+from onboard.native import elementary
 from onboard.records import Gdem, Grid, Pose
 
 SLOPES_DEG = (0.0, 2.5, 5.0, 7.5, 10.0, 12.5, 15.0, 17.5, 20.0, 22.5, 25.0)
@@ -23,7 +24,7 @@ def inclined(slope_deg: float) -> Field:
     rows, columns = round(WIDTH_M / CELL_M) + 1, round(LENGTH_M / CELL_M) + 1
     grid = Grid(-LENGTH_M / 2, -WIDTH_M / 2, CELL_M, rows, columns)
     x_m = grid.x0_m + np.arange(columns) * CELL_M
-    z = np.broadcast_to(np.tan(np.radians(slope_deg)) * x_m, (rows, columns)).astype(np.float32)
+    z = np.broadcast_to(elementary.tan(math.radians(slope_deg)) * x_m, (rows, columns)).astype(np.float32)
     return Field(grid, z, (), Pose(0.0, 0.0), (2.0, 0.0), Gdem(grid, z.astype(np.float64)), 0, {})
 
 
@@ -34,7 +35,7 @@ def slip(soil: str, slope_deg: float) -> float:
     states = [plant.step() for _ in range(round(DRIVE_S * 100))]
     plant.close()
     first, last = states[round(WARM_S * 100)], states[-1]
-    moved_m = float(last.position_m[0] - first.position_m[0]) / math.cos(math.radians(slope_deg))
+    moved_m = float(last.position_m[0] - first.position_m[0]) / elementary.cos(math.radians(slope_deg))
     return 1.0 - moved_m / (rolled_m(last) - rolled_m(first))
 
 

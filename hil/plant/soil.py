@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hil.native import _soil
+from onboard.native import elementary
 from onboard.records import Grid
 
 
@@ -39,11 +40,11 @@ class SoilClass(NamedTuple):
 
 
 CLASSES = {
-    "firm": SoilClass(2.5e6, 1.0, 2e4, 0.93, 500.0, math.tan(math.radians(38)), 0.012, 8.0),
-    "nominal": SoilClass(8.3e5, 1.0, 2e4, 0.88, 170.0, math.tan(math.radians(35)), 0.018, 8.0),
-    "soft": SoilClass(1.0e5, 1.0, 6e3, 0.7, 50.0, math.tan(math.radians(14)), 0.025, 8.0),
-    "powder": SoilClass(6.0e4, 1.0, 4e3, 0.6, 0.0, math.tan(math.radians(8)), 0.03, 8.0),
-    "dust": SoilClass(6.0e4, 1.0, 4e3, 0.6, 0.0, math.tan(math.radians(4)), 0.03, 8.0),
+    "firm": SoilClass(2.5e6, 1.0, 2e4, 0.93, 500.0, elementary.tan(math.radians(38)), 0.012, 8.0),
+    "nominal": SoilClass(8.3e5, 1.0, 2e4, 0.88, 170.0, elementary.tan(math.radians(35)), 0.018, 8.0),
+    "soft": SoilClass(1.0e5, 1.0, 6e3, 0.7, 50.0, elementary.tan(math.radians(14)), 0.025, 8.0),
+    "powder": SoilClass(6.0e4, 1.0, 4e3, 0.6, 0.0, elementary.tan(math.radians(8)), 0.03, 8.0),
+    "dust": SoilClass(6.0e4, 1.0, 4e3, 0.6, 0.0, elementary.tan(math.radians(4)), 0.03, 8.0),
 }
 
 
@@ -53,7 +54,8 @@ def mixed(soil: SoilClass, other: SoilClass, share: float) -> SoilClass:
     Nobody has measured such a mixture; it serves for a change from one soil to the other without a step.
     """
     between = [(1.0 - share) * a + share * b for a, b in zip(soil, other)]
-    stiffness = soil.stiffness_npm3 ** (1.0 - share) * other.stiffness_npm3**share
+    logarithms = elementary.log(soil.stiffness_npm3), elementary.log(other.stiffness_npm3)
+    stiffness = elementary.exp((1.0 - share) * logarithms[0] + share * logarithms[1])
     return SoilClass(stiffness, *between[1:])
 
 

@@ -10,7 +10,6 @@ the wheels of the two sides apart and turns the yaw, by 1.3 degrees on twisted g
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple
 
 import numpy as np
@@ -20,6 +19,7 @@ from hil.plant.rover_model import PIVOT_M
 from hil.terrain.field import Field
 from hil.terrain.mesh import soil_height
 from onboard.config import Rover
+from onboard.native import elementary
 from onboard.records import Pose
 from protocol.conventions import WHEEL_SIGNS
 
@@ -67,12 +67,12 @@ def wheel_centres(rover: Rover, pose: Pose, at: Stance) -> NDArray[np.float64]:
         z_m += PIVOT_M
         y_m, z_m = _turned(left * rover.half_track_m, z_m, -at.roll_rad)
         x_m, z_m = _turned(x_m, z_m, at.pitch_rad)
-        cosine, sine = math.cos(pose.yaw_rad), math.sin(pose.yaw_rad)
+        cosine, sine = elementary.cos(pose.yaw_rad), elementary.sin(pose.yaw_rad)
         places.append((pose.x_m + x_m * cosine - y_m * sine, pose.y_m + x_m * sine + y_m * cosine, at.z_m + z_m))
     return np.array(places)
 
 
 def _turned(along_m: float, up_m: float, nose_down_rad: float) -> tuple[float, float]:
     """Rotate; positive angles turn the first axis downwards: pitch about +y, roll about +x with a minus sign."""
-    cosine, sine = math.cos(nose_down_rad), math.sin(nose_down_rad)
+    cosine, sine = elementary.cos(nose_down_rad), elementary.sin(nose_down_rad)
     return along_m * cosine + up_m * sine, up_m * cosine - along_m * sine

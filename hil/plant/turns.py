@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 
+from onboard.native import elementary
+
 
 def rotate(q: tuple[float, ...], v: tuple[float, ...]) -> tuple[float, float, float]:
     """Rotate a vector by a unit quaternion x y z w."""
@@ -23,7 +25,7 @@ def inverse(q: tuple[float, ...]) -> tuple[float, float, float, float]:
 
 def middle(a: tuple[float, ...], b: tuple[float, ...]) -> tuple[float, ...]:
     """Orientation half way between two that are close."""
-    sign = math.copysign(1.0, sum(p * q for p, q in zip(a, b)))
+    sign = math.copysign(1.0, elementary.total(p * q for p, q in zip(a, b)))
     added = [p + sign * q for p, q in zip(a, b)]
-    size = math.sqrt(sum(p * p for p in added))
+    size = math.sqrt(elementary.total(p * p for p in added))
     return tuple(p / size for p in added)

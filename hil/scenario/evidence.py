@@ -6,7 +6,6 @@ monitors.
 
 from __future__ import annotations
 
-import math
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping
 from types import MappingProxyType
@@ -14,6 +13,7 @@ from types import MappingProxyType
 from hil.bench.in_memory import Rover
 from hil.records import PlantState
 from onboard.motion.wheel_health import SOUND
+from onboard.native import elementary, linear
 from onboard.planning.fences import entered
 from onboard.planning.mission_rule import RECORD_STOPS
 from onboard.planning.plan_records import PlanResult
@@ -103,7 +103,7 @@ class Sight:
     @property
     def turns_radps(self) -> float:
         """Rover's own estimate of its yaw rate: mean of half a second."""
-        return sum(self._turns_radps) / len(self._turns_radps)
+        return elementary.total(self._turns_radps) / len(self._turns_radps)
 
     @property
     def mode(self) -> Mode:
@@ -195,7 +195,7 @@ def _fenced(sight: Sight) -> int | None:
 
 def _rests(sight: Sight) -> bool:
     slow = all(abs(wheel.rate_radps) < REST_RADPS for wheel in sight.state.wheels)
-    return slow and math.hypot(*sight.state.velocity_mps.tolist()) < REST_MPS
+    return slow and linear.norm(sight.state.velocity_mps) < REST_MPS
 
 
 VIOLATES: Mapping[str, Callable[[Sight], int | None]] = MappingProxyType({

@@ -8,7 +8,6 @@ ten faults on the same ground share one.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -18,6 +17,7 @@ from hil.bench.trace import Trace, first_difference
 from hil.scenario.answers import Watcher
 from hil.scenario.scenario import Scenario
 from hil.scenario.verdicts import Expect, Facts, Seen, Verdict, judge
+from onboard.native import linear
 from protocol.conventions import TICK_NS
 
 KEPT = 2
@@ -72,7 +72,7 @@ def fly(scenario: Scenario, twins: Twins, step_ns: int = CAMPAIGN_STEP_NS, recor
     bench = InMemory(scenario, step_ns=step_ns, record=record)
     watcher = Watcher(scenario.expect.detects)
     flight = bench.run(watcher.observe, settle_s=SETTLE_S)
-    speed_mps = math.hypot(*bench.state.velocity_mps.tolist())
+    speed_mps = linear.norm(bench.state.velocity_mps)
     seen = tuple(_seen(k, scenario, bench.trace, flight.faults, twins) for k in range(len(scenario.faults)))
     answers = watcher.answers(seen[0].t_s if seen else -1.0)
     facts = Facts(flight.distance_to_goal_m, speed_mps, flight.events, flight.contacts, flight.error, seen, answers)

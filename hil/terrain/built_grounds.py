@@ -21,9 +21,11 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from hil.own_functions import generator
 from hil.terrain.field import Field
 from hil.terrain.recipe import Course, Recipe, Relief, compose
 from hil.terrain.rock_sizes import Golombek, PowerLaw, RockLaw
+from onboard.native import each, elementary
 from onboard.records import F64
 
 SLOPE_DEG = 12.0
@@ -36,11 +38,11 @@ LIE_AT_M, LIE_HIGH_M = 8.0, 3.0
 
 
 def _slope(x_m: F64, y_m: F64) -> F64:
-    return math.tan(math.radians(SLOPE_DEG)) * x_m + 0.0 * y_m
+    return elementary.tan(math.radians(SLOPE_DEG)) * x_m + 0.0 * y_m
 
 
 def _ridge(x_m: F64, y_m: F64) -> F64:
-    return RIDGE_HIGH_M * np.exp(-0.5 * ((x_m - RIDGE_AT_M) / RIDGE_WIDE_M) ** 2) + 0.0 * y_m
+    return RIDGE_HIGH_M * each.exp(-0.5 * np.square((x_m - RIDGE_AT_M) / RIDGE_WIDE_M)) + 0.0 * y_m
 
 
 def _dead_end(x_m: F64, y_m: F64) -> F64:
@@ -53,7 +55,7 @@ def _pocket(x_m: F64, y_m: F64) -> F64:
 
 
 def _ring(x_m: F64, y_m: F64) -> F64:
-    return WALL_HIGH_M * _near(np.hypot(x_m - RING_GOAL_M, y_m), RING_M)
+    return WALL_HIGH_M * _near(each.hypot(x_m - RING_GOAL_M, y_m), RING_M)
 
 
 def _in_u(x_m: F64, y_m: F64) -> NDArray[np.bool_]:
@@ -69,7 +71,7 @@ def _near(value_m: F64, wall_m: float) -> NDArray[np.bool_]:
 def gentle(seed: int, relief: Relief | None = None, rocks: RockLaw = FEW, away_m: float = 15.0) -> Field:
     """Ground with a median slope of 2.5 degrees before the relief, goal straight ahead."""
     recipe = Recipe(0.8, median_slope_deg=2.5, rocks=rocks, relief=relief)
-    return compose(recipe, Course(away_m=away_m), np.random.default_rng([seed, 80]), seed)
+    return compose(recipe, Course(away_m=away_m), generator([seed, 80]), seed)
 
 
 def liar(seed: int) -> Field:

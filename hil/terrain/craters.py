@@ -22,7 +22,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hil.terrain.rock_sizes import check_sizes, even_shares
+from hil.terrain.rock_sizes import check_sizes, even_shares, power
+from onboard.native import each
 from onboard.records import F64, Grid
 
 REACH = 10.0  # radii; a thousandth of the rim's height is left there
@@ -61,23 +62,24 @@ class CraterLaw:
 
     def number_per_m2(self, diameter_m: F64 | float) -> F64 | float:
         """Number of craters of this diameter or larger on a square metre, without an upper limit."""
-        return self.per_m2 * diameter_m**-self.slope
+        return self.per_m2 * power(diameter_m, -self.slope)
 
     def diameters_m(self, area_m2: float, rng: np.random.Generator) -> F64:
         """Diameters of the craters on an area by the law, largest first, one from each of equally probable parts."""
         largest = self.number_per_m2(self.largest_m)
         number = self.number_per_m2(self.smallest_m) - largest
-        return ((largest + even_shares(number * area_m2, rng) * number) / self.per_m2) ** (-1 / self.slope)
+        shares = even_shares(number * area_m2, rng)
+        return np.asarray(power((largest + shares * number) / self.per_m2, -1 / self.slope))
 
 
 def depth_m(diameter_m: F64 | float) -> F64 | float:
     """Depth of a fresh crater from rim to floor (Pike 1977)."""
-    return 196.0 * (diameter_m / 1000) ** 1.010
+    return 196.0 * power(diameter_m / 1000, 1.010)
 
 
 def rim_height_m(diameter_m: F64 | float) -> F64 | float:
     """Height of a fresh crater's rim above the surrounding ground (Pike 1977)."""
-    return 36.0 * (diameter_m / 1000) ** 1.014
+    return 36.0 * power(diameter_m / 1000, 1.014)
 
 
 def profile_m(diameter_m: float, distance_m: F64, wear: float = 0.0) -> F64:
@@ -87,8 +89,9 @@ def profile_m(diameter_m: float, distance_m: F64, wear: float = 0.0) -> F64:
     """
     rim, depth = rim_height_m(diameter_m), depth_m(diameter_m)
     r = np.asarray(distance_m) / (diameter_m / 2)
-    outside = np.where(r < REACH, rim * np.maximum(r, 1.0) ** -3, 0.0)
-    return (1 - wear) * np.where(r < 1, rim - depth * (1 - r**2), outside)
+    beyond = np.maximum(r, 1.0)
+    outside = np.where(r < REACH, rim / (beyond * beyond * beyond), 0.0)
+    return (1 - wear) * np.where(r < 1, rim - depth * (1 - r * r), outside)
 
 
 def draw_craters(grid: Grid, law: CraterLaw, rng: np.random.Generator) -> tuple[Crater, ...]:
@@ -111,6 +114,6 @@ def crater_relief(grid: Grid, craters: tuple[Crater, ...]) -> F64:
         reach = REACH * crater.diameter_m / 2
         columns = slice(*np.searchsorted(x, (crater.x_m - reach, crater.x_m + reach)))
         rows = slice(*np.searchsorted(y, (crater.y_m - reach, crater.y_m + reach)))
-        distance = np.hypot(x[columns] - crater.x_m, (y[rows] - crater.y_m)[:, None])
+        distance = each.hypot(x[columns] - crater.x_m, (y[rows] - crater.y_m)[:, None])
         relief[rows, columns] += profile_m(crater.diameter_m, distance, crater.wear)
     return relief

@@ -9,6 +9,7 @@ import numpy as np
 
 from hil.terrain.mesh import slopes_deg, soil_height
 from hil.terrain.rocks import Rock, rock_top
+from onboard.native import each, elementary
 from onboard.records import F32, F64, Gdem, Grid, Pose
 
 
@@ -56,7 +57,7 @@ def height_at(field: Field, x_m: F64, y_m: F64) -> F64:
     """Top of soil and rocks at points (n,): the first hit of a vertical ray from above."""
     top = soil_height(field.grid, field.soil_z, x_m, y_m)
     for rock in field.rocks:
-        near = np.hypot(x_m - rock.x_m, y_m - rock.y_m) < rock.diameter_m
+        near = each.hypot(x_m - rock.x_m, y_m - rock.y_m) < rock.diameter_m
         if near.any():
             top[near] = np.maximum(top[near], rock_top(rock, x_m[near], y_m[near]))
     return top
@@ -71,11 +72,11 @@ def inside(field: Field, x_m: float, y_m: float) -> bool:
 def field_stats(grid: Grid, soil_z: F32, rocks: tuple[Rock, ...], hurst: float) -> dict[str, float]:
     """Statistics for the choice of fields: slopes of the soil, roughness exponent, share of the area under rocks."""
     slopes = slopes_deg(soil_z, grid.cell_m)
-    area = grid.rows * grid.columns * grid.cell_m**2
+    area = grid.rows * grid.columns * grid.cell_m * grid.cell_m
     return {
         "median_slope_deg": float(np.median(slopes)),
         "p95_slope_deg": float(np.percentile(slopes, 95)),
         "hurst": hurst,
-        "rock_area_ratio": sum(math.pi / 4 * rock.diameter_m**2 for rock in rocks) / area,
+        "rock_area_ratio": elementary.total(math.pi / 4 * rock.diameter_m * rock.diameter_m for rock in rocks) / area,
         "rocks": len(rocks),
     }

@@ -23,11 +23,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from hil.own_functions import generator
 from hil.terrain.craters import CraterLaw
 from hil.terrain.field import Field, truth_height
 from hil.terrain.recipe import GOAL_AWAY_M, Course, Recipe, compose
 from hil.terrain.rock_sizes import Golombek, PowerLaw
 from onboard.config import Planning, Rover
+from onboard.native import elementary
 from onboard.planning import poses
 from onboard.records import CellClass, Grid, Surface
 
@@ -75,7 +77,7 @@ def first_accepted(seed_index: int, make: Callable[[int], Field]) -> Accepted:
 
 def make_field(seed: int) -> Field:
     """Field of a seed, accepted or not."""
-    rng = np.random.default_rng([seed, 20])
+    rng = generator([seed, 20])
     hurst, median_deg, ratio = rng.uniform(0.75, 0.9), rng.uniform(4.7, 7.3), rng.uniform(0.026, 0.049)
     course = draw_course(rng)
     return compose(Recipe(hurst, median_slope_deg=median_deg, rocks=PowerLaw(ratio)), course, rng, seed)
@@ -83,7 +85,7 @@ def make_field(seed: int) -> Field:
 
 def make_crater_field(seed: int) -> Field:
     """Field of a seed, accepted or not, with craters in steady state and rocks by Golombek's law."""
-    rng = np.random.default_rng([seed, 61])
+    rng = generator([seed, 61])
     hurst, median_deg, k = rng.uniform(0.75, 0.9), rng.uniform(4.2, 5.8), rng.uniform(0.055, 0.075)
     course = draw_course(rng)
     return compose(Recipe(hurst, None, median_deg, CraterLaw(), Golombek(k)), course, rng, seed)
@@ -92,7 +94,7 @@ def make_crater_field(seed: int) -> Field:
 def draw_course(rng: np.random.Generator) -> Course:
     """Random start 7 to 13 m and goal 4 to 16 m from the south side."""
     south_m = round(rng.uniform(7.0, 13.0), 1)
-    return Course(south_m, math.asin(max(-0.5, min(0.5, (rng.uniform(4.0, 16.0) - south_m) / GOAL_AWAY_M))))
+    return Course(south_m, elementary.asin(max(-0.5, min(0.5, (rng.uniform(4.0, 16.0) - south_m) / GOAL_AWAY_M))))
 
 
 def true_surface(field: Field) -> Surface:
@@ -161,7 +163,7 @@ def goal_poses(grid: Grid, goal_m: tuple[float, float]) -> list[tuple[int, int, 
         (j + dj, i + di)
         for dj in (-1, 0, 1)
         for di in (-1, 0, 1)
-        if math.dist(grid.centre(j + dj, i + di), goal_m) <= NEAR_M
+        if elementary.dist(grid.centre(j + dj, i + di), goal_m) <= NEAR_M
     ]
     return [(o, *cell) for o in range(poses.ORIENTATIONS) for cell in near]
 
@@ -169,8 +171,8 @@ def goal_poses(grid: Grid, goal_m: tuple[float, float]) -> list[tuple[int, int, 
 def straight_line(grid: Grid, field: Field) -> list[tuple[int, int, int]]:
     """Poses along the straight line from start to goal, heading along it."""
     x, y = field.goal_m[0] - field.start.x_m, field.goal_m[1] - field.start.y_m
-    steps = math.ceil(math.hypot(x, y) / (grid.cell_m / 2))
-    yaw = math.atan2(y, x)
+    steps = math.ceil(elementary.hypot(x, y) / (grid.cell_m / 2))
+    yaw = elementary.atan2(y, x)
     return [
         pose_of(grid, field.start.x_m + x * k / steps, field.start.y_m + y * k / steps, yaw) for k in range(steps + 1)
     ]

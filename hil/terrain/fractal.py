@@ -22,6 +22,8 @@ import math
 import numpy as np
 from scipy import fft
 
+from hil.own_functions import give_to
+from onboard.native import each, elementary
 from onboard.records import F64
 
 STRIP = 64  # rows
@@ -35,10 +37,12 @@ def fractal_heights(
     White noise is filtered: its spectrum is Hermitian, and the half spectrum's u = 0 and Nyquist columns keep their
     power. Waves longer than `longest_m` are omitted, for detail on top of a coarse elevation grid.
     """
+    give_to("scipy.fft._pocketfft.pypocketfft")
     spectrum = fft.rfft2(rng.standard_normal((size, size)))
     half = size // 2 + 1
-    law = _powers(np.arange(half) ** 2.0, (size * cell_m / longest_m) ** 2, -(hurst + 1) / 2)  # the quarters mirror it
-    spectrum *= size * sigma * (size * cell_m) ** hurst
+    longest = size * cell_m / longest_m
+    law = _powers(np.square(np.arange(half, dtype=np.float64)), longest * longest, -(hurst + 1) / 2)  # mirrored below
+    spectrum *= size * sigma * elementary.exp(hurst * elementary.log(size * cell_m))
     spectrum[:half] *= law
     spectrum[half:] *= law[size - half : 0 : -1]
     # axis by axis, in place: the same bits as irfft2, without its copy
@@ -54,6 +58,6 @@ def _powers(squares: F64, least: float, exponent: float) -> F64:
     powers[powers <= least] = np.inf
     for top in range(0, len(squares), STRIP):
         end = top + STRIP
-        np.power(powers[top:end, top:], exponent, out=powers[top:end, top:])
+        powers[top:end, top:] = each.exp(exponent * each.log(powers[top:end, top:]))
         powers[end:, top:end] = powers[top:end, end:].T
     return powers

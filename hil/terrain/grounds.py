@@ -8,12 +8,14 @@ from dataclasses import replace
 
 import numpy as np
 
+from hil.own_functions import generator
 from hil.terrain.built_grounds import BUILT
 from hil.terrain.field import Field
 from hil.terrain.fields import Accepted, crater_field, demo_field
 from hil.terrain.real_ground import real_field
 from hil.terrain.rock_sizes import PowerLaw
 from hil.terrain.rocks import scatter_rocks
+from onboard.native import elementary
 from onboard.records import Gdem, Grid, Pose
 
 _CELL_M, _SIDE_M = 0.05, 12.0
@@ -37,10 +39,10 @@ def yard_field(seed_index: int) -> Accepted:
     The free area lies to the left, for a driven square of 1.5 m.
     """
     flat = flat_field(seed_index).field
-    grid, rng = flat.grid, np.random.default_rng([seed_index, 0xCA1])
-    towards, lean = rng.uniform(0.0, math.tau), math.tan(YARD_LEAN_RAD)
+    grid, rng = flat.grid, generator([seed_index, 0xCA1])
+    towards, lean = rng.uniform(0.0, math.tau), elementary.tan(YARD_LEAN_RAD)
     x, y = (first + flat.grid.cell_m * np.arange(_COUNT) for first in (grid.x0_m, grid.y0_m))
-    soil_z = (lean * (math.cos(towards) * x[None, :] + math.sin(towards) * y[:, None])).astype(np.float32)
+    soil_z = (lean * (elementary.cos(towards) * x[None, :] + elementary.sin(towards) * y[:, None])).astype(np.float32)
     rocks = scatter_rocks(grid, soil_z, PowerLaw(0.05, 0.25, 0.8), ((0.75, 0.75, YARD_CLEAR_M),), rng)
     return Accepted(replace(flat, soil_z=soil_z, rocks=rocks), seed_index, ())
 

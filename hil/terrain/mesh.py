@@ -9,6 +9,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from onboard.native import each
 from onboard.records import F32, F64, I32, Grid
 
 
@@ -16,7 +17,7 @@ def slopes_deg(heights: F64 | F32, cell_m: float) -> F64:
     """Slope of the ground over two cells, degrees, (rows - 2, columns - 2)."""
     z = heights.astype(np.float64)
     dy, dx = (z[2:, 1:-1] - z[:-2, 1:-1]) / (2 * cell_m), (z[1:-1, 2:] - z[1:-1, :-2]) / (2 * cell_m)
-    return np.degrees(np.arctan(np.hypot(dx, dy)))
+    return np.degrees(each.atan2(np.sqrt(dx * dx + dy * dy), 1.0))
 
 
 def block_mean(heights: F64, factor: int) -> F64:

@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
+from hil.own_functions import generator, give_to
 from hil.terrain.field import Field, field_stats
 from hil.terrain.fields import Accepted, first_accepted
 from hil.terrain.fractal import fractal_heights
@@ -27,6 +28,7 @@ from hil.terrain.mesh import slopes_deg
 from hil.terrain.recipe import GOAL_CLEAR_M, START_CLEAR_M
 from hil.terrain.rock_sizes import PowerLaw
 from hil.terrain.rocks import scatter_rocks
+from onboard.native import elementary
 from onboard.records import Gdem, Grid, Pose
 
 F64 = NDArray[np.float64]
@@ -59,19 +61,21 @@ def scaled_heights() -> F64:
 
 def make_field(heights: F64, seed: int) -> Field:
     """Window of a seed, accepted or not. The start lies on a corner of four cells of the grid: the map's origin."""
-    rng = np.random.default_rng([seed, 60])
+    rng = generator([seed, 60])
     corner_j, corner_i = _gentle_corner(heights, rng)
     median_deg, hurst, ratio = rng.uniform(4.0, 5.5), rng.uniform(0.75, 0.9), rng.uniform(0.026, 0.04)
     bearing = math.radians(rng.uniform(-15, 15))
-    goal = (GOAL_AWAY_M * math.cos(bearing), GOAL_AWAY_M * math.sin(bearing))
+    goal = (GOAL_AWAY_M * elementary.cos(bearing), GOAL_AWAY_M * elementary.sin(bearing))
     nodes = round(SIDE_M / CELL_M)
     grid = Grid(-DEM_CELL_M + CELL_M / 2, -SIDE_M / 2 + CELL_M / 2, CELL_M, nodes, nodes)
 
     x, y = grid.x0_m + np.arange(nodes) * CELL_M, grid.y0_m + np.arange(nodes) * CELL_M
     at = np.meshgrid(corner_j - 0.5 + y / DEM_CELL_M, corner_i - 0.5 + x / DEM_CELL_M, indexing="ij")
+    give_to("scipy.ndimage._nd_image")
     land = ndimage.map_coordinates(heights, at, order=3)
     detail = fractal_heights(2 * nodes, CELL_M, hurst, 1.0, rng, DETAIL_LONGEST_M)[:nodes, :nodes]
-    detail *= math.tan(math.radians(median_deg)) / math.tan(math.radians(np.median(slopes_deg(detail, CELL_M))))
+    found_deg = float(np.median(slopes_deg(detail, CELL_M)))
+    detail *= elementary.tan(math.radians(median_deg)) / elementary.tan(math.radians(found_deg))
     ground = land + detail
     level = ground[grid.cell(0.0, 0.0)]
     soil = (ground - level).astype(np.float32)

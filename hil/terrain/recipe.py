@@ -20,6 +20,7 @@ from hil.terrain.fractal import fractal_heights
 from hil.terrain.mesh import block_mean, slopes_deg
 from hil.terrain.rock_sizes import RockLaw
 from hil.terrain.rocks import scatter_rocks
+from onboard.native import elementary
 from onboard.records import F64, Gdem, Grid, Pose
 
 Relief = Callable[[F64, F64], F64]
@@ -68,7 +69,7 @@ class Course:
     @property
     def goal_m(self) -> tuple[float, float]:
         """x, y of the goal."""
-        return self.away_m * math.cos(self.bearing_rad), self.away_m * math.sin(self.bearing_rad)
+        return self.away_m * elementary.cos(self.bearing_rad), self.away_m * elementary.sin(self.bearing_rad)
 
 
 def compose(recipe: Recipe, course: Course, rng: np.random.Generator, seed: int = 0) -> Field:
@@ -103,7 +104,7 @@ def _soil(recipe: Recipe, window: tuple[slice, slice], rng: np.random.Generator)
     tile = fractal_heights(round(TILE_M / CELL_M), CELL_M, recipe.hurst, sigma, rng)
     if recipe.median_slope_deg is not None:
         found_deg = float(np.median(slopes_deg(tile[window], CELL_M)))
-        tile *= math.tan(math.radians(recipe.median_slope_deg)) / math.tan(math.radians(found_deg))
+        tile *= elementary.tan(math.radians(recipe.median_slope_deg)) / elementary.tan(math.radians(found_deg))
     return tile
 
 

@@ -16,6 +16,8 @@ from typing import Protocol
 import numpy as np
 from scipy.special import expn
 
+from hil.own_functions import give_to
+from onboard.native import each, elementary
 from onboard.records import F64
 
 SMALLEST_M, LARGEST_M = 0.15, 1.2
@@ -48,10 +50,10 @@ class PowerLaw:
         A rock that would overshoot the target is drawn again, so the few largest cannot spoil the ratio.
         """
         target, total, drawn = area_m2 * self.area_ratio, 0.0, []
-        smallest, largest = self.smallest_m**-2, self.largest_m**-2
-        while total < target - math.pi / 4 * self.smallest_m**2:
-            diameter = (smallest - rng.random() * (smallest - largest)) ** -0.5
-            disc = math.pi / 4 * diameter**2
+        smallest, largest = (1.0 / (edge_m * edge_m) for edge_m in (self.smallest_m, self.largest_m))
+        while total < target - math.pi / 4 * self.smallest_m * self.smallest_m:
+            diameter = 1.0 / math.sqrt(smallest - rng.random() * (smallest - largest))
+            disc = math.pi / 4 * diameter * diameter
             if total + disc <= target:
                 drawn.append(diameter)
                 total += disc
@@ -80,21 +82,30 @@ class Golombek:
 
     def area_ratio(self, diameter_m: F64 | float) -> F64 | float:
         """F_k(D): share of the area under rocks of this diameter or larger, without an upper limit."""
-        return self.k * np.exp(-self.q_per_m * diameter_m)
+        return self.k * each.exp(np.asarray(-self.q_per_m * diameter_m, np.float64))
 
     def number_per_m2(self, diameter_m: F64 | float) -> F64 | float:
         """Number of rocks of this diameter or larger on a square metre, without an upper limit.
 
         -dF / (pi / 4 D^2) integrated: 4 k q / pi * E2(q D) / D, where E2 is the exponential integral of order 2.
         """
+        give_to("scipy.special._ufuncs")
         return 4 * self.k * self.q_per_m / math.pi * expn(2, self.q_per_m * diameter_m) / diameter_m
 
     def diameters_m(self, area_m2: float, rng: np.random.Generator) -> F64:
         """Diameters by the law, largest first, one from each of equally probable parts: each field follows the law."""
-        ladder = np.geomspace(self.largest_m, self.smallest_m, 1000)  # 0.2 % a step
+        logarithms = np.linspace(elementary.log(self.largest_m), elementary.log(self.smallest_m), 1000)
+        ladder = each.exp(logarithms)  # 0.2 % a rung
         number = (self.number_per_m2(ladder) - self.number_per_m2(self.largest_m)) * area_m2
         ranks = even_shares(number[-1], rng) * number[-1]
-        return np.exp(np.interp(ranks, number, np.log(ladder)))
+        return each.exp(np.interp(ranks, number, logarithms))
+
+
+def power(base: F64 | float, exponent: float) -> F64 | float:
+    """Positive numbers to any power."""
+    if isinstance(base, np.ndarray):
+        return each.exp(exponent * each.log(base))
+    return elementary.exp(exponent * elementary.log(base))
 
 
 def even_shares(expected: float, rng: np.random.Generator) -> F64:

@@ -9,6 +9,7 @@ import numpy as np
 
 from hil.terrain.mesh import soil_height
 from hil.terrain.rock_sizes import RockLaw
+from onboard.native import each, elementary, linear
 from onboard.records import F32, F64, I32, Grid
 
 GOLDEN = (1 + math.sqrt(5)) / 2
@@ -63,7 +64,7 @@ def scatter_rocks(
         for _ in range(200):
             x = grid.x0_m + (0.01 + 0.98 * rng.random()) * width
             y = grid.y0_m + (0.01 + 0.98 * rng.random()) * height
-            if (np.hypot(taken[:, 0] - x, taken[:, 1] - y) > 0.55 * (taken[:, 2] + diameter)).all():
+            if (each.hypot(taken[:, 0] - x, taken[:, 1] - y) > 0.55 * (taken[:, 2] + diameter)).all():
                 discs[len(taken)] = x, y, diameter
                 placed.append((x, y, diameter))
                 break
@@ -82,14 +83,14 @@ def _rock(x_m: float, y_m: float, z_m: float, diameter_m: float, rng: np.random.
     """Sphere of 80 triangles, cut by random planes and squeezed, its centre near the soil."""
     sphere, triangles = _sphere()
     normals = rng.standard_normal((9, 3))
-    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-    reach = rng.uniform(0.72, 1.0, 9) / np.maximum(sphere @ normals.T, 1e-3)
+    normals /= np.sqrt(np.square(normals).sum(axis=1, keepdims=True))
+    reach = rng.uniform(0.72, 1.0, 9) / np.maximum(linear.product(sphere, normals.T), 1e-3)
     radius = np.minimum(reach.min(axis=1), 1.0) * rng.uniform(0.97, 1.03, len(sphere))
     shape = sphere * radius[:, None] * (1.0, rng.uniform(0.7, 1.0), rng.uniform(0.75, 1.1))
     turn = rng.uniform(0, 2 * math.pi)
-    cosine, sine = math.cos(turn), math.sin(turn)
-    shape = shape @ np.array([[cosine, sine, 0], [-sine, cosine, 0], [0, 0, 1.0]])
-    shape *= diameter_m / 2 / np.hypot(shape[:, 0], shape[:, 1]).max()
+    cosine, sine = elementary.cos(turn), elementary.sin(turn)
+    shape = linear.product(shape, [[cosine, sine, 0.0], [-sine, cosine, 0.0], [0.0, 0.0, 1.0]])
+    shape *= diameter_m / 2 / each.hypot(shape[:, 0], shape[:, 1]).max()
     centre = np.array([x_m, y_m, z_m - rng.uniform(0.0, 0.1) * diameter_m])
     vertices = (shape + centre).astype(np.float32).astype(np.float64)
     return Rock(x_m, y_m, diameter_m, float(vertices[:, 2].max() - z_m), vertices, triangles)
@@ -102,7 +103,7 @@ def _sphere() -> tuple[F64, I32]:
     faces = [(0, 11, 5), (0, 5, 1), (0, 1, 7), (0, 7, 10), (0, 10, 11), (1, 5, 9), (5, 11, 4), (11, 10, 2), (10, 7, 6)]
     faces += [(7, 1, 8), (3, 9, 4), (3, 4, 2), (3, 2, 6), (3, 6, 8), (3, 8, 9), (4, 9, 5), (2, 4, 11), (6, 2, 10)]
     faces += [(8, 6, 7), (9, 8, 1)]
-    points = [np.array(c, float) / math.hypot(*c) for c in corners]
+    points = [np.array(c, float) / linear.norm(np.array(c, float)) for c in corners]
     middle: dict[tuple[int, int], int] = {}
     triangles: list[tuple[int, int, int]] = []
 
@@ -110,7 +111,7 @@ def _sphere() -> tuple[F64, I32]:
         key = (min(a, b), max(a, b))
         if key not in middle:
             half = points[a] + points[b]
-            points.append(half / np.linalg.norm(half))
+            points.append(half / linear.norm(half))
             middle[key] = len(points) - 1
         return middle[key]
 

@@ -166,7 +166,8 @@ def tick(rover: Rover, inputs: Inputs, mark: Mark = lambda _: None) -> Outputs:
         events=events,
         pose=(pose.x_m, pose.y_m, pose.z_m, pose.roll_rad, pose.pitch_rad, pose.yaw_rad),
         reboot=rover.executive.services.reboot_due(now_ns),
-        state_digest=_digest(rover),
+        state=(state := state_items(rover)),  # after all that has been sent
+        state_digest=_digest(state),
     )
 
 
@@ -302,7 +303,7 @@ def state_items(rover: Rover) -> dict[str, tuple[float, ...]]:
     return {"executive": head, **{name: tuple(part.digest_items()) for name, part in parts.items()}}
 
 
-def _digest(rover: Rover) -> bytes:
+def _digest(state: Mapping[str, tuple[float, ...]]) -> bytes:
     """8 bytes: BLAKE2b of the state items as float64."""
-    items = tuple(chain.from_iterable(state_items(rover).values()))
+    items = tuple(chain.from_iterable(state.values()))
     return hashlib.blake2b(struct.pack(f"{len(items)}d", *items), digest_size=8).digest()

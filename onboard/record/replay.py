@@ -15,7 +15,7 @@ from onboard.drivers.workers import Inline
 from onboard.maps.gdem_file import from_npz
 from onboard.perception.stop_map import StopMap, recall
 from onboard.perception.tiles import Tile, decode
-from onboard.record import made_by, registrations
+from onboard.record import made_by, registrations, state_checks
 from onboard.record.reader import DamagedRecordError, Record, check_inputs, inputs_of, open_record, reading
 from onboard.record.rows import first_difference
 from onboard.record.schema import LEAN, OUTPUTS, encode_outputs
@@ -82,7 +82,10 @@ def replay(path: Path, look: Look = lambda number, rover: None) -> Verdict:
             if new != old:
                 verdict.another_program = made_by.another_program(record.attachments)
                 with reading(number, f"channel {topic}"):
-                    verdict.first_difference = f"tick {number}, channel {topic}, {first_difference(topic, old, new)}"
+                    words = f"tick {number}, channel {topic}, {first_difference(topic, old, new)}"
+                with reading(number, "channel /state"):
+                    item = state_checks.first_difference(recorded.get("/state", b""), outputs.state)
+                verdict.first_difference = f"{words}; {item}" if item else words
                 return verdict
     return verdict
 

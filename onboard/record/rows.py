@@ -7,7 +7,7 @@ import struct
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
-from onboard.record import registrations
+from onboard.record import registrations, state_checks
 from onboard.record.schema import (
     CANCELLED,
     FRAME_OUT,
@@ -140,6 +140,11 @@ def _disk_out(raw: bytes) -> Iterator[Row]:
         at += name_size + size
 
 
+def _state(raw: bytes) -> Iterator[Row]:
+    counts, checks = state_checks.read(raw)
+    yield {"items": counts, "checks": checks.hex()}
+
+
 def _plan(raw: bytes) -> Iterator[Row]:
     yield {"bytes": len(raw)}
 
@@ -149,7 +154,7 @@ ROWS: Mapping[str, Callable[[bytes], Iterator[Row]]] = {
     "/in/record": _record_in, "/in/can": _can_in,
     "/in/lidar": _lidar_in, "/in/disk": _disk_in, "/in/link": _link_in, "/in/registration": _registration_in,
     "/out/tick": _tick_out, "/out/can": _can_out, "/out/lidar": _lidar_out, "/out/link": _link_out,
-    "/out/event": _event_out, "/out/pose": _pose_out, "/out/disk": _disk_out, "/plan": _plan,
+    "/out/event": _event_out, "/out/pose": _pose_out, "/out/disk": _disk_out, "/state": _state, "/plan": _plan,
 }  # fmt: skip
 
 

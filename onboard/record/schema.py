@@ -66,6 +66,8 @@ LAYOUTS = {
     "/out/event": "JSON: a list of now_ns, severity, name, text",
     "/out/pose": "estimate: x, y, z (m), roll, pitch, yaw (rad), 6 x f64",
     "/out/disk": "per save: name length u8, data length u32, both",
+    "/state": "which item of state differs: number of parts u8, items of each u16, a check byte of each item: "
+              "onboard.record.state_checks",
     "/plan": "of a tick that took a plan: onboard.planning.archive, .npz",
 }
 INPUTS = tuple(topic for topic in LAYOUTS if topic.startswith("/in/"))

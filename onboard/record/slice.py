@@ -22,7 +22,7 @@ from onboard.record.reader import MAGIC, UNREADABLE
 from onboard.record.writer import PART, register
 from protocol.conventions import TICK_NS
 
-SLIM_LEAVES_OUT = ("/in/lidar", "/in/can", "/out/can", "/out/link", "/plan")
+SLIM_LEAVES_OUT = ("/in/lidar", "/in/can", "/out/can", "/out/link", "/state", "/plan")
 _ATTACHED = ("config.toml", "versions.json")
 _HEAD, _TIMES = struct.Struct("<BQ"), struct.Struct("<QQ")
 _CHUNK_TICKS = 50

@@ -26,7 +26,7 @@ from onboard.maps.gdem_file import to_npz
 from onboard.perception.tiles import Tile, cut, encode
 from onboard.planning import archive
 from onboard.planning.plan_records import PlanResult
-from onboard.record import made_by
+from onboard.record import made_by, state_checks
 from onboard.record.parts import family, first_path, make_room, part_path
 from onboard.record.schema import LAYOUTS, LEAN, encode_inputs, encode_outputs
 from onboard.records import Gdem, Inputs, Keeps, Outputs, RecordStatus, RecordTrouble
@@ -144,6 +144,8 @@ class Recorder:
         for messages in (read, made):
             for topic, data in messages.items():
                 self._message(topic, inputs, data)
+        if inputs.record.keeps is Keeps.ALL and outputs.state:
+            self._message("/state", inputs, state_checks.encode(outputs.state))
         if inputs.record.trouble is RecordTrouble.NONE:
             for job in inputs.jobs:
                 if isinstance(job.value, PlanResult):

@@ -64,7 +64,7 @@ class Peer:
 
 
 def start(stack: ExitStack, folder: Path, *argv: str, stdin: str = "") -> subprocess.Popen:
-    env = {**os.environ, "PYTHONPATH": str(ROOT), "PYTHONHASHSEED": "0"}
+    env = {**os.environ, "PYTHONPATH": str(ROOT)}
     run = subprocess.Popen([sys.executable, *argv], cwd=folder, env=env, text=True,
                            stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
     stack.callback(lambda: run.poll() is None and run.kill())

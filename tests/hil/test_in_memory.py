@@ -2,7 +2,6 @@
 
 import json
 import math
-import os
 import subprocess
 import sys
 from dataclasses import replace
@@ -12,7 +11,6 @@ import pytest
 
 from hil.bench.in_memory import CAMPAIGN_STEP_NS, InMemory, goto
 from hil.bench.operator import Order
-from hil.processes import FIXED_ENVIRONMENT
 from hil.run import run
 from hil.scenario.scenario import Injection, Scenario, load_scenario
 from protocol.conventions import TICK_NS
@@ -72,7 +70,7 @@ def test_every_byte_is_the_same_as_over_sockets(tmp_path):
     assert over_sockets.error == ""
     assert [row["what"] for row in over_sockets.faults] == ["begin", "heal", "begin"]
     words = [sys.executable, "-m", "tests.hil.memory_twin", str(path), str(tmp_path / "run")]
-    told = subprocess.run(words, cwd=ROOT, env={**os.environ, **FIXED_ENVIRONMENT}, capture_output=True, text=True)
+    told = subprocess.run(words, cwd=ROOT, capture_output=True, text=True)
     assert told.returncode == 0, told.stderr
     twin = json.loads(told.stdout)
     assert twin["first_difference"] == ""

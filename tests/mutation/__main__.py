@@ -19,7 +19,6 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from hil.processes import FIXED_ENVIRONMENT
 from tests.mutation.detectors import detectors
 from tests.mutation.targets import EQUIVALENT, TARGETS, control, mutants
 from tests.mutation.trials import End, Outcome, Trial, Trials
@@ -106,7 +105,4 @@ def _show(outcomes: Sequence[Outcome], as_json: bool) -> None:
 
 
 if __name__ == "__main__":
-    if any(os.environ.get(key) != text for key, text in FIXED_ENVIRONMENT.items()):  # the same bits every time
-        environment = {**os.environ, **FIXED_ENVIRONMENT}
-        os.execve(sys.executable, [sys.executable, "-m", "tests.mutation", *sys.argv[1:]], environment)
     app()

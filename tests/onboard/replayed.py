@@ -1,7 +1,7 @@
-"""A record replayed in an environment of its own: `python -m tests.onboard.replayed RECORD [TICK]`.
+"""A record replayed in an environment of its own: `python -m tests.onboard.replayed RECORD`.
 
 Prints as JSON whether it is identical, and digests of what the flight program asks of numpy, and of what it does not
-ask; with a tick, the state after it by part.
+ask.
 """
 
 from __future__ import annotations
@@ -10,12 +10,10 @@ import hashlib
 import json
 import math
 import sys
-from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
 
-from onboard.core.tick import Rover, state_items
 from onboard.record.replay import replay
 
 
@@ -43,33 +41,13 @@ def not_asked() -> bytes:
     ])  # fmt: skip
 
 
-def told(path: Path, at: int) -> dict[str, object]:
-    """What a replay of all of it says; with `at`, the state after that tick."""
-    if at:
-        return {"items": {part: [float(item).hex() for item in items] for part, items in state_at(path, at).items()}}
+def told(path: Path) -> dict[str, object]:
+    """What a replay of all of it says."""
     verdict = replay(path)
     parts = {"asked": asked(), "not asked": not_asked()}
     digests = {name: hashlib.sha256(part).hexdigest() for name, part in parts.items()}
     return {"identical": verdict.identical, "difference": verdict.first_difference, **digests}
 
 
-class _ReachedError(Exception):
-    """The tick that was asked for; what is compared after it does not matter."""
-
-
-def state_at(path: Path, at: int) -> dict[str, tuple[float, ...]]:
-    """The state after a tick, by part."""
-    state: dict[str, tuple[float, ...]] = {}
-
-    def look(number: int, rover: Rover) -> None:
-        if number == at:
-            state.update(state_items(rover))
-            raise _ReachedError
-
-    with suppress(_ReachedError):
-        replay(path, look)
-    return state
-
-
 if __name__ == "__main__":
-    print(json.dumps(told(Path(sys.argv[1]), int(sys.argv[2]) if len(sys.argv) > 2 else 0)))
+    print(json.dumps(told(Path(sys.argv[1]))))

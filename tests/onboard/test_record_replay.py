@@ -1,6 +1,7 @@
 """A record runs again to the same bytes; one that was changed is never called identical."""
 
 import json
+import math
 import re
 from dataclasses import replace
 
@@ -13,6 +14,7 @@ from mcap.writer import Writer
 from record_rig import TICKS, fly, of_everything
 
 from onboard.__main__ import app
+from onboard.core import tick as tick_module
 from onboard.record.reader import DamagedRecordError, open_record
 from onboard.record.replay import replay
 from onboard.record.replay_command import print_verdict
@@ -121,6 +123,21 @@ def test_a_flipped_bit_in_a_digest_is_a_difference(full, ticks, tmp_path):
     changed = bytes([messages["/out/tick"][0] ^ 1]) + messages["/out/tick"][1:]
     path = packed(full, tmp_path / "flipped.mcap", [*ticks[:9], (number, {**messages, "/out/tick": changed})])
     assert replay(path).first_difference.startswith("tick 10, channel /out/tick, byte 0: ")
+
+
+def test_a_difference_of_the_state_names_the_first_item(record, monkeypatch):
+    """A core whose speed is another in its last bit, from tick 7 on."""
+    whole, calls = tick_module.state_items, iter(range(1, TICKS + 1))
+
+    def other(rover):
+        state = whole(rover)
+        after = math.nextafter(state["localisation"][2], math.inf) if next(calls) >= 7 else state["localisation"][2]
+        return {**state, "localisation": (*state["localisation"][:2], after, *state["localisation"][3:])}
+
+    monkeypatch.setattr(tick_module, "state_items", other)
+    verdict = replay(record)
+    assert verdict.first_difference.startswith("tick 7, channel /out/tick, ")
+    assert "localisation[2]" in verdict.first_difference
 
 
 @pytest.mark.parametrize(("sources", "told"), [("", ""), ("0" * 64, "made by another program: commit c0ffee, this")])

@@ -24,7 +24,6 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from hil.processes import FIXED_ENVIRONMENT
 from tests.missions.parallel import fly_all, numbers
 from tests.missions.tables import markdown, put, shown
 from tests.scenarios.flown import HEADS
@@ -135,8 +134,4 @@ def _cell(value: Any) -> str:
 
 
 if __name__ == "__main__":
-    # so that every run gives the same bits
-    if any(os.environ.get(key) != text for key, text in FIXED_ENVIRONMENT.items()):
-        environment = {**os.environ, **FIXED_ENVIRONMENT}
-        os.execve(sys.executable, [sys.executable, "-m", "tests.scenarios", *sys.argv[1:]], environment)
     app()

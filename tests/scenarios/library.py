@@ -9,7 +9,6 @@ tests/hil/test_missions.py.
 from __future__ import annotations
 
 import json
-import os
 import subprocess
 import sys
 from collections.abc import Sequence
@@ -20,7 +19,7 @@ from tempfile import TemporaryDirectory
 
 from hil.faults.disk_faults import DISK_FAULTS
 from hil.faults.injection import INJECTIONS
-from hil.processes import FIXED_ENVIRONMENT
+from hil.processes import environment
 from hil.scenario.in_process import Twins
 from hil.scenario.in_process import fly as fly_scenario
 from hil.scenario.library import scenarios
@@ -82,8 +81,8 @@ def fly(seed: int) -> Row:
 def replayed_elsewhere(record: Path) -> tuple[int, tuple[str, ...]]:
     """Return the ticks compared by `onboard replay` on the other build of the kernels, and the differences."""
     command = [sys.executable, "-m", "onboard", "replay", "--json", str(record)]
-    environment = {**os.environ, **FIXED_ENVIRONMENT, FORCED_BY: VARIANTS[0]}
-    done = subprocess.run(command, capture_output=True, text=True, env=environment, check=False)
+    variables = {**environment(), FORCED_BY: VARIANTS[0]}
+    done = subprocess.run(command, capture_output=True, text=True, env=variables, check=False)
     if not done.stdout:
         return 0, (f"its record cannot be replayed: {done.stderr.strip()}",)
     told = json.loads(done.stdout)

@@ -17,7 +17,7 @@ import sys
 import time
 from pathlib import Path
 
-from hil.processes import FIXED_ENVIRONMENT
+from hil.processes import ONE_THREAD
 from tests.vcan import guest, needs
 from tests.vcan.inside import HERE, drive, timed
 from tests.vcan.interface import kernel_has_can
@@ -49,7 +49,7 @@ def inside(direct: bool) -> int:
     assert busybox is not None
     print(f"vcan: this kernel has no CAN: booting Debian's {kernel.version} in an emulated machine", flush=True)
     environment = {
-        **FIXED_ENVIRONMENT, "PATH": needs.SYSTEM_PATH, "HOME": "/dev/shm", "TMPDIR": "/dev/shm",
+        **ONE_THREAD, "PATH": needs.SYSTEM_PATH, "HOME": "/dev/shm", "TMPDIR": "/dev/shm",
         "PYTHONDONTWRITEBYTECODE": "1",
     }  # fmt: skip
     job = guest.Job(f"cd {shlex.quote(os.getcwd())} && {shlex.join(command)}", WORK, environment, LIMIT_S)
@@ -87,7 +87,6 @@ def main() -> int:
         return UNAVAILABLE
     if options.check:
         return 0
-    os.environ.update(FIXED_ENVIRONMENT)  # of all that is started here: the same bits
     began = time.monotonic()
     try:
         code = run(direct)
