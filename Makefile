@@ -21,6 +21,9 @@ SANITIZED := EL_DORADO_KERNELS=build/sanitize ASAN_OPTIONS=detect_leaks=0 PYTHON
 	LD_PRELOAD="$$(g++ -print-file-name=libasan.so) $$(g++ -print-file-name=libstdc++.so)"
 # Libraries with one thread each, for speed: no result depends on it.
 ONE_THREAD := OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1
+ARM64_TESTS := $(if $(SHORT),$(addprefix tests/onboard/test_,elementary.py linear.py kernels.py scip_kernel.py), \
+	$(KERNEL_TESTS) $(addprefix tests/protocol/test_,can.py link.py packing.py scip.py space_packets.py transactions.py) \
+	$(addprefix tests/onboard/test_,cloud.py kinematics.py poses.py record_replay.py registration.py))
 
 .venv/.packages: requirements.lock tools/check_system.sh
 	@sh tools/check_system.sh "$(PYTHON)"
@@ -67,6 +70,8 @@ test-roots: ## demo and fast suite in a fresh Debian 12 and the next, by an unpr
 
 test-certificates: .venv/.project ## demos of seeds 1 to 3 on three pretended processors: the same certificate; SEEDS="2 3"
 	@$(B)/python -m tests.certificates $(foreach seed,$(SEEDS),--seed $(seed))
+test-arm64: .venv/.project ## the flight program for ARM64 under qemu-user: kernels, a part of the suite, a drive, replays; SHORT=1
+	@$(B)/python -m tests.arm64 $(ARM64_TESTS)
 
 test-mutation: .venv/.project ## mutants: each fault detector disabled, comparisons and signs flipped; ONLY=kinematics in minutes
 	@$(B)/python -m tests.mutation $(if $(ONLY),--only $(ONLY))
@@ -123,6 +128,7 @@ nightly: lint test test-missions test-vcan test-sanitize bench bench-link missio
 	@$(MAKE) test-scenarios FULL=1
 	@$(MAKE) test-certificates
 	@if [ "$$(id -u)" = 0 ]; then $(MAKE) test-roots; else echo "without test-roots: it needs root"; fi
+	@$(MAKE) test-arm64
 
 codec: .venv/.project ## make the generated files in protocol/ anew from rover.dbc and eldorado.xml
 	@$(B)/python -m tools.make_can_codec
@@ -173,6 +179,6 @@ clean: ## remove build and .venv
 	@rm -rf build .venv .mypy_cache .ruff_cache .pytest_cache .hypothesis
 
 help: ## this list
-	@grep -E '^[a-z-]+:.*##' Makefile | sed 's/:.*## /\t/' | expand -t 16
+	@grep -E '^[a-z0-9-]+:.*##' Makefile | sed 's/:.*## /\t/' | expand -t 16
 
-.PHONY: setup demo sim test test-missions test-scenarios test-vcan test-roots test-certificates test-mutation test-sanitize fuzz lint bench bench-link soak missions nightly codec clients docs rover locks install uninstall deb size clean help
+.PHONY: setup demo sim test test-missions test-scenarios test-vcan test-roots test-certificates test-arm64 test-mutation test-sanitize fuzz lint bench bench-link soak missions nightly codec clients docs rover locks install uninstall deb size clean help

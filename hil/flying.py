@@ -119,13 +119,13 @@ def _left(folder: Path) -> list[str]:
     return [f"record: {record}", f"report: .venv/bin/ground report {folder}"] if record.is_file() else []
 
 
-def fly(scenario: Scenario, out: Path, pace: float = 0.0) -> RunResult:
+def fly(scenario: Scenario, out: Path, pace: float = 0.0, onboard_python: str = "") -> RunResult:
     """Run with its status on standard error; on Ctrl-C end all processes and exit 130."""
     from hil.run import run as run_scenario  # the engine is slow to import: not for --help and `hil link`
 
     watch = Watch(scenario.live)
     with _told(out, watch), watch.showing("starting bench, onboard, link and ground ...") as show:
-        return run_scenario(scenario, out, show, pace=pace)
+        return run_scenario(scenario, out, show, pace=pace, onboard_python=onboard_python)
 
 
 def fly_mixed(scenario: Scenario, out: Path, lidar: str, can: str) -> None:

@@ -39,19 +39,23 @@ class Processes:
     def __init__(self, folder: Path, grace_s: float = 5.0) -> None:
         self._folder, self._grace_s = folder, grace_s
         self._children: dict[str, subprocess.Popen[bytes]] = {}
-        self._started: dict[str, tuple[str, Sequence[str], Mapping[str, str] | None]] = {}
+        self._started: dict[str, tuple[str, Sequence[str], Mapping[str, str] | None, str]] = {}
         self._expected: set[str] = set()
         self._may_end: dict[str, int] = {}
 
     def start(
-        self, name: str, module: str, arguments: Sequence[str], variables: Mapping[str, str] | None = None
+        self, name: str, module: str, arguments: Sequence[str], variables: Mapping[str, str] | None = None,
+        python: str = "",
     ) -> None:
-        """Run `python -m module arguments`; its output goes to FOLDER/name.log."""
+        """Run `python -m module arguments`; its output goes to FOLDER/name.log.
+
+        python: another interpreter than this one, which may be of another processor.
+        """
         log = (self._folder / f"{name}.log").open("ab" if name in self._started else "wb")
-        self._started[name] = module, arguments, variables
+        self._started[name] = module, arguments, variables, python
         with log:
             self._children[name] = subprocess.Popen(
-                [sys.executable, "-m", module, *arguments],
+                [python or sys.executable, "-m", module, *arguments],
                 stdout=log, stderr=subprocess.STDOUT, stdin=subprocess.DEVNULL,
                 env={**environment(), **(variables or {})},
                 start_new_session=True,  # Ctrl-C reaches only the bench, which ends the others in order

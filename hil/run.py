@@ -83,9 +83,12 @@ class RunResult:
 
 
 def run(
-    scenario: Scenario, folder: Path, progress: Callable[[Progress, float], None], *, pace: float = 0.0
+    scenario: Scenario, folder: Path, progress: Callable[[Progress, float], None], *, pace: float = 0.0,
+    onboard_python: str = "",
 ) -> RunResult:
     """Run to the end of the operator's script. pace 0: as fast as possible; 1: real time, overruns are counted.
+
+    onboard_python: interpreter that runs the flight program, if it is not this one
 
     Chooses the children's addresses; each child writes FOLDER/NAME.log. Ctrl-C ends them in order and is raised again.
     Raises ConfigError if the folder contains files that no run made.
@@ -106,7 +109,7 @@ def run(
         injector, error = Injector(scenario.faults), ""
         started = time.monotonic()
         try:
-            _start(scenario, folder, bench, processes)
+            _start(scenario, folder, bench, processes, onboard_python)
             bench.gather(NAMES - {"ground"} if scenario.live else NAMES)
             started = time.monotonic()
             _loop(scenario, bench, processes, injector, progress, pace, folder)
@@ -130,7 +133,7 @@ def run(
     )
 
 
-def _start(scenario: Scenario, folder: Path, bench: Bench, processes: Processes) -> None:
+def _start(scenario: Scenario, folder: Path, bench: Bench, processes: Processes, onboard_python: str) -> None:
     """Start link, onboard and, without a live operator, ground, each with its addresses."""
     rover_side, ground_side = (f"tcp/127.0.0.1:{port}" for port in free_ports(2))
     barrier = ("--barrier", bench.barrier.address)
@@ -142,7 +145,8 @@ def _start(scenario: Scenario, folder: Path, bench: Bench, processes: Processes)
         "--record", str(folder / "link.csv"),
         *(("--real-time",) if scenario.live else ()),
     ])
-    processes.start("onboard", "onboard", ["run", *_settings(scenario, folder, bench, rover_side)])
+    settings = _settings(scenario, folder, bench, rover_side)
+    processes.start("onboard", "onboard", ["run", *settings], python=onboard_python)
     if scenario.live:
         processes.let_end("onboard", REBOOTS)
         return

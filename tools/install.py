@@ -118,8 +118,8 @@ def install(place: Place) -> None:
     for name in PACKAGES:
         shutil.copytree(ROOT / name, site / name, ignore=shutil.ignore_patterns(*NOT_FLOWN))
     _write(site / "onboard" / COMMIT, f"{commit()}\n", 0o644)
-    for built in extensions():
-        shutil.copy2(built, site / "onboard" / "native" / built.name)
+    for module in extensions():
+        shutil.copy2(module, site / "onboard" / "native" / module.name)
     compileall.compile_dir(site, quiet=2, ddir=str(place.home / site.relative_to(new)),
                            invalidation_mode=PycInvalidationMode.UNCHECKED_HASH)  # fmt: skip
     for path, text, mode in texts(place):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, replace
 from pathlib import Path
@@ -39,6 +40,7 @@ def run(
     rays: Annotated[str, typer.Option(help="Who casts the scanner's rays: kernel, engine, embree.")] = "",
     lidar: LidarOption = None,
     settings: SetOption = None,
+    onboard_python: Annotated[str, typer.Option(help="Python that runs the flight program; default this one.")] = "",
     quick: Annotated[bool, typer.Option("--quick", help="In one process, beside a twin without each fault.")] = False,
     watch: WatchOption = False,
     port: PortOption = PORT,
@@ -48,8 +50,8 @@ def run(
 
     --quick runs bench and flight program in one process without link and ground, and reports when each fault showed.
 
-    Exit codes: 0 every promise kept, 1 a promise broken (it is named), 64 no such caster or film, 66 no such file,
-    69 no such CAN interface or port in use, 70 a process failed, 78 an error in the scenario.
+    Exit codes: 0 every promise kept, 1 a promise broken (it is named), 64 no such caster or film, 66 no such file or
+    Python, 69 no such CAN interface or port in use, 70 a process failed, 78 an error in the scenario.
     """
     read = _read(scenario)
     if rays and rays not in CASTERS:
@@ -61,12 +63,16 @@ def run(
     if quick:
         if watch or video:
             raise fail(64, "--watch and --video show a run's records, and --quick keeps none")
+        if onboard_python:
+            raise fail(64, "--onboard-python needs a process, and --quick flies in this one")
         _quick(read)
         return
+    if onboard_python and shutil.which(onboard_python) is None:
+        raise fail(EX_NOINPUT, f"--onboard-python {onboard_python!r}: no program there that may be run")
     check_film(video)
     folder = out or Path("build/runs") / read.name
     with shown(folder, watch, port):
-        result = fly(read, folder)
+        result = fly(read, folder, onboard_python=onboard_python)
         if result.error:
             raise fail(EX_SOFTWARE, f"after {result.bench_s:.1f} s of bench time: {result.error}")
         facts = conclude(read, result)

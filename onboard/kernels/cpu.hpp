@@ -3,7 +3,7 @@
 
 namespace eldorado {
 
-// 0 baseline, 1 AVX2, 2 AVX-512 (F, BW, DQ, VL).
+// 0 baseline, 1 AVX2, 2 AVX-512 (F, BW, DQ, VL). Off x86-64 there is the baseline only: on ARM64 it has NEON already.
 inline int simd_width() {
 #if defined(__x86_64__)
     __builtin_cpu_init();

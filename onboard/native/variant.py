@@ -1,5 +1,6 @@
 """Selection of the kernel build: the widest instruction set of this machine.
 
+x86-64 has three builds; other processors have the baseline only, which on ARM64 uses NEON.
 `EL_DORADO_SIMD=baseline|avx2|avx512` forces one (tests compare them bit by bit); on board it stays unset. All builds
 come from the same sources and give the same bits: the compiler may not contract or reorder floating-point arithmetic.
 """
@@ -21,11 +22,16 @@ def load(name: str) -> ModuleType:
     return importlib.import_module(f"onboard.native._kernels_{name}")
 
 
+def built() -> tuple[str, ...]:
+    """The builds that exist for this machine's architecture, narrow to wide; the baseline always does."""
+    found = importlib.util.find_spec
+    return VARIANTS[:1] + tuple(name for name in VARIANTS[1:] if found(f"onboard.native._kernels_{name}") is not None)
+
+
 def available() -> tuple[str, ...]:
     """Builds that exist and that this machine can run, narrow to wide."""
     width = int(load("baseline").simd_width())
-    built = [importlib.util.find_spec(f"onboard.native._kernels_{name}") is not None for name in VARIANTS]
-    return tuple(name for k, name in enumerate(VARIANTS) if k <= width and built[k])
+    return tuple(name for name in built() if VARIANTS.index(name) <= width)
 
 
 def chosen(forced: str = "") -> str:

@@ -58,6 +58,19 @@ def test_no_child_is_left_however_the_block_is_left(tmp_path, start, leaving):
     assert all(map(gone, pids))
 
 
+def test_a_child_runs_under_another_python_with_this_environment(tmp_path, monkeypatch):
+    monkeypatch.setenv("KEPT", "this")
+    other = tmp_path / "python"
+    other.write_text('#!/bin/sh\necho "$@" "$KEPT" "$ADDED"\n')
+    other.chmod(0o755)
+    with Processes(tmp_path) as processes:
+        processes.start("rover", "onboard", ["run"], {"ADDED": "that"}, python=str(other))
+        assert processes.wait(30.0) == {"rover": 0}
+        processes.restart("rover")
+        assert processes.wait(30.0) == {"rover": 0}
+    assert (tmp_path / "rover.log").read_text() == "-m onboard run this that\n" * 2
+
+
 PARENT = """
 import sys, signal
 from pathlib import Path

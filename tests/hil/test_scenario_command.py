@@ -62,6 +62,17 @@ def test_what_means_nothing_over_sockets_is_refused_there():
     assert done.stderr == "hil: job_late: job_late needs --quick; over sockets the bench waits for jobs\n"
 
 
+def test_another_python_that_is_not_there_is_one_line():
+    done = hil("run", "wheel_stuck", "--onboard-python", "/nowhere/python")
+    assert done.exit_code == 66
+    assert done.stderr == "hil: --onboard-python '/nowhere/python': no program there that may be run\n"
+
+
+def test_another_python_is_refused_where_there_are_no_processes():
+    done = hil("run", "wheel_stuck", "--quick", "--onboard-python", "python")
+    assert done.exit_code == 64 and "--onboard-python needs a process" in done.stderr
+
+
 def test_what_needs_processes_is_refused_where_there_are_none():
     done = hil("run", "onboard_restarted", "--quick")
     assert done.exit_code == 78
