@@ -6,8 +6,8 @@
 #   sh tools/fresh_root.sh bookworm .venv/.project demo test
 #   sh tools/fresh_root.sh trixie             its Python is too new: 3.11 comes from Debian 12, as the message asks for
 #
-# Roots stay in build/roots/RELEASE; the certificate of a demo is left in build/roots/RELEASE.certificate.json.
-# ROOT_MIRROR, PIP_*: as on this machine.
+# Roots stay in build/roots/RELEASE; the certificate of a demo is stored as build/roots/RELEASE.certificate.json.
+# ROOT_MIRROR is the mirror, by default that of this machine's apt. pip gets this machine's configuration.
 set -eu
 cd "$(dirname "$0")/.."
 release=${1:?which release? sh tools/fresh_root.sh bookworm|trixie [TARGET ...]}
@@ -18,7 +18,11 @@ if [ "$(id -u)" != 0 ]; then
     exit 77
 fi
 
-mirror=${ROOT_MIRROR:-http://deb.debian.org/debian}
+mirror=${ROOT_MIRROR:-$(apt-get indextargets --format '$(REPO_URI)' 'Created-By: Packages' 'Label: Debian' | head -n 1)}
+if [ -z "$mirror" ]; then
+    echo "fresh_root: apt names no Debian mirror: set ROOT_MIRROR=URL, or run apt-get update" >&2
+    exit 69
+fi
 root=$(pwd)/build/roots/$release
 place="/home/rover/el dorado"
 packages="g++,make,git,ca-certificates"
@@ -27,7 +31,8 @@ make_root() {
     rm -rf "$root" "$root.new"
     mkdir -p "$(dirname "$root")"
     if command -v mmdebstrap >/dev/null; then
-        mmdebstrap --quiet --variant=minbase --include="$packages,$python" "$first" "$root.new" "$mirror" $second
+        mmdebstrap --quiet --variant=minbase --include="$packages,$python" "$first" "$root.new" "$mirror" \
+            ${second:+"$second"}
     elif command -v debootstrap >/dev/null; then
         [ -z "$second" ] || { echo "fresh_root: $release needs mmdebstrap (two releases in one root)" >&2; exit 69; }
         debootstrap --variant=minbase --include="$packages,$python" "$first" "$root.new" "$mirror" >/dev/null
@@ -64,8 +69,8 @@ status=0
 for target in "$@"; do
     echo "== $release: make $target"
     # shellcheck disable=SC2016,SC2086 # $1 to $3 are of the inner shell; each variable of pip is one word
-    unshare --mount --pid --fork sh -c '
-        mount -t proc proc "$1/proc" && mount --rbind /dev "$1/dev"
+    unshare --mount --pid --fork sh -ec '
+        mount -t proc proc "$1/proc"; mount --rbind /dev "$1/dev"
         where=$2 target=$3 root=$1; shift 3
         exec chroot --userspec=rover:rover "$root" env -i HOME=/home/rover USER=rover LANG=C \
             PATH=/usr/local/bin:/usr/bin:/bin "$@" sh -c "cd \"\$1\" && make \"\$2\"" sh "$where" "$target"
