@@ -364,7 +364,7 @@ def test_a_disk_that_refuses_is_told_and_what_it_took_can_be_read(tcp, tmp_path,
     assert got.exit_code == code and text in got.stderr and got.stderr.count("\n") == 1 and got.stdout == ""
     assert not out.exists()
     if room:
-        part = Path(re.search(r"in (\S+)$", got.stderr).group(1))
+        part = Path(re.search(r" is in (.+)$", got.stderr).group(1))
         assert open_record(part).cut_off and len(list(open_record(part).ticks())) > 0
     else:
         assert not list(tmp_path.iterdir())
