@@ -1,4 +1,4 @@
-"""What the bench computes with is the same on every processor. Flown so: tests/onboard/test_portable_replay.py."""
+"""The bench computes the same on every processor. tests/onboard/test_portable_replay.py flies it."""
 
 import ast
 import math
@@ -38,6 +38,11 @@ def test_a_foreign_library_has_our_functions(module):
 def test_a_library_that_is_not_loaded_is_named():
     with pytest.raises(RuntimeError, match="nowhere"):
         _own_functions.give("/nowhere.so")
+
+
+def test_a_library_without_any_of_the_functions_is_named():
+    with pytest.raises(RuntimeError, match="_own_functions: its import tables have none"):
+        give_to("hil.native._own_functions")
 
 
 def test_the_engine_computes_with_our_sine():
