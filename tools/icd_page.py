@@ -6,8 +6,8 @@ from collections.abc import Callable, Iterable, Sequence
 
 from hil.devices import nodes as emulated
 from hil.devices.node import HEARTBEAT_NS, STOP_NS
-from onboard.can_tool.bits import worst_bits
-from onboard.can_tool.load import Case, Row, analyse, total
+from onboard.bringup.can.bits import worst_bits
+from onboard.bringup.can.load import Case, Row, analyse, total
 from onboard.config import Can
 from onboard.devices import emergency, tilt
 from protocol.can_codec import DBC_VERSION, TABLE

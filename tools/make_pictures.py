@@ -13,8 +13,8 @@ from matplotlib.figure import Figure
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
 
-from onboard.as_printed import motion, next_position, terrain  # noqa: E402
-from onboard.as_printed import visibility as seen_as_printed  # noqa: E402
+from docs.as_printed import motion, next_position, terrain  # noqa: E402
+from docs.as_printed import visibility as seen_as_printed  # noqa: E402
 from onboard.config import Rover  # noqa: E402
 from onboard.motion.kinematics import wheel_angles, wheel_places  # noqa: E402
 from onboard.planning import visibility as seen  # noqa: E402

@@ -1,1 +1,1 @@
-"""Map files: import of the orbiter's map (`onboard gdem`), export of the rover's own (`onboard map`)."""
+"""The orbiter's map (GDEM) as a file: reader and writer, with checks."""

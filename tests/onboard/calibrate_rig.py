@@ -4,8 +4,8 @@ from hil.bench.in_memory import CAMPAIGN_STEP_NS
 from hil.bench.truth import Truth
 from hil.bench.world import World
 from hil.terrain.grounds import GROUNDS
-from onboard.calibrate.drive import Drive
-from onboard.can_tool.jog import Phase
+from onboard.bringup.calibrate.drive import Drive
+from onboard.bringup.can.jog import Phase
 from onboard.records import Chunk, Frame, Inputs, PortState
 from protocol.conventions import TICK_NS
 

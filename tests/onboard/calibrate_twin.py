@@ -10,7 +10,7 @@ from itertools import pairwise
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from onboard.calibrate.evidence import Evidence, Pairs
+from onboard.bringup.calibrate.evidence import Evidence, Pairs
 
 PLACES = np.array([(0.375, 0.23), (-0.375, 0.23), (-0.375, -0.23), (0.375, -0.23)])
 BLOCKS = 40

@@ -5,9 +5,9 @@ import math
 import numpy as np
 import pytest
 
+from docs.as_printed.global_path import Weights, eq_21, eq_22, eq_23_24, eq_25, projection
+from docs.as_printed.terrain import Mended, eq_15, eq_17, eq_20
 from hil.terrain.fractal import fractal_heights
-from onboard.as_printed.global_path import Weights, eq_21, eq_22, eq_23_24, eq_25, projection
-from onboard.as_printed.terrain import Mended, eq_15, eq_17, eq_20
 from onboard.config import Planning
 from onboard.planning import global_path
 from onboard.records import Gdem, Grid

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from onboard.as_printed.motion import Going, Vehicle, eq_29, eq_34, eq_35, eq_37, eq_38_40
+from docs.as_printed.motion import Going, Vehicle, eq_29, eq_34, eq_35, eq_37, eq_38_40
 from onboard.config import Rover
 from onboard.motion.kinematics import wheel_angles
 from onboard.records import Twist

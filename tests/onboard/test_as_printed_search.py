@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from onboard.as_printed.next_position import (
+from docs.as_printed.next_position import (
     LARGE,
     NEIGHBOURS,
     Mended,
@@ -13,8 +13,8 @@ from onboard.as_printed.next_position import (
     obs_of_algorithm_2,
     obs_of_the_text,
 )
-from onboard.as_printed.visibility import Fan, algorithm_1
-from onboard.as_printed.visibility import Mended as MendedVisibility
+from docs.as_printed.visibility import Fan, algorithm_1
+from docs.as_printed.visibility import Mended as MendedVisibility
 from onboard.planning.distance_transform import cost_to_go
 from onboard.planning.gain import Eyes
 from onboard.planning.next_position import Criterion, Question, choose

@@ -4,7 +4,7 @@ import itertools
 
 import numpy as np
 
-from onboard.as_printed.sets import eq_2_to_5_hold, node_numbers
+from docs.as_printed.sets import eq_2_to_5_hold, node_numbers
 from onboard.planning.poses import Freedom, node_sets
 from onboard.records import CellClass, Grid, NodeSet, Surface
 

@@ -5,9 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from onboard.as_printed.terrain import Mended as MendedTerrain
-from onboard.as_printed.terrain import eq_17, eq_20
-from onboard.as_printed.visibility import Fan, Mended, algorithm_1
+from docs.as_printed.terrain import Mended as MendedTerrain
+from docs.as_printed.terrain import eq_17, eq_20
+from docs.as_printed.visibility import Fan, Mended, algorithm_1
 from onboard.planning import visibility
 
 CORRECTED = Mended(ray_advances=True, flat_is_seen=True, mast_m=0.7, plan_steps=True)

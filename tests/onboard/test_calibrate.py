@@ -14,16 +14,16 @@ from hil.can.stand import Stand
 from hil.devices.lidar_profile import IDEAL, stamp_to_first_byte_ns
 from hil.faults.build_errors import BuildErrors, drawn
 from onboard.__main__ import app
-from onboard.calibrate.drive import Drive
-from onboard.calibrate.estimate import estimate
-from onboard.calibrate.model import CALIBRATED, believed
-from onboard.calibrate.plan import lag_steps, room_m, square
-from onboard.calibrate.report import toml
-from onboard.calibrate.shell import again
-from onboard.can_tool.jog import Phase
+from onboard.bringup.calibrate.drive import Drive
+from onboard.bringup.calibrate.estimate import estimate
+from onboard.bringup.calibrate.model import CALIBRATED, believed
+from onboard.bringup.calibrate.plan import lag_steps, room_m, square
+from onboard.bringup.calibrate.report import toml
+from onboard.bringup.calibrate.shell import again
+from onboard.bringup.can.jog import Phase
+from onboard.bringup.lidar.lag_report import LagReport
 from onboard.config import Can, Config, Record, Rover, load
 from onboard.devices.nodes import Nodes
-from onboard.lidar_tool.lag_report import LagReport
 from onboard.perception.tilt_lag import Lag
 from onboard.record.writer import Recorder
 from onboard.records import WheelCommand, WheelMode

@@ -11,10 +11,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from onboard.__main__ import app
-from onboard.can_tool.candump import Heard, parse
-from onboard.can_tool.decode import Decoder
-from onboard.can_tool.names import UnknownNameError, frames_of
-from onboard.can_tool.show import line_of, row_of
+from onboard.bringup.can.candump import Heard, parse
+from onboard.bringup.can.decode import Decoder
+from onboard.bringup.can.names import UnknownNameError, frames_of
+from onboard.bringup.can.show import line_of, row_of
 from protocol.can_codec import TABLE
 from protocol.can_frames import FRAMES
 from protocol.can_guard import Sender

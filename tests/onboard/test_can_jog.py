@@ -14,9 +14,9 @@ from hil.can.command import faulty
 from hil.can.hub import CanHub
 from hil.can.stand import TICK_NS, Stand
 from onboard.__main__ import app
+from onboard.bringup.can import move
+from onboard.bringup.can.jog import Jog, Phase
 from onboard.bus_guard.rules import BusGuard
-from onboard.can_tool import move
-from onboard.can_tool.jog import Jog, Phase
 from onboard.config import Can, Rover
 from onboard.drivers.can_bus import open_bus
 from onboard.records import Frame, WheelMode
@@ -222,7 +222,7 @@ class World:
     def __init__(self, end, monkeypatch):
         self.end, self.monkeypatch, self.clock = end, monkeypatch, None
         if isinstance(end, HubEnd):
-            monkeypatch.setattr("onboard.can_tool.shell.open_bus", end.open)
+            monkeypatch.setattr("onboard.bringup.can.shell.open_bus", end.open)
 
     def run(self, *words, faults=(), at=None, text=None, stand=None):
         self.clock = StandClock(stand or faulty(Stand(), list(faults)), self.end, at)

@@ -5,8 +5,8 @@ import re
 
 import pytest
 
-from onboard.can_tool import load
-from onboard.can_tool.bits import wire_bits, worst_bits
+from onboard.bringup.can import load
+from onboard.bringup.can.bits import wire_bits, worst_bits
 from protocol.can_frames import FRAMES
 
 

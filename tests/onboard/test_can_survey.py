@@ -10,7 +10,7 @@ from click.testing import CliRunner
 from hil.can.command import faulty
 from hil.can.stand import Stand
 from onboard.__main__ import app
-from onboard.can_tool.survey import NEEDED, Survey
+from onboard.bringup.can.survey import NEEDED, Survey
 from onboard.records import Frame
 from protocol.can_codec import DBC_VERSION
 from protocol.can_frames import FRAMES

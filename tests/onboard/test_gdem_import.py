@@ -15,7 +15,7 @@ from elevation_files import HOLE, UTM, geotiff, imported, measured, run
 from rasterio import Affine
 from scipy import ndimage
 
-from onboard.maps import gdem_resample
+from onboard.bringup.maps import gdem_resample
 
 MOON_M = 1_737_400.0
 
@@ -195,7 +195,7 @@ def test_of_a_file_of_3_gigabytes_only_what_lies_under_the_map_is_read(tmp_path)
     words = [str(path), "--out", str(tmp_path / "gdem.npz"), "--json", "--start-rowcol", "10000", "30000"]
     code = (
         "import resource, sys; from click.testing import CliRunner; from onboard.__main__ import app;"
-        "import onboard.maps.gdem_import, rich.progress;"
+        "import onboard.bringup.maps.gdem_import, rich.progress;"
         "peak = lambda: resource.getrusage(resource.RUSAGE_SELF).ru_maxrss;"
         "before = peak(); result = CliRunner().invoke(app, ['gdem', 'import', *sys.argv[1:]]);"
         "print(peak() - before); print(result.stdout)"

@@ -8,12 +8,12 @@ from click.testing import CliRunner
 from test_realtime import HandClock
 
 from onboard.__main__ import app
+from onboard.bringup.jitter import reference
+from onboard.bringup.jitter.command import ALL, figures, lines
+from onboard.bringup.jitter.job import request
+from onboard.bringup.jitter.measure import WARM_TICKS, Bed, Measured
+from onboard.bringup.jitter.reference import ReferenceError, of_cyclictest
 from onboard.config import Config, Realtime
-from onboard.jitter import reference
-from onboard.jitter.command import ALL, figures, lines
-from onboard.jitter.job import request
-from onboard.jitter.measure import WARM_TICKS, Bed, Measured
-from onboard.jitter.reference import ReferenceError, of_cyclictest
 from onboard.native import _wakes
 from onboard.planning.cycle import plan
 

@@ -14,10 +14,10 @@ from hil.devices.lidar_profile import IDEAL, UTM30LX, stamp_to_first_byte_ns
 from hil.devices.nodes import build_nodes
 from hil.scenario.scenario import Scenario, flight_settings, measured_latency
 from onboard.__main__ import app
+from onboard.bringup.lidar.lag_report import LagReport
+from onboard.bringup.lidar.lag_sweeps import LagSweeps
+from onboard.bringup.lidar.sweeps import RecordedSweep, standing
 from onboard.config import Config, Lidar, Record, Rover, Scanning
-from onboard.lidar_tool.lag_report import LagReport
-from onboard.lidar_tool.lag_sweeps import LagSweeps
-from onboard.lidar_tool.sweeps import RecordedSweep, standing
 from onboard.perception.scan3d import gather
 from onboard.perception.tilt_lag import Lag, lag, nods
 from onboard.record.writer import Recorder
@@ -135,7 +135,7 @@ def test_the_command_finds_it_live_on_the_emulated_scanner_and_axis(tmp_path, mo
     end = VirtualEnd("lag")
     port = Port(world)
     monkeypatch.setattr("onboard.drivers.clock.WallClock", lambda: RigClock(world, end, port))
-    monkeypatch.setattr("onboard.calibrate.ports.open_port", lambda _: port)
+    monkeypatch.setattr("onboard.bringup.calibrate.ports.open_port", lambda _: port)
     own_ns = stamp_to_first_byte_ns(REAL)
     try:
         with handlers_kept():

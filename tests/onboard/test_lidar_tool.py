@@ -22,12 +22,12 @@ from click.testing import CliRunner
 from hil.devices import lidar_profile as profiles
 from hil.lidar.server import LidarServer, LidarTerminal
 from onboard.__main__ import app
+from onboard.bringup.lidar.listener import Listener, log_of
+from onboard.bringup.lidar.report import CHECKS, Tally
+from onboard.bringup.lidar.show import numbers, polar, view
 from onboard.config import Lidar
 from onboard.devices.lidar_clock import ClockQuality
 from onboard.drivers.record_file import DiskFile
-from onboard.lidar_tool.listener import Listener, log_of
-from onboard.lidar_tool.report import CHECKS, Tally
-from onboard.lidar_tool.show import numbers, polar, view
 from onboard.record.reader import open_record
 from onboard.records import BeamStatus, Chunk, Scan
 from protocol import scip
@@ -427,8 +427,8 @@ def test_ctrl_c_before_the_sensor_answers_ends_with_130(words, tcp, tmp_path, mo
 
 @pytest.mark.parametrize(("words", "work"), [
     (["lidar", "watch", "tcp:127.0.0.1:1"], "onboard.drivers.clock.WallClock"),
-    (["lidar", "scan", "r.mcap", "--out", "r.ply"], "onboard.lidar_tool.again.config_of"),
-    (["gdem", "import", "dem.tif"], "onboard.maps.gdem_import.import_gdem"),
+    (["lidar", "scan", "r.mcap", "--out", "r.ply"], "onboard.bringup.lidar.again.config_of"),
+    (["gdem", "import", "dem.tif"], "onboard.bringup.maps.gdem_import.import_gdem"),
 ])  # fmt: skip
 def test_ctrl_c_in_any_command_is_one_line_and_130(words, work, monkeypatch):
     def interrupted(*_):

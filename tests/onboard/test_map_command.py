@@ -13,10 +13,10 @@ import rasterio
 from click.testing import CliRunner
 
 from onboard.__main__ import app
+from onboard.bringup.maps.map_export import FORMATS, shade
 from onboard.config import Mapping_
 from onboard.drivers.disk import save
 from onboard.maps.gdem_file import from_npz
-from onboard.maps.map_export import FORMATS, shade
 from onboard.perception import ldem as maps
 from onboard.perception import tiles
 from onboard.perception.cell_classes import classify

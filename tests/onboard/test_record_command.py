@@ -12,8 +12,8 @@ from mcap.reader import make_reader
 from record_rig import fly, of_everything
 
 from onboard.__main__ import app
+from onboard.bringup.records.foxglove import VIEWS
 from onboard.record import made_by
-from onboard.record.foxglove import VIEWS
 from onboard.record.reader import open_record
 from onboard.record.replay import replay
 from onboard.record.schema import LAYOUTS
@@ -225,7 +225,7 @@ def fits(value, shape):
 
 
 def test_the_pose_is_turned_as_the_rover_is():
-    from onboard.record.foxglove import _quaternion
+    from onboard.bringup.records.foxglove import _quaternion
     from onboard.records import Pose
 
     angles = (0.1, -0.2, 2.5)

@@ -14,10 +14,10 @@ from mcap.stream_reader import StreamReader
 from record_rig import TICKS, fly
 from test_wall_clock import alone, started
 
+from onboard.bringup.records.cut import Slice, cut
+from onboard.bringup.records.info import info_of
 from onboard.native.variant import available
 from onboard.record import reader
-from onboard.record.cut import Slice, cut
-from onboard.record.info import info_of
 from onboard.record.parts import part_path
 from onboard.record.reader import DamagedRecordError, open_record, survey
 from onboard.record.replay import last_map, replay

@@ -9,8 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from record_rig import GOOD, Disk, fly
 
+from onboard.bringup.records.info import info_of
 from onboard.drivers.record_file import STALLED_FLUSHES, RecordFile
-from onboard.record.info import info_of
 from onboard.record.reader import DamagedRecordError, open_record
 from onboard.record.replay import replay
 from onboard.record.schema import LEAN, OUTPUTS

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from onboard.can_tool.load import Case, analyse
+from onboard.bringup.can.load import Case, analyse
 from protocol.can_codec import TABLE
 from protocol.can_frames import FRAMES
 

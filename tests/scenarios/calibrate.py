@@ -17,10 +17,10 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from hil.faults.build_errors import drawn
-from onboard.calibrate.drive import Drive
-from onboard.calibrate.estimate import Estimate, estimate
-from onboard.calibrate.evidence import Evidence, evidence
-from onboard.calibrate.model import CALIBRATED, Model, believed
+from onboard.bringup.calibrate.drive import Drive
+from onboard.bringup.calibrate.estimate import Estimate, estimate
+from onboard.bringup.calibrate.evidence import Evidence, evidence
+from onboard.bringup.calibrate.model import CALIBRATED, Model, believed
 from onboard.config import Config, Rover
 from tests.onboard.calibrate_rig import Yard
 

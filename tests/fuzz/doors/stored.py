@@ -22,8 +22,9 @@ from ground.archive.store import Archive
 from ground.products import preview
 from ground.report import run_files
 from ground.verbs import archive, look
-from onboard.record import record_command, replay_command
-from onboard.record.export import FORMATS
+from onboard.bringup.records import record_command
+from onboard.bringup.records.export import FORMATS
+from onboard.record import replay_command
 from onboard.record.reader import DamagedRecordError, open_record
 from onboard.record.replay import last_map, replay
 from tests.fuzz.damage import Rng, damaged

@@ -14,10 +14,10 @@ from rasterio import Affine
 from rasterio.io import MemoryFile
 
 from hil.scenario.scenario import load_scenario
+from onboard.bringup.maps.dem_file import Reading, open_dem
+from onboard.bringup.maps.dem_words import DemError
 from onboard.config import ConfigError, load
 from onboard.config_text import to_toml
-from onboard.drivers.dem_file import Reading, open_dem
-from onboard.drivers.dem_words import DemError
 from onboard.maps.gdem_file import GdemError, from_npz, to_npz
 from onboard.records import Gdem, Grid
 from tests.fuzz.damage import Rng

@@ -1,0 +1,1 @@
+"""Commands for people who prepare, test and calibrate a rover. No module that flies imports them."""

@@ -1,0 +1,1 @@
+"""Commands for maps: import of terrain models, export of maps and scans."""

@@ -1,0 +1,1 @@
+"""Commands for records: information, parts, exports."""
