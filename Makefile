@@ -35,7 +35,7 @@ ARM64_TESTS := $(if $(SHORT),$(addprefix tests/onboard/test_,elementary.py linea
 .venv/.project: .venv/.packages $(NATIVE)
 	@echo "building and installing the project"
 	@$(B)/python -m pip install --quiet --disable-pip-version-check --no-build-isolation --no-deps --editable .
-	@$(B)/python -m compileall -q protocol onboard hil ground pictures
+	@$(B)/python -m compileall -q protocol transport onboard hil ground pictures
 	@touch $@
 
 .venv/.hokuyolx: .venv/.packages requirements-source.lock

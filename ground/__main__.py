@@ -33,7 +33,8 @@ from ground.verbs.report import report_command
 from ground.verbs.screen import line_out
 from ground.verbs.table import Contact, StationFile
 from onboard.config import ConfigError
-from protocol import WireError, commands
+from protocol import WireError
+from protocol.tables import commands
 
 USAGE, NO_INPUT, UNAVAILABLE, CANNOT_CREATE, CONFIG, INTERRUPTED = 64, 66, 69, 73, 78, 130
 

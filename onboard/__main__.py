@@ -101,9 +101,9 @@ def run(config: Path | None, settings: tuple[str, ...], print_config: bool) -> N
     gc.disable()  # until all is loaded: loading drops little, and collecting would take a tenth of its time
     from onboard.app import NoMapError
     from onboard.app import run as fly  # the drivers are heavy: not for --help and --print-config
-    from onboard.drivers.clock import ClockLostError
-    from onboard.drivers.link_port import LinkPortError
-    from onboard.drivers.workers import JobError
+    from onboard.drivers.link.port import LinkPortError
+    from onboard.drivers.platform.clock import ClockLostError
+    from onboard.drivers.platform.workers import JobError
 
     try:
         raise Exit(fly(tree, say))

@@ -16,29 +16,29 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from onboard.beside import Books, Spare
 from onboard.config import Config, ConfigError
 from onboard.core.jobs import JOBS
 from onboard.core.schedule import Group
 from onboard.core.tick import Rover, darken, farewell, tick
-from onboard.drivers.can_bus import CanPort
-from onboard.drivers.clock import LockStepClock, WallClock
-from onboard.drivers.disk import Keeper, Kept, load
-from onboard.drivers.folder_lock import FolderLock
-from onboard.drivers.lidar_ear import LidarEar
-from onboard.drivers.lidar_port import LidarPort, open_port
-from onboard.drivers.link_memory import LinkMemory
-from onboard.drivers.link_port import LinkPort, endpoint_of, link_keys
-from onboard.drivers.machine import Probe, folders_written
-from onboard.drivers.memory import return_large
-from onboard.drivers.state_folder import StateFolder, count_boot, read_kept
-from onboard.drivers.stopwatch import Stopwatch, Unmeasured
-from onboard.drivers.workers import Workers
+from onboard.drivers.can.bus import CanPort
+from onboard.drivers.lidar.byte_listener import LidarEar
+from onboard.drivers.lidar.port import LidarPort, open_port
+from onboard.drivers.link.port import LinkPort, endpoint_of, link_keys
+from onboard.drivers.link.saved_state import LinkMemory
+from onboard.drivers.platform.clock import LockStepClock, WallClock
+from onboard.drivers.platform.load import Probe, folders_written
+from onboard.drivers.platform.memory import return_large
+from onboard.drivers.platform.stopwatch import Stopwatch, Unmeasured
+from onboard.drivers.platform.workers import Workers
+from onboard.drivers.storage.folder_lock import FolderLock
+from onboard.drivers.storage.map_tiles import Keeper, Kept, load
+from onboard.drivers.storage.state_folder import StateFolder, count_boot, read_kept
 from onboard.journal import Announce, Level, to_journal
 from onboard.maps.gdem_file import GdemError, read_gdem
-from onboard.ports import BUS_CLOSED, EPOCH, HALTS
 from onboard.record.writer import Recorder
 from onboard.records import BusStatus, Chunk, Frame, Gdem, Health, Inputs, LinkMessage, Machine, Outputs, PortState
+from onboard.records.status import BUS_CLOSED, EPOCH, HALTS
+from onboard.spare_time import Books, Spare
 from onboard.status.report import rhythm
 from protocol.barrier import Channel, Tick
 

@@ -253,7 +253,7 @@ class Localisation:
 
 @dataclass(frozen=True, slots=True)
 class Safety:
-    """Limits of the monitors of this rover; detection times are in protocol.faults."""
+    """Limits of the monitors of this rover; detection times are in protocol.tables.faults."""
 
     command_lost_ns: int = value(300_000_000_000, "no authenticated contact: finish the leg, then STANDBY",
                                  low=1e9, high=1e14)

@@ -17,7 +17,7 @@ from typing import Any
 from onboard.config import RESTART, Config, ConfigError, from_tree
 from onboard.config_text import allowed, word
 from onboard.toml_text import TomlError, parse_toml
-from protocol.commands import named
+from protocol.tables.commands import named
 
 MOST_CHANGES = 256
 

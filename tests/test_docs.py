@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from protocol.commands import TABLE
-from protocol.faults import FAULTS
+from protocol.tables.commands import TABLE
+from protocol.tables.faults import FAULTS
 from tools.make_docs import DOCS, PAGES, ROOT
 from tools.make_pictures import DRIVEN, MADE, SCANNED
 

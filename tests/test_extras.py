@@ -14,7 +14,7 @@ import pytest
 from tools import extras
 
 ROOT = Path(__file__).parents[1]
-OURS = ("protocol", "onboard", "ground", "hil", "pictures")
+OURS = ("protocol", "transport", "onboard", "ground", "hil", "pictures")
 BENCH = {"pybullet", "viser", "embreex", "trimesh", "matplotlib", "pillow", "duckdb", "pydantic", "pytest"}
 OF_A_BUSY_COMPUTER = {"drift", "time", "gaps"}  # findings of `lidar check` that depend on when a process runs
 OWN_EXTRA = {"embreex", "rerun-sdk"}  # asked for by name: pyproject's extras `fast` and `rerun`
@@ -59,7 +59,7 @@ def foreign(packages):
 
 
 @pytest.mark.parametrize(("extra", "packages"), [
-    ("onboard", ("protocol", "onboard")), ("ground", ("protocol", "ground")), ("hil", OURS),
+    ("onboard", ("protocol", "transport", "onboard")), ("ground", ("protocol", "transport", "ground")), ("hil", OURS),
 ])  # fmt: skip
 def test_an_extra_has_every_package_that_its_modules_import_themselves_or_through_others(extra, packages):
     owners, installed = packages_distributions(), extras.closure(extras.roots(extra))

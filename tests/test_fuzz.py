@@ -7,11 +7,12 @@ from onboard.devices.emergency import reason_name
 from onboard.record.made_by import versions
 from onboard.record.reader import DamagedRecordError, open_record
 from onboard.records import Frame
-from protocol import WireError, bulk_wire
-from protocol import eldorado_dialect as dialect
-from protocol.can_codec import TABLE, TiltState
-from protocol.link import DOWNLINK_KEY_ID, Kind, Sealer, bench_keys
-from protocol.reports import Report, State, encode_report
+from protocol import WireError
+from protocol.generated import eldorado_dialect as dialect
+from protocol.generated.can_codec import TABLE, TiltState
+from protocol.link import bulk_wire
+from protocol.link.datagrams import DOWNLINK_KEY_ID, Kind, Sealer, bench_keys
+from protocol.link.reports import Report, State, encode_report
 from tests.fuzz import guided
 from tests.fuzz.__main__ import main
 from tests.fuzz.blind import feed, tries

@@ -6,16 +6,16 @@ from pathlib import Path
 import pytest
 
 from hil.faults.injection import INJECTIONS
-from onboard.core.monitors import MONITORS
-from protocol.faults import BY_NAME, FAULTS
+from onboard.core.faults.monitors import MONITORS
+from protocol.tables.faults import BY_NAME, FAULTS
 
 ROOT = Path(__file__).parent.parent
-PACKAGES = ("protocol", "onboard", "hil", "ground", "pictures")
-GENERATED = {"protocol/can_codec.py", "protocol/can_frames.py", "protocol/eldorado_dialect.py"}
+PACKAGES = ("protocol", "transport", "onboard", "hil", "ground", "pictures")
+GENERATED = {f"protocol/generated/{name}.py" for name in ("can_codec", "can_frames", "eldorado_dialect")}
 
 ONE_IMPORTER = {
-    "can": {f"onboard/drivers/can_{name}.py" for name in ("base", "bus", "log", "socketcan", "socketcand")},
-    "zenoh": {"onboard/drivers/zenoh_end.py", "hil/link/emulator.py"},
+    "can": {f"onboard/drivers/can/{name}.py" for name in ("base", "bus", "log", "socketcan", "socketcand")},
+    "zenoh": {"transport/zenoh_end.py", "hil/link/emulator.py"},
     "pybullet": {"hil/plant/engine.py"},
     "filterpy": {"onboard/perception/ekf.py"},
     "viser": {f"hil/watch/{name}.py" for name in ("scene", "panel", "serve")},

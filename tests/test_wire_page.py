@@ -5,9 +5,11 @@ import struct
 
 import pytest
 
-from protocol import commands, direct, link
-from protocol.link import KEY_UP, Kind, Sealer, bench_keys, hkdf
-from protocol.reports import Code, Report, State, encode_report
+from protocol.link import datagrams as link
+from protocol.link import direct
+from protocol.link.datagrams import KEY_UP, Kind, Sealer, bench_keys, hkdf
+from protocol.link.reports import Code, Report, State, encode_report
+from protocol.tables import commands
 from tools.make_dissector import TYPES
 from tools.make_docs import wire
 

@@ -10,9 +10,9 @@ from onboard.bringup.can.bits import worst_bits
 from onboard.bringup.can.load import Case, Row, analyse, total
 from onboard.config import Can
 from onboard.devices import emergency, tilt
-from protocol.can_codec import DBC_VERSION, TABLE
-from protocol.can_frames import BITS_PER_S, FRAMES, NODES, Layout, Signal
-from protocol.can_guard import LATE_CYCLES
+from protocol.can.guard import LATE_CYCLES
+from protocol.generated.can_codec import DBC_VERSION, TABLE
+from protocol.generated.can_frames import BITS_PER_S, FRAMES, NODES, Layout, Signal
 from tools.icd_picture import family_title, ids_of
 
 Table = Callable[[Sequence[str], Iterable[Sequence[str]]], str]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from html import escape
 
-from protocol.can_frames import FRAMES, Layout, Signal
+from protocol.generated.can_frames import FRAMES, Layout, Signal
 
 BIT, ROW, LEFT, TOP, GAP = 15, 34, 232, 46, 7
 PROTECTED = {"counter": "#f6d38b", "crc": "#eda493"}

@@ -35,7 +35,7 @@ from tools.extras import closure
 
 ROOT = Path(__file__).parents[1]
 SERVICE = ROOT / "tools" / "service"
-PACKAGES = ("protocol", "onboard")
+PACKAGES = ("protocol", "transport", "onboard")
 EXTENSIONS = ("_kernels_baseline", "_wakes")
 OF_MACHINE = {"x86_64": ("_kernels_avx2", "_kernels_avx512")}  # CMakeLists.txt builds them there only
 NOT_FLOWN = ("*.hpp", "*.cpp", "*.so", "__pycache__")

@@ -1,4 +1,4 @@
-"""Generator of protocol/can_codec.py from protocol/rover.dbc: `make codec`. A test compares the two.
+"""Generator of protocol/generated/can_codec.py from protocol/rover.dbc: `make codec`. A test compares the two.
 
 The generated code uses one integer per frame, shifts and masks; physical values scale as in cantools (divide, round
 half to even), so both agree bit for bit.
@@ -17,13 +17,13 @@ import cantools
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
 
-from protocol.can_crc import seed  # noqa: E402
+from protocol.can.crc import seed  # noqa: E402
 
 PROTECTION = ("counter", "crc")
 HEAD = '''"""CAN codec, generated from rover.dbc by tools/make_can_codec.py. Change the DBC and run `make codec`.
 
 encode_NAME(values..., counter) -> 8 bytes with alive counter and checksum; ValueError names a value out of its range.
-decode_NAME(data) -> a tuple of physical values; WireError("out_of_range") or ("length"). The checksum is can_guard's.
+decode_NAME(data) -> a tuple of physical values; WireError("out_of_range") or ("length"). The checksum: can.guard.
 Values of unit scale are integers. TABLE: can id -> Row.
 """
 
@@ -31,7 +31,7 @@ from enum import IntEnum
 from typing import Any, Callable, NamedTuple
 
 from protocol import WireError
-from protocol.can_crc import crc8 as _crc
+from protocol.can.crc import crc8 as _crc
 
 _new = tuple.__new__
 _from_bytes = int.from_bytes
@@ -65,7 +65,7 @@ def _length(frame: str, data: bytes) -> WireError:
 
 def main() -> None:
     """Read the DBC, write the module."""
-    (ROOT / "protocol" / "can_codec.py").write_text(generate(ROOT / "protocol" / "rover.dbc"))
+    (ROOT / "protocol" / "generated" / "can_codec.py").write_text(generate(ROOT / "protocol" / "rover.dbc"))
 
 
 def generate(dbc_path: Path) -> str:

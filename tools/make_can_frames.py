@@ -1,4 +1,4 @@
-"""Generator of protocol/can_frames.py, the texts of rover.dbc for tools that run without a DBC parser: `make codec`.
+"""Generator of generated/can_frames.py, the texts of rover.dbc for tools that run without a DBC parser: `make codec`.
 
 The codec (make_can_codec.py) contains what a tick needs; this file contains what people need: layout, units, ranges,
 comments, receivers, cycle times. A test compares file and DBC.
@@ -19,7 +19,7 @@ from tools.make_can_codec import family_name  # noqa: E402
 
 HEAD = '''"""The frames of rover.dbc in words, made by tools/make_can_frames.py. Change the DBC and run `make codec`.
 
-FRAMES: can id -> Layout, in the order of priority. The codec of the same frames is protocol/can_codec.py.
+FRAMES: can id -> Layout, in the order of priority. The codec of the same frames is protocol/generated/can_codec.py.
 """
 
 from typing import NamedTuple
@@ -104,7 +104,7 @@ def _row(message: Any) -> str:
 
 def main() -> None:
     """Read the DBC, write the module."""
-    (ROOT / "protocol" / "can_frames.py").write_text(generate(ROOT / "protocol" / "rover.dbc"))
+    (ROOT / "protocol" / "generated" / "can_frames.py").write_text(generate(ROOT / "protocol" / "rover.dbc"))
 
 
 if __name__ == "__main__":

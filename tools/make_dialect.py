@@ -1,4 +1,4 @@
-"""Generator of protocol/eldorado_dialect.py from protocol/eldorado.xml, by pymavlink's generator; no network.
+"""Generator of protocol/generated/eldorado_dialect.py from protocol/eldorado.xml, by pymavlink's generator; no network.
 
 python -m tools.make_dialect [OUTPUT]. Of the common set, copied from the installed pymavlink, only the messages that
 the rover sends are included, with their enums: all 219 cost each process 6 MB, and 70 MB while they are compiled.
@@ -19,7 +19,7 @@ from pymavlink.generator import mavgen, mavparse
 
 ROOT = Path(__file__).resolve().parents[1]
 SOURCE = ROOT / "protocol" / "eldorado.xml"
-TARGET = ROOT / "protocol" / "eldorado_dialect.py"
+TARGET = ROOT / "protocol" / "generated" / "eldorado_dialect.py"
 FILES = ("common.xml", "standard.xml", "minimal.xml")
 KEPT = {"HEARTBEAT", "SYS_STATUS", "ATTITUDE", "LOCAL_POSITION_NED", "STATUSTEXT"}
 

@@ -16,8 +16,10 @@ from pathlib import Path
 
 from ground.gateway.frames import mavlink
 from ground.gateway.orders import ROWS
-from protocol import bulk_wire, commands, events, link, reports
-from protocol.arguments import Argument, Kind
+from protocol.link import bulk_wire, events, reports
+from protocol.link import datagrams as link
+from protocol.tables import commands
+from protocol.tables.arguments import Argument, Kind
 from tools.make_dialect import KEPT, made
 
 ROOT = Path(__file__).resolve().parents[1]

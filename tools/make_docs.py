@@ -14,8 +14,9 @@ sys.path.insert(0, str(ROOT))
 
 from hil.plant.ros_urdf import ros_urdf  # noqa: E402
 from onboard.config import Rover  # noqa: E402
-from protocol import commands, modes, xtce  # noqa: E402
-from protocol.faults import FAULTS, Step  # noqa: E402
+from protocol.ccsds import xtce  # noqa: E402
+from protocol.tables import commands, modes  # noqa: E402
+from protocol.tables.faults import FAULTS, Step  # noqa: E402
 from tools import icd_page, icd_picture, licences, messages_page, sensors_page, wire_page  # noqa: E402
 
 DOCS = ROOT / "docs"
@@ -32,7 +33,7 @@ def faults() -> str:
     heads = ("no.", "fault", "condition", "found within", "response", "latched", "may be masked", "suppressed by")
     steps = [(f"`{step.name}`", step.value) for step in Step]
     return _page(
-        "Faults", "protocol/faults.py",
+        "Faults", "protocol/tables/faults.py",
         "What the rover watches at each tick, how soon a fault is found, and what the rover does about it. The time "
         "counts from the first missing or violating sample to the tick whose outputs hold the response.",
         _table(heads, rows), "## Steps of a response", _table(("step", "means"), steps),
@@ -48,8 +49,8 @@ def mode_page() -> str:
     phases = ", ".join(f"`{phase.name}`" for phase in modes.Phase)
     events = [(f"`{row.name}`", row.severity, row.meaning) for row in modes.EVENTS]
     return _page(
-        "Modes and events", "protocol/modes.py", "What the rover is about, what leads from one mode to another, and "
-        "what it tells the ground of it.",
+        "Modes and events", "protocol/tables/modes.py",
+        "The rover's modes, their transitions, and the events that the rover reports.",
         _table(("mode", "wheels", "meaning"), table), drawing, _table(("in", "event", "leads to", "when"), ways),
         f"Phases within `AUTONOMOUS`: {phases}.", "## Events", _table(("event", "severity", "meaning"), events),
     )
@@ -67,7 +68,7 @@ def command_page() -> str:
         for row in commands.TABLE for a in row.arguments
     ]
     return _page(
-        "Commands", "protocol/commands.py",
+        "Commands", "protocol/tables/commands.py",
         "What the ground may ask of the rover. Each crosses the link with a request id, is carried out once however "
         "often it arrives, and is answered by reports until the ground has one. Not in an allowed mode, it is refused "
         "with what would be allowed.",

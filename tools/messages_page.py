@@ -15,7 +15,7 @@ from ground.gateway.parameters import ids_of, read_listing
 from ground.gateway.vehicle import MESSAGES as SHOWN
 from onboard.config import Config
 from onboard.parameters import Settings, listing
-from protocol.telemetry import ITEMS_SLOTS, TABLE, rate_hz
+from protocol.tables.telemetry import ITEMS_SLOTS, TABLE, rate_hz
 from tools.make_dialect import FILES, KEPT, SOURCE
 
 Table = Callable[[Sequence[str], Iterable[Sequence[str]]], str]
@@ -34,7 +34,7 @@ def messages(table: Table) -> list[str]:
         "no other message ([learned.md](learned.md) has the price of the whole common set). Ground programs see the "
         "gateway's messages instead ([gateway.md](gateway.md)).",
         "The frames are MAVLink's (north, east, down; forward, right, down); `protocol/mavlink_frames.py` turns ours "
-        "into them. An item is a row of `protocol/telemetry.py`, as `ground status` shows it.",
+        "into them. An item is a row of `protocol/tables/telemetry.py`, as `ground status` shows it.",
         *(part for message in own for part in _message(message, table)),
         "## Of the common set",
         *(part for message in kept for part in _message(message, table)),

@@ -7,7 +7,8 @@ import struct
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from enum import IntEnum
 
-from protocol import bulk_wire, direct, link, reports
+from protocol.link import bulk_wire, direct, reports
+from protocol.link import datagrams as link
 from tools.make_dissector import STRUCTS, TYPES, parts
 
 Table = Callable[[Sequence[str], Iterable[Sequence[str]]], str]
@@ -26,7 +27,7 @@ _PAYLOADS = (
      "To the end bits, the lowest first: bit n stands for the event of serial `base` + 1 + n. All up to `base` are "
      "there."),
     ("Chunk, down", "chunk", f"The chunk's bytes follow. Index {bulk_wire.ANNOUNCEMENT:#x} is an announcement, "
-     f"{bulk_wire.REPAIR:#x} a repair symbol: base uint16, span uint8 and the XOR (`protocol/repair.py`)."),
+     f"{bulk_wire.REPAIR:#x} a repair symbol: base uint16, span uint8 and the XOR (`protocol/link/repair.py`)."),
     ("Announcement of an object, in a chunk", "announcement", "Name and codec follow, in UTF-8."),
     ("Bitmap, up", "bitmap",
      f"Flags: {bulk_wire.KNOWN} the announcement is there, {bulk_wire.COMPLETE} the object is complete. To the end "

@@ -8,8 +8,8 @@ from collections.abc import Sequence
 from typing import Any
 
 from ground.archive.schema import DATA, ArchiveError
-from protocol.modes import SEVERITIES
-from protocol.transactions import State
+from protocol.link.transactions import State
+from protocol.tables.modes import SEVERITIES
 
 _KINDS: dict[str, tuple[type, ...]] = {
     "integer": (int, type(None)), "text": (str, type(None)), "blob": (bytes, type(None)),

@@ -15,8 +15,9 @@ from pathlib import Path
 from typing import NamedTuple
 
 from ground.archive.schema import private
-from protocol import WireError, commands
-from protocol.transactions import State
+from protocol import WireError
+from protocol.link.transactions import State
+from protocol.tables import commands
 
 _ENDED = "its station ended before the outcome"
 _GRACE_NS = 600_000_000_000  # allows for datagrams on their way and for clock differences between computers

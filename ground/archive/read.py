@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 from ground.archive.checks import RowCheck, check_state, check_time, damaged
 from ground.archive.schema import TABLES, VERSION, ArchiveError, open_checked, told
-from protocol.transactions import Code, State
+from protocol.link.transactions import Code, State
 
 _SILENT_NS = 3_000_000_000  # housekeeping is sent twice a second
 

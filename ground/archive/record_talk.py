@@ -11,7 +11,7 @@ from onboard.record.reader import UNREADABLE, open_record
 from onboard.record.schema import TICK
 from onboard.toml_text import parse_toml
 from protocol import WireError
-from protocol.link import Kind
+from protocol.link.datagrams import Kind
 
 _PAYLOAD = struct.Struct("<BH")  # of channel /out/link: kind, length, then the bytes (onboard/record/schema.py)
 

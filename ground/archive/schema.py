@@ -13,7 +13,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 
-from protocol.link import numbers
+from protocol.link.datagrams import numbers
 
 APPLICATION_ID = 0x454C4452  # "ELDR"
 _OPEN_S = 5.0

@@ -19,7 +19,7 @@ from ground.archive.orphans import Living, Orphan, find
 from ground.archive.schema import LOCKED, open_checked, recent_chunks, told
 from ground.archive.schema import TABLES as TABLES
 from ground.archive.schema import ArchiveError as ArchiveError
-from protocol import commands
+from protocol.tables import commands
 
 _TURN_MS, _CLOSE_MS = 100, 5000
 _RETRY = 50  # calls of `commit` between two attempts: a quarter of a second

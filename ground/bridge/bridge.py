@@ -12,11 +12,12 @@ from collections import Counter
 
 from ground.session.news import EventHeard, Item, News, ReportHeard
 from ground.session.session import Session
-from protocol import WireError, packet_table, space_packets
-from protocol.commands import command
-from protocol.modes import SEVERITIES
-from protocol.packet_table import NUMBERS, TelemetryPacket
-from protocol.transactions import Code
+from protocol import WireError
+from protocol.ccsds import packet_table, space_packets
+from protocol.ccsds.packet_table import NUMBERS, TelemetryPacket
+from protocol.link.transactions import Code
+from protocol.tables.commands import command
+from protocol.tables.modes import SEVERITIES
 
 LIFETIME_S = 60.0  # of a request, as of one typed by hand
 _FORGET = 4096  # number of requests whose packet numbers are stored

@@ -16,7 +16,7 @@ from ground.session.session import Session
 from ground.station.settings import load_settings
 from ground.verbs.screen import line_beside, line_out
 from ground.verbs.table import Contact, Json, StationFile
-from protocol.xtce import xtce
+from protocol.ccsds.xtce import xtce
 
 app = typer.Typer(help="Bridges to other ground systems.", no_args_is_help=True)
 _OFF = "none"

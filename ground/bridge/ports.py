@@ -17,7 +17,8 @@ from typing import NamedTuple, Self
 from ground.bridge.bridge import Bridge
 from ground.session.news import News
 from ground.station.station import StationError
-from protocol import WireError, space_packets
+from protocol import WireError
+from protocol.ccsds import space_packets
 
 _MOST_PER_TURN = 64
 _BACKLOG_BYTES = 1 << 20

@@ -22,8 +22,8 @@ from ground.gateway.frames import mavlink as m
 from ground.gateway.missions import Asker, ClientKey, To
 from ground.gateway.orders import CANCELLED, GIVES_WAY, Answer, Asked, Known, Request, order
 from ground.session.session import Session
-from protocol import commands
-from protocol.transactions import Code, Report, State
+from protocol.link.transactions import Code, Report, State
+from protocol.tables import commands
 
 LIFETIME_S = 60.0
 _TELL_NS, _REPEAT_NS = 1_000_000_000, 60_000_000_000

@@ -1,6 +1,6 @@
 """MAVLink frames: cut from a datagram, checked, decoded and encoded. The common set, as pymavlink defines it.
 
-Only the ground loads the whole common set (12 MB of memory, 0.3 s); the rover has protocol.eldorado_dialect.
+Only the ground loads the whole common set (12 MB of memory, 0.3 s); the rover has protocol.generated.eldorado_dialect.
 """
 
 from __future__ import annotations

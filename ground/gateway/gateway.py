@@ -27,8 +27,8 @@ from ground.gateway.vehicle import MESSAGES, Seen, heartbeat, told_by
 from ground.session.contact import SILENT_NS, Contact
 from ground.session.news import EventHeard, Item, News
 from ground.session.session import Session
-from protocol.modes import Mode
-from protocol.transactions import State
+from protocol.link.transactions import State
+from protocol.tables.modes import Mode
 
 Handler = Callable[[Client, Any, int], Iterable[To]]
 _HEARTBEAT_NS = 1_000_000_000

@@ -10,8 +10,8 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, NamedTuple
 
 from ground.gateway.frames import mavlink as m
-from protocol.faults import named
-from protocol.modes import TABLE as MODES
+from protocol.tables.faults import named
+from protocol.tables.modes import TABLE as MODES
 
 if TYPE_CHECKING:
     from ground.gateway.vehicle import Seen

@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 from ground.gateway.frames import mavlink as m
 from ground.gateway.orders import place_m
 from ground.gateway.origin import Origin, e7
-from protocol.commands import command
+from protocol.tables.commands import command
 
 _MOST = next(a.most for a in command("mission").arguments if a.name == "goals_m")
 _FAR_M = next(a.high for a in command("mission").arguments if a.name == "goals_m")

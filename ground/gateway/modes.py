@@ -13,7 +13,7 @@ from __future__ import annotations
 from enum import IntEnum
 
 from ground.gateway.frames import mavlink as m
-from protocol.modes import Mode
+from protocol.tables.modes import Mode
 
 _FIRST = 100
 _AUTO = 4  # PX4_CUSTOM_MAIN_MODE_AUTO

@@ -1,4 +1,4 @@
-"""TABLE of MAVLink commands. Each row returns a request of protocol.commands, an answer of the gateway, or a refusal.
+"""TABLE of MAVLink commands. Each row returns a request of tables.commands, an answer of the gateway, or a refusal.
 
 Nothing else in the gateway knows the parameters of the commands.
 """
@@ -14,10 +14,10 @@ from typing import Any, NamedTuple
 from ground.gateway.frames import mavlink as m
 from ground.gateway.modes import Auto, asked_mode, custom_mode, unpacked
 from ground.gateway.origin import Origin
-from protocol.arguments import Value
 from protocol.conventions import wrap_rad
 from protocol.mavlink_frames import enu_angles, ned_from_enu
-from protocol.modes import Mode
+from protocol.tables.arguments import Value
+from protocol.tables.modes import Mode
 
 CANCELLED = 6  # MAV_RESULT_CANCELLED, which this message set lacks
 _GLOBAL = (m.MAV_FRAME_GLOBAL, m.MAV_FRAME_GLOBAL_RELATIVE_ALT, m.MAV_FRAME_GLOBAL_INT,
@@ -63,7 +63,7 @@ class Asked:
 class Request(NamedTuple):
     """Request to the rover.
 
-    name, arguments: of protocol.commands.
+    name, arguments: of protocol.tables.commands.
     begun: True: acknowledged when it has begun, not when it ends, because it takes minutes.
     urgent: True: it waits for nothing, and the requests before it are cancelled.
     enables: value of the enabling after success; None: unchanged.

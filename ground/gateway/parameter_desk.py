@@ -15,7 +15,7 @@ from ground.gateway.missions import Asker, ClientKey, To
 from ground.gateway.parameters import Mirror, Parameter, same, word
 from ground.session.news import EventHeard
 from ground.session.session import Session
-from protocol.transactions import State
+from protocol.link.transactions import State
 
 _PER_TURN = 16  # values sent in one turn: all at once would overrun a client's socket
 _ALL = -2

@@ -15,7 +15,7 @@ from ground.gateway.health import masks
 from ground.gateway.modes import custom_mode
 from ground.gateway.origin import Origin, e7
 from protocol.mavlink_frames import frd_from_flu, ned_angles, ned_from_enu
-from protocol.modes import Mode
+from protocol.tables.modes import Mode
 
 RUNS = (Mode.AUTONOMOUS, Mode.TELEOP, Mode.SEQUENCE)
 _STATES = {

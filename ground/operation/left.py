@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from ground.operation.script import Step
 from ground.session.fetched import product_name
 from ground.session.session import NOT_SENT, Session
-from protocol import commands
-from protocol.transactions import Request, State
+from protocol.link.transactions import Request, State
+from protocol.tables import commands
 
 _ENDS = "`ground stop` ends it"
 

@@ -23,7 +23,7 @@ from ground.station.settings import Settings
 from ground.station.station import TO_HAVE_A_ROVER, Station, StationError
 from ground.station.user import by_hand
 from onboard.config import ConfigError
-from protocol import commands
+from protocol.tables import commands
 
 OK, FAILED, UNAVAILABLE, TEMPORARY = 0, 1, 69, 75
 SHORT_WAIT_S = 0.05  # wait for the archive: the time in which another station writes a turn

@@ -13,8 +13,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from ground.session.session import Session
-from protocol import commands
-from protocol.transactions import State
+from protocol.link.transactions import State
+from protocol.tables import commands
 
 
 class ScriptError(ValueError):

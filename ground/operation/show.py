@@ -11,11 +11,11 @@ from ground.session.news import EventHeard, News, ProductHeard, Progress, Report
 from ground.session.schedule import utc_words
 from ground.session.session import Session
 from protocol import WireError
-from protocol.bulk import Product
-from protocol.faults import named
-from protocol.modes import Mode, Phase
+from protocol.link.bulk import Product
 from protocol.products.way import WayProduct, decode_way
-from protocol.telemetry import out_of_limits
+from protocol.tables.faults import named
+from protocol.tables.modes import Mode, Phase
+from protocol.tables.telemetry import out_of_limits
 
 WAY = "way"  # the product that answers a goto
 NAMED: dict[str, type[IntEnum]] = {"mode": Mode, "phase": Phase}

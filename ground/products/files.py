@@ -18,7 +18,7 @@ from onboard.config import Rover
 from onboard.perception.scan3d import Points, Scan3d, gather, points
 from onboard.records import Scan, TiltTrack
 from protocol import WireError
-from protocol.bulk import Product
+from protocol.link.bulk import Product
 from protocol.products import PRODUCTS, RECORD_CODEC, decode_ldem, poses_of
 from protocol.products.height_std import decode_height_std
 from protocol.products.nsp import Explanation, decode_nsp

@@ -42,7 +42,7 @@ class NoRunError(ValueError):
 
 
 class Told(NamedTuple):
-    """Event of the rover. name: a row of protocol.modes.EVENTS."""
+    """Event of the rover. name: a row of protocol.tables.modes.EVENTS."""
 
     time_s: float
     severity: str

@@ -7,7 +7,7 @@ ends it, on the wall clock: nothing that is sent then arrives.
 from __future__ import annotations
 
 from ground.session.session import Session
-from protocol.transactions import State
+from protocol.link.transactions import State
 
 NOT_HEARD_THERE = ("the rover refuses what this station sends and answers nothing: is its command key the rover's? "
                    "It is asked on; Ctrl-C ends that")

@@ -10,9 +10,10 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 
 from ground.session.news import News, ProductHeard, Progress
-from protocol import WireError, bulk
-from protocol.commands import Telecommand, command
-from protocol.link import Keyring, unsealed
+from protocol import WireError
+from protocol.link import bulk
+from protocol.link.datagrams import Keyring, unsealed
+from protocol.tables.commands import Telecommand, command
 
 _WAKE_NS = 100_000_000
 _TAIL_NS = 10_000_000_000

@@ -6,7 +6,7 @@ from ground.session.crossing import Crossing
 from ground.session.far_clock import FarClock
 from ground.session.news import EventHeard, Item, News
 from ground.session.telemetry import TelemetryReceiver, Value
-from protocol.versions import Versions
+from protocol.link.versions import Versions
 
 _VERSION_ITEMS = tuple(f"{name}_version" for name in Versions._fields)
 

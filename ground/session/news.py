@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from protocol import bulk, transactions
+from protocol.link import bulk, transactions
 
 
 class Item(NamedTuple):

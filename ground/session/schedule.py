@@ -10,7 +10,7 @@ from datetime import UTC, datetime
 from typing import NamedTuple
 
 from ground.session.far_clock import FarClock
-from protocol.contacts import MOST, Windows, windows
+from protocol.link.contacts import MOST, Windows, windows
 
 _FORM = "should be `BEGIN END`, both in UTC like 2026-11-22T12:00:00Z or both in seconds of onboard time"
 

@@ -20,10 +20,12 @@ from ground.session.kept import NOTHING, Kept
 from ground.session.known import Known
 from ground.session.news import News, ReportHeard
 from ground.session.schedule import Schedule
-from protocol import WireError, bulk, commands, transactions
-from protocol.contacts import Windows
-from protocol.link import DOWNLINK_KEY_ID, Kind, LinkKeys, Opener, Sealer, payload_limit
-from protocol.versions import OURS, Versions
+from protocol import WireError
+from protocol.link import bulk, transactions
+from protocol.link.contacts import Windows
+from protocol.link.datagrams import DOWNLINK_KEY_ID, Kind, LinkKeys, Opener, Sealer, payload_limit
+from protocol.link.versions import OURS, Versions
+from protocol.tables import commands
 
 _LOST = "the rover restarted (boot {}) before {} had come whole; ask again: what came is kept"
 VIEWER = "this station has no command key (command_keys): it may watch, not command"

@@ -1,11 +1,13 @@
-"""Decoder of the rover's MAVLink bundles: values by the rows of protocol.telemetry; events once each, acknowledged."""
+"""Decoder of the rover's MAVLink bundles: values by the rows of tables.telemetry; events once each, acknowledged."""
 
 from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from protocol import WireError, events, telemetry
-from protocol import eldorado_dialect as dialect
+from protocol import WireError
+from protocol.generated import eldorado_dialect as dialect
+from protocol.link import events
+from protocol.tables import telemetry
 
 _SEVERITIES = ("critical", "critical", "critical", "error", "warning", "info", "info", "debug")
 _ACK_NS = 1_000_000_000

@@ -17,8 +17,8 @@ from ground.operation import show
 from ground.operation.left import left
 from ground.session.session import Session
 from ground.verbs.table import ASKS
-from protocol import commands
-from protocol.transactions import State
+from protocol.link.transactions import State
+from protocol.tables import commands
 
 _ENDS = ("quit", "exit")
 _ALONE = frozenset({"watch", "script", "shell", "gateway", "bridge", "serve"})
@@ -150,7 +150,7 @@ def _options(words: Sequence[str]) -> tuple[list[str], dict[str, str]]:
 def completions() -> dict[str, object]:
     """Return the words that may follow each word, nested, for the prompt."""
     from onboard.parameters import TABLE as PARAMETERS
-    from protocol.telemetry import BY_NAME
+    from protocol.tables.telemetry import BY_NAME
 
     tree: dict[str, object] = {}
     for row in commands.TABLE:

@@ -24,7 +24,7 @@ from ground.archive.schema import private
 from ground.session.kept import Kept
 from ground.station import halt_numbers
 from onboard.config import ConfigError
-from protocol.link import WINDOW
+from protocol.link.datagrams import WINDOW
 
 COUNTERS, REQUESTS = 640, 256
 GAP = 4096  # request ids before a block for processes that cannot write: one a second, repeated after an hour

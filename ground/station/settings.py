@@ -7,9 +7,9 @@ from pathlib import Path
 
 from ground.session.schedule import Schedule, parse
 from onboard.config import ConfigError, from_tree, value
-from onboard.drivers.key_file import read_keys
 from onboard.toml_text import TomlError, read_toml
-from protocol.link import KEY_DOWN, KEY_UP, Keyring, LinkKeys, bench_keys
+from protocol.link.datagrams import KEY_DOWN, KEY_UP, Keyring, LinkKeys, bench_keys
+from transport.key_file import KeyFileError, read_any_keys, read_keys
 
 PLACES = (Path("ground.toml"), Path("build/sim/ground.toml"))
 
@@ -60,15 +60,23 @@ def load_settings(path: Path | None) -> Settings:
     return replace(settings, **beside)
 
 
+def keys_in(path: str, direction: str = "") -> Keyring:
+    """Return the keys in a file, of this direction or of any. Raises ConfigError, one line without a secret."""
+    try:
+        return read_keys(path, direction) if direction else read_any_keys(path)
+    except KeyFileError as error:
+        raise ConfigError(str(error)) from None  # the cause could quote a secret
+
+
 def station_keys(settings: Settings) -> LinkKeys:
     """Return both directions' keys, from the files or from the bench's seed. Raises ConfigError."""
     if settings.downlink_key:
         if not settings.state:
             raise ConfigError("state: with key files a folder is needed, where the counters outlive the station")
-        down = read_keys(settings.downlink_key, KEY_DOWN)
+        down = keys_in(settings.downlink_key, KEY_DOWN)
         if not settings.command_keys:
             return LinkKeys(Keyring(KEY_UP, {}, down.epochs), down)
-        keys = LinkKeys(read_keys(settings.command_keys, KEY_UP), down)
+        keys = LinkKeys(keys_in(settings.command_keys, KEY_UP), down)
     elif settings.command_keys:
         raise ConfigError("downlink_key: name this file too; without it nothing of the rover can be heard")
     elif settings.bench_seed < 0:

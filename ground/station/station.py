@@ -17,12 +17,14 @@ from ground.station.clock import Turn, first_nonce
 from ground.station.memory import Block, Memory
 from ground.station.settings import Settings, load_schedule, station_keys
 from onboard.config import ConfigError
-from onboard.drivers.link_end import LinkEnd, LinkEndError
-from onboard.drivers.udp_end import UdpGroundEnd
-from onboard.drivers.zenoh_end import ZenohEnd
-from protocol import WireError, carrier, commands
-from protocol.link import KEY_DOWN, KEY_UP, OVERHEAD, numbers
-from protocol.transactions import Code, Report, State
+from protocol import WireError
+from protocol.link import carrier
+from protocol.link.datagrams import KEY_DOWN, KEY_UP, OVERHEAD, numbers
+from protocol.link.transactions import Code, Report, State
+from protocol.tables import commands
+from transport.link_end import LinkEnd, LinkEndError
+from transport.udp_end import UdpGroundEnd
+from transport.zenoh_end import ZenohEnd
 
 TO_HAVE_A_ROVER = "`make sim` starts a rover to talk to"
 _S = 1_000_000_000

@@ -15,8 +15,8 @@ from ground.session.schedule import utc_ns
 from ground.session.session import Session
 from ground.station.settings import load_settings
 from ground.verbs.screen import line_beside, line_out, text_out
-from protocol import commands
-from protocol.transactions import Code, State
+from protocol.link.transactions import Code, State
+from protocol.tables import commands
 
 
 def ask(station: Path | None, plan: Plan, as_json: bool) -> tuple[int, Session]:

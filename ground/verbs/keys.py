@@ -19,12 +19,11 @@ from typing import Annotated
 
 import typer
 
-from ground.station.settings import load_settings, station_keys
+from ground.station.settings import keys_in, load_settings, station_keys
 from ground.verbs.screen import text_out
 from ground.verbs.table import Contact, Json, StationFile, Timeout
 from onboard.config import ConfigError
-from onboard.drivers.key_file import read_any_keys
-from protocol.keyring import DOWNLINK_KEY_ID, EPOCHS, KEY_DOWN, KEY_UP, Keyring, format_keys
+from protocol.link.keyring import DOWNLINK_KEY_ID, EPOCHS, KEY_DOWN, KEY_UP, Keyring, format_keys
 
 Rotate = Callable[[int, float, float, Path | None, bool], None]
 
@@ -77,7 +76,7 @@ def app(rotate: Rotate) -> typer.Typer:
     ) -> None:
         """Make new keys: a folder for the rover, one for each station, one for viewers."""
         paths = write_keys(folder, stations, epochs)
-        _say(*(line for path in paths for line in id_lines(str(path), read_any_keys(str(path)))), "",
+        _say(*(line for path in paths for line in id_lines(str(path), keys_in(str(path)))), "",
              f"carry {folder}/rover to the rover: [link] command_keys and downlink_key, [state] folder",
              f"carry {folder}/station-N to station N: command_keys, downlink_key, station = N, state",
              "then compare the fingerprints there (`ground keys show-ids FILE...`) and remove this copy")
@@ -89,7 +88,7 @@ def app(rotate: Rotate) -> typer.Typer:
     ) -> None:
         """Show the fingerprints of the keys in files, or of the station's keys; equal keys have equal fingerprints."""
         if files:
-            _say(*(line for path in files for line in id_lines(str(path), read_any_keys(str(path)))))
+            _say(*(line for path in files for line in id_lines(str(path), keys_in(str(path)))))
             return
         keys = station_keys(load_settings(station))
         _say(*id_lines("command_keys", keys.command), *id_lines("downlink_key", keys.downlink))

@@ -34,9 +34,9 @@ from ground.verbs.options import (
 )
 from ground.verbs.screen import line_beside, line_out
 from ground.verbs.table import Contact, Json, StationFile
-from protocol.modes import EVENTS, SEVERITIES
-from protocol.telemetry import BY_NAME
-from protocol.transactions import State
+from protocol.link.transactions import State
+from protocol.tables.modes import EVENTS, SEVERITIES
+from protocol.tables.telemetry import BY_NAME
 
 _HOLE_S = 3.0
 _FINAL = {state.name for state in State if state.final}

@@ -16,7 +16,7 @@ from ground.archive.schema import ArchiveError
 from ground.station.settings import load_settings
 from ground.verbs import when
 from ground.verbs.screen import line_beside
-from protocol.telemetry import BY_NAME
+from protocol.tables.telemetry import BY_NAME
 
 USAGE, NO_INPUT, DATA, CANNOT_CREATE, TEMPORARY = 64, 66, 65, 73, 75
 
@@ -83,7 +83,7 @@ def items(incomplete: str) -> list[tuple[str, str]]:
 
 def check_items(names: Iterable[str]) -> tuple[str, ...]:
     """Return the names if all are items. Raises typer.BadParameter with the most similar name."""
-    from protocol.commands import named
+    from protocol.tables.commands import named
 
     try:
         return tuple(named(name, BY_NAME, "item") for name in names)

@@ -19,8 +19,8 @@ from ground.verbs.asking import ask, last_words, leave, plan_of
 from ground.verbs.options import USAGE
 from ground.verbs.screen import line_beside, line_out
 from ground.verbs.table import Contact, Json, Start, StationFile, Timeout
-from protocol import commands
 from protocol.barrier import parse_address
+from protocol.tables import commands
 
 
 def goto(

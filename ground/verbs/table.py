@@ -1,4 +1,4 @@
-"""Verbs of the station that need no code of their own: made from the rows of protocol.commands.
+"""Verbs of the station that need no code of their own: made from the rows of protocol.tables.commands.
 
 `faults_mask` becomes `ground faults mask FAULT LASTING_S`; arguments are typed in the row's order, angles in degrees.
 """
@@ -13,8 +13,8 @@ from typing import Annotated, Any
 import typer
 
 from ground.verbs.options import Yes, confirm
-from protocol.arguments import Kind
-from protocol.commands import FAMILIES, Argument, Command
+from protocol.tables.arguments import Kind
+from protocol.tables.commands import FAMILIES, Argument, Command
 
 StationFile = Annotated[Path | None, typer.Option(
     "--station", metavar="FILE", help="Station file; else ./ground.toml or ./build/sim/ground.toml.")]

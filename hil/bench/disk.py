@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from onboard.drivers.record_file import DiskFile, OpenFile
+from onboard.drivers.storage.record_file import DiskFile, OpenFile
 
 ROOM_BYTES = 1 << 40
 
@@ -37,7 +37,7 @@ class Disk:
 
 
 class File:
-    """An onboard.drivers.record_file.OpenFile on this disk. kept: real file for its bytes, or None."""
+    """An onboard.drivers.storage.record_file.OpenFile on this disk. kept: real file for its bytes, or None."""
 
     def __init__(self, disk: Disk, kept: DiskFile | None) -> None:
         self._disk, self._kept = disk, kept

@@ -34,8 +34,7 @@ from onboard.config import Config, load
 from onboard.config import Rover as BuiltRover
 from onboard.core.tick import Rover as Rover
 from onboard.core.tick import tick
-from onboard.drivers.workers import Inline
-from onboard.ports import Save, Saved
+from onboard.drivers.platform.workers import Inline
 from onboard.record.writer import Recorder
 from onboard.records import (
     BusStatus,
@@ -49,8 +48,9 @@ from onboard.records import (
     PortState,
     RecordStatus,
 )
+from onboard.records.status import Save, Saved
 from protocol.conventions import TICK_NS
-from protocol.transactions import Request, State
+from protocol.link.transactions import Request, State
 
 Observe = Callable[[int, Inputs, Outputs, Rover, PlantState], None]
 GOTO_S = 2.0

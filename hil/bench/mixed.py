@@ -33,7 +33,7 @@ from hil.terrain.field import Field
 from onboard.config import Rover, load
 from onboard.maps.gdem_file import to_npz
 from protocol.conventions import TICK_NS
-from protocol.link import DOWNLINK_KEY_ID, KEY_DOWN, KEY_UP, format_keys
+from protocol.link.datagrams import DOWNLINK_KEY_ID, KEY_DOWN, KEY_UP, format_keys
 
 STATION = 1
 BEHIND_NS = 5 * TICK_NS  # a bench that is later than this drops the lost time instead of catching up

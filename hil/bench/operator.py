@@ -12,18 +12,18 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
-from onboard.drivers.link_port import checked
+from onboard.drivers.link.port import checked
 from onboard.records import LinkMessage
-from protocol import commands
-from protocol.link import Kind, Opener, Sealer, bench_keys
-from protocol.transactions import Request, Requester
+from protocol.link.datagrams import Kind, Opener, Sealer, bench_keys
+from protocol.link.transactions import Request, Requester
+from protocol.tables import commands
 
 STATION = 1
 
 
 @dataclass(frozen=True, slots=True)
 class Order:
-    """A command by its name in protocol.commands, sent at `at_s` of bench time."""
+    """A command by its name in protocol.tables.commands, sent at `at_s` of bench time."""
 
     at_s: float
     name: str

@@ -36,11 +36,11 @@ from hil.plant.plant import STEP_NS, Plant
 from hil.records import PlantState, Turn
 from hil.terrain.field import Field
 from onboard.config import Rover
-from onboard.mounting import lidar_place, lidar_rotation
+from onboard.extrinsics import lidar_place, lidar_rotation
 from onboard.native import each, elementary, linear
 from onboard.records import BusTrouble, Frame
-from protocol.can_codec import TiltState
 from protocol.conventions import TICK_NS
+from protocol.generated.can_codec import TiltState
 
 NS = 1_000_000_000
 STREAMS = ("can_to_onboard", "can_to_nodes", "lidar_to_onboard", "lidar_to_sensor")

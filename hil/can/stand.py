@@ -15,8 +15,8 @@ import numpy as np
 from hil.devices.nodes import Nodes, WheelNode, build_nodes
 from hil.records import PlantState, WheelTruth
 from onboard.records import Frame
-from protocol.can_codec import StopReason
-from protocol.can_frames import FRAMES
+from protocol.generated.can_codec import StopReason
+from protocol.generated.can_frames import FRAMES
 
 TICK_NS = 10_000_000
 STEER_RADPS, BEARING_NM, DRAG_NMS = 0.5, 0.15, 0.05

@@ -11,10 +11,10 @@ An error frame goes to the computer alone. `status` is the report of a controlle
 from __future__ import annotations
 
 from hil.own_functions import generator
-from onboard.ports import BUS_CLOSED, BUS_WORDS
 from onboard.records import BusStatus, BusTrouble, Frame, PortState
-from protocol.can_codec import DBC_VERSION, TABLE
+from onboard.records.status import BUS_CLOSED, BUS_WORDS
 from protocol.conventions import TICK_NS
+from protocol.generated.can_codec import DBC_VERSION, TABLE
 
 BABBLE_PER_TICK = 10  # 1000 frames a second
 TWIN_LAG = 7  # offset of the second node's alive counter

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from onboard.records import Frame
-from protocol.can_codec import DBC_VERSION, TABLE, NodeState, StopReason
-from protocol.can_guard import Every, Guard, Sender
+from protocol.can.guard import Every, Guard, Sender
+from protocol.generated.can_codec import DBC_VERSION, TABLE, NodeState, StopReason
 
 STOPS = {row.sender: can_id for can_id, row in TABLE.items() if row.name.startswith("EMERGENCY_STOP")}
 HEARTBEATS = {row.sender: can_id for can_id, row in TABLE.items() if row.name.startswith("NODE_HEARTBEAT")}

@@ -20,10 +20,10 @@ from hil.devices.tilt import TiltNode
 from hil.own_functions import generator
 from hil.records import PlantState, WheelDrive
 from onboard.config import Rover
-from onboard.mounting import Rows, imu_rotation, rotated, steer_offsets_rad
+from onboard.extrinsics import Rows, imu_rotation, rotated, steer_offsets_rad
 from onboard.records import Frame
-from protocol.can_codec import ENCODER_COUNTS_PER_TURN, NodeState, WheelMode
-from protocol.can_guard import Every
+from protocol.can.guard import Every
+from protocol.generated.can_codec import ENCODER_COUNTS_PER_TURN, NodeState, WheelMode
 
 DRIVE_ENABLE, POWER_STATUS, GYRO, ACCEL = 0x100, 0x200, 0x1D0, 0x1D1
 WHEEL_COMMAND, WHEEL_FEEDBACK, WHEEL_STATUS = 0x100, 0x180, 0x1A0  # + number of the wheel

@@ -24,9 +24,9 @@ from hil.devices.node import Node, Noise
 from hil.records import PlantState
 from onboard.native import elementary
 from onboard.records import Frame
-from protocol import can_codec
-from protocol.can_codec import TiltMode, TiltState
-from protocol.can_guard import Every
+from protocol.can.guard import Every
+from protocol.generated import can_codec
+from protocol.generated.can_codec import TiltMode, TiltState
 
 COMMAND, TIME_SYNC, FEEDBACK = 0x120, 0x080, 0x1C0
 KNOT_NS = 2_500_000

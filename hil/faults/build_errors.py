@@ -4,7 +4,7 @@
     InMemory(Scenario(), built=built)             the world uses `built`, the flight program its own configuration
 
 The bench builds plant, steering units, tilt unit and inertial sensor from the same keys that the flight program reads
-from its configuration (`onboard.mounting`); so a configuration with the keys of `built` describes the rover exactly.
+from its configuration (`onboard.extrinsics`); so a configuration with the keys of `built` describes the rover exactly.
 """
 
 from __future__ import annotations

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from hil.can.wire import CanWire
 from onboard.records import BusTrouble
-from protocol.can_codec import TABLE
+from protocol.generated.can_codec import TABLE
 
 NODES = tuple(row.sender for row in TABLE.values() if row.name.startswith("NODE_HEARTBEAT"))
 AHEAD_NS = 500_000_000

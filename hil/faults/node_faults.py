@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 from hil.bench.world import World
 from hil.devices.node import Node
-from protocol.can_codec import StopReason
+from protocol.generated.can_codec import StopReason
 
 CLOCK_JUMP_US = 500_000
 GYRO_STEP_RADPS = math.radians(0.2)

@@ -28,8 +28,9 @@ import zenoh
 
 from hil.link.impairment import Impairment, Profile, both_directions
 from hil.link.record import Recorder
-from protocol import barrier, carrier
-from protocol.link import KEY_DOWN, KEY_UP, MAX_DATAGRAM
+from protocol import barrier
+from protocol.link import carrier
+from protocol.link.datagrams import KEY_DOWN, KEY_UP, MAX_DATAGRAM
 
 NEVER = 2**62
 _RELIABLE: dict[str, Any] = {

@@ -13,8 +13,8 @@ from types import TracebackType
 from typing import Any, Self
 
 from hil.link.impairment import OVERHEAD_BYTES, Counts, Impairment
-from protocol.direct import Word
-from protocol.link import Kind
+from protocol.link.datagrams import Kind
+from protocol.link.direct import Word
 
 HEAD = "time_s,direction,number,bytes,kind,fate,arrives_s\n"
 _S = 1_000_000_000

@@ -3,8 +3,8 @@
     rover, listens on UDP  <--- [up model] <--- this relay <--- ground, connects to the relay's UDP port
                             ---> [down model] --->
 
-Hellos and their answers (protocol.direct) are delayed and lost like other datagrams. Each sender port on the ground's
-side gets a separate port towards the rover, which distinguishes its listeners by these ports. Wall clock only.
+Hellos and their answers (protocol.link.direct) are delayed and lost like other datagrams. Each sender port on the
+ground's side gets a separate port towards the rover, which distinguishes its listeners by these ports. Wall clock only.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from typing import Any, Self
 
 from hil.link.impairment import Impairment, Profile, both_directions
 from hil.link.record import Recorder
-from protocol.link import MAX_DATAGRAM
+from protocol.link.datagrams import MAX_DATAGRAM
 
 _MOST_SESSIONS = 64  # beyond this the oldest session is dropped
 _MOST_PER_TURN = 1000  # datagrams of one socket; the rest waits in its buffer

@@ -20,7 +20,7 @@ from hil.scenario.evidence import AT_ONCE, COUNTS_WHEN, SHOWS, VIOLATES, Sight
 from hil.scenario.verdicts import Answer, row_of
 from onboard.records import Inputs, Outputs
 from protocol.conventions import TICK_NS
-from protocol.faults import BY_NAME, Step
+from protocol.tables.faults import BY_NAME, Step
 
 
 class Spans:

@@ -18,12 +18,12 @@ from onboard.planning.fences import entered
 from onboard.planning.mission_rule import RECORD_STOPS
 from onboard.planning.plan_records import PlanResult
 from onboard.records import Inputs, Keeps, Outputs, Pose
-from protocol import eldorado_dialect
-from protocol.can_codec import TABLE, TiltMode
-from protocol.commands import decode
-from protocol.faults import Step
-from protocol.link import Kind
-from protocol.modes import Mode, Phase
+from protocol.generated import eldorado_dialect
+from protocol.generated.can_codec import TABLE, TiltMode
+from protocol.link.datagrams import Kind
+from protocol.tables.commands import decode
+from protocol.tables.faults import Step
+from protocol.tables.modes import Mode, Phase
 
 WHEEL_COMMANDS, TILT_COMMAND = (0x101, 0x102, 0x103, 0x104), 0x120
 ROVER_STATE = eldorado_dialect.MAVLINK_MSG_ID_ROVER_STATE

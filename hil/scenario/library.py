@@ -7,7 +7,7 @@ from pathlib import Path
 
 from hil.faults.injection import INJECTIONS
 from hil.scenario.scenario import Injection, Scenario, load_scenario, scanner_of
-from protocol.faults import BY_NAME
+from protocol.tables.faults import BY_NAME
 
 FOLDER = Path(__file__).parents[1] / "scenarios"
 _START = {"time": "of the run", "sweep": "of the first scan", "drive": "of the first drive"}

@@ -19,8 +19,8 @@ from hil.bench.contacts import Contact, line
 from onboard.config import ConfigError, from_tree, value
 from onboard.records import Event
 from onboard.toml_text import shown
-from protocol.faults import BY_NAME, Step
-from protocol.modes import Mode
+from protocol.tables.faults import BY_NAME, Step
+from protocol.tables.modes import Mode
 
 ENDS = ("goal", "stopped", "anyhow")
 STANDS_MPS = 0.01

@@ -17,7 +17,7 @@ from onboard.config import ConfigError
 from onboard.records import PortState
 
 if TYPE_CHECKING:
-    from onboard.drivers.can_bus import CanBus
+    from onboard.drivers.can.bus import CanBus
 
 LOOK_S = 0.01  # period of the checks when no frame arrives
 EXAMPLES = """\b
@@ -43,7 +43,7 @@ def app(bus: str | None, config: Path | None, settings: tuple[str, ...], watch_o
     Exit codes: 0 ended by SIGTERM or Ctrl-C, 66 no such file, 69 the bus cannot be opened or is lost, 78 something
     wrong in the configuration.
     """
-    from onboard.drivers.can_bus import open_bus
+    from onboard.drivers.can.bus import open_bus
 
     def tell(event: str, verdict: Verdict | None = None) -> None:
         print(json.dumps(_record(event, verdict)) if as_json else _line(event, verdict), flush=True)
@@ -78,7 +78,7 @@ def watch(
     send: bool = True, now_ns: Callable[[], int] = time.monotonic_ns,
 ) -> None:
     """Run until `ended` or the bus closes; report each latched offence and each release."""
-    from onboard.drivers.clock import wait_for
+    from onboard.drivers.platform.clock import wait_for
 
     told = guard.verdict
     while not ended() and bus.state is not PortState.CLOSED:

@@ -22,8 +22,8 @@ from typing import Any, NamedTuple
 
 from onboard.config import Rover
 from onboard.records import Frame
-from protocol.can_codec import TABLE, StopReason, WheelMode
-from protocol.can_guard import Every, Guard, Sender
+from protocol.can.guard import Every, Guard, Sender
+from protocol.generated.can_codec import TABLE, StopReason, WheelMode
 
 STOP, RESET_REQUEST, DRIVE_ENABLE, HEARTBEAT = 0x01F, 0x020, 0x100, 0x300
 WHEEL_ORDERS = (0x101, 0x102, 0x103, 0x104)

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from onboard.core.jobs import JobBook
-from onboard.devices.lidar import LidarSession
+from onboard.devices.lidar.session import LidarSession
 from onboard.devices.nodes import Nodes
 from onboard.motion.wheel_health import SOUND, Wheels
 from onboard.perception.localisation import Localisation

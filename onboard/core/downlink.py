@@ -19,15 +19,17 @@ from collections.abc import Callable, Iterable, Sequence
 
 from onboard.config import Link
 from onboard.core.telemetry import Packer, View
-from onboard.ports import UNKEPT
 from onboard.records import Event, LinkMessage
-from protocol import WireError, bulk, link
-from protocol.contacts import Windows
-from protocol.events import EventSender
-from protocol.link import Kind
-from protocol.modes import Mode
-from protocol.telemetry import MESSAGES, rate_hz
-from protocol.transactions import Executor, Order, State
+from onboard.records.status import UNKEPT
+from protocol import WireError
+from protocol.link import bulk
+from protocol.link import datagrams as link
+from protocol.link.contacts import Windows
+from protocol.link.datagrams import Kind
+from protocol.link.events import EventSender
+from protocol.link.transactions import Executor, Order, State
+from protocol.tables.modes import Mode
+from protocol.tables.telemetry import MESSAGES, rate_hz
 
 __all__ = ["Downlink", "Order"]
 

@@ -5,17 +5,17 @@ from __future__ import annotations
 from collections.abc import Callable, Collection
 from typing import TYPE_CHECKING
 
-from onboard.core.asking import plan_request, stands_on
 from onboard.core.context import Context
 from onboard.core.downlink import Downlink
-from onboard.core.parameter_orders import ParameterOrders
-from onboard.core.tasks import Tasks
+from onboard.core.mission.plan_request import plan_request, stands_on
+from onboard.core.modes.parameter_orders import ParameterOrders
+from onboard.core.modes.tasks import Tasks
 from onboard.perception import ldem
 from onboard.planning.explanation import explain
-from protocol.commands import RefusedError
+from protocol.link.transactions import Order, State
 from protocol.products import PRODUCTS
 from protocol.products.nsp import encode_nsp
-from protocol.transactions import Order, State
+from protocol.tables.commands import RefusedError
 
 if TYPE_CHECKING:
     from onboard.perception.stop_map import StopMap

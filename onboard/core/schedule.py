@@ -2,7 +2,8 @@
 
 `tick` asks `Scheduler.due` for the groups that do not run at 100 Hz. If a group's own tick was left out because the
 machine was late, the group runs in the next one; this slip is counted. Offsets spread the work: housekeeping is made in
-ticks without wheel commands. The times are measured outside (onboard/drivers/stopwatch.py) and come in by Inputs.
+ticks without wheel commands. The times are measured outside (onboard/drivers/platform/stopwatch.py) and come in by
+Inputs.
 """
 
 from __future__ import annotations

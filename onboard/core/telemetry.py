@@ -1,4 +1,4 @@
-"""One sampler for each row of protocol.telemetry, and the MAVLink messages that carry the values."""
+"""One sampler for each row of protocol.tables.telemetry, and the MAVLink messages that carry the values."""
 
 from __future__ import annotations
 
@@ -7,16 +7,16 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from onboard.devices.lidar_clock import ClockQuality
+from onboard.devices.lidar.clock import ClockQuality
 from onboard.native.elementary import cos, hypot, sin
 from onboard.records import Estimate, Event, Machine, PowerState, WheelState
-from protocol import eldorado_dialect as mavlink
-from protocol import events, versions
 from protocol.conventions import cut
+from protocol.generated import eldorado_dialect as mavlink
+from protocol.link import events, versions
+from protocol.link.versions import Versions
 from protocol.mavlink_frames import frd_from_flu, ned_angles, ned_from_enu
-from protocol.modes import SEVERITIES, Mode, Phase
-from protocol.telemetry import BY_NAME, FRAMES, ITEMS_SLOTS, MESSAGES, TABLE
-from protocol.versions import Versions
+from protocol.tables.modes import SEVERITIES, Mode, Phase
+from protocol.tables.telemetry import BY_NAME, FRAMES, ITEMS_SLOTS, MESSAGES, TABLE
 
 SYSTEM_ID, COMPONENT_ID = 1, 1
 _NAN = math.nan
@@ -237,7 +237,7 @@ class Packer:
         return frame
 
     def message(self, name: str, view: View, now_ns: int) -> list[bytes]:
-        """Frames of HEARTBEAT or of a row of protocol.telemetry.MESSAGES; none if there is no source."""
+        """Frames of HEARTBEAT or of a row of protocol.tables.telemetry.MESSAGES; none if there is no source."""
         return [self._pack(m) for m in _BUILDERS[name](view, now_ns // 1_000_000 & 0xFFFFFFFF)]
 
     def event(self, event: Event, serial: int) -> bytes:

@@ -16,32 +16,31 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Protocol
 
 from onboard.config import Config
-from onboard.core import fence_orders, link_orders
-from onboard.core.computer_watch import ComputerWatch
 from onboard.core.context import Context
-from onboard.core.device_watch.watch import DeviceWatch
 from onboard.core.downlink import Downlink
-from onboard.core.executive import Executive
-from onboard.core.fence_orders import FenceOrders
+from onboard.core.faults.computer import ComputerWatch
+from onboard.core.faults.devices.watch import DeviceWatch
+from onboard.core.faults.monitors import Watched, active_faults
+from onboard.core.faults.power import PowerWatch
+from onboard.core.faults.wheels.seen import Seen
+from onboard.core.faults.wheels.watch import WheelWatch
 from onboard.core.jobs import JobBook
-from onboard.core.keeping import KEPT as KEPT_POSE
-from onboard.core.keeping import Keeping
-from onboard.core.link_orders import LinkOrders
-from onboard.core.monitors import Watched, active_faults
-from onboard.core.pace import Pace
-from onboard.core.parameter_orders import KEPT, ParameterOrders
-from onboard.core.power_watch import PowerWatch
+from onboard.core.modes import fence_orders, link_orders
+from onboard.core.modes.executive import Executive
+from onboard.core.modes.fence_orders import FenceOrders
+from onboard.core.modes.link_orders import LinkOrders
+from onboard.core.modes.parameter_orders import KEPT, ParameterOrders
+from onboard.core.pose_store import KEPT as KEPT_POSE
+from onboard.core.pose_store import Keeping
 from onboard.core.schedule import Group
 from onboard.core.telemetry import SAMPLERS, View
-from onboard.core.wheel_watch.seen import Seen
-from onboard.core.wheel_watch.watch import WheelWatch
-from onboard.devices.lidar import LidarSession
+from onboard.core.tick_timing import Pace
+from onboard.devices.lidar.session import LidarSession
 from onboard.devices.nodes import Nodes
 from onboard.motion.kinematics import stopped, wheel_commands
 from onboard.motion.wheel_health import SOUND, Wheels
 from onboard.perception.localisation import Localisation
 from onboard.planning.fences import entered
-from onboard.ports import HALTS, Save
 from onboard.records import (
     Event,
     Gdem,
@@ -54,10 +53,11 @@ from onboard.records import (
     WheelMode,
     WheelState,
 )
+from onboard.records.status import HALTS, Save
 from protocol.conventions import TICK_NS
-from protocol.faults import BY_NAME
-from protocol.modes import Mode
-from protocol.transactions import Order
+from protocol.link.transactions import Order
+from protocol.tables.faults import BY_NAME
+from protocol.tables.modes import Mode
 
 if TYPE_CHECKING:  # built outside the tick, with modules that the core does not load
     from onboard.perception.stop_map import StopMap

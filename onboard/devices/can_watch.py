@@ -19,8 +19,8 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Sequence
 
-from protocol.can_codec import DBC_VERSION, TABLE
-from protocol.can_guard import FrameLike, Guard
+from protocol.can.guard import FrameLike, Guard
+from protocol.generated.can_codec import DBC_VERSION, TABLE
 
 NS = 1_000_000_000
 FASTEST_HZ = {0x1C0: 200.0}  # TILT_FEEDBACK while the axis sweeps; all others keep the cycle time of the DBC

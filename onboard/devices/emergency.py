@@ -10,8 +10,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from protocol.can_codec import NodeState, StopReason
-from protocol.can_guard import Every
+from protocol.can.guard import Every
+from protocol.generated.can_codec import NodeState, StopReason
 
 EMERGENCY_STOP, RESET_REQUEST = 0x010, 0x020
 REPEAT_NS = 100_000_000

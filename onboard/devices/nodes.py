@@ -11,10 +11,10 @@ from onboard.devices.can_recovery import Bus, CanRecovery
 from onboard.devices.can_watch import CanWatch
 from onboard.devices.emergency import Emergency
 from onboard.devices.tilt import SegmentLike, Tilt
-from onboard.mounting import imu_rotation, rotated, steer_offsets_rad
+from onboard.extrinsics import imu_rotation, rotated, steer_offsets_rad
 from onboard.records import BusStatus, Frame, ImuSample, PowerState, TiltTrack, WheelCommand, WheelMode, WheelState
-from protocol.can_codec import ENCODER_COUNTS_PER_TURN, TABLE, NodeState
-from protocol.can_guard import Counts, Every, Guard, Sender
+from protocol.can.guard import Counts, Every, Guard, Sender
+from protocol.generated.can_codec import ENCODER_COUNTS_PER_TURN, TABLE, NodeState
 
 TIME_SYNC, DRIVE_ENABLE, TILT_COMMAND, HEARTBEAT = 0x080, 0x100, 0x120, 0x300
 WHEEL_COMMAND, WHEEL_FEEDBACK, WHEEL_STATUS = 0x100, 0x180, 0x1A0  # + number of the wheel
@@ -69,7 +69,7 @@ class Nodes:
     from_future: frames stamped later than now by over a tick.
 
     Readings and orders are converted here between the nodes' own zeros and the rover's axes: steering offsets, mounting
-    of the sensor (`onboard.mounting`). No other part of the core uses them.
+    of the sensor (`onboard.extrinsics`). No other part of the core uses them.
     """
 
     def __init__(self, rover: config.Rover, can: config.Can, boot_count: int = 1) -> None:

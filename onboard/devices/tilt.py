@@ -21,8 +21,8 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from onboard.records import TiltTrack
-from protocol.can_codec import TiltFeedbackFrame, TiltMode, TiltState
-from protocol.can_guard import Every
+from protocol.can.guard import Every
+from protocol.generated.can_codec import TiltFeedbackFrame, TiltMode, TiltState
 
 LEAK_PPM = 200
 JUMP_US = 50_000

@@ -1,4 +1,4 @@
-// Values of a SCIP scan as metres and status of each beam (onboard/devices/lidar_beams.py).
+// Values of a SCIP scan as metres and status of each beam (onboard/devices/lidar/beams.py).
 #pragma once
 
 #include <algorithm>

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from onboard.native.checks import check_array
 from onboard.native.variant import kernels
-from onboard.scan import F32, U8
+from onboard.records.scan import F32, U8
 
 
 class Blocks:

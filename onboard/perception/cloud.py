@@ -2,7 +2,7 @@
 
     p_tilt = range * (cos phi, sin phi, 0)           phi: angle of the beam in the scanner's plane
     p_base = t + R R_y(tilt) p_tilt                  positive tilt is down; the scanner's centre t is on the axis,
-                                                     R is the mounting rotation of the tilt unit (`onboard.mounting`)
+                                                     R is the mounting rotation of the tilt unit (`onboard.extrinsics`)
     p_map  = T_map_base p_base
 """
 
@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from onboard.config import Rover, Scanning
-from onboard.mounting import lidar_place, lidar_rotation
+from onboard.extrinsics import lidar_place, lidar_rotation
 from onboard.native import each
 from onboard.native.elementary import hypot
 from onboard.native.linear import product

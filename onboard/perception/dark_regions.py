@@ -26,13 +26,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from onboard.config import Rover, Scanning
-from onboard.mounting import lidar_place, lidar_rotation
+from onboard.extrinsics import lidar_place, lidar_rotation
 from onboard.native import each
 from onboard.native.linear import product
 from onboard.perception.beam_tilt import tilt_at
 from onboard.perception.lost_beams import plane_range_m
 from onboard.records import F32, F64, BeamStatus, Bool, Scan, TiltTrack
-from onboard.scan import of_one_geometry
+from onboard.records.scan import of_one_geometry
 
 BEAMS, LINES = 4, 6
 HEIGHT_M = 0.08  # the lowest rock that a wheel must not touch

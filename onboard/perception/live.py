@@ -13,7 +13,7 @@ from __future__ import annotations
 import numpy as np
 
 from onboard.config import Rover, Scanning
-from onboard.mounting import lidar_place, lidar_rotation
+from onboard.extrinsics import lidar_place, lidar_rotation
 from onboard.native import each
 from onboard.native.cells import LiveGrid, Mount, Turn
 from onboard.native.linear import product

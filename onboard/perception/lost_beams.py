@@ -27,11 +27,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from onboard.config import Rover, Scanning
-from onboard.mounting import lidar_rotation
+from onboard.extrinsics import lidar_rotation
 from onboard.native import each
 from onboard.perception.beam_tilt import tilt_at
 from onboard.records import F64, BeamStatus, Bool, Scan, TiltTrack
-from onboard.scan import of_one_geometry
+from onboard.records.scan import of_one_geometry
 
 SECTORS = 13  # 10 degrees each, with the default sector of 65 degrees to each side
 BANDS_M = (0.0, 2.0, 4.0, 6.0, 8.0)  # of the range at which a beam meets the plane

@@ -3,7 +3,7 @@
     pixels[line, beam]    line: one turn of the scanner, in time order      beam: counter-clockwise, as fired
 
     p_tilt = range * (cos phi, sin phi, 0)           phi = first_angle_rad + beam * step_rad
-    p_base = t + R R_y(tilt) p_tilt                  positive tilt is down; t, R: of the tilt unit (`onboard.mounting`)
+    p_base = t + R R_y(tilt) p_tilt                  positive tilt is down; t, R: tilt unit (`onboard.extrinsics`)
     p_map  = T_map_base(time) p_base                 the rover's pose at the beam's own time, if it moves
 """
 
@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from onboard.config import Rover
-from onboard.mounting import lidar_place, lidar_rotation
+from onboard.extrinsics import lidar_place, lidar_rotation
 from onboard.native import each
 from onboard.native.linear import product
 from onboard.perception.beam_tilt import tilt_at

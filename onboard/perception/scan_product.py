@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from onboard.config import Rover
-from onboard.mounting import lidar_place, lidar_rotation
+from onboard.extrinsics import lidar_place, lidar_rotation
 from onboard.records import BeamStatus, Pose, Scan, TiltTrack
 from protocol.products.scan import ScanProduct, encode_scan
 

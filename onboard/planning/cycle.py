@@ -47,7 +47,7 @@ from onboard.planning.poses import (
     tyre_cells,
     wheel_cells,
 )
-from onboard.planning.tracks import barred
+from onboard.planning.wheel_footprint import barred
 from onboard.records import F64, U8, Bool, CellClass, Decision, Gdem, Grid, Path, Surface
 
 STAND_M = 0.25  # around a rover whose own pose is not free on the map

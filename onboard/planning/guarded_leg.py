@@ -22,7 +22,7 @@ from onboard.perception.stop_map import StopMap
 from onboard.planning import drive_guard
 from onboard.planning.drive_guard import Bad, Settings, Watch
 from onboard.planning.plan_records import GuardLine
-from onboard.planning.tracks import tracks
+from onboard.planning.wheel_footprint import tracks
 from onboard.records import F64, Bool, Cloud, Pose, TiltTrack
 from protocol.conventions import wrap_rad
 

@@ -29,7 +29,7 @@ from onboard.planning import mission_rule
 from onboard.planning.drive_guard import ahead_m
 from onboard.planning.mission_rule import MissionState, Stop
 from onboard.planning.plan_records import PlanRequest, Settings
-from onboard.planning.tracks import driven, wheel_squares
+from onboard.planning.wheel_footprint import driven, wheel_squares
 from onboard.records import F64, Bool, CellClass, Decision, Grid, Ldem, Path
 
 NOSE_M = 0.6  # the rover may always drive this far where a look shows nothing more

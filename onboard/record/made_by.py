@@ -13,7 +13,7 @@ from pathlib import Path
 COMMIT = "commit.txt"  # in onboard's folder if the program was installed (tools/install.py)
 WIRES = ("rover.dbc", "eldorado.xml")
 _PACKAGES = ("numpy", "scipy", "filterpy", "small-gicp", "python-can", "eclipse-zenoh", "mcap")
-_SITE = Path(__file__).parents[2]  # holds protocol and onboard
+_SITE = Path(__file__).parents[2]  # holds protocol, transport and onboard
 _VERSIONS = "versions.json"
 _LIMIT_S = 5.0
 
@@ -67,7 +67,7 @@ def commit(site: Path) -> str:
 def sources_sha256(site: Path) -> str:
     """SHA-256 over path and content of each module that flies. A commit does not identify a changed checkout."""
     whole = hashlib.sha256()
-    for package in ("onboard", "protocol"):
+    for package in ("onboard", "protocol", "transport"):
         for path in sorted((site / package).rglob("*.py")):
             whole.update(f"{path.relative_to(site)}\0".encode())
             whole.update(path.read_bytes())

@@ -11,7 +11,7 @@ from typing import Any
 from onboard.config import Config, ConfigError, load
 from onboard.core.jobs import JOBS
 from onboard.core.tick import Rover, tick
-from onboard.drivers.workers import Inline
+from onboard.drivers.platform.workers import Inline
 from onboard.maps.gdem_file import from_npz
 from onboard.perception.stop_map import StopMap, recall
 from onboard.perception.tiles import Tile, decode

@@ -28,8 +28,8 @@ from onboard.record.schema import (
 )
 from onboard.records import BusTrouble, Health, PortState
 from protocol import WireError
-from protocol.can_codec import TABLE
-from protocol.link import Kind
+from protocol.generated.can_codec import TABLE
+from protocol.link.datagrams import Kind
 
 Row = dict[str, Any]
 _DIGEST_BYTES = 8

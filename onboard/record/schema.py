@@ -9,7 +9,6 @@ import json
 import struct
 import zlib
 
-from onboard.ports import Saved
 from onboard.record import registrations
 from onboard.records import (
     BusStatus,
@@ -27,6 +26,7 @@ from onboard.records import (
     RecordTrouble,
     Timing,
 )
+from onboard.records.status import Saved
 
 TICK = struct.Struct("<QqBB3q")
 _BUS = struct.Struct(f"<BII{len(BusTrouble)}I")
@@ -49,7 +49,7 @@ LAYOUTS = {
                "kind 9 x u32, then the error's words",
     "/in/time": "of a tick that was measured: late_ns i64, numbers of groups and of jobs u8 each, nanoseconds i64 of "
                 "each",
-    "/in/machine": "of a tick after a look at the computer: the fields of onboard.ports.Machine, 6 x f64",
+    "/in/machine": "of a tick after a look at the computer: the fields of onboard.records.status.Machine, 6 x f64",
     "/in/record": "of a record that is not all well: keeps u8, trouble u8, lost ticks u64, then the error's words",
     "/in/can": "per frame: stamp_ns i64, id u16, length u8, data",
     "/in/lidar": "per chunk: rx_ns i64, length u32, data",
@@ -73,7 +73,7 @@ LAYOUTS = {
 INPUTS = tuple(topic for topic in LAYOUTS if topic.startswith("/in/"))
 OUTPUTS = tuple(topic for topic in LAYOUTS if topic.startswith("/out/"))
 _CHECKS = struct.Struct(f"<{len(INPUTS)}I")
-LEAN = ("/out/tick", "/out/event")  # recorded even if the disk accepts little: see onboard.ports.Keeps
+LEAN = ("/out/tick", "/out/event")  # recorded even if the disk accepts little: see onboard.records.status.Keeps
 
 
 def encode_inputs(inputs: Inputs) -> dict[str, bytes]:

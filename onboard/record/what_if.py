@@ -19,7 +19,7 @@ from typing import Any, NamedTuple
 from onboard.config import Config, load
 from onboard.config_text import word
 from onboard.core.tick import Rover, tick
-from onboard.drivers.workers import Inline
+from onboard.drivers.platform.workers import Inline
 from onboard.record import registrations
 from onboard.record.reader import check_inputs, inputs_of, open_record, reading
 from onboard.record.replay import config_of, own_files, start_state

@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Any
 
 from onboard.config import Config
 from onboard.config_text import to_toml
-from onboard.drivers.record_file import NO_ROOM, DiskFile, Opener, OpenFile, RecordFile
+from onboard.drivers.storage.record_file import NO_ROOM, DiskFile, Opener, OpenFile, RecordFile
 from onboard.maps.gdem_file import to_npz
 from onboard.perception.tiles import Tile, cut, encode
 from onboard.planning import archive

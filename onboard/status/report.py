@@ -7,10 +7,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from onboard.core.pace import Pace, quantile_us
 from onboard.core.schedule import GROUPS
 from onboard.core.tick import Rover
-from onboard.drivers.realtime import Grant
+from onboard.core.tick_timing import Pace, quantile_us
+from onboard.drivers.platform.realtime import Grant
 from onboard.records import Machine
 
 SHARES = {"p50": 0.5, "p99": 0.99, "p999": 0.999}

@@ -21,7 +21,7 @@ _MADE = ".sources"
 def sources() -> Iterator[Path]:
     """All that goes into the wheel or says how to build it."""
     yield from (ROOT / "CMakeLists.txt", ROOT / "pyproject.toml", TOOLCHAIN)
-    for package in ("protocol", "onboard", "hil", "ground", "pictures"):
+    for package in ("protocol", "transport", "onboard", "hil", "ground", "pictures"):
         for path in sorted((ROOT / package).rglob("*")):
             if path.is_file() and "__pycache__" not in path.parts:
                 yield path

@@ -18,13 +18,13 @@ from hil.scenario.scenario import Scenario
 from onboard.app import LATER, load_gdem
 from onboard.config import load
 from onboard.core.tick import Rover, tick
-from onboard.drivers.workers import Inline
+from onboard.drivers.platform.workers import Inline
 from onboard.record.reader import ticks_of
 from onboard.record.replay import replay
 from onboard.record.schema import decode_inputs
 from onboard.records import Inputs
 from protocol.conventions import TICK_NS
-from protocol.modes import Phase
+from protocol.tables.modes import Phase
 from tests.bench.goals import Measured
 
 FLAT = Scenario(name="bench", terrain="flat", link="lan", limit_s=600.0)

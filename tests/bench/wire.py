@@ -14,12 +14,13 @@ import numpy as np
 from hil.devices import lidar as sensor
 from hil.devices import lidar_profile as profiles
 from onboard.config import Lidar as LidarConfig
-from onboard.devices.lidar import LidarSession
+from onboard.devices.lidar.session import LidarSession
 from onboard.native.scip import Blocks
 from onboard.records import Chunk, PortState
-from protocol import link, scip
-from protocol.can_codec import TABLE
-from protocol.can_crc import crc8, sound
+from protocol import scip
+from protocol.can.crc import crc8, sound
+from protocol.generated.can_codec import TABLE
+from protocol.link import datagrams as link
 from tests.bench.goals import Measured, against, seconds
 
 DBC = Path(__file__).resolve().parents[2] / "protocol" / "rover.dbc"

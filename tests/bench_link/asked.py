@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from dataclasses import dataclass
 
-from protocol.transactions import State
+from protocol.link.transactions import State
 from tests.bench_link.figures import Figure, Told, count, quantile
 from tests.bench_link.world import World, profile
 

@@ -9,7 +9,7 @@ import numpy as np
 from ground.session.news import EventHeard, Item, News, ProductHeard
 from hil.link.impairment import Profile
 from onboard.records import Event
-from protocol.transactions import State
+from protocol.link.transactions import State
 from tests.bench_link.figures import Figure, Told, count, quantile
 from tests.bench_link.world import S, World, profile
 

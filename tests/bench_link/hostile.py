@@ -6,9 +6,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from onboard.drivers.link_port import checked
-from protocol.link import DOWNLINK_KEY_ID, KEY_DOWN, KEY_UP, MAX_JUMP, Keyring, Kind, Sealer
-from protocol.transactions import State
+from onboard.drivers.link.port import checked
+from protocol.link.datagrams import DOWNLINK_KEY_ID, KEY_DOWN, KEY_UP, MAX_JUMP, Keyring, Kind, Sealer
+from protocol.link.transactions import State
 from tests.bench_link.asked import P95_RTT
 from tests.bench_link.figures import Figure, Told, count, quantile
 from tests.bench_link.world import KEYS, STATION, World, profile

@@ -8,7 +8,7 @@ import numpy as np
 
 from ground.session.news import News, ProductHeard
 from hil.link.impairment import Profile
-from protocol.transactions import State
+from protocol.link.transactions import State
 from tests.bench_link.figures import Figure, Told, count, mean
 from tests.bench_link.told import LINKS
 from tests.bench_link.world import World, profile

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from ground.session.news import News, ProductHeard
-from protocol.link import Kind, line_bytes
-from protocol.transactions import Order, State
+from protocol.link.datagrams import Kind, line_bytes
+from protocol.link.transactions import Order, State
 from tests.bench_link.figures import Figure, Told, count, mean
 from tests.bench_link.moved import SIZE_BYTES
 from tests.bench_link.world import World, profile

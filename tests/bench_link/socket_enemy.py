@@ -11,8 +11,8 @@ from multiprocessing.synchronize import Event
 
 import numpy as np
 
-from protocol.direct import WORD_BYTES, Word
-from protocol.link import KEY_UP
+from protocol.link.datagrams import KEY_UP
+from protocol.link.direct import WORD_BYTES, Word
 from tests.bench_link.hostile import Enemy
 
 SEED, PORTS, PER_TURN, FRESH = 1, 400, 200, 21

@@ -19,10 +19,10 @@ from ground.station.station import Station
 from onboard.config import Link
 from onboard.core.downlink import Downlink
 from onboard.core.telemetry import View
-from onboard.drivers.link_port import LinkPort
-from protocol.link import bench_keys
-from protocol.modes import Mode
-from protocol.transactions import State
+from onboard.drivers.link.port import LinkPort
+from protocol.link.datagrams import bench_keys
+from protocol.link.transactions import State
+from protocol.tables.modes import Mode
 from tests.bench_link import socket_enemy
 from tests.bench_link.day import resident_bytes
 from tests.bench_link.figures import Figure, Told, count, quantile

@@ -22,11 +22,11 @@ from hil.link.impairment import Impairment, Profile, both_directions, load_profi
 from onboard.config import Link
 from onboard.core.downlink import Downlink
 from onboard.core.telemetry import View
-from onboard.drivers.link_port import checked
+from onboard.drivers.link.port import checked
 from onboard.records import Estimate, Pose, PowerState, WheelState
-from protocol.link import DOWNLINK_KEY_ID, Kind, Opener, Sealer, bench_keys, line_bytes
-from protocol.modes import Mode, Phase
-from protocol.transactions import Order, Requester, State
+from protocol.link.datagrams import DOWNLINK_KEY_ID, Kind, Opener, Sealer, bench_keys, line_bytes
+from protocol.link.transactions import Order, Requester, State
+from protocol.tables.modes import Mode, Phase
 
 S = 1_000_000_000
 TICK_NS = 10_000_000

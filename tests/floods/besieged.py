@@ -25,7 +25,7 @@ from ground.station.clock import Turn
 from ground.station.settings import Settings
 from ground.station.station import Station
 from onboard.drivers.status_port import StatusError, ask
-from protocol.transactions import State
+from protocol.link.transactions import State
 from tests.floods import bus_flooders, flooders
 from tests.soak.taken import MB, taken
 

@@ -17,8 +17,8 @@ import zenoh
 
 from hil.link.emulator import LinkEmulator, run_wall
 from hil.link.impairment import Profile
-from protocol import carrier
-from protocol.link import KEY_DOWN, KEY_UP
+from protocol.link import carrier
+from protocol.link.datagrams import KEY_DOWN, KEY_UP
 
 Ports = tuple[int, int]  # the node's, towards rover and station
 SILENT, SESSIONS, EVERY_S = 1000, 100, 0.002

@@ -24,8 +24,8 @@ from pathlib import Path
 from hil.can.hub import CanHub
 from hil.can.stand import TICK_NS, Stand
 from onboard.records import Frame
-from protocol.direct import WORD_BYTES, Word
-from protocol.link import Kind, Sealer
+from protocol.link.datagrams import Kind, Sealer
+from protocol.link.direct import WORD_BYTES, Word
 
 SPAWN = get_context("spawn")
 FLOOD_FRAMES = [Frame(0x100 + n, bytes(8)) for n in range(1000)]

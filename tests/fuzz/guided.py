@@ -24,7 +24,7 @@ from tests.fuzz.blind import example, feed
 from tests.fuzz.damage import damaged
 from tests.fuzz.door import Door
 
-INSTRUMENTED = ("ground", "hil", "onboard", "protocol")
+INSTRUMENTED = ("ground", "hil", "onboard", "protocol", "transport")
 KEPT = Path(__file__).parent / "corpus"
 MOST_BYTES, MOST_MB, MOST_S = 1 << 16, 1024, 20  # of an input; of the process; of a try
 SEEDS, MOST_KEPT, LONGEST_KEPT = 64, 40, 3000

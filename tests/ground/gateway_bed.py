@@ -14,10 +14,10 @@ from ground.gateway.signing import EPOCH_S, stamp_of
 from ground.session.session import Session
 from onboard.config import Config
 from onboard.parameters import Settings, listing
-from protocol.link import Kind, bench_keys
+from protocol.link.datagrams import Kind, bench_keys
+from protocol.link.transactions import State
 from protocol.mavlink_frames import ned_angles, ned_from_enu
-from protocol.modes import Mode, next_mode
-from protocol.transactions import State
+from protocol.tables.modes import Mode, next_mode
 from tests.ground.toy_rover import TICK_NS, ToyRover
 
 S = 1_000_000_000

@@ -18,7 +18,7 @@ from ground.archive.read import ALL, Span, chains, gaps, reading, rows, sizes
 from ground.archive.schema import APPLICATION_ID, MIGRATIONS, VERSION, open_checked
 from ground.archive.store import TABLES, Archive, ArchiveError
 from ground.session.telemetry import Event, Value
-from protocol.link import Kind, Sealer
+from protocol.link.datagrams import Kind, Sealer
 
 
 def test_rows_come_back_as_they_went_in(tmp_path):

@@ -10,9 +10,9 @@ from typer.testing import CliRunner
 from ground.__main__ import app
 from ground.archive.read import chains, gaps, info, newest_product, reading, rows
 from ground.archive.store import Archive, ArchiveError
-from onboard.drivers.disk import write_whole
-from onboard.drivers.record_file import DiskFile
-from onboard.drivers.state_folder import count_boot
+from onboard.drivers.storage.map_tiles import write_whole
+from onboard.drivers.storage.record_file import DiskFile
+from onboard.drivers.storage.state_folder import count_boot
 
 
 @pytest.fixture

@@ -16,8 +16,8 @@ from ground.session.session import Session
 from ground.station.clock import Turn
 from ground.station.settings import Settings
 from ground.station.station import Station
-from protocol.link import LinkKeys, bench_keys
-from protocol.transactions import Report, State, encode_report
+from protocol.link.datagrams import LinkKeys, bench_keys
+from protocol.link.transactions import Report, State, encode_report
 
 KEYS, OTHERS = bench_keys(7), bench_keys(8)
 

@@ -22,15 +22,15 @@ from ground.station.clock import Turn
 from ground.station.station import StationError
 from onboard.core.telemetry import Packer, View
 from onboard.records import Estimate, Pose, PowerState, WheelState
-from protocol import packet_table, space_packets
-from protocol.commands import TABLE as COMMANDS
-from protocol.commands import check, command, parse
-from protocol.link import bench_keys
-from protocol.modes import Mode, Phase
-from protocol.packet_table import COMMAND_APID, EVENT_APID, NO_PACKET, REPORT_APID
-from protocol.telemetry import MESSAGES
-from protocol.telemetry import TABLE as ITEMS
-from protocol.transactions import Report, State
+from protocol.ccsds import packet_table, space_packets
+from protocol.ccsds.packet_table import COMMAND_APID, EVENT_APID, NO_PACKET, REPORT_APID
+from protocol.link.datagrams import bench_keys
+from protocol.link.transactions import Report, State
+from protocol.tables.commands import TABLE as COMMANDS
+from protocol.tables.commands import check, command, parse
+from protocol.tables.modes import Mode, Phase
+from protocol.tables.telemetry import MESSAGES
+from protocol.tables.telemetry import TABLE as ITEMS
 from tools.make_docs import DOCS
 
 FILE = DOCS / "eldorado.xtce.xml"

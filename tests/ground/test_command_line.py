@@ -7,7 +7,7 @@ import pytest
 from ground.__main__ import run
 from ground.operation.script import ScriptError, parse
 from ground.verbs.table import ASKS
-from protocol import commands
+from protocol.tables import commands
 
 
 @pytest.fixture(autouse=True)
@@ -142,10 +142,10 @@ def test_nobody_on_the_link_is_exit_code_69(capsys, tmp_path, monkeypatch):
 def test_a_link_without_a_peer_is_given_up_after_3_s_a_silent_peer_after_20_s(capsys, tmp_path, monkeypatch, linked,
                                                                                waited_s):
     now_s = [0.0]
-    monkeypatch.setattr("onboard.drivers.link_end.time", SimpleNamespace(
+    monkeypatch.setattr("transport.link_end.time", SimpleNamespace(
         monotonic=lambda: now_s[0], monotonic_ns=lambda: round(now_s[0] * 1e9),
         sleep=lambda _: now_s.__setitem__(0, now_s[0] + 0.25)))
-    monkeypatch.setattr("onboard.drivers.zenoh_end.ZenohEnd.linked", linked)
+    monkeypatch.setattr("transport.zenoh_end.ZenohEnd.linked", linked)
     station(tmp_path)
     code, text = ended(capsys, "stop")
     assert (code, now_s[0]) == (69, waited_s + 0.25)

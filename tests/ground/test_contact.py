@@ -11,8 +11,8 @@ from ground.operation.left import left
 from ground.session.far_clock import FarClock
 from ground.session.schedule import parse, utc_ns
 from ground.session.session import Session
-from protocol.link import bench_keys
-from protocol.versions import OURS
+from protocol.link.datagrams import bench_keys
+from protocol.link.versions import OURS
 
 NEVER_S = 1e9
 CARRIES_ON = "the rover carries on with what it was told (goto), `ground stop` ends it"

@@ -14,10 +14,10 @@ from ground.gateway.modes import custom_mode
 from ground.gateway.orders import CANCELLED
 from ground.gateway.origin import Origin, e7
 from ground.session.news import Item
-from protocol.commands import TABLE
-from protocol.link import Kind, bench_keys
-from protocol.modes import Mode
-from protocol.telemetry import TABLE as ITEMS
+from protocol.link.datagrams import Kind, bench_keys
+from protocol.tables.commands import TABLE
+from protocol.tables.modes import Mode
+from protocol.tables.telemetry import TABLE as ITEMS
 
 ARM, GOTO, PAUSE = m.MAV_CMD_COMPONENT_ARM_DISARM, m.MAV_CMD_DO_REPOSITION, m.MAV_CMD_DO_PAUSE_CONTINUE
 ACCEPTED, REJECTED, DENIED = m.MAV_RESULT_ACCEPTED, m.MAV_RESULT_TEMPORARILY_REJECTED, m.MAV_RESULT_DENIED

@@ -23,7 +23,7 @@ from ground.gateway.origin import e7
 from ground.gateway.shell import Marks, Shell
 from ground.gateway.signing import Verifier
 from ground.station.station import StationError
-from protocol.modes import Mode
+from protocol.tables.modes import Mode
 
 ROOT = Path(__file__).parents[2]
 CLIENTS = ROOT / "build" / "clients"

@@ -6,8 +6,8 @@ from gateway_bed import ORIGIN, Bed, Client
 from ground.gateway.frames import mavlink as m
 from ground.gateway.health import DEVICES, masks
 from ground.gateway.vehicle import Seen
-from protocol.faults import BY_NAME
-from protocol.modes import Mode
+from protocol.tables.faults import BY_NAME
+from protocol.tables.modes import Mode
 
 GYRO, ACCEL = m.MAV_SYS_STATUS_SENSOR_3D_GYRO, m.MAV_SYS_STATUS_SENSOR_3D_ACCEL
 LIDAR, MOTORS = m.MAV_SYS_STATUS_SENSOR_LASER_POSITION, m.MAV_SYS_STATUS_SENSOR_MOTOR_OUTPUTS

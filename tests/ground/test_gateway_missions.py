@@ -7,7 +7,7 @@ from gateway_bed import ORIGIN, Bed, Client
 
 from ground.gateway.frames import mavlink as m
 from ground.gateway.origin import e7
-from protocol.modes import Mode
+from protocol.tables.modes import Mode
 
 START = m.MAV_CMD_MISSION_START
 GOALS = ((4.0, 0.0), (8.0, 3.0), (0.0, 0.0))

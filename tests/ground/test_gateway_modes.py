@@ -9,7 +9,7 @@ from gateway_bed import ORIGIN, Bed, Client
 from ground.gateway.frames import mavlink as m
 from ground.gateway.modes import custom_mode
 from ground.gateway.orders import Answer, Asked, Known, order
-from protocol.modes import Mode
+from protocol.tables.modes import Mode
 
 SET_MODE, CUSTOM = m.MAV_CMD_DO_SET_MODE, m.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED
 DENIED = m.MAV_RESULT_DENIED

@@ -7,8 +7,8 @@ from ground.archive.store import Archive
 from ground.session.news import ReportHeard
 from ground.session.session import Session
 from hil.link.impairment import load_profile
-from protocol import commands
-from protocol.transactions import State
+from protocol.link.transactions import State
+from protocol.tables import commands
 
 GOTO = {"x_m": 1.0, "y_m": 2.0}
 

@@ -9,8 +9,8 @@ from virtual_station import VirtualClock
 from ground.__main__ import run
 from ground.operation import operate
 from ground.station.settings import Settings, station_keys
-from onboard.drivers.key_file import read_keys
-from protocol.keyring import EPOCHS, KEY_DOWN, KEY_UP
+from protocol.link.keyring import EPOCHS, KEY_DOWN, KEY_UP
+from transport.key_file import read_keys
 
 
 def ended(capsys, *words: str) -> tuple[int, str, str]:

@@ -16,9 +16,9 @@ from ground.operation.bars import Bars
 from ground.session.news import ProductHeard, Progress
 from ground.verbs import when
 from pictures.items import items as items_picture
-from protocol.bulk import Product
-from protocol.link import Kind, Sealer
-from protocol.modes import Mode
+from protocol.link.bulk import Product
+from protocol.link.datagrams import Kind, Sealer
+from protocol.tables.modes import Mode
 
 UTC_NS = 10**18  # 2001-09-09 01:46:40
 S = 10**9

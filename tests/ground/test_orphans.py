@@ -14,9 +14,9 @@ from ground.archive.store import Archive
 from ground.station.clock import Turn
 from ground.station.settings import Settings
 from ground.station.station import Station
-from protocol import commands
-from protocol.link import bench_keys
-from protocol.transactions import Code
+from protocol.link.datagrams import bench_keys
+from protocol.link.transactions import Code
+from protocol.tables import commands
 
 KEYS = bench_keys(7)
 S = 10**9

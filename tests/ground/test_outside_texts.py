@@ -20,10 +20,11 @@ from ground.shell import terminal
 from ground.verbs import keys
 from ground.verbs.asking import last_words
 from ground.verbs.screen import line_beside, line_out, text_out
-from protocol import WireError, bulk_wire, scip
-from protocol import eldorado_dialect as dialect
-from protocol.bulk import Product
-from protocol.reports import Report, State, decode_report, encode_report
+from protocol import WireError, scip
+from protocol.generated import eldorado_dialect as dialect
+from protocol.link import bulk_wire
+from protocol.link.bulk import Product
+from protocol.link.reports import Report, State, decode_report, encode_report
 from protocol.visible import visible, visible_lines
 
 ROOT = Path(__file__).parents[2]

@@ -20,8 +20,8 @@ from onboard.config_text import to_toml
 from onboard.parameters import TABLE as PARAMETERS
 from onboard.parameters import Settings, listing
 from onboard.planning.prediction import digest, predict
-from protocol import bulk
-from protocol.link import Kind, bench_keys, payload_limit
+from protocol.link import bulk
+from protocol.link.datagrams import Kind, bench_keys, payload_limit
 from protocol.products import LDEM_CODEC, LdemProduct, MapGrid, encode_ldem
 from protocol.products.pose_map import PoseMap, encode_poses
 

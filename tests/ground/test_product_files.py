@@ -10,7 +10,7 @@ from toy_rover import a_map
 from ground.__main__ import run
 from ground.products import files as products
 from protocol import WireError
-from protocol.bulk import Product
+from protocol.link.bulk import Product
 from protocol.products import PRODUCTS, MapGrid, encode_ldem
 from protocol.products.height_std import HeightStd, encode_height_std
 from protocol.products.nsp import Explanation, Place, encode_nsp

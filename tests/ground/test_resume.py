@@ -10,8 +10,8 @@ from ground.session.kept import Kept
 from ground.session.news import ProductHeard, ReportHeard
 from ground.session.session import Session
 from hil.link.impairment import load_profile
-from protocol.link import OVERHEAD, Kind, bench_keys, numbers
-from protocol.transactions import State
+from protocol.link.datagrams import OVERHEAD, Kind, bench_keys, numbers
+from protocol.link.transactions import State
 
 S = 1_000_000_000
 DAY_NS = 86_400 * S

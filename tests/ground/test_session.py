@@ -11,10 +11,10 @@ from ground.operation.script import Runner, parse
 from ground.session.news import EventHeard, Item, ProductHeard, ReportHeard
 from ground.session.session import Session
 from hil.link.impairment import Profile, both_directions, load_profile
-from protocol import commands
-from protocol.link import Opener, bench_keys
+from protocol.link.datagrams import Opener, bench_keys
+from protocol.link.transactions import State
 from protocol.products import decode_ldem, encode_ldem
-from protocol.transactions import State
+from protocol.tables import commands
 
 KEYS = bench_keys(7)
 S = 1_000_000_000

@@ -16,7 +16,7 @@ from ground.shell.shell import Shell, completions
 from ground.shell.terminal import Live, from_pipe, in_terminal, opened, piped
 from ground.station.settings import Settings
 from ground.station.station import StationError
-from protocol import commands
+from protocol.tables import commands
 
 
 class World:

@@ -8,9 +8,9 @@ from ground.operation.operate import Teller
 from ground.operation.show import item_line, news_json, news_line, status, way_words
 from ground.session.news import Item, ProductHeard, Progress
 from ground.session.session import Session
-from protocol.bulk import Product
-from protocol.link import bench_keys
-from protocol.telemetry import TABLE
+from protocol.link.bulk import Product
+from protocol.link.datagrams import bench_keys
+from protocol.tables.telemetry import TABLE
 
 
 @pytest.mark.parametrize(("name", "value", "line"), [

@@ -20,9 +20,9 @@ from ground.station.station import Station
 from ground.station.user import by_hand
 from hil.processes import free_ports
 from onboard.config import ConfigError
-from onboard.drivers.link_port import LinkPort
+from onboard.drivers.link.port import LinkPort
 from protocol import barrier
-from protocol.link import Kind, Opener, Sealer, bench_keys
+from protocol.link.datagrams import Kind, Opener, Sealer, bench_keys
 
 ROOT = Path(__file__).parents[2]
 KEYS = bench_keys(7)

@@ -11,8 +11,9 @@ from ground.archive.store import Archive
 from ground.station.clock import Turn
 from ground.station.settings import Settings
 from ground.station.station import Station
-from protocol import WireError, direct
-from protocol.link import Opener, bench_keys
+from protocol import WireError
+from protocol.link import direct
+from protocol.link.datagrams import Opener, bench_keys
 
 ROOT = Path(__file__).parents[2]
 KEYS = bench_keys(7)

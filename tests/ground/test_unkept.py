@@ -15,7 +15,7 @@ from ground.station.memory import Memory
 from ground.station.settings import Settings
 from ground.station.station import Station
 from onboard.config import ConfigError
-from protocol.link import MAX_JUMP, bench_keys
+from protocol.link.datagrams import MAX_JUMP, bench_keys
 
 KEYS = bench_keys(7)
 UTC_S = 1_795_000_000

@@ -7,14 +7,14 @@ import math
 
 import numpy as np
 
-from protocol import bulk, events, transactions
-from protocol import eldorado_dialect as dialect
-from protocol.link import DOWNLINK_KEY_ID, Kind, LinkKeys, Opener, Sealer, payload_limit
+from protocol.generated import eldorado_dialect as dialect
+from protocol.link import bulk, events, transactions
+from protocol.link.datagrams import DOWNLINK_KEY_ID, Kind, LinkKeys, Opener, Sealer, payload_limit
+from protocol.link.versions import OURS
 from protocol.mavlink_frames import ned_from_enu
-from protocol.modes import Mode
 from protocol.products import LDEM_CODEC, LdemProduct, MapGrid, encode_ldem
-from protocol.telemetry import BY_NAME
-from protocol.versions import OURS
+from protocol.tables.modes import Mode
+from protocol.tables.telemetry import BY_NAME
 
 TICK_NS = 10_000_000
 

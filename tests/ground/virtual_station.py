@@ -4,7 +4,7 @@ from toy_rover import TICK_NS, ToyRover
 
 from ground.session.session import Session
 from ground.station.clock import Turn
-from protocol.link import bench_keys
+from protocol.link.datagrams import bench_keys
 
 S = 1_000_000_000
 

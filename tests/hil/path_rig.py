@@ -10,7 +10,7 @@ from onboard.motion.follower import Follower
 from onboard.motion.kinematics import stopped, wheel_commands
 from onboard.motion.wheel_health import SOUND, Drive
 from onboard.records import Pose, Twist, WheelCommand, WheelMode
-from protocol.modes import Mode
+from protocol.tables.modes import Mode
 
 ROVER = Rover()
 TICK_NS = 10_000_000

@@ -10,15 +10,15 @@ from hil.scenario.in_process import Twins, fly
 from hil.scenario.library import find, scenarios
 from hil.scenario.scenario import load_scenario
 from hil.scenario.verdicts import Answer
-from onboard.core.monitors import MONITORS
+from onboard.core.faults.monitors import MONITORS
 from onboard.core.telemetry import Packer, View
 from onboard.motion.wheel_health import SOUND
 from onboard.records import Event, Frame, Inputs, LinkMessage, Outputs
-from protocol.can_guard import Sender
-from protocol.commands import Telecommand, encode
-from protocol.faults import BY_NAME, Step
-from protocol.link import Kind
-from protocol.modes import Mode, Phase
+from protocol.can.guard import Sender
+from protocol.link.datagrams import Kind
+from protocol.tables.commands import Telecommand, encode
+from protocol.tables.faults import BY_NAME, Step
+from protocol.tables.modes import Mode, Phase
 from tests.scenarios.registry import CAMPAIGNS
 
 TICK_NS = 10_000_000

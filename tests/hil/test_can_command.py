@@ -19,8 +19,8 @@ from hil.can.socket import CanSocket
 from hil.can.stand import FAULTS, TICK_NS, Stand
 from onboard.config import ConfigError
 from onboard.records import Frame
-from protocol.can_codec import TABLE, NodeState, WheelMode
-from protocol.can_guard import Guard, Sender
+from protocol.can.guard import Guard, Sender
+from protocol.generated.can_codec import TABLE, NodeState, WheelMode
 
 ROOT = Path(__file__).parents[2]
 

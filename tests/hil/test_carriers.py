@@ -20,15 +20,15 @@ from hil.processes import free_ports
 from onboard.config import Link
 from onboard.core.downlink import Downlink
 from onboard.core.telemetry import View
-from onboard.drivers.link_end import LinkEnd
-from onboard.drivers.link_port import LinkPort
-from onboard.drivers.udp_end import UdpGroundEnd
-from onboard.drivers.zenoh_end import ZenohEnd
+from onboard.drivers.link.port import LinkPort
 from onboard.records import Event
-from protocol import carrier
-from protocol.link import KEY_DOWN, KEY_UP, bench_keys
-from protocol.modes import Mode
-from protocol.transactions import State
+from protocol.link import carrier
+from protocol.link.datagrams import KEY_DOWN, KEY_UP, bench_keys
+from protocol.link.transactions import State
+from protocol.tables.modes import Mode
+from transport.link_end import LinkEnd
+from transport.udp_end import UdpGroundEnd
+from transport.zenoh_end import ZenohEnd
 
 KEYS = bench_keys(7)
 TICK_NS = 10_000_000

@@ -14,8 +14,8 @@ from hil.bench.operator import Order
 from hil.run import run
 from hil.scenario.scenario import Injection, Scenario, load_scenario
 from protocol.conventions import TICK_NS
-from protocol.modes import Mode
-from protocol.transactions import State
+from protocol.link.transactions import State
+from protocol.tables.modes import Mode
 
 ROOT = Path(__file__).parents[2]
 FLAT = Scenario(terrain="flat", link="lan", lidar={"profile": "ideal"})

@@ -12,8 +12,8 @@ from hil.devices import lidar_profile as profiles
 from hil.lidar.server import LidarServer, LidarTerminal
 from onboard.config import ConfigError
 from onboard.config import Lidar as LidarConfig
-from onboard.devices.lidar import LidarSession
-from onboard.drivers.lidar_port import open_port
+from onboard.devices.lidar.session import LidarSession
+from onboard.drivers.lidar.port import open_port
 from onboard.records import Chunk, PortState
 from protocol import scip
 from tests.protocol.test_scip import PP, VV

@@ -12,8 +12,9 @@ import zenoh
 from hil.link.emulator import NEVER, LinkEmulator, LinkError, Side, run_lockstep
 from hil.link.impairment import both_directions, load_profile
 from hil.processes import free_ports
-from protocol import barrier, carrier
-from protocol.link import KEY_DOWN, KEY_UP
+from protocol import barrier
+from protocol.link import carrier
+from protocol.link.datagrams import KEY_DOWN, KEY_UP
 
 TICK_NS = 10_000_000
 LIMIT_S = 20.0

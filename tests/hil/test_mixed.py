@@ -17,10 +17,10 @@ from hil.bench.truth import Truth
 from hil.can.socket import NoInterfaceError
 from hil.terrain.grounds import GROUNDS
 from onboard.config import Rover
-from onboard.drivers.can_bus import CanPort
+from onboard.drivers.can.bus import CanPort
 from onboard.records import Frame, PortState
-from protocol.can_codec import WheelMode
-from protocol.can_guard import Sender
+from protocol.can.guard import Sender
+from protocol.generated.can_codec import WheelMode
 
 NOT_YET = (66, 69)  # no station file, no link: the processes are starting
 ROOT = Path(__file__).parents[2]

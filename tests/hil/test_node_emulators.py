@@ -8,8 +8,16 @@ import pytest
 from hil.devices.nodes import Nodes, build_nodes
 from hil.records import PlantState, WheelTruth
 from onboard.records import Frame
-from protocol.can_codec import ENCODER_COUNTS_PER_TURN, TABLE, NodeState, StopReason, TiltMode, TiltState, WheelMode
-from protocol.can_guard import Sender
+from protocol.can.guard import Sender
+from protocol.generated.can_codec import (
+    ENCODER_COUNTS_PER_TURN,
+    TABLE,
+    NodeState,
+    StopReason,
+    TiltMode,
+    TiltState,
+    WheelMode,
+)
 
 TICK_NS = 10_000_000
 DEG = math.pi / 180

@@ -13,8 +13,8 @@ from hil.records import PlantState, WheelTruth
 from hil.scenario.scenario import Scenario, load_scenario
 from onboard.config import ConfigError
 from onboard.records import Frame
-from protocol.can_codec import TABLE, TiltMode
-from protocol.can_guard import Sender
+from protocol.can.guard import Sender
+from protocol.generated.can_codec import TABLE, TiltMode
 
 TICK_NS = 10_000_000
 ZERO = np.zeros(3)

@@ -11,7 +11,7 @@ import math
 import numpy as np
 
 from onboard.config import Config
-from onboard.core.device_watch.returns import ReturnWatch
+from onboard.core.faults.devices.returns import ReturnWatch
 from onboard.perception.lost_beams import lost_beams
 from onboard.records import BeamStatus, Bool, Pose, Scan
 from tests.missions.fields import main_field

@@ -11,8 +11,8 @@ from hil.scenario.in_process import Twins
 from hil.scenario.in_process import fly as fly_scenario
 from hil.scenario.library import find, scenarios
 from hil.scenario.scenario import load_scenario
-from onboard.core.monitors import MONITORS
-from protocol.faults import FAULTS
+from onboard.core.faults.monitors import MONITORS
+from protocol.tables.faults import FAULTS
 from tests.mutation.trials import Trial
 from tests.scenarios.registry import CAMPAIGNS
 

@@ -11,7 +11,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import NamedTuple
 
-from protocol.modes import TRANSITIONS, Mode
+from protocol.tables.modes import TRANSITIONS, Mode
 from tests.mutation.flips import Flip, flips
 from tests.mutation.serve import red
 from tests.mutation.trials import Trial
@@ -30,20 +30,20 @@ TARGETS = (
     Target("onboard.motion.kinematics", ("tests/onboard/test_kinematics.py", "tests/onboard/test_degraded.py")),
     Target("onboard.bus_guard.rules", ("tests/onboard/test_bus_guard.py",)),
     Target("onboard.bus_guard.command", ("tests/onboard/test_bus_guard.py",)),
-    Target("protocol.link", ("tests/protocol/test_link.py", "tests/protocol/test_security.py")),
-    Target("protocol.direct", ("tests/protocol/test_direct.py",)),
-    Target("protocol.keyring", ("tests/protocol/test_link.py", "tests/protocol/test_security.py",
+    Target("protocol.link.datagrams", ("tests/protocol/test_link.py", "tests/protocol/test_security.py")),
+    Target("protocol.link.direct", ("tests/protocol/test_direct.py",)),
+    Target("protocol.link.keyring", ("tests/protocol/test_link.py", "tests/protocol/test_security.py",
                                 "tests/test_wire_page.py")),
-    Target("onboard.drivers.key_file", ("tests/onboard/test_link_port.py",)),
-    Target("onboard.drivers.link_port", ("tests/onboard/test_link_port.py", "tests/protocol/test_security.py")),
-    Target("onboard.drivers.link_memory", ("tests/protocol/test_security.py",)),
-    Target("onboard.core.lease", ("tests/onboard/test_lease.py",)),
-    Target("protocol.modes", ("tests/protocol/test_transitions.py",)),
+    Target("transport.key_file", ("tests/onboard/test_link_port.py",)),
+    Target("onboard.drivers.link.port", ("tests/onboard/test_link_port.py", "tests/protocol/test_security.py")),
+    Target("onboard.drivers.link.saved_state", ("tests/protocol/test_security.py",)),
+    Target("onboard.core.modes.lease", ("tests/onboard/test_lease.py",)),
+    Target("protocol.tables.modes", ("tests/protocol/test_transitions.py",)),
 )
 
 EQUIVALENT: Mapping[str, str] = {
-    "protocol.keyring hkdf: len(out) < length -> len(out) <= length": "a block more is made, and cut off at the end",
-    "protocol.link Opener._count: ahead < self._size -> ahead <= self._size":
+    "protocol.link.keyring hkdf: len(out) < length -> len(out) <= length": "a block more, cut off at the end",
+    "protocol.link.datagrams Opener._count: ahead < self._size -> ahead <= self._size":
         "shifted by its whole size the window is as empty as a new one",
 }
 

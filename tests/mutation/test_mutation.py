@@ -6,8 +6,8 @@ import sys
 import pytest
 from typer.testing import CliRunner
 
-from protocol.faults import BY_NAME
-from protocol.modes import TRANSITIONS
+from protocol.tables.faults import BY_NAME
+from protocol.tables.modes import TRANSITIONS
 from tests.mutation import __main__ as command
 from tests.mutation.detectors import detectors
 from tests.mutation.flips import flips
@@ -60,7 +60,7 @@ def test_the_hook_serves_the_mutated_module_and_leaves_its_file_alone(tmp_path, 
 
 def test_what_is_imported_already_cannot_be_mutated():
     with pytest.raises(RuntimeError, match=r"protocol\.modes was imported before"):
-        red("protocol.modes", "", ())
+        red("protocol.tables.modes", "", ())
 
 
 @pytest.fixture
@@ -120,8 +120,8 @@ def test_every_row_of_the_fault_table_has_a_detector_that_is_disabled():
 
 
 def test_every_transition_is_removed_and_led_elsewhere_and_the_source_still_says_what_it_said():
-    (target,) = (each for each in TARGETS if each.module == "protocol.modes")
-    made = [trial for trial in mutants(target) if trial.arguments[1].startswith(source_of("protocol.modes"))]
+    (target,) = (each for each in TARGETS if each.module == "protocol.tables.modes")
+    made = [trial for trial in mutants(target) if trial.arguments[1].startswith(source_of("protocol.tables.modes"))]
     assert len(made) == 2 * len(TRANSITIONS)
     for k, row in enumerate(TRANSITIONS):
         removed, changed = (_transitions(trial.arguments[1]) for trial in made[2 * k : 2 * k + 2])

@@ -19,16 +19,16 @@ from hil.devices.nodes import build_nodes
 from hil.records import PlantState, WheelTruth
 from onboard import config
 from onboard.core.tick import Rover, tick
-from onboard.drivers.workers import perform
+from onboard.drivers.platform.workers import perform
 from onboard.motion.kinematics import wheel_places
 from onboard.motion.odometry import body_twist
 from onboard.records import Chunk, Health, Inputs, JobDone, LinkMessage, PortState, Timing, Twist
-from protocol import commands
-from protocol.can_guard import Guard
+from protocol.can.guard import Guard
 from protocol.conventions import TICK_NS
-from protocol.link import Kind
-from protocol.modes import Phase
-from protocol.transactions import State, decode_report
+from protocol.link.datagrams import Kind
+from protocol.link.transactions import State, decode_report
+from protocol.tables import commands
+from protocol.tables.modes import Phase
 
 DT_S = TICK_NS / 1e9
 GRAVITY_MPS2 = 1.62

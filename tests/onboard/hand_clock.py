@@ -10,7 +10,7 @@ import numpy as np
 
 from hil.devices import lidar as sensor
 from hil.devices.lidar_profile import IDEAL
-from onboard.drivers.clock import WallClock
+from onboard.drivers.platform.clock import WallClock
 from onboard.records import PortState
 
 REAL_LIMIT_S = 30.0

@@ -7,7 +7,7 @@ import numpy as np
 from hil.devices import lidar as sensor
 from hil.devices import lidar_profile as profiles
 from onboard.config import Lidar as LidarConfig
-from onboard.devices.lidar import LidarSession
+from onboard.devices.lidar.session import LidarSession
 from onboard.records import Chunk, PortState
 from protocol import scip
 from tests.protocol import wire

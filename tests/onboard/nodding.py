@@ -14,7 +14,7 @@ from hil.devices import lidar as sensor
 from hil.devices import lidar_profile as profiles
 from hil.devices.tilt import TiltNode
 from onboard import config
-from onboard.devices.lidar import LidarSession
+from onboard.devices.lidar.session import LidarSession
 from onboard.devices.nodes import Nodes
 from onboard.perception.scan3d import gather
 from onboard.perception.sweep import TiltSegment

@@ -11,7 +11,6 @@ from hil.devices.nodes import build_nodes
 from hil.records import PlantState, WheelTruth
 from onboard.config import load
 from onboard.core.tick import Rover, tick
-from onboard.ports import Saved
 from onboard.record.writer import Recorder
 from onboard.records import (
     BusStatus,
@@ -25,6 +24,7 @@ from onboard.records import (
     RecordStatus,
     Timing,
 )
+from onboard.records.status import Saved
 from protocol.conventions import TICK_NS
 
 TICKS = 300
@@ -101,7 +101,7 @@ class Disk:
         self._broken = self._refuses[0] <= tick <= self._refuses[1]
 
     def open(self, path):
-        """In place of onboard.drivers.record_file.DiskFile."""
+        """In place of onboard.drivers.storage.record_file.DiskFile."""
         self.ask()
         self.files[path] = bytearray()
         return _File(self, path)

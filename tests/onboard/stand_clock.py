@@ -6,7 +6,7 @@ import signal
 from contextlib import contextmanager
 
 from hil.can.stand import TICK_NS, Stand
-from onboard.drivers.can_bus import open_bus
+from onboard.drivers.can.bus import open_bus
 from protocol.barrier import Tick
 
 

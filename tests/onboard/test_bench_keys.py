@@ -3,7 +3,7 @@
 import pytest
 
 from onboard.config import ConfigError, load
-from onboard.drivers.link_port import link_keys
+from onboard.drivers.link.port import link_keys
 
 BENCH = {
     "link.bench_seed": 7, "can.uri": "virtual:a", "lidar.address": "tcp:127.0.0.1:10940",

@@ -17,11 +17,11 @@ from onboard.bus_guard.command import watch
 from onboard.bus_guard.rules import MARGIN, ORDERS, STOP, BusGuard, Offence
 from onboard.config import Can, Rover
 from onboard.devices.nodes import Nodes
-from onboard.drivers.can_bus import open_bus
+from onboard.drivers.can.bus import open_bus
 from onboard.records import Frame, PortState, WheelCommand, WheelMode
-from protocol.can_codec import TABLE, NodeState, StopReason
-from protocol.can_crc import crc8
-from protocol.can_guard import Sender
+from protocol.can.crc import crc8
+from protocol.can.guard import Sender
+from protocol.generated.can_codec import TABLE, NodeState, StopReason
 
 TICK_NS = 10_000_000
 MOVE = WheelCommand(WheelMode.RUN, 0.2, 1.1)

@@ -27,7 +27,7 @@ from onboard.devices.nodes import Nodes
 from onboard.perception.tilt_lag import Lag
 from onboard.record.writer import Recorder
 from onboard.records import WheelCommand, WheelMode
-from protocol.can_codec import TABLE
+from protocol.generated.can_codec import TABLE
 from tests.onboard.calibrate_rig import Yard
 from tests.onboard.calibrate_twin import SQUARE, drive
 from tests.onboard.stand_clock import StandClock, VirtualEnd, handlers_kept
@@ -244,7 +244,7 @@ def on_stand(monkeypatch, tmp_path):
 
     def invoke(faults, answer):
         clocks.append(StandClock(faulty(Stand(), faults), end))
-        monkeypatch.setattr("onboard.drivers.clock.WallClock", lambda: clocks[-1])
+        monkeypatch.setattr("onboard.drivers.platform.clock.WallClock", lambda: clocks[-1])
         words = ["calibrate", "--bus", end.uri, "-s", "lidar.address=tcp:127.0.0.1:1"]
         with handlers_kept():
             return CliRunner().invoke(app, words, input=answer), clocks[-1].heard

@@ -10,8 +10,8 @@ from can.interfaces.virtual import VirtualBus
 
 from hil.can.hub import QUEUE_BYTES, CanHub
 from onboard.config import ConfigError
-from onboard.drivers.can_bus import open_bus
-from onboard.drivers.can_socketcan import KernelBus
+from onboard.drivers.can.bus import open_bus
+from onboard.drivers.can.socketcan import KernelBus
 from onboard.records import Frame, PortState
 
 FRAMES = [Frame(0x100 + n, bytes([n, 0, 0xFF, 1, 2, 3, 4, 5]), 1_000_000 * n) for n in range(30)]

@@ -15,9 +15,9 @@ from onboard.bringup.can.candump import Heard, parse
 from onboard.bringup.can.decode import Decoder
 from onboard.bringup.can.names import UnknownNameError, frames_of
 from onboard.bringup.can.show import line_of, row_of
-from protocol.can_codec import TABLE
-from protocol.can_frames import FRAMES
-from protocol.can_guard import Sender
+from protocol.can.guard import Sender
+from protocol.generated.can_codec import TABLE
+from protocol.generated.can_frames import FRAMES
 from tests.onboard.stand_clock import beats
 
 GOOD = Heard(1_436_509_052_249_713_000, 0x181, bytes(range(8)))

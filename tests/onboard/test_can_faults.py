@@ -6,14 +6,14 @@ import pytest
 from core_bench import CoreBench, first_map, quick
 
 from hil.faults.can_faults import CAUSES
-from onboard.core.sensing import State
+from onboard.core.mission.sweep import State
 from onboard.devices.can_recovery import WAITS_NS
 from onboard.records import BusTrouble, Frame, Twist
-from protocol.can_codec import TABLE
 from protocol.conventions import cut
-from protocol.events import TEXT_BYTES
-from protocol.faults import BY_NAME
-from protocol.modes import Mode, Phase
+from protocol.generated.can_codec import TABLE
+from protocol.link.events import TEXT_BYTES
+from protocol.tables.faults import BY_NAME
+from protocol.tables.modes import Mode, Phase
 
 TICK_S = 0.01
 POWER_STATUS, STATUS_2 = 0x200, 0x1A2

@@ -18,10 +18,10 @@ from onboard.bringup.can import move
 from onboard.bringup.can.jog import Jog, Phase
 from onboard.bus_guard.rules import BusGuard
 from onboard.config import Can, Rover
-from onboard.drivers.can_bus import open_bus
+from onboard.drivers.can.bus import open_bus
 from onboard.records import Frame, WheelMode
-from protocol.can_codec import TABLE, StopReason
-from protocol.can_guard import Sender
+from protocol.can.guard import Sender
+from protocol.generated.can_codec import TABLE, StopReason
 from tests.onboard.stand_clock import StandClock, VirtualEnd, handlers_kept
 
 ROVER = Rover()
@@ -226,7 +226,7 @@ class World:
 
     def run(self, *words, faults=(), at=None, text=None, stand=None):
         self.clock = StandClock(stand or faulty(Stand(), list(faults)), self.end, at)
-        self.monkeypatch.setattr("onboard.drivers.clock.WallClock", lambda: self.clock)
+        self.monkeypatch.setattr("onboard.drivers.platform.clock.WallClock", lambda: self.clock)
         return CliRunner().invoke(app, ["can", *words, "--bus", self.end.uri], input=text)
 
 

@@ -7,7 +7,7 @@ import pytest
 
 from onboard.bringup.can import load
 from onboard.bringup.can.bits import wire_bits, worst_bits
-from protocol.can_frames import FRAMES
+from protocol.generated.can_frames import FRAMES
 
 
 def plain_bits(can_id, data):

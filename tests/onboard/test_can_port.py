@@ -10,14 +10,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hil.can.hub import CanHub
-from onboard.drivers import can_bus
-from onboard.drivers.can_base import CanBus
-from onboard.drivers.can_bus import CanPort
-from onboard.drivers.can_socketcan import dbc_filters
-from onboard.drivers.can_socketcand import DaemonBus
-from onboard.ports import BUS_CLOSED, BUS_WORDS
+from onboard.drivers.can import bus as can_bus
+from onboard.drivers.can.base import CanBus
+from onboard.drivers.can.bus import CanPort
+from onboard.drivers.can.socketcan import dbc_filters
+from onboard.drivers.can.socketcand import DaemonBus
 from onboard.records import BusTrouble, Frame, PortState
-from protocol.can_codec import TABLE
+from onboard.records.status import BUS_CLOSED, BUS_WORDS
+from protocol.generated.can_codec import TABLE
 
 FRAMES = [Frame(0x101 + n % 4, bytes([n, 0, 0, 0, 0, 0, 0, 0])) for n in range(12)]
 

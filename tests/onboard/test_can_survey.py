@@ -12,9 +12,9 @@ from hil.can.stand import Stand
 from onboard.__main__ import app
 from onboard.bringup.can.survey import NEEDED, Survey
 from onboard.records import Frame
-from protocol.can_codec import DBC_VERSION
-from protocol.can_frames import FRAMES
-from protocol.can_guard import Sender
+from protocol.can.guard import Sender
+from protocol.generated.can_codec import DBC_VERSION
+from protocol.generated.can_frames import FRAMES
 from tests.onboard.stand_clock import StandClock, VirtualEnd, beats, handlers_kept
 
 
@@ -99,7 +99,7 @@ class World:
 
     def run(self, *words, faults=(), at=None):
         self.clock = StandClock(faulty(Stand(), list(faults)), self.end, at)
-        self.monkeypatch.setattr("onboard.drivers.clock.WallClock", lambda: self.clock)
+        self.monkeypatch.setattr("onboard.drivers.platform.clock.WallClock", lambda: self.clock)
         return CliRunner().invoke(app, ["can", *words, "--bus", self.end.uri])
 
 

@@ -59,8 +59,8 @@ def test_whatever_the_time_of_day_says_the_rover_moves_as_without_and_its_scanne
 
 
 # ages of frames by the kernel's stamps, bounded (test_can_bus); and the names of exported maps
-READ_IT = {"onboard/drivers/can_socketcan.py", "onboard/bringup/maps/map_command.py"}
-GENERATED = {"protocol/eldorado_dialect.py"}  # of pymavlink; what asks there is not called
+READ_IT = {"onboard/drivers/can/socketcan.py", "onboard/bringup/maps/map_command.py"}
+GENERATED = {"protocol/generated/eldorado_dialect.py"}  # of pymavlink; what asks there is not called
 
 
 def test_no_other_part_of_the_flight_program_asks_for_the_time_of_day():

@@ -17,7 +17,7 @@ from test_wall_clock import alone, started
 
 from onboard.__main__ import app
 from onboard.drivers import status_port
-from onboard.drivers.realtime import Grant
+from onboard.drivers.platform.realtime import Grant
 from onboard.drivers.status_port import LEAST_NS, StatusError, StatusPort, ask, place_of
 from onboard.records import Machine
 from onboard.status import command

@@ -10,17 +10,17 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from onboard.config import Rover, Scanning
-from onboard.core.device_watch.bias import LIMIT_RADPS, BiasWatch
-from onboard.core.device_watch.clocks import HOLD_NS, UTC_JUMP_NS, Jumps, UtcWatch
-from onboard.core.device_watch.returns import SCANS, WINDOW_TICKS, FrameWatch, ReturnWatch
-from onboard.core.device_watch.stall import StallWatch
+from onboard.core.faults.devices.bias import LIMIT_RADPS, BiasWatch
+from onboard.core.faults.devices.clocks import HOLD_NS, UTC_JUMP_NS, Jumps, UtcWatch
+from onboard.core.faults.devices.returns import SCANS, WINDOW_TICKS, FrameWatch, ReturnWatch
+from onboard.core.faults.devices.stall import StallWatch
 from onboard.devices.tilt import Tilt
 from onboard.perception.sweep import segments
 from onboard.records import BeamStatus, Scan
-from protocol.can_codec import TiltFeedbackFrame, TiltState
-from protocol.faults import BY_NAME
-from protocol.modes import Mode, Phase
-from protocol.transactions import State
+from protocol.generated.can_codec import TiltFeedbackFrame, TiltState
+from protocol.link.transactions import State
+from protocol.tables.faults import BY_NAME
+from protocol.tables.modes import Mode, Phase
 
 TICK_NS, S_NS = 10_000_000, 1_000_000_000
 SECTOR_RAD = math.radians(65)

@@ -14,10 +14,10 @@ from hil.processes import free_ports
 from onboard.config import ConfigError, Link
 from onboard.core.downlink import Downlink
 from onboard.core.telemetry import View
-from onboard.drivers.link_port import LinkPort, LinkPortError
-from protocol.link import MAX_DATAGRAM, bench_keys
-from protocol.modes import Mode
-from protocol.transactions import State
+from onboard.drivers.link.port import LinkPort, LinkPortError
+from protocol.link.datagrams import MAX_DATAGRAM, bench_keys
+from protocol.link.transactions import State
+from protocol.tables.modes import Mode
 
 KEYS = bench_keys(7)
 TICK_NS = 10_000_000

@@ -10,12 +10,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from onboard.drivers import disk
+from onboard.drivers.storage import map_tiles as disk
 from onboard.perception import ldem as maps
 from onboard.perception import tiles
 from onboard.perception.stop_map import NO_POINTS, StopMap, recall
-from onboard.ports import Saved
 from onboard.records import Ldem
+from onboard.records.status import Saved
 
 CELL_M = 2.0
 

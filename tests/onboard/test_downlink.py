@@ -8,12 +8,15 @@ import pytest
 from onboard.config import Link
 from onboard.core.downlink import Downlink
 from onboard.core.telemetry import SAMPLERS, View
-from onboard.devices.lidar_clock import ClockQuality
+from onboard.devices.lidar.clock import ClockQuality
 from onboard.records import Estimate, Event, LinkMessage, Pose, PowerState, WheelState
-from protocol import bulk, commands, eldorado_dialect, events, link, telemetry
-from protocol.link import Kind
-from protocol.modes import Mode, Phase
-from protocol.transactions import State, decode_report
+from protocol.generated import eldorado_dialect
+from protocol.link import bulk, events
+from protocol.link import datagrams as link
+from protocol.link.datagrams import Kind
+from protocol.link.transactions import State, decode_report
+from protocol.tables import commands, telemetry
+from protocol.tables.modes import Mode, Phase
 
 MS = 1_000_000
 S = 1000 * MS

@@ -10,7 +10,7 @@ from onboard.perception import ldem
 from onboard.perception.cell_classes import classify
 from onboard.planning import drive_guard
 from onboard.planning.poses import Freedom, pose_index
-from onboard.planning.tracks import barred, driven, tracks
+from onboard.planning.wheel_footprint import barred, driven, tracks
 from onboard.records import Cloud, Pose
 
 ROVER, MAPPING = config.Rover(), config.Mapping_()

@@ -14,13 +14,13 @@ from onboard.motion.wheel_health import Drive
 from onboard.perception.registration import RegistrationResult
 from onboard.planning.prediction import predict
 from onboard.records import Gdem, Grid, LinkMessage
-from protocol import bulk
-from protocol.can_codec import StopReason
-from protocol.faults import BY_NAME, FAULTS
-from protocol.link import Kind, payload_limit
-from protocol.modes import Mode, Phase
+from protocol.generated.can_codec import StopReason
+from protocol.link import bulk
+from protocol.link.datagrams import Kind, payload_limit
+from protocol.link.transactions import State
 from protocol.products import decode_ldem, poses_of
-from protocol.transactions import State
+from protocol.tables.faults import BY_NAME, FAULTS
+from protocol.tables.modes import Mode, Phase
 
 # Where each row of the fault table is tested: functions of this folder or of tests/hil/test_missions.py.
 TESTED_BY = {

@@ -14,11 +14,11 @@ from onboard.core.tick import Rover
 from onboard.planning.fenced import MARGIN_M, STAND_M, closed, fenced, keep_out
 from onboard.planning.fences import GOAL, KEEP_OUT, Fence, entered, from_json, goal_refused, to_json
 from onboard.planning.poses import ORIENTATIONS, Freedom
-from onboard.ports import Saved
 from onboard.records import Gdem, Grid, Pose
-from protocol.faults import BY_NAME
-from protocol.modes import Mode, Phase
-from protocol.transactions import State
+from onboard.records.status import Saved
+from protocol.link.transactions import State
+from protocol.tables.faults import BY_NAME
+from protocol.tables.modes import Mode, Phase
 
 ROVER = config.Rover()
 SQUARE = Fence("pit", KEEP_OUT, ((2.0, 1.0), (4.0, 1.0), (4.0, 3.0), (2.0, 3.0)))

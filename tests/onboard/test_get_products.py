@@ -12,7 +12,7 @@ from hil.devices.nodes import build_nodes
 from onboard import config
 from onboard.core.products import SLICE_BYTES
 from onboard.core.tick import Rover, tick
-from onboard.drivers.workers import Inline
+from onboard.drivers.platform.workers import Inline
 from onboard.perception import ldem
 from onboard.perception.cloud import cloud
 from onboard.perception.height_spread import height_std_m
@@ -21,14 +21,15 @@ from onboard.record.replay import replay
 from onboard.record.slice import SLIM_LEAVES_OUT, record_slice
 from onboard.record.writer import Recorder
 from onboard.records import Inputs, LinkMessage
-from protocol import bulk, commands
 from protocol.conventions import TICK_NS
-from protocol.link import Kind, payload_limit
-from protocol.modes import Phase
+from protocol.link import bulk
+from protocol.link.datagrams import Kind, payload_limit
+from protocol.link.transactions import State
 from protocol.products.height_std import decode_height_std
 from protocol.products.nsp import decode_nsp
 from protocol.products.scan import decode_scan
-from protocol.transactions import State
+from protocol.tables import commands
+from protocol.tables.modes import Phase
 
 S = 1_000_000_000
 
@@ -270,7 +271,7 @@ def test_a_record_that_is_gone_is_told(tmp_path):
     ({"from_s": 3.0, "to_s": 2.0}, "there is nothing"), ({"from_s": 50.0}, "up to 3.00 s now"),
 ])  # fmt: skip
 def test_a_time_that_is_none_is_refused_with_what_there_is(tmp_path, asked, why):
-    from protocol.transactions import decode_report
+    from protocol.link.transactions import decode_report
 
     run = Recorded(tmp_path / "run.mcap", 420, [(400, {"product": "record", **asked})])
     reports = [decode_report(data) for _, kind, data in run.payloads if kind == Kind.REPORT]

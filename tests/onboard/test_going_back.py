@@ -8,11 +8,11 @@ import pytest
 from core_bench import CoreBench, first_map, quick
 
 from onboard import config
-from onboard.core.track import Track
-from onboard.core.way import STEP_M
+from onboard.core.mission.driven_trail import STEP_M
+from onboard.core.mission.return_track import Track
 from onboard.records import Pose
-from protocol.modes import Mode
-from protocol.transactions import State
+from protocol.link.transactions import State
+from protocol.tables.modes import Mode
 
 
 def noted(poses):

@@ -9,9 +9,9 @@ from core_bench import QUICK, CoreBench, digest, first_map, quick
 
 from onboard import config
 from onboard.core.tick import Rover, tick
-from onboard.drivers.workers import Inline
-from protocol.modes import Mode, Phase
-from protocol.transactions import State
+from onboard.drivers.platform.workers import Inline
+from protocol.link.transactions import State
+from protocol.tables.modes import Mode, Phase
 
 ON = config.DriveGuard(on=True)
 

@@ -11,7 +11,7 @@ import pytest
 
 from onboard.core.jobs import GIVE_UP_TICKS, JOBS, Job, JobBook, Late
 from onboard.core.products import PRODUCT_JOBS
-from onboard.drivers.workers import Inline, JobError, Workers
+from onboard.drivers.platform.workers import Inline, JobError, Workers
 from onboard.records import JobDone
 
 
@@ -85,7 +85,7 @@ def test_what_cannot_be_loaded_raises_where_it_is_needed_and_not_before():
 
 def test_what_is_loaded_early_is_loaded_in_the_worker_and_before_its_result():
     script = (
-        "import sys; from onboard.drivers.workers import Workers; w = Workers(wait=True); "
+        "import sys; from onboard.drivers.platform.workers import Workers; w = Workers(wait=True); "
         "assert 'fractions' not in sys.modules; w.preload(['fractions:Fraction']).result(); w.close(); "
         "assert 'fractions' in sys.modules"
     )

@@ -16,16 +16,16 @@ from test_disk import seen
 
 from onboard import app
 from onboard.config import Localisation, State
-from onboard.core.keeping import STEP_M, STEP_RAD
+from onboard.core.pose_store import STEP_M, STEP_RAD
 from onboard.core.tick import Rover
-from onboard.drivers import disk
-from onboard.drivers.disk import Keeper, write_whole
-from onboard.drivers.state_folder import StateFolder, count_boot, read_kept
+from onboard.drivers.storage import map_tiles as disk
+from onboard.drivers.storage.map_tiles import Keeper, write_whole
+from onboard.drivers.storage.state_folder import StateFolder, count_boot, read_kept
 from onboard.journal import Level
 from onboard.perception.pose_filter import RESUME_SIGMA
 from onboard.perception.stop_map import NO_POINTS, StopMap
-from onboard.ports import Save, Saved
-from protocol.modes import Mode
+from onboard.records.status import Save, Saved
+from protocol.tables.modes import Mode
 
 KEEPS = replace(QUICK, state=State(folder="somewhere"))
 

@@ -4,9 +4,9 @@ from types import SimpleNamespace
 
 import pytest
 
-from onboard.core.lease import Lease
-from protocol.commands import RefusedError
-from protocol.transactions import Order, State
+from onboard.core.modes.lease import Lease
+from protocol.link.transactions import Order, State
+from protocol.tables.commands import RefusedError
 
 S = 1_000_000_000
 

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from hil.devices import lidar_profile as profiles
 from onboard.config import Lidar as LidarConfig
-from onboard.devices.lidar import LidarSession
+from onboard.devices.lidar.session import LidarSession
 from onboard.records import BeamStatus, Chunk, PortState
 from tests.onboard.lidar_rig import TICK_NS, Rig, half_request, room, stray_stream, time_adjustment
 from tests.protocol import wire

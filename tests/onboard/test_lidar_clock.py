@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from onboard.devices.lidar_clock import LidarClock
+from onboard.devices.lidar.clock import LidarClock
 from protocol.scip import STAMP_MODULUS
 
 LATENCY_NS = 3_200_000

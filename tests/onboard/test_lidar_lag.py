@@ -22,7 +22,7 @@ from onboard.perception.scan3d import gather
 from onboard.perception.tilt_lag import Lag, lag, nods
 from onboard.record.writer import Recorder
 from onboard.records import Pose
-from protocol.can_codec import TABLE
+from protocol.generated.can_codec import TABLE
 from tests.onboard.lag_rig import AXIS_S, LATE_NS, REAL, Port, RigClock, believing, standing_rover
 from tests.onboard.nodding import Nodding
 from tests.onboard.stand_clock import StandClock, VirtualEnd, handlers_kept
@@ -134,7 +134,7 @@ def test_the_command_finds_it_live_on_the_emulated_scanner_and_axis(tmp_path, mo
     world, record = standing_rover("yard"), tmp_path / "lag.mcap"
     end = VirtualEnd("lag")
     port = Port(world)
-    monkeypatch.setattr("onboard.drivers.clock.WallClock", lambda: RigClock(world, end, port))
+    monkeypatch.setattr("onboard.drivers.platform.clock.WallClock", lambda: RigClock(world, end, port))
     monkeypatch.setattr("onboard.bringup.calibrate.ports.open_port", lambda _: port)
     own_ns = stamp_to_first_byte_ns(REAL)
     try:
@@ -179,7 +179,7 @@ def on_stand(monkeypatch, tmp_path):
 
     def invoke(faults, answer):
         clocks.append(StandClock(faulty(Stand(), faults), end))
-        monkeypatch.setattr("onboard.drivers.clock.WallClock", lambda: clocks[-1])
+        monkeypatch.setattr("onboard.drivers.platform.clock.WallClock", lambda: clocks[-1])
         with handlers_kept():
             words = ["lidar", "lag", "tcp:127.0.0.1:1", "--bus", end.uri]
             return CliRunner().invoke(app, words, input=answer), clocks[-1].heard

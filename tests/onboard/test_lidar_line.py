@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from onboard.devices.lidar_line import Frames, edge_under
+from onboard.devices.lidar.hull_fit import Frames, edge_under
 
 
 def hull_edge(x, y, middle):

@@ -7,10 +7,10 @@ import tracemalloc
 import numpy as np
 
 from onboard.config import Lidar as LidarConfig
-from onboard.devices.lidar import LidarSession
-from onboard.devices.lidar_model import UTM_30LX
-from onboard.devices.lidar_stream import ScanStream
-from onboard.devices.scan_ring import ScanRing
+from onboard.devices.lidar.model import UTM_30LX
+from onboard.devices.lidar.scan_ring import ScanRing
+from onboard.devices.lidar.session import LidarSession
+from onboard.devices.lidar.stream import ScanStream
 from onboard.records import Chunk, PortState
 from protocol import scip
 from tests.onboard.lidar_rig import II

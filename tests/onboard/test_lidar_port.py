@@ -10,9 +10,9 @@ import socket
 import pytest
 
 from onboard.config import ConfigError
-from onboard.drivers import tty_port
-from onboard.drivers.baud_search import BaudSearch
-from onboard.drivers.lidar_port import open_port
+from onboard.drivers.lidar import tty_port
+from onboard.drivers.lidar.baud_search import BaudSearch
+from onboard.drivers.lidar.port import open_port
 from onboard.records import PortState
 
 TIOCGEXCL = 0x80045440  # Linux: whether the terminal is marked as taken

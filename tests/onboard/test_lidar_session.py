@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from hil.devices import lidar_profile as profiles
-from onboard.devices.lidar_exchange import CONNECTING, SEEDING, Phase
-from onboard.devices.lidar_watch import Watch
+from onboard.devices.lidar.phases import CONNECTING, SEEDING, Phase
+from onboard.devices.lidar.watch import Watch
 from onboard.records import BeamStatus
 from protocol import scip
 from tests.onboard.lidar_rig import II, TICK_NS, Rig, Script, half_request, stray_stream, time_adjustment

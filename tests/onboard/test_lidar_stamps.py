@@ -12,11 +12,11 @@ from hil.devices import lidar_profile as profiles
 from hil.lidar.server import LidarServer
 from onboard.app import WallPorts
 from onboard.config import Lidar
-from onboard.devices.lidar import LidarSession
-from onboard.drivers.lidar_port import open_port
-from onboard.drivers.machine import Probe
-from onboard.ports import BusStatus
+from onboard.devices.lidar.session import LidarSession
+from onboard.drivers.lidar.port import open_port
+from onboard.drivers.platform.load import Probe
 from onboard.records import Frame, Outputs, PortState
+from onboard.records.status import BusStatus
 from tests.onboard.hand_clock import REAL_LIMIT_S, HandClock
 
 

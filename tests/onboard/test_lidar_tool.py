@@ -26,8 +26,8 @@ from onboard.bringup.lidar.listener import Listener, log_of
 from onboard.bringup.lidar.report import CHECKS, Tally
 from onboard.bringup.lidar.show import numbers, polar, view
 from onboard.config import Lidar
-from onboard.devices.lidar_clock import ClockQuality
-from onboard.drivers.record_file import DiskFile
+from onboard.devices.lidar.clock import ClockQuality
+from onboard.drivers.storage.record_file import DiskFile
 from onboard.record.reader import open_record
 from onboard.records import BeamStatus, Chunk, Scan
 from protocol import scip
@@ -49,7 +49,7 @@ class World:
 
     def __init__(self, cable, profile, monkeypatch):
         self.server, self.profile, self.clocks, self.plans = cable(), profile, [], {}
-        monkeypatch.setattr("onboard.drivers.clock.WallClock", self.clock)
+        monkeypatch.setattr("onboard.drivers.platform.clock.WallClock", self.clock)
         self.address = self.server.address
 
     def clock(self):
@@ -426,7 +426,7 @@ def test_ctrl_c_before_the_sensor_answers_ends_with_130(words, tcp, tmp_path, mo
 
 
 @pytest.mark.parametrize(("words", "work"), [
-    (["lidar", "watch", "tcp:127.0.0.1:1"], "onboard.drivers.clock.WallClock"),
+    (["lidar", "watch", "tcp:127.0.0.1:1"], "onboard.drivers.platform.clock.WallClock"),
     (["lidar", "scan", "r.mcap", "--out", "r.ply"], "onboard.bringup.lidar.again.config_of"),
     (["gdem", "import", "dem.tif"], "onboard.bringup.maps.gdem_import.import_gdem"),
 ])  # fmt: skip

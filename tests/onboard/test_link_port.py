@@ -7,10 +7,10 @@ import pytest
 import zenoh
 
 from onboard.config import ConfigError, load
-from onboard.drivers.link_port import LinkPort, LinkPortError, endpoint_of, link_keys
+from onboard.drivers.link.port import LinkPort, LinkPortError, endpoint_of, link_keys
 from onboard.records import PortState
-from protocol import carrier
-from protocol.link import KEY_DOWN, KEY_UP, Kind, Opener, Sealer, bench_keys, format_keys
+from protocol.link import carrier
+from protocol.link.datagrams import KEY_DOWN, KEY_UP, Kind, Opener, Sealer, bench_keys, format_keys
 
 KEYS = bench_keys(7)
 SAFE = {"can.uri": "virtual:a", "lidar.address": "tcp:127.0.0.1:1"}

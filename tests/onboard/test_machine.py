@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from onboard.drivers.machine import LOOK_NS, Probe, folders_written
+from onboard.drivers.platform.load import LOOK_NS, Probe, folders_written
 from onboard.record.schema import decode_inputs, encode_inputs
 from onboard.records import Inputs, Machine
 

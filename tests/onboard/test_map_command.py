@@ -15,7 +15,7 @@ from click.testing import CliRunner
 from onboard.__main__ import app
 from onboard.bringup.maps.map_export import FORMATS, shade
 from onboard.config import Mapping_
-from onboard.drivers.disk import save
+from onboard.drivers.storage.map_tiles import save
 from onboard.maps.gdem_file import from_npz
 from onboard.perception import ldem as maps
 from onboard.perception import tiles

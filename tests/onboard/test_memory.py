@@ -6,8 +6,8 @@ from types import SimpleNamespace
 
 import pytest
 
-from onboard.beside import TRIM_NS, Spare
 from onboard.config import load
+from onboard.spare_time import TRIM_NS, Spare
 
 
 class Heavy:

@@ -8,10 +8,10 @@ import pytest
 from core_bench import QUICK, CoreBench, first_map, quick
 
 from onboard import config
-from onboard.core.mission import BACK_OFF_M
+from onboard.core.mission.mission import BACK_OFF_M
 from protocol.conventions import wrap_rad
-from protocol.modes import Mode, Phase
-from protocol.transactions import State
+from protocol.link.transactions import State
+from protocol.tables.modes import Mode, Phase
 
 LETTERS = {Phase.SCANNING: "S", Phase.MAPPING: "M", Phase.PLANNING: "P", Phase.DRIVING: "D", Phase.TURNING: "T",
            Phase.ARRIVED: "A", Phase.FAILED: "F", Phase.NONE: "-", Phase.BACKING_OFF: "B"}

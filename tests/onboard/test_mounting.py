@@ -11,7 +11,7 @@ from hil.faults.build_errors import BuildErrors
 from hil.records import PlantState, WheelTruth
 from onboard.config import Can, Rover, Scanning
 from onboard.devices.nodes import Nodes
-from onboard.mounting import imu_rotation, lidar_rotation, rotated, rotation
+from onboard.extrinsics import imu_rotation, lidar_rotation, rotated, rotation
 from onboard.perception.cloud import cloud
 from onboard.perception.live import mount_of, turn_of
 from onboard.perception.scan3d import gather, points

@@ -13,8 +13,8 @@ from onboard.config import Can, Rover
 from onboard.devices.nodes import NODES, Nodes
 from onboard.devices.tilt import orders
 from onboard.records import Frame, WheelCommand, WheelMode
-from protocol.can_codec import TABLE, StopReason, TiltMode, TiltState
-from protocol.can_guard import Sender
+from protocol.can.guard import Sender
+from protocol.generated.can_codec import TABLE, StopReason, TiltMode, TiltState
 
 TICK_NS = 10_000_000
 DEG = math.pi / 180

@@ -7,13 +7,13 @@ from core_bench import STATION, CoreBench, first_map, quick
 
 from hil.devices.nodes import Encoder
 from onboard import config
-from onboard.drivers.disk import Keeper, load
+from onboard.drivers.storage.map_tiles import Keeper, load
 from onboard.records import LinkMessage
-from protocol import commands
-from protocol.faults import BY_NAME, FAULTS
-from protocol.link import Kind
-from protocol.modes import TRANSITIONS, Mode, Phase
-from protocol.transactions import State
+from protocol.link.datagrams import Kind
+from protocol.link.transactions import State
+from protocol.tables import commands
+from protocol.tables.faults import BY_NAME, FAULTS
+from protocol.tables.modes import TRANSITIONS, Mode, Phase
 
 
 @pytest.fixture(scope="module")

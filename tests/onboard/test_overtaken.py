@@ -9,14 +9,14 @@ from core_bench import STATION, CoreBench, first_map
 from onboard.config import Link
 from onboard.core.downlink import Downlink
 from onboard.core.telemetry import View
-from onboard.drivers.link_memory import LinkMemory
+from onboard.drivers.link.saved_state import LinkMemory
 from onboard.records import LinkMessage
-from protocol import commands
-from protocol.commands import HALTING, Telecommand
-from protocol.keyring import bench_keys
-from protocol.link import Kind
-from protocol.modes import Mode
-from protocol.transactions import State
+from protocol.link.datagrams import Kind
+from protocol.link.keyring import bench_keys
+from protocol.link.transactions import State
+from protocol.tables import commands
+from protocol.tables.commands import HALTING, Telecommand
+from protocol.tables.modes import Mode
 
 DRIVE = {"vx_mps": 0.1, "vy_mps": 0.0, "yaw_radps": 0.0, "duration_s": 5.0, "distance_m": 1.0}
 OTHER = STATION + 1

@@ -9,17 +9,17 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from onboard.config import Computer, Config, Mission, Safety
-from onboard.core.computer_watch import LATE_NS, LOOKS, ComputerWatch, strained
-from onboard.core.power_watch import PowerWatch
-from onboard.core.spells import Spells
+from onboard.core.faults.computer import LATE_NS, LOOKS, ComputerWatch, strained
+from onboard.core.faults.power import PowerWatch
+from onboard.core.faults.retry_limit import Spells
 from onboard.planning import cycle
 from onboard.records import Inputs, Machine, PowerState, Timing
-from protocol import eldorado_dialect as mavlink
 from protocol.conventions import TICK_NS
-from protocol.faults import BY_NAME
-from protocol.link import Kind
-from protocol.modes import Mode, Phase
-from protocol.transactions import State
+from protocol.generated import eldorado_dialect as mavlink
+from protocol.link.datagrams import Kind
+from protocol.link.transactions import State
+from protocol.tables.faults import BY_NAME
+from protocol.tables.modes import Mode, Phase
 
 S = 1_000_000_000
 WELL = Machine(0.3, 0.2, 200e6, 2e9, 50.0, 20e9)

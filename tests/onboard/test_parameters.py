@@ -12,16 +12,16 @@ from hypothesis import strategies as st
 from onboard import config
 from onboard.config import AT_ONCE, NEXT_MISSION, RESTART, Config
 from onboard.core.tick import Rover, tick
-from onboard.drivers import disk
-from onboard.drivers.state_folder import StateFolder, read_kept
+from onboard.drivers.storage import map_tiles as disk
+from onboard.drivers.storage.state_folder import StateFolder, read_kept
 from onboard.parameters import MOST_CHANGES, TABLE, Settings, listing, recalled
-from onboard.ports import Save, Saved
 from onboard.record.replay import replay
 from onboard.record.writer import Recorder
 from onboard.records import Inputs, LinkMessage
-from protocol import commands
-from protocol.link import Kind
-from protocol.transactions import State
+from onboard.records.status import Save, Saved
+from protocol.link.datagrams import Kind
+from protocol.link.transactions import State
+from protocol.tables import commands
 
 WHO = (1_000_000_000, 4, 2)
 SETTABLE = [row for row in TABLE.values() if row.takes != RESTART]

@@ -11,18 +11,18 @@ from lidar_rig import Rig
 
 from onboard.app import WallPorts
 from onboard.config import Can, Rover
-from onboard.core.can_monitors import MONITORS
+from onboard.core.faults.can import MONITORS
 from onboard.devices.nodes import Nodes
-from onboard.drivers.can_base import CanBus
-from onboard.drivers.can_bus import CanPort
-from onboard.drivers.lidar_ear import LidarEar
-from onboard.drivers.lidar_port import open_port
-from onboard.drivers.link_port import LinkPort
+from onboard.drivers.can.base import CanBus
+from onboard.drivers.can.bus import CanPort
+from onboard.drivers.lidar.byte_listener import LidarEar
+from onboard.drivers.lidar.port import open_port
+from onboard.drivers.link.port import LinkPort
 from onboard.records import Chunk, Frame, Machine, PortState
 from protocol.barrier import Tick
-from protocol.can_guard import Sender
+from protocol.can.guard import Sender
 from protocol.conventions import TICK_NS
-from protocol.link import Kind, Sealer, bench_keys
+from protocol.link.datagrams import Kind, Sealer, bench_keys
 
 FEEDBACK_1 = 0x181
 KEYS = bench_keys(7)

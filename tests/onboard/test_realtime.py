@@ -9,11 +9,11 @@ import time
 import pytest
 
 from onboard.config import Realtime
-from onboard.drivers import realtime
-from onboard.drivers.alarm import Alarm
-from onboard.drivers.clock import WallClock, wait_for
-from onboard.drivers.realtime import Grant, RealTime, words
-from onboard.drivers.slack import SlackCollector
+from onboard.drivers.platform import realtime
+from onboard.drivers.platform.alarm import Alarm
+from onboard.drivers.platform.clock import WallClock, wait_for
+from onboard.drivers.platform.garbage_collection import SlackCollector
+from onboard.drivers.platform.realtime import Grant, RealTime, words
 
 JOB_THREAD = 4711
 

@@ -17,7 +17,7 @@ from onboard.record import made_by
 from onboard.record.reader import open_record
 from onboard.record.replay import replay
 from onboard.record.schema import LAYOUTS
-from protocol.can_codec import TABLE
+from protocol.generated.can_codec import TABLE
 
 ROOT = Path(__file__).parents[2]
 LAYOUT = ROOT / "docs" / "foxglove.json"

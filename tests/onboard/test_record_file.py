@@ -10,12 +10,12 @@ from hypothesis import strategies as st
 from record_rig import GOOD, Disk, fly
 
 from onboard.bringup.records.info import info_of
-from onboard.drivers.record_file import STALLED_FLUSHES, RecordFile
+from onboard.drivers.storage.record_file import STALLED_FLUSHES, RecordFile
 from onboard.record.reader import DamagedRecordError, open_record
 from onboard.record.replay import replay
 from onboard.record.schema import LEAN, OUTPUTS
 from onboard.records import Keeps, RecordTrouble
-from protocol.faults import BY_NAME
+from protocol.tables.faults import BY_NAME
 
 TICK_S = 0.01
 ROWS = {"DISK_FULL": errno.ENOSPC, "RECORD_FAIL": errno.EROFS}

@@ -20,8 +20,8 @@ from onboard.record.replay import replay
 from onboard.record.replay_command import print_verdict
 from onboard.record.schema import INPUTS, LAYOUTS, OUTPUTS
 from onboard.record.writer import PART, register
-from protocol.can_codec import TABLE
 from protocol.conventions import TICK_NS
+from protocol.generated.can_codec import TABLE
 
 ELSEWHERE = {"/in/record", "/in/registration"}  # in test_record_file, test_record_registrations
 NAMED = re.compile(r"tick \d+, channel /\w+/\w+")

@@ -3,7 +3,6 @@
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from onboard.ports import Saved
 from onboard.record.schema import decode_inputs, encode_inputs, encode_outputs, input_checks
 from onboard.records import (
     BusStatus,
@@ -20,6 +19,7 @@ from onboard.records import (
     PortState,
     Timing,
 )
+from onboard.records.status import Saved
 
 TIMES = st.integers(0, 2**50)
 STATES = st.sampled_from(PortState)

@@ -9,10 +9,11 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from onboard.records import LinkMessage
-from protocol import WireError, commands
-from protocol.link import Kind
-from protocol.modes import Mode
-from protocol.transactions import Code, State
+from protocol import WireError
+from protocol.link.datagrams import Kind
+from protocol.link.transactions import Code, State
+from protocol.tables import commands
+from protocol.tables.modes import Mode
 
 INTO = {
     Mode.STANDBY: (), Mode.SAFE: ("safe",), Mode.ESTOP: ("emergency_stop",), Mode.AUTONOMOUS: ("goto 12 3",),

@@ -10,7 +10,7 @@ import pytest
 from hil.devices import lidar as sensor
 from hil.devices import lidar_profile as profiles
 from onboard.config import Lidar, Rover, Scanning
-from onboard.devices.lidar import LidarSession
+from onboard.devices.lidar.session import LidarSession
 from onboard.perception.cloud import cloud
 from onboard.perception.sweep import segments
 from onboard.records import Chunk, PortState, Pose, TiltTrack

@@ -11,15 +11,15 @@ from core_bench import CoreBench, first_map, quick
 from loss_rig import CONFIG, at_random, clumps, counted, dark, nothing, window
 
 from onboard import config
-from onboard.core.seeing import LEVELS, Seeing, next_level, slower
+from onboard.core.mission.beam_loss import LEVELS, Seeing, next_level, slower
 from onboard.perception.sweep import line_angles, segments
 from onboard.planning import cycle
 from onboard.planning.cycle import plan
 from onboard.planning.mission_rule import MissionState
 from onboard.planning.plan_records import PlanResult
 from onboard.records import Decision, Path, Pose
-from protocol.modes import Mode, Phase
-from protocol.transactions import State
+from protocol.link.transactions import State
+from protocol.tables.modes import Mode, Phase
 
 LIMITS = config.LostBeams()
 RATIOS = (0.0, LIMITS.slow_ratio, LIMITS.second_ratio, LIMITS.short_ratio, LIMITS.stop_ratio)

@@ -3,10 +3,10 @@
 import pytest
 from core_bench import CoreBench, first_map
 
-from protocol import bulk
-from protocol.link import Kind, payload_limit
-from protocol.modes import Mode
-from protocol.transactions import State
+from protocol.link import bulk
+from protocol.link.datagrams import Kind, payload_limit
+from protocol.link.transactions import State
+from protocol.tables.modes import Mode
 
 FORWARD = "drive 0.1 0 0 20 0.1"
 

@@ -14,14 +14,14 @@ from mcap.reader import make_reader
 from test_wall_clock import alone, command
 
 from onboard import app
-from onboard.drivers.service import BEATS, EVERY_NS, Service
-from onboard.drivers.stopwatch import Unmeasured
-from onboard.drivers.workers import JobError, Workers
+from onboard.drivers.platform.service_manager import BEATS, EVERY_NS, Service
+from onboard.drivers.platform.stopwatch import Unmeasured
+from onboard.drivers.platform.workers import JobError, Workers
 from onboard.journal import Level, say, to_journal
 from onboard.records import Inputs, JobRequest
 from protocol.barrier import Tick
-from protocol.can_codec import WheelMode
 from protocol.conventions import TICK_NS
+from protocol.generated.can_codec import WheelMode
 
 ROOT = Path(__file__).parents[2]
 EX_SOFTWARE = 70

@@ -20,8 +20,8 @@ def modules(script):
 @pytest.fixture(scope="module")
 def first_tick():
     """All that `onboard run` imports before its first tick on the wall clock, with a record and zenoh for a link."""
-    return modules("import onboard.__main__, onboard.app, mcap.writer, onboard.drivers.zenoh_end; "
-                   "from onboard.drivers.can_bus import open_bus; open_bus('virtual:start').close(); "
+    return modules("import onboard.__main__, onboard.app, mcap.writer, transport.zenoh_end; "
+                   "from onboard.drivers.can.bus import open_bus; open_bus('virtual:start').close(); "
                    "from pkgutil import resolve_name; [resolve_name(name) for name in onboard.app.LATER]")  # fmt: skip
 
 
@@ -42,7 +42,7 @@ def test_a_first_tick_loads_no_scipy_but_what_the_jobs_use(first_tick):
 def test_a_bus_loads_its_own_part_of_python_can_alone(first_tick):
     assert "can.interfaces.virtual" in first_tick
     assert not {"can.interfaces.socketcan", "can.interfaces.socketcand", "xml.etree.ElementTree"} & first_tick
-    kernel = modules("from onboard.drivers.can_bus import _opener; _opener('socketcan:can0', True)")
+    kernel = modules("from onboard.drivers.can.bus import _opener; _opener('socketcan:can0', True)")
     assert "can.interfaces.socketcan" in kernel and "can.interfaces.socketcand" not in kernel
 
 

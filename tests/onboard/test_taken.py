@@ -10,9 +10,9 @@ import pytest
 from test_wall_clock import EX_CONFIG, EX_UNAVAILABLE, alone, started
 
 from onboard.config import ConfigError
-from onboard.drivers.folder_lock import FolderLock, FolderTakenError
-from onboard.drivers.link_port import LinkPort, LinkPortError
-from protocol.link import bench_keys
+from onboard.drivers.link.port import LinkPort, LinkPortError
+from onboard.drivers.storage.folder_lock import FolderLock, FolderTakenError
+from protocol.link.datagrams import bench_keys
 
 KEYS = bench_keys(7)
 UNIT = Path(__file__).parents[2] / "tools" / "service" / "el-dorado.service"

@@ -13,10 +13,10 @@ from core_bench import STATION, CoreBench
 
 from onboard.core.tick import farewell
 from onboard.records import Frame, LinkMessage
-from protocol.can_codec import WheelMode
-from protocol.link import Kind
-from protocol.modes import Mode, Phase
-from protocol.transactions import State
+from protocol.generated.can_codec import WheelMode
+from protocol.link.datagrams import Kind
+from protocol.link.transactions import State
+from protocol.tables.modes import Mode, Phase
 
 ROOT = Path(__file__).parents[2]
 

@@ -24,16 +24,16 @@ from onboard.config import Link
 from onboard.config_text import to_toml
 from onboard.core.context import Context
 from onboard.core.downlink import Downlink
-from onboard.core.lease import Lease
-from onboard.drivers.link_memory import LinkMemory
+from onboard.core.modes.lease import Lease
+from onboard.drivers.link.saved_state import LinkMemory
 from onboard.record.writer import Recorder
-from protocol import commands
-from protocol.commands import HALTING, RefusedError
-from protocol.contacts import Windows, windows
-from protocol.link import Kind, Opener
-from protocol.modes import Mode
-from protocol.transactions import Code, Order
-from protocol.versions import OURS, Versions, dialect, dictionary, digest
+from protocol.link.contacts import Windows, windows
+from protocol.link.datagrams import Kind, Opener
+from protocol.link.transactions import Code, Order
+from protocol.link.versions import OURS, Versions, dialect, dictionary, digest
+from protocol.tables import commands
+from protocol.tables.commands import HALTING, RefusedError
+from protocol.tables.modes import Mode
 
 DRIVE = {"vx_mps": 0.1, "vy_mps": 0.0, "yaw_radps": 0.0, "duration_s": 30.0, "distance_m": 3.0}
 

@@ -18,11 +18,11 @@ from ground.station.station import Station
 from ground.verbs.keys import write_keys
 from hil.processes import free_ports
 from onboard import config
-from onboard.drivers.link_memory import MARKS, LinkMemory
-from onboard.drivers.link_port import LinkPort, link_keys
-from protocol import carrier
-from protocol.link import KEY_DOWN, KEY_UP
-from protocol.modes import Mode
+from onboard.drivers.link.port import LinkPort, link_keys
+from onboard.drivers.link.saved_state import MARKS, LinkMemory
+from protocol.link import carrier
+from protocol.link.datagrams import KEY_DOWN, KEY_UP
+from protocol.tables.modes import Mode
 
 MOST_TICKS = 20_000
 

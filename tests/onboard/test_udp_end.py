@@ -6,11 +6,11 @@ from itertools import count
 
 import pytest
 
-from onboard.drivers.link_port import LinkPort
-from onboard.drivers.udp_end import UdpGroundEnd, UdpRoverEnd
-from protocol.direct import Caller
-from protocol.keyring import KEY_UP, Keyring, LinkKeys, bench_keys
-from protocol.link import MAX_DATAGRAM
+from onboard.drivers.link.port import LinkPort
+from protocol.link.datagrams import MAX_DATAGRAM
+from protocol.link.direct import Caller
+from protocol.link.keyring import KEY_UP, Keyring, LinkKeys, bench_keys
+from transport.udp_end import UdpGroundEnd, UdpRoverEnd
 
 KEYS = bench_keys(7)
 VIEWER = LinkKeys(Keyring(KEY_UP, {}), KEYS.downlink)
@@ -167,7 +167,7 @@ def test_a_name_is_resolved_anew_with_the_new_socket(carrier, monkeypatch):
     moved.bind(("127.0.0.2", 0))
     moved.settimeout(20.0)
     places = iter([("127.0.0.1", carrier.rover.port), moved.getsockname()])
-    monkeypatch.setattr("onboard.drivers.udp_end.socket.getaddrinfo",
+    monkeypatch.setattr("transport.udp_end.socket.getaddrinfo",
                         lambda *_, **__: [(socket.AF_INET, socket.SOCK_DGRAM, 17, "", next(places))])
     end = UdpGroundEnd("udp/rover.example:7450", KEYS, 1, 0.0, 1 << 62)
     carrier.stack.callback(end.close)
@@ -226,7 +226,7 @@ def test_a_port_that_was_closed_once_costs_no_datagram_of_those_after_it(carrier
 def test_a_rover_with_several_addresses_answers_from_the_one_that_was_asked(own_sockets, monkeypatch):
     """A station's socket is connected, a firewall lets answers through: from another address neither hears it."""
     if not own_sockets:
-        monkeypatch.setattr("onboard.drivers.udp_end._SOCKETS", 0)
+        monkeypatch.setattr("transport.udp_end._SOCKETS", 0)
     with ExitStack() as stack:
         carrier = Carrier(stack, at="0.0.0.0")
         for rover in ("127.0.0.1", "127.0.0.2", "127.0.0.3"):

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from onboard.core.way import TRAIL_M, TRAIL_POSES, Way
+from onboard.core.mission.driven_trail import TRAIL_M, TRAIL_POSES, Way
 from onboard.records import Pose
 
 

@@ -7,16 +7,16 @@ from dataclasses import dataclass, field
 import pytest
 
 from onboard.config import Motion, Rover
-from onboard.core.wheel_watch.offset import OffsetWatch
-from onboard.core.wheel_watch.seen import TICK_S, Seen, approach
-from onboard.core.wheel_watch.slip import SlipWatch
-from onboard.core.wheel_watch.watch import WheelWatch
+from onboard.core.faults.wheels.offset import OffsetWatch
+from onboard.core.faults.wheels.seen import TICK_S, Seen, approach
+from onboard.core.faults.wheels.slip import SlipWatch
+from onboard.core.faults.wheels.watch import WheelWatch
 from onboard.motion.kinematics import wheel_commands, wheel_places
 from onboard.motion.odometry import Odometry, Step
 from onboard.motion.wheel_health import SOUND, Drive
 from onboard.records import ImuSample, Twist, WheelCommand, WheelMode, WheelState
-from protocol.can_codec import NodeState
-from protocol.faults import BY_NAME
+from protocol.generated.can_codec import NodeState
+from protocol.tables.faults import BY_NAME
 
 PLACES = wheel_places(Rover())
 RADIUS_M, GRAVITY_MPS2, CRUISE_RADPS = 0.1, 1.62, 1.1

@@ -7,11 +7,11 @@ from core_bench import QUICK, CoreBench
 from ground.session.news import EventHeard, ReportHeard
 from ground.session.session import Session
 from onboard import config
-from onboard.drivers.link_memory import LinkMemory
-from onboard.drivers.link_port import Gate
-from onboard.ports import EPOCH
-from protocol.keyring import EPOCHS, Keyring, LinkKeys
-from protocol.link import DOWNLINK_KEY_ID, KEY_DOWN, KEY_UP, Sealer
+from onboard.drivers.link.port import Gate
+from onboard.drivers.link.saved_state import LinkMemory
+from onboard.records.status import EPOCH
+from protocol.link.datagrams import DOWNLINK_KEY_ID, KEY_DOWN, KEY_UP, Sealer
+from protocol.link.keyring import EPOCHS, Keyring, LinkKeys
 
 S = 1_000_000_000
 SECRETS = {1: bytes(range(1, 33)), 2: bytes(range(33, 65))}

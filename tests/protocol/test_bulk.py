@@ -5,7 +5,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from protocol import WireError, bulk, link
+from protocol import WireError
+from protocol.link import bulk
+from protocol.link import datagrams as link
 
 MS = 1_000_000
 S = 1000 * MS

@@ -5,7 +5,8 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from protocol import bulk, bulk_wire, link, repair
+from protocol.link import bulk, bulk_wire, repair
+from protocol.link import datagrams as link
 
 MS = 1_000_000
 S = 1000 * MS

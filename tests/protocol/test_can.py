@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 
 from onboard.records import Frame
 from protocol import WireError
-from protocol.can_codec import TABLE, TiltMode
-from protocol.can_frames import BITS_PER_S, FRAMES
-from protocol.can_guard import Counts, Guard, Sender, crc8
+from protocol.can.guard import Counts, Guard, Sender, crc8
+from protocol.generated.can_codec import TABLE, TiltMode
+from protocol.generated.can_frames import BITS_PER_S, FRAMES
 from tools import make_can_codec, make_can_frames
 
 ROOT = Path(__file__).resolve().parent.parent.parent
@@ -25,7 +25,7 @@ WHEEL = 0x101
 @pytest.mark.parametrize("make", [make_can_codec, make_can_frames])
 def test_the_committed_module_is_what_the_generator_writes(make):
     name = make.__name__.rpartition("make_")[2] + ".py"
-    assert make.generate(ROOT / "protocol" / "rover.dbc") == (ROOT / "protocol" / name).read_text()
+    assert make.generate(ROOT / "protocol" / "rover.dbc") == (ROOT / "protocol" / "generated" / name).read_text()
 
 
 WHEELS, EVERY = (1, 2, 3, 4), ("COMPUTER", "WHEEL_1", "WHEEL_2", "WHEEL_3", "WHEEL_4", "TILT", "IMU", "POWER", "GUARD")

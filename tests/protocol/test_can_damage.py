@@ -7,9 +7,9 @@ from itertools import combinations
 
 import pytest
 
-from protocol.can_codec import TABLE
-from protocol.can_frames import FRAMES
-from protocol.can_guard import Guard, crc8
+from protocol.can.guard import Guard, crc8
+from protocol.generated.can_codec import TABLE
+from protocol.generated.can_frames import FRAMES
 
 SINGLES = [1 << at for at in range(64)]
 DOUBLES = [a | b for a, b in combinations(SINGLES, 2)]

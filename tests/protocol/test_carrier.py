@@ -2,7 +2,7 @@
 
 import json
 
-from protocol.carrier import PROBE_PERIOD_NS, READY, Probe, settings
+from protocol.link.carrier import PROBE_PERIOD_NS, READY, Probe, settings
 
 
 def test_probes_are_numbered_and_repeated_every_20_ms_until_answered():

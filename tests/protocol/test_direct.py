@@ -2,9 +2,9 @@
 
 import pytest
 
-from protocol import direct
-from protocol.direct import Caller, Listeners, Said, Word, frame, hello_key
-from protocol.keyring import KEY_UP, Keyring, LinkKeys, bench_keys
+from protocol.link import direct
+from protocol.link.direct import Caller, Listeners, Said, Word, frame, hello_key
+from protocol.link.keyring import KEY_UP, Keyring, LinkKeys, bench_keys
 
 S = 1_000_000_000
 KEYS = bench_keys(7)

@@ -9,9 +9,10 @@ import subprocess
 import pytest
 
 from ground.gateway.frames import mavlink as m
-from protocol import bulk, bulk_wire, commands, events, transactions
-from protocol import eldorado_dialect as dialect
-from protocol.link import DOWNLINK_KEY_ID, Kind, Sealer
+from protocol.generated import eldorado_dialect as dialect
+from protocol.link import bulk, bulk_wire, events, transactions
+from protocol.link.datagrams import DOWNLINK_KEY_ID, Kind, Sealer
+from protocol.tables import commands
 from tools import make_dissector
 
 TSHARK = shutil.which("tshark")

@@ -6,10 +6,11 @@ import math
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from protocol import bulk, commands
-from protocol.commands import HALTING
-from protocol.modes import Mode
-from protocol.transactions import Code, Executor, Report, Requester, State, encode_report
+from protocol.link import bulk
+from protocol.link.transactions import Code, Executor, Report, Requester, State, encode_report
+from protocol.tables import commands
+from protocol.tables.commands import HALTING
+from protocol.tables.modes import Mode
 
 S = 1_000_000_000
 MS = 1_000_000

@@ -7,11 +7,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from test_security import KEYS, Ground, Rover, S
 
-from protocol import commands
-from protocol.commands import HALTING, TABLE, Telecommand
-from protocol.link import Kind, Sealer
-from protocol.modes import Mode
-from protocol.transactions import Code, Executor, State, decode_report
+from protocol.link.datagrams import Kind, Sealer
+from protocol.link.transactions import Code, Executor, State, decode_report
+from protocol.tables import commands
+from protocol.tables.commands import HALTING, TABLE, Telecommand
+from protocol.tables.modes import Mode
 
 GOTO = {"x_m": 1.0, "y_m": 2.0}
 FREES = ("goto", "resume", "reset", "scan", "turn", "drive", "mission", "return", "sequence_run")

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from onboard.bringup.can.load import Case, analyse
-from protocol.can_codec import TABLE
-from protocol.can_frames import FRAMES
+from protocol.generated.can_codec import TABLE
+from protocol.generated.can_frames import FRAMES
 
 PAGE = (Path(__file__).parents[2] / "docs" / "icd.md").read_text()
 COMPILER = shutil.which("cc") or shutil.which("gcc") or shutil.which("g++")

@@ -7,7 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from protocol import WireError, link
+from protocol import WireError
+from protocol.link import datagrams as link
 
 COMMAND, DOWNLINK = link.bench_keys(7)
 

@@ -5,7 +5,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from protocol import WireError, repair
+from protocol import WireError
+from protocol.link import repair
 
 
 def rank(rows: np.ndarray) -> int:

@@ -11,14 +11,16 @@ import pytest
 from onboard.config import Config, ConfigError, Link, load
 from onboard.core.downlink import Downlink
 from onboard.core.telemetry import View
-from onboard.drivers.key_file import read_keys
-from onboard.drivers.link_memory import HOLD_NS, MARKS, LinkMemory
-from onboard.drivers.link_port import Gate, link_keys
+from onboard.drivers.link.port import Gate, link_keys
+from onboard.drivers.link.saved_state import HOLD_NS, MARKS, LinkMemory
 from onboard.records import LinkMessage
-from protocol import WireError, commands, link
-from protocol.keyring import EPOCHS, Keyring, LinkKeys, bench_keys
-from protocol.link import DOWNLINK_KEY_ID, KEY_DOWN, KEY_UP, Kind, Opener, Sealer
-from protocol.modes import Mode
+from protocol import WireError
+from protocol.link import datagrams as link
+from protocol.link.datagrams import DOWNLINK_KEY_ID, KEY_DOWN, KEY_UP, Kind, Opener, Sealer
+from protocol.link.keyring import EPOCHS, Keyring, LinkKeys, bench_keys
+from protocol.tables import commands
+from protocol.tables.modes import Mode
+from transport.key_file import read_keys
 
 BENCH = bench_keys(11)
 EPOCHAL = tuple(range(EPOCHS))

@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from protocol import sequences
-from protocol.sequences import Condition, parse
+from protocol.tables import sequences
+from protocol.tables.sequences import Condition, parse
 
 
 def test_a_line_has_its_wait_its_condition_its_policy_and_its_command():

@@ -8,9 +8,19 @@ from hypothesis import strategies as st
 from wire import bytewise, whole
 
 from protocol import WireError
-from protocol.commands import TABLE as COMMANDS
-from protocol.packet_table import COMMAND_APID, Asked, decode_command, fields_of
-from protocol.space_packets import MOST_BYTES, P_FIELD, TELECOMMAND, TELEMETRY, Packet, Splitter, decode, encode, stamp
+from protocol.ccsds.packet_table import COMMAND_APID, Asked, decode_command, fields_of
+from protocol.ccsds.space_packets import (
+    MOST_BYTES,
+    P_FIELD,
+    TELECOMMAND,
+    TELEMETRY,
+    Packet,
+    Splitter,
+    decode,
+    encode,
+    stamp,
+)
+from protocol.tables.commands import TABLE as COMMANDS
 
 S = 1_000_000_000
 packets = st.builds(Packet, st.integers(0, 1), st.integers(0, 0x7FF), st.integers(0, 0x3FFF),

@@ -9,11 +9,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from onboard.core.telemetry import SAMPLERS
-from protocol import WireError, commands, eldorado_dialect, events, modes, telemetry
-from protocol.arguments import Kind
-from protocol.link import payload_limit
+from protocol import WireError
+from protocol.generated import eldorado_dialect
+from protocol.link import events
+from protocol.link.datagrams import payload_limit
 from protocol.mavlink_frames import enu_angles, frd_from_flu, ned_angles, ned_from_enu
-from protocol.modes import Mode, next_mode
+from protocol.tables import commands, modes, telemetry
+from protocol.tables.arguments import Kind
+from protocol.tables.modes import Mode, next_mode
 
 ARGUMENTS = {row.name: commands.parse([*row.typed.split(), *row.example.split()])[1] for row in commands.TABLE}
 ARGUMENTS["goto"] = {"x_m": 1.5, "y_m": -2.0, "heading_rad": 0.25}

@@ -5,9 +5,10 @@ import itertools
 import numpy as np
 import pytest
 
-from protocol import WireError, commands
-from protocol.modes import Mode
-from protocol.transactions import Code, Executor, Order, Report, Requester, State, decode_report, encode_report
+from protocol import WireError
+from protocol.link.transactions import Code, Executor, Order, Report, Requester, State, decode_report, encode_report
+from protocol.tables import commands
+from protocol.tables.modes import Mode
 
 MS = 1_000_000
 S = 1000 * MS

@@ -2,7 +2,7 @@
 
 import pytest
 
-from protocol.modes import TRANSITIONS, Mode, next_mode
+from protocol.tables.modes import TRANSITIONS, Mode, next_mode
 
 ANYWHERE = "safe:SAFE fault:SAFE emergency_stop:ESTOP "
 WANTED = {

@@ -19,7 +19,7 @@ import numpy as np
 from hil.plant.plant import PlantAbortError
 from hil.scenario.scenario import Scenario
 from onboard.records import Event
-from protocol.faults import BY_NAME
+from protocol.tables.faults import BY_NAME
 from tests.scenarios.flown import GOAL_M, Watch, contact_words, outcome_of
 from tests.scenarios.hostilities import HOSTILITIES
 from tests.scenarios.library import replayed_elsewhere

@@ -14,12 +14,12 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from onboard.config import Config
-from onboard.drivers.byte_port import LidarPort
-from onboard.drivers.can_base import CanBus
-from onboard.drivers.link_end import LinkEnd
-from onboard.drivers.link_port import LinkPort
+from onboard.drivers.can.base import CanBus
+from onboard.drivers.lidar.byte_port import LidarPort
+from onboard.drivers.link.port import LinkPort
 from onboard.records import Chunk, Frame, LinkMessage
-from protocol.link import bench_keys
+from protocol.link.datagrams import bench_keys
+from transport.link_end import LinkEnd
 
 MOST_FRAMES, MOST_BYTES, MOST_DATAGRAMS = 4_000, 65_536, 8_192  # of the kernel's queues
 

@@ -15,8 +15,8 @@ from hil.bench.in_memory import InMemory
 from hil.records import PlantState
 from onboard.core.tick import Rover
 from onboard.records import Inputs, Outputs
-from protocol.modes import Phase
-from protocol.transactions import State
+from protocol.link.transactions import State
+from protocol.tables.modes import Phase
 
 GOAL_M = 0.3
 SAW_TOO_LITTLE = ("saw too little", "LIDAR_DIRTY")  # in a reason or among the faults: the scanner is the cause

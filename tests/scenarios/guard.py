@@ -24,7 +24,7 @@ from onboard import config
 from onboard.core.tick import Rover
 from onboard.records import F64, Inputs, Outputs
 from protocol.conventions import WHEEL_SIGNS
-from protocol.modes import Phase
+from protocol.tables.modes import Phase
 
 TRENCHES, STEPS, NOMINAL = range(1, 21), range(21, 41), range(41, 51)
 SEEDS = (*TRENCHES, *STEPS, *NOMINAL)

@@ -24,12 +24,12 @@ from ground.gateway.orders import Asked, Known, Request, order
 from ground.gateway.origin import Origin
 from onboard.core.tick import Rover
 from onboard.records import BusTrouble, Frame, Inputs, RecordTrouble
-from protocol import commands
-from protocol.can_codec import TABLE
-from protocol.can_crc import seed as crc_seed
-from protocol.can_crc import sound
-from protocol.link import DOWNLINK_KEY_ID, MAX_DATAGRAM, OVERHEAD, Kind
-from protocol.modes import Mode
+from protocol.can.crc import seed as crc_seed
+from protocol.can.crc import sound
+from protocol.generated.can_codec import TABLE
+from protocol.link.datagrams import DOWNLINK_KEY_ID, MAX_DATAGRAM, OVERHEAD, Kind
+from protocol.tables import commands
+from protocol.tables.modes import Mode
 
 if TYPE_CHECKING:
     from tests.scenarios.siege import Outside

@@ -35,8 +35,8 @@ from onboard.perception.localisation import Localisation
 from onboard.records import F64, Inputs, Outputs, Pose
 from pictures.estimate import Trace
 from protocol.conventions import wrap_rad
-from protocol.modes import Phase
-from protocol.transactions import State
+from protocol.link.transactions import State
+from protocol.tables.modes import Phase
 from tests.scenarios.mission import LIMIT_S, edges
 
 SEEDS = (*range(1, 11), *range(21, 25), *range(31, 35))

@@ -20,7 +20,7 @@ import numpy as np
 from hil.bench.in_memory import CAMPAIGN_STEP_NS, InMemory, Observe
 from hil.scenario.scenario import Scenario
 from onboard.records import Chunk, Frame, Inputs, LinkMessage, Outputs, PortState
-from protocol.link import Sealer, bench_keys
+from protocol.link.datagrams import Sealer, bench_keys
 from tests.scenarios.doors import Doors
 from tests.scenarios.hostilities import HOSTILITIES
 

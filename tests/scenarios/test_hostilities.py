@@ -9,9 +9,9 @@ from hil.bench.in_memory import CAMPAIGN_STEP_NS, InMemory
 from hil.scenario.scenario import Scenario
 from onboard.record.replay import replay
 from protocol import WireError
-from protocol.link import Kind
-from protocol.modes import Mode
-from protocol.transactions import Executor
+from protocol.link.datagrams import Kind
+from protocol.link.transactions import Executor
+from protocol.tables.modes import Mode
 from tests.scenarios import __main__ as command
 from tests.scenarios import chaos
 from tests.scenarios.chaos import COUNT, Row, broken, drawn, named, summary

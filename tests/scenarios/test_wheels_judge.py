@@ -9,7 +9,7 @@ import pytest
 
 from hil.records import PlantState, WheelTruth
 from onboard.records import Event, WheelCommand, WheelMode, WheelState
-from protocol.can_codec import NodeState
+from protocol.generated.can_codec import NodeState
 from tests.scenarios import wheels
 from tests.scenarios.true_slip import PLACES_M, WINDOW_TICKS, TrueSlip, wheels_twist
 

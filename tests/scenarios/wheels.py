@@ -25,13 +25,13 @@ from hil.plant.plant import PlantAbortError
 from hil.records import PlantState
 from hil.scenario.scenario import Scenario
 from hil.terrain.field import Field, height_at
+from onboard.core.faults.wheels.blocks import SLEW_RADPS2
+from onboard.core.faults.wheels.seen import LEAST_MPS, approach
+from onboard.core.faults.wheels.slip import ASTRAY_RAD, CALM
+from onboard.core.faults.wheels.watch import WHEEL_ROWS
 from onboard.core.tick import Rover
-from onboard.core.wheel_watch.blocks import SLEW_RADPS2
-from onboard.core.wheel_watch.seen import LEAST_MPS, approach
-from onboard.core.wheel_watch.slip import ASTRAY_RAD, CALM
-from onboard.core.wheel_watch.watch import WHEEL_ROWS
 from onboard.records import Event, Inputs, Outputs
-from protocol.faults import BY_NAME, Step
+from protocol.tables.faults import BY_NAME, Step
 from tests.scenarios.true_slip import WINDOW_TICKS, TrueSlip
 
 CASES = (

@@ -10,10 +10,10 @@ import subprocess
 
 import pytest
 
-from onboard.drivers.can_bus import CanPort, open_bus
-from onboard.ports import BUS_WORDS
+from onboard.drivers.can.bus import CanPort, open_bus
 from onboard.records import BusTrouble, Frame, PortState
-from protocol.can_codec import TABLE
+from onboard.records.status import BUS_WORDS
+from protocol.generated.can_codec import TABLE
 from tests.vcan.interface import ip_link
 
 NAME, LIMIT_S = "vcan2", 30.0

@@ -23,17 +23,17 @@ from onboard.bringup.can.jog import LISTEN_NS, OFF_NS, REST_LIMIT_NS, REST_RADPS
 from onboard.bringup.can.permit import Permit
 from onboard.bringup.lidar.lag_sweeps import CLOCK_NS, begun
 from onboard.config import Config, Rover
-from onboard.core.sensing import Sensing
-from onboard.core.wheel_watch.seen import Seen
-from onboard.core.wheel_watch.watch import WheelWatch
-from onboard.devices.lidar import LidarSession
+from onboard.core.faults.wheels.seen import Seen
+from onboard.core.faults.wheels.watch import WheelWatch
+from onboard.core.mission.sweep import Sensing
+from onboard.devices.lidar.session import LidarSession
 from onboard.devices.nodes import NODES, Nodes
 from onboard.motion.odometry import Odometry
 from onboard.motion.odometry import Step as Moved
 from onboard.perception.sweep import segments
 from onboard.records import Event, ImuSample, Inputs, Outputs, Scan, WheelCommand, WheelMode
 from protocol.conventions import TICK_NS
-from protocol.modes import Mode
+from protocol.tables.modes import Mode
 
 LATE_RATIO, LATE_S = 2.0, 20.0  # a step may take this much longer than planned
 MOST_TRIES = 2  # tries of a scan

@@ -15,8 +15,8 @@ from scipy.spatial.transform import Rotation
 
 from onboard.bringup.calibrate.log import Log
 from onboard.config import Rover
+from onboard.extrinsics import imu_rotation, lidar_place, lidar_rotation
 from onboard.motion.kinematics import wheel_places
-from onboard.mounting import imu_rotation, lidar_place, lidar_rotation
 from onboard.perception.registration import align, prepare
 from onboard.records import F64, Bool
 

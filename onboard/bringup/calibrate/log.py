@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from onboard.bringup.calibrate.plan import Step
 from onboard.config import Config
-from onboard.core.sensing import Sweep
+from onboard.core.mission.sweep import Sweep
 from onboard.devices.nodes import WheelStatus
-from onboard.mounting import imu_rotation, steer_offsets_rad
+from onboard.extrinsics import imu_rotation, steer_offsets_rad
 from onboard.perception.scan3d import gather, points
 from onboard.perception.tilt_lag import Lag, lag
 from onboard.records import F64, ImuSample, WheelState

@@ -22,8 +22,8 @@ import numpy as np
 
 from onboard.bringup.calibrate.evidence import Evidence
 from onboard.config import Rover
+from onboard.extrinsics import lidar_place, steer_offsets_rad
 from onboard.motion.kinematics import wheel_places
-from onboard.mounting import lidar_place, steer_offsets_rad
 from onboard.records import F64
 
 CALIBRATED = {  # key of `rover` -> 1 sigma of its configured value
@@ -148,7 +148,7 @@ def believed(rover: Rover) -> F64:
 
 
 def turned(angles_rad: F64) -> F64:
-    """(..., 3, 3) rotations by (..., 3) roll, pitch, yaw: vectorised `onboard.mounting.rotation`."""
+    """(..., 3, 3) rotations by (..., 3) roll, pitch, yaw: vectorised `onboard.extrinsics.rotation`."""
     (sr, sp, sy), (cr, cp, cy) = np.moveaxis(np.sin(angles_rad), -1, 0), np.moveaxis(np.cos(angles_rad), -1, 0)
     rows = np.array([
         [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],

@@ -9,16 +9,16 @@ from contextlib import ExitStack, contextmanager
 from onboard.bringup.calibrate.shell import Shell
 from onboard.command_line import EX_CANTCREAT, EX_CONFIG, EX_IOERR, EX_UNAVAILABLE, fail
 from onboard.config import Config, ConfigError
-from onboard.drivers.can_bus import CanPort
-from onboard.drivers.lidar_port import open_port
-from onboard.record.unwritten import unwritten
+from onboard.drivers.can.bus import CanPort
+from onboard.drivers.lidar.port import open_port
+from onboard.record.incomplete import unwritten
 from onboard.record.writer import Recorder
 
 
 @contextmanager
 def ports(config: Config) -> Iterator[Shell]:
     """Bus, scanner and record, open while the `with` lasts. An error of one becomes one line and an exit code."""
-    from onboard.drivers.clock import WallClock  # imported at each call: tests replace it by their own clock
+    from onboard.drivers.platform.clock import WallClock  # imported at each call: tests replace it by their own clock
 
     clock = WallClock()
     for number in (signal.SIGTERM, signal.SIGINT):

@@ -10,10 +10,10 @@ from typing import Protocol, TypeVar
 from onboard.bringup.calibrate.drive import DRIVEN, WITH_LAG, Drive
 from onboard.bringup.can.jog import Phase
 from onboard.bringup.lidar.again import config_of, rows_of
-from onboard.drivers.can_bus import CanPort
-from onboard.drivers.clock import WallClock
-from onboard.drivers.lidar_ear import LidarEar
-from onboard.drivers.lidar_port import LidarPort
+from onboard.drivers.can.bus import CanPort
+from onboard.drivers.lidar.byte_listener import LidarEar
+from onboard.drivers.lidar.port import LidarPort
+from onboard.drivers.platform.clock import WallClock
 from onboard.record.reader import DamagedRecordError
 from onboard.record.writer import Recorder
 from onboard.records import Inputs, Outputs

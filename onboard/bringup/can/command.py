@@ -158,7 +158,7 @@ def on_bus(uri: str) -> Iterator[Shell]:
     """The open bus; Ctrl-C ends its ticks. A bus error becomes one line and an exit code."""
     from onboard.bringup.can.shell import BusError, Shell
     from onboard.config import ConfigError
-    from onboard.drivers.clock import WallClock
+    from onboard.drivers.platform.clock import WallClock
 
     clock = WallClock()
     for number in (signal.SIGTERM, signal.SIGINT):

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from onboard.bringup.can.candump import Heard
-from protocol.can_frames import FRAMES
-from protocol.can_guard import Counts, Guard
+from protocol.can.guard import Counts, Guard
+from protocol.generated.can_frames import FRAMES
 
 Values = dict[str, Any]
 _CHOICES = {can_id: {s.name: s.choices for s in layout.signals if s.choices} for can_id, layout in FRAMES.items()}

@@ -20,7 +20,7 @@ from onboard.bringup.can.permit import Permit
 from onboard.config import Can, Rover
 from onboard.devices.nodes import Nodes
 from onboard.records import Frame, WheelCommand, WheelMode, WheelState
-from protocol.modes import Mode
+from protocol.tables.modes import Mode
 
 LISTEN_NS, SETTLE_NS, OFF_NS, REST_LIMIT_NS = 1_200_000_000, 200_000_000, 200_000_000, 4_000_000_000
 ARRIVED_RAD, REST_RADPS = 0.02, 0.05

@@ -16,7 +16,7 @@ from enum import Enum
 from typing import NamedTuple
 
 from onboard.bringup.can.bits import worst_bits
-from protocol.can_frames import BITS_PER_S, FRAMES, Layout
+from protocol.generated.can_frames import BITS_PER_S, FRAMES, Layout
 
 
 class Case(Enum):

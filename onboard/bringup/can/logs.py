@@ -23,7 +23,7 @@ def heard_in(path: Path, tell: Callable[[str], None]) -> Iterator[Heard]:
     Raises OSError, NoLogError, ValueError for a damaged .asc or .blf.
     """
     if path.suffix.lower() in OTHERS:
-        from onboard.drivers.can_log import messages_of  # python-can is slow to load and text does not need it
+        from onboard.drivers.can.log import messages_of  # python-can is slow to load and text does not need it
 
         yield from (Heard(*message) for message in messages_of(path))
     else:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from fnmatch import fnmatchcase
 
-from protocol.can_frames import FRAMES, NODES
+from protocol.generated.can_frames import FRAMES, NODES
 
 
 class UnknownNameError(ValueError):

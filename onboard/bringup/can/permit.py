@@ -7,9 +7,9 @@ from collections.abc import Iterator, Sequence
 from onboard.devices.emergency import reason_name
 from onboard.devices.nodes import Nodes
 from onboard.records import Frame
-from protocol.can_codec import DBC_VERSION, NodeState
-from protocol.can_frames import FRAMES
-from protocol.can_guard import Guard
+from protocol.can.guard import Guard
+from protocol.generated.can_codec import DBC_VERSION, NodeState
+from protocol.generated.can_frames import FRAMES
 
 MASTER = {can_id: layout.name for can_id, layout in FRAMES.items() if layout.sender == "COMPUTER"}
 HEARTBEATS = {can_id: row.sender for can_id, row in FRAMES.items() if row.family == "NODE_HEARTBEAT"}

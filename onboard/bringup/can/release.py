@@ -15,8 +15,8 @@ from onboard.bringup.can.permit import MASTER
 from onboard.config import Can, Rover
 from onboard.devices.nodes import NODES, Nodes
 from onboard.records import Frame
-from protocol.can_codec import NodeState
-from protocol.modes import Mode
+from protocol.generated.can_codec import NodeState
+from protocol.tables.modes import Mode
 
 STOPPED = (NodeState.EMERGENCY_STOP, NodeState.RESET_ARMED)
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from onboard.bringup.can.load import Case, Row, total
 from onboard.bringup.can.show import aligned
 from onboard.bringup.can.survey import Report
-from protocol.can_codec import DBC_VERSION
-from protocol.can_frames import FRAMES
-from protocol.modes import Mode
+from protocol.generated.can_codec import DBC_VERSION
+from protocol.generated.can_frames import FRAMES
+from protocol.tables.modes import Mode
 
 _HEADS = ("node", "frames", "state", "firmware", "DBC", "uptime s", "tx err", "rx err")
 _KEYS = ("state", "firmware", "dbc_version", "uptime_s", "tx_errors", "rx_errors")

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from types import TracebackType
 
-from onboard.drivers.can_bus import open_bus
-from onboard.drivers.clock import WallClock
+from onboard.drivers.can.bus import open_bus
+from onboard.drivers.platform.clock import WallClock
 from onboard.records import Frame, PortState
 
 

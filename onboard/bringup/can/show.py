@@ -6,8 +6,8 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 
 from onboard.bringup.can.decode import Seen, Tally, Values, named
-from protocol.can_frames import FRAMES, Signal
-from protocol.can_guard import Counts
+from protocol.can.guard import Counts
+from protocol.generated.can_frames import FRAMES, Signal
 
 _NS = 1_000_000_000
 WIDTH = max(len(layout.name) for layout in FRAMES.values())

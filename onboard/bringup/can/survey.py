@@ -15,8 +15,8 @@ from onboard.bringup.can.bits import wire_bits
 from onboard.bringup.can.candump import Heard
 from onboard.bringup.can.decode import Decoder, Seen, Tally, named
 from onboard.records import Frame
-from protocol.can_codec import DBC_VERSION, NodeState
-from protocol.can_frames import BITS_PER_S, FRAMES, Layout
+from protocol.generated.can_codec import DBC_VERSION, NodeState
+from protocol.generated.can_frames import BITS_PER_S, FRAMES, Layout
 
 NEEDED = tuple(layout.sender for layout in FRAMES.values() if layout.family == "NODE_HEARTBEAT")
 SENDERS = ("COMPUTER", *NEEDED, "GUARD")

@@ -19,8 +19,8 @@ from onboard.bringup.jitter import reference
 from onboard.bringup.jitter.measure import WARM_TICKS, Bed, Measured
 from onboard.command_line import EX_INTERRUPTED, EX_UNAVAILABLE, fail, read_config
 from onboard.config import Config, Realtime
-from onboard.drivers.clock import WallClock
-from onboard.drivers.realtime import Grant, words
+from onboard.drivers.platform.clock import WallClock
+from onboard.drivers.platform.realtime import Grant, words
 from protocol.conventions import TICK_NS
 
 SHARES = {"p50": 50, "p99": 99, "p999": 99.9, "max": 100}

@@ -15,10 +15,10 @@ from onboard.bringup.jitter.job import request
 from onboard.config import Config
 from onboard.core.jobs import JOBS
 from onboard.core.tick import Rover, tick
-from onboard.drivers.clock import WallClock, wait_for
-from onboard.drivers.realtime import Grant, RealTime
-from onboard.drivers.stopwatch import Stopwatch
-from onboard.drivers.workers import Workers
+from onboard.drivers.platform.clock import WallClock, wait_for
+from onboard.drivers.platform.realtime import Grant, RealTime
+from onboard.drivers.platform.stopwatch import Stopwatch
+from onboard.drivers.platform.workers import Workers
 from onboard.records import Health, Inputs, JobRequest
 from protocol.barrier import Tick
 

@@ -128,7 +128,7 @@ def record_command(
 
     Exit codes: 73 no place to write, or the file exists already; 74 the disk took only a part; else those of `info`.
     """
-    from onboard.record.unwritten import unwritten
+    from onboard.record.incomplete import unwritten
     from onboard.record.writer import Recorder
 
     config = _config(address, settings)
@@ -277,7 +277,7 @@ def _with_sensor(config: Config, use: Callable[[Shell], T], recorder: Recorder |
     """Result of `use` with a sensor that has identified itself; exits with one line if it has not, or after Ctrl-C."""
     from onboard.bringup.lidar.shell import SensorError, Shell
     from onboard.config import ConfigError
-    from onboard.drivers.clock import WallClock
+    from onboard.drivers.platform.clock import WallClock
 
     clock = WallClock()
     for number in (signal.SIGTERM, signal.SIGINT):

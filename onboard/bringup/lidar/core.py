@@ -6,7 +6,7 @@ import hashlib
 from enum import Enum
 
 from onboard.config import Config
-from onboard.devices.lidar import LidarSession
+from onboard.devices.lidar.session import LidarSession
 from onboard.records import Event, Inputs, Outputs, Scan
 
 ORDER = "LIDAR_ORDER"  # the event that stores the order to the session in a record

@@ -16,13 +16,13 @@ from itertools import chain
 from onboard.bringup.can.jog import LISTEN_NS, OFF_NS, REST_RADPS, Phase
 from onboard.bringup.can.permit import Permit
 from onboard.config import Config, Scanning
-from onboard.core.sensing import Sensing, Sweep
-from onboard.devices.lidar import LidarSession
+from onboard.core.mission.sweep import Sensing, Sweep
+from onboard.devices.lidar.session import LidarSession
 from onboard.devices.nodes import Nodes
 from onboard.perception.sweep import TiltSegment
 from onboard.perception.tilt_lag import nods
 from onboard.records import Inputs, Outputs, Scan
-from protocol.modes import Mode
+from protocol.tables.modes import Mode
 
 CLOCK_NS = 3_000_000_000  # until the estimate of the scanner's clock has settled
 MOST_TRIES = 2  # tries of a sweep

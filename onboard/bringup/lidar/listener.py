@@ -13,11 +13,11 @@ from pathlib import Path
 
 from onboard.bringup.lidar.again import rows_of
 from onboard.config import Lidar
-from onboard.devices.lidar import BAD
-from onboard.devices.lidar_clock import ClockQuality
-from onboard.devices.lidar_model import UTM_30LX, model_of
-from onboard.devices.lidar_stream import ScanStream
-from onboard.devices.lidar_watch import CAUSES
+from onboard.devices.lidar.clock import ClockQuality
+from onboard.devices.lidar.model import UTM_30LX, model_of
+from onboard.devices.lidar.session import BAD
+from onboard.devices.lidar.stream import ScanStream
+from onboard.devices.lidar.watch import CAUSES
 from onboard.records import Chunk, Scan
 from protocol import WireError, scip
 

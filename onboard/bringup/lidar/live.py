@@ -11,7 +11,7 @@ from rich.live import Live
 from rich.text import Text
 
 from onboard.bringup.lidar.show import View, numbers, polar, view
-from onboard.devices.lidar import LidarSession
+from onboard.devices.lidar.session import LidarSession
 from onboard.records import Scan
 
 _REDRAW_NS, _LINE_NS = 100_000_000, 1_000_000_000

@@ -8,8 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from onboard.devices.lidar import BAD
-from onboard.devices.lidar_clock import ClockQuality
+from onboard.devices.lidar.clock import ClockQuality
+from onboard.devices.lidar.session import BAD
 from onboard.records import BeamStatus, Scan
 
 _DIRTY_RATIO, _ERROR_RATIO, _LOST_RATIO = 0.2, 0.05, 0.15

@@ -7,9 +7,9 @@ from types import TracebackType
 
 from onboard.bringup.lidar.core import LidarCore, Order
 from onboard.config import Config
-from onboard.drivers.clock import WallClock
-from onboard.drivers.lidar_ear import LidarEar
-from onboard.drivers.lidar_port import open_port
+from onboard.drivers.lidar.byte_listener import LidarEar
+from onboard.drivers.lidar.port import open_port
+from onboard.drivers.platform.clock import WallClock
 from onboard.record.writer import Recorder
 from onboard.records import Inputs, PortState, Scan
 from protocol.barrier import Tick

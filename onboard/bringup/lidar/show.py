@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from onboard.bringup.lidar.report import Report, findings
-from onboard.devices.lidar_clock import WINDOW, ClockQuality
+from onboard.devices.lidar.clock import WINDOW, ClockQuality
 from onboard.records import BeamStatus, Scan
 
 _BRAILLE = 0x2800

@@ -12,7 +12,7 @@ from onboard.config import Config
 from onboard.devices.nodes import Nodes
 from onboard.perception.scan3d import Scan3d, gather
 from onboard.records import Scan
-from protocol.can_codec import TiltState
+from protocol.generated.can_codec import TiltState
 
 BEFORE_NS, AFTER_NS = 100_000_000, 150_000_000  # the axis at rest before; a turn of the scanner and its transfer after
 ROLLED_RAD = 0.02  # of a wheel between two sweeps: less (2 mm) counts as standing

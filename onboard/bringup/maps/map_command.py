@@ -15,7 +15,7 @@ from onboard.command_line import EX_CANTCREAT, EX_DATAERR, EX_NOINPUT, EX_USAGE,
 from protocol.visible import visible
 
 if TYPE_CHECKING:
-    from onboard.drivers.disk import Kept, TileFile
+    from onboard.drivers.storage.map_tiles import Kept, TileFile
     from onboard.perception.tiles import Tile
 
 EXAMPLES = """\b
@@ -109,7 +109,7 @@ def _tiles(source: Path) -> tuple[tuple[Tile, ...], tuple[str, ...]]:
 
 
 def _kept(folder: Path) -> Kept:
-    from onboard.drivers.disk import load
+    from onboard.drivers.storage.map_tiles import load
 
     try:
         return load(folder)

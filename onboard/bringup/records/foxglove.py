@@ -19,8 +19,8 @@ from mcap.writer import CompressionType, Writer
 from onboard.record.reader import Record, reading, time_ns_of
 from onboard.record.rows import ROWS
 from onboard.records import Health, Machine
-from protocol.can_codec import TABLE
-from protocol.modes import SEVERITIES
+from protocol.generated.can_codec import TABLE
+from protocol.tables.modes import SEVERITIES
 
 Value = dict[str, Any]
 EVERY = {"/out/pose": 5, "/in/tick": 50}  # ticks: 20 and 2 a second are enough for display

@@ -15,10 +15,13 @@ from pymavlink.dialects.v20 import common
 from ground.bridge.bridge import Bridge
 from ground.operation import show
 from ground.session.session import Session
-from protocol import WireError, bulk_wire, commands, packet_table, space_packets
-from protocol import eldorado_dialect as dialect
-from protocol.link import DOWNLINK_KEY_ID, Kind, Sealer, bench_keys
-from protocol.reports import Report, State, encode_report
+from protocol import WireError
+from protocol.ccsds import packet_table, space_packets
+from protocol.generated import eldorado_dialect as dialect
+from protocol.link import bulk_wire
+from protocol.link.datagrams import DOWNLINK_KEY_ID, Kind, Sealer, bench_keys
+from protocol.link.reports import Report, State, encode_report
+from protocol.tables import commands
 from protocol.visible import visible
 from tests.fuzz.damage import Rng, real
 from tests.fuzz.door import Door, join, split

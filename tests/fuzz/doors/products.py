@@ -19,7 +19,7 @@ from ground.session.news import ProductHeard
 from onboard.config import Config
 from onboard.parameters import Settings, listing
 from protocol import WireError
-from protocol.bulk import Product
+from protocol.link.bulk import Product
 from protocol.products import LdemProduct, MapGrid, encode_ldem, ldem, scan
 from protocol.products.nsp import Explanation, Place, encode_nsp
 from protocol.products.packing import compress, pack_integers

@@ -23,18 +23,19 @@ from hil.devices.nodes import build_nodes
 from hil.records import PlantState, WheelTruth
 from onboard.config import load
 from onboard.core.tick import Rover, tick
-from onboard.drivers.can_socketcand import DaemonBus
+from onboard.drivers.can.socketcand import DaemonBus
 from onboard.record.schema import encode_inputs, encode_outputs
 from onboard.records import Chunk, Frame, Inputs, LinkMessage, Outputs, PortState, Twist
-from protocol import WireError, barrier, commands
-from protocol.arguments import Argument
-from protocol.arguments import Kind as Written
-from protocol.can_codec import TABLE
-from protocol.can_crc import crc8, seed
+from protocol import WireError, barrier
+from protocol.can.crc import crc8, seed
 from protocol.conventions import TICK_NS
-from protocol.link import Kind, Opener, Sealer, bench_keys
-from protocol.reports import Report, decode_report
+from protocol.generated.can_codec import TABLE
+from protocol.link.datagrams import Kind, Opener, Sealer, bench_keys
+from protocol.link.reports import Report, decode_report
 from protocol.scip import FRAME_LIMIT
+from protocol.tables import commands
+from protocol.tables.arguments import Argument
+from protocol.tables.arguments import Kind as Written
 from tests.fuzz.damage import Rng, real
 from tests.fuzz.door import Door, join, split
 from tests.onboard.lidar_rig import Rig

@@ -1,0 +1,1 @@
+"""Fault monitors: the rows of protocol.tables.faults, computed from the data of each tick."""

@@ -1,0 +1,1 @@
+"""Modes of the rover: executive, control lease, orders of the operators, sequences."""

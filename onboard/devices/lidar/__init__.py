@@ -1,0 +1,1 @@
+"""Session with the scanner, without I/O: requests, checks, clock and scans."""

@@ -1,0 +1,1 @@
+"""Drivers of the scanner's port: TCP, USB, serial line."""

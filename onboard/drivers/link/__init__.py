@@ -1,0 +1,1 @@
+"""Drivers of the rover's end of the link: its port, keys and saved counters."""

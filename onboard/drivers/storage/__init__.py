@@ -1,0 +1,1 @@
+"""Drivers of the disk: state folder, record, map tiles."""

@@ -1,0 +1,1 @@
+"""Protection of CAN frames: alive counter and CRC."""

@@ -1,0 +1,1 @@
+"""CCSDS packets of telemetry and commands, and their XTCE description."""

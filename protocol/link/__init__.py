@@ -1,0 +1,1 @@
+"""The space link: datagrams, keys, transactions, events, bulk objects."""

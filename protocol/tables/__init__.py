@@ -1,0 +1,1 @@
+"""Tables that rover, bench and station share: commands, telemetry, faults, modes."""

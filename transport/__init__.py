@@ -1,0 +1,1 @@
+"""Ends of the link that rover and station share: zenoh and UDP sockets, key files."""
