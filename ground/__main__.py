@@ -20,18 +20,20 @@ from pathlib import Path
 import typer
 
 from ground.archive.schema import ArchiveError
-from ground.bridge.command import app as bridge_app
+from ground.ccsds.command import app as bridge_app
+from ground.cli.operations.operate import FAILED, ByHandError, Teller
+from ground.cli.operations.script import ScriptError
+from ground.cli.verbs import archive, contacts, keys, preview, table
+from ground.cli.verbs import commands as own
+from ground.cli.verbs import history as look
+from ground.cli.verbs.report import report_command
+from ground.cli.verbs.run_verb import ask, carry_out, last_words, leave, plan_of
+from ground.cli.verbs.screen import line_out
+from ground.cli.verbs.table import Contact, StationFile
 from ground.gateway.command import gateway_command
-from ground.operation.operate import FAILED, ByHandError, Teller
-from ground.operation.script import ScriptError
 from ground.station.clock import ClockError
 from ground.station.settings import NoStationError, load_settings
 from ground.station.station import StationError
-from ground.verbs import archive, contacts, keys, look, own, preview, table
-from ground.verbs.asking import ask, carry_out, last_words, leave, plan_of
-from ground.verbs.report import report_command
-from ground.verbs.screen import line_out
-from ground.verbs.table import Contact, StationFile
 from onboard.config import ConfigError
 from protocol import WireError
 from protocol.tables import commands
@@ -58,7 +60,7 @@ def _rotate(epoch: int, timeout_s: float, contact_s: float, station: Path | None
 
 def shell(contact: Contact = 20.0, station: StationFile = None) -> None:
     """Type commands one after the other in one open session, with history and completion; `help` there lists them."""
-    from ground.shell import terminal
+    from ground.cli.shell import terminal
 
     settings = load_settings(station)
     teller = Teller(line_out, False, settings.report_s)

@@ -14,10 +14,14 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from hil import demo as after
-from hil.can.command import EPILOG as CAN_EPILOG
-from hil.can.command import main as can_command
-from hil.flying import (
+from hil.devices.can.command import EPILOG as CAN_EPILOG
+from hil.devices.can.command import main as can_command
+from hil.devices.lidar.command import EPILOG as LIDAR_EPILOG
+from hil.devices.lidar.command import main as lidar_command
+from hil.link.command import EPILOG as LINK_EPILOG
+from hil.link.command import main as link_command
+from hil.run import demo as after
+from hil.run.options import (
     EX_CONFIG,
     EX_FAILED,
     EX_INTERRUPTED,
@@ -31,16 +35,12 @@ from hil.flying import (
     show,
     waiting,
 )  # fmt: skip
-from hil.lidar.command import EPILOG as LIDAR_EPILOG
-from hil.lidar.command import main as lidar_command
-from hil.link.command import EPILOG as LINK_EPILOG
-from hil.link.command import main as link_command
-from hil.scenario import command as scenario_command
-from hil.scenario.scenario import Scenario
-from hil.scenario.verify_command import verify
-from hil.watch.command import EPILOG as WATCH_EPILOG
-from hil.watch.command import PORT, AfterOption, PortOption, WatchOption, check_film, film, shown
-from hil.watch.command import main as watch_command
+from hil.scenarios import command as scenario_command
+from hil.scenarios.model import Scenario
+from hil.scenarios.verify_command import verify
+from hil.view.command import EPILOG as WATCH_EPILOG
+from hil.view.command import PORT, AfterOption, PortOption, WatchOption, check_film, film, shown
+from hil.view.command import main as watch_command
 from onboard.config import ConfigError, load
 
 DEMO_LIMIT_S = 3600.0  # the longest demo, 56 m over measured land, takes 1,600 s

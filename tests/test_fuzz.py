@@ -2,7 +2,7 @@
 
 import pytest
 
-from ground.session.session import Session
+from ground.link.session import Session
 from onboard.devices.emergency import reason_name
 from onboard.record.made_by import versions
 from onboard.record.reader import DamagedRecordError, open_record

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 
-from hil.devices import nodes as emulated
-from hil.devices.node import HEARTBEAT_NS, STOP_NS
+from hil.devices.can import nodes as emulated
+from hil.devices.can.node import HEARTBEAT_NS, STOP_NS
 from onboard.bringup.can.bits import worst_bits
 from onboard.bringup.can.load import Case, Row, analyse, total
 from onboard.config import Can

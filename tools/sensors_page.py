@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import dataclasses
 
-from hil.devices.errors import USUAL
-from hil.devices.lidar_errors import DEFAULT, SETS
-from hil.devices.lidar_profile import PROFILES
+from hil.devices.can.errors import USUAL
+from hil.devices.lidar.errors import DEFAULT, SETS
+from hil.devices.lidar.profile import PROFILES
 
-_HEAD = """<!-- Made from hil/devices/errors.py, lidar_errors.py and lidar_profile.py by `make docs`. -->
+_HEAD = """<!-- Made from hil/devices/can/errors.py, lidar_errors.py and lidar_profile.py by `make docs`. -->
 # Noise of the emulated sensors
 
 Each figure is a default; a scenario changes it in its own file, and unknown keys are refused:
@@ -29,7 +29,7 @@ _SCANNER_HEAD = """## The scanner
 
 Ranges come in steps of 1 mm. Each of the 1081 beams is cast at its own time, 17.36 µs after the one before, and at the
 tilt and place that the scanner has then. Its clock counts 24 bits of ms and wraps. The columns are the profiles of
-`hil/devices/lidar_profile.py`, which names their sources. `hil lidar` has them as they are here; runs of the bench add
+`hil/devices/lidar/profile.py`, which names their sources. `hil lidar` has them as they are here; runs of the bench add
 the losses of the next table.
 
 """

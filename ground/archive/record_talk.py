@@ -6,7 +6,7 @@ import struct
 from collections.abc import Iterator
 from pathlib import Path
 
-from ground.session.telemetry import Event, TelemetryReceiver, Value
+from ground.link.telemetry import Event, TelemetryReceiver, Value
 from onboard.record.reader import UNREADABLE, open_record
 from onboard.record.schema import TICK
 from onboard.toml_text import parse_toml

@@ -15,10 +15,10 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
 
-from ground.archive.orphans import Living, Orphan, find
 from ground.archive.schema import LOCKED, open_checked, recent_chunks, told
 from ground.archive.schema import TABLES as TABLES
 from ground.archive.schema import ArchiveError as ArchiveError
+from ground.archive.unfinished_requests import Living, Orphan, find
 from protocol.tables import commands
 
 _TURN_MS, _CLOSE_MS = 100, 5000

@@ -10,11 +10,11 @@ from typing import Annotated, NamedTuple
 
 import typer
 
-from ground.operation.operate import Beside, Join, Plan, Teller, operate
-from ground.session.session import Session
+from ground.cli.operations.operate import Beside, Join, Plan, Teller, operate
+from ground.cli.verbs.screen import line_out
+from ground.cli.verbs.table import Contact, Json, StationFile
+from ground.link.session import Session
 from ground.station.settings import Settings, load_settings
-from ground.verbs.screen import line_out
-from ground.verbs.table import Contact, Json, StationFile
 from onboard.config import ConfigError
 
 OPEN, SIGNED = "unsigned", "signed"

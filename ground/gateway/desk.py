@@ -21,7 +21,7 @@ from typing import Any
 from ground.gateway.frames import mavlink as m
 from ground.gateway.missions import Asker, ClientKey, To
 from ground.gateway.orders import CANCELLED, GIVES_WAY, Answer, Asked, Known, Request, order
-from ground.session.session import Session
+from ground.link.session import Session
 from protocol.link.transactions import Code, Report, State
 from protocol.tables import commands
 

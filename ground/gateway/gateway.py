@@ -24,9 +24,9 @@ from ground.gateway.origin import Origin
 from ground.gateway.parameter_desk import ParameterDesk
 from ground.gateway.texts import Texts
 from ground.gateway.vehicle import MESSAGES, Seen, heartbeat, told_by
-from ground.session.contact import SILENT_NS, Contact
-from ground.session.news import EventHeard, Item, News
-from ground.session.session import Session
+from ground.link.contact import SILENT_NS, Contact
+from ground.link.news import EventHeard, Item, News
+from ground.link.session import Session
 from protocol.link.transactions import State
 from protocol.tables.modes import Mode
 

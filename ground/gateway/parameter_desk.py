@@ -13,8 +13,8 @@ from ground.gateway.frames import mavlink as m
 from ground.gateway.frames import text_of
 from ground.gateway.missions import Asker, ClientKey, To
 from ground.gateway.parameters import Mirror, Parameter, same, word
-from ground.session.news import EventHeard
-from ground.session.session import Session
+from ground.link.news import EventHeard
+from ground.link.session import Session
 from protocol.link.transactions import State
 
 _PER_TURN = 16  # values sent in one turn: all at once would overrun a client's socket

@@ -16,7 +16,7 @@ from typing import Self
 from ground.gateway.clients import Address, Door
 from ground.gateway.gateway import Gateway
 from ground.gateway.signing import stamp_of
-from ground.session.news import News
+from ground.link.news import News
 from ground.station.memory import write_safely
 from ground.station.station import StationError
 from onboard.config import ConfigError

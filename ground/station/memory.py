@@ -21,7 +21,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from ground.archive.schema import private
-from ground.session.kept import Kept
+from ground.link.saved_state import Kept
 from ground.station import halt_numbers
 from onboard.config import ConfigError
 from protocol.link.datagrams import WINDOW

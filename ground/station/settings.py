@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from ground.session.schedule import Schedule, parse
+from ground.link.schedule import Schedule, parse
 from onboard.config import ConfigError, from_tree, value
 from onboard.toml_text import TomlError, read_toml
 from protocol.link.datagrams import KEY_DOWN, KEY_UP, Keyring, LinkKeys, bench_keys

@@ -7,12 +7,12 @@ from contextlib import suppress
 from types import TracebackType
 from typing import Self
 
-from ground.archive.orphans import fate
 from ground.archive.store import Archive, ArchiveError
-from ground.session.kept import Kept
-from ground.session.news import EventHeard, Item, News, ProductHeard, ReportHeard
-from ground.session.schedule import Schedule
-from ground.session.session import Session
+from ground.archive.unfinished_requests import fate
+from ground.link.news import EventHeard, Item, News, ProductHeard, ReportHeard
+from ground.link.saved_state import Kept
+from ground.link.schedule import Schedule
+from ground.link.session import Session
 from ground.station.clock import Turn, first_nonce
 from ground.station.memory import Block, Memory
 from ground.station.settings import Settings, load_schedule, station_keys

@@ -1,11 +1,11 @@
-"""TABLE of the faults of the CAN bus: each row changes hil.can.wire and restores it."""
+"""TABLE of the faults of the CAN bus: each row changes hil.devices.can.wire and restores it."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from typing import NamedTuple
 
-from hil.can.wire import CanWire
+from hil.devices.can.wire import CanWire
 from onboard.records import BusTrouble
 from protocol.generated.can_codec import TABLE
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
-from hil.bench.world import World
 from hil.faults.node_faults import NodeFault
+from hil.world.world import World
 from onboard.records import Machine
 
 USUAL = Machine(0.3, 0.2, 250e6, 2e9, 55.0, 20e9)

@@ -19,10 +19,10 @@ from types import MappingProxyType
 
 import numpy as np
 
-from hil.bench.world import World
 from hil.own_functions import generator
 from hil.plant.turns import rotate
 from hil.terrain.field import Field
+from hil.world.world import World
 from onboard.native import each, elementary
 from onboard.records import F32, F64, Bool
 

@@ -6,15 +6,15 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Protocol
 
-from hil.bench.world import World
-from hil.devices.lidar_faults import KINDS
+from hil.devices.lidar.faults import KINDS
 from hil.faults import ground_faults
 from hil.faults.can_faults import CAUSES, CanCause
 from hil.faults.computer_faults import COMPUTER_FAULTS
 from hil.faults.disk_faults import DISK_FAULTS
 from hil.faults.node_faults import NODE_FAULTS
 from hil.faults.wheel_faults import WHEEL_FAULTS
-from hil.scenario.scenario import Injection
+from hil.scenarios.model import Injection
+from hil.world.world import World
 from onboard.config import ConfigError
 
 NS = 1_000_000_000

@@ -9,8 +9,8 @@ import math
 from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
-from hil.bench.world import World
-from hil.devices.node import Node
+from hil.devices.can.node import Node
+from hil.world.world import World
 from protocol.generated.can_codec import StopReason
 
 CLOCK_JUMP_US = 500_000

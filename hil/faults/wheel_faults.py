@@ -9,9 +9,9 @@ import math
 from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
-from hil.bench.world import World
-from hil.devices.nodes import Encoder
+from hil.devices.can.nodes import Encoder
 from hil.plant.plant import DRIVE_NM
+from hil.world.world import World
 from onboard.native import elementary
 
 WEAK_RATIO = 0.01  # 0.08 N m: enough on flat soil, not up a slope

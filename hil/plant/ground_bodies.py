@@ -2,7 +2,7 @@
 
 Soil is concave triangle tiles of 100 x 100 squares; rocks are concave triangle meshes too. The rocks of a block of
 ground share one body: each body costs a microsecond or more in every step. Rays on the same triangles are cast by
-hil.rays: by our own kernel unless `cast_by` selects another caster. Other limits of the engine: docs/engine.md.
+hil.plant.rays: by our own kernel unless `cast_by` selects another caster. Other limits of the engine: docs/engine.md.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hil.plant.engine import BODY, ROCK, SOIL, WHEEL, pybullet
-from hil.rays.casters import DEFAULT, ray_caster
+from hil.plant.rays.casters import DEFAULT, ray_caster
 from hil.terrain.field import Field
 from hil.terrain.mesh import squares
 from hil.terrain.rocks import Rock
@@ -79,13 +79,13 @@ class Ground:
         return body
 
     def cast_by(self, name: str) -> None:
-        """Cast rays by a row of hil.rays.casters.CASTERS from now on. ValueError for another name or a missing package.
+        """Cast rays by a row of rays.casters.CASTERS from now on. ValueError for another name or a missing package.
         """
         if name != self._caster:
             self._rays, self._caster = ray_caster(name, self._field, self._client), name
 
     def cast(self, origins_m: F64, directions: F64, range_m: float) -> F64:
-        """Ranges of rays on soil and rocks, see hil.rays.casters.RayCaster."""
+        """Ranges of rays on soil and rocks, see hil.plant.rays.casters.RayCaster."""
         return self._rays.cast(origins_m, directions, range_m)
 
 

@@ -1,9 +1,9 @@
 """Rover on its ground, by pybullet: the engine simulates bodies and rocks, hil.plant.soil the wheels on soil.
 
-Only this file, ground_bodies.py and hil/rays/engine_rays.py use the engine. Same field, seed, step and commands give
-the same bits. Engine traps that shape this file (all are in docs/engine.md): by default links have a damping of 0.04
-and joints a motor; the base's pose is that of its centre of mass; an external force lasts for one step; a rover off the
-mesh falls without end and without an error.
+Only this file, ground_bodies.py and hil/plant/rays/engine_rays.py use the engine. Same field, seed, step and commands
+give the same bits. Engine traps that shape this file (all are in docs/engine.md): by default links have a damping of
+0.04 and joints a motor; the base's pose is that of its centre of mass; an external force lasts for one step; a rover
+off the mesh falls without end and without an error.
 """
 
 from __future__ import annotations

@@ -13,8 +13,8 @@ import numpy as np
 from mcap.reader import make_reader
 from mcap.stream_reader import StreamReader
 
-from hil.run import RunResult, run
-from hil.scenario.scenario import Scenario
+from hil.run.run import RunResult, run
+from hil.scenarios.model import Scenario
 from onboard.app import LATER, load_gdem
 from onboard.config import load
 from onboard.core.tick import Rover, tick

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from functools import cache
 from time import process_time
 
-from hil.bench.in_memory import CAMPAIGN_STEP_NS, InMemory
-from hil.scenario.scenario import Scenario
+from hil.run.in_process import CAMPAIGN_STEP_NS, InMemory
+from hil.scenarios.model import Scenario
 from protocol.conventions import TICK_NS
 from tests.bench.goals import Measured
 

@@ -11,8 +11,8 @@ import can
 import cantools
 import numpy as np
 
-from hil.devices import lidar as sensor
-from hil.devices import lidar_profile as profiles
+from hil.devices.lidar import profile as profiles
+from hil.devices.lidar import sensor
 from onboard.config import Lidar as LidarConfig
 from onboard.devices.lidar.session import LidarSession
 from onboard.native.scip import Blocks

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ground.session.news import EventHeard, Item, News, ProductHeard
+from ground.link.news import EventHeard, Item, News, ProductHeard
 from hil.link.impairment import Profile
 from onboard.records import Event
 from protocol.link.transactions import State

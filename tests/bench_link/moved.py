@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ground.session.news import News, ProductHeard
+from ground.link.news import News, ProductHeard
 from hil.link.impairment import Profile
 from protocol.link.transactions import State
 from tests.bench_link.figures import Figure, Told, count, mean

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ground.session.news import News, ProductHeard
+from ground.link.news import News, ProductHeard
 from protocol.link.datagrams import Kind, line_bytes
 from protocol.link.transactions import Order, State
 from tests.bench_link.figures import Figure, Told, count, mean

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ground.session.news import Item, News
+from ground.link.news import Item, News
 from hil.link.impairment import Profile
 from tests.bench_link.figures import Figure, Told, quantile, share
 from tests.bench_link.world import World, profile

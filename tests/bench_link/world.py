@@ -1,6 +1,6 @@
 """Both real ends of the link and the model between them, on one virtual clock of 10 ms ticks.
 
-    onboard.core.downlink.Downlink --- sealed --> hil.link.impairment --- opened --> ground.session.session.Session
+    onboard.core.downlink.Downlink --- sealed --> hil.link.impairment --- opened --> ground.link.session.Session
           the flight program's end     <----------  both directions  ----------      the station's end
 
 Sealing, opening, token bucket, priorities, transactions, events, bulk and telemetry are the flight code. zenoh, disk
@@ -15,9 +15,9 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from ground.session.kept import Kept
-from ground.session.news import News
-from ground.session.session import Session
+from ground.link.news import News
+from ground.link.saved_state import Kept
+from ground.link.session import Session
 from hil.link.impairment import Impairment, Profile, both_directions, load_profile
 from onboard.config import Link
 from onboard.core.downlink import Downlink

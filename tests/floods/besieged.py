@@ -18,9 +18,9 @@ from types import TracebackType
 from typing import Any, NamedTuple, Self
 
 from ground.archive.store import Archive
-from ground.operation.operate import Plan, Teller, operate
-from ground.operation.script import parse
-from ground.session.session import Session
+from ground.cli.operations.operate import Plan, Teller, operate
+from ground.cli.operations.script import parse
+from ground.link.session import Session
 from ground.station.clock import Turn
 from ground.station.settings import Settings
 from ground.station.station import Station

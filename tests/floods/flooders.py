@@ -21,8 +21,8 @@ from multiprocessing.sharedctypes import Synchronized
 from multiprocessing.synchronize import Event
 from pathlib import Path
 
-from hil.can.hub import CanHub
-from hil.can.stand import TICK_NS, Stand
+from hil.devices.can.hub import CanHub
+from hil.devices.can.wheels_off_ground import TICK_NS, Stand
 from onboard.records import Frame
 from protocol.link.datagrams import Kind, Sealer
 from protocol.link.direct import WORD_BYTES, Word

@@ -14,10 +14,10 @@ import numpy as np
 from hypothesis import HealthCheck, Phase, given, seed, settings
 from hypothesis import strategies as st
 
-from hil.devices.lidar import QUEUE_LIMIT, Lidar
-from hil.devices.lidar_commands import COMMANDS, REQUEST_LIMIT
-from hil.devices.lidar_faults import KINDS, Fault
-from hil.devices.lidar_profile import IDEAL, UTM30LX, UTM30LX_EW, Profile
+from hil.devices.lidar.commands import COMMANDS, REQUEST_LIMIT
+from hil.devices.lidar.faults import KINDS, Fault
+from hil.devices.lidar.profile import IDEAL, UTM30LX, UTM30LX_EW, Profile
+from hil.devices.lidar.sensor import QUEUE_LIMIT, Lidar
 from protocol import scip
 
 MS = 1_000_000

@@ -11,7 +11,7 @@ from ground.gateway.frames import mavlink as m
 from ground.gateway.gateway import Gateway
 from ground.gateway.origin import Origin
 from ground.gateway.signing import EPOCH_S, stamp_of
-from ground.session.session import Session
+from ground.link.session import Session
 from onboard.config import Config
 from onboard.parameters import Settings, listing
 from protocol.link.datagrams import Kind, bench_keys

@@ -6,13 +6,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from hil.bench.truth import Truth
 from hil.records import PlantState, Turn, WheelTruth
 from hil.terrain import field_file
 from hil.terrain.field import Field, truth_height
 from hil.terrain.fractal import fractal_heights
 from hil.terrain.rock_sizes import PowerLaw
 from hil.terrain.rocks import scatter_rocks
+from hil.world.truth import Truth
 from onboard.config import load
 from onboard.planning.mission_rule import MissionState, Stop
 from onboard.planning.next_position import Choice, NextPosition

@@ -13,11 +13,11 @@ import pytest
 from mcap.reader import make_reader
 
 from ground.archive.export import FORMATS
-from ground.archive.keep import fill, pack, prune
 from ground.archive.read import ALL, Span, chains, gaps, reading, rows, sizes
+from ground.archive.retention import fill, pack, prune
 from ground.archive.schema import APPLICATION_ID, MIGRATIONS, VERSION, open_checked
 from ground.archive.store import TABLES, Archive, ArchiveError
-from ground.session.telemetry import Event, Value
+from ground.link.telemetry import Event, Value
 from protocol.link.datagrams import Kind, Sealer
 
 

@@ -11,8 +11,8 @@ from virtual_station import VirtualClock, VirtualStation
 from ground.__main__ import run
 from ground.archive.read import reading, rows
 from ground.archive.store import Archive, ArchiveError
-from ground.operation.left import left
-from ground.session.session import Session
+from ground.cli.operations.open_requests import left
+from ground.link.session import Session
 from ground.station.clock import Turn
 from ground.station.settings import Settings
 from ground.station.station import Station
@@ -29,8 +29,8 @@ def meet(tmp_path, monkeypatch, capsys):
     (tmp_path / "ground.toml").write_text("bench_seed = 7\narchive = 'archive.db'\n")
 
     def meet(station, *argv, limit_s=300.0):
-        monkeypatch.setattr("ground.operation.operate.Station", lambda *_: station)
-        monkeypatch.setattr("ground.operation.operate.WallClock", lambda: VirtualClock(limit_s))
+        monkeypatch.setattr("ground.cli.operations.operate.Station", lambda *_: station)
+        monkeypatch.setattr("ground.cli.operations.operate.WallClock", lambda: VirtualClock(limit_s))
         code = run(list(argv))
         streams = capsys.readouterr()
         assert "Traceback" not in streams.err + streams.out
@@ -185,7 +185,8 @@ def test_old_rows_go_at_the_start_of_a_station_that_is_told_so(meet, tmp_path, m
         archive.add("items", 1, 1, "x_m", 1.0, 1)
         archive.add("requests", 1, 1, 1, "goto", "{}")
     (tmp_path / "ground.toml").write_text("bench_seed = 7\narchive = 'archive.db'\narchive_days = 30\n")
-    monkeypatch.setattr("ground.operation.operate.time", SimpleNamespace(time_ns=lambda: 10**18 + 31 * 86_400 * 10**9))
+    later_ns = 10**18 + 31 * 86_400 * 10**9
+    monkeypatch.setattr("ground.cli.operations.operate.time", SimpleNamespace(time_ns=lambda: later_ns))
     _, lines, _ = meet(VirtualStation(), "status")
     assert any("1 old rows removed, as the station file says" in line for line in lines)
     with reading(tmp_path / "archive.db") as db:

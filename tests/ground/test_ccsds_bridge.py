@@ -13,11 +13,11 @@ from virtual_station import S, VirtualClock, VirtualStation
 from xtce_reader import CommandWriter
 
 from ground.__main__ import run
-from ground.bridge.bridge import Bridge
-from ground.bridge.ports import BridgeShell, Port, parse_address
-from ground.session.news import EventHeard, Item, ReportHeard
-from ground.session.session import Session
-from ground.session.telemetry import TelemetryReceiver, Value
+from ground.ccsds.bridge import Bridge
+from ground.ccsds.ports import BridgeShell, Port, parse_address
+from ground.link.news import EventHeard, Item, ReportHeard
+from ground.link.session import Session
+from ground.link.telemetry import TelemetryReceiver, Value
 from ground.station.clock import Turn
 from ground.station.station import StationError
 from onboard.core.telemetry import Packer, View
@@ -361,8 +361,8 @@ def test_an_address_that_is_none_is_said_with_what_is_allowed(text):
 def test_the_command_says_what_it_heard_and_sent_and_ends_with_the_carrier(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "ground.toml").write_text("bench_seed = 7\n")
-    monkeypatch.setattr("ground.operation.operate.Station", lambda *_: VirtualStation(closed_s=4.0))
-    monkeypatch.setattr("ground.operation.operate.WallClock", VirtualClock)
+    monkeypatch.setattr("ground.cli.operations.operate.Station", lambda *_: VirtualStation(closed_s=4.0))
+    monkeypatch.setattr("ground.cli.operations.operate.WallClock", VirtualClock)
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as yamcs:
         yamcs.bind(("127.0.0.1", 0))
         code = run(["bridge", "ccsds", "--tm", f"udp:127.0.0.1:{yamcs.getsockname()[1]}", "--tc", "none", "--json"])

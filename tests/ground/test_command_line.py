@@ -5,8 +5,8 @@ from types import SimpleNamespace
 import pytest
 
 from ground.__main__ import run
-from ground.operation.script import ScriptError, parse
-from ground.verbs.table import ASKS
+from ground.cli.operations.script import ScriptError, parse
+from ground.cli.verbs.table import ASKS
 from protocol.tables import commands
 
 
@@ -131,7 +131,7 @@ def test_no_bench_at_the_barrier_is_exit_code_69(capsys, tmp_path, monkeypatch):
 
 
 def test_nobody_on_the_link_is_exit_code_69(capsys, tmp_path, monkeypatch):
-    monkeypatch.setattr("ground.operation.operate._ALONE_LIMIT_S", 0.0)  # a silent peer still has its 20 s
+    monkeypatch.setattr("ground.cli.operations.operate._ALONE_LIMIT_S", 0.0)  # a silent peer still has its 20 s
     station(tmp_path)
     code, text = ended(capsys, "stop")
     assert code == 69

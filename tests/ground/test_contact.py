@@ -7,10 +7,10 @@ from toy_rover import ToyRover
 from virtual_station import S, VirtualClock, VirtualStation
 
 from ground.__main__ import run
-from ground.operation.left import left
-from ground.session.far_clock import FarClock
-from ground.session.schedule import parse, utc_ns
-from ground.session.session import Session
+from ground.cli.operations.open_requests import left
+from ground.link.rover_clock import FarClock
+from ground.link.schedule import parse, utc_ns
+from ground.link.session import Session
 from protocol.link.datagrams import bench_keys
 from protocol.link.versions import OURS
 
@@ -26,9 +26,9 @@ def meet(tmp_path, monkeypatch, capsys):
 
     def meet(station: VirtualStation, *argv: str, clock: VirtualClock | None = None) -> tuple[int, list[str], str]:
         used = clock or VirtualClock()
-        monkeypatch.setattr("ground.operation.operate.Station", lambda *_: station)
-        monkeypatch.setattr("ground.operation.operate.WallClock", lambda: used)
-        monkeypatch.setattr("ground.operation.operate.LockstepClock", lambda _: used)
+        monkeypatch.setattr("ground.cli.operations.operate.Station", lambda *_: station)
+        monkeypatch.setattr("ground.cli.operations.operate.WallClock", lambda: used)
+        monkeypatch.setattr("ground.cli.operations.operate.LockstepClock", lambda _: used)
         code = run(list(argv))
         streams = capsys.readouterr()
         assert "Traceback" not in streams.err

@@ -13,7 +13,7 @@ from ground.gateway.frames import mavlink as m
 from ground.gateway.modes import custom_mode
 from ground.gateway.orders import CANCELLED
 from ground.gateway.origin import Origin, e7
-from ground.session.news import Item
+from ground.link.news import Item
 from protocol.link.datagrams import Kind, bench_keys
 from protocol.tables.commands import TABLE
 from protocol.tables.modes import Mode

@@ -26,8 +26,8 @@ def meet(tmp_path, monkeypatch, capsys):
     (tmp_path / "ground.toml").write_text("bench_seed = 7\norigin_latitude_deg = 38.25\norigin_longitude_deg = 140.5\n")
 
     def meet(*argv: str, **station) -> tuple[int, str, str]:
-        monkeypatch.setattr("ground.operation.operate.Station", lambda *_: VirtualStation(**station))
-        monkeypatch.setattr("ground.operation.operate.WallClock", lambda: VirtualClock())
+        monkeypatch.setattr("ground.cli.operations.operate.Station", lambda *_: VirtualStation(**station))
+        monkeypatch.setattr("ground.cli.operations.operate.WallClock", lambda: VirtualClock())
         code = run(["gateway", *argv])
         streams = capsys.readouterr()
         assert "Traceback" not in streams.err

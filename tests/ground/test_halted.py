@@ -4,8 +4,8 @@ import pytest
 from test_session import KEYS, World
 
 from ground.archive.store import Archive
-from ground.session.news import ReportHeard
-from ground.session.session import Session
+from ground.link.news import ReportHeard
+from ground.link.session import Session
 from hil.link.impairment import load_profile
 from protocol.link.transactions import State
 from protocol.tables import commands

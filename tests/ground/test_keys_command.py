@@ -7,7 +7,7 @@ import pytest
 from virtual_station import VirtualClock
 
 from ground.__main__ import run
-from ground.operation import operate
+from ground.cli.operations import operate
 from ground.station.settings import Settings, station_keys
 from protocol.link.keyring import EPOCHS, KEY_DOWN, KEY_UP
 from transport.key_file import read_keys
@@ -86,7 +86,7 @@ class Unreached:
     """A station that is never asked for anything: the refusal comes before the link is opened."""
 
     def __init__(self, settings, _archive, _halts_utc_ns=None) -> None:
-        from ground.session.session import Session
+        from ground.link.session import Session
 
         self.session = Session(station_keys(settings), settings.station)
         self.without = []
@@ -110,7 +110,7 @@ def test_a_viewer_which_has_no_command_key_cannot_command(made, tmp_path, monkey
 
 
 def test_a_viewers_session_seals_nothing_whatever_is_asked(made):
-    from ground.session.session import Session
+    from ground.link.session import Session
 
     folder, _ = made
     settings = Settings(downlink_key=str(folder / "viewer" / "downlink.key"), state="x")

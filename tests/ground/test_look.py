@@ -12,9 +12,9 @@ from ground.__main__ import run
 from ground.archive.link_figures import Row, figures
 from ground.archive.schema import VERSION
 from ground.archive.store import Archive
-from ground.operation.bars import Bars
-from ground.session.news import ProductHeard, Progress
-from ground.verbs import when
+from ground.cli.operations.bars import Bars
+from ground.cli.verbs import times as when
+from ground.link.news import ProductHeard, Progress
 from pictures.items import items as items_picture
 from protocol.link.bulk import Product
 from protocol.link.datagrams import Kind, Sealer

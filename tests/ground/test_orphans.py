@@ -8,9 +8,9 @@ from dataclasses import replace
 import pytest
 from toy_rover import TICK_NS, ToyRover
 
-from ground.archive.orphans import Living, Orphan, fate
 from ground.archive.read import chains, reading
 from ground.archive.store import Archive
+from ground.archive.unfinished_requests import Living, Orphan, fate
 from ground.station.clock import Turn
 from ground.station.settings import Settings
 from ground.station.station import Station
@@ -132,7 +132,7 @@ def test_one_that_the_rover_never_had_is_not_sent_again_and_ends_when_its_lifeti
 
 def test_a_run_is_dead_when_its_process_is(tmp_path):
     path = tmp_path / "a.db"
-    code = ("import sys; from ground.archive.orphans import Living; one = Living(sys.argv[1], 7)\n"
+    code = ("import sys; from ground.archive.unfinished_requests import Living; one = Living(sys.argv[1], 7)\n"
             "sys.stdout.write('held\\n'); sys.stdout.flush(); sys.stdin.read()")
     other = subprocess.Popen([sys.executable, "-c", code, str(path)], text=True, stdin=subprocess.PIPE,
                              stdout=subprocess.PIPE)

@@ -11,15 +11,15 @@ import pytest
 
 from ground.__main__ import run
 from ground.archive.store import Archive
-from ground.operation.bars import Bars
-from ground.operation.show import news_json, news_line, way_words
+from ground.cli.operations.bars import Bars
+from ground.cli.operations.show import news_json, news_line, way_words
+from ground.cli.shell import terminal
+from ground.cli.verbs import keys
+from ground.cli.verbs.run_verb import last_words
+from ground.cli.verbs.screen import line_beside, line_out, text_out
+from ground.link.news import ProductHeard, Progress
+from ground.link.telemetry import TelemetryReceiver
 from ground.report.page import facts, page, paragraph, table
-from ground.session.news import ProductHeard, Progress
-from ground.session.telemetry import TelemetryReceiver
-from ground.shell import terminal
-from ground.verbs import keys
-from ground.verbs.asking import last_words
-from ground.verbs.screen import line_beside, line_out, text_out
 from protocol import WireError, scip
 from protocol.generated import eldorado_dialect as dialect
 from protocol.link import bulk_wire
@@ -116,7 +116,7 @@ def test_what_the_verbs_write_has_control_characters_visible(capsys):
 
 
 def test_no_file_of_the_station_writes_to_a_terminal_but_the_one_that_makes_texts_visible():
-    own = {"ground/verbs/screen.py", "ground/verbs/options.py"}  # the second asks its own question
+    own = {"ground/cli/verbs/screen.py", "ground/cli/verbs/options.py"}  # the second asks its own question
     found = {str(path.relative_to(ROOT)) for path in (ROOT / "ground").rglob("*.py")
              if re.search(r"std(out|err)\.write|(?<![\w.])print\(", path.read_text())}
     assert found <= own

@@ -12,9 +12,9 @@ from ground.__main__ import run
 from ground.archive.store import Archive
 from ground.products.preview import READ
 from ground.station.station import StationError
-from hil.bench.in_memory import CAMPAIGN_STEP_NS, InMemory
-from hil.bench.operator import Order
-from hil.scenario.scenario import Scenario, flight_settings
+from hil.run.in_process import CAMPAIGN_STEP_NS, InMemory
+from hil.scenarios.model import Scenario, flight_settings
+from hil.world.operator import Order
 from onboard.config import load
 from onboard.config_text import to_toml
 from onboard.parameters import TABLE as PARAMETERS
@@ -50,7 +50,7 @@ def kept(tmp_path, monkeypatch):
     """Puts products into an archive of a station, which is where the command looks."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / "ground.toml").write_text("bench_seed = 7\narchive = 'archive.db'\n")
-    monkeypatch.setattr("ground.operation.operate.Station", no_link)
+    monkeypatch.setattr("ground.cli.operations.operate.Station", no_link)
 
     def put(*data, name="ldem", codec=LDEM_CODEC, items=()):
         with Archive(tmp_path / "archive.db", utc_ns=10**18) as archive:
@@ -159,8 +159,8 @@ def flying(kept, monkeypatch):
     station = VirtualStation()
     station.rover = GatewayRover(bench_keys(7))
     station.rover.settings = Settings(flown)
-    monkeypatch.setattr("ground.operation.operate.Station", lambda *_: station)
-    monkeypatch.setattr("ground.operation.operate.WallClock", VirtualClock)
+    monkeypatch.setattr("ground.cli.operations.operate.Station", lambda *_: station)
+    monkeypatch.setattr("ground.cli.operations.operate.WallClock", VirtualClock)
     return station.rover
 
 

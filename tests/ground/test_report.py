@@ -14,11 +14,11 @@ from mcap.writer import Writer
 from synthetic_run import GOAL, write_run, write_truth
 from typer.testing import CliRunner
 
+from ground.cli.verbs.report import report_command
 from ground.report import run_files
 from ground.report.report import html, report
 from ground.report.run_files import NoRunError, Told, angles_rad, read_run, spans_of
 from ground.report.words import EXPECTED_REFUSAL, RULES
-from ground.verbs.report import report_command
 from hil.records import Touch
 from onboard.planning import mission_rule
 from onboard.records import Pose

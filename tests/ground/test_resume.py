@@ -6,9 +6,9 @@ from test_session import KEYS, World
 from toy_rover import ToyRover
 
 from ground.archive.store import Archive
-from ground.session.kept import Kept
-from ground.session.news import ProductHeard, ReportHeard
-from ground.session.session import Session
+from ground.link.news import ProductHeard, ReportHeard
+from ground.link.saved_state import Kept
+from ground.link.session import Session
 from hil.link.impairment import load_profile
 from protocol.link.datagrams import OVERHEAD, Kind, bench_keys, numbers
 from protocol.link.transactions import State

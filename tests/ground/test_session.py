@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from toy_rover import TICK_NS, ToyRover, a_map
 
-from ground.operation.script import Runner, parse
-from ground.session.news import EventHeard, Item, ProductHeard, ReportHeard
-from ground.session.session import Session
+from ground.cli.operations.script import Runner, parse
+from ground.link.news import EventHeard, Item, ProductHeard, ReportHeard
+from ground.link.session import Session
 from hil.link.impairment import Profile, both_directions, load_profile
 from protocol.link.datagrams import Opener, bench_keys
 from protocol.link.transactions import State

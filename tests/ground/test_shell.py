@@ -11,9 +11,9 @@ from prompt_toolkit.output import DummyOutput
 from virtual_station import VirtualClock, VirtualStation
 
 from ground.archive.store import Archive
-from ground.operation.operate import Teller
-from ground.shell.shell import Shell, completions
-from ground.shell.terminal import Live, from_pipe, in_terminal, opened, piped
+from ground.cli.operations.operate import Teller
+from ground.cli.shell.shell import Shell, completions
+from ground.cli.shell.terminal import Live, from_pipe, in_terminal, opened, piped
 from ground.station.settings import Settings
 from ground.station.station import StationError
 from protocol.tables import commands
@@ -195,7 +195,7 @@ def test_completion_knows_every_command_its_choices_parameters_and_items():
 @pytest.mark.parametrize("typed", ["goto 1", "para\t", ""])
 def test_in_a_terminal_ctrl_c_clears_the_line_and_ends_nothing(monkeypatch, typed):
     world, told = World(), []
-    monkeypatch.setattr("ground.shell.terminal._print", told.extend)
+    monkeypatch.setattr("ground.cli.shell.terminal._print", told.extend)
     world.live._clock = VirtualClock(limit_s=10_000.0)
 
     async def type_it():

@@ -4,10 +4,10 @@ import json
 
 import pytest
 
-from ground.operation.operate import Teller
-from ground.operation.show import item_line, news_json, news_line, status, way_words
-from ground.session.news import Item, ProductHeard, Progress
-from ground.session.session import Session
+from ground.cli.operations.operate import Teller
+from ground.cli.operations.show import item_line, news_json, news_line, status, way_words
+from ground.link.news import Item, ProductHeard, Progress
+from ground.link.session import Session
 from protocol.link.bulk import Product
 from protocol.link.datagrams import bench_keys
 from protocol.tables.telemetry import TABLE

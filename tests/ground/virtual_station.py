@@ -2,7 +2,7 @@
 
 from toy_rover import TICK_NS, ToyRover
 
-from ground.session.session import Session
+from ground.link.session import Session
 from ground.station.clock import Turn
 from protocol.link.datagrams import bench_keys
 

@@ -11,14 +11,14 @@ from pathlib import Path
 
 import numpy as np
 
-from hil.bench.in_memory import CAMPAIGN_STEP_NS, Flight, InMemory, Observe
-from hil.bench.operator import Order
 from hil.own_functions import generator
-from hil.scenario.scenario import Scenario
+from hil.run.in_process import CAMPAIGN_STEP_NS, Flight, InMemory, Observe
+from hil.scenarios.model import Scenario
 from hil.terrain.craters import CraterLaw
 from hil.terrain.field import Field
 from hil.terrain.recipe import Course, Recipe, compose
 from hil.terrain.rock_sizes import Golombek
+from hil.world.operator import Order
 
 SCENARIO = Scenario(terrain="fbm", seed=4, link="lan", set={  # a scan in 15 s, a short way
     "scanning.start_rad": 1.05, "scanning.end_rad": -0.1, "scanning.spacing_m": 0.15, "scanning.floor_rad": 0.006,

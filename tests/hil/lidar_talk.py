@@ -4,8 +4,8 @@ import dataclasses
 
 import numpy as np
 
-from hil.devices.lidar import Lidar
-from hil.devices.lidar_profile import IDEAL, UTM30LX_EW
+from hil.devices.lidar.profile import IDEAL, UTM30LX_EW
+from hil.devices.lidar.sensor import Lidar
 from protocol import scip
 
 MS = 1_000_000

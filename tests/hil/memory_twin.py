@@ -15,8 +15,8 @@ from pathlib import Path
 
 from mcap.stream_reader import StreamReader
 
-from hil.bench.in_memory import InMemory
-from hil.scenario.scenario import load_scenario
+from hil.run.in_process import InMemory
+from hil.scenarios.model import load_scenario
 from onboard.record.reader import ticks_of
 from onboard.record.schema import decode_inputs, encode_inputs, encode_outputs
 from onboard.records import LinkMessage

@@ -2,7 +2,7 @@
 
 import math
 
-from hil.devices.nodes import build_nodes
+from hil.devices.can.nodes import build_nodes
 from hil.plant.plant import Plant
 from onboard.config import Can, Motion, Rover
 from onboard.devices.nodes import Nodes

@@ -4,12 +4,12 @@ from types import SimpleNamespace
 
 import pytest
 
-from hil.scenario.answers import Spans, Watcher
-from hil.scenario.evidence import SHOWS, Sight
-from hil.scenario.in_process import Twins, fly
-from hil.scenario.library import find, scenarios
-from hil.scenario.scenario import load_scenario
-from hil.scenario.verdicts import Answer
+from hil.run.judged import Twins, fly
+from hil.scenarios.answers import Spans, Watcher
+from hil.scenarios.evidence import SHOWS, Sight
+from hil.scenarios.library import find, scenarios
+from hil.scenarios.model import load_scenario
+from hil.scenarios.verdicts import Answer
 from onboard.core.faults.monitors import MONITORS
 from onboard.core.telemetry import Packer, View
 from onboard.motion.wheel_health import SOUND

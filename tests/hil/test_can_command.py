@@ -13,10 +13,10 @@ import pytest
 from typer.testing import CliRunner
 
 from hil.__main__ import app
-from hil.can.command import faulty, serve
-from hil.can.hub import CanHub
-from hil.can.socket import CanSocket
-from hil.can.stand import FAULTS, TICK_NS, Stand
+from hil.devices.can.command import faulty, serve
+from hil.devices.can.hub import CanHub
+from hil.devices.can.socket import CanSocket
+from hil.devices.can.wheels_off_ground import FAULTS, TICK_NS, Stand
 from onboard.config import ConfigError
 from onboard.records import Frame
 from protocol.can.guard import Guard, Sender
@@ -125,7 +125,7 @@ class Raw:
 
 
 def test_the_stand_serves_an_interface_of_the_kernel_as_it_serves_the_hub(monkeypatch):
-    monkeypatch.setattr("hil.can.socket.socket", raw := Raw())
+    monkeypatch.setattr("hil.devices.can.socket.socket", raw := Raw())
     wire, stand, layout = CanSocket("socketcan:vcan0"), Stand(), struct.Struct("=IB3x8s")
     order = Sender().encode(0x101, WheelMode.HOLD, 0.3, 0.0)
     raw.far.send(layout.pack(0x101, 8, order))

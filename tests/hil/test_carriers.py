@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 import zenoh
 
-from ground.session.news import EventHeard, Item, ProductHeard
-from ground.session.session import Session
+from ground.link.news import EventHeard, Item, ProductHeard
+from ground.link.session import Session
 from ground.station.clock import first_nonce
 from hil.link.emulator import LinkEmulator
 from hil.link.impairment import Impairment, Profile
 from hil.link.udp_relay import UdpRelay
-from hil.processes import free_ports
+from hil.run.processes import free_ports
 from onboard.config import Link
 from onboard.core.downlink import Downlink
 from onboard.core.telemetry import View

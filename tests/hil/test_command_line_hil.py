@@ -5,7 +5,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-from hil.run_folder import MARKER
+from hil.run.folder import MARKER
 
 ROOT = Path(__file__).parents[2]
 
@@ -15,7 +15,7 @@ def hil(*arguments):
 
 
 def test_help_and_link_load_neither_the_engine_nor_the_bench():
-    heavy = {"pybullet", "hil.bench.bench", "hil.run", "viser", "PIL", "matplotlib"}
+    heavy = {"pybullet", "hil.run.bench", "hil.run.run", "viser", "PIL", "matplotlib"}
     code = f"import sys, hil.__main__; print(sorted({heavy} & set(sys.modules)))"
     assert hil("-c", code).stdout == "[]\n"
 
@@ -38,7 +38,7 @@ def test_a_terrain_that_is_none_is_one_line_and_exit_64():
 
 
 def test_a_can_interface_that_is_not_there_is_named_with_its_cure_and_exit_69(tmp_path):
-    scenario = "hil/scenarios/wheel_silent.toml"
+    scenario = "hil/scenarios/data/wheel_silent.toml"
     done = hil("-m", "hil", "run", scenario, "--can", "socketcan:vcan7", "--out", str(tmp_path))
     assert done.returncode == 69
     assert "hil: socketcan:vcan7 cannot be opened" in done.stderr

@@ -8,12 +8,12 @@ import pytest
 from mcap.reader import make_reader
 from rich.console import Console
 
-from hil.bench.contacts import Contact, Contacts, line, lines
-from hil.bench.truth import Truth
-from hil.bench.world import Progress
-from hil.flying import Watch
-from hil.flying import line as progress_line
 from hil.records import PlantState, Touch, WheelTruth
+from hil.run.options import Watch
+from hil.run.options import line as progress_line
+from hil.world.contacts import Contact, Contacts, line, lines
+from hil.world.truth import Truth
+from hil.world.world import Progress
 
 MS = 1_000_000
 ONE = Touch(1, 0.09, (7.0, 3.0), (7.1, 3.0))

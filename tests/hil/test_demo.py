@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from hil.demo import UNENDED, link_note, outcome, replans, tick_wall_ms
 from hil.link.impairment import load_profile
+from hil.run.demo import UNENDED, link_note, outcome, replans, tick_wall_ms
 
 
 def test_every_tick_is_in_the_histogram_even_beyond_its_edges():

@@ -13,8 +13,8 @@ from hil.plant import rover_model
 from hil.plant.engine import BODY, ROCK, SOIL, WHEEL, pybullet
 from hil.plant.ground_bodies import Ground
 from hil.plant.plant import Plant
-from hil.rays.engine_rays import EngineRays
-from hil.rays.ground_rays import GroundRays
+from hil.plant.rays.engine_rays import EngineRays
+from hil.plant.rays.ground_rays import GroundRays
 from hil.records import WheelDrive
 from hil.terrain.field import height_at
 from onboard.config import Rover

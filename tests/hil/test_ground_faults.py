@@ -9,11 +9,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hil.bench.truth import Truth
 from hil.faults import ground_faults
 from hil.faults.ground_faults import KINDS, across
 from hil.plant.plant import Plant
 from hil.terrain.grounds import flat_field
+from hil.world.truth import Truth
 from onboard.records import Pose
 
 WAY_M = np.array([[0.0, 0.0], [1.0, 0.0], [8.0, 0.0]])

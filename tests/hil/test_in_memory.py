@@ -9,10 +9,10 @@ from pathlib import Path
 
 import pytest
 
-from hil.bench.in_memory import CAMPAIGN_STEP_NS, InMemory, goto
-from hil.bench.operator import Order
-from hil.run import run
-from hil.scenario.scenario import Injection, Scenario, load_scenario
+from hil.run.in_process import CAMPAIGN_STEP_NS, InMemory, goto
+from hil.run.run import run
+from hil.scenarios.model import Injection, Scenario, load_scenario
+from hil.world.operator import Order
 from protocol.conventions import TICK_NS
 from protocol.link.transactions import State
 from protocol.tables.modes import Mode

@@ -5,9 +5,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from hil.devices.lidar import Lidar
-from hil.devices.lidar_faults import KINDS, Fault, load_faults, parse_fault
-from hil.devices.lidar_profile import IDEAL, PROFILES
+from hil.devices.lidar.faults import KINDS, Fault, load_faults, parse_fault
+from hil.devices.lidar.profile import IDEAL, PROFILES
+from hil.devices.lidar.sensor import Lidar
 from hil.faults.injection import INJECTIONS
 from onboard.config import ConfigError
 from protocol import WireError, scip

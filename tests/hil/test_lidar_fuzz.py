@@ -2,9 +2,9 @@
 
 from hypothesis import settings
 
-from hil.devices.lidar import QUEUE_LIMIT
-from hil.devices.lidar_faults import Fault
-from hil.devices.lidar_profile import UTM30LX
+from hil.devices.lidar.faults import Fault
+from hil.devices.lidar.profile import UTM30LX
+from hil.devices.lidar.sensor import QUEUE_LIMIT
 from tests.fuzz import lidar as fuzz_lidar
 
 CALM = settings(max_examples=60, deadline=None, derandomize=True)

@@ -12,11 +12,11 @@ import time
 import numpy as np
 import pytest
 
-from hil.devices.lidar import Lidar
-from hil.devices.lidar_profile import UTM30LX, UTM30LX_EW
-from hil.lidar.scenes import SCENES, still
-from hil.lidar.server import LidarServer
-from hil.lidar.service import Outlet, serve
+from hil.devices.lidar.profile import UTM30LX, UTM30LX_EW
+from hil.devices.lidar.scenes import SCENES, still
+from hil.devices.lidar.sensor import Lidar
+from hil.devices.lidar.server import LidarServer
+from hil.devices.lidar.service import Outlet, serve
 
 pytest.importorskip("hokuyolx", reason="hokuyolx is not installed: `make test` brings it")
 from hokuyolx import HokuyoLX

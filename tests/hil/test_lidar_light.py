@@ -6,11 +6,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hil.bench.surfaces import Surfaces, asked
-from hil.devices.lidar_errors import IDEAL, REAL, SETS, LidarErrors, lidar_errors, lidar_table
-from hil.devices.lidar_light import BEAM_RAD, Light, Surface, grazing, in_sector, sector
-from hil.devices.lidar_optics import NO_RETURN, Optics
-from hil.rays.ground_rays import GroundRays
+from hil.devices.lidar.errors import IDEAL, REAL, SETS, LidarErrors, lidar_errors, lidar_table
+from hil.devices.lidar.light import BEAM_RAD, Light, Surface, grazing, in_sector, sector
+from hil.devices.lidar.optics import NO_RETURN, Optics
+from hil.plant.rays.ground_rays import GroundRays
+from hil.world.surfaces import Surfaces, asked
 from onboard.config import ConfigError
 from tests.hil.small_fields import field_of, rough
 

@@ -5,10 +5,10 @@ import dataclasses
 import numpy as np
 import pytest
 
-from hil.devices.lidar_light import grazing
-from hil.devices.lidar_optics import Optics, echoes
-from hil.devices.lidar_profile import IDEAL, UTM30LX_EW
-from hil.lidar.scenes import SCENES, Boxes, still
+from hil.devices.lidar.light import grazing
+from hil.devices.lidar.optics import Optics, echoes
+from hil.devices.lidar.profile import IDEAL, UTM30LX_EW
+from hil.devices.lidar.scenes import SCENES, Boxes, still
 from protocol import scip
 
 NOISELESS = dataclasses.replace(UTM30LX_EW, noise_near_m=0.0, noise_far_m=0.0, grazing_rad=0.0)

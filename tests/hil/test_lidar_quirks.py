@@ -2,7 +2,7 @@
 
 import dataclasses
 
-from hil.devices.lidar_profile import IDEAL, UTM30LX_EW, Quirks
+from hil.devices.lidar.profile import IDEAL, UTM30LX_EW, Quirks
 from protocol import scip
 from tests.hil.lidar_talk import EW, MS, frames, sensor, statuses, talk
 

@@ -7,9 +7,9 @@ import dataclasses
 import numpy as np
 import pytest
 
-from hil.devices import lidar as sensor
-from hil.devices import lidar_profile as profiles
-from hil.lidar.server import LidarServer, LidarTerminal
+from hil.devices.lidar import profile as profiles
+from hil.devices.lidar import sensor
+from hil.devices.lidar.server import LidarServer, LidarTerminal
 from onboard.config import ConfigError
 from onboard.config import Lidar as LidarConfig
 from onboard.devices.lidar.session import LidarSession

@@ -17,13 +17,13 @@ import pytest
 from typer.testing import CliRunner
 
 from hil.__main__ import app
-from hil.devices.lidar import Lidar, Piece
-from hil.devices.lidar_faults import Fault
-from hil.devices.lidar_profile import IDEAL, UTM30LX, UTM30LX_EW
-from hil.lidar import cable as cables
-from hil.lidar.scenes import SCENES, still
-from hil.lidar.server import LidarServer, LidarTerminal
-from hil.lidar.service import Outlet, serve
+from hil.devices.lidar import cable as cables
+from hil.devices.lidar.faults import Fault
+from hil.devices.lidar.profile import IDEAL, UTM30LX, UTM30LX_EW
+from hil.devices.lidar.scenes import SCENES, still
+from hil.devices.lidar.sensor import Lidar, Piece
+from hil.devices.lidar.server import LidarServer, LidarTerminal
+from hil.devices.lidar.service import Outlet, serve
 from protocol import scip
 
 ROOT = Path(__file__).parents[2]

@@ -5,10 +5,10 @@ import dataclasses
 import numpy as np
 import pytest
 
-from hil.devices.lidar import Lidar
-from hil.devices.lidar_commands import COMMANDS
-from hil.devices.lidar_faults import Fault
-from hil.devices.lidar_profile import IDEAL, PROFILES
+from hil.devices.lidar.commands import COMMANDS
+from hil.devices.lidar.faults import Fault
+from hil.devices.lidar.profile import IDEAL, PROFILES
+from hil.devices.lidar.sensor import Lidar
 from protocol import scip
 from tests.hil.lidar_talk import EW, FULL, MS, frames, sensor, stamps, statuses, talk
 

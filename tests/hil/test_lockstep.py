@@ -6,8 +6,8 @@ from types import SimpleNamespace
 
 import pytest
 
-from hil.bench.bench import Bench
-from hil.bench.lockstep import Barrier, ParticipantLostError
+from hil.run.bench import Bench
+from hil.run.lockstep import Barrier, ParticipantLostError
 from protocol.barrier import Channel, Done, Hello, Receiver, Stop, Tick, encode
 
 

@@ -10,12 +10,12 @@ from pathlib import Path
 import pytest
 from mcap.reader import make_reader
 
-from hil.demo import told
-from hil.run import run
-from hil.scenario.scenario import Scenario, load_scenario
+from hil.run.demo import told
+from hil.run.run import run
+from hil.scenarios.model import Scenario, load_scenario
 from onboard.record.replay import replay
 
-SCENARIOS = Path(__file__).parents[2] / "hil" / "scenarios"
+SCENARIOS = Path(__file__).parents[2] / "hil" / "scenarios" / "data"
 pytestmark = pytest.mark.mission
 
 

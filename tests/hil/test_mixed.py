@@ -12,10 +12,10 @@ from pathlib import Path
 
 import pytest
 
-from hil.bench.mixed import MixedBench, Real, write_keys
-from hil.bench.truth import Truth
-from hil.can.socket import NoInterfaceError
+from hil.devices.can.socket import NoInterfaceError
+from hil.run.realtime import MixedBench, Real, write_keys
 from hil.terrain.grounds import GROUNDS
+from hil.world.truth import Truth
 from onboard.config import Rover
 from onboard.drivers.can.bus import CanPort
 from onboard.records import Frame, PortState

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from hil.devices.nodes import Nodes, build_nodes
+from hil.devices.can.nodes import Nodes, build_nodes
 from hil.records import PlantState, WheelTruth
 from onboard.records import Frame
 from protocol.can.guard import Sender

@@ -6,11 +6,11 @@ import math
 import numpy as np
 import pytest
 
-from hil.bench.contacts import Contacts
 from hil.plant.plant import ROCK_LIMIT_M, Plant, PlantAbortError
 from hil.plant.soil import CLASSES, mixed
 from hil.records import WheelDrive
 from hil.terrain.rocks import Rock
+from hil.world.contacts import Contacts
 from onboard.records import Pose
 from tests.hil.small_fields import field_of, plane, rough
 

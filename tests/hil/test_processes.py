@@ -12,11 +12,11 @@ from pathlib import Path
 import pytest
 from mcap.reader import make_reader
 
-from hil.processes import ProcessDiedError, Processes, free_ports
-from hil.run import run
-from hil.scenario.scenario import Scenario, load_scenario
+from hil.run.processes import ProcessDiedError, Processes, free_ports
+from hil.run.run import run
+from hil.scenarios.model import Scenario, load_scenario
 
-SCENARIOS = Path(__file__).parents[2] / "hil" / "scenarios"
+SCENARIOS = Path(__file__).parents[2] / "hil" / "scenarios" / "data"
 
 
 @pytest.fixture
@@ -74,7 +74,7 @@ def test_a_child_runs_under_another_python_with_this_environment(tmp_path, monke
 PARENT = """
 import sys, signal
 from pathlib import Path
-from hil.processes import Processes
+from hil.run.processes import Processes
 with Processes(Path(sys.argv[1])) as processes:
     processes.start("orphan", "orphan_child", [])
     print(processes.pid("orphan"), flush=True)

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from hil.rays import ground_rays
-from hil.rays.ground_rays import GroundRays
+from hil.plant.rays import ground_rays
+from hil.plant.rays.ground_rays import GroundRays
 from hil.terrain import heightfield
 from hil.terrain.heightfield import HeightField, highest_of_tiles
 from tests.hil.ray_oracle import any_rays, terrains

@@ -9,14 +9,14 @@ import pytest
 from typer.testing import CliRunner
 
 from hil.__main__ import app
-from hil.bench.in_memory import InMemory
 from hil.plant.engine import pybullet
 from hil.plant.ground_bodies import Ground
-from hil.rays.casters import CASTERS
-from hil.rays.embree_rays import EmbreeRays
-from hil.rays.engine_rays import EngineRays
-from hil.rays.ground_rays import GroundRays
-from hil.scenario.scenario import load_scenario
+from hil.plant.rays.casters import CASTERS
+from hil.plant.rays.embree_rays import EmbreeRays
+from hil.plant.rays.engine_rays import EngineRays
+from hil.plant.rays.ground_rays import GroundRays
+from hil.run.in_process import InMemory
+from hil.scenarios.model import load_scenario
 from hil.terrain.field import height_at
 from hil.terrain.rocks import Rock
 from onboard.config import ConfigError

@@ -6,11 +6,11 @@ from dataclasses import asdict, replace
 import pytest
 from typer.testing import CliRunner
 
-from hil import flying
 from hil.__main__ import app
-from hil.run import run as run_scenario
-from hil.scenario import command
-from hil.scenario.scenario import Scenario, load_scenario, scenario_of
+from hil.run import options as flying
+from hil.run.run import run as run_scenario
+from hil.scenarios import command
+from hil.scenarios.model import Scenario, load_scenario, scenario_of
 from onboard.config import ConfigError
 
 
@@ -49,7 +49,7 @@ def test_a_path_out_of_the_run_s_folder_is_refused_in_a_scenario(tmp_path, key, 
 
 
 def test_a_path_within_the_folder_is_of_the_run_s_folder(tmp_path):
-    from hil.run import paths_in
+    from hil.run.run import paths_in
 
     scenario = load_scenario(scenario_file(tmp_path, "[set]\n'mapping.folder' = 'map'\n'status.socket' = 'off'"))
     assert paths_in(tmp_path / "run", scenario.set) == {
@@ -93,7 +93,7 @@ def test_the_command_says_so_with_its_exit_code(tmp_path):
 
 
 def test_a_run_s_own_folder_is_taken_again_and_what_is_left_in_it_goes(tmp_path):
-    from hil.run_folder import cleared
+    from hil.run.folder import cleared
 
     folder = tmp_path / "run"
     cleared(folder)
@@ -106,7 +106,7 @@ def test_a_run_s_own_folder_is_taken_again_and_what_is_left_in_it_goes(tmp_path)
 
 
 def test_a_folder_of_a_run_of_before_there_were_marks_is_known_by_its_truth(tmp_path):
-    from hil.run_folder import cleared
+    from hil.run.folder import cleared
 
     (tmp_path / "truth.mcap").write_bytes(b"")
     (tmp_path / "state").mkdir()
@@ -115,7 +115,7 @@ def test_a_folder_of_a_run_of_before_there_were_marks_is_known_by_its_truth(tmp_
 
 
 def test_a_link_out_of_the_folder_is_not_followed(tmp_path):
-    from hil.run_folder import cleared
+    from hil.run.folder import cleared
 
     outside, folder = tmp_path / "outside", tmp_path / "run"
     outside.mkdir()
@@ -137,7 +137,7 @@ def test_a_script_that_asks_for_another_word_than_the_goal_is_refused(tmp_path, 
 
 
 def test_a_script_gets_the_goal():
-    from hil.scenario.scenario import script_of
+    from hil.scenarios.model import script_of
     from hil.terrain.grounds import GROUNDS
 
     ground = replace(GROUNDS["flat"](1).field, goal_m=(3.0, -1.25))

@@ -8,16 +8,16 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from hil import demo
 from hil.__main__ import _real, app
-from hil.bench.equipment import equipment
-from hil.bench.in_memory import InMemory
-from hil.devices import lidar_errors
-from hil.devices.lidar_errors import IDEAL, REAL, SETS, LidarErrors, lidar_table, plain
-from hil.devices.lidar_profile import PROFILES
-from hil.lidar.command import _profile as sensor_of
-from hil.scenario.library import explain
-from hil.scenario.scenario import Scenario, load_scenario, scanner_of, scenario_of
+from hil.devices.lidar import errors as lidar_errors
+from hil.devices.lidar.command import _profile as sensor_of
+from hil.devices.lidar.errors import IDEAL, REAL, SETS, LidarErrors, lidar_table, plain
+from hil.devices.lidar.profile import PROFILES
+from hil.run import demo
+from hil.run.in_process import InMemory
+from hil.scenarios.library import explain
+from hil.scenarios.model import Scenario, load_scenario, scanner_of, scenario_of
+from hil.world.equipment import equipment
 from onboard.config import ConfigError
 
 FLAT = Scenario(terrain="flat", link="lan", end_s=0.5)

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from hil.faults.injection import INJECTIONS, Injector
-from hil.scenario.scenario import Scenario, ground_of, load_scenario, scenario_of
+from hil.scenarios.model import Scenario, ground_of, load_scenario, scenario_of
 from hil.terrain import field_file
 from hil.terrain.field import truth_height
 from onboard.config import ConfigError
 
-OWN = sorted((Path(__file__).parents[2] / "hil" / "scenarios").glob("*.toml"))
+OWN = sorted((Path(__file__).parents[2] / "hil" / "scenarios" / "data").glob("*.toml"))
 
 
 @pytest.mark.parametrize("path", OWN, ids=lambda p: p.stem)

@@ -11,13 +11,13 @@ import pytest
 import typer
 from typer.testing import CliRunner
 
-from hil import demo
 from hil.__main__ import app
-from hil.demo import differences
-from hil.flying import fail
-from hil.scenario import command, verify_command
-from hil.scenario.library import scenarios
-from hil.scenario.scenario import Scenario
+from hil.run import demo
+from hil.run.demo import differences
+from hil.run.options import fail
+from hil.scenarios import command, verify_command
+from hil.scenarios.library import scenarios
+from hil.scenarios.model import Scenario
 
 
 def hil(*words):

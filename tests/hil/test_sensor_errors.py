@@ -6,11 +6,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hil.bench.in_memory import InMemory
-from hil.devices.errors import USUAL, ImuErrors, PowerErrors, SensorErrors, TiltErrors, WheelErrors
-from hil.devices.nodes import build_nodes
+from hil.devices.can.errors import USUAL, ImuErrors, PowerErrors, SensorErrors, TiltErrors, WheelErrors
+from hil.devices.can.nodes import build_nodes
 from hil.records import PlantState, WheelTruth
-from hil.scenario.scenario import Scenario, load_scenario
+from hil.run.in_process import InMemory
+from hil.scenarios.model import Scenario, load_scenario
 from onboard.config import ConfigError
 from onboard.records import Frame
 from protocol.can.guard import Sender

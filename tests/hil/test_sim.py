@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from hil.run import keep_record
+from hil.run.run import keep_record
 
 ROOT = Path(__file__).parents[2]
 NOT_YET = (66, 69, 75)  # the station's exit codes while the simulation comes up: no file, no endpoint, no answer

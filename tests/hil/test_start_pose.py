@@ -6,13 +6,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hil.bench.in_memory import CAMPAIGN_STEP_NS, InMemory
-from hil.bench.truth import Truth
-from hil.bench.world import World
 from hil.plant.plant import Plant
 from hil.plant.stance import stance, wheel_centres
-from hil.scenario.scenario import Scenario, flight_settings, ground_of, set_words
+from hil.run.in_process import CAMPAIGN_STEP_NS, InMemory
+from hil.scenarios.model import Scenario, flight_settings, ground_of, set_words
 from hil.terrain.mesh import soil_height
+from hil.world.truth import Truth
+from hil.world.world import World
 from onboard.config import Rover
 from onboard.records import Pose
 from tests.hil.small_fields import field_of, plane, rough

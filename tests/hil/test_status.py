@@ -7,8 +7,8 @@ import typer
 from rich.console import Console
 from rich.text import Text
 
-from hil.flying import waiting
-from hil.status import status
+from hil.run.options import waiting
+from hil.run.status import status
 
 
 def told(wall_s, terminal=False):

@@ -3,7 +3,7 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hil.bench.trace import Trace, first_difference
+from hil.world.trace import Trace, first_difference
 
 
 def trace(sums):

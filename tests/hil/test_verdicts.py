@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import pytest
 
-from hil.bench.contacts import Contact
-from hil.scenario.verdicts import Expect, Facts, Seen, expect_of, judge
+from hil.scenarios.verdicts import Expect, Facts, Seen, expect_of, judge
+from hil.world.contacts import Contact
 from onboard.config import ConfigError
 from onboard.records import Event
 

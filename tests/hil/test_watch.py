@@ -17,22 +17,22 @@ from PIL import Image
 from typer.testing import CliRunner
 
 from hil.__main__ import app
-from hil.bench.truth import Patch, TruthFile
 from hil.faults.ground_faults import KINDS, Obstacle
-from hil.flying import conclude
 from hil.plant.engine import pybullet
 from hil.plant.rover_model import urdf
-from hil.processes import free_ports
-from hil.run import run as run_scenario
-from hil.scenario.scenario import Scenario
+from hil.run.options import conclude
+from hil.run.processes import free_ports
+from hil.run.run import run as run_scenario
+from hil.scenarios.model import Scenario
 from hil.terrain.field import truth_height
-from hil.watch import video
-from hil.watch.folder import Folder
-from hil.watch.live import RECORDS, watched
-from hil.watch.model import about, parts, turns_rad
-from hil.watch.serve import Watcher, open_server
-from hil.watch.story import Moment
-from hil.watch.tail import NoRunError
+from hil.view import video
+from hil.view.folder import Folder
+from hil.view.live import RECORDS, watched
+from hil.view.model import about, parts, turns_rad
+from hil.view.serve import Watcher, open_server
+from hil.view.story import Moment
+from hil.view.tail import NoRunError
+from hil.world.truth import Patch, TruthFile
 from onboard.config import Rover
 from pictures.film import Shot, Stage
 from protocol.conventions import WHEELS
@@ -223,7 +223,7 @@ def test_a_film_of_a_long_run_has_no_more_pictures_than_are_allowed_and_still_it
     assert np.ptp(np.diff(times_s)) < 0.2  # as long one after the other, but for rounding
 
 
-@pytest.mark.parametrize("command", [["watch", "{run}"], ["run", "hil/scenarios/wheel_stuck.toml", "--watch"]])
+@pytest.mark.parametrize("command", [["watch", "{run}"], ["run", "hil/scenarios/data/wheel_stuck.toml", "--watch"]])
 def test_a_port_in_use_is_one_line_that_says_what_to_do(run, tmp_path, command, monkeypatch):
     monkeypatch.chdir(tmp_path)
     words = [word.format(run=run).replace("hil/scenarios", str(ROOT / "hil" / "scenarios")) for word in command]
@@ -286,7 +286,7 @@ def test_a_film_has_a_picture_for_each_second_of_the_run_and_the_last(run, tmp_p
     assert min(changed) > 100
 
 
-@pytest.mark.parametrize("command", [["watch", "{run}"], ["run", "{root}/hil/scenarios/wheel_stuck.toml"]])
+@pytest.mark.parametrize("command", [["watch", "{run}"], ["run", "{root}/hil/scenarios/data/wheel_stuck.toml"]])
 def test_a_film_of_a_kind_that_is_none_names_those_that_are_before_anything_runs(run, tmp_path, command):
     words = [word.format(run=run, root=ROOT) for word in command]
     done = CliRunner().invoke(app, [*words, "--video", str(tmp_path / "film.avi")])
@@ -303,7 +303,7 @@ def test_an_mp4_without_ffmpeg_says_so(run, tmp_path, monkeypatch):
 
 def test_a_film_for_rerun_without_the_extra_says_what_brings_it(run, tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "rerun", None)
-    monkeypatch.delitem(sys.modules, "hil.watch.rrd", raising=False)
+    monkeypatch.delitem(sys.modules, "hil.view.rrd", raising=False)
     done = CliRunner().invoke(app, ["watch", str(run), "--rrd", str(tmp_path / "run.rrd")])
     assert done.exit_code == 69
     assert done.stderr == "hil: rerun is not installed: `pip install .[rerun]` brings it\n"

@@ -9,8 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from markdown_it import MarkdownIt
 
-from hil.watch.panel import event_line, status
-from hil.watch.story import Instant, Moment, Told
+from hil.view.panel import event_line, status
+from hil.view.story import Instant, Moment, Told
 from protocol.visible import visible
 
 RENDER = MarkdownIt("commonmark", {"html": True}).enable(["table", "strikethrough"]).render

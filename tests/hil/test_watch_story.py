@@ -10,12 +10,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from mcap.reader import make_reader
 
-from hil.bench.truth import Truth, read_turn
 from hil.records import Touch, Turn
-from hil.watch.folder import Folder
-from hil.watch.player import Player
-from hil.watch.story import STEP_M, Moment, Story, Way
-from hil.watch.tail import NoRunError, Tail
+from hil.view.folder import Folder
+from hil.view.player import Player
+from hil.view.story import STEP_M, Moment, Story, Way
+from hil.view.tail import NoRunError, Tail
+from hil.world.truth import Truth, read_turn
 from tests.ground.synthetic_run import END_S, LEGS, SCAN_S, share_at, way, write_run, write_truth
 
 

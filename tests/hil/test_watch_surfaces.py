@@ -5,9 +5,9 @@ import pytest
 
 from hil.terrain.field import truth_height
 from hil.terrain.mesh import soil_height
-from hil.watch import surfaces
-from hil.watch.story import TrueGround
-from hil.watch.surfaces import ABOVE_M, dashes, ground_surface, map_surface, on_ground, segments
+from hil.view import surfaces
+from hil.view.story import TrueGround
+from hil.view.surfaces import ABOVE_M, dashes, ground_surface, map_surface, on_ground, segments
 from onboard.planning import archive
 from onboard.records import NodeSet
 from tests.ground.synthetic_run import field, plan_at

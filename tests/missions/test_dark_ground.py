@@ -8,11 +8,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hil.bench.surfaces import Surfaces
-from hil.devices.lidar_errors import LidarErrors
-from hil.devices.lidar_light import Light
+from hil.devices.lidar.errors import LidarErrors
+from hil.devices.lidar.light import Light
 from hil.terrain.field import Field
 from hil.terrain.recipe import Course, Recipe, compose
+from hil.world.surfaces import Surfaces
 from onboard.config import Config
 from onboard.planning.poses import Freedom, pose_freedom
 from onboard.records import BeamStatus, Pose, Scan

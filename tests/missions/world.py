@@ -18,7 +18,7 @@ from typing import Protocol
 
 import numpy as np
 
-from hil.rays.ground_rays import GroundRays
+from hil.plant.rays.ground_rays import GroundRays
 from hil.terrain.field import Field, truth_height
 from hil.terrain.fields import surface_of
 from hil.terrain.heightfield import HeightField

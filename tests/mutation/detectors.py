@@ -7,10 +7,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from hil.scenario.in_process import Twins
-from hil.scenario.in_process import fly as fly_scenario
-from hil.scenario.library import find, scenarios
-from hil.scenario.scenario import load_scenario
+from hil.run.judged import Twins
+from hil.run.judged import fly as fly_scenario
+from hil.scenarios.library import find, scenarios
+from hil.scenarios.model import load_scenario
 from onboard.core.faults.monitors import MONITORS
 from protocol.tables.faults import FAULTS
 from tests.mutation.trials import Trial

@@ -1,9 +1,9 @@
-"""The bench's world and `onboard calibrate`'s drive in one process, joined by calls as in `hil.bench.in_memory`."""
+"""The bench's world and `onboard calibrate`'s drive in one process, joined by calls as in `hil.run.in_process`."""
 
-from hil.bench.in_memory import CAMPAIGN_STEP_NS
-from hil.bench.truth import Truth
-from hil.bench.world import World
+from hil.run.in_process import CAMPAIGN_STEP_NS
 from hil.terrain.grounds import GROUNDS
+from hil.world.truth import Truth
+from hil.world.world import World
 from onboard.bringup.calibrate.drive import Drive
 from onboard.bringup.can.jog import Phase
 from onboard.records import Chunk, Frame, Inputs, PortState

@@ -12,10 +12,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from hil.can.wire import CanWire
-from hil.devices.lidar import Lidar
-from hil.devices.lidar_profile import IDEAL, stamp_to_first_byte_ns
-from hil.devices.nodes import build_nodes
+from hil.devices.can.nodes import build_nodes
+from hil.devices.can.wire import CanWire
+from hil.devices.lidar.profile import IDEAL, stamp_to_first_byte_ns
+from hil.devices.lidar.sensor import Lidar
 from hil.records import PlantState, WheelTruth
 from onboard import config
 from onboard.core.tick import Rover, tick

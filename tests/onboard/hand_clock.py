@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from hil.devices import lidar as sensor
-from hil.devices.lidar_profile import IDEAL
+from hil.devices.lidar import sensor
+from hil.devices.lidar.profile import IDEAL
 from onboard.drivers.platform.clock import WallClock
 from onboard.records import PortState
 

@@ -2,8 +2,8 @@
 
 from dataclasses import replace
 
-from hil.devices.lidar import Lidar
-from hil.devices.lidar_profile import UTM30LX, stamp_to_first_byte_ns
+from hil.devices.lidar.profile import UTM30LX, stamp_to_first_byte_ns
+from hil.devices.lidar.sensor import Lidar
 from onboard.config import Config, Record, Rover
 from onboard.records import Chunk, Frame, PortState
 from protocol.barrier import Tick

@@ -10,9 +10,9 @@ import math
 
 import numpy as np
 
-from hil.devices import lidar as sensor
-from hil.devices import lidar_profile as profiles
-from hil.devices.tilt import TiltNode
+from hil.devices.can.tilt import TiltNode
+from hil.devices.lidar import profile as profiles
+from hil.devices.lidar import sensor
 from onboard import config
 from onboard.devices.lidar.session import LidarSession
 from onboard.devices.nodes import Nodes

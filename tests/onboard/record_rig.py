@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from hil.devices.nodes import build_nodes
+from hil.devices.can.nodes import build_nodes
 from hil.records import PlantState, WheelTruth
 from onboard.config import load
 from onboard.core.tick import Rover, tick

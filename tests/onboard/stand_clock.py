@@ -5,7 +5,7 @@ from __future__ import annotations
 import signal
 from contextlib import contextmanager
 
-from hil.can.stand import TICK_NS, Stand
+from hil.devices.can.wheels_off_ground import TICK_NS, Stand
 from onboard.drivers.can.bus import open_bus
 from protocol.barrier import Tick
 

@@ -11,7 +11,7 @@ from click.testing import CliRunner
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hil.devices.nodes import build_nodes
+from hil.devices.can.nodes import build_nodes
 from onboard.__main__ import app
 from onboard.bus_guard.command import watch
 from onboard.bus_guard.rules import MARGIN, ORDERS, STOP, BusGuard, Offence

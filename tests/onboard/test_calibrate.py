@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from hil.can.command import faulty
-from hil.can.stand import Stand
-from hil.devices.lidar_profile import IDEAL, stamp_to_first_byte_ns
+from hil.devices.can.command import faulty
+from hil.devices.can.wheels_off_ground import Stand
+from hil.devices.lidar.profile import IDEAL, stamp_to_first_byte_ns
 from hil.faults.build_errors import BuildErrors, drawn
 from onboard.__main__ import app
 from onboard.bringup.calibrate.drive import Drive

@@ -8,7 +8,7 @@ import can
 import pytest
 from can.interfaces.virtual import VirtualBus
 
-from hil.can.hub import QUEUE_BYTES, CanHub
+from hil.devices.can.hub import QUEUE_BYTES, CanHub
 from onboard.config import ConfigError
 from onboard.drivers.can.bus import open_bus
 from onboard.drivers.can.socketcan import KernelBus

@@ -10,9 +10,9 @@ import threading
 import pytest
 from click.testing import CliRunner
 
-from hil.can.command import faulty
-from hil.can.hub import CanHub
-from hil.can.stand import TICK_NS, Stand
+from hil.devices.can.command import faulty
+from hil.devices.can.hub import CanHub
+from hil.devices.can.wheels_off_ground import TICK_NS, Stand
 from onboard.__main__ import app
 from onboard.bringup.can import move
 from onboard.bringup.can.jog import Jog, Phase

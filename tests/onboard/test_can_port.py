@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hil.can.hub import CanHub
+from hil.devices.can.hub import CanHub
 from onboard.drivers.can import bus as can_bus
 from onboard.drivers.can.base import CanBus
 from onboard.drivers.can.bus import CanPort

@@ -7,8 +7,8 @@ import signal
 import pytest
 from click.testing import CliRunner
 
-from hil.can.command import faulty
-from hil.can.stand import Stand
+from hil.devices.can.command import faulty
+from hil.devices.can.wheels_off_ground import Stand
 from onboard.__main__ import app
 from onboard.bringup.can.survey import NEEDED, Survey
 from onboard.records import Frame

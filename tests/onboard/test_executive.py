@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from core_bench import QUICK, STATION, CoreBench, first_map, quick
 
-from hil.devices.nodes import Encoder
+from hil.devices.can.nodes import Encoder
 from onboard import config
 from onboard.motion.wheel_health import Drive
 from onboard.perception.registration import RegistrationResult

@@ -8,7 +8,7 @@ from core_bench import QUICK, STATION, CoreBench, quick
 from mcap.reader import make_reader
 from record_rig import standing
 
-from hil.devices.nodes import build_nodes
+from hil.devices.can.nodes import build_nodes
 from onboard import config
 from onboard.core.products import SLICE_BYTES
 from onboard.core.tick import Rover, tick

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hil.devices import lidar_profile as profiles
+from hil.devices.lidar import profile as profiles
 from onboard.config import Lidar as LidarConfig
 from onboard.devices.lidar.session import LidarSession
 from onboard.records import BeamStatus, Chunk, PortState

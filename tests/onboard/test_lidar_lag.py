@@ -7,12 +7,12 @@ from dataclasses import replace
 import pytest
 from click.testing import CliRunner
 
-from hil.can.command import faulty
-from hil.can.stand import Stand
-from hil.devices.errors import SensorErrors, TiltErrors
-from hil.devices.lidar_profile import IDEAL, UTM30LX, stamp_to_first_byte_ns
-from hil.devices.nodes import build_nodes
-from hil.scenario.scenario import Scenario, flight_settings, measured_latency
+from hil.devices.can.command import faulty
+from hil.devices.can.errors import SensorErrors, TiltErrors
+from hil.devices.can.nodes import build_nodes
+from hil.devices.can.wheels_off_ground import Stand
+from hil.devices.lidar.profile import IDEAL, UTM30LX, stamp_to_first_byte_ns
+from hil.scenarios.model import Scenario, flight_settings, measured_latency
 from onboard.__main__ import app
 from onboard.bringup.lidar.lag_report import LagReport
 from onboard.bringup.lidar.lag_sweeps import LagSweeps

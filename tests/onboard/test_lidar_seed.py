@@ -7,7 +7,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from hil.devices import lidar_profile as profiles
+from hil.devices.lidar import profile as profiles
 from onboard.config import Lidar as LidarConfig
 from protocol import scip
 from tests.onboard.lidar_rig import TICK_NS, Rig, Script

@@ -8,7 +8,7 @@ import math
 import numpy as np
 import pytest
 
-from hil.devices import lidar_profile as profiles
+from hil.devices.lidar import profile as profiles
 from onboard.devices.lidar.phases import CONNECTING, SEEDING, Phase
 from onboard.devices.lidar.watch import Watch
 from onboard.records import BeamStatus

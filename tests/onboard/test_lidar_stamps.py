@@ -8,8 +8,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from hil.devices import lidar_profile as profiles
-from hil.lidar.server import LidarServer
+from hil.devices.lidar import profile as profiles
+from hil.devices.lidar.server import LidarServer
 from onboard.app import WallPorts
 from onboard.config import Lidar
 from onboard.devices.lidar.session import LidarSession

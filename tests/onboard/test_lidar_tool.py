@@ -19,8 +19,8 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from hil.devices import lidar_profile as profiles
-from hil.lidar.server import LidarServer, LidarTerminal
+from hil.devices.lidar import profile as profiles
+from hil.devices.lidar.server import LidarServer, LidarTerminal
 from onboard.__main__ import app
 from onboard.bringup.lidar.listener import Listener, log_of
 from onboard.bringup.lidar.report import CHECKS, Tally

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from hil.devices.nodes import build_nodes
+from hil.devices.can.nodes import build_nodes
 from hil.faults.build_errors import BuildErrors
 from hil.records import PlantState, WheelTruth
 from onboard.config import Can, Rover, Scanning

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from hil.devices.nodes import build_nodes
+from hil.devices.can.nodes import build_nodes
 from hil.records import PlantState, WheelTruth
 from onboard.config import Can, Rover
 from onboard.devices.nodes import NODES, Nodes

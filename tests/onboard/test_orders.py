@@ -5,7 +5,7 @@ import math
 import pytest
 from core_bench import STATION, CoreBench, first_map, quick
 
-from hil.devices.nodes import Encoder
+from hil.devices.can.nodes import Encoder
 from onboard import config
 from onboard.drivers.storage.map_tiles import Keeper, load
 from onboard.records import LinkMessage

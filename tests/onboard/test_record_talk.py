@@ -7,7 +7,7 @@ from ground.__main__ import run
 from ground.archive.read import reading, rows
 from ground.archive.record_talk import NoTalkError, told_down
 from ground.archive.store import Archive
-from ground.session.telemetry import Value
+from ground.link.telemetry import Value
 
 
 @pytest.fixture(scope="module")

@@ -7,8 +7,8 @@ import dataclasses
 import numpy as np
 import pytest
 
-from hil.devices import lidar as sensor
-from hil.devices import lidar_profile as profiles
+from hil.devices.lidar import profile as profiles
+from hil.devices.lidar import sensor
 from onboard.config import Lidar, Rover, Scanning
 from onboard.devices.lidar.session import LidarSession
 from onboard.perception.cloud import cloud

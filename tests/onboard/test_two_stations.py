@@ -13,11 +13,11 @@ from mcap.reader import make_reader
 from two_stations import DOWN, LEASE_S, SECRETS, S, World, keys_of
 
 from ground.archive.store import Archive
-from ground.operation import show
-from ground.session.far_clock import FarClock
-from ground.session.kept import Kept
-from ground.session.schedule import Schedule, parse, utc_ns
-from ground.session.session import Session
+from ground.cli.operations import show
+from ground.link.rover_clock import FarClock
+from ground.link.saved_state import Kept
+from ground.link.schedule import Schedule, parse, utc_ns
+from ground.link.session import Session
 from ground.station.memory import Memory
 from onboard import config
 from onboard.config import Link
@@ -159,7 +159,7 @@ def test_at_any_time_at_most_one_station_may_command_and_it_was_heard_within_the
 def test_a_dictionary_dbc_or_dialect_of_another_version_is_refused_with_both_named_and_stop_still_goes(
         world, monkeypatch, kind):
     other = OURS._replace(**{kind: getattr(OURS, kind) ^ 0xFF})
-    monkeypatch.setattr("ground.session.session.OURS", other)
+    monkeypatch.setattr("ground.link.session.OURS", other)
     world.ask(1, "drive", **DRIVE)
     state, text = world.outcome(1, next(iter(world.stations[1].requester.requests)))
     assert state == "FAILED"
@@ -177,7 +177,7 @@ def opened(world):
 
 
 def test_what_is_asked_before_the_versions_are_known_waits_for_them_and_is_then_refused(monkeypatch):
-    monkeypatch.setattr("ground.session.session.OURS", OURS._replace(dbc=1))
+    monkeypatch.setattr("ground.link.session.OURS", OURS._replace(dbc=1))
     world = World()
     session = world.station(1)
     request = world.ask(1, "goto", x_m=1.0, y_m=0.0)

@@ -12,11 +12,11 @@ import zenoh
 from core_bench import QUICK, CoreBench
 
 from ground.archive.store import Archive
+from ground.cli.verbs.keys import write_keys
 from ground.station.clock import Turn
 from ground.station.settings import Settings
 from ground.station.station import Station
-from ground.verbs.keys import write_keys
-from hil.processes import free_ports
+from hil.run.processes import free_ports
 from onboard import config
 from onboard.drivers.link.port import LinkPort, link_keys
 from onboard.drivers.link.saved_state import MARKS, LinkMemory

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from hil.can.hub import CanHub
+from hil.devices.can.hub import CanHub
 
 ROOT = Path(__file__).parents[2]
 EX_UNAVAILABLE, EX_CONFIG = 69, 78

@@ -4,8 +4,8 @@ from dataclasses import replace
 
 from core_bench import QUICK, CoreBench
 
-from ground.session.news import EventHeard, ReportHeard
-from ground.session.session import Session
+from ground.link.news import EventHeard, ReportHeard
+from ground.link.session import Session
 from onboard import config
 from onboard.drivers.link.port import Gate
 from onboard.drivers.link.saved_state import LinkMemory

@@ -17,7 +17,7 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 from hil.plant.plant import PlantAbortError
-from hil.scenario.scenario import Scenario
+from hil.scenarios.model import Scenario
 from onboard.records import Event
 from protocol.tables.faults import BY_NAME
 from tests.scenarios.flown import GOAL_M, Watch, contact_words, outcome_of

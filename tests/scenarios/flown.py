@@ -11,8 +11,8 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from hil.bench.in_memory import InMemory
 from hil.records import PlantState
+from hil.run.in_process import InMemory
 from onboard.core.tick import Rover
 from onboard.records import Inputs, Outputs
 from protocol.link.transactions import State

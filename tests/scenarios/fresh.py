@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from hil.scenario.scenario import Scenario
+from hil.scenarios.model import Scenario
 from tests.scenarios import losses
 from tests.scenarios.flown import Row, line
 from tests.scenarios.mission import LIMIT_S, bench_to_goal

@@ -12,12 +12,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from hil.bench.in_memory import CAMPAIGN_STEP_NS, InMemory
 from hil.faults import ground_faults
 from hil.faults.ground_faults import KINDS, Obstacle
 from hil.plant.plant import PlantAbortError
 from hil.records import PlantState
-from hil.scenario.scenario import Scenario
+from hil.run.in_process import CAMPAIGN_STEP_NS, InMemory
+from hil.scenarios.model import Scenario
 from hil.terrain.field import Field, height_at
 from hil.terrain.recipe import Course, Recipe, compose
 from onboard import config

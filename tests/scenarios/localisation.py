@@ -19,16 +19,16 @@ from typing import NamedTuple, Protocol
 import numpy as np
 from scipy.stats import chi2
 
-from hil.bench.in_memory import CAMPAIGN_STEP_NS, InMemory, goto
-from hil.bench.operator import Order
-from hil.bench.world import rotate
 from hil.records import PlantState
-from hil.scenario.scenario import Scenario
+from hil.run.in_process import CAMPAIGN_STEP_NS, InMemory, goto
+from hil.scenarios.model import Scenario
 from hil.terrain.field import Field
 from hil.terrain.fields import draw_course
 from hil.terrain.grounds import GROUNDS
 from hil.terrain.recipe import Recipe, compose
 from hil.terrain.rock_sizes import PowerLaw
+from hil.world.operator import Order
+from hil.world.world import rotate
 from onboard.core.tick import Rover
 from onboard.motion.kinematics import wheel_places
 from onboard.perception.localisation import Localisation

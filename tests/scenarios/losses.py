@@ -9,8 +9,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from hil.bench.in_memory import InMemory
-from hil.scenario.scenario import Scenario
+from hil.run.in_process import InMemory
+from hil.scenarios.model import Scenario
 from tests.scenarios.flown import Row, Watch, broken, ended, line, outcome_of, with_losses
 from tests.scenarios.mission import LIMIT_S, bench_to_goal
 

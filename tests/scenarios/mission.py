@@ -5,10 +5,10 @@ The bench has no ground beyond its fields: a look over an edge sees nothing, and
 
 from __future__ import annotations
 
-from hil.bench.in_memory import CAMPAIGN_STEP_NS, GOTO_S, InMemory
-from hil.bench.operator import Order
-from hil.scenario.scenario import Scenario, ground_of
+from hil.run.in_process import CAMPAIGN_STEP_NS, GOTO_S, InMemory
+from hil.scenarios.model import Scenario, ground_of
 from hil.terrain.field import Field
+from hil.world.operator import Order
 
 LIMIT_S = 3600.0
 KEEP_OUT_M = 0.6  # from the field's edge; the bench ends a flight whose body's middle is 0.5 m from it

@@ -9,8 +9,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from hil.bench.contacts import line
-from hil.scenario.scenario import Scenario
+from hil.scenarios.model import Scenario
+from hil.world.contacts import line
 from tests.scenarios.mission import LIMIT_S, bench_to_goal
 
 SEEDS = tuple(range(1, 11))

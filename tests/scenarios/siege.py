@@ -17,8 +17,8 @@ from typing import Any
 
 import numpy as np
 
-from hil.bench.in_memory import CAMPAIGN_STEP_NS, InMemory, Observe
-from hil.scenario.scenario import Scenario
+from hil.run.in_process import CAMPAIGN_STEP_NS, InMemory, Observe
+from hil.scenarios.model import Scenario
 from onboard.records import Chunk, Frame, Inputs, LinkMessage, Outputs, PortState
 from protocol.link.datagrams import Sealer, bench_keys
 from tests.scenarios.doors import Doors

@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from hil.bench.in_memory import InMemory
+from hil.run.in_process import InMemory
 from onboard.config import Localisation as Figures
 from onboard.config import Rover as Geometry
 from onboard.motion.wheel_health import SOUND, WheelHealth, Wheels

@@ -7,8 +7,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from hil.bench.in_memory import CAMPAIGN_STEP_NS, InMemory
-from hil.scenario.scenario import Scenario
+from hil.run.in_process import CAMPAIGN_STEP_NS, InMemory
+from hil.scenarios.model import Scenario
 from hil.terrain.fields import demo_field
 from onboard.config import Rover
 from tests.scenarios import __main__ as command

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hil.bench.in_memory import CAMPAIGN_STEP_NS, InMemory
-from hil.scenario.scenario import Scenario
+from hil.run.in_process import CAMPAIGN_STEP_NS, InMemory
+from hil.scenarios.model import Scenario
 from onboard.record.replay import replay
 from protocol import WireError
 from protocol.link.datagrams import Kind

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hil.bench.in_memory import InMemory
-from hil.scenario.scenario import Scenario
+from hil.run.in_process import InMemory
+from hil.scenarios.model import Scenario
 from onboard.perception.localisation import Localisation
 from tests.scenarios.localisation import Watch, ground_of
 from tests.scenarios.tapes import Player, Recorder, load

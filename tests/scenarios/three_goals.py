@@ -14,12 +14,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from hil.bench.in_memory import CAMPAIGN_STEP_NS, InMemory
-from hil.bench.operator import Order
 from hil.plant.plant import PlantAbortError
-from hil.scenario.scenario import Scenario
+from hil.run.in_process import CAMPAIGN_STEP_NS, InMemory
+from hil.scenarios.model import Scenario
 from hil.terrain.field import Field
 from hil.terrain.fields import free_with_room, pose_of, true_surface
+from hil.world.operator import Order
 from onboard.config import Planning, Rover
 from onboard.planning import poses
 from onboard.records import F64, Bool

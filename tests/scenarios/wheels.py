@@ -19,11 +19,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hil.bench.in_memory import CAMPAIGN_STEP_NS, InMemory
 from hil.faults.wheel_faults import PATCH_AHEAD_M, WHEEL_FAULTS
 from hil.plant.plant import PlantAbortError
 from hil.records import PlantState
-from hil.scenario.scenario import Scenario
+from hil.run.in_process import CAMPAIGN_STEP_NS, InMemory
+from hil.scenarios.model import Scenario
 from hil.terrain.field import Field, height_at
 from onboard.core.faults.wheels.blocks import SLEW_RADPS2
 from onboard.core.faults.wheels.seen import LEAST_MPS, approach

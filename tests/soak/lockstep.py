@@ -13,10 +13,10 @@ from pathlib import Path
 
 from mcap.reader import make_reader
 
-from hil.bench.world import Progress
-from hil.demo import told
-from hil.run import RunResult, run
-from hil.scenario.scenario import Scenario, ground_of
+from hil.run.demo import told
+from hil.run.run import RunResult, run
+from hil.scenarios.model import Scenario, ground_of
+from hil.world.world import Progress
 from onboard.record.parts import family
 from tests.soak.taken import Taken, child, growth, taken
 

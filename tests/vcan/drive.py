@@ -10,11 +10,11 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 
-from hil.bench import lockstep
-from hil.bench.world import Progress
-from hil.demo import certificate
-from hil.run import run
-from hil.scenario.scenario import load_scenario
+from hil.run import lockstep
+from hil.run.demo import certificate
+from hil.run.run import run
+from hil.scenarios.model import load_scenario
+from hil.world.world import Progress
 
 SCENARIO = Path(__file__).parent / "short_drive.toml"
 SHOWN_S = 1.0

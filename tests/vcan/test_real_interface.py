@@ -8,7 +8,7 @@ from contextlib import closing
 
 import pytest
 
-from hil.can.socket import CanSocket, NoInterfaceError
+from hil.devices.can.socket import CanSocket, NoInterfaceError
 from onboard.drivers.can.bus import open_bus
 from onboard.records import Frame, PortState
 from tests.vcan.interface import ip_link, virtual_can

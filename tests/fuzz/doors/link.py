@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 from pymavlink.dialects.v20 import common
 
-from ground.bridge.bridge import Bridge
-from ground.operation import show
-from ground.session.session import Session
+from ground.ccsds.bridge import Bridge
+from ground.cli.operations import show
+from ground.link.session import Session
 from protocol import WireError
 from protocol.ccsds import packet_table, space_packets
 from protocol.generated import eldorado_dialect as dialect

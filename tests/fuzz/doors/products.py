@@ -11,11 +11,11 @@ from functools import cache
 import numpy as np
 from mcap.writer import Writer
 
+from ground.cli.operations.show import news_json, news_line
 from ground.gateway.parameters import Mirror
-from ground.operation.show import news_json, news_line
+from ground.link.news import ProductHeard
 from ground.products import files, preview
 from ground.products.preview import NoMapError
-from ground.session.news import ProductHeard
 from onboard.config import Config
 from onboard.parameters import Settings, listing
 from protocol import WireError

@@ -19,7 +19,7 @@ import can
 import numpy as np
 from can.interfaces.socketcand.socketcand import SocketCanDaemonBus
 
-from hil.devices.nodes import build_nodes
+from hil.devices.can.nodes import build_nodes
 from hil.records import PlantState, WheelTruth
 from onboard.config import load
 from onboard.core.tick import Rover, tick

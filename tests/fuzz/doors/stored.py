@@ -19,9 +19,10 @@ from mcap.writer import Writer
 
 from ground.archive.schema import TABLES, ArchiveError
 from ground.archive.store import Archive
+from ground.cli.verbs import archive
+from ground.cli.verbs import history as look
 from ground.products import preview
 from ground.report import run_files
-from ground.verbs import archive, look
 from onboard.bringup.records import record_command
 from onboard.bringup.records.export import FORMATS
 from onboard.record import replay_command

@@ -13,7 +13,7 @@ import numpy as np
 from rasterio import Affine
 from rasterio.io import MemoryFile
 
-from hil.scenario.scenario import load_scenario
+from hil.scenarios.model import load_scenario
 from onboard.bringup.maps.dem_file import Reading, open_dem
 from onboard.bringup.maps.dem_words import DemError
 from onboard.config import ConfigError, load
@@ -24,7 +24,7 @@ from tests.fuzz.damage import Rng
 from tests.fuzz.door import Door
 
 MOST_LINE = 2000
-SCENARIOS = tuple(sorted((Path(__file__).parents[3] / "hil" / "scenarios").glob("*.toml")))
+SCENARIOS = tuple(sorted((Path(__file__).parents[3] / "hil" / "scenarios" / "data").glob("*.toml")))
 SUFFIXES = (".tif", ".asc", ".img", ".npy")
 
 

@@ -1,1 +1,0 @@
-"""World of plant and devices, and its connections to the flight program."""

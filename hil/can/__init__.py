@@ -1,1 +1,0 @@
-"""Bench's end of the CAN bus."""

@@ -1,0 +1,1 @@
+"""Emulated Hokuyo scanner: the sensor without I/O, its profiles, faults, cables and command."""

@@ -1,1 +1,0 @@
-"""Scenarios: the conditions of a run and the promises on its result."""

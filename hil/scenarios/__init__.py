@@ -1,0 +1,1 @@
+"""Scenarios: their model, the promises and their judgement, the library (data/*.toml)."""

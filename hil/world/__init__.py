@@ -1,0 +1,1 @@
+"""The world of a run: rover on its ground, nodes, scanner, true state, disk and computer, operator."""
